@@ -1,0 +1,2 @@
+//! The binary `supine`.
+fn main() {}

@@ -1,0 +1,1 @@
+//! File formats beside DICOM: NRRD, NIfTI, VTU, markups, point lists.

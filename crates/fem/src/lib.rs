@@ -1,0 +1,1 @@
+//! Finite elements: a neo-Hookean breast under gravity.

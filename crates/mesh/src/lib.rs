@@ -1,0 +1,15 @@
+//! Tetrahedral meshes with tagged boundary, displacements, quality and point location.
+//!
+//! Knows no voxels, no material and no file.
+
+mod displacement;
+mod edges;
+mod locate;
+mod quality;
+mod tet_mesh;
+
+pub use displacement::{Displacement, DisplacementError, Order};
+pub use edges::{Edges, TET_EDGES};
+pub use locate::{Located, Locator};
+pub use quality::{Quality, TetQuality, quality, tet_quality};
+pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};

@@ -1,0 +1,1 @@
+//! The case file and the whole flow from CT to deformed CT.

@@ -1,0 +1,1 @@
+//! CT to labels: body, lungs, bones, chest wall and soft tissue.

@@ -1,0 +1,49 @@
+//! Patient space: points, grids, spheres, gravity and the progress callback.
+//!
+//! Everything is in the DICOM patient frame LPS (x to the patient's left, y posterior, z superior),
+//! in millimetres and f64. This crate knows no voxels' values, no mesh, no file.
+
+mod gravity;
+mod grid;
+mod progress;
+mod sphere;
+
+pub use gravity::{BedPose, GRAVITY_M_S2, sitting, supine};
+pub use grid::{Grid, GridError};
+pub use progress::{Progress, Stopped};
+pub use sphere::{Sphere, SphereError};
+
+/// A position in patient space, LPS, mm.
+pub type Point = nalgebra::Point3<f64>;
+/// A difference of positions in patient space, LPS, mm; or a direction without unit.
+pub type Vector = nalgebra::Vector3<f64>;
+/// A 3 x 3 matrix, mostly a direction matrix whose columns are the grid's axes in LPS.
+pub type Matrix = nalgebra::Matrix3<f64>;
+
+/// The patient's own side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Towards +x in LPS.
+    Left,
+    /// Towards -x in LPS.
+    Right,
+}
+
+impl Side {
+    /// +1 for the left, -1 for the right: the sign of x in LPS.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => 1.0,
+            Self::Right => -1.0,
+        }
+    }
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        })
+    }
+}

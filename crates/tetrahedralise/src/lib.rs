@@ -1,0 +1,1 @@
+//! Labels in a sphere to a tagged tetrahedral mesh of an asked size.

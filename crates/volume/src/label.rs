@@ -1,0 +1,49 @@
+//! The labels of a [`crate::LabelMap`].
+//!
+//! 1 and 2 are what the mesher and the mechanics need; the finer labels are optional and lie
+//! within them: lung, bone and muscle within the chest wall, fat, gland, skin and tumour within the
+//! soft tissue.
+
+/// Air, table, clothes, wires: not the patient.
+pub const OUTSIDE: u8 = 0;
+/// All between skin and chest wall, skin included.
+pub const SOFT_TISSUE: u8 = 1;
+/// Ribs, intercostals, pectoralis major and minor and all they enclose: one rigid body.
+pub const CHEST_WALL: u8 = 2;
+/// Lung, within the chest wall.
+pub const LUNG: u8 = 3;
+/// Bone, within the chest wall.
+pub const BONE: u8 = 4;
+/// Muscle, within the chest wall.
+pub const MUSCLE: u8 = 5;
+/// Fat, within the soft tissue.
+pub const FAT: u8 = 6;
+/// Gland, within the soft tissue.
+pub const GLAND: u8 = 7;
+/// Skin, within the soft tissue.
+pub const SKIN: u8 = 8;
+/// Tumour, within the soft tissue.
+pub const TUMOUR: u8 = 9;
+
+/// Every label with its name, as files and reports show it, and its colour (sRGB).
+pub const ALL: [(u8, &str, [u8; 3]); 9] = [
+    (SOFT_TISSUE, "soft tissue", [232, 170, 120]),
+    (CHEST_WALL, "chest wall", [178, 64, 64]),
+    (LUNG, "lung", [120, 170, 220]),
+    (BONE, "bone", [240, 230, 200]),
+    (MUSCLE, "muscle", [150, 50, 60]),
+    (FAT, "fat", [250, 220, 120]),
+    (GLAND, "gland", [240, 160, 190]),
+    (SKIN, "skin", [210, 150, 110]),
+    (TUMOUR, "tumour", [220, 40, 160]),
+];
+
+/// Whether the label belongs to the soft tissue (1, 6, 7, 8, 9).
+pub fn is_soft_tissue(label: u8) -> bool {
+    matches!(label, SOFT_TISSUE | FAT | GLAND | SKIN | TUMOUR)
+}
+
+/// Whether the label belongs to the chest wall (2, 3, 4, 5).
+pub fn is_chest_wall(label: u8) -> bool {
+    matches!(label, CHEST_WALL | LUNG | BONE | MUSCLE)
+}

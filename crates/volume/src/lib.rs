@@ -1,0 +1,24 @@
+//! Voxel volumes on a grid in patient space: CT, labels, distances, components.
+//!
+//! Knows no file, no mesh and no anatomy beyond the names of the labels.
+
+mod components;
+mod distance;
+mod region;
+mod sample;
+mod smooth;
+mod volume;
+
+pub mod label;
+
+pub use components::{Components, components};
+pub use distance::distance_mm;
+pub use region::{Region, RegionError};
+pub use sample::{sample_trilinear, sample_trilinear_at};
+pub use smooth::gaussian;
+pub use volume::{Volume, VolumeError};
+
+/// CT in Hounsfield units after rescale.
+pub type Ct = Volume<i16>;
+/// One label of [`label`] per voxel.
+pub type LabelMap = Volume<u8>;

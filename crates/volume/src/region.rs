@@ -1,0 +1,117 @@
+//! The spherical region that is meshed.
+
+use crate::{LabelMap, label};
+use supine_space::Sphere;
+
+/// The uncropped labels and the sphere inside which the soft tissue is modelled.
+#[derive(Clone, Copy, Debug)]
+pub struct Region<'a> {
+    labels: &'a LabelMap,
+    sphere: Sphere,
+}
+
+/// Why a region cannot be modelled.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RegionError {
+    /// The sphere reaches beyond the volume, into what is not known.
+    #[error(
+        "the region (centre {centre:?} mm, radius {radius} mm) reaches {missing:.1} mm beyond the \
+         {side} end of the volume's {axis} axis; move or shrink it"
+    )]
+    OutsideVolume {
+        /// Centre, LPS, mm.
+        centre: [f64; 3],
+        /// Radius, mm.
+        radius: f64,
+        /// Millimetres that are missing.
+        missing: f64,
+        /// `lower` or `upper`.
+        side: &'static str,
+        /// i, j or k.
+        axis: char,
+    },
+    /// No soft tissue inside.
+    #[error("the region (centre {centre:?} mm, radius {radius} mm) holds no soft tissue")]
+    NoSoftTissue {
+        /// Centre, LPS, mm.
+        centre: [f64; 3],
+        /// Radius, mm.
+        radius: f64,
+    },
+    /// No chest wall inside: nothing would hold the breast.
+    #[error(
+        "the region (centre {centre:?} mm, radius {radius} mm) holds no chest wall: nothing would \
+         hold the breast; move or enlarge it"
+    )]
+    NoChestWall {
+        /// Centre, LPS, mm.
+        centre: [f64; 3],
+        /// Radius, mm.
+        radius: f64,
+    },
+}
+
+impl<'a> Region<'a> {
+    /// The region of a sphere in a label map.
+    ///
+    /// # Errors
+    /// When soft tissue or chest wall inside the sphere is cut by the end of the volume, or one of
+    /// the two is missing inside the sphere.
+    pub fn new(labels: &'a LabelMap, sphere: Sphere) -> Result<Self, RegionError> {
+        let (centre, radius) = (sphere.centre().coords.into(), sphere.radius());
+        let grid = labels.grid();
+        let index = grid.index_from_patient(&sphere.centre());
+        for a in 0..3 {
+            let reach = radius / grid.spacing()[a];
+            let last = (grid.size()[a] - 1) as f64;
+            let below = (reach - index[a]) * grid.spacing()[a];
+            let above = (index[a] + reach - last) * grid.spacing()[a];
+            for (missing, side) in [(below, "lower"), (above, "upper")] {
+                if missing > 0.0 && touches_end(labels, sphere, a, side == "upper") {
+                    let axis = ['i', 'j', 'k'][a];
+                    return Err(RegionError::OutsideVolume { centre, radius, missing, side, axis });
+                }
+            }
+        }
+        let inside = |test: fn(u8) -> bool| {
+            labels
+                .data()
+                .iter()
+                .enumerate()
+                .any(|(n, &l)| test(l) && sphere.contains(&grid.centre(grid.voxel(n))))
+        };
+        if !inside(label::is_soft_tissue) {
+            return Err(RegionError::NoSoftTissue { centre, radius });
+        }
+        if !inside(label::is_chest_wall) {
+            return Err(RegionError::NoChestWall { centre, radius });
+        }
+        Ok(Self { labels, sphere })
+    }
+
+    /// The uncropped labels.
+    pub fn labels(&self) -> &'a LabelMap {
+        self.labels
+    }
+
+    /// The sphere.
+    pub fn sphere(&self) -> Sphere {
+        self.sphere
+    }
+}
+
+/// Whether soft tissue lies inside the sphere in the last layer of voxels at one end of an axis.
+fn touches_end(labels: &LabelMap, sphere: Sphere, axis: usize, upper: bool) -> bool {
+    let grid = labels.grid();
+    let size = grid.size();
+    let end = if upper { size[axis] - 1 } else { 0 };
+    let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+    (0..size[b]).any(|x| {
+        (0..size[c]).any(|y| {
+            let mut voxel = [0; 3];
+            (voxel[axis], voxel[b], voxel[c]) = (end, x, y);
+            label::is_soft_tissue(labels.at(voxel)) && sphere.contains(&grid.centre(voxel))
+        })
+    })
+}

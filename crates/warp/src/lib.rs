@@ -1,0 +1,1 @@
+//! CT, mesh and displacement to the deformed CT.

@@ -1,0 +1,1 @@
+//! End-to-end tests and conformance suites; the tests are in the files beside.
