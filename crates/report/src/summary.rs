@@ -1,0 +1,403 @@
+//! What `summary.json` holds: plain data, complete for a script.
+//!
+//! Lengths in mm, positions in the patient frame LPS of the CT, angles in degrees, HU as they are.
+//! All numbers are finite (JSON knows no other). What differs from run to run of the same case
+//! lies in [`Run`] alone; all else is reproducible to the byte.
+
+use serde::{Deserialize, Serialize};
+
+/// Everything there is to say about a run.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// What made the result.
+    pub tool: Tool,
+    /// What the result must not be used for, one statement per entry: [`must_not_be_used_for`].
+    pub must_not_be_used_for: Vec<String>,
+    /// What was asked.
+    pub case: Case,
+    /// The files that were read.
+    pub inputs: Vec<Input>,
+    /// Every parameter that shaped the result, defaults included.
+    pub parameters: Parameters,
+    /// The CT as it was read.
+    pub ct: CtFacts,
+    /// Result of the segmentation.
+    pub segmentation: Segmentation,
+    /// Result of the mesher.
+    pub mesh: Mesh,
+    /// Result of the mechanics.
+    pub solve: Solve,
+    /// Result of the warp.
+    pub warp: Warp,
+    /// The tumour before and after; `None` when the case names none.
+    pub tumour: Option<Movement>,
+    /// The nipple before and after; `None` when it was not found.
+    pub nipple: Option<Movement>,
+    /// Further points that were carried along.
+    pub points: Vec<CarriedPoint>,
+    /// The exported series; `None` when nothing was exported.
+    pub export: Option<Export>,
+    /// What the user must know before trusting the result, in order of the stages.
+    pub warnings: Vec<Warning>,
+    /// The files that were written, `summary.json` and the report left out.
+    pub outputs: Vec<Output>,
+    /// Times, memory and threads: differ from run to run.
+    pub run: Run,
+}
+
+/// What made the result.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Tool {
+    /// `supine`.
+    pub name: String,
+    /// Version, as in `0.1.0`.
+    pub version: String,
+}
+
+/// What was asked.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The patient's side: `left` or `right`.
+    pub breast: String,
+    /// The operating table.
+    pub bed: Bed,
+    /// The tumour in the CT; `None` when the case names none.
+    pub tumour: Option<Ball>,
+}
+
+/// The tilt of the operating table.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Bed {
+    /// Head-up angle, degrees: positive raises the head.
+    pub ap_deg: f64,
+    /// Sideways angle, degrees: positive lowers the patient's left side.
+    pub lat_deg: f64,
+    /// Direction of gravity in the patient's frame, unit vector, LPS.
+    pub gravity: [f64; 3],
+}
+
+/// A ball.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Ball {
+    /// Centre, LPS, mm.
+    pub centre_mm: [f64; 3],
+    /// Radius, mm.
+    pub radius_mm: f64,
+}
+
+/// A file or folder that was read.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Input {
+    /// What it served for: `ct`, `labels`, `seeds`, `points`, ...
+    pub role: String,
+    /// Name of the file or folder, without the way to it.
+    pub path_name: String,
+    /// Number of files.
+    pub files: usize,
+    /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.
+    pub blake3: String,
+}
+
+/// Every parameter that shaped the result.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// The soft tissue and how it is loaded.
+    pub tissue: Tissue,
+    /// What was asked of the mesher.
+    pub mesh: MeshParameters,
+    /// The spherical region.
+    pub region: RegionParameters,
+    /// Interpolation of the CT: `linear`, `cubic` or `lanczos3`.
+    pub interpolation: String,
+    /// Width over which the displacement fades at the cut, mm.
+    pub fade_mm: f64,
+}
+
+/// The soft tissue and how it is loaded.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Tissue {
+    /// Young's modulus, kPa. It belongs to the rest state and the element order beside it.
+    pub young_kpa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Rest state: `net` (the CT shape is stress-free) or `unloaded` (stress-free shape sought).
+    pub rest: String,
+    /// Element order: 1 linear, 2 quadratic.
+    pub order: u8,
+    /// Condition at the cut: `free`, `fixed` or `spring`.
+    pub cut: String,
+}
+
+/// What was asked of the mesher.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct MeshParameters {
+    /// Number of tetrahedra asked for.
+    pub tetrahedra: usize,
+    /// `native`, `cgal` or `tetgen`.
+    pub mesher: String,
+}
+
+/// The spherical region.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct RegionParameters {
+    /// Centre, LPS, mm.
+    pub centre_mm: [f64; 3],
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Whether it was proposed from the breast, not given in the case.
+    pub proposed: bool,
+}
+
+/// The CT as it was read.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct CtFacts {
+    /// Voxels along the grid's axes.
+    pub size: [usize; 3],
+    /// Distance of voxel centres along the grid's axes, mm.
+    pub spacing_mm: [f64; 3],
+    /// Centre of the first voxel, LPS, mm.
+    pub origin_mm: [f64; 3],
+    /// Number of slices.
+    pub slices: usize,
+    /// Patient Position as in DICOM (`HFS`, `FFS`, ...); empty when the file does not say.
+    pub patient_position: String,
+    /// Files of the folder that were not used.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A file that was not used.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// Its name, without the way to it.
+    pub file: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// Result of the segmentation.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Segmentation {
+    /// HU found for fat; `None` when the labels were brought.
+    pub fat_hu: Option<f64>,
+    /// HU found for muscle; `None` when the labels were brought.
+    pub muscle_hu: Option<f64>,
+    /// Soft tissue within the region, ml.
+    pub soft_tissue_ml: f64,
+    /// Chest wall within the region, with all it encloses, ml.
+    pub chest_wall_ml: f64,
+}
+
+/// Result of the mesher.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Number of tetrahedra asked for.
+    pub asked: usize,
+    /// Number of tetrahedra made.
+    pub tetrahedra: usize,
+    /// Number of points.
+    pub points: usize,
+    /// Number of unknowns of the mechanics (three per free node).
+    pub unknowns: usize,
+    /// Smallest dihedral angle, degrees.
+    pub min_dihedral_deg: f64,
+    /// Largest dihedral angle, degrees.
+    pub max_dihedral_deg: f64,
+    /// Smallest radius ratio (3 r_in / R_circ; 1 is best).
+    pub min_radius_ratio: f64,
+    /// Mean radius ratio.
+    pub mean_radius_ratio: f64,
+    /// Volume, ml.
+    pub volume_ml: f64,
+    /// Area of the skin, mm².
+    pub skin_mm2: f64,
+    /// Area of the chest wall, mm².
+    pub chest_wall_mm2: f64,
+    /// Area of the cut, mm².
+    pub cut_mm2: f64,
+}
+
+/// Result of the mechanics.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Solve {
+    /// Newton iterations over all load steps.
+    pub iterations: usize,
+    /// Iterations in which the tangent stiffness was not positive definite.
+    pub indefinite: usize,
+    /// Load steps: 1 when the full load was reached at once.
+    pub load_steps: usize,
+    /// Residual at the end, relative to the load.
+    pub residual: f64,
+    /// Smallest det F over all integration points.
+    pub min_det_f: f64,
+    /// Largest det F over all integration points.
+    pub max_det_f: f64,
+    /// Largest displacement of a node, mm.
+    pub max_displacement_mm: f64,
+}
+
+/// Result of the warp.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Warp {
+    /// Width over which the displacement faded at the cut, mm.
+    pub fade_mm: f64,
+    /// Voxels whose value was taken from another place of the CT.
+    pub moved_voxels: usize,
+    /// Voxels the soft tissue left, now air.
+    pub vacated_voxels: usize,
+    /// Voxels where the map folds (det J not above 0): 0 in a sound result.
+    pub folded_voxels: usize,
+    /// det J of the map from the CT to the operating position over the moved voxels: the local
+    /// change of volume, 1 for none.
+    pub jacobian: Jacobian,
+}
+
+/// Distribution of the Jacobian determinant.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Jacobian {
+    /// Smallest.
+    pub min: f64,
+    /// First percentile.
+    pub p01: f64,
+    /// Mean.
+    pub mean: f64,
+    /// 99th percentile.
+    pub p99: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// A point of the body in the CT and on the operating table.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Movement {
+    /// In the CT, LPS, mm.
+    pub before_mm: [f64; 3],
+    /// On the operating table, LPS, mm.
+    pub after_mm: [f64; 3],
+    /// `after - before`, LPS, mm.
+    pub displacement_mm: [f64; 3],
+    /// Length of the displacement, mm.
+    pub distance_mm: f64,
+}
+
+impl Movement {
+    /// The movement of a point from `before_mm` to `after_mm`, LPS, mm.
+    pub fn new(before_mm: [f64; 3], after_mm: [f64; 3]) -> Self {
+        let displacement_mm = std::array::from_fn(|a| after_mm[a] - before_mm[a]);
+        let distance_mm = displacement_mm.iter().map(|d: &f64| d * d).sum::<f64>().sqrt();
+        Self { before_mm, after_mm, displacement_mm, distance_mm }
+    }
+}
+
+/// A point that was carried along.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct CarriedPoint {
+    /// Its name in the file it came from.
+    pub name: String,
+    /// In the CT, LPS, mm.
+    pub before_mm: [f64; 3],
+    /// On the operating table, LPS, mm.
+    pub after_mm: [f64; 3],
+    /// Whether it lies in the mesh; outside, nothing is known to move and `after` is `before`.
+    pub inside: bool,
+}
+
+/// The exported DICOM series.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Export {
+    /// Folder, relative to the run's folder.
+    pub folder: String,
+    /// Number of files.
+    pub files: usize,
+    /// Series Description, by which the planning system lists it.
+    pub series_description: String,
+    /// Series Instance UID.
+    pub series_uid: String,
+    /// Frame of Reference UID: that of the source CT.
+    pub frame_of_reference_uid: String,
+    /// Checks of the written files.
+    pub verified: Checks,
+}
+
+/// How many checks were passed.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Checks {
+    /// Checks passed.
+    pub passed: usize,
+    /// Checks made.
+    pub total: usize,
+}
+
+/// What the user must know before trusting the result.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// The stage that says it: `import`, `segment`, `mesh`, `solve`, `warp`, `export`, ...
+    pub stage: String,
+    /// What it says.
+    pub message: String,
+}
+
+/// A file or folder that was written.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Path relative to the run's folder, with `/`.
+    pub path: String,
+    /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.
+    pub blake3: String,
+}
+
+/// What differs from run to run of the same case.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The stages in the order they ran.
+    pub stages: Vec<StageTime>,
+    /// Wall time of the whole run, seconds.
+    pub total_seconds: f64,
+    /// Largest resident memory of the whole run, MB; `None` where the system does not tell.
+    pub peak_memory_mb: Option<f64>,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// How long a stage took.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct StageTime {
+    /// Name of the stage.
+    pub name: String,
+    /// Wall time, seconds.
+    pub seconds: f64,
+    /// Whether its result came from the cache.
+    pub cached: bool,
+    /// Largest resident memory of the process up to its end, MB; `None` where the system does not
+    /// tell.
+    pub peak_memory_mb: Option<f64>,
+}
+
+/// What a simulated volume must not be used for: the entries of
+/// [`Summary::must_not_be_used_for`].
+pub fn must_not_be_used_for() -> Vec<String> {
+    [
+        "Diagnosis: it is a simulation, not an acquired image.",
+        "Treatment without approval of the plan by a qualified person who has compared it with \
+         the CT it was made from.",
+        "Dose or density outside the simulated region: there the volume still shows the patient \
+         as she lay on the CT table.",
+        "Any other tilt of the table, arm position or tissue removal than the one simulated.",
+    ]
+    .map(String::from)
+    .to_vec()
+}
+
+impl Summary {
+    /// The summary as JSON: indented, keys in the order of the fields, ends with a line feed.
+    pub fn to_json(&self) -> String {
+        // Plain structs of numbers, strings and lists: there is no value that JSON cannot hold.
+        let mut json = serde_json::to_string_pretty(self).unwrap_or_default();
+        json.push('\n');
+        json
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,144 @@
+use super::*;
+
+/// A summary with a value in every field, and awkward strings.
+#[expect(clippy::too_many_lines, reason = "a table of all fields")]
+pub(crate) fn example() -> Summary {
+    let ball = Ball { centre_mm: [40.0, -30.0, 10.0], radius_mm: 10.0 };
+    Summary {
+        tool: Tool { name: "supine".into(), version: "0.1.0".into() },
+        must_not_be_used_for: must_not_be_used_for(),
+        case: Case {
+            breast: "left".into(),
+            bed: Bed { ap_deg: 7.0, lat_deg: 5.0, gravity: [0.086506, 0.988769, -0.121869] },
+            tumour: Some(ball),
+        },
+        inputs: vec![Input {
+            role: "ct".into(),
+            path_name: "<script>alert('x')</script> & \"co\"".into(),
+            files: 86,
+            blake3: "00ff".repeat(16),
+        }],
+        parameters: Parameters {
+            tissue: Tissue {
+                young_kpa: 0.609,
+                poisson: 0.45,
+                density_kg_m3: 1000.0,
+                rest: "net".into(),
+                order: 2,
+                cut: "free".into(),
+            },
+            mesh: MeshParameters { tetrahedra: 5000, mesher: "native".into() },
+            region: RegionParameters {
+                centre_mm: [40.0, -20.0, 5.0],
+                radius_mm: 45.0,
+                proposed: true,
+            },
+            interpolation: "linear".into(),
+            fade_mm: 10.0,
+        },
+        ct: CtFacts {
+            size: [64, 48, 40],
+            spacing_mm: [2.5, 2.5, 3.0],
+            origin_mm: [-80.0, -60.0, -60.0],
+            slices: 40,
+            patient_position: "HFS".into(),
+            left_out: vec![LeftOut { file: "IM0000".into(), reason: "localizer".into() }],
+        },
+        segmentation: Segmentation {
+            fat_hu: Some(-103.4),
+            muscle_hu: Some(52.1),
+            soft_tissue_ml: 731.25,
+            chest_wall_ml: 402.5,
+        },
+        mesh: Mesh {
+            asked: 5000,
+            tetrahedra: 5012,
+            points: 1203,
+            unknowns: 22_101,
+            min_dihedral_deg: 14.2,
+            max_dihedral_deg: 151.8,
+            min_radius_ratio: 0.31,
+            mean_radius_ratio: 0.84,
+            volume_ml: 728.9,
+            skin_mm2: 41_234.0,
+            chest_wall_mm2: 20_111.0,
+            cut_mm2: 12_345.0,
+        },
+        solve: Solve {
+            iterations: 6,
+            indefinite: 0,
+            load_steps: 1,
+            residual: 3.2e-11,
+            min_det_f: 0.81,
+            max_det_f: 1.22,
+            max_displacement_mm: 6.4,
+        },
+        warp: Warp {
+            fade_mm: 10.0,
+            moved_voxels: 61_234,
+            vacated_voxels: 1_204,
+            folded_voxels: 0,
+            jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
+        },
+        tumour: Some(Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0])),
+        nipple: Some(Movement::new([42.0, -52.0, 8.0], [45.0, -50.0, 4.0])),
+        points: vec![CarriedPoint {
+            name: "clip <1>".into(),
+            before_mm: [30.0, -25.0, 0.0],
+            after_mm: [31.0, -24.5, -1.5],
+            inside: true,
+        }],
+        export: Some(Export {
+            folder: "ct".into(),
+            files: 86,
+            series_description: "DERIVED supine <left>".into(),
+            series_uid: "2.25.123".into(),
+            frame_of_reference_uid: "1.2.3".into(),
+            verified: Checks { passed: 41, total: 41 },
+        }),
+        warnings: vec![Warning {
+            stage: "solve".into(),
+            message: "det F < 0.3 in 2 tetrahedra & more".into(),
+        }],
+        outputs: vec![Output { path: "labels.seg.nrrd".into(), blake3: "ab".repeat(32) }],
+        run: Run {
+            stages: vec![StageTime {
+                name: "solve".into(),
+                seconds: 1.25,
+                cached: false,
+                peak_memory_mb: Some(812.0),
+            }],
+            total_seconds: 9.5,
+            peak_memory_mb: Some(901.0),
+            threads: 2,
+        },
+    }
+}
+
+#[test]
+fn json_reads_back_and_keeps_the_order_of_the_fields() {
+    let summary = example();
+    let json = summary.to_json();
+    assert_eq!(serde_json::from_str::<Summary>(&json).unwrap(), summary);
+    let place = |key: &str| json.find(&format!("\n  \"{key}\"")).unwrap();
+    let order = ["tool", "must_not_be_used_for", "case", "inputs", "parameters", "ct", "run"];
+    assert!(order.map(place).is_sorted());
+    assert!(json.ends_with("}\n"));
+}
+
+#[test]
+fn what_differs_between_runs_lies_in_run() {
+    let (mut a, mut b) = (example(), example());
+    b.run.total_seconds = 77.0;
+    b.run.stages.clear();
+    assert_ne!(a.to_json(), b.to_json());
+    a.run = b.run.clone();
+    assert_eq!(a.to_json(), b.to_json());
+}
+
+#[test]
+fn a_movement_has_its_difference_and_length() {
+    let m = Movement::new([1.0, 2.0, 3.0], [3.0, 5.0, 9.0]);
+    assert_eq!(m.displacement_mm, [2.0, 3.0, 6.0]);
+    assert!((m.distance_mm - 7.0).abs() < 1e-12);
+}
