@@ -1,2 +1,76 @@
-//! Chores of the house: `cargo xtask test | verify`.
-fn main() {}
+//! Chores of the house, run as `cargo xtask NAME`.
+//!
+//! One variant of `Chore` and one module per chore; `steps` names, times and sums up what a chore
+//! does, `readers` installs the independent readers that the conformance tests ask.
+#![expect(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    clippy::disallowed_methods,
+    reason = "a chore talks to the developer, times its steps and touches files under target/"
+)]
+
+mod readers;
+mod steps;
+mod test;
+
+use anyhow::{Context, Result};
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Chores of the house.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    /// Everything that must hold: format, lints, documentation, licences, all tests. Installs once
+    /// what the independent readers need (apt packages, a Python environment under target/).
+    Test(test::Options),
+    /// Only what `test` installs: the independent readers.
+    Readers,
+}
+
+/// Where things are.
+struct House {
+    /// The folder of the workspace's Cargo.toml.
+    root: PathBuf,
+    /// Cargo's target folder.
+    target: PathBuf,
+}
+
+impl House {
+    fn find() -> Result<Self> {
+        let metadata = cargo_metadata::MetadataCommand::new()
+            .no_deps()
+            .exec()
+            .context("cargo metadata does not answer; run `cargo xtask` inside the repository")?;
+        Ok(Self {
+            root: metadata.workspace_root.into_std_path_buf(),
+            target: metadata.target_directory.into_std_path_buf(),
+        })
+    }
+}
+
+fn chore() -> Result<()> {
+    let arguments = Arguments::parse();
+    let house = House::find()?;
+    match arguments.chore {
+        Chore::Test(options) => test::run_steps(&house, &options),
+        Chore::Readers => readers::install(&house),
+    }
+}
+
+fn main() -> ExitCode {
+    match chore() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cargo xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

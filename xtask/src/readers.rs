@@ -1,0 +1,116 @@
+//! The independent readers: DICOM validators from Debian and Python packages in `target/readers`.
+//!
+//! Both are installed once: what is there already is left alone, and what is installed is said.
+
+use crate::House;
+use crate::steps::run;
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Binaries that must be on the path, each with the Debian package that brings it.
+const BINARIES: [(&str, &str); 5] = [
+    ("dciodvfy", "dicom3tools"),
+    ("dcentvfy", "dicom3tools"),
+    ("dcmdump", "dcmtk"),
+    ("dcmftest", "dcmtk"),
+    ("python3", "python3"),
+];
+
+/// Installs what is missing.
+///
+/// # Errors
+/// When a package is missing and cannot be installed; the message says what to do by hand.
+pub(crate) fn install(house: &House) -> Result<()> {
+    let mut packages: Vec<&str> = BINARIES
+        .iter()
+        .filter(|(binary, _)| !on_path(binary))
+        .map(|(_, package)| *package)
+        .collect();
+    packages.dedup();
+    if !python_makes_environments() {
+        packages.push("python3-venv");
+    }
+    if packages.is_empty() {
+        println!("the Debian packages of the readers are installed");
+    } else {
+        install_debian(&packages)?;
+    }
+    install_python(house)
+}
+
+/// Whether a program of this name is on the path.
+pub(crate) fn on_path(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+/// Whether `python3 -m venv` can work: Debian ships Python without the module it needs.
+fn python_makes_environments() -> bool {
+    succeeds(Command::new("python3").args(["-c", "import ensurepip, venv"]))
+}
+
+/// Whether a command can be started and ends with 0; its output is dropped.
+fn succeeds(command: &mut Command) -> bool {
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+fn install_debian(packages: &[&str]) -> Result<()> {
+    let names = packages.join(" ");
+    println!("installing Debian packages, once: {names}");
+    let by_hand = || format!("install by hand: apt-get install {names}");
+    if !on_path("apt-get") {
+        bail!("this machine has no apt-get; {}", by_hand());
+    }
+    let root = succeeds(Command::new("sh").args(["-c", "test $(id -u) = 0"]));
+    if !root && !succeeds(Command::new("sudo").args(["-n", "true"])) {
+        bail!("neither root nor sudo without a password; {}", by_hand());
+    }
+    let apt = |arguments: &[&str]| {
+        let mut command = if root {
+            Command::new("env")
+        } else {
+            let mut sudo = Command::new("sudo");
+            sudo.args(["-n", "env"]);
+            sudo
+        };
+        command.args(["DEBIAN_FRONTEND=noninteractive", "apt-get"]).args(arguments);
+        run(&mut command)
+    };
+    apt(&["update", "--quiet"]).with_context(by_hand)?;
+    let install = ["install", "--yes", "--quiet", "--no-install-recommends"];
+    apt(&[&install[..], packages].concat()).with_context(by_hand)
+}
+
+/// Makes `target/readers`, a virtual environment with the packages of `xtask/readers.txt`, unless
+/// it was made from the same list. The copy of the list inside is written last, so that a broken
+/// installation is made anew.
+fn install_python(house: &House) -> Result<()> {
+    let list = house.root.join("xtask/readers.txt");
+    let wanted = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+    let environment = house.target.join("readers");
+    let made_from = environment.join("readers.txt");
+    let python = environment.join("bin/python");
+    if std::fs::read_to_string(&made_from).is_ok_and(|made| made == wanted) && works(&python) {
+        println!("the Python readers in {} are up to date", environment.display());
+        return Ok(());
+    }
+    println!("installing the Python readers, once: {}", environment.display());
+    if environment.exists() {
+        std::fs::remove_dir_all(&environment).context("cannot remove the old Python readers")?;
+    }
+    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
+    run(Command::new(&python).args(pip).arg("--requirement").arg(&list))
+        .context("the Python packages need the package index pypi.org or a mirror of it")?;
+    if !works(&python) {
+        bail!("the Python readers were installed but cannot be imported by {}", python.display());
+    }
+    std::fs::write(&made_from, wanted).with_context(|| made_from.display().to_string())
+}
+
+/// Whether the environment's Python imports every reader.
+fn works(python: &Path) -> bool {
+    succeeds(Command::new(python).args(["-c", "import SimpleITK, highdicom, meshio, pydicom"]))
+}

@@ -1,0 +1,52 @@
+//! `cargo xtask test`: everything that must hold, cheap steps first.
+
+use crate::steps::{Steps, run};
+use crate::{House, readers};
+use anyhow::Result;
+use std::ffi::OsString;
+use std::process::Command;
+
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Leaves out the lints and the documentation.
+    #[arg(long)]
+    fast: bool,
+}
+
+/// # Errors
+/// When a step failed; every step was run.
+pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
+    let mut steps = Steps::new();
+    steps.run("independent readers", || readers::install(house));
+    steps.run("format", || run(cargo(house).args(["fmt", "--all", "--check"])));
+    if options.fast {
+        steps.skip("lints", "--fast");
+        steps.skip("documentation", "--fast");
+    } else {
+        let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+        steps.run("lints", || run(cargo(house).args(lints)));
+        steps.run("documentation", || {
+            let doc = ["doc", "--workspace", "--no-deps"];
+            run(cargo(house).args(doc).env("RUSTDOCFLAGS", "-D warnings"))
+        });
+    }
+    if readers::on_path("cargo-deny") {
+        let deny = ["deny", "check", "bans", "licenses", "sources"];
+        steps.run("cargo-deny", || run(cargo(house).args(deny)));
+    } else {
+        steps
+            .skip("cargo-deny", "not installed; the test house::licences reads the same deny.toml");
+    }
+    // The tests run the binary; built here, its compilation does not count as a test's time.
+    steps.run("binary", || run(cargo(house).args(["build", "--package", "supine"])));
+    steps.run("tests", || run(cargo(house).args(["test", "--workspace", "--no-fail-fast"])));
+    steps.finish()
+}
+
+/// The cargo that runs this chore, in the root of the repository.
+fn cargo(house: &House) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+    let mut command = Command::new(cargo);
+    command.current_dir(&house.root);
+    command
+}
