@@ -1,1 +1,20 @@
-//! End-to-end tests and conformance suites; the tests are in the files beside.
+//! What the end-to-end tests share: the workspace, the binary under test, small cases, folders.
+//!
+//! The tests run `supine` as a user does and judge what it leaves. Three binaries:
+//! `flow` (whole runs: independent readers, determinism, Ctrl-C), `bad_input` (one clear message,
+//! the right exit code, nothing half-written) and `house` (layers, licences, tidiness).
+#![expect(
+    clippy::disallowed_methods,
+    clippy::missing_panics_doc,
+    reason = "only tests call this: files are its work and a panic is a failed test"
+)]
+
+mod binary;
+mod case;
+mod folder;
+mod workspace;
+
+pub use binary::{Outcome, python, readers_python, supine, supine_command, tool};
+pub use case::Case;
+pub use folder::{FINAL_NAMES, copy_series, files_below, half_written, leftovers};
+pub use workspace::{metadata, root, target};

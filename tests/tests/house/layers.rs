@@ -1,0 +1,78 @@
+//! Arrows point only to lower layers, never sideways (docs/ARCHITECTURE.md).
+
+use std::collections::BTreeMap;
+use supine_tests::metadata;
+
+/// The layer of each package of the workspace. Nothing may depend on the house itself.
+const LAYERS: [(&str, u8); 14] = [
+    ("supine-space", 0),
+    ("supine-volume", 1),
+    ("supine-mesh", 1),
+    ("supine-dicom", 2),
+    ("supine-exchange", 2),
+    ("supine-segment", 2),
+    ("supine-tetrahedralise", 2),
+    ("supine-fem", 2),
+    ("supine-warp", 2),
+    ("supine-report", 3),
+    ("supine-pipeline", 4),
+    ("supine", 6),
+    ("supine-tests", HOUSE),
+    ("xtask", HOUSE),
+];
+
+/// Tests and chores: above everything.
+const HOUSE: u8 = 7;
+
+/// What a table and a list of arrows (user, used) get wrong, in words.
+fn faults(layers: &BTreeMap<&str, u8>, packages: &[&str], arrows: &[(&str, &str)]) -> Vec<String> {
+    let mut faults = Vec::new();
+    for package in packages.iter().filter(|p| !layers.contains_key(**p)) {
+        faults.push(format!("{package} has no layer: give it one in tests/tests/house/layers.rs"));
+    }
+    for gone in layers.keys().filter(|l| !packages.contains(l)) {
+        faults.push(format!("{gone} has a layer but is no package of the workspace"));
+    }
+    for (user, used) in arrows {
+        if let (Some(from), Some(to)) = (layers.get(user), layers.get(used))
+            && to >= from
+        {
+            faults.push(format!("{user} (L{from}) may not depend on {used} (L{to})"));
+        }
+    }
+    faults
+}
+
+#[test]
+fn arrows_point_only_to_lower_layers() {
+    let packages: Vec<&str> =
+        metadata().workspace_packages().iter().map(|p| p.name.as_str()).collect();
+    let mut arrows = Vec::new();
+    for package in metadata().workspace_packages() {
+        // Normal, build and dev dependencies alike.
+        for dependency in &package.dependencies {
+            if packages.contains(&dependency.name.as_str()) {
+                arrows.push((package.name.as_str(), dependency.name.as_str()));
+            }
+        }
+    }
+    assert!(arrows.len() > 10, "the workspace's own dependencies were found: {arrows:?}");
+    let faults = faults(&LAYERS.into_iter().collect(), &packages, &arrows);
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn the_rule_sees_what_it_forbids() {
+    let layers = BTreeMap::from([("space", 0), ("fem", 2), ("warp", 2), ("gone", 3)]);
+    let packages = ["space", "fem", "warp", "new"];
+    let found = faults(&layers, &packages, &[("fem", "space"), ("fem", "warp"), ("space", "fem")]);
+    assert_eq!(
+        found,
+        [
+            "new has no layer: give it one in tests/tests/house/layers.rs",
+            "gone has a layer but is no package of the workspace",
+            "fem (L2) may not depend on warp (L2)",
+            "space (L0) may not depend on fem (L2)",
+        ]
+    );
+}

@@ -1,0 +1,6 @@
+//! The rules of the house: layers, licences, tidiness.
+#![expect(clippy::disallowed_methods, reason = "the rules are about files")]
+
+mod layers;
+mod licences;
+mod tidy;

@@ -1,0 +1,155 @@
+//! Small rules that keep the tree readable.
+
+use std::path::{Path, PathBuf};
+use supine_tests::{files_below, metadata, root};
+
+/// Longest Rust file, lines.
+const LONGEST_FILE: usize = 600;
+
+/// Packages that may touch files or a clock; see docs/ARCHITECTURE.md.
+const EDGES: [&str; 7] = [
+    "supine-dicom",
+    "supine-exchange",
+    "supine-report",
+    "supine-pipeline",
+    "supine",
+    "supine-tests",
+    "xtask",
+];
+
+/// The project's own files with one of these endings, relative to the root.
+fn sources(endings: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(root()).expect("the root can be listed") {
+        let path = entry.expect("the root can be listed").path();
+        let name = path.file_name().expect("an entry has a name").to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && name != ".git" {
+            found.extend(files_below(&path).into_iter().map(|below| Path::new(&name).join(below)));
+        } else if path.is_file() {
+            found.push(PathBuf::from(name));
+        }
+    }
+    found.retain(|path| endings.iter().any(|e| path.extension().is_some_and(|x| x == *e)));
+    assert!(!found.is_empty(), "files ending in {endings:?} were found");
+    found
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Fails with one line per fault.
+fn assert_none(faults: &[String]) {
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+#[test]
+fn every_crate_says_what_it_is() {
+    let mut faults = Vec::new();
+    for package in metadata().workspace_packages() {
+        for target in package.targets.iter().filter(|t| !t.is_custom_build()) {
+            let text = read(target.src_path.as_std_path());
+            if !text.starts_with("//!") {
+                faults.push(format!("{} does not begin with //!", target.src_path));
+            }
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn no_file_is_too_long() {
+    let mut faults = Vec::new();
+    for path in sources(&["rs", "py"]) {
+        let lines = read(&path).lines().count();
+        if lines > LONGEST_FILE {
+            faults.push(format!("{} has {lines} lines, {LONGEST_FILE} allowed", path.display()));
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn folder_and_package_share_their_name() {
+    let mut faults = Vec::new();
+    for package in metadata().workspace_packages() {
+        let folder = package.manifest_path.parent().and_then(|f| f.file_name()).unwrap_or_default();
+        let name = package.name.as_str();
+        // The binary is called as users call it.
+        let expected = if name == "supine" { "cli" } else { name.trim_start_matches("supine-") };
+        if folder != expected {
+            faults.push(format!("package {name} lies in the folder {folder}, not {expected}"));
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn every_crate_stands_in_the_architecture() {
+    let page = read(Path::new("docs/ARCHITECTURE.md"));
+    let mut faults = Vec::new();
+    for package in metadata().workspace_packages() {
+        let folder = package.manifest_path.parent().expect("a manifest lies in a folder");
+        let folder = folder.strip_prefix(root()).expect("a package lies in the repository");
+        if !page.contains(&format!("### `{folder}`")) {
+            faults.push(format!("docs/ARCHITECTURE.md has no heading ### `{folder}`"));
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn every_fixture_names_its_licence() {
+    let mut faults = Vec::new();
+    for entry in std::fs::read_dir(root().join("fixtures")).expect("there are fixtures") {
+        let folder = entry.expect("the fixtures can be listed").path();
+        let readme = folder.join("README.md");
+        let text = std::fs::read_to_string(&readme).unwrap_or_default().to_lowercase();
+        if folder.is_dir() && !text.contains("licence") && !text.contains("license") {
+            faults.push(format!("{} does not name the licence of the data", readme.display()));
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn no_trace_of_one_machine_and_nothing_unfinished() {
+    let endings = ["rs", "py", "md", "toml", "txt", "json", "html", "css", "csv", "svg"];
+    // Put together here, so that this file does not hold them.
+    let folders = ["work", "root", "home"].map(|folder| format!("/{folder}/"));
+    let macros = ["todo", "unimplemented", "dbg"].map(|name| format!("{name}!("));
+    let notes = ["TO", "FIX"].iter().zip(["DO", "ME"]).map(|(a, b)| format!("{a}{b}"));
+    let forbidden: Vec<String> = folders.into_iter().chain(macros).chain(notes).collect();
+    let mut faults = Vec::new();
+    for path in sources(&endings) {
+        for (number, line) in read(&path).lines().enumerate() {
+            for word in forbidden.iter().filter(|word| line.contains(word.as_str())) {
+                faults.push(format!("{}:{}: {word}", path.display(), number + 1));
+            }
+        }
+    }
+    assert_none(&faults);
+}
+
+#[test]
+fn only_the_edges_touch_files() {
+    let mut faults = Vec::new();
+    let lint = ["disallowed", "methods"].join("_");
+    for package in metadata().workspace_packages() {
+        if EDGES.contains(&package.name.as_str()) {
+            continue;
+        }
+        let folder = package.manifest_path.parent().expect("a manifest lies in a folder");
+        for path in files_below(folder.as_std_path()) {
+            let whole = folder.as_std_path().join(&path);
+            if whole.extension().is_some_and(|e| e == "rs") && read(&whole).contains(&lint) {
+                faults.push(format!(
+                    "{} waives the rule that {} is no edge",
+                    path.display(),
+                    package.name
+                ));
+            }
+        }
+    }
+    assert_none(&faults);
+}
