@@ -34,7 +34,6 @@ impl Outcome {
     }
 
     /// The same, when it ended with 0; anything else fails the test with all it said.
-    #[must_use]
     pub fn success(self, what: &str) -> Self {
         assert_eq!(
             self.code,
@@ -47,9 +46,9 @@ impl Outcome {
     }
 }
 
-/// Runs `supine` with these arguments.
-pub fn supine<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Outcome {
-    Outcome::of(supine_command().args(arguments))
+/// Runs `supine` with these arguments: words and paths, as they come.
+pub fn supine(arguments: &[&dyn AsRef<OsStr>]) -> Outcome {
+    Outcome::of(supine_command().args(arguments.iter().map(|argument| argument.as_ref())))
 }
 
 /// `supine`, freshly built, in the folder of the repository.

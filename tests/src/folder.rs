@@ -4,8 +4,11 @@ use crate::workspace::root;
 use std::path::{Path, PathBuf};
 
 /// The names under which a run leaves its results (docs/ARCHITECTURE.md).
-pub const FINAL_NAMES: [&str; 6] =
-    ["ct", "report", "summary.json", "labels.seg.nrrd", "mesh", "field"];
+pub const FINAL_NAMES: [&str; 8] =
+    ["labels.seg.nrrd", "mesh", "field", "points.csv", "ct", "ct.nrrd", "report", "summary.json"];
+
+/// What a run keeps for itself beside its results.
+const KEPT: [&str; 2] = [".stages", "log.jsonl"];
 
 /// Every file below a folder, relative to it, sorted.
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {
@@ -33,24 +36,24 @@ pub fn leftovers(out: &Path) -> Vec<&'static str> {
     FINAL_NAMES.into_iter().filter(|name| out.join(name).exists()).collect()
 }
 
-/// Files and folders below `out`, outside the cache, that a run forgot to rename or remove:
-/// their names are not of those a run leaves.
-pub fn half_written(out: &Path) -> Vec<PathBuf> {
-    let known = |first: &str| {
-        FINAL_NAMES.contains(&first) || [".stages", "log.jsonl", "case.toml"].contains(&first)
-    };
-    let temporary = |path: &Path| {
-        path.components().any(|c| {
-            let name = c.as_os_str().to_string_lossy();
-            name.starts_with(".tmp") || name.ends_with(".tmp") || name.ends_with(".part")
-        })
-    };
-    let mut found = files_below(out);
-    found.retain(|path| {
-        let first = path.components().next().map(|c| c.as_os_str().to_string_lossy().into_owned());
-        temporary(path) || !first.is_some_and(|f| known(&f))
+/// Files below a run's folder that are neither results nor what the run keeps for itself: what it
+/// forgot to rename or remove. Results never begin with a dot, as temporary names do.
+pub fn forgotten(out: &Path) -> Vec<PathBuf> {
+    let mut files = files_below(out);
+    files.retain(|path| {
+        let names: Vec<_> = path.components().map(|c| c.as_os_str().to_string_lossy()).collect();
+        let kept = KEPT.contains(&&*names[0]);
+        let result = FINAL_NAMES.contains(&&*names[0]) && !names.iter().any(|n| n.starts_with('.'));
+        !kept && !result
     });
-    found
+    files
+}
+
+/// The results of a run: every file below its folder that it does not keep for itself.
+pub fn results(out: &Path) -> Vec<PathBuf> {
+    let mut files = files_below(out);
+    files.retain(|path| !KEPT.iter().any(|kept| path.starts_with(kept)));
+    files
 }
 
 /// Copies the fixture's series into `folder/ct` and tells the files in order along the patient.

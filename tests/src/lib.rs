@@ -16,5 +16,5 @@ mod workspace;
 
 pub use binary::{Outcome, python, readers_python, supine, supine_command, tool};
 pub use case::Case;
-pub use folder::{FINAL_NAMES, copy_series, files_below, half_written, leftovers};
+pub use folder::{FINAL_NAMES, copy_series, files_below, forgotten, leftovers, results};
 pub use workspace::{metadata, root, target};

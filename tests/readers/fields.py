@@ -1,0 +1,57 @@
+"""fields.py SOURCE RUN: SimpleITK, given the source CT and our field, makes our warped CT; the two
+fields undo each other; the Jacobian is that of the field."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import SimpleITK as sitk
+from grids import check, of_itk, series_by_itk
+
+source, run = sys.argv[1], Path(sys.argv[2])
+ct, warped = series_by_itk(source), series_by_itk(run / "ct")
+names = ("deformed_to_ct.nrrd", "ct_to_deformed.nrrd", "jacobian.nrrd")
+back, forth, jacobian = (sitk.ReadImage(str(run / "field" / name)) for name in names)
+for name, field in (("deformed_to_ct", back), ("ct_to_deformed", forth)):
+    check(field.GetNumberOfComponentsPerPixel() == 3, f"{name} has no three components")
+    check(np.isfinite(sitk.GetArrayViewFromImage(field)).all(), f"{name} is not finite")
+
+
+def transform(field):
+    return sitk.DisplacementFieldTransform(sitk.Cast(field, sitk.sitkVectorFloat64))
+
+
+# The warped CT by another program: HU_deformed(x) = HU(x + v(x)), trilinear.
+grid = sitk.Resample(warped, back, sitk.Transform(), sitk.sitkNearestNeighbor)
+again = sitk.Resample(ct, back, transform(back), sitk.sitkLinear, -1000.0, sitk.sitkFloat64)
+way = np.linalg.norm(sitk.GetArrayFromImage(back), axis=-1)
+moved = way > 0.2
+off = np.abs(sitk.GetArrayFromImage(again) - sitk.GetArrayFromImage(grid))[moved]
+share = np.mean(off <= 1.5)
+print(f"{moved.sum()} voxels moved, largest way {way.max():.2f} mm; {share:.4%} equal, 99th percentile {np.percentile(off, 99):.1f} HU")
+check(moved.sum() > 10_000, f"only {moved.sum()} voxels moved")
+check(0.5 < way.max() < 60, f"largest way {way.max():.2f} mm")
+check(share > 0.97, f"SimpleITK makes the same volume of {share:.2%} of the moved voxels only")
+
+# There and back again, at voxels of the operating pose that came from somewhere inside.
+positions, steps = of_itk(back)
+rng = np.random.default_rng(10)
+chosen = rng.choice(np.argwhere(moved), 2000, replace=False)
+there, here = transform(back), transform(forth)
+errors = []
+for k, j, i in chosen:
+    x = back.TransformIndexToPhysicalPoint((int(i), int(j), int(k)))
+    errors.append(np.linalg.norm(np.subtract(here.TransformPoint(there.TransformPoint(x)), x)))
+middle, high = np.percentile(errors, [50, 90])
+print(f"there and back: median {middle:.3f} mm, 90th percentile {high:.3f} mm")
+check(middle < 0.2, f"the fields do not undo each other: median {middle:.3f} mm")
+
+# det of the gradient of x -> x + u(x) on the CT's grid, by differences.
+ours = of_itk(jacobian)[0]
+theirs = sitk.GetArrayFromImage(sitk.DisplacementFieldJacobianDeterminant(forth))
+check(ours.shape == theirs.shape, f"the Jacobian has the shape {ours.shape}, the field {theirs.shape}")
+inside = np.linalg.norm(sitk.GetArrayFromImage(forth), axis=-1) > 0.2
+off = np.abs(ours - theirs)[inside]
+print(f"Jacobian {ours.min():.3f} to {ours.max():.3f}; median difference to differences of the field {np.median(off):.4f}")
+check(ours.min() > 0, f"the map folds: Jacobian {ours.min():.3f}")
+check(np.median(off) < 0.05, f"the Jacobian is not that of the field: median difference {np.median(off):.3f}")

@@ -1,0 +1,268 @@
+//! Input that cannot be used: one clear message that names the file, slice or key, the exit code of
+//! docs/CONVENTIONS.md, and nothing under a final name that is not whole.
+#![expect(clippy::disallowed_methods, reason = "the tests spoil files")]
+
+use std::path::{Path, PathBuf};
+use supine_tests::{Case, Outcome, copy_series, forgotten, leftovers, supine, supine_command};
+
+/// The input cannot be used.
+const INPUT: i32 = 1;
+/// Wrong usage.
+const USAGE: i32 = 2;
+/// An output cannot be written.
+const OUTPUT: i32 = 5;
+
+/// Longest message, lines: one statement and what to do.
+const LONGEST_MESSAGE: usize = 6;
+
+fn scratch() -> tempfile::TempDir {
+    tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a scratch folder can be made")
+}
+
+/// Fails unless the program answered with this code and one message that names all of `names`.
+fn assert_refused(said: &Outcome, code: i32, names: &[&str]) {
+    let all = format!("stdout:\n{}\nstderr:\n{}", said.stdout, said.stderr);
+    assert_eq!(said.code, Some(code), "{all}");
+    assert!(said.stdout.is_empty(), "stdout is data\n{all}");
+    let lines = said.stderr.lines().filter(|line| !line.trim().is_empty()).count();
+    assert!((1..=LONGEST_MESSAGE).contains(&lines), "one message, not {lines} lines\n{all}");
+    for bad in ["panicked", "RUST_BACKTRACE", "Caused by", "Error {", "Some("] {
+        assert!(!said.stderr.contains(bad), "{bad} is no word for people\n{all}");
+    }
+    for name in names {
+        assert!(said.stderr.contains(name), "the message does not name {name}\n{all}");
+    }
+}
+
+/// Runs a case in `folder` and fails unless it is refused with nothing but `left` written.
+fn assert_run_refused(case: &Case, folder: &Path, code: i32, names: &[&str], left: &[&str]) {
+    let out = folder.join("out");
+    let said = supine(&[&"run", &case.write(folder), &"--out", &out, &"--quiet"]);
+    assert_refused(&said, code, names);
+    if out.exists() {
+        let found: Vec<_> = leftovers(&out).into_iter().filter(|n| !left.contains(n)).collect();
+        assert!(found.is_empty(), "left under final names: {found:?}");
+        assert!(forgotten(&out).is_empty(), "forgotten: {:?}", forgotten(&out));
+    }
+}
+
+/// The name of a file without the way to it.
+fn name(path: &Path) -> String {
+    path.file_name().expect("a file has a name").to_string_lossy().into_owned()
+}
+
+#[test]
+fn a_folder_without_ct() {
+    let folder = scratch();
+    let empty = folder.path().join("letters");
+    std::fs::create_dir(&empty).unwrap();
+    std::fs::write(empty.join("readme.txt"), "no picture here\n").unwrap();
+    let case = Case::small().with_ct(&empty);
+    assert_run_refused(&case, folder.path(), INPUT, &["letters"], &[]);
+    let said = supine(&[&"inspect", &empty]);
+    assert_eq!(said.code, Some(INPUT), "{}\n{}", said.stdout, said.stderr);
+}
+
+#[test]
+fn a_folder_that_is_not_there() {
+    let folder = scratch();
+    let case = Case::small().with_ct(&folder.path().join("elsewhere"));
+    assert_run_refused(&case, folder.path(), INPUT, &["elsewhere"], &[]);
+}
+
+#[test]
+fn a_missing_slice() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    std::fs::remove_file(&files[30]).unwrap();
+    // The gap lies between these two; the step is 3 mm and the gap 6 mm.
+    let (before, after) = (name(&files[29]), name(&files[31]));
+    let names = [before.as_str(), after.as_str(), "6.0", "3.0"];
+    assert_run_refused(&Case::small().with_ct(&ct), folder.path(), INPUT, &names, &[]);
+}
+
+#[test]
+fn a_truncated_file() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    let bytes = std::fs::read(&files[50]).unwrap();
+    std::fs::write(&files[50], &bytes[..bytes.len() / 2]).unwrap();
+    let names = [name(&files[50])];
+    assert_run_refused(&Case::small().with_ct(&ct), folder.path(), INPUT, &[&names[0]], &[]);
+}
+
+#[test]
+fn an_empty_file_named_as_a_slice() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    std::fs::write(&files[10], b"").unwrap();
+    // An empty file is no DICOM file: it is left out, and what shows is the gap it leaves.
+    let names = [name(&files[9]), name(&files[11])];
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_run_refused(&Case::small().with_ct(&ct), folder.path(), INPUT, &names, &[]);
+}
+
+/// Image Position (Patient), written as decimal strings, explicit VR little endian.
+const IMAGE_POSITION: [u8; 6] = [0x20, 0x00, 0x32, 0x00, b'D', b'S'];
+
+/// Rewrites the position of a slice, LPS, mm.
+fn move_slice(file: &Path, change: impl Fn([f64; 3]) -> [f64; 3]) {
+    let bytes = std::fs::read(file).expect("the slice is read");
+    let tag = bytes
+        .windows(IMAGE_POSITION.len())
+        .position(|window| window == IMAGE_POSITION)
+        .expect("the slice has a position");
+    let length = tag + IMAGE_POSITION.len();
+    let value = length + 2;
+    let end = value + usize::from(u16::from_le_bytes([bytes[length], bytes[length + 1]]));
+    let text = std::str::from_utf8(&bytes[value..end]).expect("it is text");
+    let mut numbers = text.split('\\').map(|n| n.trim().parse::<f64>().expect("a number"));
+    let mut text = change([(); 3].map(|()| numbers.next().expect("three numbers")))
+        .map(|number| format!("{number:.4}"))
+        .join("\\");
+    if text.len() % 2 == 1 {
+        text.push(' ');
+    }
+    let size = u16::try_from(text.len()).expect("it is short").to_le_bytes();
+    let spoiled = [&bytes[..length], &size, text.as_bytes(), &bytes[end..]].concat();
+    std::fs::write(file, spoiled).expect("the slice is written");
+}
+
+#[test]
+fn gantry_tilt() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    for file in &files {
+        // 10 degrees: each slice lies further back than the one below.
+        move_slice(file, |[x, y, z]| [x, y + z * 10f64.to_radians().tan(), z]);
+    }
+    assert_run_refused(&Case::small().with_ct(&ct), folder.path(), INPUT, &["tilt"], &[]);
+}
+
+#[test]
+fn two_slices_at_one_place() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    move_slice(&files[41], |[x, y, z]| [x, y, z - 3.0]);
+    let names = [name(&files[40]), name(&files[41])];
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_run_refused(&Case::small().with_ct(&ct), folder.path(), INPUT, &names, &[]);
+}
+
+#[test]
+fn a_tumour_outside_the_region() {
+    let folder = scratch();
+    let case = Case::small().with("tumour", "{ centre = [-91.37, -248.09, -594.5], radius = 9.0 }");
+    assert_run_refused(&case, folder.path(), INPUT, &["tumour"], &["labels.seg.nrrd"]);
+}
+
+#[test]
+fn a_region_outside_the_body() {
+    let folder = scratch();
+    let case = Case::small().with("region", "{ centre = [99.0, -900.0, -612.5], radius = 60.0 }");
+    assert_run_refused(&case, folder.path(), INPUT, &["region"], &["labels.seg.nrrd"]);
+}
+
+#[test]
+fn values_that_cannot_be() {
+    for (key, value, named) in [
+        ("mesh", "{ tetrahedra = 0 }", "mesh.tetrahedra"),
+        ("mesh", "{ tetrahedra = -5 }", "mesh.tetrahedra"),
+        ("mesh", "{ tetrahedra = 1000, order = 7 }", "mesh.order"),
+        ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = -1.0 }", "tumour"),
+        ("tumour", "{ centre = [91.37, nan, -594.5], radius = 9.0 }", "tumour"),
+        ("bed", "{ ap = inf, lat = 5.0 }", "bed"),
+        ("tissue", "{ young = 0.0 }", "young"),
+        ("tissue", "{ poisson = 0.5 }", "poisson"),
+        ("breast", "\"middle\"", "breast"),
+    ] {
+        let folder = scratch();
+        let case = Case::small().with(key, value);
+        assert_run_refused(&case, folder.path(), INPUT, &[named], &[]);
+    }
+}
+
+#[test]
+fn an_unknown_key_names_the_nearest_known_one() {
+    for (key, value, names) in [
+        ("tumor", "{ radius = 9.0 }", ["tumor", "`tumour`"]),
+        ("mesh", "{ tetrahedrons = 1000 }", ["tetrahedrons", "`mesh.tetrahedra`"]),
+        ("tisue", "{ young = 0.6 }", ["tisue", "`tissue`"]),
+    ] {
+        let folder = scratch();
+        let case = Case::small().with(key, value);
+        assert_run_refused(&case, folder.path(), INPUT, &names, &[]);
+    }
+}
+
+#[test]
+fn a_case_file_that_is_not_there_or_no_case_file() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    let run = |case: PathBuf| supine(&[&"run", &case, &"--out", &out]);
+    assert_refused(&run(folder.path().join("nothing.toml")), INPUT, &["nothing.toml"]);
+    let broken = folder.path().join("broken.toml");
+    std::fs::write(&broken, "ct = 'ct'\nbreast = \n").unwrap();
+    assert_refused(&run(broken), INPUT, &["broken.toml", "2"]);
+    assert!(!out.exists(), "nothing was begun");
+}
+
+#[test]
+fn an_output_that_cannot_be_written() {
+    // A path below a regular file fails for every user, root too.
+    let folder = scratch();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "in the way").unwrap();
+    let case = Case::small().write(folder.path());
+    let below = file.join("out");
+    let said = supine(&[&"run", &case, &"--out", &below, &"--quiet"]);
+    let named = below.display().to_string();
+    assert_refused(&said, OUTPUT, &[&named]);
+    assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
+}
+
+#[test]
+fn files_of_the_single_stages() {
+    let folder = scratch();
+    let (missing, out) = (folder.path().join("missing"), folder.path().join("out.vtu"));
+    let not_a_mesh = folder.path().join("mesh.vtu");
+    std::fs::write(&not_a_mesh, "<VTKFile type=\"Unstru").unwrap();
+    let solve =
+        |mesh: &Path| supine(&[&"solve", &"--mesh", &mesh, &"--bed", &"7,5", &"--out", &out]);
+    assert_refused(&solve(&missing), INPUT, &["missing"]);
+    assert_refused(&solve(&not_a_mesh), INPUT, &["mesh.vtu"]);
+    let said = Outcome::of(
+        supine_command()
+            .args(["mesh", "--centre", "0,0,0", "--radius", "90", "--tetrahedra", "1000"])
+            .arg("--labels")
+            .arg(&missing)
+            .arg("--out")
+            .arg(&out),
+    );
+    assert_refused(&said, INPUT, &["missing"]);
+    let said = supine(&[&"warp", &"--ct", &missing, &"--mesh", &missing, &"--out", &out]);
+    assert_refused(&said, INPUT, &["missing"]);
+    let said = supine(&[&"carry", &"--run", &missing, &"--points", &missing, &"--out", &out]);
+    assert_refused(&said, INPUT, &["missing"]);
+    let said = supine(&[&"verify-export", &missing, &"--source", &missing]);
+    assert_refused(&said, INPUT, &["missing"]);
+    assert!(!out.exists(), "nothing was written");
+}
+
+#[test]
+fn wrong_usage() {
+    for words in [
+        &["run"][..],
+        &["fly"],
+        &["solve", "--mesh", "m.vtu", "--out", "d.vtu"],
+        &["solve", "--mesh", "m.vtu", "--bed", "7", "--out", "d.vtu"],
+        &["solve", "--mesh", "m.vtu", "--bed", "7,5", "--sitting", "--out", "d.vtu"],
+        &["mesh", "--labels", "l.nrrd", "--centre", "1,2", "--radius", "9", "--tetrahedra", "9"],
+        &["run", "case.toml", "--out", "out", "--until", "lunch"],
+        &["run", "case.toml", "--out", "out", "--threads", "many"],
+    ] {
+        let said = Outcome::of(supine_command().args(words));
+        assert_eq!(said.code, Some(USAGE), "{words:?}\n{}\n{}", said.stdout, said.stderr);
+        assert!(said.stdout.is_empty() && !said.stderr.is_empty(), "{words:?}: {said:?}");
+    }
+}

@@ -1,0 +1,10 @@
+//! Whole runs of the small case: what independent readers see in the results, the same bytes for
+//! any number of threads, Ctrl-C, a second run.
+//!
+//! One run is shared by all tests; it stays in `target/tmp/flow` for whoever wants to look.
+#![expect(clippy::disallowed_methods, reason = "the tests read what a run leaves and wait for it")]
+
+mod readers;
+mod repeat;
+mod shared;
+mod tools;

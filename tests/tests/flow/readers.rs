@@ -1,0 +1,87 @@
+//! What independent readers see in the results.
+
+use crate::shared::{scratch, shared};
+use std::path::PathBuf;
+use supine_tests::{files_below, python, readers_python, root, supine, tool};
+
+/// The CT that the shared run started from.
+fn source() -> PathBuf {
+    root().join("fixtures/patient/ct")
+}
+
+/// The files of a series, whole paths.
+fn series(folder: &std::path::Path) -> Vec<PathBuf> {
+    files_below(folder).into_iter().map(|file| folder.join(file)).collect()
+}
+
+#[test]
+fn three_readers_see_the_same_series_and_the_volume_we_meant() {
+    let scratch = scratch();
+    let volume = scratch.path().join("warped.nrrd");
+    let mesh = shared().out.join("mesh/deformed.vtu");
+    supine(&[&"warp", &"--ct", &source(), &"--mesh", &mesh, &"--out", &volume, &"--no-progress"])
+        .success("supine warp");
+    readers_python("series.py", [source(), shared().out.join("ct"), volume]).success("series.py");
+}
+
+#[test]
+fn the_run_s_own_volume_is_the_series() {
+    let volume = shared().out.join("ct.nrrd");
+    readers_python("series.py", [source(), shared().out.join("ct"), volume]).success("series.py");
+}
+
+#[test]
+fn labels_are_read_and_meet_the_truth() {
+    let truth = root().join("fixtures/patient/truth/labels.nrrd");
+    let labels = shared().out.join("labels.seg.nrrd");
+    readers_python("labels.py", [source(), labels, truth]).success("labels.py");
+}
+
+#[test]
+fn fields_explain_the_warped_volume() {
+    readers_python("fields.py", [source(), shared().out.clone()]).success("fields.py");
+}
+
+#[test]
+fn meshes_are_read_whole() {
+    readers_python("meshes.py", [shared().out.join("mesh")]).success("meshes.py");
+}
+
+#[test]
+fn dciodvfy_finds_no_error() {
+    let files = series(&shared().out.join("ct"));
+    assert_eq!(files.len(), series(&source()).len(), "one file per slice of the source");
+    for file in files {
+        let said = tool("dciodvfy", ["-new".as_ref(), file.as_os_str()]);
+        let text = said.stdout + &said.stderr;
+        let errors: Vec<&str> =
+            text.lines().filter(|l| l.starts_with("Error") || l.contains("Assertion")).collect();
+        assert!(errors.is_empty(), "{}:\n{}", file.display(), errors.join("\n"));
+        assert!(text.contains("CTImage"), "dciodvfy took it for a CT:\n{text}");
+    }
+}
+
+#[test]
+fn dcentvfy_finds_no_conflict_with_the_source() {
+    let files = [series(&source()), series(&shared().out.join("ct"))].concat();
+    let said = tool("dcentvfy", files);
+    let text = said.stdout + &said.stderr;
+    assert!(!text.lines().any(|line| line.starts_with("Error")), "{text}");
+}
+
+#[test]
+fn dcmftest_takes_every_file() {
+    tool("dcmftest", series(&shared().out.join("ct"))).success("dcmftest");
+}
+
+/// The rules collected with the reference measurements, where these lie beside the repository.
+#[test]
+fn the_reference_rules_pass() {
+    let rules = root().join("../shared/reference/dicom/check_export.py");
+    if !rules.is_file() {
+        println!("left out: there is no {}", rules.display());
+        return;
+    }
+    let arguments = [shared().out.join("ct").into_os_string(), "--source".into(), source().into()];
+    python(&rules, arguments).success("check_export.py");
+}

@@ -1,0 +1,135 @@
+//! The same case again: on another number of threads, after Ctrl-C, in the same folder.
+
+use crate::shared::{run, scratch, shared};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use supine_tests::{FINAL_NAMES, forgotten, results, supine_command};
+
+/// `summary.json` without what differs from run to run.
+fn lasting_summary(out: &Path) -> Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
+    let mut summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let run = summary.as_object_mut().and_then(|s| s.remove("run"));
+    assert!(run.is_some(), "the summary holds `run`, the part that may differ");
+    summary
+}
+
+/// Fails unless each result in `partial` has the bytes of the same result in `whole`.
+fn assert_same_bytes(partial: &Path, whole: &Path) {
+    for path in results(partial) {
+        let (a, b) = (partial.join(&path), whole.join(&path));
+        assert!(b.is_file(), "{} is in one run only", path.display());
+        if path == Path::new("summary.json") {
+            assert_eq!(lasting_summary(partial), lasting_summary(whole));
+        } else {
+            let same =
+                std::fs::read(&a).expect("it is read") == std::fs::read(&b).expect("it is read");
+            assert!(same, "{} differs between the runs", path.display());
+        }
+    }
+}
+
+#[test]
+fn one_thread_and_two_leave_the_same_bytes() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    run(&shared().case, &out, 1).success("supine run --threads 1");
+    assert_eq!(results(&out), results(&shared().out));
+    assert_same_bytes(&out, &shared().out);
+}
+
+#[test]
+fn a_run_leaves_what_it_promises_and_nothing_else() {
+    for name in FINAL_NAMES.into_iter().filter(|name| *name != "points.csv") {
+        assert!(shared().out.join(name).exists(), "{name} is missing");
+    }
+    for name in ["mesh/rest.vtu", "mesh/deformed.vtu", "report/index.html", "log.jsonl"]
+        .into_iter()
+        .chain(["field/deformed_to_ct.nrrd", "field/ct_to_deformed.nrrd", "field/jacobian.nrrd"])
+    {
+        assert!(shared().out.join(name).is_file(), "{name} is missing");
+    }
+    assert!(forgotten(&shared().out).is_empty(), "{:?}", forgotten(&shared().out));
+    let report = std::fs::read_to_string(shared().out.join("report/index.html"))
+        .expect("the report is text");
+    for outside in
+        ["src=\"http", "href=\"http", "url(http", "<script src", "<link rel=\"stylesheet"]
+    {
+        assert!(!report.contains(outside), "the report is not self-contained: {outside}");
+    }
+}
+
+/// Starts a run and waits until it is at work: its cache folder is there and a moment has passed.
+fn start(out: &Path) -> Child {
+    let mut command = supine_command();
+    command.arg("run").arg(&shared().case).arg("--out").arg(out);
+    command.args(["--no-progress", "--threads", "1"]);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("supine can be started");
+    let patience = Instant::now() + Duration::from_secs(60);
+    while !out.join(".stages").is_dir() {
+        assert!(Instant::now() < patience, "the run has not begun within a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child
+}
+
+#[test]
+fn ctrl_c_leaves_nothing_half_written_and_the_next_run_completes() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    // Early, in the middle and later: whatever the stage, the same promise.
+    for wait in [100, 1500, 4000] {
+        let mut child = start(&out);
+        std::thread::sleep(Duration::from_millis(wait));
+        let running = child.try_wait().expect("the run can be asked").is_none();
+        assert!(running || wait > 1500, "the run ended within {wait} ms: nothing was interrupted");
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).output();
+        kill.expect("kill can be started");
+        let asked = Instant::now();
+        let said = child.wait_with_output().expect("the run ends");
+        if running {
+            assert_eq!(said.status.code(), Some(130), "{}", String::from_utf8_lossy(&said.stderr));
+            assert!(said.stdout.is_empty(), "stdout is data");
+            let waited = asked.elapsed().as_secs_f64();
+            assert!(waited < 5.0, "it stopped only after {waited:.1} s");
+            assert!(!out.join("summary.json").exists() && !out.join("report").exists());
+        }
+        assert!(forgotten(&out).is_empty(), "after {wait} ms: {:?}", forgotten(&out));
+        assert_same_bytes(&out, &shared().out);
+    }
+    run(&shared().case, &out, 2).success("the run after Ctrl-C");
+    assert_eq!(results(&out), results(&shared().out));
+    assert_same_bytes(&out, &shared().out);
+}
+
+#[test]
+fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
+    use supine_tests::Case;
+    let folder = scratch();
+    let out = folder.path().join("out");
+    let case = Case::small().write(folder.path());
+    run(&case, &out, 2).success("the first run");
+    assert_same_bytes(&out, &shared().out);
+    run(&case, &out, 2).success("the second run");
+    assert_eq!(redone(&out), Vec::<String>::new());
+    assert_same_bytes(&out, &shared().out);
+
+    let labels = std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels");
+    let case = Case::small().with("bed", "{ ap = 0.0, lat = -10.0 }").write(folder.path());
+    run(&case, &out, 2).success("the run with another bed");
+    assert_eq!(redone(&out), ["solve", "warp", "export", "report"]);
+    assert_eq!(labels, std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels"));
+}
+
+/// The stages that the last run did itself, in order.
+fn redone(out: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
+    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let stages = summary["run"]["stages"].as_array().expect("`run.stages` is a list");
+    assert!(!stages.is_empty(), "the run names its stages");
+    let own = stages.iter().filter(|stage| stage["cached"] == Value::Bool(false));
+    own.map(|stage| stage["name"].as_str().expect("a stage has a name").to_owned()).collect()
+}

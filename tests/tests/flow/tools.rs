@@ -1,0 +1,113 @@
+//! The commands that look at or go on from a run: `inspect`, `verify-export`, `carry`.
+
+use crate::shared::{scratch, shared};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use supine_tests::{Outcome, files_below, root, supine};
+
+fn source() -> PathBuf {
+    root().join("fixtures/patient/ct")
+}
+
+#[test]
+fn inspect_describes_the_series_as_data() {
+    let said = supine(&[&"inspect", &source(), &"--json"]);
+    let said = said.success("supine inspect --json");
+    let value: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON and nothing else");
+    assert!(value.to_string().contains("86"), "86 slices are named: {value}");
+}
+
+fn verify(export: &Path, source: &Path) -> Outcome {
+    supine(&[&"verify-export", &export, &"--source", &source])
+}
+
+#[test]
+fn verify_export_passes_the_export() {
+    verify(&shared().out.join("ct"), &source()).success("supine verify-export");
+}
+
+/// A copy of the exported series, spoiled.
+fn spoiled(spoil: impl FnOnce(&[PathBuf])) -> tempfile::TempDir {
+    let copy = scratch();
+    let mut files = Vec::new();
+    for name in files_below(&shared().out.join("ct")) {
+        let to = copy.path().join(&name);
+        std::fs::copy(shared().out.join("ct").join(&name), &to).expect("the series can be copied");
+        files.push(to);
+    }
+    spoil(&files);
+    copy
+}
+
+fn assert_found(copy: &tempfile::TempDir, what: &str) {
+    let said = verify(copy.path(), &source());
+    assert_eq!(said.code, Some(4), "{what}\n{}\n{}", said.stdout, said.stderr);
+}
+
+#[test]
+fn verify_export_finds_a_missing_slice() {
+    let copy = spoiled(|files| std::fs::remove_file(&files[40]).expect("a slice can go"));
+    assert_found(&copy, "slice 40 is missing");
+}
+
+#[test]
+fn verify_export_finds_slices_with_exchanged_pixels() {
+    // Two slices swap their pixel data and nothing else: each file stays sound on its own.
+    let copy = spoiled(|files| {
+        let (a, b) = (&files[20], &files[60]);
+        let (mut x, mut y) = (std::fs::read(a).expect("read"), std::fs::read(b).expect("read"));
+        let pixels = 256 * 256 * 2;
+        assert!(x.len() > pixels && y.len() > pixels, "the pixels are uncompressed");
+        let (from_x, from_y) = (x.len() - pixels, y.len() - pixels);
+        x[from_x..].swap_with_slice(&mut y[from_y..]);
+        std::fs::write(a, x).expect("written");
+        std::fs::write(b, y).expect("written");
+    });
+    assert_found(&copy, "two slices exchanged their pixels");
+}
+
+#[test]
+fn verify_export_finds_the_source_passed_off_as_the_export() {
+    let said = verify(&source(), &source());
+    assert_eq!(said.code, Some(4), "{}\n{}", said.stdout, said.stderr);
+}
+
+/// Name and position of each row of a point list.
+fn points(path: &Path) -> Vec<(String, [f64; 3])> {
+    let text = std::fs::read_to_string(path).expect("the point list is read");
+    let mut lines = text.lines();
+    let header = lines.next().expect("there is a header");
+    assert!(header.starts_with("name,x,y,z"), "{header}");
+    lines
+        .map(|line| {
+            let mut cells = line.split(',');
+            let name = cells.next().expect("a row has a name").to_owned();
+            let number = |cell: Option<&str>| -> f64 {
+                cell.and_then(|c| c.trim().parse().ok()).expect("a row has three numbers")
+            };
+            (name, [(); 3].map(|()| number(cells.next())))
+        })
+        .collect()
+}
+
+#[test]
+fn carried_points_move_with_the_tumour() {
+    let folder = scratch();
+    let (given, carried) = (folder.path().join("given.csv"), folder.path().join("carried.csv"));
+    // The tumour's centre as in the case, and a point deep in the chest, which is held.
+    let rows = "name,x,y,z\ntumour,91.37,-248.09,-594.5\nspine,0.0,-120.0,-594.5\n";
+    std::fs::write(&given, rows).expect("the points can be written");
+    supine(&[&"carry", &"--run", &shared().out, &"--points", &given, &"--out", &carried])
+        .success("supine carry");
+    let carried = points(&carried);
+    assert_eq!(carried[0].0, "tumour");
+    assert_eq!(carried[1], ("spine".to_owned(), [0.0, -120.0, -594.5]));
+    let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
+    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    for axis in 0..3 {
+        let after = summary["tumour"]["after_mm"][axis].as_f64().expect("the tumour's place");
+        assert!((carried[0].1[axis] - after).abs() < 2e-3, "{carried:?} and {summary:?}");
+    }
+    let moved = summary["tumour"]["distance_mm"].as_f64().expect("the tumour's way");
+    assert!((0.5..30.0).contains(&moved), "the tumour moved by {moved} mm");
+}
