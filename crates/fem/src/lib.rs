@@ -1,1 +1,138 @@
 //! Finite elements: a neo-Hookean breast under gravity.
+//!
+//! The displacement u of the nodes minimises ∫ Ψ(F) − ∫ ρ g · u over the stress-free shape, with
+//! F = I + grad u, J = det F,
+//!
+//! Ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)).
+//!
+//! The chest wall is held; gravity turns instead of the patient. Elements are tetrahedra with four
+//! nodes and one quadrature point, or ten nodes and four points. Units: mm, kPa, hence forces in mN
+//! and ρ g in kPa/mm (1000 kg/m³ at 9.81 m/s²: 9.81e-3 kPa/mm). The frame is LPS.
+//!
+//! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
+//! an element is turned inside out.
+
+mod element;
+mod error;
+mod inverse;
+mod linear;
+mod material;
+mod model;
+mod newton;
+mod params;
+mod pattern;
+mod rest;
+mod support;
+
+pub use error::Error;
+pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
+
+use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
+use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_space::{Progress, Vector};
+
+/// Displacement of `mesh` (its CT shape) when gravity turns from `load.ct` to `load.target`, mm.
+///
+/// The displacement is measured from the CT shape whatever the rest state; its order is that of
+/// `params`. Same input, same bytes.
+///
+/// # Errors
+/// When a number is out of range, nothing holds the tissue, no equilibrium or no usable unloaded
+/// shape is found, memory is short, or the user stops.
+pub fn solve(
+    mesh: &TetMesh,
+    tissue: &Tissue,
+    load: &Load,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<(Displacement, Info), Error> {
+    tissue.check()?;
+    load.check()?;
+    params.check()?;
+    let edges = Edges::new(mesh);
+    let job = Job { mesh, edges: &edges, tissue, load, params };
+    let (values, mut info) = match params.order {
+        Order::Linear => job.run::<4, 1>(progress)?,
+        Order::Quadratic => job.run::<10, 4>(progress)?,
+    };
+    let displacement = Displacement::new(mesh, &edges, values)?;
+    info.max_displacement_mm = displacement.max_norm();
+    Ok((displacement, info))
+}
+
+/// What is asked.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    pub(crate) mesh: &'a TetMesh,
+    pub(crate) edges: &'a Edges,
+    pub(crate) tissue: &'a Tissue,
+    pub(crate) load: &'a Load,
+    pub(crate) params: &'a Params,
+}
+
+impl Job<'_> {
+    /// Solves with elements of `N` nodes and `Q` quadrature points.
+    fn run<const N: usize, const Q: usize>(
+        &self,
+        progress: Progress<'_>,
+    ) -> Result<(Vec<Vector>, Info), Error> {
+        let positions = self.positions::<N>();
+        let held = support::held_nodes(self.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(self.mesh, &held)?;
+        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.mesh, self.edges))
+            .map_err(Error::flat)?;
+        let (values, mut info) = match self.params.rest {
+            RestState::Net => rest::net(self, shape, &held, progress)?,
+            RestState::Unloaded => rest::unloaded(self, &positions, &shape, &held, progress)?,
+        };
+        self.warn::<N>(&positions, &values, &mut info);
+        Ok((values, info))
+    }
+
+    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.
+    fn positions<const N: usize>(&self) -> Vec<Vector> {
+        let mut positions: Vec<Vector> = self.mesh.points().iter().map(|p| p.coords).collect();
+        if N == 10 {
+            for [a, b] in self.edges.ends() {
+                positions.push((positions[*a as usize] + positions[*b as usize]) / 2.0);
+            }
+        }
+        positions
+    }
+
+    /// Says what a user should know of a result.
+    fn warn<const N: usize>(&self, positions: &[Vector], u: &[Vector], info: &mut Info) {
+        let nodes = element_nodes::<N>(self.mesh, self.edges);
+        let moved: Vec<Vector> = positions.iter().zip(u).map(|(x, u)| x + u).collect();
+        let corners = node_coordinates::<N>().map(parent_slopes::<N>);
+        let folded = |element: &&[u32; N]| {
+            corners.iter().any(|s| parent_map(&moved, element, s).determinant() <= 0.0)
+        };
+        let folds = nodes.iter().filter(folded).count();
+        if folds > 0 {
+            info.warnings.push(format!(
+                "{folds} of {} tetrahedra fold over at a corner or mid-side: the deformed image is \
+                 not to be trusted there",
+                nodes.len()
+            ));
+        }
+        if info.min_det_f < 0.3 {
+            info.warnings.push(format!(
+                "tissue is compressed to {:.2} of its volume at the worst point",
+                info.min_det_f
+            ));
+        }
+        if info.load_steps > 1 {
+            info.warnings.push(format!(
+                "the load had to be applied in {} steps: the solution may be one of several",
+                info.load_steps
+            ));
+        }
+        if self.tissue.poisson > 0.49 {
+            info.warnings.push(format!(
+                "a Poisson ratio of {} makes tetrahedra too stiff (volumetric locking)",
+                self.tissue.poisson
+            ));
+        }
+    }
+}

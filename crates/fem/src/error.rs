@@ -1,0 +1,120 @@
+//! Why the mechanics cannot give an answer.
+
+use supine_space::Stopped;
+
+/// Why a solution could not be found.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The user stopped the work.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+    /// A number of the tissue, the load or the parameters is out of range.
+    #[error("{name} is {value}, but must be {range}")]
+    OutOfRange {
+        /// What, with its unit.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// A gravity direction is not a unit vector.
+    #[error(
+        "the {which} gravity direction ({0}, {1}, {2}) has length {length}, but a direction of \
+         length 1 is needed", direction[0], direction[1], direction[2]
+    )]
+    Direction {
+        /// `CT` or `target`.
+        which: &'static str,
+        /// As given, LPS.
+        direction: [f64; 3],
+        /// Its length.
+        length: f64,
+    },
+    /// Nothing holds the body.
+    #[error(
+        "nothing holds {tets} of the {of} tetrahedra (among them tetrahedron {tet}): their part of \
+         the mesh has no chest_wall face. Check the segmentation of the chest wall, or choose a \
+         region that reaches it"
+    )]
+    NoSupport {
+        /// Tetrahedra without support.
+        tets: usize,
+        /// Tetrahedra of the mesh.
+        of: usize,
+        /// The first one without support.
+        tet: usize,
+    },
+    /// Everything is held.
+    #[error("every node of the mesh is held: there is no soft tissue left to move")]
+    NothingFree,
+    /// A tetrahedron has no volume at a quadrature point.
+    #[error("tetrahedron {tet} is flat or turned inside out: mesh again")]
+    Flat {
+        /// Which one.
+        tet: usize,
+    },
+    /// The displacement does not fit the mesh.
+    #[error(transparent)]
+    Displacement(#[from] supine_mesh::DisplacementError),
+    /// The equations were not solved.
+    #[error(
+        "no equilibrium found at {share:.0}% of the load after {iterations} iterations: {cause} \
+         (relative residual {residual:.1e}, wanted {tolerance:.0e}; worst is tetrahedron {tet}, \
+         volume ratio {volume_ratio:.3}). {advice}", share = 100.0 * load_share
+    )]
+    NonConvergence {
+        /// What went wrong in the last attempt.
+        cause: &'static str,
+        /// Newton iterations in all.
+        iterations: usize,
+        /// Relative residual in the last attempt.
+        residual: f64,
+        /// The one wanted.
+        tolerance: f64,
+        /// Share of the load up to which equilibria were found, 0..=1.
+        load_share: f64,
+        /// The most compressed tetrahedron.
+        tet: usize,
+        /// Its smallest det F.
+        volume_ratio: f64,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// No stress-free shape from which supine gravity gives the CT shape.
+    #[error(
+        "no usable unloaded shape at a modulus of {young_kpa} kPa: {problem}. {}",
+        advice(*exists_from_kpa)
+    )]
+    NoUnloadedShape {
+        /// The modulus asked for, kPa.
+        young_kpa: f64,
+        /// What failed.
+        problem: String,
+        /// A modulus at which this shape has one, kPa, when one was found.
+        exists_from_kpa: Option<f64>,
+    },
+    /// There is not enough memory.
+    #[error("not enough memory for the factor of {unknowns} unknowns: use fewer tetrahedra")]
+    Memory {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+}
+
+impl Error {
+    pub(crate) fn flat(tet: usize) -> Self {
+        Self::Flat { tet }
+    }
+}
+
+fn advice(exists_from_kpa: Option<f64>) -> String {
+    match exists_from_kpa {
+        Some(e) => format!(
+            "One exists from about {e:.2} kPa: use that modulus or a higher one, or the rest state \
+             net"
+        ),
+        None => "None was found at higher moduli either: use the rest state net".into(),
+    }
+}

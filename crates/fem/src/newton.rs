@@ -1,0 +1,323 @@
+//! Newton's method for the minimum of the potential energy.
+
+use crate::linear::{Cholesky, OutOfMemory};
+use crate::model::Model;
+use crate::pattern::Pattern;
+use supine_space::{Progress, Stopped, Vector};
+
+/// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
+const FLOOR: f64 = 1e-3;
+/// Share of the promised decrease of energy that a step must bring (Armijo).
+const ARMIJO: f64 = 1e-4;
+/// Steps are shortened at most so often.
+const SHORTENINGS: usize = 40;
+/// Below this share of the energy's terms a change of it is rounding.
+const ENERGY_DIGITS: f64 = 1e-12;
+/// Loads below this share of full gravity are solved to an absolute residual.
+const SMALL_LOAD: f64 = 1e-4;
+/// Residual goal between load steps.
+const STEP_GOAL: f64 = 1e-6;
+/// Smallest load step.
+const SMALLEST_STEP: f64 = 1.0 / 1024.0;
+
+/// An equilibrium.
+#[derive(Clone, Debug)]
+pub(crate) struct Equilibrium {
+    /// Displacement of the nodes from the stress-free shape, mm.
+    pub(crate) u: Vec<Vector>,
+    /// Relative residual.
+    pub(crate) residual: f64,
+}
+
+/// Why no equilibrium was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    /// The start is turned inside out.
+    Start,
+    /// Too many iterations.
+    Iterations,
+    /// No step along the direction lowers the energy.
+    NoDescent,
+    /// The lifted stiffness has no Cholesky factor.
+    Singular,
+}
+
+/// Where Newton's method came to a halt without an equilibrium.
+#[derive(Clone, Debug)]
+pub(crate) struct Stall {
+    /// Why.
+    pub(crate) cause: Cause,
+    /// Relative residual.
+    pub(crate) residual: f64,
+    /// Displacement at the end, mm.
+    pub(crate) u: Vec<Vector>,
+    /// Share of the load up to which equilibria were found.
+    pub(crate) load_share: f64,
+}
+
+/// No result.
+#[derive(Clone, Debug)]
+pub(crate) enum Halt {
+    /// The user stopped.
+    Stopped(Stopped),
+    /// Out of memory.
+    Memory,
+    /// No equilibrium found.
+    Stalled(Stall),
+}
+
+impl From<Stopped> for Halt {
+    fn from(stopped: Stopped) -> Self {
+        Self::Stopped(stopped)
+    }
+}
+
+impl From<OutOfMemory> for Halt {
+    fn from(_: OutOfMemory) -> Self {
+        Self::Memory
+    }
+}
+
+/// What was spent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Effort {
+    /// Newton iterations.
+    pub(crate) iterations: usize,
+    /// Those whose exact stiffness was not positive definite.
+    pub(crate) indefinite: usize,
+    /// Load steps.
+    pub(crate) load_steps: usize,
+}
+
+/// Newton's method on one body.
+pub(crate) struct Newton<'a, const N: usize, const Q: usize> {
+    model: &'a Model<N, Q>,
+    pattern: &'a Pattern,
+    held: &'a [bool],
+    cholesky: Cholesky,
+    values: Vec<f64>,
+    /// Norm of the nodal forces of full gravity, mN.
+    weight: f64,
+    max_iterations: usize,
+    /// What was spent so far.
+    pub(crate) effort: Effort,
+}
+
+fn norm(nodes: &[Vector]) -> f64 {
+    nodes.iter().map(Vector::norm_squared).sum::<f64>().sqrt()
+}
+
+fn dot(a: &[Vector], b: &[Vector]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+/// u + t d.
+fn moved(u: &[Vector], t: f64, d: &[Vector]) -> Vec<Vector> {
+    u.iter().zip(d).map(|(u, d)| u + d * t).collect()
+}
+
+/// A state on the way: its displacement, energy and residual.
+struct State {
+    u: Vec<Vector>,
+    /// Potential energy: elastic energy less the work of the load, mN mm.
+    potential: f64,
+    /// Work of the load, mN mm.
+    work: f64,
+    /// Internal less external forces of all nodes, mN; zero at held nodes.
+    out_of_balance: Vec<Vector>,
+    /// Norm of `out_of_balance` over that of load or reactions.
+    residual: f64,
+}
+
+impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
+    /// Prepares the method: `weight` is the norm of the nodal forces of full gravity, mN.
+    ///
+    /// # Errors
+    /// When there is not enough memory for the factor.
+    pub(crate) fn new(
+        model: &'a Model<N, Q>,
+        pattern: &'a Pattern,
+        held: &'a [bool],
+        weight: f64,
+        max_iterations: usize,
+    ) -> Result<Self, OutOfMemory> {
+        let cholesky = Cholesky::new(pattern)?;
+        let values = vec![0.0; pattern.entries()];
+        let effort = Effort::default();
+        Ok(Self { model, pattern, held, cholesky, values, weight, max_iterations, effort })
+    }
+
+    /// The equilibrium under `load` (mN per node): in one go from `start` (mm), and if that fails
+    /// step by step from `known`, an equilibrium and its load.
+    ///
+    /// # Errors
+    /// When stopped, out of memory, or when neither way finds an equilibrium.
+    pub(crate) fn equilibrium(
+        &mut self,
+        load: &[Vector],
+        start: &[Vector],
+        known: (&[Vector], &[Vector]),
+        goal: f64,
+        progress: Progress<'_>,
+    ) -> Result<Equilibrium, Halt> {
+        self.effort.load_steps += 1;
+        match self.minimise(load, start.to_vec(), goal, progress.part(0.0, 0.6)) {
+            Err(Halt::Stalled(_)) => self.step_by_step(load, known, goal, progress.part(0.6, 1.0)),
+            other => other,
+        }
+    }
+
+    /// The equilibrium under `load`, following the load from a known equilibrium.
+    fn step_by_step(
+        &mut self,
+        load: &[Vector],
+        (known, known_load): (&[Vector], &[Vector]),
+        goal: f64,
+        progress: Progress<'_>,
+    ) -> Result<Equilibrium, Halt> {
+        let (mut u, mut share, mut step) = (known.to_vec(), 0.0, 0.25);
+        loop {
+            let next: f64 = if share + step > 1.0 - SMALLEST_STEP { 1.0 } else { share + step };
+            let part: Vec<Vector> =
+                load.iter().zip(known_load).map(|(l, k)| k * (1.0 - next) + l * next).collect();
+            let step_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
+            match self.minimise(&part, u.clone(), step_goal, progress.part(share, next)) {
+                Ok(found) => {
+                    self.effort.load_steps += 1;
+                    if next >= 1.0 {
+                        return Ok(found);
+                    }
+                    (u, share, step) = (found.u, next, 1.5 * step);
+                }
+                Err(Halt::Stalled(stall)) if step <= SMALLEST_STEP => {
+                    return Err(Halt::Stalled(Stall { load_share: share, ..stall }));
+                }
+                Err(Halt::Stalled(_)) => step *= 0.5,
+                Err(other) => return Err(other),
+            }
+        }
+    }
+
+    /// Newton's method from `u` until the relative residual is at most `goal`.
+    ///
+    /// # Errors
+    /// When stopped, out of memory, or when no equilibrium was found.
+    pub(crate) fn minimise(
+        &mut self,
+        load: &[Vector],
+        u: Vec<Vector>,
+        goal: f64,
+        progress: Progress<'_>,
+    ) -> Result<Equilibrium, Halt> {
+        let stall =
+            |cause, residual, u| Err(Halt::Stalled(Stall { cause, residual, u, load_share: 0.0 }));
+        let Some(mut state) = self.state(u.clone(), load) else {
+            return stall(Cause::Start, f64::INFINITY, u);
+        };
+        let (first, mut share) = (state.residual, 0f64);
+        for _ in 0..self.max_iterations {
+            if state.residual <= goal {
+                return Ok(Equilibrium { u: state.u, residual: state.residual });
+            }
+            share = share.max((first / state.residual).ln() / (first / goal).ln());
+            progress.at(share)?;
+            self.effort.iterations += 1;
+            let Some(direction) = self.direction(&state) else {
+                return stall(Cause::Singular, state.residual, state.u);
+            };
+            match self.search(&state, &direction, load) {
+                Some(next) => state = next,
+                None => return stall(Cause::NoDescent, state.residual, state.u),
+            }
+        }
+        if state.residual <= goal {
+            return Ok(Equilibrium { u: state.u, residual: state.residual });
+        }
+        stall(Cause::Iterations, state.residual, state.u)
+    }
+
+    /// Number of nodes.
+    pub(crate) fn nodes(&self) -> usize {
+        self.held.len()
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.pattern.unknowns()
+    }
+
+    /// Whether the body is stable at `u`: its exact stiffness is positive definite.
+    pub(crate) fn is_stable(&mut self, u: &[Vector]) -> bool {
+        self.model.stiffness(u, None, self.pattern, &mut self.values).is_ok()
+            && self.cholesky.factorise(self.pattern, &self.values)
+    }
+
+    /// The state with displacement `u`; `None` when an element is turned inside out.
+    fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State> {
+        let energy = self.model.energy(&u);
+        if !energy.is_finite() {
+            return None;
+        }
+        let mut forces = self.model.forces(&u).ok()?;
+        let mut reactions = 0.0;
+        for ((force, load), held) in forces.iter_mut().zip(load).zip(self.held) {
+            if *held {
+                reactions += force.norm_squared();
+                *force = Vector::zeros();
+            } else {
+                *force -= load;
+            }
+        }
+        let scale = norm(load).max(reactions.sqrt()).max(SMALL_LOAD * self.weight);
+        let work = dot(load, &u);
+        let residual = norm(&forces) / scale;
+        Some(State { u, potential: energy - work, work, out_of_balance: forces, residual })
+    }
+
+    /// The Newton direction of all nodes, mm: with the exact stiffness, or the lifted one where the
+    /// exact one is not positive definite. `None` when neither has a factor.
+    fn direction(&mut self, state: &State) -> Option<Vec<Vector>> {
+        for floor in [None, Some(FLOOR * self.model.material.mu)] {
+            if self.model.stiffness(&state.u, floor, self.pattern, &mut self.values).is_err() {
+                return None;
+            }
+            if self.cholesky.factorise(self.pattern, &self.values) {
+                let mut direction = self.pattern.gather(&state.out_of_balance);
+                direction.iter_mut().for_each(|r| *r = -*r);
+                if self.cholesky.solve(&mut direction) {
+                    return Some(self.pattern.scatter(&direction));
+                }
+            }
+            self.effort.indefinite += usize::from(floor.is_none());
+        }
+        None
+    }
+
+    /// The first state along `direction` that lowers the potential enough, from the full step down.
+    ///
+    /// Near the equilibrium the potential has no digits left: there a step counts when the residual
+    /// does not grow.
+    fn search(&self, state: &State, direction: &[Vector], load: &[Vector]) -> Option<State> {
+        let slope = dot(&state.out_of_balance, direction);
+        let digits = ENERGY_DIGITS * (state.potential.abs() + state.work.abs());
+        let mut t = 1.0;
+        for _ in 0..SHORTENINGS {
+            let Some(next) = self.state(moved(&state.u, t, direction), load) else {
+                t *= 0.5;
+                continue;
+            };
+            let rise = next.potential - state.potential;
+            if rise <= ARMIJO * t * slope {
+                return Some(next);
+            }
+            if (t * slope).abs() < digits && next.residual <= state.residual {
+                return Some(next);
+            }
+            // The minimum of the parabola through both potentials and the slope.
+            let curvature = rise - slope * t;
+            let best = if curvature > 0.0 { -slope * t * t / (2.0 * curvature) } else { 0.5 * t };
+            t = best.clamp(0.1 * t, 0.5 * t);
+        }
+        None
+    }
+}

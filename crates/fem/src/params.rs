@@ -1,0 +1,174 @@
+//! What can be chosen, and what is told of a solution.
+
+use crate::Error;
+use supine_mesh::Order;
+use supine_space::{GRAVITY_M_S2, Vector};
+
+/// The soft tissue: homogeneous, compressible neo-Hookean.
+///
+/// A modulus belongs to the rest state and the element order it was fitted with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tissue {
+    /// Young's modulus E at small strain, kPa.
+    pub young_kpa: f64,
+    /// Poisson's ratio ν.
+    pub poisson: f64,
+    /// Density ρ, kg/m³.
+    pub density_kg_m3: f64,
+}
+
+impl Default for Tissue {
+    fn default() -> Self {
+        Self { young_kpa: 0.609, poisson: 0.45, density_kg_m3: 1000.0 }
+    }
+}
+
+fn in_range(name: &'static str, value: f64, ok: bool, range: &'static str) -> Result<(), Error> {
+    if ok { Ok(()) } else { Err(Error::OutOfRange { name, value, range }) }
+}
+
+impl Tissue {
+    /// Checks that the numbers describe a solid.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the value and its range.
+    pub fn check(&self) -> Result<(), Error> {
+        let (e, nu, rho) = (self.young_kpa, self.poisson, self.density_kg_m3);
+        in_range("Young's modulus (kPa)", e, (0.001..=1e6).contains(&e), "0.001 to 1000000")?;
+        in_range(
+            "Poisson's ratio",
+            nu,
+            (0.0..0.4999).contains(&nu),
+            "at least 0 and below 0.4999",
+        )?;
+        in_range("density (kg/m³)", rho, (1.0..=20_000.0).contains(&rho), "1 to 20000")
+    }
+
+    /// Weight ρ g per volume, kPa/mm.
+    pub(crate) fn weight(&self) -> f64 {
+        self.density_kg_m3 * GRAVITY_M_S2 * 1e-6
+    }
+}
+
+/// What is taken as stress-free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RestState {
+    /// The CT shape; the load is the difference of the two gravities.
+    #[default]
+    Net,
+    /// The shape that the CT's gravity deforms into the CT shape; the load is the target's gravity.
+    Unloaded,
+}
+
+/// What happens at the sphere that bounds the region.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Cut {
+    /// No traction: the tissue beyond follows.
+    #[default]
+    Free,
+    /// Held.
+    Fixed,
+}
+
+/// Directions of gravity: unit vectors in LPS.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// In which the CT was taken.
+    pub ct: Vector,
+    /// The one wanted.
+    pub target: Vector,
+}
+
+impl Load {
+    /// Checks that both are directions.
+    ///
+    /// # Errors
+    /// [`Error::Direction`] when a length is not 1 within 1e-6.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        for (which, v) in [("CT", self.ct), ("target", self.target)] {
+            let length = v.norm();
+            if length.is_nan() || (length - 1.0).abs() > 1e-6 {
+                return Err(Error::Direction { which, direction: v.into(), length });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    /// Order of the elements.
+    pub order: Order,
+    /// What is stress-free.
+    pub rest: RestState,
+    /// What happens at the cut.
+    pub cut: Cut,
+    /// Norm of the out-of-balance forces over that of load or reactions at which a solution counts.
+    pub tolerance: f64,
+    /// Newton iterations before a load (or load step) is given up.
+    pub max_iterations: usize,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            order: Order::Quadratic,
+            rest: RestState::Net,
+            cut: Cut::Free,
+            tolerance: 1e-10,
+            max_iterations: 100,
+        }
+    }
+}
+
+impl Params {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the value and its range.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let t = self.tolerance;
+        in_range("solver tolerance", t, (1e-12..=1e-4).contains(&t), "1e-12 to 1e-4")?;
+        let n = self.max_iterations;
+        in_range("Newton iterations", n as f64, n > 0, "at least 1")
+    }
+}
+
+/// What happened.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Info {
+    /// What a user should know.
+    pub warnings: Vec<String>,
+    /// Newton iterations of the final solution, all load steps together.
+    pub iterations: usize,
+    /// Those whose stiffness was not positive definite and was lifted.
+    pub indefinite: usize,
+    /// Load steps; 1 when the whole load was solved at once.
+    pub load_steps: usize,
+    /// Relative residual reached.
+    pub residual: f64,
+    /// Smallest det F from the stress-free shape, over the quadrature points.
+    pub min_det_f: f64,
+    /// Largest det F.
+    pub max_det_f: f64,
+    /// Largest displacement from the CT shape, mm.
+    pub max_displacement_mm: f64,
+    /// Unknowns of the system.
+    pub unknowns: usize,
+    /// How the stress-free shape was found; `None` for [`RestState::Net`].
+    pub unloading: Option<Unloading>,
+}
+
+/// How the stress-free shape was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Unloading {
+    /// Newton iterations of the inverse problem.
+    pub iterations: usize,
+    /// Largest distance of the stress-free shape from the CT shape, mm.
+    pub max_distance_mm: f64,
+    /// Largest distance from the CT shape after a cold forward solve back to it, mm.
+    pub reload_error_mm: f64,
+    /// Smallest det of the map from the CT shape to the stress-free shape.
+    pub min_det: f64,
+}

@@ -1,0 +1,302 @@
+//! The two rest states.
+
+use crate::element::Elements;
+use crate::inverse::Inverse;
+use crate::material::NeoHookean;
+use crate::model::Model;
+use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall};
+use crate::pattern::{Pattern, Storage};
+use crate::{Error, Info, Job, Unloading};
+use supine_mesh::BoundaryTag;
+use supine_space::{Progress, Vector};
+
+/// An unloaded shape counts only when a forward solve from it returns this close to the CT, mm.
+const RELOAD_LIMIT_MM: f64 = 0.05;
+/// Weight of the tissue over its stiffness, ρ g L / E with L its thickness, above which the unloaded
+/// shape reacts violently to small changes.
+const SOFTNESS_LIMIT: f64 = 1.3;
+/// The search for a modulus at which an unloaded shape exists: factor and number of trials.
+const SEARCH: (f64, usize) = (1.2, 12);
+
+/// Displacement from the CT shape, taken as stress-free, under the change of gravity.
+///
+/// # Errors
+/// See [`crate::solve`].
+pub(crate) fn net<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    shape: Elements<N, Q>,
+    held: &[bool],
+    progress: Progress<'_>,
+) -> Result<(Vec<Vector>, Info), Error> {
+    let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
+    let model = Model { elements: shape, material: NeoHookean::new(job.tissue) };
+    let load = model.load(held.len(), (job.load.target - job.load.ct) * job.tissue.weight());
+    let zero = vec![Vector::zeros(); held.len()];
+    let mut newton = job.newton(&model, &pattern, held)?;
+    let found = newton
+        .equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress)
+        .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
+    let info = job.info(&found, newton.effort, &model, &pattern)?;
+    Ok((found.u, info))
+}
+
+/// Displacement from the CT shape when the shape without gravity is stress-free.
+///
+/// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and a forward
+/// solve from it, begun cold, returns to the CT shape.
+///
+/// # Errors
+/// See [`crate::solve`]; [`Error::NoUnloadedShape`] when there is none, with a modulus at which
+/// there is.
+pub(crate) fn unloaded<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    positions: &[Vector],
+    shape: &Elements<N, Q>,
+    held: &[bool],
+    progress: Progress<'_>,
+) -> Result<(Vec<Vector>, Info), Error> {
+    let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
+    let found = unload(job, positions, shape, (held, &pattern), progress.part(0.0, 0.6))?;
+    let (rest, unloading) = match found {
+        Ok(found) => found,
+        Err(problem) => {
+            return Err(Error::NoUnloadedShape {
+                young_kpa: job.tissue.young_kpa,
+                problem,
+                exists_from_kpa: search_modulus(
+                    job,
+                    positions,
+                    shape,
+                    (held, &pattern),
+                    progress.part(0.6, 1.0),
+                )?,
+            });
+        }
+    };
+    let Rest { model, to_ct } = rest;
+    let load = model.load(held.len(), job.load.target * job.tissue.weight());
+    let ct_load = model.load(held.len(), job.load.ct * job.tissue.weight());
+    let mut newton = job.newton(&model, &pattern, held)?;
+    let goal = job.params.tolerance;
+    let found = newton
+        .equilibrium(&load, &to_ct, (&to_ct, &ct_load), goal, progress.part(0.6, 1.0))
+        .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
+    let mut info = job.info(&found, newton.effort, &model, &pattern)?;
+    info.unloading = Some(unloading);
+    let softness = job.tissue.weight() * thickness(job) / job.tissue.young_kpa;
+    if softness > SOFTNESS_LIMIT {
+        info.warnings.push(format!(
+            "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
+             {SOFTNESS_LIMIT}): from the unloaded shape small tilts give large motions"
+        ));
+    }
+    let from_ct = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
+    Ok((from_ct, info))
+}
+
+/// A stress-free shape.
+struct Rest<const N: usize, const Q: usize> {
+    /// The body on it.
+    model: Model<N, Q>,
+    /// Displacement from it to the CT shape, mm.
+    to_ct: Vec<Vector>,
+}
+
+/// The unloaded shape, or the reason why there is no usable one.
+fn unload<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    positions: &[Vector],
+    shape: &Elements<N, Q>,
+    (held, pattern): (&[bool], &Pattern),
+    progress: Progress<'_>,
+) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
+    let memory = Error::Memory { unknowns: pattern.unknowns() };
+    let material = NeoHookean::new(job.tissue);
+    let force = job.load.ct * job.tissue.weight();
+    let full = Pattern::new(&shape.nodes, held, Storage::Full);
+    let inverse = Inverse { loaded: shape, material, force, pattern: &full };
+    let goal = job.params.tolerance;
+    let (to_rest, iterations) = match inverse.solve(held.len(), goal, progress.part(0.0, 0.6)) {
+        Ok(found) => found,
+        Err(Halt::Stopped(stopped)) => return Err(stopped.into()),
+        Err(_) => return Err(memory),
+    };
+    let Some(to_rest) = to_rest else {
+        return Ok(Err("no shape without gravity becomes the CT shape under it".into()));
+    };
+    let rest: Vec<Vector> = positions.iter().zip(&to_rest).map(|(x, y)| x + y).collect();
+    let Ok(elements) = Elements::new(&rest, shape.nodes.clone()) else {
+        return Ok(Err("the shape without gravity is folded".into()));
+    };
+    let model = Model { elements, material };
+    let to_ct: Vec<Vector> = to_rest.iter().map(|y| -y).collect();
+    let mut newton = job.newton(&model, pattern, held)?;
+    if !newton.is_stable(&to_ct) {
+        return Ok(Err("the CT shape would not be a stable position of the tissue".into()));
+    }
+    let back = reload(job, &mut newton, &model, progress.part(0.6, 1.0))?;
+    let error =
+        back.map(|u| u.iter().zip(&to_ct).map(|(u, ct)| (u - ct).norm()).fold(0.0, f64::max));
+    match error {
+        Some(reload_error_mm) if reload_error_mm <= RELOAD_LIMIT_MM => {
+            let unloading = Unloading {
+                iterations,
+                max_distance_mm: to_ct.iter().map(Vector::norm).fold(0.0, f64::max),
+                reload_error_mm,
+                min_det: model.volume_ratio(&to_ct).map_or(0.0, |r| 1.0 / r.max),
+            };
+            Ok(Ok((Rest { model, to_ct }, unloading)))
+        }
+        Some(error) => Ok(Err(format!(
+            "supine gravity brings the shape without gravity to another position, {error:.2} mm \
+             off the CT shape"
+        ))),
+        None => Ok(Err("supine gravity does not bring the shape without gravity to rest".into())),
+    }
+}
+
+/// Displacement from the stress-free shape under the CT's gravity, begun cold; `None` when none is
+/// found.
+fn reload<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    newton: &mut Newton<'_, N, Q>,
+    model: &Model<N, Q>,
+    progress: Progress<'_>,
+) -> Result<Option<Vec<Vector>>, Error> {
+    let load = model.load(newton.nodes(), job.load.ct * job.tissue.weight());
+    let zero = vec![Vector::zeros(); newton.nodes()];
+    match newton.equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress) {
+        Ok(found) => Ok(Some(found.u)),
+        Err(Halt::Stalled(_)) => Ok(None),
+        Err(Halt::Stopped(stopped)) => Err(stopped.into()),
+        Err(Halt::Memory) => Err(Error::Memory { unknowns: newton.unknowns() }),
+    }
+}
+
+/// The first of some higher moduli at which an unloaded shape exists, kPa.
+fn search_modulus<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    positions: &[Vector],
+    shape: &Elements<N, Q>,
+    held: (&[bool], &Pattern),
+    progress: Progress<'_>,
+) -> Result<Option<f64>, Error> {
+    let (factor, trials) = SEARCH;
+    let mut tissue = *job.tissue;
+    for trial in 0..trials {
+        tissue.young_kpa *= factor;
+        let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
+        let stiffer = Job { tissue: &tissue, ..*job };
+        if unload(&stiffer, positions, shape, held, progress.part(from, to))?.is_ok() {
+            return Ok(Some(tissue.young_kpa));
+        }
+    }
+    Ok(None)
+}
+
+/// Thickness of the tissue: the largest distance of a skin point from the nearest chest wall point,
+/// mm.
+fn thickness(job: &Job<'_>) -> f64 {
+    let of = |tag: BoundaryTag| -> Vec<Vector> {
+        let faces = job.mesh.boundary().iter().filter(|f| f.tag == tag);
+        let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
+        points.sort_unstable();
+        points.dedup();
+        points.iter().map(|&p| job.mesh.points()[p as usize].coords).collect()
+    };
+    let (skin, wall) = (of(BoundaryTag::Skin), of(BoundaryTag::ChestWall));
+    skin.iter()
+        .map(|s| wall.iter().map(|w| (s - w).norm_squared()).fold(f64::INFINITY, f64::min))
+        .fold(0.0, f64::max)
+        .sqrt()
+}
+
+impl Job<'_> {
+    fn newton<'m, const N: usize, const Q: usize>(
+        &self,
+        model: &'m Model<N, Q>,
+        pattern: &'m Pattern,
+        held: &'m [bool],
+    ) -> Result<Newton<'m, N, Q>, Error> {
+        let gravity = model.load(held.len(), self.load.ct * self.tissue.weight());
+        let weight = gravity.iter().map(Vector::norm_squared).sum::<f64>().sqrt();
+        Newton::new(model, pattern, held, weight, self.params.max_iterations)
+            .map_err(|_| Error::Memory { unknowns: pattern.unknowns() })
+    }
+
+    fn info<const N: usize, const Q: usize>(
+        &self,
+        found: &Equilibrium,
+        effort: Effort,
+        model: &Model<N, Q>,
+        pattern: &Pattern,
+    ) -> Result<Info, Error> {
+        let ratio = model.volume_ratio(&found.u).map_err(|folded| Error::flat(folded.0))?;
+        Ok(Info {
+            iterations: effort.iterations,
+            indefinite: effort.indefinite,
+            load_steps: effort.load_steps,
+            residual: found.residual,
+            min_det_f: ratio.min,
+            max_det_f: ratio.max,
+            unknowns: pattern.unknowns(),
+            ..Info::default()
+        })
+    }
+
+    fn halted<const N: usize, const Q: usize>(
+        &self,
+        halt: Halt,
+        effort: Effort,
+        model: &Model<N, Q>,
+        pattern: &Pattern,
+    ) -> Error {
+        match halt {
+            Halt::Stopped(stopped) => stopped.into(),
+            Halt::Memory => Error::Memory { unknowns: pattern.unknowns() },
+            Halt::Stalled(Stall { cause, residual, u, load_share }) => {
+                let (tet, volume_ratio) = match model.volume_ratio(&u) {
+                    Ok(ratio) => (ratio.worst, ratio.min),
+                    Err(folded) => (folded.0, 0.0),
+                };
+                let (cause, advice) = cause.explain();
+                Error::NonConvergence {
+                    cause,
+                    iterations: effort.iterations,
+                    residual,
+                    tolerance: self.params.tolerance,
+                    load_share,
+                    tet,
+                    volume_ratio,
+                    advice,
+                }
+            }
+        }
+    }
+}
+
+impl Cause {
+    /// What it means, and what to do.
+    fn explain(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Start => (
+                "a tetrahedron is turned inside out at the start",
+                "Mesh again with other tetrahedra",
+            ),
+            Self::Iterations => (
+                "too many iterations",
+                "The tissue may be too soft for this load: try a higher modulus, more iterations, \
+                 or a mesh with better tetrahedra there",
+            ),
+            Self::NoDescent => (
+                "no step lowers the energy",
+                "The tissue may be too soft for this load, or the tolerance too small for this \
+                 mesh: try a higher modulus, or a mesh with better tetrahedra there",
+            ),
+            Self::Singular => (
+                "the stiffness is singular",
+                "Part of the mesh may hang by a single point or edge: mesh again",
+            ),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Agreement with the stored solutions of independent solvers (fixtures/fem).
+#![expect(clippy::disallowed_methods, reason = "the fixtures are files")]
+
+use ndarray::{Array1, Array2};
+use ndarray_npy::NpzReader;
+use std::fs::File;
+use supine_fem::{Cut, Info, Load, Params, RestState, Tissue, solve};
+use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
+use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
+
+/// Largest nodal difference where the problem is well conditioned, mm.
+const CLOSE_MM: f64 = 1e-8;
+/// Where softness or the way through the unloaded shape amplifies rounding, mm.
+const SOFT_MM: f64 = 1e-6;
+
+fn open(name: &str) -> NpzReader<File> {
+    let path = format!("{}/../../fixtures/fem/{name}.npz", env!("CARGO_MANIFEST_DIR"));
+    NpzReader::new(File::open(path).unwrap()).unwrap()
+}
+
+fn mesh(name: &str) -> TetMesh {
+    let mut file = open(&format!("mesh_{name}"));
+    let nodes: Array2<f64> = file.by_name("nodes").unwrap();
+    let tets: Array2<i32> = file.by_name("tets").unwrap();
+    let tris: Array2<i32> = file.by_name("tris").unwrap();
+    let tags: Array1<i8> = file.by_name("tags").unwrap();
+    let points = nodes.rows().into_iter().map(|r| Point::new(r[0], r[1], r[2])).collect();
+    let tets = tets.rows().into_iter().map(|r| [0, 1, 2, 3].map(|k| r[k] as u32)).collect();
+    // The arrays number the tags 1 chest wall, 2 skin, 3 cut.
+    let tag = |n: i8| match n {
+        1 => BoundaryTag::ChestWall,
+        2 => BoundaryTag::Skin,
+        3 => BoundaryTag::Cut,
+        other => panic!("tag {other}"),
+    };
+    let faces = tris.rows().into_iter().zip(&tags);
+    let faces = faces
+        .map(|(r, t)| BoundaryFace { points: [0, 1, 2].map(|k| r[k] as u32), tag: tag(*t) })
+        .collect();
+    TetMesh::new(points, tets, faces).unwrap()
+}
+
+struct Case {
+    name: &'static str,
+    order: Order,
+}
+
+impl Case {
+    fn stored(&self, field: &str) -> Vec<Vector> {
+        let mut file = open(&format!("fields_{}_P{}", self.name, self.order.number()));
+        let field: Array2<f64> = file.by_name(field).unwrap();
+        field.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect()
+    }
+
+    fn solve(&self, target: Vector, young_kpa: f64, params: Params) -> (Vec<Vector>, Info) {
+        let tissue = Tissue { young_kpa, ..Tissue::default() };
+        let load = Load { ct: supine(), target };
+        let params = Params { order: self.order, ..params };
+        let (u, info) = solve(&mesh(self.name), &tissue, &load, &params, Progress::none()).unwrap();
+        assert_eq!(u.order(), self.order);
+        (u.values().to_vec(), info)
+    }
+
+    /// Largest nodal difference to a stored field, mm.
+    fn difference(&self, field: &str, target: Vector, young_kpa: f64, params: Params) -> f64 {
+        let (u, info) = self.solve(target, young_kpa, params);
+        let worst = largest_difference(&u, &self.stored(field));
+        println!("{} P{} {field}: {worst:e} mm {info:?}", self.name, self.order.number());
+        worst
+    }
+}
+
+fn largest_difference(a: &[Vector], b: &[Vector]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+fn tilt() -> Vector {
+    BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity()
+}
+
+const BOTH: [Case; 2] =
+    [Case { name: "1.6k", order: Order::Linear }, Case { name: "1.6k", order: Order::Quadratic }];
+
+const E: f64 = 0.609;
+
+#[test]
+fn net_agrees() {
+    for case in BOTH {
+        let net = Params::default();
+        assert!(case.difference("net_tilt", tilt(), E, net) < CLOSE_MM);
+        assert!(case.difference("net_sit", sitting(), E, net) < CLOSE_MM);
+    }
+}
+
+#[test]
+fn net_agrees_on_12k_linear() {
+    let case = Case { name: "12k", order: Order::Linear };
+    assert!(case.difference("net_tilt", tilt(), E, Params::default()) < CLOSE_MM);
+    assert!(case.difference("net_sit", sitting(), E, Params::default()) < CLOSE_MM);
+}
+
+#[test]
+fn net_agrees_at_other_moduli() {
+    for case in BOTH {
+        assert!(case.difference("net_sit_E0.3", sitting(), 0.3, Params::default()) < SOFT_MM);
+        assert!(case.difference("net_sit_E2.0", sitting(), 2.0, Params::default()) < SOFT_MM);
+    }
+}
+
+#[test]
+fn net_with_fixed_cut_agrees() {
+    for case in BOTH {
+        let fixed = Params { cut: Cut::Fixed, ..Params::default() };
+        assert!(case.difference("net_tilt_cutfixed", tilt(), E, fixed) < CLOSE_MM);
+        assert!(case.difference("net_sit_cutfixed", sitting(), E, fixed) < CLOSE_MM);
+    }
+}
+
+const UNLOADED: Params = Params {
+    order: Order::Quadratic,
+    rest: RestState::Unloaded,
+    cut: Cut::Free,
+    tolerance: 1e-10,
+    max_iterations: 100,
+};
+
+#[test]
+fn unloaded_agrees() {
+    for case in BOTH {
+        let (u, info) = case.solve(tilt(), E, UNLOADED);
+        println!("{info:?}");
+        assert!(largest_difference(&u, &case.stored("unl_tilt")) < SOFT_MM);
+        let unloading = info.unloading.unwrap();
+        let shape = mesh(case.name);
+        let farthest = case
+            .stored("unl_X")
+            .iter()
+            .zip(shape.points())
+            .map(|(x, ct)| (x - ct.coords).norm())
+            .fold(0.0, f64::max);
+        assert!(unloading.max_distance_mm >= farthest - SOFT_MM);
+        assert!(unloading.reload_error_mm < 1e-6, "{unloading:?}");
+    }
+    assert!(BOTH[0].difference("unl_sit", sitting(), E, UNLOADED) < SOFT_MM);
+}
+
+/// Slow (tens of factorisations); run by hand with `--run-ignored all`.
+#[test]
+#[ignore = "slow: several seconds"]
+fn unloaded_agrees_when_sitting_on_quadratic_elements() {
+    assert!(BOTH[1].difference("unl_sit", sitting(), E, UNLOADED) < SOFT_MM);
+}
