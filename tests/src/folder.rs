@@ -3,7 +3,8 @@
 use crate::workspace::root;
 use std::path::{Path, PathBuf};
 
-/// The names under which a run leaves its results (docs/ARCHITECTURE.md).
+/// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
+/// come as DICOM, `points.csv` is there when points are carried.
 pub const FINAL_NAMES: [&str; 8] =
     ["labels.seg.nrrd", "mesh", "field", "points.csv", "ct", "ct.nrrd", "report", "summary.json"];
 

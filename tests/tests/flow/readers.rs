@@ -25,12 +25,6 @@ fn three_readers_see_the_same_series_and_the_volume_we_meant() {
 }
 
 #[test]
-fn the_run_s_own_volume_is_the_series() {
-    let volume = shared().out.join("ct.nrrd");
-    readers_python("series.py", [source(), shared().out.join("ct"), volume]).success("series.py");
-}
-
-#[test]
 fn labels_are_read_and_meet_the_truth() {
     let truth = root().join("fixtures/patient/truth/labels.nrrd");
     let labels = shared().out.join("labels.seg.nrrd");
@@ -43,8 +37,15 @@ fn fields_explain_the_warped_volume() {
 }
 
 #[test]
-fn meshes_are_read_whole() {
-    readers_python("meshes.py", [shared().out.join("mesh")]).success("meshes.py");
+fn meshes_of_both_orders_are_read_whole() {
+    let rest = shared().out.join("mesh/rest.vtu");
+    let linear = shared().out.join("mesh/deformed.vtu");
+    readers_python("meshes.py", [&rest, &linear]).success("meshes.py, linear");
+    let scratch = scratch();
+    let quadratic = scratch.path().join("quadratic.vtu");
+    supine(&[&"solve", &"--mesh", &rest, &"--bed", &"7,5", &"--order", &"2", &"--out", &quadratic])
+        .success("supine solve --order 2");
+    readers_python("meshes.py", [&rest, &quadratic]).success("meshes.py, quadratic");
 }
 
 #[test]
