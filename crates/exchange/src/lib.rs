@@ -1,1 +1,37 @@
-//! File formats beside DICOM: NRRD, NIfTI, VTU, markups, point lists.
+//! File formats beside DICOM: NRRD, NIfTI, VTU, Slicer markups and point lists.
+//!
+//! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file
+//! that does not say which way its axes point is refused, for left and right cannot be guessed.
+//! What is written goes to a temporary name in the same folder first and then takes its final
+//! name, so that nothing half-written is ever found. The same input gives the same bytes.
+//!
+//! | Format | Reads | Writes |
+//! |---|---|---|
+//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`] |
+//! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`] | [`write_labels`] |
+//! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`] | [`write_ct_nifti`], [`write_labels`] |
+//! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
+//! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
+//! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
+
+#![expect(clippy::disallowed_methods, reason = "edge crate: files")]
+
+mod error;
+mod file;
+mod labels;
+mod markups;
+mod nii;
+mod nrrd;
+mod points;
+mod raster;
+mod scalar;
+mod seeds;
+mod volumes;
+mod vtu;
+
+pub use error::{Error, ErrorKind, Problem};
+pub use labels::{read_labels, write_labels};
+pub use points::{NamedPoint, read_points, write_points};
+pub use seeds::{SeedPoints, read_seeds};
+pub use volumes::{FieldKind, read_ct, write_ct_nifti, write_ct_nrrd, write_field, write_scalar};
+pub use vtu::{read_vtu, write_vtu};

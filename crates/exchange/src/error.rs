@@ -1,0 +1,195 @@
+//! What can go wrong with a file.
+
+use std::{io, path::PathBuf};
+use supine_mesh::{DisplacementError, MeshError};
+use supine_space::GridError;
+
+/// A file that cannot be used or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file cannot be opened or read.
+    #[error("cannot read {}: {cause}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// The file was read, but what it holds cannot be used.
+    #[error("{problem} (file {})", path.display())]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: Problem,
+    },
+    /// The file cannot be written; nothing was left under its name.
+    #[error("cannot write {}: {cause}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// What is to be written does not fit the format.
+    #[error("cannot write {}: {reason}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
+}
+
+/// Which side of the work failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// An input cannot be used.
+    Input,
+    /// An output cannot be written.
+    Output,
+}
+
+impl Error {
+    /// Which side of the work failed: decides the exit code.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Read { .. } | Self::Input { .. } => ErrorKind::Input,
+            Self::Write { .. } | Self::Unwritable { .. } => ErrorKind::Output,
+        }
+    }
+}
+
+/// What is wrong with the contents of a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// Not a format that is read here.
+    #[error("the format is not recognised: expected {0}")]
+    Format(&'static str),
+    /// A kind of file that exists but is not read.
+    #[error("{what} is not read: {advice}")]
+    Unsupported {
+        /// What was found.
+        what: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A field of a header is missing or makes no sense.
+    #[error("`{field}`: {reason}")]
+    Field {
+        /// Name of the field, attribute or array.
+        field: String,
+        /// What is wrong with it, and what to do.
+        reason: String,
+    },
+    /// Fewer data than the header says.
+    #[error("the data end early: the header asks for {wanted} bytes, there are {found}")]
+    Truncated {
+        /// Bytes the header asks for.
+        wanted: u128,
+        /// Bytes there are (`at most` when compressed).
+        found: u128,
+    },
+    /// More data than the header says.
+    #[error("there are more data than the {wanted} bytes the header asks for")]
+    Excess {
+        /// Bytes the header asks for.
+        wanted: usize,
+    },
+    /// The compressed data are damaged.
+    #[error("the compressed data are damaged: {0}")]
+    Damaged(io::Error),
+    /// The data do not fit into memory.
+    #[error("there is not enough memory for {0} bytes")]
+    Memory(usize),
+    /// A voxel whose value cannot be taken.
+    #[error("voxel ({}, {}, {}) has the value {value}: {reason}", voxel[0], voxel[1], voxel[2])]
+    Value {
+        /// The first such voxel, (i, j, k).
+        voxel: [usize; 3],
+        /// Its value after scaling.
+        value: f64,
+        /// What was expected.
+        reason: &'static str,
+    },
+    /// Voxels with a label that has no meaning here.
+    #[error("{voxels} voxels have the label {value}{}, which is not one of {known}", named(name))]
+    Label {
+        /// The label's value in the file.
+        value: i64,
+        /// Its name in the file.
+        name: Option<String>,
+        /// Voxels that have it.
+        voxels: usize,
+        /// Labels that are known.
+        known: String,
+    },
+    /// Voxels that belong to soft tissue and chest wall at once.
+    #[error(
+        "{voxels} voxels belong both to `{first}` and to `{second}`: let the segments not overlap"
+    )]
+    Overlap {
+        /// A segment.
+        first: String,
+        /// Another one.
+        second: String,
+        /// Voxels in both.
+        voxels: usize,
+    },
+    /// The grid makes no sense.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// The mesh makes no sense.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The displacement makes no sense.
+    #[error(transparent)]
+    Displacement(#[from] DisplacementError),
+    /// Malformed XML.
+    #[error("malformed XML at byte {at}: {reason}")]
+    Xml {
+        /// Place in the file.
+        at: u64,
+        /// What the parser says.
+        reason: String,
+    },
+    /// A line of a table or text that cannot be taken.
+    #[error("line {line}: {reason}")]
+    Line {
+        /// Counted from 1.
+        line: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Malformed JSON, or JSON that is not a list of markups.
+    #[error("not a usable markups file: {0}")]
+    Json(String),
+    /// A control point that cannot be taken.
+    #[error("point {number} (`{name}`): {reason}")]
+    Point {
+        /// Counted from 1.
+        number: usize,
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+}
+
+fn named(name: &Option<String>) -> String {
+    name.as_ref().map(|n| format!(" (`{n}`)")).unwrap_or_default()
+}
+
+impl Problem {
+    /// A field that is missing or makes no sense.
+    pub(crate) fn field(field: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Field { field: field.into(), reason: reason.into() }
+    }
+
+    /// The error of a file.
+    pub(crate) fn of(self, path: &std::path::Path) -> Error {
+        Error::Input { path: path.into(), problem: self }
+    }
+}

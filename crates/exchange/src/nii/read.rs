@@ -1,0 +1,125 @@
+//! Reading NIfTI-1.
+
+use super::affine::{self, decimal};
+use crate::{Problem, file, raster::Raster, scalar::Scalar};
+use nifti::{Endianness, NiftiHeader, NiftiType};
+use std::collections::BTreeMap;
+
+/// Bytes of a NIfTI-1 header.
+const HEADER: usize = 348;
+
+/// Whether the bytes, decompressed or not, begin like NIfTI (1 or 2) of either byte order.
+pub(crate) fn is_nifti(bytes: &[u8]) -> bool {
+    let start = if file::is_gzip(bytes) { file::gunzip(bytes, 4) } else { Ok(bytes.to_vec()) };
+    let start = start.unwrap_or_default();
+    start.first_chunk().is_some_and(|&b| {
+        let sizes = [i32::from_le_bytes(b), i32::from_be_bytes(b)];
+        sizes.iter().any(|s| [348, 540].contains(s))
+    })
+}
+
+/// The volume of a NIfTI-1 file.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
+    let compressed = file::is_gzip(bytes);
+    let start = if compressed { file::gunzip(bytes, HEADER)? } else { bytes.to_vec() };
+    let header = header(&start)?;
+    let size = size(&header)?;
+    let grid = affine::grid(&header, size)?;
+    let scalar = scalar(&header)?;
+    let wanted = grid.len().saturating_mul(scalar.size());
+    let offset = offset(&header)?;
+    let end = offset.saturating_add(wanted);
+    let mut bytes = if compressed { file::gunzip(bytes, end)? } else { start };
+    if bytes.len() < end {
+        let (wanted, found) = (end as u128, bytes.len() as u128);
+        return Err(Problem::Truncated { wanted, found });
+    }
+    bytes.truncate(end);
+    bytes.drain(..offset);
+    let (slope, intercept) = scaling(&header)?;
+    Ok(Raster {
+        grid,
+        layers: 1,
+        layers_first: false,
+        scalar,
+        big_endian: matches!(header.endianness, Endianness::Big),
+        bytes,
+        slope,
+        intercept,
+        keys: BTreeMap::new(),
+    })
+}
+
+fn header(start: &[u8]) -> Result<NiftiHeader, Problem> {
+    if start.len() < HEADER {
+        let found = start.len() as u128;
+        return Err(Problem::Truncated { wanted: HEADER as u128, found });
+    }
+    let size = start.first_chunk().copied().unwrap_or_default();
+    if [i32::from_le_bytes(size), i32::from_be_bytes(size)].contains(&540) {
+        let advice = "save the file as NIfTI-1";
+        return Err(Problem::Unsupported { what: "NIfTI-2".into(), advice });
+    }
+    let header = NiftiHeader::from_reader(&start[..HEADER])
+        .map_err(|e| Problem::field("header", e.to_string()))?;
+    if header.sizeof_hdr != 348 {
+        return Err(Problem::field("sizeof_hdr", format!("{} is not 348", header.sizeof_hdr)));
+    }
+    if &header.magic == b"ni1\0" {
+        let what = "a NIfTI header whose data are in another file (.img)".into();
+        return Err(Problem::Unsupported { what, advice: "save it as one file, .nii or .nii.gz" });
+    }
+    Ok(header)
+}
+
+/// Three dimensions; further ones must be 1.
+fn size(header: &NiftiHeader) -> Result<[usize; 3], Problem> {
+    let dim = header.dim().map_err(|e| Problem::field("dim", e.to_string()))?;
+    match dim {
+        [i, j, k, rest @ ..] if rest.iter().all(|&n| n == 1) => Ok([*i, *j, *k].map(usize::from)),
+        _ => Err(Problem::field("dim", format!("{dim:?} instead of one volume of three axes"))),
+    }
+}
+
+fn scalar(header: &NiftiHeader) -> Result<Scalar, Problem> {
+    let kind = header.data_type().map_err(|e| Problem::field("datatype", e.to_string()))?;
+    Ok(match kind {
+        NiftiType::Int8 => Scalar::I8,
+        NiftiType::Uint8 => Scalar::U8,
+        NiftiType::Int16 => Scalar::I16,
+        NiftiType::Uint16 => Scalar::U16,
+        NiftiType::Int32 => Scalar::I32,
+        NiftiType::Uint32 => Scalar::U32,
+        NiftiType::Int64 => Scalar::I64,
+        NiftiType::Uint64 => Scalar::U64,
+        NiftiType::Float32 => Scalar::F32,
+        NiftiType::Float64 => Scalar::F64,
+        other => {
+            return Err(Problem::field("datatype", format!("{other:?} is not one real number")));
+        }
+    })
+}
+
+/// Where the samples begin.
+fn offset(header: &NiftiHeader) -> Result<usize, Problem> {
+    let offset = header.vox_offset;
+    // f32 holds whole numbers to 2^24; extensions that long do not occur.
+    if offset.fract() == 0.0 && (HEADER as f32..=16_777_216.0).contains(&offset) {
+        Ok(offset as usize)
+    } else {
+        Err(Problem::field("vox_offset", format!("{offset} is not a place behind the header")))
+    }
+}
+
+/// Slope and intercept; a slope of 0 or NaN means that there is no scaling.
+fn scaling(header: &NiftiHeader) -> Result<(f64, f64), Problem> {
+    let (slope, intercept) = (header.scl_slope, header.scl_inter);
+    if slope == 0.0 || slope.is_nan() {
+        return Ok((1.0, 0.0));
+    }
+    if !(slope.is_finite() && intercept.is_finite()) {
+        let reason = format!("slope {slope} and intercept {intercept} are not finite");
+        return Err(Problem::field("scl_slope", reason));
+    }
+    Ok((decimal(slope), decimal(intercept)))
+}

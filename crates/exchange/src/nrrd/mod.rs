@@ -1,0 +1,39 @@
+//! NRRD, "nearly raw raster data": a text header, a blank line, samples.
+//!
+//! Format: Kindlmann, "Definition of NRRD File Format",
+//! <https://teem.sourceforge.net/nrrd/format.html>.
+
+mod data;
+mod geometry;
+mod header;
+mod write;
+
+pub(crate) use write::{Axis, write};
+
+use crate::{Problem, raster::Raster};
+use header::Header;
+
+/// The volume of a NRRD file with attached data.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
+    let (header, data) = Header::parse(bytes)?;
+    let scalar = header.scalar()?;
+    let layout = geometry::layout(&header)?;
+    let samples = layout.grid.len().checked_mul(layout.layers);
+    let wanted = samples.and_then(|n| n.checked_mul(scalar.size()));
+    let wanted = wanted.ok_or_else(|| Problem::field("sizes", "more samples than can be"))?;
+    let stored = data::decode(&header, scalar, data, wanted)?;
+    Ok(Raster {
+        grid: layout.grid,
+        layers: layout.layers,
+        layers_first: layout.layers_first,
+        scalar: stored.scalar,
+        big_endian: stored.big_endian,
+        bytes: stored.bytes,
+        slope: 1.0,
+        intercept: 0.0,
+        keys: header.keys,
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+//! Named points: CSV `name,x,y,z` (LPS, mm) and 3D Slicer markups.
+
+use crate::{Error, Problem, file, markups};
+use std::path::Path;
+use supine_space::Point;
+
+/// A point with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedPoint {
+    /// Its name; need not be unique.
+    pub name: String,
+    /// Where it is, LPS, mm.
+    pub position: Point,
+}
+
+/// Reads points from CSV (`.csv`, with the heading `name,x,y,z`; LPS, mm) or 3D Slicer markups
+/// (`.mrk.json`; turned to LPS when they are in RAS, all lists one after the other).
+///
+/// # Errors
+/// When the name ends otherwise, the file cannot be read or is malformed, or a coordinate is not
+/// a finite number.
+pub fn read_points(path: &Path) -> Result<Vec<NamedPoint>, Error> {
+    let bytes = file::read(path)?;
+    let points = if is_markups(path) {
+        markups::parse(&bytes).map(|lists| lists.into_iter().flat_map(|l| l.points).collect())
+    } else if file::has_suffix(path, ".csv") {
+        parse_csv(&bytes)
+    } else {
+        Err(Problem::Format("points as .csv or .mrk.json"))
+    };
+    points.map_err(|p| p.of(path))
+}
+
+/// Writes points as CSV (`.csv`) or as 3D Slicer markups (`.mrk.json`); LPS, mm.
+///
+/// # Errors
+/// When the name ends otherwise, a coordinate is not finite or the file cannot be written.
+pub fn write_points(points: &[NamedPoint], path: &Path) -> Result<(), Error> {
+    let refused = |reason| Error::Unwritable { path: path.into(), reason };
+    if let Some(p) = points.iter().find(|p| !p.position.iter().all(|c| c.is_finite())) {
+        return Err(refused(format!("the position of point `{}` is not finite", p.name)));
+    }
+    if is_markups(path) {
+        let text = markups::compose(points).map_err(|e| refused(e.to_string()))?;
+        file::write(path, |out| std::io::Write::write_all(out, text.as_bytes()))
+    } else if file::has_suffix(path, ".csv") {
+        file::write(path, |out| {
+            let mut csv = csv::Writer::from_writer(out);
+            csv.write_record(["name", "x", "y", "z"])?;
+            for p in points {
+                let [x, y, z] = [p.position.x, p.position.y, p.position.z].map(|c| c.to_string());
+                csv.write_record([p.name.as_str(), &x, &y, &z])?;
+            }
+            csv.flush()
+        })
+    } else {
+        Err(refused("points are written as .csv or .mrk.json".into()))
+    }
+}
+
+pub(crate) fn is_markups(path: &Path) -> bool {
+    file::has_suffix(path, ".json")
+}
+
+pub(crate) fn parse_csv(bytes: &[u8]) -> Result<Vec<NamedPoint>, Problem> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let line = |e: csv::Error| {
+        let line = e.position().map_or(0, csv::Position::line);
+        Problem::Line { line, reason: e.to_string() }
+    };
+    let heading = reader.headers().map_err(line)?;
+    if !heading.iter().map(str::to_ascii_lowercase).eq(["name", "x", "y", "z"]) {
+        let found: Vec<&str> = heading.iter().collect();
+        let found: String = found.join(",").chars().take(60).collect();
+        let reason = format!("`{found}` instead of the heading `name,x,y,z` (LPS, mm)");
+        return Err(Problem::Line { line: 1, reason });
+    }
+    let mut points = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(line)?;
+        let mut xyz = [0.0; 3];
+        for (c, text) in xyz.iter_mut().zip(record.iter().skip(1)) {
+            *c = text.parse().ok().filter(|c: &f64| c.is_finite()).ok_or_else(|| {
+                let line = record.position().map_or(0, csv::Position::line);
+                Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
+            })?;
+        }
+        let name = record.get(0).unwrap_or_default().to_string();
+        points.push(NamedPoint { name, position: xyz.into() });
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests;

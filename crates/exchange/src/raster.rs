@@ -1,0 +1,89 @@
+//! Voxel data as a file holds them, before they become HU or labels.
+
+use crate::{Problem, file, nii, nrrd, scalar::Scalar};
+use std::{collections::BTreeMap, path::Path};
+use supine_space::Grid;
+
+/// Samples on a grid, still in the type of the file.
+#[derive(Debug)]
+pub(crate) struct Raster {
+    pub(crate) grid: Grid,
+    /// Values per voxel.
+    pub(crate) layers: usize,
+    /// Whether the values of one voxel are neighbours in memory (or each layer is one volume).
+    pub(crate) layers_first: bool,
+    pub(crate) scalar: Scalar,
+    pub(crate) big_endian: bool,
+    /// Exactly one sample per layer and voxel.
+    pub(crate) bytes: Vec<u8>,
+    /// Value = slope * sample + intercept.
+    pub(crate) slope: f64,
+    pub(crate) intercept: f64,
+    /// Key/value pairs of the header.
+    pub(crate) keys: BTreeMap<String, String>,
+}
+
+/// How far from a whole number a scaled value may lie: f32 slopes leave 1e-4 at 1000 HU.
+const WHOLE_TOLERANCE: f64 = 1e-3;
+
+impl Raster {
+    /// The voxel of a sample, counted in memory.
+    fn voxel_of(&self, place: usize) -> usize {
+        if self.layers_first { place / self.layers } else { place % self.grid.len() }
+    }
+
+    /// The layer of a sample, counted in memory.
+    pub(crate) fn layer_of(&self, place: usize) -> usize {
+        if self.layers_first { place % self.layers } else { place / self.grid.len() }
+    }
+
+    /// Place of a voxel of a layer in memory.
+    pub(crate) fn place(&self, layer: usize, voxel: usize) -> usize {
+        if self.layers_first {
+            voxel * self.layers + layer
+        } else {
+            layer * self.grid.len() + voxel
+        }
+    }
+
+    /// All values, which must be whole numbers of the type `T`, in the order of the file.
+    pub(crate) fn whole<T: TryFrom<i64>>(&self, expected: &'static str) -> Result<Vec<T>, Problem> {
+        let samples = self.bytes.len() / self.scalar.size();
+        let mut values: Vec<T> = Vec::new();
+        values
+            .try_reserve_exact(samples)
+            .map_err(|_| Problem::Memory(samples.saturating_mul(size_of::<T>())))?;
+        self.scalar.try_each(&self.bytes, self.big_endian, |place, sample| {
+            let value = sample * self.slope + self.intercept;
+            let whole = value.round();
+            // A NaN fails the comparison.
+            let near = (value - whole).abs() <= WHOLE_TOLERANCE;
+            match T::try_from(whole as i64) {
+                Ok(v) if near => values.push(v),
+                _ => {
+                    let voxel = self.grid.voxel(self.voxel_of(place));
+                    return Err(Problem::Value { voxel, value, reason: expected });
+                }
+            }
+            Ok(())
+        })?;
+        Ok(values)
+    }
+}
+
+/// The voxel data of a NRRD or NIfTI file.
+pub(crate) fn read(path: &Path) -> Result<Raster, crate::Error> {
+    let bytes = file::read(path)?;
+    parse(bytes).map_err(|p| p.of(path))
+}
+
+/// The voxel data of a NRRD or NIfTI file; its first bytes decide which it is.
+pub(crate) fn parse(bytes: Vec<u8>) -> Result<Raster, Problem> {
+    if bytes.starts_with(b"NRRD") {
+        nrrd::parse(&bytes)
+    } else if nii::is_nifti(&bytes) {
+        nii::parse(&bytes)
+    } else {
+        Err(Problem::Format("NRRD (.nrrd) or NIfTI-1 (.nii, .nii.gz)"))
+    }
+}

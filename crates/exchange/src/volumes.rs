@@ -1,0 +1,104 @@
+//! CT, scalar volumes and displacement fields.
+
+use crate::{
+    Error, Problem, file, nii,
+    nrrd::{self, Axis},
+    raster,
+};
+use std::path::Path;
+use supine_volume::{Ct, Volume};
+
+/// Reads a CT from NRRD (attached data) or NIfTI-1, told apart by their first bytes.
+///
+/// Any scalar type is taken whose values, after the scaling of the file, are whole HU within i16.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, does not say which way its axes point, holds several
+/// values per voxel or a value that is no whole HU.
+pub fn read_ct(path: &Path) -> Result<Ct, Error> {
+    let raster = raster::read(path)?;
+    let ct = || {
+        if raster.layers != 1 {
+            let reason = format!("{} values per voxel, a CT has one", raster.layers);
+            return Err(Problem::field("sizes", reason));
+        }
+        let expected = "expected a whole number of HU from -32768 to 32767";
+        let data = raster.whole::<i16>(expected)?;
+        Ok((raster.grid.clone(), data))
+    };
+    let (grid, data) = ct().map_err(|p| p.of(path))?;
+    Volume::new(grid, data).map_err(|e| Problem::field("sizes", e.to_string()).of(path))
+}
+
+/// Writes a CT as NRRD: 16 bit, gzip, LPS.
+///
+/// `note` says how the volume came to be (`DERIVED ...`); it stands under the key `derivation`,
+/// unless it is empty.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_ct_nrrd(ct: &Ct, path: &Path, note: &str) -> Result<(), Error> {
+    let keys = if note.is_empty() { vec![] } else { vec![("derivation".into(), note.into())] };
+    nrrd::write(path, ct.grid(), &Axis::Scalar, &keys, ct.data().iter().copied())
+}
+
+/// Writes a CT as NIfTI-1 (`.nii`, or `.nii.gz` compressed): 16 bit, sform and qform equal, RAS.
+///
+/// `note` says how the volume came to be (`DERIVED ...`); its first 79 bytes stand in `descrip`,
+/// all of it in a comment extension.
+///
+/// # Errors
+/// When the name ends otherwise, a dimension exceeds 32,767 or the file cannot be written.
+pub fn write_ct_nifti(ct: &Ct, path: &Path, note: &str) -> Result<(), Error> {
+    nii::write(path, ct, note)
+}
+
+/// What the vectors of a displacement field lead from and to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldKind {
+    /// From a voxel of the output image to the place in the input image it is sampled at: what ITK
+    /// and Slicer transforms hold.
+    Resampling,
+    /// From a point of the input to where it moves: what carries points and surfaces.
+    Modeling,
+}
+
+impl FieldKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Resampling => "resampling",
+            Self::Modeling => "modeling",
+        }
+    }
+}
+
+/// Writes a displacement field (mm, LPS) as NRRD with three floats per voxel.
+///
+/// The key `displacement field type` says which way it leads, as 3D Slicer reads it.
+///
+/// # Errors
+/// When the name does not end in `.nrrd` or the file cannot be written.
+pub fn write_field(field: &Volume<[f32; 3]>, path: &Path, kind: FieldKind) -> Result<(), Error> {
+    only_nrrd(path, "a displacement field")?;
+    let keys = [("displacement field type".into(), kind.name().into())];
+    let samples = field.data().iter().flatten().copied();
+    nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples)
+}
+
+/// Writes a volume of floats (say, the Jacobian) as NRRD.
+///
+/// # Errors
+/// When the name does not end in `.nrrd` or the file cannot be written.
+pub fn write_scalar(volume: &Volume<f32>, path: &Path) -> Result<(), Error> {
+    only_nrrd(path, "a volume of floats")?;
+    nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied())
+}
+
+fn only_nrrd(path: &Path, what: &str) -> Result<(), Error> {
+    if file::has_suffix(path, ".nrrd") {
+        Ok(())
+    } else {
+        let reason = format!("{what} is written as .nrrd only");
+        Err(Error::Unwritable { path: path.into(), reason })
+    }
+}
