@@ -1,1 +1,186 @@
 //! CT, mesh and displacement to the deformed CT.
+//!
+//! For every voxel centre inside a deformed tetrahedron the CT is sampled where that tetrahedron
+//! came from (trilinear in f64, halves to even). Each voxel has exactly one owner, decided by exact
+//! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
+//!
+//! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
+//! quadratic displacement by straight-sided tetrahedra; `collar` adds the air-side layer that
+//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
+//! which voxels each tetrahedron owns (`predicate`: exact signs); `resample`, `fields` and `points`
+//! carry voxels, vectors and points. A new kernel takes the spans of `raster` and must give the
+//! values of `resample`.
+
+mod collar;
+mod element;
+mod error;
+mod fade;
+mod fields;
+mod map;
+mod params;
+mod pieces;
+mod points;
+mod predicate;
+mod pullback;
+mod raster;
+mod resample;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::Error;
+pub use fields::{Fields, fields};
+pub use params::Params;
+pub use points::carry_points;
+
+use crate::{collar::collar, map::Map, map::Prepared, pieces::Pieces, resample::Resampling};
+use supine_mesh::{Displacement, TetMesh};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// What happened in [`warp`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Info {
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Width over which the displacement fades towards the cut, mm; 0 without a fade.
+    pub fade_mm: f64,
+    /// Voxels that now hold sampled tissue.
+    pub moved_voxels: usize,
+    /// Voxels that became air.
+    pub vacated_voxels: usize,
+    /// Voxels beside the skin that now hold the CT's blurred skin edge.
+    pub collar_voxels: usize,
+    /// Voxels inside more than one deformed tetrahedron: the mesh is folded there.
+    pub folded_voxels: usize,
+    /// Tetrahedra with det F <= 0 somewhere, after the fade.
+    pub inverted_tetrahedra: usize,
+    /// Straight-sided tetrahedra that were rasterised, without the collar.
+    pub pieces: usize,
+    /// Smallest det F, after the fade.
+    pub jacobian_min: f64,
+    /// det F below which 1 % of the volume lies.
+    pub jacobian_p01: f64,
+    /// Mean det F over the volume in the CT: the ratio of the volumes.
+    pub jacobian_mean: f64,
+    /// det F below which 99 % of the volume lies.
+    pub jacobian_p99: f64,
+    /// Largest det F.
+    pub jacobian_max: f64,
+    /// Largest displacement of a node after the fade, mm.
+    pub max_displacement_mm: f64,
+}
+
+/// Below this det F the tissue is squeezed beyond what the method is good for.
+const JACOBIAN_WARNING: f64 = 0.3;
+/// Outside mesh and collar, voxels of the CT at or above this are tissue and stay.
+const BODY_HU: i16 = -500;
+
+/// The displacement with its fade towards the `cut` faces, and the width of the fade (mm; 0 when
+/// there is none): the map that CT, points and fields are carried by.
+///
+/// u s(d / w) with s(t) = t² (3 - 2 t), d the distance of the node (CT shape) to the cut. The
+/// width is `params.fade_mm`, or chosen so that det F > 0.
+///
+/// # Errors
+/// When the displacement belongs to another mesh or a parameter is out of range.
+pub fn fade(
+    mesh: &TetMesh,
+    displacement: &Displacement,
+    params: &Params,
+) -> Result<(Displacement, f64), Error> {
+    let prepared = Prepared::new(mesh, displacement, params)?;
+    Ok((prepared.displacement, prepared.fade_mm))
+}
+
+/// The CT after deformation, on its own grid; `displacement` as the solver gave it (LPS, mm, from
+/// the CT shape), the fade is applied within.
+///
+/// # Errors
+/// When the displacement belongs to another mesh, an axis of the CT has a single voxel, a parameter
+/// is out of range, or the user stopped.
+pub fn warp(
+    ct: &Ct,
+    mesh: &TetMesh,
+    displacement: &Displacement,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<(Ct, Info), Error> {
+    map::check_grid(ct.grid())?;
+    let prepared = Prepared::new(mesh, displacement, params)?;
+    progress.at(0.05)?;
+    let Prepared { edges, displacement, fade_mm, warnings } = prepared;
+    let pieces = Pieces::new(mesh, &edges, &displacement, params.curve_tolerance_mm);
+    progress.at(0.15)?;
+    let collar = collar(ct, &pieces, params.collar_mm);
+    let map = Map::new(ct.grid(), &pieces, &collar);
+    progress.at(0.2)?;
+    let resampling = Resampling {
+        map: &map,
+        source: ct.data(),
+        size: ct.grid().size(),
+        air_hu: params.air_hu,
+        body_hu: BODY_HU,
+    };
+    let (values, counts) = resampling.run(progress.part(0.2, 1.0))?;
+    let mut out = ct.clone();
+    out.data_mut().copy_from_slice(&values);
+    let jacobian = element::statistics(mesh, &edges, &displacement);
+    let mut info = Info {
+        warnings,
+        fade_mm,
+        moved_voxels: counts.mesh,
+        vacated_voxels: counts.vacated,
+        collar_voxels: counts.collar,
+        folded_voxels: counts.folded,
+        inverted_tetrahedra: jacobian.inverted,
+        pieces: pieces.tets.len(),
+        jacobian_min: jacobian.min,
+        jacobian_p01: jacobian.p01,
+        jacobian_mean: jacobian.mean,
+        jacobian_p99: jacobian.p99,
+        jacobian_max: jacobian.max,
+        max_displacement_mm: displacement.max_norm(),
+    };
+    warn(&mut info, &map, ct, &pieces);
+    Ok((out, info))
+}
+
+/// Adds the warnings that the finished volume gives rise to.
+fn warn(info: &mut Info, map: &Map, ct: &Ct, pieces: &Pieces) {
+    if info.inverted_tetrahedra > 0 {
+        info.warnings.push(format!(
+            "{} tetrahedra are turned inside out (least det F {:.2}): the volume is wrong there",
+            info.inverted_tetrahedra, info.jacobian_min
+        ));
+    } else if info.jacobian_min < JACOBIAN_WARNING {
+        info.warnings.push(format!(
+            "the tissue is squeezed to {:.2} of its volume at one place (below {JACOBIAN_WARNING})",
+            info.jacobian_min
+        ));
+    }
+    if info.folded_voxels > 0 {
+        info.warnings.push(format!(
+            "{} voxels lie in more than one part of the deformed mesh: it touches or folds over \
+             itself there",
+            info.folded_voxels
+        ));
+    }
+    let size = ct.grid().size();
+    let outside = map.deformed[..pieces.rest.len()]
+        .iter()
+        .filter(|v| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5))
+        .count();
+    if outside > 0 {
+        info.warnings.push(format!(
+            "the deformed tissue reaches beyond the volume ({outside} vertices): it is cut off there"
+        ));
+    }
+    if let Some(missed) = pieces.missed_mm {
+        info.warnings.push(format!(
+            "the curved displacement is followed to {missed:.2} mm only: finer pieces would not \
+             fit in memory"
+        ));
+    }
+}

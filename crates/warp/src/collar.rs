@@ -1,0 +1,127 @@
+//! A thin layer of air-side tetrahedra on the skin, which carries the CT's blurred skin edge along.
+//!
+//! The skin of a mesh lies within the partial-volume edge of the CT. Without the collar the outer
+//! part of that edge would stay behind as a ghost in the air, and the new skin would have a step.
+
+use crate::{pieces::Pieces, pullback::trilinear};
+use supine_space::{Point, Vector};
+use supine_volume::Ct;
+
+/// The collar's geometry; its vertices come after those of the pieces.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Collar {
+    /// Outer vertices in the CT, LPS, mm.
+    pub(crate) rest: Vec<Point>,
+    /// Outer vertices after deformation, LPS, mm.
+    pub(crate) deformed: Vec<Point>,
+    /// Tetrahedra over the vertices of the pieces, then those of the collar.
+    pub(crate) tets: Vec<[u32; 4]>,
+}
+
+/// Steps along the normal in which the CT is looked at, mm.
+const STEP_MM: f64 = 0.25;
+/// A value that rises by more than this above the least one so far is other tissue, HU.
+const RISE_HU: f64 = 100.0;
+/// Halvings of a prism's height before it is given up.
+const ATTEMPTS: usize = 6;
+
+/// Extrudes the skin by up to `height_mm` along its normals, before and after deformation.
+///
+/// The height is less where the CT shows other tissue nearby (a fold, an arm), and where prisms
+/// would be inverted. The collar keeps its height while it turns with the skin.
+pub(crate) fn collar(ct: &Ct, pieces: &Pieces, height_mm: f64) -> Collar {
+    if height_mm <= 0.0 || pieces.skin.is_empty() {
+        return Collar::default();
+    }
+    let mut vertices: Vec<u32> = pieces.skin.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let place = |v: u32| vertices.partition_point(|&w| w < v);
+    let faces: Vec<[usize; 3]> = pieces.skin.iter().map(|f| f.map(place)).collect();
+    let rest: Vec<Point> = vertices.iter().map(|&v| pieces.rest[v as usize]).collect();
+    let deformed: Vec<Point> = vertices
+        .iter()
+        .map(|&v| pieces.rest[v as usize] + pieces.displacement[v as usize])
+        .collect();
+    let (n0, n1) = (normals(&rest, &faces), normals(&deformed, &faces));
+    let mut heights: Vec<f64> =
+        rest.iter().zip(&n0).map(|(p, n)| free_height(ct, p, n, height_mm)).collect();
+    let mut prisms: Vec<[usize; 3]> = faces.clone();
+    prisms.iter_mut().for_each(|f| f.sort_by_key(|&v| vertices[v]));
+    for attempt in 0..=ATTEMPTS {
+        let bad: Vec<usize> = (0..faces.len())
+            .filter(|&f| {
+                let top = |p: &[Point], n: &[Vector], v: usize| p[v] + n[v] * heights[v];
+                inverted(&faces[f], &rest, |v| top(&rest, &n0, v))
+                    || inverted(&faces[f], &deformed, |v| top(&deformed, &n1, v))
+            })
+            .collect();
+        if bad.is_empty() {
+            break;
+        }
+        let mut concerned: Vec<usize> = bad.iter().flat_map(|&f| faces[f]).collect();
+        concerned.sort_unstable();
+        concerned.dedup();
+        for v in concerned {
+            heights[v] = if attempt == ATTEMPTS { 0.0 } else { 0.5 * heights[v] };
+        }
+    }
+    let first = pieces.rest.len() as u32;
+    let mut tets = Vec::with_capacity(3 * prisms.len());
+    for [a, b, c] in prisms {
+        // Side quads are cut from the lower base vertex to the other's top: neighbours agree.
+        let base = [a, b, c].map(|v| vertices[v]);
+        let top = [a, b, c].map(|v| first + v as u32);
+        tets.push([base[0], base[1], base[2], top[2]]);
+        tets.push([base[0], base[1], top[1], top[2]]);
+        tets.push([base[0], top[0], top[1], top[2]]);
+    }
+    let lift = |p: &[Point], n: &[Vector]| {
+        p.iter().zip(n).zip(&heights).map(|((p, n), h)| p + n * *h).collect()
+    };
+    Collar { rest: lift(&rest, &n0), deformed: lift(&deformed, &n1), tets }
+}
+
+/// Unit normals at the vertices: the mean of the faces around each, weighted by area.
+fn normals(points: &[Point], faces: &[[usize; 3]]) -> Vec<Vector> {
+    let mut sums = vec![Vector::zeros(); points.len()];
+    for &[a, b, c] in faces {
+        let normal = (points[b] - points[a]).cross(&(points[c] - points[a]));
+        for v in [a, b, c] {
+            sums[v] += normal;
+        }
+    }
+    sums.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vector::zeros)).collect()
+}
+
+/// How far (mm) one may go from the skin along its normal before the CT rises again.
+fn free_height(ct: &Ct, p: &Point, normal: &Vector, height_mm: f64) -> f64 {
+    let (mut least, mut at) = (f64::INFINITY, 0.0);
+    let steps = (height_mm / STEP_MM).ceil() as usize;
+    for n in 0..=steps {
+        let t = (n as f64 * STEP_MM).min(height_mm);
+        let q = ct.grid().index_from_patient(&(p + normal * t));
+        let value = trilinear(ct.data(), ct.grid().size(), q);
+        if value < least {
+            (least, at) = (value, t);
+        } else if value > least + RISE_HU {
+            return at;
+        }
+    }
+    height_mm
+}
+
+/// Whether a prism over a face has a negative corner: the top turned over against the base.
+fn inverted(face: &[usize; 3], points: &[Point], top: impl Fn(usize) -> Point) -> bool {
+    let base = face.map(|v| points[v]);
+    let top = face.map(top);
+    let normal = (base[1] - base[0]).cross(&(base[2] - base[0]));
+    let above = (top[1] - top[0]).cross(&(top[2] - top[0]));
+    if above.dot(&normal) <= 0.0 {
+        return true;
+    }
+    (0..3).any(|v| {
+        let up = top[v] - base[v];
+        up.norm_squared() > 0.0 && (up.dot(&normal) <= 0.0 || up.dot(&above) <= 0.0)
+    })
+}

@@ -1,0 +1,129 @@
+//! The deformation gradient of a mesh under its displacement.
+
+use supine_mesh::{Displacement, Edges, Order, TET_EDGES, TetMesh};
+use supine_space::{Matrix, Vector};
+
+/// The deformation gradient F within one tetrahedron, d(deformed)/d(CT), without unit.
+///
+/// F is linear in the barycentric coordinates for quadratic displacements, so its values at the
+/// corners say all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gradient([Matrix; 4]);
+
+impl Gradient {
+    /// F = I + Σ u_n ⊗ ∇N_n; N_a = l_a (linear), or l_a (2 l_a - 1) and 4 l_a l_b (quadratic).
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        edges: &Edges,
+        displacement: &Displacement,
+        tet: usize,
+    ) -> Self {
+        let slopes = barycentric_slopes(mesh, tet);
+        let corners = mesh.tets()[tet].map(|p| displacement.values()[p as usize]);
+        if displacement.order() == Order::Linear {
+            let sum: Matrix = (0..4).map(|a| corners[a] * slopes[a].transpose()).sum();
+            return Self([Matrix::identity() + sum; 4]);
+        }
+        let points = mesh.points().len();
+        let sides = edges.of_tets()[tet].map(|e| displacement.values()[points + e as usize]);
+        Self([0, 1, 2, 3].map(|at| {
+            let l = |a: usize| if a == at { 1.0 } else { 0.0 };
+            let mut f = Matrix::identity();
+            for a in 0..4 {
+                f += corners[a] * slopes[a].transpose() * (4.0 * l(a) - 1.0);
+            }
+            for ([a, b], u) in TET_EDGES.into_iter().zip(sides) {
+                f += u * (slopes[b] * l(a) + slopes[a] * l(b)).transpose() * 4.0;
+            }
+            f
+        }))
+    }
+
+    /// det F at barycentric coordinates `l`.
+    pub(crate) fn det(&self, l: [f64; 4]) -> f64 {
+        let f: Matrix = (0..4).map(|a| self.0[a] * l[a]).sum();
+        f.determinant()
+    }
+}
+
+/// Gradients of the four barycentric coordinates in patient space, 1/mm.
+fn barycentric_slopes(mesh: &TetMesh, tet: usize) -> [Vector; 4] {
+    let [a, b, c, d] = mesh.corners(tet);
+    let (u, v, w) = (b - a, c - a, d - a);
+    let volume = u.dot(&v.cross(&w));
+    let (sb, sc, sd) = (v.cross(&w) / volume, w.cross(&u) / volume, u.cross(&v) / volume);
+    [-(sb + sc + sd), sb, sc, sd]
+}
+
+/// Points at which det F of a tetrahedron is looked at: the centre alone for linear displacement,
+/// all points with quarter barycentric coordinates for quadratic (det F is then a cubic).
+pub(crate) fn probes(order: Order) -> Vec<[f64; 4]> {
+    if order == Order::Linear {
+        return vec![[0.25; 4]];
+    }
+    let mut all = Vec::with_capacity(35);
+    for a in 0..=4u8 {
+        for b in 0..=4 - a {
+            for c in 0..=4 - a - b {
+                all.push([a, b, c, 4 - a - b - c].map(|n| f64::from(n) / 4.0));
+            }
+        }
+    }
+    all
+}
+
+/// Smallest det F over all tetrahedra and [`probes`].
+pub(crate) fn smallest_det(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> f64 {
+    let probes = probes(displacement.order());
+    (0..mesh.tets().len())
+        .map(|tet| {
+            let gradient = Gradient::new(mesh, edges, displacement, tet);
+            probes.iter().map(|&l| gradient.det(l)).fold(f64::INFINITY, f64::min)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// det F over the mesh.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jacobian {
+    pub(crate) min: f64,
+    pub(crate) p01: f64,
+    pub(crate) mean: f64,
+    pub(crate) p99: f64,
+    pub(crate) max: f64,
+    /// Tetrahedra in which det F <= 0 somewhere.
+    pub(crate) inverted: usize,
+}
+
+/// Statistics of det F: extremes over all [`probes`], mean and percentiles weighted by the volume
+/// of the tetrahedra in the CT.
+pub(crate) fn statistics(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> Jacobian {
+    let probes = probes(displacement.order());
+    let (mut min, mut max, mut inverted) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    let mut weighted: Vec<(f64, f64)> = Vec::with_capacity(mesh.tets().len() * probes.len());
+    for tet in 0..mesh.tets().len() {
+        let gradient = Gradient::new(mesh, edges, displacement, tet);
+        let volume = mesh.volume(tet) / probes.len() as f64;
+        let mut least = f64::INFINITY;
+        for &l in &probes {
+            let det = gradient.det(l);
+            least = least.min(det);
+            max = max.max(det);
+            weighted.push((det, volume));
+        }
+        min = min.min(least);
+        inverted += usize::from(least <= 0.0);
+    }
+    weighted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = weighted.iter().map(|w| w.1).sum();
+    let percentile = |share: f64| {
+        let mut sum = 0.0;
+        let reached = weighted.iter().find(|w| {
+            sum += w.1;
+            sum >= share * total
+        });
+        reached.map_or(max, |w| w.0)
+    };
+    let mean = weighted.iter().map(|(det, volume)| det * volume).sum::<f64>() / total;
+    Jacobian { min, p01: percentile(0.01), mean, p99: percentile(0.99), max, inverted }
+}

@@ -1,0 +1,41 @@
+//! What can go wrong.
+
+use supine_space::Stopped;
+
+/// Why a volume, field or list of points could not be warped.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The displacement belongs to another mesh.
+    #[error(
+        "the displacement holds {values} vectors, but the mesh has {points} points and {edges} \
+         edges: it belongs to another mesh"
+    )]
+    Displacement {
+        /// Vectors of the displacement.
+        values: usize,
+        /// Points of the mesh.
+        points: usize,
+        /// Edges of the mesh.
+        edges: usize,
+    },
+    /// An axis of the volume has a single voxel: nothing can be interpolated along it.
+    #[error("the volume has {size:?} voxels; interpolation needs 2 or more along each axis")]
+    Thin {
+        /// Voxels along i, j, k.
+        size: [usize; 3],
+    },
+    /// A parameter is outside its range.
+    #[error("the warp parameter {name} is {value}; it must be {need}")]
+    Parameter {
+        /// Name of the field of `Params`.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        need: &'static str,
+    },
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}

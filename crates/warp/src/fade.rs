@@ -1,0 +1,158 @@
+//! Fading the displacement towards the cut, so that no step shows there.
+
+use crate::{Error, Params, element::smallest_det};
+use parry3d_f64::math::Vec3;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::TriMesh;
+use rayon::prelude::*;
+use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TetMesh};
+use supine_space::Point;
+
+/// Width in units of the largest displacement on the cut from which the search starts. The fade
+/// alone squeezes tissue by at most 1.5 / 3, so det F stays above about a half.
+const FIRST_WIDTH: f64 = 3.0;
+/// Each further width.
+const WIDER: f64 = 1.25;
+/// No fade is wider, mm: beyond it the fade would replace the mechanics.
+const WIDEST_MM: f64 = 60.0;
+/// Displacements on the cut below this need no fade, mm: a hundredth of a voxel.
+const STILL_MM: f64 = 0.005;
+/// A fade is wide enough when det F is nowhere below this, or below this share of the least value
+/// without the fade.
+const ENOUGH: f64 = 0.2;
+const SHARE: f64 = 0.8;
+
+/// The displacement with its fade, and what was found on the way.
+#[derive(Clone, Debug)]
+pub(crate) struct Faded {
+    pub(crate) displacement: Displacement,
+    /// Width, mm; 0 when the displacement was left alone.
+    pub(crate) width_mm: f64,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The displacement times s(d / w), s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the
+/// node in the CT shape to the nearest cut face, w = width.
+///
+/// Without a given width: the least of a geometric series, not below three times the largest
+/// displacement on the cut nor below the mean edge of the cut faces, with det F >= 0.2 everywhere,
+/// or not much worse than without the fade.
+pub(crate) fn fade_towards_cut(
+    mesh: &TetMesh,
+    edges: &Edges,
+    displacement: &Displacement,
+    params: &Params,
+) -> Result<Faded, Error> {
+    let left_alone =
+        Faded { displacement: displacement.clone(), width_mm: 0.0, warnings: Vec::new() };
+    let Some(cut) = cut_surface(mesh) else { return Ok(left_alone) };
+    let depths = depths(mesh, edges, displacement.order(), &cut);
+    let on_cut = depths
+        .iter()
+        .zip(displacement.values())
+        .filter(|(depth, _)| **depth < 1e-6)
+        .map(|(_, u)| u.norm())
+        .fold(0.0, f64::max);
+    let at_width = |width: f64| -> Result<Displacement, Error> {
+        let values = displacement.values().iter().zip(&depths);
+        let values = values.map(|(u, depth)| u * share(depth / width)).collect();
+        rebuild(mesh, edges, values)
+    };
+    match params.fade_mm {
+        Some(0.0) => return Ok(left_alone),
+        Some(width) => {
+            return Ok(Faded {
+                displacement: at_width(width)?,
+                width_mm: width,
+                warnings: Vec::new(),
+            });
+        }
+        None if on_cut < STILL_MM => return Ok(left_alone),
+        None => {}
+    }
+    let goal = ENOUGH.min(SHARE * smallest_det(mesh, edges, displacement));
+    let mut width = (FIRST_WIDTH * on_cut).max(mean_cut_edge(mesh)).min(WIDEST_MM);
+    let mut best: Option<(f64, f64, Displacement)> = None;
+    loop {
+        let faded = at_width(width)?;
+        let det = smallest_det(mesh, edges, &faded);
+        if best.as_ref().is_none_or(|b| det > b.0) {
+            best = Some((det, width, faded));
+        }
+        if det >= goal || width >= WIDEST_MM {
+            break;
+        }
+        width = (width * WIDER).min(WIDEST_MM);
+    }
+    let Some((det, width_mm, displacement)) = best else { return Ok(left_alone) };
+    let mut warnings = Vec::new();
+    if det < goal {
+        warnings.push(format!(
+            "the tissue moves by {on_cut:.1} mm where the region ends, too much to fade within \
+             {WIDEST_MM:.0} mm (least det F {det:.2}); enlarge the region"
+        ));
+    } else if width_mm > 0.5 * WIDEST_MM {
+        warnings.push(format!(
+            "the tissue moves by {on_cut:.1} mm where the region ends; the displacement fades over \
+             {width_mm:.0} mm and is too small there; enlarge the region"
+        ));
+    }
+    Ok(Faded { displacement, width_mm, warnings })
+}
+
+fn share(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+fn rebuild(
+    mesh: &TetMesh,
+    edges: &Edges,
+    values: Vec<supine_space::Vector>,
+) -> Result<Displacement, Error> {
+    let count = values.len();
+    Displacement::new(mesh, edges, values).map_err(|_| Error::Displacement {
+        values: count,
+        points: mesh.points().len(),
+        edges: edges.ends().len(),
+    })
+}
+
+fn cut_surface(mesh: &TetMesh) -> Option<TriMesh> {
+    let cut: Vec<[u32; 3]> =
+        mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut).map(|f| f.points).collect();
+    let points = mesh.points().iter().map(vec3).collect();
+    TriMesh::new(points, cut).ok()
+}
+
+fn vec3(p: &Point) -> Vec3 {
+    Vec3::new(p.x, p.y, p.z)
+}
+
+/// Distance of every node to the cut, mm.
+fn depths(mesh: &TetMesh, edges: &Edges, order: Order, cut: &TriMesh) -> Vec<f64> {
+    let mut nodes = mesh.points().to_vec();
+    if order == Order::Quadratic {
+        nodes.extend(edges.ends().iter().map(|e| {
+            let [a, b] = e.map(|p| mesh.points()[p as usize]);
+            midpoint(a, b)
+        }));
+    }
+    nodes.par_iter().map(|p| cut.distance_to_local_point(vec3(p), true)).collect()
+}
+
+fn midpoint(a: Point, b: Point) -> Point {
+    a + (b - a) * 0.5
+}
+
+fn mean_cut_edge(mesh: &TetMesh) -> f64 {
+    let (mut sum, mut n) = (0.0, 0usize);
+    for face in mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut) {
+        let p = face.points.map(|p| mesh.points()[p as usize]);
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            sum += (p[a] - p[b]).norm();
+            n += 1;
+        }
+    }
+    if n == 0 { 0.0 } else { sum / n as f64 }
+}

@@ -1,0 +1,77 @@
+//! The whole map in index space: mesh pieces first, then the collar.
+
+use crate::predicate::Index;
+use crate::{Error, Params, collar::Collar, fade::fade_towards_cut, pieces::Pieces};
+use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_space::Grid;
+
+/// Tetrahedra in the index space of a grid, before and after deformation.
+#[derive(Clone, Debug)]
+pub(crate) struct Map {
+    /// Vertices in the CT.
+    pub(crate) rest: Vec<Index>,
+    /// Vertices after deformation.
+    pub(crate) deformed: Vec<Index>,
+    pub(crate) tets: Vec<[u32; 4]>,
+    /// Tetrahedra from here on belong to the collar.
+    pub(crate) collar_from: usize,
+}
+
+impl Map {
+    /// Every vertex is converted once, so that tetrahedra agree exactly on what they share.
+    pub(crate) fn new(grid: &Grid, pieces: &Pieces, collar: &Collar) -> Self {
+        let index = |p| grid.index_from_patient(p);
+        let moved = pieces.rest.iter().zip(&pieces.displacement).map(|(p, u)| p + u);
+        let deformed: Vec<_> = moved.collect();
+        let mut tets = pieces.tets.clone();
+        tets.extend_from_slice(&collar.tets);
+        Self {
+            rest: pieces.rest.iter().chain(&collar.rest).map(index).collect(),
+            deformed: deformed.iter().chain(&collar.deformed).map(index).collect(),
+            tets,
+            collar_from: pieces.tets.len(),
+        }
+    }
+}
+
+/// What every product begins with: checked arguments, edges, faded displacement.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    pub(crate) edges: Edges,
+    pub(crate) displacement: Displacement,
+    pub(crate) fade_mm: f64,
+    pub(crate) warnings: Vec<String>,
+}
+
+impl Prepared {
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        displacement: &Displacement,
+        params: &Params,
+    ) -> Result<Self, Error> {
+        params.check()?;
+        let edges = Edges::new(mesh);
+        let (points, n_edges) = (mesh.points().len(), edges.ends().len());
+        let want = match displacement.order() {
+            Order::Linear => points,
+            Order::Quadratic => points + n_edges,
+        };
+        let values = displacement.values().len();
+        if values != want {
+            return Err(Error::Displacement { values, points, edges: n_edges });
+        }
+        let faded = fade_towards_cut(mesh, &edges, displacement, params)?;
+        Ok(Self {
+            edges,
+            displacement: faded.displacement,
+            fade_mm: faded.width_mm,
+            warnings: faded.warnings,
+        })
+    }
+}
+
+/// Refuses grids in which nothing can be interpolated.
+pub(crate) fn check_grid(grid: &Grid) -> Result<(), Error> {
+    let size = grid.size();
+    if size.iter().any(|&n| n < 2) { Err(Error::Thin { size }) } else { Ok(()) }
+}

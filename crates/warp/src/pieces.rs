@@ -1,0 +1,236 @@
+//! The map as straight-sided pieces: the mesh itself, or a conforming subdivision of it that
+//! follows a quadratic displacement to a tolerance.
+
+use std::cmp::Ordering;
+use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_EDGES, TetMesh};
+use supine_space::{Point, Vector};
+
+/// Where a piece lies: its tetrahedron, and the barycentric coordinates of its corners therein
+/// (multiples of powers of a half, exact in f32).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parent {
+    pub(crate) tet: u32,
+    pub(crate) corners: [[f32; 4]; 4],
+}
+
+const WHOLE: [[f32; 4]; 4] =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+
+/// Tetrahedra with straight sides in the CT and after deformation.
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces {
+    /// Vertices in the CT, LPS, mm.
+    pub(crate) rest: Vec<Point>,
+    /// Their displacement, mm.
+    pub(crate) displacement: Vec<Vector>,
+    pub(crate) tets: Vec<[u32; 4]>,
+    pub(crate) parents: Vec<Parent>,
+    /// Skin faces, outwards.
+    pub(crate) skin: Vec<[u32; 3]>,
+    /// Largest distance (mm) by which the pieces may still miss the curved map, when it is above
+    /// the tolerance because there would be too many pieces.
+    pub(crate) missed_mm: Option<f64>,
+}
+
+/// The position error within a tetrahedron is at most this times the largest bulge of its edges:
+/// the error is Σ 4 l_a l_b bulge_ab, six terms of which each is largest at l = 1/4.
+const ERROR_PER_BULGE: f64 = 1.5;
+/// More pieces are not made: about a gigabyte.
+const MOST_PIECES: usize = 4_000_000;
+/// Halvings of an edge; each divides the bulge by 4.
+const MOST_ROUNDS: usize = 10;
+
+impl Pieces {
+    /// The map of `mesh` under `displacement`, in pieces that miss it by `tolerance_mm` at most.
+    ///
+    /// Every edge whose middle strays too far from its chord is halved, together with all
+    /// tetrahedra around it, longest edges first. The choice is made once per edge, so that two
+    /// tetrahedra always agree on the face they share and no crack opens.
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        edges: &Edges,
+        displacement: &Displacement,
+        tolerance_mm: f64,
+    ) -> Self {
+        let points = mesh.points().len();
+        let skin = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Skin);
+        let mut pieces = Self {
+            rest: mesh.points().to_vec(),
+            displacement: displacement.values()[..points].to_vec(),
+            tets: mesh.tets().to_vec(),
+            parents: (0..mesh.tets().len())
+                .map(|tet| Parent { tet: tet as u32, corners: WHOLE })
+                .collect(),
+            skin: skin.map(|f| f.points).collect(),
+            missed_mm: None,
+        };
+        if displacement.order() == Order::Quadratic {
+            let curve = Curve { mesh, edges, displacement };
+            for round in 0..=MOST_ROUNDS {
+                let (ids, halvings, missed) = pieces.marked(&curve, tolerance_mm);
+                if halvings.is_empty() {
+                    break;
+                }
+                if round == MOST_ROUNDS || pieces.tets.len() > MOST_PIECES / 8 {
+                    pieces.missed_mm = Some(missed);
+                    break;
+                }
+                pieces.halve(&ids, &halvings);
+            }
+        }
+        pieces
+    }
+
+    /// The edges that bulge too much. Returns the edge of each tetrahedron's six sides as a place
+    /// in the list of halvings (or `NONE`), the halvings, and the largest error.
+    fn marked(&mut self, curve: &Curve<'_>, tolerance_mm: f64) -> (Vec<u32>, Vec<Halving>, f64) {
+        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(6 * self.tets.len());
+        for (tet, corners) in self.tets.iter().enumerate() {
+            for (side, [a, b]) in TET_EDGES.into_iter().enumerate() {
+                let (a, b) = (corners[a], corners[b]);
+                sides.push(([a.min(b), a.max(b)], (6 * tet + side) as u32));
+            }
+        }
+        sides.sort_unstable();
+        let mut ids = vec![NONE; sides.len()];
+        let mut halvings = Vec::new();
+        let mut missed = 0.0f64;
+        for same in sides.chunk_by(|x, y| x.0 == y.0) {
+            let (ends, first) = same[0];
+            let parent = &self.parents[first as usize / 6];
+            let [a, b] = TET_EDGES[first as usize % 6].map(|c| parent.corners[c]);
+            let bulge = curve.bulge(parent.tet as usize, a, b);
+            let error = ERROR_PER_BULGE * bulge.norm();
+            if error <= tolerance_mm {
+                continue;
+            }
+            missed = missed.max(error);
+            let [p, q] = ends.map(|v| v as usize);
+            let chord = self.rest[q] - self.rest[p];
+            for (_, at) in same {
+                ids[*at as usize] = halvings.len() as u32;
+            }
+            halvings.push(Halving {
+                ends,
+                middle: self.rest[p] + chord * 0.5,
+                displacement: (self.displacement[p] + self.displacement[q]) * 0.5 + bulge,
+                length: chord.norm(),
+                vertex: NONE,
+            });
+        }
+        (ids, halvings, missed)
+    }
+
+    /// Halves edges and all that hangs on them.
+    fn halve(&mut self, ids: &[u32], halvings: &[Halving]) {
+        let mut halvings = halvings.to_vec();
+        for halving in &mut halvings {
+            halving.vertex = self.rest.len() as u32;
+            self.rest.push(halving.middle);
+            self.displacement.push(halving.displacement);
+        }
+        let (mut tets, mut parents) = (Vec::new(), Vec::new());
+        for (tet, corners) in self.tets.iter().enumerate() {
+            let here = ids[6 * tet..6 * tet + 6].iter().filter(|&&id| id != NONE);
+            let mut here: Vec<Halving> = here.map(|&id| halvings[id as usize]).collect();
+            here.sort_by(Halving::order);
+            let parent = self.parents[tet];
+            split_tet(*corners, parent.corners, &here, &mut |corners, place| {
+                tets.push(corners);
+                parents.push(Parent { tet: parent.tet, corners: place });
+            });
+        }
+        let mut skin = Vec::new();
+        for face in &self.skin {
+            let sides = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (face[a], face[b]));
+            let find = |(a, b): (u32, u32)| {
+                let key = [a.min(b), a.max(b)];
+                halvings.binary_search_by(|h| h.ends.cmp(&key)).ok().map(|n| halvings[n])
+            };
+            let mut here: Vec<Halving> = sides.into_iter().filter_map(find).collect();
+            here.sort_by(Halving::order);
+            split_face(*face, &here, &mut skin);
+        }
+        (self.tets, self.parents, self.skin) = (tets, parents, skin);
+    }
+}
+
+const NONE: u32 = u32::MAX;
+
+/// An edge to be halved.
+#[derive(Clone, Copy, Debug)]
+struct Halving {
+    ends: [u32; 2],
+    middle: Point,
+    displacement: Vector,
+    length: f64,
+    vertex: u32,
+}
+
+impl Halving {
+    /// Longest first; the same order for all tetrahedra around an edge.
+    fn order(&self, other: &Self) -> Ordering {
+        other.length.total_cmp(&self.length).then(self.ends.cmp(&other.ends))
+    }
+
+    fn place<const N: usize>(&self, corners: [u32; N]) -> Option<[usize; 2]> {
+        let at = |v: u32| corners.iter().position(|&c| c == v);
+        Some([at(self.ends[0])?, at(self.ends[1])?])
+    }
+}
+
+/// Halves a tetrahedron at the first halving that concerns it, and its halves at the others.
+fn split_tet(
+    corners: [u32; 4],
+    place: [[f32; 4]; 4],
+    halvings: &[Halving],
+    keep: &mut impl FnMut([u32; 4], [[f32; 4]; 4]),
+) {
+    let found = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
+    let Some((n, [a, b])) = found else { return keep(corners, place) };
+    let middle = [0, 1, 2, 3].map(|c| 0.5 * (place[a][c] + place[b][c]));
+    for end in [b, a] {
+        let (mut corners, mut place) = (corners, place);
+        corners[end] = halvings[n].vertex;
+        place[end] = middle;
+        split_tet(corners, place, &halvings[n + 1..], keep);
+    }
+}
+
+/// As [`split_tet`], for a face.
+fn split_face(corners: [u32; 3], halvings: &[Halving], keep: &mut Vec<[u32; 3]>) {
+    let found = halvings.iter().enumerate().find_map(|(n, h)| Some((n, h.place(corners)?)));
+    let Some((n, ends)) = found else { return keep.push(corners) };
+    for end in [ends[1], ends[0]] {
+        let mut corners = corners;
+        corners[end] = halvings[n].vertex;
+        split_face(corners, &halvings[n + 1..], keep);
+    }
+}
+
+/// A quadratic displacement.
+struct Curve<'a> {
+    mesh: &'a TetMesh,
+    edges: &'a Edges,
+    displacement: &'a Displacement,
+}
+
+impl Curve<'_> {
+    /// u(middle) - (u(a) + u(b)) / 2 of a straight edge in tetrahedron `tet`, mm.
+    ///
+    /// The second difference of the quadratic along d = a - b:
+    /// -(½ Σ d_c² u_c + Σ d_c d_e u_ce) over corners c and sides ce.
+    fn bulge(&self, tet: usize, a: [f32; 4], b: [f32; 4]) -> Vector {
+        let d = [0, 1, 2, 3].map(|c| f64::from(a[c]) - f64::from(b[c]));
+        let values = self.displacement.values();
+        let points = self.mesh.points().len();
+        let mut sum = Vector::zeros();
+        for (c, point) in self.mesh.tets()[tet].into_iter().enumerate() {
+            sum += values[point as usize] * (0.5 * d[c] * d[c]);
+        }
+        for ([c, e], side) in TET_EDGES.into_iter().zip(self.edges.of_tets()[tet]) {
+            sum += values[points + side as usize] * (d[c] * d[e]);
+        }
+        -sum
+    }
+}

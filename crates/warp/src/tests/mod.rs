@@ -1,0 +1,5 @@
+//! Tests of the whole crate.
+
+mod fixture;
+mod reference;
+mod warp;

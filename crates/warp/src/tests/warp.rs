@@ -1,0 +1,276 @@
+//! What must hold for every mesh and displacement.
+
+use super::fixture::{lattice, patterned_ct};
+use crate::{Params, carry_points, fade, fields, warp};
+use proptest::prelude::*;
+use supine_mesh::{BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
+use supine_space::{Grid, Matrix, Point, Progress, Vector};
+use supine_volume::{Ct, Volume, sample_trilinear_at};
+
+const TAG: fn(Point) -> BoundaryTag = |p| {
+    if p.x < 0.1 {
+        BoundaryTag::Cut
+    } else if p.y > 15.9 {
+        BoundaryTag::ChestWall
+    } else {
+        BoundaryTag::Skin
+    }
+};
+
+/// A box of 24 x 16 x 20 mm from the origin: skin, chest wall at y = 16, cut at x = 0.
+fn block() -> TetMesh {
+    lattice([6, 4, 5], 4.0, Point::origin(), TAG)
+}
+
+fn grid(direction: Matrix) -> Grid {
+    let size = [40, 30, 26];
+    Grid::new(size, Vector::new(1.0, 1.25, 1.5), Point::new(-8.0, -9.0, -7.0), direction).unwrap()
+}
+
+fn ct() -> Ct {
+    let grid = grid(Matrix::identity());
+    let data = patterned_ct(grid.size(), 7);
+    Volume::new(grid, data).unwrap()
+}
+
+/// A displacement of the nodes of `mesh` by a function of their place in the CT.
+fn moved(mesh: &TetMesh, order: Order, u: impl Fn(Point) -> Vector) -> Displacement {
+    let edges = Edges::new(mesh);
+    let mut values: Vec<Vector> = mesh.points().iter().map(|p| u(*p)).collect();
+    if order == Order::Quadratic {
+        let at = |p: u32| mesh.points()[p as usize];
+        values.extend(edges.ends().iter().map(|[a, b]| u(at(*a) + (at(*b) - at(*a)) * 0.5)));
+    }
+    Displacement::new(mesh, &edges, values).unwrap()
+}
+
+fn bent(p: Point) -> Vector {
+    let hang = (16.0 - p.y) / 16.0;
+    Vector::new(2.0, 0.8, -3.0) * hang * hang
+}
+
+fn no_fade() -> Params {
+    Params { fade_mm: Some(0.0), ..Params::default() }
+}
+
+#[test]
+fn without_displacement_every_byte_stays() {
+    let (mesh, ct) = (block(), ct());
+    for order in [Order::Linear, Order::Quadratic] {
+        let still = moved(&mesh, order, |_| Vector::zeros());
+        let (out, info) = warp(&ct, &mesh, &still, &Params::default(), Progress::none()).unwrap();
+        assert!(out == ct, "{order:?}");
+        assert_eq!((info.vacated_voxels, info.folded_voxels), (0, 0));
+        assert!((info.jacobian_min - 1.0).abs() < 1e-12 && info.warnings.is_empty(), "{info:?}");
+    }
+}
+
+#[test]
+fn a_shift_by_whole_voxels_shifts_the_values() {
+    let (mesh, ct) = (block(), ct());
+    let shift = moved(&mesh, Order::Linear, |_| Vector::new(3.0, -2.5, 1.5));
+    let params = Params { collar_mm: 0.0, ..no_fade() };
+    let (out, info) = warp(&ct, &mesh, &shift, &params, Progress::none()).unwrap();
+    let mut sampled = 0;
+    for n in 0..ct.data().len() {
+        let v = ct.grid().voxel(n);
+        // The block holds its lower faces and not its upper ones: the half-open rule.
+        let inside = |v: [usize; 3], s: [usize; 3]| {
+            let p = ct.grid().centre([v[0] - s[0], v[1] + s[1], v[2] - s[2]]);
+            (0..3).all(|a| p[a] >= 0.0 && p[a] < [24.0, 16.0, 20.0][a])
+        };
+        let far = v[0] < 3 || v[1] + 2 >= 30 || v[2] < 1;
+        let want = if !far && inside(v, [3, 2, 1]) {
+            sampled += 1;
+            ct.at([v[0] - 3, v[1] + 2, v[2] - 1])
+        } else if inside(v, [0; 3]) {
+            -1000
+        } else {
+            ct.at(v)
+        };
+        assert_eq!(out.at(v), want, "voxel {v:?}");
+    }
+    assert_eq!(info.moved_voxels, sampled);
+}
+
+#[test]
+fn one_and_two_threads_give_the_same_bytes() {
+    let (mesh, ct) = (block(), ct());
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let params = Params::default();
+        pool.install(|| warp(&ct, &mesh, &u, &params, Progress::none()).unwrap())
+    };
+    let (one, two) = (run(1), run(2));
+    assert!(one == two, "volume and info");
+    assert!(one.1.moved_voxels > 3000 && one.1.vacated_voxels > 0, "{:?}", one.1);
+}
+
+#[test]
+fn a_stop_is_obeyed() {
+    let (mesh, ct) = (block(), ct());
+    let u = moved(&mesh, Order::Linear, bent);
+    let stop = |share: f64| share < 0.5;
+    let result = warp(&ct, &mesh, &u, &Params::default(), Progress::new(&stop));
+    assert!(matches!(result, Err(crate::Error::Stopped(_))), "{result:?}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused() {
+    let (mesh, ct) = (block(), ct());
+    let u = moved(&mesh, Order::Linear, bent);
+    let other = lattice([1, 1, 1], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+    let refuse = |ct: &Ct, mesh: &TetMesh, params: &Params| {
+        warp(ct, mesh, &u, params, Progress::none()).unwrap_err().to_string()
+    };
+    let message = refuse(&ct, &other, &Params::default());
+    assert!(message.contains("another mesh"), "{message}");
+    let thin = Grid::new([9, 9, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
+    let message = refuse(&Volume::from_fn(thin.unwrap(), |_| 0), &mesh, &Params::default());
+    assert!(message.contains("[9, 9, 1]"), "{message}");
+    let nan = Params { collar_mm: f64::NAN, ..Params::default() };
+    let message = refuse(&ct, &mesh, &nan);
+    assert!(message.contains("collar_mm"), "{message}");
+}
+
+#[test]
+fn the_fade_holds_the_cut_and_keeps_the_tissue_unfolded() {
+    let mesh = lattice([12, 4, 4], 5.0, Point::origin(), TAG);
+    for order in [Order::Linear, Order::Quadratic] {
+        let u = moved(&mesh, order, |_| Vector::new(-6.0, 0.0, 0.0));
+        let (faded, width) = fade(&mesh, &u, &Params::default()).unwrap();
+        assert!((18.0..=60.0).contains(&width), "{width} mm");
+        let edges = Edges::new(&mesh);
+        let det = crate::element::smallest_det(&mesh, &edges, &faded);
+        assert!(det >= 0.2, "{order:?}: det F {det}");
+        for (p, v) in mesh.points().iter().zip(faded.values()) {
+            let want = if p.x == 0.0 { Some(0.0) } else { (p.x >= width).then_some(-6.0) };
+            assert!(want.is_none_or(|w| (v.x - w).abs() < 1e-12), "{p}: {v}");
+        }
+        let given = Params { fade_mm: Some(10.0), ..Params::default() };
+        assert_eq!(fade(&mesh, &u, &given).unwrap().1, 10.0);
+    }
+}
+
+#[test]
+fn a_cut_that_rests_needs_no_fade() {
+    let mesh = block();
+    let u = moved(&mesh, Order::Quadratic, |p| Vector::new(0.0, 0.1, 0.2) * p.x);
+    let (same, width) = fade(&mesh, &u, &Params::default()).unwrap();
+    assert!(same == u && width == 0.0, "{width}");
+}
+
+#[test]
+fn forward_and_backward_fields_belong_together() {
+    let turn = turned();
+    let mesh = block();
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let grid = grid(turn);
+    let f = fields(&grid, &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    let locator = Locator::new(&mesh);
+    let (mut seen, mut worst) = (0, 0.0f64);
+    for n in 0..grid.len() {
+        let p = grid.centre(grid.voxel(n));
+        let forward = Vector::from(f.ct_to_deformed.data()[n].map(f64::from));
+        let back = Vector::from(f.deformed_to_ct.data()[n].map(f64::from));
+        if locator.locate(&p).is_none() {
+            assert_eq!((forward.norm(), f.jacobian.data()[n]), (0.0, 1.0), "{p}");
+        } else if p.iter().all(|c| c.fract().abs() > 1e-3) {
+            assert!((forward - bent(p)).norm() < 0.05, "{p}: {forward} for {}", bent(p));
+        }
+        let source = p + back;
+        if back.norm() > 0.0 && locator.locate(&source).is_some() {
+            worst = worst.max((source + bent(source) - p).norm());
+            seen += 1;
+        }
+    }
+    assert!(seen > 2000 && worst < 0.05, "{seen} voxels, {worst} mm");
+}
+
+fn turned() -> Matrix {
+    let (s, c) = 0.2f64.sin_cos();
+    Matrix::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+}
+
+#[test]
+fn the_jacobian_of_a_stretch_is_its_factor() {
+    let mesh = block();
+    let u = moved(&mesh, Order::Quadratic, |p| Vector::new(0.1 * p.x, 0.0, -0.2 * p.z));
+    let f = fields(&grid(Matrix::identity()), &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    let stretched = f.jacobian.data().iter().filter(|&&j| (j - 1.1 * 0.8).abs() < 1e-5).count();
+    let ones = f.jacobian.data().iter().filter(|&&j| j == 1.0).count();
+    assert_eq!(stretched + ones, f.jacobian.data().len());
+    assert!(stretched > 3000, "{stretched}");
+    let (_, info) = warp(&ct(), &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    for j in [info.jacobian_min, info.jacobian_p01, info.jacobian_mean, info.jacobian_max] {
+        assert!((j - 0.88).abs() < 1e-9, "{info:?}");
+    }
+}
+
+#[test]
+fn points_follow_the_tissue_and_the_ct() {
+    let mesh = block();
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let inside = Point::new(10.3, 5.1, 11.7);
+    let outside = Point::new(-3.0, 5.0, 5.0);
+    let carried = carry_points(&mesh, &u, &no_fade(), &[inside, outside]).unwrap();
+    let there = carried[0].unwrap();
+    assert!((there - inside - bent(inside)).norm() < 1e-12, "{there}");
+    assert_eq!(carried[1], None);
+    // A CT that is linear in space shows at the new place what was at the old one.
+    let smooth = Volume::from_fn(grid(Matrix::identity()), |v| {
+        let p = grid(Matrix::identity()).centre(v);
+        (20.0 * p.x + 30.0 * p.y - 25.0 * p.z).round() as i16
+    });
+    let (out, _) = warp(&smooth, &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    let (got, want) = (sample_trilinear_at(&out, &there), sample_trilinear_at(&smooth, &inside));
+    assert!((got - want).abs() < 4.0, "{got} for {want}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Vertices on voxel centres, on a quarter lattice or anywhere; linear and curved: each voxel
+    /// of the deformed mesh has one owner, and the pieces fill the mesh without a crack.
+    #[test]
+    fn each_voxel_is_written_once(
+        shifts in prop::collection::vec(prop::array::uniform3(-3i8..=3), 36),
+        scale in prop::sample::select(vec![0.25, 0.2, 0.1371]),
+        curved in any::<bool>(),
+    ) {
+        let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+        let edges = Edges::new(&mesh);
+        let at = |n: usize| Vector::from(shifts[n % 36].map(f64::from)) * scale;
+        let nodes = mesh.points().len() + if curved { edges.ends().len() } else { 0 };
+        let on_surface = |p: Point| {
+            (0..3).any(|a| p[a] == 0.0 || p[a] == [12.0, 8.0, 8.0][a])
+        };
+        let place = |n: usize| match n.checked_sub(mesh.points().len()) {
+            None => mesh.points()[n],
+            Some(e) => {
+                let [a, b] = edges.ends()[e].map(|p| mesh.points()[p as usize]);
+                a + (b - a) * 0.5
+            }
+        };
+        // The surface rests: the deformed mesh is the same box, whatever happens within.
+        let values = (0..nodes)
+            .map(|n| if on_surface(place(n)) { Vector::zeros() } else { at(n) * 0.5 })
+            .collect();
+        let u = Displacement::new(&mesh, &edges, values).unwrap();
+        prop_assume!(crate::element::smallest_det(&mesh, &edges, &u) > 0.05);
+        let grid = Grid::new(
+            [16, 12, 12], Vector::repeat(1.0), Point::new(-2.0, -2.0, -2.0), Matrix::identity(),
+        ).unwrap();
+        let ct = Volume::new(grid.clone(), patterned_ct(grid.size(), 3)).unwrap();
+        let (out, info) = warp(&ct, &mesh, &u, &no_fade(), Progress::none()).unwrap();
+        prop_assert_eq!(info.moved_voxels, 12 * 8 * 8);
+        prop_assert_eq!((info.folded_voxels, info.vacated_voxels), (0, 0));
+        for n in 0..grid.len() {
+            let p = grid.centre(grid.voxel(n));
+            if (0..3).any(|a| p[a] < 0.0 || p[a] >= [12.0, 8.0, 8.0][a]) {
+                prop_assert_eq!(out.data()[n], ct.data()[n]);
+            }
+        }
+    }
+}
