@@ -16,6 +16,17 @@ pub enum Error {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A picture cannot be encoded.
+    #[error("the picture {name} cannot be encoded as PNG: {source}")]
+    Picture {
+        /// Its name.
+        name: String,
+        /// What the encoder says.
+        source: png::EncodingError,
+    },
+    /// The page cannot be made.
+    #[error("the page cannot be made: {0}")]
+    Page(#[from] askama::Error),
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] supine_space::Stopped),

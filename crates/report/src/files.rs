@@ -18,7 +18,7 @@ pub fn write_summary(summary: &Summary, path: &Path) -> Result<(), Error> {
 }
 
 /// Temporary files are private by default, results are not: what the user's mask leaves of `mode`.
-fn builder(mode: u32) -> tempfile::Builder<'static, 'static> {
+pub(crate) fn builder(mode: u32) -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".supine-");
     #[cfg(unix)]
@@ -26,6 +26,31 @@ fn builder(mode: u32) -> tempfile::Builder<'static, 'static> {
     #[cfg(not(unix))]
     let _ = mode;
     builder
+}
+
+/// Puts a finished temporary folder in the place of `dir`; an older `dir` goes once the new one
+/// stands.
+pub(crate) fn replace_folder(fresh: tempfile::TempDir, dir: &Path) -> std::io::Result<()> {
+    let mut old = None;
+    if dir.exists() {
+        let parent = fresh.path().parent().unwrap_or(Path::new("."));
+        let aside = builder(0o777).tempdir_in(parent)?;
+        std::fs::rename(dir, aside.path().join("old"))?;
+        old = Some(aside);
+    }
+    match std::fs::rename(fresh.path(), dir) {
+        Ok(()) => {
+            // The folder has moved away: there is nothing left to delete.
+            let _ = fresh.keep();
+            Ok(())
+        }
+        Err(error) => {
+            if let Some(aside) = old {
+                std::fs::rename(aside.path().join("old"), dir)?;
+            }
+            Err(error)
+        }
+    }
 }
 
 #[cfg(test)]

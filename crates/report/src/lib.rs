@@ -1,11 +1,30 @@
 //! Pictures, the HTML report and summary.json of a run.
+//!
+//! [`write`] makes `index.html`, self-contained and without scripts, and its pictures as PNG files
+//! from a [`Summary`] and the products of the run ([`Scene`]); [`write_summary`] makes
+//! `summary.json`. Knows no stage: the pipeline tells what happened. Nothing in the report differs
+//! from run to run of the same case; times and memory stand in [`Summary::run`] alone.
 
-#![cfg_attr(test, expect(clippy::disallowed_methods, reason = "edge crate: files"))]
+#![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod canvas;
+mod colour;
 mod error;
 mod files;
+mod html;
+mod lettering;
+mod pictures;
+mod plane;
+mod scene;
+mod section;
 mod summary;
+mod tables;
+mod verdict;
+mod words;
+mod write;
 
 pub use error::Error;
 pub use files::write_summary;
+pub use scene::Scene;
 pub use summary::*;
+pub use write::{Info, write};

@@ -1,0 +1,83 @@
+//! Colours: one meaning each, the same in every picture.
+
+use crate::canvas::Rgb;
+use supine_mesh::BoundaryTag;
+
+/// The tumour and other points in the CT.
+pub(crate) const BEFORE: Rgb = [255, 221, 51];
+/// The same on the operating table.
+pub(crate) const AFTER: Rgb = [255, 84, 224];
+/// The skin.
+pub(crate) const SKIN: Rgb = [64, 212, 255];
+/// The chest wall.
+pub(crate) const CHEST_WALL: Rgb = [255, 92, 72];
+/// The cut.
+pub(crate) const CUT: Rgb = [132, 226, 112];
+/// Edges within the mesh.
+pub(crate) const INNER: Rgb = [198, 212, 240];
+/// The region's sphere.
+pub(crate) const REGION: Rgb = [236, 236, 236];
+/// Lettering.
+pub(crate) const TEXT: Rgb = [240, 240, 240];
+/// Where the volume has no voxels.
+pub(crate) const NOTHING: Rgb = [30, 34, 44];
+
+/// Colour of a boundary tag.
+pub(crate) fn tag(tag: BoundaryTag) -> Rgb {
+    match tag {
+        BoundaryTag::Skin => SKIN,
+        BoundaryTag::ChestWall => CHEST_WALL,
+        BoundaryTag::Cut => CUT,
+    }
+}
+
+/// Lower end, HU, of the window in which the CT is shown.
+pub(crate) const WINDOW_LOW: f32 = -200.0;
+/// Upper end, HU.
+pub(crate) const WINDOW_HIGH: f32 = 200.0;
+
+/// Grey of a CT value.
+pub(crate) fn grey(hu: f32) -> Rgb {
+    let share = (hu - WINDOW_LOW) / (WINDOW_HIGH - WINDOW_LOW);
+    [(255.0 * share.clamp(0.0, 1.0)).round() as u8; 3]
+}
+
+/// Dark blue over green to yellow, evenly growing in lightness.
+pub(crate) const RISING: [Rgb; 7] = [
+    [68, 1, 84],
+    [70, 50, 127],
+    [54, 92, 141],
+    [39, 127, 142],
+    [31, 161, 135],
+    [74, 194, 109],
+    [253, 231, 37],
+];
+
+/// Blue over white to red; white says no change.
+pub(crate) const DIVERGING: [Rgb; 5] =
+    [[33, 102, 220], [146, 190, 240], [247, 247, 247], [246, 168, 130], [214, 40, 50]];
+
+/// Colour at `share` (0..=1) of a scale of evenly spaced colours.
+pub(crate) fn on_scale(scale: &[Rgb], share: f64) -> Rgb {
+    let at = share.clamp(0.0, 1.0) * (scale.len() - 1) as f64;
+    let n = (at.floor() as usize).min(scale.len() - 2);
+    let t = at - n as f64;
+    std::array::from_fn(|c| {
+        let (a, b) = (f64::from(scale[n][c]), f64::from(scale[n + 1][c]));
+        (a + (b - a) * t).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_begin_and_end_where_they_say() {
+        assert_eq!(on_scale(&RISING, 0.0), RISING[0]);
+        assert_eq!(on_scale(&RISING, 1.0), RISING[6]);
+        assert_eq!(on_scale(&DIVERGING, 0.5), [247; 3]);
+        assert_eq!(on_scale(&DIVERGING, 7.0), DIVERGING[4]);
+        assert_eq!((grey(-200.0), grey(0.0), grey(500.0)), ([0; 3], [128; 3], [255; 3]));
+    }
+}

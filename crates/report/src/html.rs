@@ -1,0 +1,82 @@
+//! The page: one file, no scripts, nothing loaded from elsewhere.
+
+use crate::pictures::Row;
+use crate::tables::{self, Table};
+use crate::verdict::Verdict;
+use crate::{Summary, words};
+use askama::Template;
+use base64::Engine;
+
+/// The page as the template sees it.
+#[derive(Template)]
+#[template(path = "index.html")]
+struct Page<'a> {
+    summary: &'a Summary,
+    breast: String,
+    verdict: Verdict,
+    key: Table,
+    tables: Vec<Table>,
+    points: Option<Table>,
+    files: Vec<Table>,
+    sections: Vec<Section<'a>>,
+}
+
+/// Rows of pictures under one heading.
+struct Section<'a> {
+    title: &'a str,
+    rows: Vec<Shown<'a>>,
+}
+
+/// A row of pictures.
+struct Shown<'a> {
+    text: &'a str,
+    pair: bool,
+    figures: Vec<Figure<'a>>,
+}
+
+/// A picture, embedded.
+struct Figure<'a> {
+    caption: &'a str,
+    alt: String,
+    data: String,
+    width: usize,
+    height: usize,
+}
+
+/// The page. `pngs` are the rows' pictures as PNG files, row by row.
+///
+/// # Errors
+/// What the template engine says.
+pub(crate) fn page(
+    summary: &Summary,
+    rows: &[Row],
+    pngs: &[Vec<u8>],
+) -> Result<String, askama::Error> {
+    let mut pngs = pngs.iter();
+    let mut sections: Vec<Section<'_>> = Vec::new();
+    for row in rows {
+        let figures = row.pictures.iter().zip(pngs.by_ref()).map(|(picture, png)| Figure {
+            caption: &picture.caption,
+            alt: format!("{}. {}", picture.caption, row.text),
+            data: base64::engine::general_purpose::STANDARD.encode(png),
+            width: picture.canvas.width(),
+            height: picture.canvas.height(),
+        });
+        let shown = Shown { text: &row.text, pair: row.pair, figures: figures.collect() };
+        match sections.last_mut() {
+            Some(section) if row.title.is_empty() => section.rows.push(shown),
+            _ => sections.push(Section { title: &row.title, rows: vec![shown] }),
+        }
+    }
+    Page {
+        summary,
+        breast: words::capital(&summary.case.breast),
+        verdict: Verdict::new(summary),
+        key: tables::key(summary),
+        tables: tables::stages(summary),
+        points: tables::points(summary),
+        files: tables::files(summary),
+        sections,
+    }
+    .render()
+}

@@ -1,0 +1,234 @@
+//! The pictures of a report, in rows as the report shows them.
+
+mod compare;
+mod labels;
+mod mesh;
+mod motion;
+
+use crate::canvas::{Canvas, Pen, Rgb};
+use crate::colour;
+use crate::lettering::{Align, text_width};
+use crate::plane::{Plane, View};
+use crate::{Error, Scene, Summary};
+use supine_mesh::Edges;
+use supine_space::{Point, Progress, Vector};
+
+/// Pixels across the pictures of the region.
+const SIZE: f64 = 520.0;
+/// Height of capitals, pixels.
+const LETTER: f64 = 14.0;
+/// Distance of lettering from the edge, pixels.
+const EDGE: f64 = 9.0;
+
+/// One picture.
+#[derive(Debug)]
+pub(crate) struct Picture {
+    /// Name of the file, without `.png`.
+    pub(crate) name: String,
+    /// What it shows, for the caption and for those who do not see it.
+    pub(crate) caption: String,
+    /// The picture.
+    pub(crate) canvas: Canvas,
+}
+
+/// Pictures that stand side by side.
+#[derive(Debug)]
+pub(crate) struct Row {
+    /// Heading; empty when the row continues the one above.
+    pub(crate) title: String,
+    /// What to look at.
+    pub(crate) text: String,
+    /// The first two are before and after in one place, so that one may be laid over the other.
+    pub(crate) pair: bool,
+    /// The pictures.
+    pub(crate) pictures: Vec<Picture>,
+}
+
+/// What all pictures of a scene share.
+struct Studio<'a> {
+    scene: &'a Scene<'a>,
+    edges: Edges,
+    /// Lower and upper corner of what is shown of the region, LPS, mm.
+    frame: [Point; 2],
+    /// Side of a pixel in the pictures of the region, mm.
+    pixel_mm: f64,
+    /// The place the planes go through, LPS, mm.
+    focus: Point,
+    /// What lies there.
+    focus_name: &'static str,
+}
+
+impl<'a> Studio<'a> {
+    fn new(scene: &'a Scene<'a>) -> Self {
+        let reach = 1.08 * scene.sphere.radius();
+        let (centre, around) = (scene.sphere.centre(), Vector::repeat(reach));
+        let (focus, focus_name) = match (scene.tumour, scene.nipple) {
+            (Some(tumour), _) => (tumour.centre(), "tumour"),
+            (None, Some(nipple)) => (nipple, "nipple"),
+            (None, None) => (centre, "centre of the region"),
+        };
+        Self {
+            scene,
+            edges: Edges::new(scene.mesh),
+            frame: [centre - around, centre + around],
+            pixel_mm: 2.0 * reach / SIZE,
+            focus,
+            focus_name,
+        }
+    }
+
+    /// The plane of a view through a place, framed on the region.
+    fn plane(&self, view: View, at: &Point) -> Plane {
+        Plane::new(view, at, self.frame, self.pixel_mm)
+    }
+
+    /// The three planes through the focus.
+    fn planes(&self) -> [Plane; 3] {
+        View::ALL.map(|view| self.plane(view, &self.focus))
+    }
+
+    /// The outline of the region where the plane cuts it.
+    fn outline_region(&self, canvas: &mut Canvas, plane: &Plane) {
+        let sphere = self.scene.sphere;
+        if let Some(radius) = plane.cut_radius(&sphere.centre(), sphere.radius()) {
+            let pen = Pen::new(1.0, colour::REGION).alpha(0.55);
+            canvas.circle(plane.spot(&sphere.centre()), radius, 48, pen);
+        }
+    }
+
+    /// The tumour in the CT: a circle where the plane cuts it, dashed when it is only remembered.
+    fn mark_before(&self, canvas: &mut Canvas, plane: &Plane, remembered: bool) {
+        if let Some(tumour) = self.scene.tumour {
+            let dashes = if remembered { 12 } else { 0 };
+            ring(canvas, plane, &tumour.centre(), tumour.radius(), dashes, colour::BEFORE);
+        }
+    }
+
+    /// The tumour on the operating table, as a sphere of the same radius.
+    fn mark_after(&self, canvas: &mut Canvas, plane: &Plane) {
+        if let (Some(tumour), Some(centre)) = (self.scene.tumour, self.scene.tumour_after) {
+            ring(canvas, plane, &centre, tumour.radius(), 0, colour::AFTER);
+        }
+    }
+}
+
+/// All rows of the report.
+///
+/// # Errors
+/// [`Error::Stopped`] when the user asked to stop.
+pub(crate) fn rows(
+    summary: &Summary,
+    scene: &Scene<'_>,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let studio = Studio::new(scene);
+    let mut rows = compare::rows(&studio, summary, progress.part(0.0, 0.4))?;
+    rows.push(labels::row(&studio, progress.part(0.4, 0.6))?);
+    rows.extend(mesh::rows(&studio, progress.part(0.6, 0.8))?);
+    rows.extend(motion::rows(&studio, progress.part(0.8, 1.0))?);
+    Ok(rows)
+}
+
+/// A circle where the plane cuts a sphere; a small cross where its centre lies.
+fn ring(canvas: &mut Canvas, plane: &Plane, at: &Point, radius: f64, dashes: usize, rgb: Rgb) {
+    if let Some(cut) = plane.cut_radius(at, radius) {
+        canvas.circle(plane.spot(at), cut, dashes, Pen::new(1.8, rgb));
+        if dashes == 0 {
+            canvas.cross(plane.spot(at), 4.5, Pen::new(1.2, rgb));
+        }
+    }
+}
+
+/// The CT in grey; `light` dims it (1 for none).
+fn paint(plane: &Plane, samples: &[f32], light: f64) -> Canvas {
+    let mut canvas = Canvas::new(plane.width, plane.height);
+    for (n, hu) in samples.iter().enumerate() {
+        let rgb = if hu.is_nan() { colour::NOTHING } else { colour::grey(*hu) };
+        canvas.mix(n, rgb, if hu.is_nan() { 1.0 } else { light });
+    }
+    canvas
+}
+
+/// Letters of the patient's directions, scale bar, where the plane lies and what is shown.
+fn dress(canvas: &mut Canvas, plane: &Plane, what: &str) {
+    let (w, h) = (plane.width as f64, plane.height as f64);
+    let [left, right, top, bottom] = plane.view.letters();
+    let middle = (h + LETTER) / 2.0;
+    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
+    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
+    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
+    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
+    let small = 0.8 * LETTER;
+    let title = format!("{} {}", plane.view.name(), plane.position());
+    canvas.text(&title, [EDGE, EDGE + small], Align::Left, small, colour::TEXT);
+    canvas.text(what, [w - EDGE, EDGE + small], Align::Right, small, colour::TEXT);
+    scale_bar(canvas, plane);
+}
+
+/// A bar of 50 mm at the lower right.
+fn scale_bar(canvas: &mut Canvas, plane: &Plane) {
+    let (w, h) = (plane.width as f64, plane.height as f64);
+    let length = 50.0 / plane.pixel_mm;
+    let (left, right, y) = (w - EDGE - length, w - EDGE, h - EDGE - 4.0);
+    let lines = [
+        [[left, y], [right, y]],
+        [[left, y - 4.0], [left, y + 4.0]],
+        [[right, y - 4.0], [right, y + 4.0]],
+    ];
+    canvas.stroke_on_halo(&lines, Pen::new(1.8, colour::TEXT));
+    let spot = [(left + right) / 2.0, y - 9.0];
+    canvas.text("50 mm", spot, Align::Centre, 0.8 * LETTER, colour::TEXT);
+}
+
+/// A colour bar at the lower left.
+struct Legend<'a> {
+    /// Colour at a share 0..=1 of the bar.
+    colour: &'a dyn Fn(f64) -> Rgb,
+    /// Labels at the left end, the middle and the right end.
+    ticks: [String; 3],
+    /// Quantity and unit.
+    title: &'a str,
+}
+
+/// Width of a colour bar, pixels.
+const BAR: usize = 150;
+
+impl Legend<'_> {
+    /// Draws the bar; the panel leaves `above` pixels free above its title. Gives the place of
+    /// the free part's left end.
+    fn draw(&self, canvas: &mut Canvas, above: usize) -> [f64; 2] {
+        let small = 0.75 * LETTER;
+        let width = (BAR + 24).max(text_width(self.title, small) as usize + 14);
+        let height = 50 + above;
+        let (left, top) = (5, canvas.height() - height - 5);
+        canvas.rectangle([left, top], [width, height], [16, 18, 24], 0.72);
+        let (x, y) = (left + 12, top + above + 18);
+        for n in 0..BAR {
+            let rgb = (self.colour)(n as f64 / (BAR - 1) as f64);
+            canvas.rectangle([x + n, y], [1, 10], rgb, 1.0);
+        }
+        let base = (y + 10) as f64 + 5.0 + small;
+        for (n, label) in self.ticks.iter().enumerate() {
+            let at = x as f64 + (BAR * n) as f64 / 2.0;
+            let half = text_width(label, small) / 2.0;
+            let at = at.max(left as f64 + 5.0 + half);
+            canvas.text(label, [at, base], Align::Centre, small, colour::TEXT);
+        }
+        let spot = [x as f64, (y - 6) as f64];
+        canvas.text(self.title, spot, Align::Left, small, colour::TEXT);
+        [x as f64, top as f64 + above as f64 / 2.0]
+    }
+}
+
+/// The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `x`; 1 for 0.
+fn round_up(x: f64) -> f64 {
+    if x <= 0.0 || !x.is_finite() {
+        return 1.0;
+    }
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+    steps.iter().map(|s| s * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,169 @@
+//! How the tissue moves: displacement with arrows, and the change of volume.
+
+use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
+use crate::canvas::{Canvas, Pen};
+use crate::lettering::Align;
+use crate::plane::Plane;
+use crate::section::{Below, below, det_f};
+use crate::{Error, colour, words};
+use supine_space::{Progress, Vector};
+
+/// Distance of arrows, pixels.
+const STEP: usize = 26;
+/// Longest arrow, in steps.
+const LONGEST: f64 = 1.9;
+/// Opacity of colours over the CT.
+const VEIL: f64 = 0.6;
+
+/// A plane with what lies below its pixels and how it moves, mm.
+struct Motion {
+    plane: Plane,
+    ground: Vec<f32>,
+    below: Vec<Below>,
+    moves: Vec<Option<Vector>>,
+}
+
+/// Displacement and change of volume in the three planes through the focus.
+pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Row>, Error> {
+    let scene = studio.scene;
+    let mut planes = Vec::new();
+    for (n, plane) in studio.planes().into_iter().enumerate() {
+        progress.at(n as f64 / 6.0)?;
+        let below = below(scene.mesh, &plane);
+        let move_at =
+            |b: &Below| b.map(|(tet, l)| scene.displacement.at(scene.mesh, &studio.edges, tet, l));
+        let moves = below.iter().map(move_at).collect();
+        planes.push(Motion { ground: plane.sample(scene.ct), plane, below, moves });
+    }
+    progress.at(0.6)?;
+    let arrows = displacement(studio, &planes);
+    progress.at(0.8)?;
+    Ok(vec![arrows, volume(studio, &planes)])
+}
+
+/// How arrows and colours are scaled, alike in all planes.
+struct Scale {
+    /// Displacement at the end of the colour bar, mm.
+    full_mm: f64,
+    /// Arrows are drawn this many times longer than the tissue moves.
+    enlarged: f64,
+    /// Displacement of the arrow in the key, mm.
+    key_mm: f64,
+}
+
+impl Scale {
+    fn new(planes: &[Motion], pixel_mm: f64) -> Self {
+        let moves = || planes.iter().flat_map(|m| m.moves.iter().flatten());
+        let largest = moves().map(|u| u.norm()).fold(0.0, f64::max);
+        let full_mm = round_up(largest);
+        let room = LONGEST * STEP as f64 * pixel_mm / full_mm;
+        let steps = [20.0, 10.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.5, 0.25];
+        let enlarged = steps.into_iter().find(|s| *s <= room).unwrap_or(0.1);
+        Self { full_mm, enlarged, key_mm: full_mm }
+    }
+}
+
+fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
+    let scale = Scale::new(planes, studio.pixel_mm);
+    let draw = |motion: &Motion| {
+        let plane = &motion.plane;
+        let mut canvas = paint(plane, &motion.ground, 0.8);
+        for (n, u) in motion.moves.iter().enumerate() {
+            if let Some(u) = u {
+                let rgb = colour::on_scale(&colour::RISING, u.norm() / scale.full_mm);
+                canvas.mix(n, rgb, VEIL);
+            }
+        }
+        arrows(&mut canvas, motion, &scale);
+        studio.mark_before(&mut canvas, plane, false);
+        dress(&mut canvas, plane, "displacement");
+        key(&mut canvas, plane, &scale);
+        Picture {
+            name: format!("{}_displacement", plane.view.name()),
+            caption: format!("Displacement, {}", plane.view.name()),
+            canvas,
+        }
+    };
+    Row {
+        title: "Displacement".into(),
+        text: format!(
+            "From the CT to the operating position, at the place in the CT. Colour: length in \
+             space; arrows: the part within the plane, drawn {} times as long.",
+            words::trimmed(scale.enlarged)
+        ),
+        pair: false,
+        pictures: planes.iter().map(draw).collect(),
+    }
+}
+
+fn arrows(canvas: &mut Canvas, motion: &Motion, scale: &Scale) {
+    let plane = &motion.plane;
+    for y in (STEP / 2..plane.height).step_by(STEP) {
+        for x in (STEP / 2..plane.width).step_by(STEP) {
+            let Some(u) = motion.moves[y * plane.width + x] else { continue };
+            let [dx, dy] = plane.along(&(u * scale.enlarged));
+            if dx.hypot(dy) > 2.0 {
+                let from = [x as f64, y as f64];
+                let to = [from[0] + dx, from[1] + dy];
+                canvas.arrow(from, to, Pen::new(1.6, [255, 255, 255]));
+            }
+        }
+    }
+}
+
+fn key(canvas: &mut Canvas, plane: &Plane, scale: &Scale) {
+    let colour = |share| colour::on_scale(&colour::RISING, share);
+    let half = words::trimmed(scale.full_mm / 2.0);
+    let ticks = ["0".into(), half, words::trimmed(scale.full_mm)];
+    let [x, y] = Legend { colour: &colour, ticks, title: "length, mm" }.draw(canvas, 24);
+    let y = y + 3.0;
+    let length = scale.key_mm * scale.enlarged / plane.pixel_mm;
+    canvas.arrow([x, y], [x + length, y], Pen::new(1.6, [255, 255, 255]));
+    let label = format!("{} mm", words::trimmed(scale.key_mm));
+    let spot = [x + length + 8.0, y + 5.0];
+    canvas.text(&label, spot, Align::Left, 0.75 * super::LETTER, colour::TEXT);
+}
+
+fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
+    let scene = studio.scene;
+    let change = |b: &Below| {
+        b.and_then(|(tet, l)| det_f(scene.mesh, &studio.edges, scene.displacement, tet, l))
+    };
+    let changes: Vec<Vec<Option<f64>>> =
+        planes.iter().map(|m| m.below.iter().map(change).collect()).collect();
+    let span = span(changes.iter().flatten().flatten().map(|j| (j - 1.0).abs()).collect());
+    let colour = |share| colour::on_scale(&colour::DIVERGING, share);
+    let draw = |(motion, changes): (&Motion, &Vec<Option<f64>>)| {
+        let plane = &motion.plane;
+        let mut canvas = paint(plane, &motion.ground, 0.8);
+        for (n, j) in changes.iter().enumerate() {
+            if let Some(j) = j {
+                canvas.mix(n, colour(0.5 + (j - 1.0) / (2.0 * span)), VEIL);
+            }
+        }
+        studio.mark_before(&mut canvas, plane, false);
+        dress(&mut canvas, plane, "volume change");
+        let ticks = [1.0 - span, 1.0, 1.0 + span].map(words::trimmed);
+        Legend { colour: &colour, ticks, title: "det F" }.draw(&mut canvas, 0);
+        Picture {
+            name: format!("{}_volume_change", plane.view.name()),
+            caption: format!("Local change of volume, {}", plane.view.name()),
+            canvas,
+        }
+    };
+    Row {
+        title: "Change of volume".into(),
+        text: "det F at the place in the CT: below 1 (blue) compressed, above 1 (red) stretched. \
+               Values beyond the bar take the colour of its end."
+            .into(),
+        pair: false,
+        pictures: planes.iter().zip(&changes).map(draw).collect(),
+    }
+}
+
+/// Half the width of the colour bar: the 99th percentile of |det F - 1|, rounded up, 0.05 to 0.8.
+fn span(mut deviations: Vec<f64>) -> f64 {
+    deviations.sort_unstable_by(f64::total_cmp);
+    let p99 = deviations.get(deviations.len() * 99 / 100).copied().unwrap_or(0.0);
+    round_up(p99).clamp(0.05, 0.8)
+}

@@ -1,0 +1,1 @@
+//! A synthetic torso with a known displacement.

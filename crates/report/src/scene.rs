@@ -1,0 +1,30 @@
+//! What the pictures show.
+
+use supine_mesh::{Displacement, TetMesh};
+use supine_space::{Point, Side, Sphere};
+use supine_volume::{Ct, LabelMap};
+
+/// The products of a run that the pictures show; all positions LPS, mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    /// The CT as it was read, HU.
+    pub ct: &'a Ct,
+    /// The CT on the operating table, HU; its grid may be another than the CT's.
+    pub deformed: &'a Ct,
+    /// The segmentation.
+    pub labels: &'a LabelMap,
+    /// The mesh in the CT shape.
+    pub mesh: &'a TetMesh,
+    /// Displacement from the CT shape to the operating position.
+    pub displacement: &'a Displacement,
+    /// The region.
+    pub sphere: Sphere,
+    /// The tumour in the CT.
+    pub tumour: Option<Sphere>,
+    /// The tumour's centre on the operating table.
+    pub tumour_after: Option<Point>,
+    /// The nipple in the CT.
+    pub nipple: Option<Point>,
+    /// The side of the breast.
+    pub side: Side,
+}

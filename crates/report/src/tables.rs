@@ -1,0 +1,263 @@
+//! The report's tables, as text.
+
+use crate::words::{capital, count, directions, fixed, triple};
+use crate::{Movement, Summary};
+
+/// A table of text; the template escapes it.
+#[derive(Debug)]
+pub(crate) struct Table {
+    pub(crate) title: String,
+    /// Names of the columns; none for a table of facts.
+    pub(crate) head: Vec<&'static str>,
+    /// Cells by row; the first names the row.
+    pub(crate) rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn facts(title: &str) -> Self {
+        Self { title: title.into(), head: Vec::new(), rows: Vec::new() }
+    }
+
+    fn list(title: &str, head: &[&'static str]) -> Self {
+        Self { title: title.into(), head: head.to_vec(), rows: Vec::new() }
+    }
+
+    fn row(&mut self, name: &str, value: String) {
+        self.rows.push(vec![name.into(), value]);
+    }
+}
+
+/// What a planner must know.
+pub(crate) fn key(s: &Summary) -> Table {
+    let mut t = Table::facts("At a glance");
+    let bed = &s.case.bed;
+    t.row(
+        "Operating table",
+        format!(
+            "AP {}°: {}; LAT {}°: {}",
+            fixed(bed.ap_deg, 1),
+            turned(bed.ap_deg, "head raised", "head lowered"),
+            fixed(bed.lat_deg, 1),
+            turned(bed.lat_deg, "patient's left side lowered", "patient's right side lowered"),
+        ),
+    );
+    if let Some(m) = &s.tumour {
+        t.row(
+            "Tumour moves",
+            format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm)),
+        );
+        t.row("Tumour, CT", place(m.before_mm));
+        t.row("Tumour, operating table", place(m.after_mm));
+    }
+    if let Some(m) = &s.nipple {
+        let text = format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm));
+        t.row("Nipple moves", text);
+    }
+    t.row("Largest displacement", format!("{} mm", fixed(s.solve.max_displacement_mm, 1)));
+    let tissue = &s.parameters.tissue;
+    t.row(
+        "Tissue",
+        format!(
+            "Young's modulus {} kPa with rest state “{}” ({}); {} elements. A modulus holds for \
+             its rest state and elements only.",
+            tissue.young_kpa,
+            tissue.rest,
+            rest(&tissue.rest),
+            order(tissue.order),
+        ),
+    );
+    let j = &s.warp.jacobian;
+    t.row(
+        "Local volume change",
+        format!("{} to {} (Jacobian; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
+    );
+    t
+}
+
+fn turned(angle: f64, positive: &str, negative: &str) -> String {
+    match angle {
+        a if a > 0.0 => positive.into(),
+        a if a < 0.0 => negative.into(),
+        _ => "level".into(),
+    }
+}
+
+fn rest(name: &str) -> &str {
+    match name {
+        "net" => "the CT shape is taken as free of stress",
+        "unloaded" => "the stress-free shape was sought",
+        _ => "as named",
+    }
+}
+
+fn order(order: u8) -> &'static str {
+    if order == 2 { "quadratic" } else { "linear" }
+}
+
+fn place(p: [f64; 3]) -> String {
+    format!("{} mm", triple(p, 1))
+}
+
+fn sizes<T: ToString>(values: [T; 3]) -> String {
+    values.map(|v| v.to_string()).join(" × ")
+}
+
+/// The stages: parameters and results.
+pub(crate) fn stages(s: &Summary) -> Vec<Table> {
+    vec![position(s), tissue(s), ct(s), segmentation(s), mesh(s), solve(s), warp(s)]
+        .into_iter()
+        .chain(export(s))
+        .collect()
+}
+
+fn position(s: &Summary) -> Table {
+    let mut t = Table::facts("Position");
+    let bed = &s.case.bed;
+    t.row("Table, AP", format!("{}° (positive raises the head)", fixed(bed.ap_deg, 1)));
+    let lat = fixed(bed.lat_deg, 1);
+    t.row("Table, LAT", format!("{lat}° (positive lowers the patient's left side)"));
+    t.row("Gravity, LPS", triple(bed.gravity, 4));
+    if let Some(b) = &s.case.tumour {
+        t.row("Tumour radius", format!("{} mm", fixed(b.radius_mm, 1)));
+    }
+    for (name, m) in [("Tumour", &s.tumour), ("Nipple", &s.nipple)] {
+        if let Some(m) = m {
+            movement(&mut t, name, m);
+        }
+    }
+    t
+}
+
+fn movement(t: &mut Table, name: &str, m: &Movement) {
+    t.row(&format!("{name} before"), place(m.before_mm));
+    t.row(&format!("{name} after"), place(m.after_mm));
+    let text = format!("{}, {} mm", place(m.displacement_mm), fixed(m.distance_mm, 2));
+    t.row(&format!("{name} displacement"), text);
+}
+
+fn tissue(s: &Summary) -> Table {
+    let mut t = Table::facts("Tissue and region");
+    let p = &s.parameters;
+    t.row("Young's modulus", format!("{} kPa", p.tissue.young_kpa));
+    t.row("Rest state", p.tissue.rest.clone());
+    t.row("Poisson's ratio", p.tissue.poisson.to_string());
+    t.row("Density", format!("{} kg/m³", p.tissue.density_kg_m3));
+    t.row("Elements", order(p.tissue.order).into());
+    t.row("At the cut", p.tissue.cut.clone());
+    t.row("Region centre", place(p.region.centre_mm));
+    let source = if p.region.proposed { "proposed by the tool" } else { "given" };
+    t.row("Region radius", format!("{} mm, {source}", fixed(p.region.radius_mm, 1)));
+    t
+}
+
+fn ct(s: &Summary) -> Table {
+    let mut t = Table::facts("CT");
+    t.row("Voxels", sizes(s.ct.size));
+    t.row("Spacing", format!("{} mm", sizes(s.ct.spacing_mm.map(|v| format!("{v:.3}")))));
+    t.row("First voxel", place(s.ct.origin_mm));
+    t.row("Slices", count(s.ct.slices));
+    let position =
+        if s.ct.patient_position.is_empty() { "not said" } else { &s.ct.patient_position };
+    t.row("Patient position", position.into());
+    t.row("Files left out", count(s.ct.left_out.len()));
+    t
+}
+
+fn segmentation(s: &Summary) -> Table {
+    let mut t = Table::facts("Segmentation");
+    let hu = |x: Option<f64>| {
+        x.map_or_else(|| "labels were given".into(), |x| format!("{} HU", fixed(x, 0)))
+    };
+    t.row("Fat", hu(s.segmentation.fat_hu));
+    t.row("Muscle", hu(s.segmentation.muscle_hu));
+    t.row("Soft tissue in the region", format!("{} ml", fixed(s.segmentation.soft_tissue_ml, 0)));
+    t.row("Chest wall in the region", format!("{} ml", fixed(s.segmentation.chest_wall_ml, 0)));
+    t
+}
+
+fn mesh(s: &Summary) -> Table {
+    let mut t = Table::facts("Mesh");
+    let m = &s.mesh;
+    t.row("Tetrahedra", format!("{} (asked: {})", count(m.tetrahedra), count(m.asked)));
+    t.row("Mesher", s.parameters.mesh.mesher.clone());
+    t.row("Points", count(m.points));
+    t.row("Unknowns", count(m.unknowns));
+    let (low, high) = (fixed(m.min_dihedral_deg, 1), fixed(m.max_dihedral_deg, 1));
+    t.row("Dihedral angles", format!("{low}° to {high}°"));
+    let (low, mean) = (fixed(m.min_radius_ratio, 2), fixed(m.mean_radius_ratio, 2));
+    t.row("Radius ratio", format!("{low} smallest, {mean} mean (1 is best)"));
+    t.row("Volume", format!("{} ml", fixed(m.volume_ml, 0)));
+    let areas = [m.skin_mm2, m.chest_wall_mm2, m.cut_mm2].map(|a| fixed(a / 100.0, 0));
+    t.row("Skin, chest wall, cut", format!("{} cm²", areas.join(", ")));
+    t
+}
+
+fn solve(s: &Summary) -> Table {
+    let mut t = Table::facts("Mechanics");
+    let m = &s.solve;
+    let steps = if m.load_steps == 1 {
+        "1 load step".into()
+    } else {
+        format!("{} load steps", m.load_steps)
+    };
+    t.row("Newton iterations", format!("{} in {steps}", m.iterations));
+    t.row("Indefinite tangents", m.indefinite.to_string());
+    t.row("Residual", format!("{:.1e} of the load", m.residual));
+    t.row("det F", format!("{} to {}", fixed(m.min_det_f, 2), fixed(m.max_det_f, 2)));
+    t.row("Largest displacement", format!("{} mm", fixed(m.max_displacement_mm, 2)));
+    t
+}
+
+fn warp(s: &Summary) -> Table {
+    let mut t = Table::facts("Warp");
+    let (w, j) = (&s.warp, &s.warp.jacobian);
+    t.row("Interpolation", s.parameters.interpolation.clone());
+    t.row("Fade at the cut", format!("{} mm", fixed(w.fade_mm, 1)));
+    t.row("Voxels resampled", count(w.moved_voxels));
+    t.row("Voxels vacated (air)", count(w.vacated_voxels));
+    t.row("Voxels folded", count(w.folded_voxels));
+    t.row("Jacobian, range", format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
+    let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
+    t.row("Jacobian, 1 %, mean, 99 %", format!("{low}, {mean}, {high}"));
+    t
+}
+
+fn export(s: &Summary) -> Option<Table> {
+    let e = s.export.as_ref()?;
+    let mut t = Table::facts("Exported series");
+    t.row("Folder", format!("{}/, {} files", e.folder, count(e.files)));
+    t.row("Series Description", e.series_description.clone());
+    t.row("Series UID", e.series_uid.clone());
+    t.row("Frame of Reference UID", e.frame_of_reference_uid.clone());
+    t.row("Checks", format!("{} of {} passed", e.verified.passed, e.verified.total));
+    Some(t)
+}
+
+/// The points that were carried along.
+pub(crate) fn points(s: &Summary) -> Option<Table> {
+    let mut t = Table::list(
+        "Points carried along",
+        &["Name", "CT, mm", "Operating table, mm", "Moves, mm"],
+    );
+    for p in &s.points {
+        let m = Movement::new(p.before_mm, p.after_mm);
+        let moves =
+            if p.inside { fixed(m.distance_mm, 1) } else { "outside the region: not moved".into() };
+        t.rows.push(vec![p.name.clone(), triple(p.before_mm, 1), triple(p.after_mm, 1), moves]);
+    }
+    (!t.rows.is_empty()).then_some(t)
+}
+
+/// What was read, left out and written.
+pub(crate) fn files(s: &Summary) -> Vec<Table> {
+    let mut inputs = Table::list("Read", &["What", "Name", "Files", "BLAKE3"]);
+    for i in &s.inputs {
+        let row = vec![capital(&i.role), i.path_name.clone(), count(i.files), i.blake3.clone()];
+        inputs.rows.push(row);
+    }
+    let mut left_out = Table::list("Not used", &["File", "Reason"]);
+    left_out.rows = s.ct.left_out.iter().map(|l| vec![l.file.clone(), l.reason.clone()]).collect();
+    let mut outputs = Table::list("Written", &["Path", "BLAKE3"]);
+    outputs.rows = s.outputs.iter().map(|o| vec![o.path.clone(), o.blake3.clone()]).collect();
+    [inputs, left_out, outputs].into_iter().filter(|t| !t.rows.is_empty()).collect()
+}
