@@ -1,0 +1,174 @@
+//! The file around a data set (PS3.10 section 7): preamble, marker, header, transfer syntax.
+
+use super::parse::{Encoding, Fault, Parsed, Until, parse};
+use super::{DataSet, TransferSyntax};
+use dicom_dictionary_std::tags;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// Bytes read at first when only the head is wanted; most CT headers fit.
+const HEAD_BYTES: usize = 32 << 10;
+/// Largest file that is read as a whole.
+const MAX_FILE_BYTES: usize = 1 << 30;
+/// Largest inflated data set: a single-frame CT of 4096 x 4096 has 32 MiB.
+const MAX_INFLATED_BYTES: usize = 64 << 20;
+
+/// Why a file gives no data set.
+#[derive(Debug)]
+pub(crate) enum OpenError {
+    /// The system could not read it.
+    Io(std::io::Error),
+    /// It is not a DICOM file.
+    NotDicom(&'static str),
+    /// It is one, but damaged or made to deceive.
+    Malformed(String),
+}
+
+/// A DICOM file whose header is read and whose data set waits.
+#[derive(Debug)]
+pub(crate) struct Container {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    total: usize,
+    data_start: usize,
+    inflated: bool,
+    /// Whether the 128 bytes before the marker are there (PS3.10 7.1).
+    pub(crate) preamble: bool,
+    /// The file header, group 0002.
+    pub(crate) meta: DataSet,
+    /// The transfer syntax the header names.
+    pub(crate) syntax: TransferSyntax,
+}
+
+impl Container {
+    /// Opens a file of which only the head is wanted.
+    pub(crate) fn open_head(path: &Path) -> Result<Self, OpenError> {
+        Self::open_bytes(path, HEAD_BYTES)
+    }
+
+    /// Opens a whole file.
+    pub(crate) fn open(path: &Path) -> Result<Self, OpenError> {
+        Self::open_bytes(path, MAX_FILE_BYTES)
+    }
+
+    fn open_bytes(path: &Path, limit: usize) -> Result<Self, OpenError> {
+        let (bytes, total) = read(path, limit)?;
+        if bytes.is_empty() {
+            return Err(OpenError::Malformed("the file is empty".into()));
+        }
+        let (at, preamble) = match marker(&bytes) {
+            Ok(found) => found,
+            Err(reason) => return Err(OpenError::NotDicom(reason)),
+        };
+        let encoding = Encoding { explicit: true, big_endian: false };
+        let header = match parse(&bytes, total, at, encoding, Until::GroupEnds(2)) {
+            Ok(parsed) => parsed,
+            Err(Fault::NeedMore) => {
+                return Err(OpenError::Malformed("its header is too long".into()));
+            }
+            Err(Fault::Bad(reason)) => return Err(OpenError::Malformed(reason)),
+        };
+        let uid = header.set.text(tags::TRANSFER_SYNTAX_UID);
+        if uid.is_empty() {
+            return Err(OpenError::Malformed("its header names no Transfer Syntax UID".into()));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            bytes,
+            total,
+            data_start: header.end,
+            inflated: false,
+            preamble,
+            meta: header.set,
+            syntax: TransferSyntax::new(uid),
+        })
+    }
+
+    /// The data set; reads the rest of the file when it is needed.
+    pub(crate) fn data(&mut self, until: Until) -> Result<Parsed, OpenError> {
+        if self.syntax.deflated() && !self.inflated {
+            self.inflate()?;
+        }
+        let encoding = self.syntax.encoding();
+        match parse(&self.bytes, self.total, self.data_start, encoding, until) {
+            Ok(parsed) => Ok(parsed),
+            Err(Fault::Bad(reason)) => Err(OpenError::Malformed(reason)),
+            Err(Fault::NeedMore) => {
+                self.read_rest()?;
+                match parse(&self.bytes, self.total, self.data_start, encoding, until) {
+                    Ok(parsed) => Ok(parsed),
+                    Err(Fault::Bad(reason)) => Err(OpenError::Malformed(reason)),
+                    Err(Fault::NeedMore) => {
+                        Err(OpenError::Malformed("it changed while it was read".into()))
+                    }
+                }
+            }
+        }
+    }
+
+    fn read_rest(&mut self) -> Result<(), OpenError> {
+        if self.bytes.len() < self.total {
+            (self.bytes, self.total) = read(&self.path, MAX_FILE_BYTES)?;
+        }
+        if self.bytes.len() < self.total {
+            return Err(OpenError::Malformed(format!("larger than {} MiB", MAX_FILE_BYTES >> 20)));
+        }
+        Ok(())
+    }
+
+    fn inflate(&mut self) -> Result<(), OpenError> {
+        self.read_rest()?;
+        let mut data = Vec::new();
+        flate2::read::DeflateDecoder::new(&self.bytes[self.data_start..])
+            .take(MAX_INFLATED_BYTES as u64 + 1)
+            .read_to_end(&mut data)
+            .map_err(|e| OpenError::Malformed(format!("its data set does not inflate: {e}")))?;
+        if data.len() > MAX_INFLATED_BYTES {
+            let limit = MAX_INFLATED_BYTES >> 20;
+            return Err(OpenError::Malformed(format!("its data set inflates past {limit} MiB")));
+        }
+        // The deflated stream is padded to an even length; so may be what it holds.
+        if data.len() % 2 == 1 {
+            data.pop();
+        }
+        (self.bytes, self.data_start, self.inflated) = (data, 0, true);
+        self.total = self.bytes.len();
+        Ok(())
+    }
+}
+
+/// Up to `limit` bytes of a regular file, and its length.
+fn read(path: &Path, limit: usize) -> Result<(Vec<u8>, usize), OpenError> {
+    let file = File::open(path).map_err(OpenError::Io)?;
+    let meta = file.metadata().map_err(OpenError::Io)?;
+    if !meta.is_file() {
+        return Err(OpenError::NotDicom("not a regular file"));
+    }
+    let total = usize::try_from(meta.len())
+        .map_err(|_| OpenError::Malformed("larger than memory".into()))?;
+    let wanted = total.min(limit);
+    let mut bytes = Vec::with_capacity(wanted);
+    file.take(wanted as u64).read_to_end(&mut bytes).map_err(OpenError::Io)?;
+    if bytes.len() < wanted {
+        return Err(OpenError::Malformed("it changed while it was read".into()));
+    }
+    Ok((bytes, total))
+}
+
+/// Where the file header starts, and whether the preamble is there.
+fn marker(bytes: &[u8]) -> Result<(usize, bool), &'static str> {
+    if bytes.get(128..132) == Some(b"DICM") {
+        return Ok((132, true));
+    }
+    if bytes.starts_with(b"DICM") {
+        return Ok((4, false));
+    }
+    match bytes.first_chunk::<8>() {
+        Some([2, 0, 0, 0, b'U', b'L', 4, 0]) => Ok((0, false)),
+        Some([8, 0, 0 | 1 | 5 | 8 | 0x12 | 0x16, 0, ..]) => Err(
+            "a DICOM data set without file header (PS3.10); convert it with a DICOM toolkit first",
+        ),
+        _ => Err("not a DICOM file"),
+    }
+}

@@ -1,0 +1,342 @@
+//! Walks the elements of a data set: no recursion, no allocation by a length that was not checked.
+//!
+//! PS3.5 section 7. Refused: a length beyond the bytes that are left, nesting beyond [`MAX_DEPTH`],
+//! more than [`MAX_ELEMENTS`] elements, delimiters where none belong, a tag twice.
+
+use super::{DataSet, Element, Value};
+use dicom_core::dictionary::{DataDictionary as _, DataDictionaryEntry as _};
+use dicom_core::{Tag, VR};
+use dicom_dictionary_std::{StandardDataDictionary, tags};
+
+/// Deepest nesting of sequences that is read; real objects use 3 to 6.
+const MAX_DEPTH: usize = 32;
+/// Most elements in a file; a multi-frame object of 2000 frames has about 100 000.
+const MAX_ELEMENTS: usize = 400_000;
+/// The length that says "until the delimiter".
+const UNDEFINED: u32 = u32::MAX;
+
+const ITEM: Tag = Tag(0xFFFE, 0xE000);
+const ITEM_END: Tag = Tag(0xFFFE, 0xE00D);
+const SEQUENCE_END: Tag = Tag(0xFFFE, 0xE0DD);
+
+/// How elements are laid out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Encoding {
+    pub(crate) explicit: bool,
+    pub(crate) big_endian: bool,
+}
+
+/// Where the walk ends before the bytes do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Until {
+    /// The end of the bytes.
+    End,
+    /// The first top-level element of another group.
+    GroupEnds(u16),
+    /// Pixel Data, whose length is checked but whose bytes need not be there.
+    PixelData,
+}
+
+/// Why a walk ended early.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Fault {
+    /// The file has more bytes, which are needed.
+    NeedMore,
+    /// The bytes are no data set.
+    Bad(String),
+}
+
+/// A data set with the place of its end.
+#[derive(Debug)]
+pub(crate) struct Parsed {
+    pub(crate) set: DataSet,
+    pub(crate) end: usize,
+    /// Length of native Pixel Data when the walk stopped there.
+    pub(crate) pixel_bytes: Option<usize>,
+}
+
+/// What is being filled.
+enum Open {
+    Item { end: Option<usize>, elements: Vec<Element>, implicit: bool },
+    Sequence { tag: Tag, end: Option<usize>, items: Vec<DataSet>, implicit: bool },
+}
+
+struct Header {
+    tag: Tag,
+    vr: VR,
+    length: u32,
+}
+
+struct Walk<'a> {
+    bytes: &'a [u8],
+    /// Length of the whole file, of which `bytes` may be the beginning.
+    total: usize,
+    at: usize,
+    encoding: Encoding,
+    count: usize,
+    stack: Vec<Open>,
+}
+
+/// The data set that starts at `start`. `total` is the length of the whole file, of which `bytes`
+/// may be only the beginning.
+pub(crate) fn parse(
+    bytes: &[u8],
+    total: usize,
+    start: usize,
+    encoding: Encoding,
+    until: Until,
+) -> Result<Parsed, Fault> {
+    let root = Open::Item { end: Some(total), elements: Vec::new(), implicit: !encoding.explicit };
+    let mut walk = Walk { bytes, total, at: start, encoding, count: 0, stack: vec![root] };
+    let pixel_bytes = walk.run(until)?;
+    let end = walk.at;
+    match walk.stack.pop() {
+        Some(Open::Item { elements, .. }) if walk.stack.is_empty() => {
+            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes })
+        }
+        _ => Err(Fault::Bad("ends inside a sequence".into())),
+    }
+}
+
+fn bad<T>(reason: impl Into<String>) -> Result<T, Fault> {
+    Err(Fault::Bad(reason.into()))
+}
+
+fn collect(elements: Vec<Element>, at: usize) -> Result<DataSet, Fault> {
+    DataSet::from_elements(elements)
+        .map_err(|tag| Fault::Bad(format!("{tag} is there twice (before byte {at})")))
+}
+
+impl Walk<'_> {
+    fn run(&mut self, until: Until) -> Result<Option<usize>, Fault> {
+        loop {
+            self.close_finished()?;
+            let top_level = self.stack.len() == 1;
+            if top_level && self.at == self.total {
+                return Ok(None);
+            }
+            let start = self.at;
+            let header = self.header()?;
+            match until {
+                Until::GroupEnds(group) if top_level && header.tag.0 != group => {
+                    self.at = start;
+                    return Ok(None);
+                }
+                Until::PixelData if top_level && header.tag == tags::PIXEL_DATA => {
+                    if header.length == UNDEFINED {
+                        return Ok(None);
+                    }
+                    self.check_length(&header, start)?;
+                    return Ok(Some(header.length as usize));
+                }
+                _ => self.element(header, start)?,
+            }
+        }
+    }
+
+    /// Closes items and sequences of stated length that end here.
+    fn close_finished(&mut self) -> Result<(), Fault> {
+        while self.stack.len() > 1 {
+            let end = match &self.stack[self.stack.len() - 1] {
+                Open::Item { end, .. } | Open::Sequence { end, .. } => *end,
+            };
+            match end {
+                Some(end) if self.at == end => self.close()?,
+                Some(end) if self.at > end => {
+                    return bad(format!("an element overruns its sequence at byte {end}"));
+                }
+                _ => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves the innermost open item or sequence into what holds it.
+    fn close(&mut self) -> Result<(), Fault> {
+        match (self.stack.pop(), self.stack.last_mut()) {
+            (Some(Open::Item { elements, .. }), Some(Open::Sequence { items, .. })) => {
+                items.push(collect(elements, self.at)?);
+                Ok(())
+            }
+            (Some(Open::Sequence { tag, items, .. }), Some(Open::Item { elements, .. })) => {
+                elements.push(Element { tag, vr: VR::SQ, value: Value::Items(items) });
+                Ok(())
+            }
+            _ => bad(format!("a delimiter without a beginning at byte {}", self.at)),
+        }
+    }
+
+    fn element(&mut self, header: Header, start: usize) -> Result<(), Fault> {
+        self.count += 1;
+        if self.count > MAX_ELEMENTS {
+            return bad(format!("more than {MAX_ELEMENTS} elements"));
+        }
+        let Some(top) = self.stack.last_mut() else { return bad("no data set is open") };
+        match (header.tag, top) {
+            (ITEM_END, Open::Item { end: None, .. })
+            | (SEQUENCE_END, Open::Sequence { end: None, .. }) => self.close(),
+            (ITEM, Open::Sequence { implicit, .. }) => {
+                let implicit = *implicit;
+                let end = self.stated_end(&header, start)?;
+                self.open(Open::Item { end, elements: Vec::new(), implicit }, start)
+            }
+            (tag, Open::Item { implicit, .. }) if tag.0 != 0xFFFE => {
+                let implicit = *implicit;
+                self.value(header, start, implicit)
+            }
+            (tag, _) => bad(format!("{tag} where it does not belong, at byte {start}")),
+        }
+    }
+
+    fn value(&mut self, header: Header, start: usize, implicit: bool) -> Result<(), Fault> {
+        let Header { tag, vr, length } = header;
+        if length == UNDEFINED && tag == tags::PIXEL_DATA && self.stack.len() == 1 {
+            let fragments = self.fragments()?;
+            return self.push(Element { tag, vr, value: Value::Fragments(fragments) });
+        }
+        if length == UNDEFINED || vr == VR::SQ {
+            let end = self.stated_end(&header, start)?;
+            // PS3.5 6.2.2: a sequence under UN of undefined length is implicit VR little endian.
+            let implicit = implicit || (vr == VR::UN && length == UNDEFINED);
+            return self.open(Open::Sequence { tag, end, items: Vec::new(), implicit }, start);
+        }
+        self.check_length(&header, start)?;
+        let mut bytes = self.take(length as usize)?.to_vec();
+        if self.encoding.big_endian {
+            swap(&mut bytes, vr);
+        }
+        self.push(Element { tag, vr, value: Value::Bytes(bytes) })
+    }
+
+    fn push(&mut self, element: Element) -> Result<(), Fault> {
+        match self.stack.last_mut() {
+            // Group lengths are redundant and go stale.
+            Some(Open::Item { elements, .. }) => {
+                if element.tag.1 != 0 {
+                    elements.push(element);
+                }
+                Ok(())
+            }
+            _ => bad("an element outside a data set"),
+        }
+    }
+
+    fn open(&mut self, open: Open, start: usize) -> Result<(), Fault> {
+        if self.stack.len() > 2 * MAX_DEPTH {
+            return bad(format!("nested deeper than {MAX_DEPTH} at byte {start}"));
+        }
+        self.stack.push(open);
+        Ok(())
+    }
+
+    /// Offset table and fragments of encapsulated pixel data.
+    fn fragments(&mut self) -> Result<Vec<Vec<u8>>, Fault> {
+        let mut fragments = Vec::new();
+        loop {
+            let start = self.at;
+            let header = self.header()?;
+            match header.tag {
+                SEQUENCE_END => return Ok(fragments),
+                ITEM if header.length != UNDEFINED => {
+                    self.check_length(&header, start)?;
+                    fragments.push(self.take(header.length as usize)?.to_vec());
+                }
+                tag => return bad(format!("{tag} among pixel fragments at byte {start}")),
+            }
+            if fragments.len() > MAX_ELEMENTS {
+                return bad("too many pixel fragments");
+            }
+        }
+    }
+
+    fn stated_end(&self, header: &Header, start: usize) -> Result<Option<usize>, Fault> {
+        if header.length == UNDEFINED {
+            return Ok(None);
+        }
+        self.check_length(header, start)?;
+        Ok(Some(self.at + header.length as usize))
+    }
+
+    fn check_length(&self, header: &Header, start: usize) -> Result<(), Fault> {
+        let (length, left) = (header.length as usize, self.total - self.at);
+        if length > left {
+            let tag = header.tag;
+            return bad(format!(
+                "{tag} at byte {start} declares {length} bytes, {left} are left: cut short?"
+            ));
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, length: usize) -> Result<&[u8], Fault> {
+        let end = self.at + length;
+        if end > self.total {
+            return bad(format!("ends inside an element at byte {}: cut short?", self.at));
+        }
+        let Some(bytes) = self.bytes.get(self.at..end) else { return Err(Fault::NeedMore) };
+        self.at = end;
+        Ok(bytes)
+    }
+
+    fn header(&mut self) -> Result<Header, Fault> {
+        let (start, big) = (self.at, self.encoding.big_endian);
+        let implicit = match self.stack.last() {
+            Some(Open::Item { implicit, .. } | Open::Sequence { implicit, .. }) => *implicit,
+            None => !self.encoding.explicit,
+        };
+        let u16_at = |b: &[u8], at: usize| {
+            let pair = [b[at], b[at + 1]];
+            if big { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) }
+        };
+        let u32_at = |b: &[u8], at: usize| {
+            let four = [b[at], b[at + 1], b[at + 2], b[at + 3]];
+            if big { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) }
+        };
+        let head = self.take(8)?;
+        let tag = Tag(u16_at(head, 0), u16_at(head, 2));
+        if tag.0 == 0xFFFE || implicit {
+            let length = u32_at(head, 4);
+            let vr = if tag.0 == 0xFFFE { VR::UN } else { dictionary_vr(tag) };
+            return Ok(Header { tag, vr, length });
+        }
+        let Some(vr) = VR::from_binary([head[4], head[5]]) else {
+            return bad(format!("{tag} at byte {start} has no known value representation"));
+        };
+        if !has_long_length(vr) {
+            let length = u32::from(u16_at(head, 6));
+            return Ok(Header { tag, vr, length });
+        }
+        let long = self.take(4)?;
+        let length = u32_at(long, 0);
+        // A public element that lost its VR on the way gets it back (PS3.5 6.2.2 note); a sequence
+        // does not, since its items are implicit VR.
+        let vr = match dictionary_vr(tag) {
+            known if vr == VR::UN && length != UNDEFINED && known != VR::SQ => known,
+            _ => vr,
+        };
+        Ok(Header { tag, vr, length })
+    }
+}
+
+/// VRs whose explicit header has a 32-bit length (PS3.5 7.1.2).
+pub(super) fn has_long_length(vr: VR) -> bool {
+    use VR::{OB, OD, OF, OL, OV, OW, SQ, SV, UC, UN, UR, UT, UV};
+    matches!(vr, OB | OD | OF | OL | OV | OW | SQ | SV | UC | UN | UR | UT | UV)
+}
+
+/// The VR of the standard's dictionary, UN for what it does not know.
+pub(super) fn dictionary_vr(tag: Tag) -> VR {
+    StandardDataDictionary.by_tag(tag).map_or(VR::UN, |entry| entry.vr().relaxed())
+}
+
+/// Big-endian numbers to little endian.
+fn swap(bytes: &mut [u8], vr: VR) {
+    use VR::{AT, FD, FL, OD, OF, OL, OV, OW, SL, SS, SV, UL, US, UV};
+    let width = match vr {
+        AT | OW | SS | US => 2,
+        FL | OF | OL | SL | UL => 4,
+        FD | OD | OV | SV | UV => 8,
+        _ => return,
+    };
+    bytes.chunks_exact_mut(width).for_each(<[u8]>::reverse);
+}

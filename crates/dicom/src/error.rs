@@ -1,0 +1,237 @@
+//! What can go wrong, in words that name the file and never the patient.
+
+use crate::folder::SeriesSummary;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// What a caller has to do about an [`Error`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The input cannot be used.
+    Input,
+    /// The output cannot be written.
+    Output,
+    /// The user asked to stop.
+    Stopped,
+}
+
+/// Why a series cannot be read or written.
+///
+/// Files are named by their path below the folder that was given.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder cannot be opened or read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Nothing in the folder is a CT image.
+    #[error("no CT image series in {}: {found}", path.display())]
+    NoCt {
+        /// The folder.
+        path: PathBuf,
+        /// What is there instead.
+        found: String,
+    },
+    /// Several series could be meant.
+    #[error("several CT series, choose one by its Series Instance UID:{}", listed(series))]
+    SeveralSeries {
+        /// The series, in the order of their UIDs.
+        series: Vec<SeriesSummary>,
+    },
+    /// The asked series is not there.
+    #[error("no CT series {asked}; there are:{}", listed(series))]
+    UnknownSeries {
+        /// The asked Series Instance UID.
+        asked: String,
+        /// The series that are there.
+        series: Vec<SeriesSummary>,
+    },
+    /// Too few slices to make a volume.
+    #[error("the CT series {series} has {slices} slice(s); a volume needs 3 or more")]
+    TooFewSlices {
+        /// Series Instance UID.
+        series: String,
+        /// Number of slices.
+        slices: usize,
+    },
+    /// The file is cut short, damaged or made to deceive.
+    #[error("{file} is not a sound DICOM file: {reason}")]
+    Malformed {
+        /// The file.
+        file: String,
+        /// What is wrong and where.
+        reason: String,
+    },
+    /// An attribute is missing or its value cannot be used.
+    #[error("{file}: {attribute} {reason}")]
+    Attribute {
+        /// The file.
+        file: String,
+        /// Name of the attribute.
+        attribute: &'static str,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The file is sound but of a kind that is not read.
+    #[error("{file}: {what}")]
+    Unsupported {
+        /// The file.
+        file: String,
+        /// What is not read, and what to do.
+        what: String,
+    },
+    /// The pixels cannot be decoded.
+    #[error("{file}: the pixels cannot be decoded: {reason}")]
+    Pixels {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// Slices of one series disagree where they must agree.
+    #[error("{attribute} differs within the series: {a} and {b}{values}")]
+    Differs {
+        /// Name of the attribute.
+        attribute: &'static str,
+        /// A file.
+        a: String,
+        /// The first file that disagrees with it.
+        b: String,
+        /// The two values, unless they could name the patient.
+        values: String,
+    },
+    /// Two slices lie at the same place.
+    #[error("two slices lie at the same position: {a} and {b}{hint}")]
+    DuplicatePosition {
+        /// A file.
+        a: String,
+        /// The other file.
+        b: String,
+        /// What the two differ in, if that explains it.
+        hint: String,
+    },
+    /// A slice is missing.
+    #[error(
+        "gap of {gap_mm:.3} mm between {a} and {b}, the step is {step_mm:.3} mm: a slice is missing"
+    )]
+    Gap {
+        /// The slice below the gap.
+        a: String,
+        /// The slice above the gap.
+        b: String,
+        /// Distance along the normal, mm.
+        gap_mm: f64,
+        /// Median step, mm.
+        step_mm: f64,
+    },
+    /// The steps between slices are unequal.
+    #[error(
+        "the slices are not equally spaced: {found_mm:.4} mm between {a} and {b}, elsewhere \
+         {step_mm:.4} mm"
+    )]
+    UnequalSteps {
+        /// A file.
+        a: String,
+        /// The next file along the normal.
+        b: String,
+        /// Their distance along the normal, mm.
+        found_mm: f64,
+        /// Median step, mm.
+        step_mm: f64,
+    },
+    /// The slices are not stacked along their normal.
+    #[error(
+        "the slices are shifted sideways (gantry tilt): {file} lies {lateral_mm:.3} mm beside the \
+         normal through the first slice; resample the series to an untilted grid first"
+    )]
+    Tilted {
+        /// The slice that lies farthest aside.
+        file: String,
+        /// Its distance from the normal through the first slice, mm.
+        lateral_mm: f64,
+    },
+    /// The positions and spacings make no grid.
+    #[error("the series has no usable grid: {0}")]
+    Grid(#[from] supine_space::GridError),
+    /// The values cannot be Hounsfield units.
+    #[error("the values of the series cannot be Hounsfield units: {reason}")]
+    NotHounsfield {
+        /// What speaks against it.
+        reason: String,
+    },
+    /// The volume to be written does not lie on the grid of its source.
+    #[error("the volume does not lie on the grid of its source series: {reason}")]
+    OtherGrid {
+        /// What differs.
+        reason: String,
+    },
+    /// A text that was to be written does not fit its attribute.
+    #[error("{attribute} cannot be written: {reason}")]
+    Text {
+        /// Name of the attribute.
+        attribute: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// The output cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The output folder holds something that an export would overwrite.
+    #[error("{} holds other files and is left as it is; choose a new folder", path.display())]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A written file does not read back as it was meant.
+    #[error(
+        "the written file {file} does not read back as it was meant: {reason}; nothing is left"
+    )]
+    ReadBack {
+        /// The file.
+        file: String,
+        /// What differs.
+        reason: String,
+    },
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] supine_space::Stopped),
+}
+
+impl Error {
+    /// Whether the input, the output or the user is the reason.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Write { .. } | Self::Occupied { .. } | Self::ReadBack { .. } => ErrorKind::Output,
+            Self::Stopped(_) => ErrorKind::Stopped,
+            _ => ErrorKind::Input,
+        }
+    }
+
+    /// An attribute of a file that cannot be used.
+    pub(crate) fn attribute(
+        file: &str,
+        attribute: &'static str,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self::Attribute { file: file.to_owned(), attribute, reason: reason.into() }
+    }
+}
+
+/// One line per series.
+fn listed(series: &[SeriesSummary]) -> String {
+    let mut text = String::new();
+    for s in series {
+        let _ = write!(text, "\n  {}  {} slices  {:?}", s.uid, s.slices, s.description);
+    }
+    text
+}

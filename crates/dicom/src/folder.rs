@@ -1,0 +1,311 @@
+//! What files a folder holds, and which series they make.
+
+use crate::data_set::{Container, DataSet, OpenError, Until};
+use crate::error::Error;
+use crate::slice::Slice;
+use dicom_core::dictionary::UidDictionary as _;
+use dicom_dictionary_std::{StandardSopClassDictionary, tags, uids};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_space::Progress;
+
+/// Deepest folder below the given one that is searched.
+const MAX_FOLDER_DEPTH: usize = 8;
+/// Most files that are looked at.
+const MAX_FILES: usize = 200_000;
+/// Fewest slices that make a volume.
+pub(crate) const MIN_SLICES: usize = 3;
+
+/// A file that is not part of the series that was read.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct LeftOut {
+    /// Path below the folder that was given.
+    pub file: String,
+    /// Why it was left out.
+    pub reason: String,
+}
+
+/// A CT series, in one line.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct SeriesSummary {
+    /// Series Instance UID.
+    pub uid: String,
+    /// Series Description.
+    pub description: String,
+    /// Number of slices without localizers.
+    pub slices: usize,
+}
+
+/// A CT file with the series it belongs to.
+#[derive(Debug)]
+pub(crate) struct CtFile {
+    pub(crate) path: PathBuf,
+    pub(crate) name: String,
+    pub(crate) series: SeriesHead,
+    pub(crate) syntax: &'static str,
+    pub(crate) slice: Result<Slice, Error>,
+}
+
+/// What a file says about its series.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SeriesHead {
+    pub(crate) uid: String,
+    pub(crate) description: String,
+    pub(crate) number: String,
+    pub(crate) localizer: bool,
+}
+
+/// A series: files in the order of their paths.
+#[derive(Debug)]
+pub(crate) struct Series {
+    pub(crate) head: SeriesHead,
+    pub(crate) files: Vec<CtFile>,
+    pub(crate) localizers: Vec<String>,
+}
+
+impl Series {
+    pub(crate) fn summary(&self) -> SeriesSummary {
+        SeriesSummary {
+            uid: self.head.uid.clone(),
+            description: self.head.description.clone(),
+            slices: self.files.len(),
+        }
+    }
+}
+
+/// All files of a folder, by what they are.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    pub(crate) path: PathBuf,
+    /// Number of files.
+    pub(crate) files: usize,
+    /// CT series, ascending by UID.
+    pub(crate) series: Vec<Series>,
+    /// DICOM objects of other kinds: file and kind.
+    pub(crate) other: Vec<LeftOut>,
+    /// Files that are not DICOM: file and why.
+    pub(crate) foreign: Vec<LeftOut>,
+    /// Files that are DICOM but cannot be read.
+    pub(crate) damaged: Vec<Error>,
+    /// The series of the file that was given instead of a folder.
+    pub(crate) given: Option<String>,
+    pub(crate) warnings: Vec<String>,
+}
+
+enum Found {
+    Ct(Box<CtFile>),
+    Other(LeftOut),
+    Foreign(LeftOut),
+    Damaged(Error),
+}
+
+impl Folder {
+    /// Reads the heads of all files below a folder, or beside a file.
+    pub(crate) fn scan(path: &Path, progress: Progress<'_>) -> Result<Self, Error> {
+        let read_error = |source| Error::Read { path: path.to_owned(), source };
+        let meta = std::fs::metadata(path).map_err(read_error)?;
+        let (root, depth) = if meta.is_dir() {
+            (path.to_owned(), MAX_FOLDER_DEPTH)
+        } else {
+            let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+            (parent.unwrap_or(Path::new(".")).to_owned(), 0)
+        };
+        let mut paths = Vec::new();
+        list(&root, depth, &mut paths)?;
+        paths.sort();
+        let done = AtomicUsize::new(0);
+        let found: Vec<Result<(Found, bool), Error>> = paths
+            .par_iter()
+            .map(|file| {
+                let n = done.fetch_add(1, Ordering::Relaxed);
+                progress.at(n as f64 / paths.len() as f64)?;
+                look(file, &root)
+            })
+            .collect();
+        let mut folder = Self {
+            path: path.to_owned(),
+            files: paths.len(),
+            series: Vec::new(),
+            other: Vec::new(),
+            foreign: Vec::new(),
+            damaged: Vec::new(),
+            given: None,
+            warnings: Vec::new(),
+        };
+        let given = (!meta.is_dir()).then_some(path);
+        folder.sort(found, given)?;
+        Ok(folder)
+    }
+
+    /// Sorts what was found into series and the rest.
+    fn sort(
+        &mut self,
+        found: Vec<Result<(Found, bool), Error>>,
+        given: Option<&Path>,
+    ) -> Result<(), Error> {
+        let mut series: BTreeMap<String, Series> = BTreeMap::new();
+        let mut bare = 0;
+        for one in found {
+            let (one, preamble) = one?;
+            bare += usize::from(!preamble);
+            match one {
+                Found::Ct(ct) => {
+                    if given.is_some_and(|g| g.file_name() == ct.path.file_name()) {
+                        self.given = Some(ct.series.uid.clone());
+                    }
+                    let s = series.entry(ct.series.uid.clone()).or_insert_with(|| Series {
+                        head: ct.series.clone(),
+                        files: Vec::new(),
+                        localizers: Vec::new(),
+                    });
+                    if ct.series.localizer {
+                        s.localizers.push(ct.name);
+                    } else {
+                        s.files.push(*ct);
+                    }
+                }
+                Found::Other(left) => self.other.push(left),
+                Found::Foreign(left) => self.foreign.push(left),
+                Found::Damaged(error) => self.damaged.push(error),
+            }
+        }
+        if bare > 0 {
+            self.warnings
+                .push(format!("{bare} file(s) lack the preamble of a DICOM file (PS3.10 7.1)"));
+        }
+        self.series = series.into_values().collect();
+        if let (Some(given), None) = (given, &self.given) {
+            return Err(self.not_ct(given));
+        }
+        Ok(())
+    }
+
+    /// The series to read: the asked one, or the only one that can make a volume.
+    pub(crate) fn choose(&mut self, asked: Option<&str>) -> Result<Series, Error> {
+        let asked = asked.map(str::to_owned).or_else(|| self.given.clone());
+        let at = if let Some(asked) = asked {
+            let at = self.series.iter().position(|s| s.head.uid == asked && !s.files.is_empty());
+            at.ok_or_else(|| Error::UnknownSeries { asked, series: self.summaries(1) })?
+        } else {
+            let volumes = self.summaries(MIN_SLICES);
+            if volumes.len() > 1 {
+                return Err(Error::SeveralSeries { series: volumes });
+            }
+            let most = (0..self.series.len()).max_by_key(|&n| self.series[n].files.len());
+            match most {
+                Some(at) if !self.series[at].files.is_empty() => at,
+                _ => return Err(self.not_ct(&self.path)),
+            }
+        };
+        Ok(self.series.remove(at))
+    }
+
+    fn summaries(&self, least: usize) -> Vec<SeriesSummary> {
+        let enough = self.series.iter().filter(|s| s.files.len() >= least);
+        enough.map(Series::summary).collect()
+    }
+
+    /// The error for a folder or file without CT: a damaged file comes first, since it may be one.
+    fn not_ct(&self, path: &Path) -> Error {
+        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
+        for left in self.other.iter().chain(&self.foreign) {
+            *kinds.entry(left.reason.clone()).or_default() += 1;
+        }
+        for series in self.series.iter().filter(|s| s.files.is_empty()) {
+            *kinds.entry("CT localizer".into()).or_default() += series.localizers.len();
+        }
+        if !self.damaged.is_empty() {
+            let first = &self.damaged[0];
+            *kinds.entry(format!("damaged (first: {first})")).or_default() += self.damaged.len();
+        }
+        let listed: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} x {kind}")).collect();
+        let found =
+            if listed.is_empty() { "the folder is empty".into() } else { listed.join(", ") };
+        Error::NoCt { path: path.to_owned(), found }
+    }
+}
+
+/// Regular files below a folder; hidden files and symbolic links to folders are passed over.
+fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let read_error = |source| Error::Read { path: folder.to_owned(), source };
+    for entry in std::fs::read_dir(folder).map_err(read_error)? {
+        let entry = entry.map_err(read_error)?;
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        let kind = entry.file_type().map_err(read_error)?;
+        if kind.is_dir() {
+            if depth > 0 {
+                list(&entry.path(), depth - 1, paths)?;
+            }
+        } else if entry.path().is_file() {
+            paths.push(entry.path());
+        }
+        if paths.len() > MAX_FILES {
+            let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
+            return Err(Error::NoCt { path: folder.to_owned(), found });
+        }
+    }
+    Ok(())
+}
+
+/// What a file is, and whether it has its preamble (true for what is not DICOM).
+fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
+    let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
+    let mut container = match Container::open_head(path) {
+        Ok(container) => container,
+        Err(error) => return opened(error, path, name).map(|found| (found, true)),
+    };
+    let preamble = container.preamble;
+    let class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
+    if !class.is_empty() && class != uids::CT_IMAGE_STORAGE {
+        return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
+    }
+    let head = match container.data(Until::PixelData) {
+        Ok(head) => head,
+        Err(error) => return opened(error, path, name).map(|found| (found, preamble)),
+    };
+    let class = head.set.text(tags::SOP_CLASS_UID);
+    if class != uids::CT_IMAGE_STORAGE {
+        return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
+    }
+    let slice = Slice::new(&name, &head.set, &container.syntax, head.pixel_bytes);
+    let ct = CtFile {
+        path: path.to_owned(),
+        series: series_head(&head.set),
+        syntax: container.syntax.name(),
+        name,
+        slice,
+    };
+    Ok((Found::Ct(Box::new(ct)), preamble))
+}
+
+fn opened(error: OpenError, path: &Path, file: String) -> Result<Found, Error> {
+    match error {
+        OpenError::Io(source) => Err(Error::Read { path: path.to_owned(), source }),
+        OpenError::NotDicom(reason) => {
+            Ok(Found::Foreign(LeftOut { file, reason: reason.to_owned() }))
+        }
+        OpenError::Malformed(reason) => Ok(Found::Damaged(Error::Malformed { file, reason })),
+    }
+}
+
+fn series_head(set: &DataSet) -> SeriesHead {
+    SeriesHead {
+        uid: set.text(tags::SERIES_INSTANCE_UID),
+        description: set.text(tags::SERIES_DESCRIPTION),
+        number: set.text(tags::SERIES_NUMBER),
+        localizer: set.texts(tags::IMAGE_TYPE).get(2).is_some_and(|v| v == "LOCALIZER"),
+    }
+}
+
+/// Name of a SOP class.
+fn kind(class: &str) -> String {
+    match StandardSopClassDictionary.by_uid(class) {
+        Some(entry) => entry.name.to_owned(),
+        None if class.is_empty() => "DICOM file without SOP Class".to_owned(),
+        None => format!("DICOM object of class {class}"),
+    }
+}

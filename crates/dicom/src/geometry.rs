@@ -1,0 +1,210 @@
+//! Slices in order along their normal, and the grid they make.
+
+use crate::error::Error;
+use crate::folder::MIN_SLICES;
+use crate::read::Source;
+use crate::slice::Slice;
+use supine_space::{Grid, Matrix, Vector};
+
+/// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it.
+const STEP_MM: f64 = 0.01;
+const STEP_SHARE: f64 = 0.01;
+/// Positions written with one decimal are off by half of it.
+const ROUNDING_MM: f64 = 0.05;
+/// Slices closer than this lie at the same place, mm.
+const SAME_PLACE_MM: f64 = 1e-3;
+/// Components of direction cosines may differ by this much within a series.
+const SAME_DIRECTION: f64 = 1e-4;
+/// Spacings may differ by this share within a series.
+const SAME_SPACING: f64 = 1e-5;
+
+/// The order of the slices and their grid.
+#[derive(Debug)]
+pub(crate) struct Stack {
+    /// Indices of the slices, ascending along row direction x column direction.
+    pub(crate) order: Vec<usize>,
+    pub(crate) grid: Grid,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Checks that the slices make one regular volume.
+pub(crate) fn stack(series: &str, slices: &[&Slice]) -> Result<Stack, Error> {
+    if slices.len() < MIN_SLICES {
+        return Err(Error::TooFewSlices { series: series.to_owned(), slices: slices.len() });
+    }
+    for slice in slices {
+        must_agree(slices[0], slice)?;
+    }
+    let (row, column) = orthonormal(slices[0]);
+    let normal = row.cross(&column);
+    let along = |n: usize| slices[n].position.coords.dot(&normal);
+    let mut order: Vec<usize> = (0..slices.len()).collect();
+    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+
+    let mut warnings = Vec::new();
+    let places: Vec<f64> = order.iter().map(|&n| along(n)).collect();
+    let names: Vec<&Slice> = order.iter().map(|&n| slices[n]).collect();
+    let step = even_step(&places, &names, &mut warnings)?;
+    not_tilted(&names, &normal, &places)?;
+    warn_about_position(names[0], &mut warnings);
+
+    let first = names[0];
+    let size = [first.pixels.columns.into(), first.pixels.rows.into(), slices.len()];
+    let spacing = Vector::new(first.column_spacing, first.row_spacing, step);
+    let direction = Matrix::from_columns(&[row, column, normal]);
+    let grid = Grid::new(size, spacing, first.position, direction)?;
+    Ok(Stack { order, grid, warnings })
+}
+
+/// Row and column direction with the rounding of the written cosines taken out.
+fn orthonormal(slice: &Slice) -> (Vector, Vector) {
+    let row = slice.row_direction.normalize();
+    let column = slice.column_direction - row * row.dot(&slice.column_direction);
+    (row, column.normalize())
+}
+
+fn must_agree(a: &Slice, b: &Slice) -> Result<(), Error> {
+    let differs = |attribute, values: String| {
+        Err(Error::Differs { attribute, a: a.file.clone(), b: b.file.clone(), values })
+    };
+    for ((attribute, x), (_, y)) in a.identity.iter().zip(&b.identity) {
+        if x != y {
+            return differs(attribute, String::new());
+        }
+    }
+    if a.frame_of_reference != b.frame_of_reference {
+        return differs("Frame of Reference UID", String::new());
+    }
+    let turn = (a.row_direction - b.row_direction).abs().max();
+    if turn.max((a.column_direction - b.column_direction).abs().max()) > SAME_DIRECTION {
+        let values = format!(
+            " ({:?} {:?} and {:?} {:?})",
+            a.row_direction.as_slice(),
+            a.column_direction.as_slice(),
+            b.row_direction.as_slice(),
+            b.column_direction.as_slice()
+        );
+        return differs("Image Orientation (Patient)", values);
+    }
+    let same = |x: f64, y: f64| (x - y).abs() <= SAME_SPACING * x;
+    if !same(a.row_spacing, b.row_spacing) || !same(a.column_spacing, b.column_spacing) {
+        let values = format!(
+            " ({} x {} mm and {} x {} mm)",
+            a.row_spacing, a.column_spacing, b.row_spacing, b.column_spacing
+        );
+        return differs("Pixel Spacing", values);
+    }
+    if (a.pixels.rows, a.pixels.columns) != (b.pixels.rows, b.pixels.columns) {
+        let size = |s: &Slice| format!("{} x {}", s.pixels.rows, s.pixels.columns);
+        return differs("Rows x Columns", format!(" ({} and {})", size(a), size(b)));
+    }
+    if a.patient_position != b.patient_position {
+        let values = format!(" ({:?} and {:?})", a.patient_position, b.patient_position);
+        return differs("Patient Position", values);
+    }
+    for (attribute, x, y) in differing_acquisition(a, b) {
+        if matches!(attribute, "KVP" | "Convolution Kernel") {
+            return differs(attribute, format!(" ({x:?} and {y:?}): not one reconstruction"));
+        }
+    }
+    Ok(())
+}
+
+fn differing_acquisition<'a>(
+    a: &'a Slice,
+    b: &'a Slice,
+) -> impl Iterator<Item = (&'static str, &'a String, &'a String)> {
+    let pairs = a.acquisition.iter().zip(&b.acquisition);
+    pairs.filter(|(x, y)| x.1 != y.1).map(|(x, y)| (x.0, &x.1, &y.1))
+}
+
+/// The distance of neighbouring slices, mm.
+fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> Result<f64, Error> {
+    let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let name = |n: usize| slices[n].file.clone();
+    if let Some(n) = steps.iter().position(|s| *s < SAME_PLACE_MM) {
+        let mut acquisitions = differing_acquisition(slices[n], slices[n + 1]);
+        let hint = acquisitions.next().map_or(String::new(), |(attribute, x, y)| {
+            format!(
+                ": they differ in {attribute} ({x:?} and {y:?}), so the series holds several \
+                 acquisitions; export the wanted one by itself"
+            )
+        });
+        return Err(Error::DuplicatePosition { a: name(n), b: name(n + 1), hint });
+    }
+    let mut sorted = steps.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted[sorted.len() / 2];
+    let tolerance = STEP_MM.max(STEP_SHARE * median);
+    let count = steps.len() as f64;
+    let span = places[places.len() - 1] - places[0];
+    let worst = (0..steps.len())
+        .max_by(|&a, &b| (steps[a] - median).abs().total_cmp(&(steps[b] - median).abs()));
+    let Some(worst) = worst.filter(|&n| (steps[n] - median).abs() > tolerance) else {
+        return Ok(span / count);
+    };
+    // Positions rounded to 0.1 mm jitter by half of that around a straight line.
+    let (slope, residual) = straight_line(places);
+    if residual <= ROUNDING_MM + 1e-6 {
+        warnings.push(format!(
+            "the slice positions are rounded: steps of {:.3} to {:.3} mm are taken as {slope:.4} mm",
+            sorted[0],
+            sorted[sorted.len() - 1]
+        ));
+        return Ok(slope);
+    }
+    let (a, b, found_mm) = (name(worst), name(worst + 1), steps[worst]);
+    let multiple = (found_mm / median).round();
+    if multiple >= 2.0 && (found_mm - multiple * median).abs() <= multiple * tolerance {
+        return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median });
+    }
+    Err(Error::UnequalSteps { a, b, found_mm, step_mm: median })
+}
+
+/// Least-squares step of places over their index, and the largest distance from that line.
+fn straight_line(places: &[f64]) -> (f64, f64) {
+    let n = places.len() as f64;
+    let (mid, mean) = ((n - 1.0) / 2.0, places.iter().sum::<f64>() / n);
+    let offset = |k: usize| k as f64 - mid;
+    let moment: f64 = places.iter().enumerate().map(|(k, p)| offset(k) * (p - mean)).sum();
+    let slope = moment * 12.0 / (n * (n * n - 1.0));
+    let residuals = places.iter().enumerate().map(|(k, p)| (p - mean - slope * offset(k)).abs());
+    (slope, residuals.fold(0.0, f64::max))
+}
+
+/// Every slice must lie on the normal through the first one.
+fn not_tilted(slices: &[&Slice], normal: &Vector, places: &[f64]) -> Result<(), Error> {
+    let lateral = |n: usize| {
+        let offset = slices[n].position - slices[0].position;
+        (offset - normal * (places[n] - places[0])).norm()
+    };
+    let farthest = (0..slices.len()).max_by(|&a, &b| lateral(a).total_cmp(&lateral(b)));
+    match farthest {
+        Some(n) if lateral(n) > ROUNDING_MM.max(STEP_MM * n as f64) * std::f64::consts::SQRT_2 => {
+            Err(Error::Tilted { file: slices[n].file.clone(), lateral_mm: lateral(n) })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Gravity is taken along the patient's back; another posture than supine contradicts that.
+fn warn_about_position(slice: &Slice, warnings: &mut Vec<String>) {
+    match slice.patient_position.as_str() {
+        "HFS" | "FFS" => {}
+        "" => warnings
+            .push("Patient Position is missing; the patient is taken to lie on her back".into()),
+        other => warnings.push(format!(
+            "Patient Position is {other}: the patient did not lie on her back, so gravity during \
+             the scan was not what the method assumes"
+        )),
+    }
+    if slice.frame_of_reference.is_empty() {
+        warnings.push("Frame of Reference UID is missing".into());
+    }
+}
+
+/// The grid of a source that was read before.
+pub(crate) fn grid_of(source: &Source) -> Result<Grid, Error> {
+    let slices: Vec<&Slice> = source.slices.iter().map(|s| &s.slice).collect();
+    Ok(stack(&source.series_uid(), &slices)?.grid)
+}

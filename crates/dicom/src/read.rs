@@ -1,0 +1,307 @@
+//! A CT series as a volume of Hounsfield units.
+
+use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
+use crate::error::Error;
+use crate::export::Clock;
+use crate::folder::{CtFile, Folder, LeftOut, Series};
+use crate::geometry::{Stack, stack};
+use crate::padding::Padding;
+use crate::pixels;
+use crate::slice::{Rescale, Slice};
+use dicom_dictionary_std::tags;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// What to read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadParams {
+    /// Series Instance UID; required when the folder holds several series that make a volume. A
+    /// file given instead of a folder names its own series.
+    pub series: Option<String>,
+}
+
+/// What was read, and what is doubtful about it.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ReadInfo {
+    /// Doubts that a user has to know of.
+    pub warnings: Vec<String>,
+    /// Series Instance UID.
+    pub series_uid: String,
+    /// Series Description.
+    pub description: String,
+    /// Number of slices.
+    pub slices: usize,
+    /// Files in the folder that are not part of the volume.
+    pub left_out: Vec<LeftOut>,
+    /// Patient Position as written (HFS, FFS, ...).
+    pub patient_position: String,
+    /// Number of CT series in the folder.
+    pub series_count: usize,
+    /// Transfer syntaxes of the slices.
+    pub transfer_syntaxes: Vec<String>,
+    /// Voxels without measurement (padding, outside the reconstruction circle), taken for air.
+    pub padded_voxels: usize,
+    /// Voxels whose HU do not fit 16 bits and were clipped.
+    pub clipped_voxels: usize,
+    /// Lowest and highest HU of the voxels with measurement.
+    pub hu_range: [i16; 2],
+}
+
+/// What an export inherits from the series a volume was read from.
+///
+/// Holds the headers of all slices as they were written, the patient's name among them: not for
+/// logs, hence no content in its `Debug`.
+#[derive(Clone)]
+pub struct Source {
+    /// Ascending along the normal, as the volume's slices.
+    pub(crate) slices: Vec<SourceSlice>,
+    pub(crate) padding: Padding,
+}
+
+/// One slice without its pixels.
+#[derive(Clone)]
+pub(crate) struct SourceSlice {
+    pub(crate) header: DataSet,
+    pub(crate) slice: Slice,
+}
+
+impl std::fmt::Debug for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Source({} slices)", self.slices.len())
+    }
+}
+
+impl Source {
+    /// Date and time of the source series; of its study or 19000101 000000 when it has none.
+    pub fn clock(&self) -> Clock {
+        let header = &self.slices[0].header;
+        let text = |wanted: [_; 3], digits: usize| {
+            wanted.iter().map(|&tag| header.text(tag)).find_map(|text| {
+                let part = text.get(..digits)?;
+                part.bytes().all(|b| b.is_ascii_digit()).then(|| part.to_owned())
+            })
+        };
+        let dates = [tags::SERIES_DATE, tags::ACQUISITION_DATE, tags::STUDY_DATE];
+        let times = [tags::SERIES_TIME, tags::ACQUISITION_TIME, tags::STUDY_TIME];
+        Clock {
+            date: text(dates, 8).unwrap_or_else(|| "19000101".to_owned()),
+            time: text(times, 6).unwrap_or_else(|| "000000".to_owned()),
+        }
+    }
+
+    /// Series Instance UID of the source.
+    pub fn series_uid(&self) -> String {
+        self.slices[0].header.text(tags::SERIES_INSTANCE_UID)
+    }
+
+    /// The files of the slices, ascending along the normal.
+    pub fn files(&self) -> Vec<&str> {
+        self.slices.iter().map(|s| s.slice.file.as_str()).collect()
+    }
+}
+
+/// One slice with its HU.
+struct Decoded {
+    source: SourceSlice,
+    hu: Vec<i16>,
+    padding: Padding,
+    clipped: usize,
+}
+
+/// Reads a CT series from a folder, or from the folder of a file.
+///
+/// HU = round half to even(slope * stored + intercept), per slice. The grid comes from the written
+/// Image Position, Image Orientation and Pixel Spacing: i along a row, j along a column, k along
+/// their cross product. Voxels without measurement are air (-1000 HU).
+///
+/// # Errors
+/// When there is no CT series, several could be meant, a file is damaged, or the slices do not make
+/// one regular untilted volume in HU. The message names the file.
+pub fn read_series(
+    path: &Path,
+    params: &ReadParams,
+    progress: Progress<'_>,
+) -> Result<(Ct, Source, ReadInfo), Error> {
+    let mut folder = Folder::scan(path, progress.part(0.0, 0.2))?;
+    let series_count = folder.series.iter().filter(|s| !s.files.is_empty()).count();
+    let series = folder.choose(params.series.as_deref())?;
+    // A damaged file may be a slice of this series.
+    if !folder.damaged.is_empty() {
+        return Err(folder.damaged.swap_remove(0));
+    }
+    let transfer_syntaxes = transfer_syntaxes(&series);
+    let left_out = left_out(&folder, &series);
+    let (stack, files) = assemble(&series.head.uid, series.files)?;
+    let slices = decode(&files, progress.part(0.2, 1.0))?;
+
+    let mut warnings = std::mem::take(&mut folder.warnings);
+    warnings.extend(stack.warnings);
+    let mut info = ReadInfo {
+        warnings,
+        series_uid: series.head.uid.clone(),
+        description: series.head.description.clone(),
+        slices: slices.len(),
+        left_out,
+        patient_position: slices[0].source.slice.patient_position.clone(),
+        series_count,
+        transfer_syntaxes,
+        padded_voxels: 0,
+        clipped_voxels: slices.iter().map(|s| s.clipped).sum(),
+        hu_range: [0, 0],
+    };
+    let mut hu = Vec::with_capacity(stack.grid.len());
+    let (mut source, mut padding) = (Vec::new(), Vec::new());
+    for slice in slices {
+        hu.extend_from_slice(&slice.hu);
+        source.push(slice.source);
+        padding.push(slice.padding);
+    }
+    let padding = Padding::join(padding);
+    info.padded_voxels = padding.len();
+    info.hu_range = plausible(&hu)?;
+    warn(&mut info, &source);
+    let ct = Ct::new(stack.grid, hu).map_err(|e| Error::NotHounsfield { reason: e.to_string() })?;
+    Ok((ct, Source { slices: source, padding }, info))
+}
+
+/// The slices of a series in order along the normal, with the grid they make.
+fn assemble(uid: &str, files: Vec<CtFile>) -> Result<(Stack, Vec<(PathBuf, Slice)>), Error> {
+    let mut slices = Vec::new();
+    for file in files {
+        slices.push(Some((file.path, file.slice?)));
+    }
+    let heads: Vec<&Slice> = slices.iter().flatten().map(|(_, slice)| slice).collect();
+    let stack = stack(uid, &heads)?;
+    let ordered = stack.order.iter().filter_map(|&n| slices[n].take()).collect();
+    Ok((stack, ordered))
+}
+
+/// Decodes all slices; the first error in the order of the slices wins.
+fn decode(files: &[(PathBuf, Slice)], progress: Progress<'_>) -> Result<Vec<Decoded>, Error> {
+    let done = AtomicUsize::new(0);
+    let per_slice = files.first().map_or(0, |(_, slice)| slice.pixels.len());
+    let decoded: Vec<Result<Decoded, Error>> = files
+        .par_iter()
+        .enumerate()
+        .map(|(k, (path, slice))| {
+            let n = done.fetch_add(1, Ordering::Relaxed);
+            progress.at(n as f64 / files.len() as f64)?;
+            decode_slice(path, slice, k * per_slice)
+        })
+        .collect();
+    decoded.into_iter().collect()
+}
+
+fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Error> {
+    let file = &slice.file;
+    let opened = |error| match error {
+        OpenError::Io(source) => Error::Read { path: path.to_owned(), source },
+        OpenError::NotDicom(reason) => {
+            Error::Malformed { file: file.clone(), reason: reason.to_owned() }
+        }
+        OpenError::Malformed(reason) => Error::Malformed { file: file.clone(), reason },
+    };
+    let mut container = Container::open(path).map_err(opened)?;
+    let mut data = container.data(Until::End).map_err(opened)?.set;
+    let (stored, hu, clipped) = hounsfield(slice, &data, &container.syntax)?;
+    data.remove(tags::PIXEL_DATA);
+    let mut hu = hu;
+    let marked = |n: usize| slice.padding.is_some_and(|[a, b]| (a..=b).contains(&stored[n]));
+    let padding = Padding::take(start, &mut hu, marked);
+    let source = SourceSlice { header: data, slice: slice.clone() };
+    Ok(Decoded { source, hu, padding, clipped })
+}
+
+/// Stored values, HU and the number of HU that had to be clipped to 16 bits.
+pub(crate) fn hounsfield(
+    slice: &Slice,
+    data: &DataSet,
+    syntax: &TransferSyntax,
+) -> Result<(Vec<i32>, Vec<i16>, usize), Error> {
+    let samples = pixels::samples(&slice.file, data, syntax, slice.pixels)?;
+    let stored: Vec<i32> = samples.iter().map(|&s| slice.pixels.stored(s)).collect();
+    let Rescale { slope, intercept } = slice.rescale;
+    let mut clipped = 0;
+    let hu = stored
+        .iter()
+        .map(|&v| {
+            let hu = (f64::from(v) * slope + intercept).round_ties_even();
+            clipped += usize::from(hu < f64::from(i16::MIN) || hu > f64::from(i16::MAX));
+            hu as i16
+        })
+        .collect();
+    Ok((stored, hu, clipped))
+}
+
+/// Lowest and highest HU; an error when they cannot be HU of a patient in air.
+fn plausible(hu: &[i16]) -> Result<[i16; 2], Error> {
+    let low = hu.iter().copied().min().unwrap_or(0);
+    let high = hu.iter().copied().max().unwrap_or(0);
+    let share = |range: std::ops::RangeInclusive<i16>| {
+        hu.iter().filter(|v| range.contains(v)).count() as f64 / hu.len() as f64
+    };
+    let fail = |reason: String| Err(Error::NotHounsfield { reason });
+    if share(-1100..=-600) < 1e-3 {
+        return fail(format!(
+            "hardly any voxel is air (-1000 HU); the values range from {low} to {high}: wrong \
+             rescale or wrong sign of the stored values"
+        ));
+    }
+    if share(-300..=300) < 1e-3 {
+        return fail(format!(
+            "hardly any voxel is soft tissue (about 0 HU); the values range from {low} to {high}: \
+             wrong rescale or wrong sign of the stored values"
+        ));
+    }
+    Ok([low, high])
+}
+
+fn transfer_syntaxes(series: &Series) -> Vec<String> {
+    let names: BTreeSet<&str> = series.files.iter().map(|f| f.syntax).collect();
+    names.into_iter().map(str::to_owned).collect()
+}
+
+/// Every file that is not part of the volume, ascending by name.
+fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
+    let mut left: Vec<LeftOut> = folder.other.iter().chain(&folder.foreign).cloned().collect();
+    let named = |file: &String, reason: &str| LeftOut { file: file.clone(), reason: reason.into() };
+    left.extend(series.localizers.iter().map(|file| named(file, "localizer")));
+    for other in &folder.series {
+        left.extend(other.localizers.iter().map(|file| named(file, "localizer of another series")));
+        left.extend(other.files.iter().map(|f| named(&f.name, "CT image of another series")));
+    }
+    left.sort_by(|a, b| a.file.cmp(&b.file));
+    left
+}
+
+/// Adds the warnings that need the whole series.
+fn warn(info: &mut ReadInfo, source: &[SourceSlice]) {
+    let texts: BTreeSet<&String> = source.iter().flat_map(|s| &s.slice.warnings).collect();
+    info.warnings.extend(texts.into_iter().cloned());
+    let mut rescales: Vec<Rescale> = source.iter().map(|s| s.slice.rescale).collect();
+    rescales.dedup();
+    if rescales.len() > 1 {
+        info.warnings
+            .push("the rescale differs from slice to slice; it was applied per slice".into());
+    }
+    if rescales.iter().any(|r| r.slope.fract() != 0.0 || r.intercept.fract() != 0.0) {
+        info.warnings.push("the rescale is not whole-numbered; HU were rounded to integers".into());
+    }
+    if info.padded_voxels > 0 {
+        info.warnings.push(format!(
+            "{} voxels hold no measurement (padding, or below -1024 HU); they are taken for air",
+            info.padded_voxels
+        ));
+    }
+    if info.clipped_voxels > 0 {
+        info.warnings.push(format!("{} voxels were clipped to 16 bits", info.clipped_voxels));
+    }
+    let series = info.left_out.iter().filter(|l| l.reason.contains("another series")).count();
+    if series > 0 {
+        info.warnings.push(format!("{series} CT file(s) of other series were left out"));
+    }
+}

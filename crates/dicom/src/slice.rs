@@ -1,0 +1,268 @@
+//! What the header of one CT slice says, checked value by value.
+
+use crate::data_set::{DataSet, PixelCoding, TransferSyntax};
+use crate::error::Error;
+use crate::number::{parse_ds, parse_ds_list, parse_is};
+use dicom_core::Tag;
+use dicom_dictionary_std::tags;
+use supine_space::{Point, Vector};
+
+/// Largest and smallest Rows and Columns that are read.
+const MATRIX: std::ops::RangeInclusive<u16> = 16..=4096;
+/// Pixel spacings that are believed, mm.
+const SPACING_MM: std::ops::RangeInclusive<f64> = 0.05..=10.0;
+
+/// Everything about a slice but its pixels.
+#[derive(Clone, Debug)]
+pub(crate) struct Slice {
+    pub(crate) file: String,
+    pub(crate) frame_of_reference: String,
+    pub(crate) position: Point,
+    /// Direction of a row (of growing column index) and of a column (of growing row index).
+    pub(crate) row_direction: Vector,
+    pub(crate) column_direction: Vector,
+    /// Distance of rows and of columns, mm: the order of Pixel Spacing.
+    pub(crate) row_spacing: f64,
+    pub(crate) column_spacing: f64,
+    pub(crate) pixels: PixelFormat,
+    pub(crate) rescale: Rescale,
+    pub(crate) padding: Option<[i32; 2]>,
+    pub(crate) instance_number: Option<i64>,
+    pub(crate) patient_position: String,
+    /// What tells acquisitions, phases and energies apart: name of the attribute and its value.
+    pub(crate) acquisition: [(&'static str, String); 4],
+    /// What must not differ within a series but must not be shown either.
+    pub(crate) identity: [(&'static str, String); 3],
+    pub(crate) lossy: bool,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Layout of the stored values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PixelFormat {
+    pub(crate) rows: u16,
+    pub(crate) columns: u16,
+    pub(crate) bits_allocated: u16,
+    pub(crate) bits_stored: u16,
+    pub(crate) signed: bool,
+}
+
+impl PixelFormat {
+    /// Samples in the slice.
+    pub(crate) fn len(self) -> usize {
+        usize::from(self.rows) * usize::from(self.columns)
+    }
+
+    /// Bytes of the native slice.
+    pub(crate) fn bytes(self) -> usize {
+        self.len() * usize::from(self.bits_allocated / 8)
+    }
+
+    /// The stored value in the lower Bits Stored of a sample: what stands above is masked, the sign
+    /// extended (PS3.5 8.1.1).
+    pub(crate) fn stored(self, sample: u16) -> i32 {
+        let bits = u32::from(self.bits_stored);
+        let value = i32::from(sample) & ((1 << bits) - 1);
+        if self.signed && value >= 1 << (bits - 1) { value - (1 << bits) } else { value }
+    }
+}
+
+/// HU = slope * stored value + intercept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rescale {
+    pub(crate) slope: f64,
+    pub(crate) intercept: f64,
+}
+
+/// Reads values of one header, naming the file in every error.
+struct Reader<'a> {
+    file: &'a str,
+    set: &'a DataSet,
+}
+
+impl Reader<'_> {
+    fn fail<T>(&self, attribute: &'static str, reason: impl Into<String>) -> Result<T, Error> {
+        Err(Error::attribute(self.file, attribute, reason))
+    }
+
+    fn u16(&self, tag: Tag, attribute: &'static str) -> Result<u16, Error> {
+        self.set.u16(tag).map_or_else(|| self.fail(attribute, "is missing"), Ok)
+    }
+
+    fn numbers<const N: usize>(&self, tag: Tag, name: &'static str) -> Result<[f64; N], Error> {
+        let texts = self.set.texts(tag);
+        if texts.is_empty() {
+            return self.fail(name, "is missing");
+        }
+        let found = texts.join("\\");
+        parse_ds_list(&texts)
+            .map_or_else(|| self.fail(name, format!("is {found:?}, not {N} decimal number(s)")), Ok)
+    }
+}
+
+impl Slice {
+    /// The header of a CT image, checked.
+    ///
+    /// `pixel_bytes` is the length of native Pixel Data where it is known.
+    pub(crate) fn new(
+        file: &str,
+        set: &DataSet,
+        syntax: &TransferSyntax,
+        pixel_bytes: Option<usize>,
+    ) -> Result<Self, Error> {
+        let r = Reader { file, set };
+        let mut warnings = Vec::new();
+        let pixels = pixel_format(&r, syntax, pixel_bytes, &mut warnings)?;
+        let rescale = rescale(&r, &mut warnings)?;
+        let position: [f64; 3] =
+            r.numbers(tags::IMAGE_POSITION_PATIENT, "Image Position (Patient)")?;
+        let [a, b, c, d, e, f] =
+            r.numbers(tags::IMAGE_ORIENTATION_PATIENT, "Image Orientation (Patient)")?;
+        let (row_direction, column_direction) = (Vector::new(a, b, c), Vector::new(d, e, f));
+        let skew = row_direction.dot(&column_direction).abs();
+        let stretch = (row_direction.norm() - 1.0).abs().max((column_direction.norm() - 1.0).abs());
+        if skew.max(stretch) > 1e-4 {
+            let reason =
+                format!("are not unit vectors at right angles (off by {:.2e})", skew.max(stretch));
+            return r.fail("Image Orientation (Patient)", reason);
+        }
+        let [row_spacing, column_spacing] = r.numbers(tags::PIXEL_SPACING, "Pixel Spacing")?;
+        if !SPACING_MM.contains(&row_spacing) || !SPACING_MM.contains(&column_spacing) {
+            let reason = format!("is {row_spacing} x {column_spacing} mm, outside 0.05 to 10 mm");
+            return r.fail("Pixel Spacing", reason);
+        }
+        if position.iter().any(|c| c.abs() > 1e4) {
+            warnings
+                .push(format!("positions lie more than 10 m from the origin ({position:?} mm)"));
+        }
+        let text = |tag| set.text(tag);
+        let temporal = text(tags::TEMPORAL_POSITION_IDENTIFIER);
+        let lossy = text(tags::LOSSY_IMAGE_COMPRESSION) == "01";
+        if lossy {
+            warnings.push("the images were compressed with loss".into());
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            frame_of_reference: text(tags::FRAME_OF_REFERENCE_UID),
+            position: Point::from(position),
+            row_direction,
+            column_direction,
+            row_spacing,
+            column_spacing,
+            pixels,
+            rescale,
+            padding: padding(set, pixels),
+            instance_number: parse_is(&text(tags::INSTANCE_NUMBER)),
+            patient_position: text(tags::PATIENT_POSITION),
+            acquisition: [
+                ("Acquisition Number", text(tags::ACQUISITION_NUMBER)),
+                ("Temporal Position Identifier", temporal),
+                ("KVP", text(tags::KVP)),
+                ("Convolution Kernel", text(tags::CONVOLUTION_KERNEL)),
+            ],
+            identity: [
+                ("Study Instance UID", text(tags::STUDY_INSTANCE_UID)),
+                ("Patient ID", text(tags::PATIENT_ID)),
+                ("Patient's Name", text(tags::PATIENT_NAME)),
+            ],
+            lossy,
+            warnings,
+        })
+    }
+}
+
+fn pixel_format(
+    r: &Reader<'_>,
+    syntax: &TransferSyntax,
+    pixel_bytes: Option<usize>,
+    warnings: &mut Vec<String>,
+) -> Result<PixelFormat, Error> {
+    if syntax.pixel_coding() == PixelCoding::Unknown {
+        let what = format!(
+            "the pixels are coded as {} ({}), which is not read; convert the series to an \
+             uncompressed transfer syntax first",
+            syntax.name(),
+            syntax.uid()
+        );
+        return Err(Error::Unsupported { file: r.file.to_owned(), what });
+    }
+    let rows = r.u16(tags::ROWS, "Rows")?;
+    let columns = r.u16(tags::COLUMNS, "Columns")?;
+    if !MATRIX.contains(&rows) || !MATRIX.contains(&columns) {
+        return r.fail("Rows x Columns", format!("is {rows} x {columns}, outside 16 to 4096"));
+    }
+    let samples = r.u16(tags::SAMPLES_PER_PIXEL, "Samples per Pixel")?;
+    let photometric = r.set.text(tags::PHOTOMETRIC_INTERPRETATION);
+    if samples != 1 || photometric != "MONOCHROME2" {
+        let reason =
+            format!("is {photometric:?} with {samples} sample(s); CT must be MONOCHROME2 with 1");
+        return r.fail("Photometric Interpretation", reason);
+    }
+    let frames = r.set.text(tags::NUMBER_OF_FRAMES);
+    if !frames.is_empty() && parse_is(&frames) != Some(1) {
+        return r.fail("Number of Frames", format!("is {frames}; multi-frame images are not read"));
+    }
+    let bits_allocated = r.u16(tags::BITS_ALLOCATED, "Bits Allocated")?;
+    let bits_stored = r.u16(tags::BITS_STORED, "Bits Stored")?;
+    let high_bit = r.u16(tags::HIGH_BIT, "High Bit")?;
+    let representation = r.u16(tags::PIXEL_REPRESENTATION, "Pixel Representation")?;
+    let sound = matches!(bits_allocated, 8 | 16)
+        && (1..=bits_allocated).contains(&bits_stored)
+        && high_bit + 1 == bits_stored
+        && representation < 2;
+    if !sound {
+        let reason = format!(
+            "{bits_allocated}, Bits Stored {bits_stored}, High Bit {high_bit}, Pixel Representation \
+             {representation} do not go together"
+        );
+        return r.fail("Bits Allocated", reason);
+    }
+    let signed = representation == 1;
+    let format = PixelFormat { rows, columns, bits_allocated, bits_stored, signed };
+    if let (Some(found), PixelCoding::Native) = (pixel_bytes, syntax.pixel_coding()) {
+        if found < format.bytes() {
+            let reason =
+                format!("has {found} bytes, the image needs {}: cut short", format.bytes());
+            return r.fail("Pixel Data", reason);
+        }
+        if found > format.bytes() + 1 {
+            warnings.push("Pixel Data is longer than the images need; the rest is ignored".into());
+        }
+    }
+    Ok(format)
+}
+
+fn rescale(r: &Reader<'_>, warnings: &mut Vec<String>) -> Result<Rescale, Error> {
+    if r.set.get(tags::MODALITY_LUT_SEQUENCE).is_some() {
+        return r
+            .fail("Modality LUT Sequence", "is not read; a CT needs Rescale Slope and Intercept");
+    }
+    let one = |tag, name: &'static str| -> Result<f64, Error> {
+        let text = r.set.text(tag);
+        if text.is_empty() {
+            return r.fail(name, "is missing: the values cannot be taken for HU");
+        }
+        parse_ds(&text)
+            .map_or_else(|| r.fail(name, format!("is {text:?}, not one decimal number")), Ok)
+    };
+    let slope = one(tags::RESCALE_SLOPE, "Rescale Slope")?;
+    let intercept = one(tags::RESCALE_INTERCEPT, "Rescale Intercept")?;
+    if slope <= 0.0 {
+        return r.fail("Rescale Slope", format!("is {slope}; it must be above 0"));
+    }
+    match r.set.text(tags::RESCALE_TYPE).as_str() {
+        "" | "HU" => {}
+        "US" => {
+            warnings.push("Rescale Type is unspecified (US); the values are taken for HU".into())
+        }
+        other => return r.fail("Rescale Type", format!("is {other:?}: the values are not HU")),
+    }
+    Ok(Rescale { slope, intercept })
+}
+
+/// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given.
+fn padding(set: &DataSet, pixels: PixelFormat) -> Option<[i32; 2]> {
+    let value = pixels.stored(set.u16(tags::PIXEL_PADDING_VALUE)?);
+    let limit = set.u16(tags::PIXEL_PADDING_RANGE_LIMIT).map_or(value, |l| pixels.stored(l));
+    Some([value.min(limit), value.max(limit)])
+}
