@@ -1,0 +1,209 @@
+//! Bringing the mesh to exactly the asked number of tetrahedra.
+
+use crate::collapse::CollapseRule;
+use crate::mesher::Mesher;
+use std::collections::BTreeMap;
+use supine_space::{Progress, Stopped};
+
+/// Beyond this many tetrahedra from the goal, splits or collapses are simply done in order.
+const NEAR: i64 = 8;
+/// Candidates of each kind that are tried for the last steps.
+const CANDIDATES: usize = 160;
+/// Best candidates kept for each change of the count.
+const KEPT: usize = 4;
+/// Qualities that single operations must reach, tried in this order.
+const FLOORS: [f64; 8] = [0.58, 0.54, 0.5, 0.45, 0.4, 0.3, 0.2, 0.08];
+/// Passes of the last steps before the count is given up.
+const PASSES: usize = 40;
+/// A collapse makes no edge longer than this multiple of the wanted length.
+const LONGEST: f64 = 1.8;
+/// No change of the count.
+pub(crate) const NONE: std::ops::RangeInclusive<i64> = 0..=0;
+
+/// An operation that changes the count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    Collapse([u32; 2]),
+    Split([u32; 2]),
+}
+
+/// A tried operation: worst quality after it.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    step: Step,
+    quality: f64,
+}
+
+impl Mesher<'_> {
+    /// Brings the count to `goal`; false when it could not.
+    pub(crate) fn reach(&mut self, goal: usize, progress: Progress<'_>) -> Result<bool, Stopped> {
+        let missing = |m: &Self| goal as i64 - m.mesh.count() as i64;
+        for (n, floor) in FLOORS.into_iter().enumerate() {
+            progress.at(0.5 * n as f64 / FLOORS.len() as f64)?;
+            if missing(self).abs() > NEAR {
+                self.approach(goal, floor);
+            }
+        }
+        for pass in 0..PASSES {
+            if missing(self) == 0 {
+                return Ok(true);
+            }
+            progress.at(0.5 + 0.5 * pass as f64 / PASSES as f64)?;
+            if !self.step_towards(missing(self)) {
+                return Ok(false);
+            }
+        }
+        Ok(missing(self) == 0)
+    }
+
+    /// Splits or collapses in order of length while each step leaves tetrahedra of at least
+    /// `floor` and the goal is not near.
+    fn approach(&mut self, goal: usize, floor: f64) {
+        let edges = self.edges_by_length();
+        let over = self.mesh.count() > goal;
+        let steps: Vec<Step> = if over {
+            edges.into_iter().map(|(_, e)| Step::Collapse(e)).collect()
+        } else {
+            edges.into_iter().rev().map(|(_, e)| Step::Split(e)).collect()
+        };
+        for step in steps {
+            let missing = goal as i64 - self.mesh.count() as i64;
+            if missing.abs() <= NEAR || (missing < 0) != over {
+                break;
+            }
+            self.mesh.begin();
+            let good = self.take(step).is_some_and(|_| {
+                let (before, after) = self.mesh.effect();
+                after >= floor.min(before)
+            });
+            if good { self.mesh.commit() } else { self.mesh.rollback() }
+        }
+    }
+
+    /// Does a step and smooths around it; the change of the count.
+    fn take(&mut self, step: Step) -> Option<i64> {
+        let before = self.mesh.count() as i64;
+        let v = match step {
+            Step::Split([a, b]) => self.split(a, b, 1e-2)?,
+            Step::Collapse(edge) => {
+                if edge.iter().any(|&v| self.mesh.star[v as usize].is_empty()) {
+                    return None;
+                }
+                let longest = LONGEST * self.sizing.at(&self.mesh.middle(edge));
+                if !self.collapse_edge(edge, CollapseRule { floor: 0.02, longest }) {
+                    return None;
+                }
+                edge.into_iter().find(|&v| !self.mesh.star[v as usize].is_empty())?
+            }
+        };
+        self.smooth_around(v);
+        Some(self.mesh.count() as i64 - before)
+    }
+
+    /// Does the best one or two steps found that bring the count by `missing` to the goal, or the
+    /// best that leads nearer.
+    fn step_towards(&mut self, missing: i64) -> bool {
+        let options = self.options();
+        let mut plans: Vec<Vec<Tried>> = Vec::new();
+        for (&delta, tried) in &options {
+            if delta == missing {
+                plans.push(vec![tried[0]]);
+            }
+            let others = options.get(&(missing - delta)).map_or(&[][..], |others| &others[..]);
+            for &first in tried {
+                let second = others.iter().find(|o| !shares(o.step, first.step));
+                plans.extend(second.map(|&second| vec![first, second]));
+            }
+        }
+        if plans.is_empty() {
+            let nearer = options.iter().filter(|(d, _)| (missing - **d).abs() < missing.abs());
+            plans.extend(nearer.map(|(_, tried)| vec![tried[0]]));
+        }
+        let quality =
+            |plan: &Vec<Tried>| plan.iter().map(|t| t.quality).fold(f64::INFINITY, f64::min);
+        let best = plans.into_iter().reduce(|a, b| if quality(&b) > quality(&a) { b } else { a });
+        let Some(best) = best else { return false };
+        for tried in best {
+            self.mesh.begin();
+            if self.take(tried.step).is_some() { self.mesh.commit() } else { self.mesh.rollback() }
+        }
+        true
+    }
+
+    /// The best steps for each change of the count, among the shortest and longest edges.
+    fn options(&mut self) -> BTreeMap<i64, Vec<Tried>> {
+        let edges = self.edges_by_length();
+        let short = edges.iter().take(CANDIDATES).map(|e| Step::Collapse(e.1));
+        let long = edges.iter().rev().take(CANDIDATES).map(|e| Step::Split(e.1));
+        let mut options: BTreeMap<i64, Vec<Tried>> = BTreeMap::new();
+        for step in short.chain(long) {
+            self.mesh.begin();
+            let delta = self.take(step);
+            let (_, quality) = self.mesh.effect();
+            self.mesh.rollback();
+            if let Some(delta) = delta.filter(|_| quality > 0.0) {
+                options.entry(delta).or_default().push(Tried { step, quality });
+            }
+        }
+        for tried in options.values_mut() {
+            tried.sort_by(|a, b| b.quality.total_cmp(&a.quality));
+            tried.truncate(KEPT);
+        }
+        options
+    }
+
+    /// Betters the mesh without change of the count until nothing gains any more, at most
+    /// `rounds` times.
+    pub(crate) fn polish(
+        &mut self,
+        threshold: f64,
+        rounds: usize,
+        progress: Progress<'_>,
+    ) -> Result<(), Stopped> {
+        for round in 0..rounds {
+            progress.at(round as f64 / rounds as f64)?;
+            let repaired = self.repair(threshold, &NONE);
+            let swapped = self.swap_all(threshold, &NONE);
+            let smoothed = self.smooth_all(threshold + 0.03, 4);
+            if repaired + swapped + smoothed == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Betters the worst tetrahedra by operations that change the count, and restores the count
+    /// elsewhere; kept when the worst of all got better. At most `rounds` times.
+    pub(crate) fn trade(
+        &mut self,
+        goal: usize,
+        threshold: f64,
+        rounds: usize,
+        progress: Progress<'_>,
+    ) -> Result<(), Stopped> {
+        for round in 0..rounds {
+            let part = progress.part(round as f64 / rounds as f64, 1.0);
+            let worst = self.mesh.worst();
+            if worst >= threshold {
+                break;
+            }
+            let saved = self.mesh.clone();
+            self.repair(threshold, &crate::remesh::ANY);
+            self.smooth_all(threshold, 4);
+            let reached = self.reach(goal, part.part(0.0, 0.3))?;
+            self.polish(threshold, 6, part.part(0.3, 0.5))?;
+            if !reached || self.mesh.worst() <= worst {
+                self.mesh = saved;
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn shares(a: Step, b: Step) -> bool {
+    let ends = |s: Step| match s {
+        Step::Collapse(e) | Step::Split(e) => e,
+    };
+    ends(a).iter().any(|v| ends(b).contains(v))
+}

@@ -1,0 +1,79 @@
+//! Why no mesh can be made.
+
+use supine_mesh::MeshError;
+use supine_space::{GridError, Stopped};
+use supine_volume::VolumeError;
+
+/// Why no mesh can be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+    /// Fewer tetrahedra were asked for than the shape needs.
+    #[error("{asked} tetrahedra are too few for this region; ask for {least} or more")]
+    TooFew {
+        /// Tetrahedra asked for.
+        asked: usize,
+        /// The smallest sensible number.
+        least: usize,
+    },
+    /// More tetrahedra were asked for than can be numbered and held.
+    #[error("{asked} tetrahedra are too many; ask for {most} or fewer")]
+    TooMany {
+        /// Tetrahedra asked for.
+        asked: usize,
+        /// The largest number.
+        most: usize,
+    },
+    /// A setting is out of its range.
+    #[error("the mesh setting {name} = {value} must be {range}")]
+    Setting {
+        /// Name of the field of `Params`.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// A label value that means nothing here.
+    #[error("the label map holds the value {label} at voxel {voxel:?}; labels are 0 to 9")]
+    UnknownLabel {
+        /// The value.
+        label: u8,
+        /// Where it stands first.
+        voxel: [usize; 3],
+    },
+    /// No soft tissue is left that is thick enough to be meshed.
+    #[error(
+        "the region holds no soft tissue that is thicker than {thickness_mm:.1} mm; check the \
+         labels or move the region"
+    )]
+    NothingToMesh {
+        /// Least thickness that is meshed, mm.
+        thickness_mm: f64,
+    },
+    /// The asked number could not be reached.
+    #[error(
+        "the mesh of this region came to {reached} tetrahedra where {asked} were asked for; ask \
+         for {advice}"
+    )]
+    Count {
+        /// Tetrahedra asked for.
+        asked: usize,
+        /// Tetrahedra reached.
+        reached: usize,
+        /// A number that should work.
+        advice: usize,
+    },
+    /// The part of the label map around the region cannot be taken.
+    #[error("the label map cannot be cropped to the region: {0}")]
+    Crop(#[from] GridError),
+    /// The part of the label map around the region cannot be filled.
+    #[error("the label map cannot be cropped to the region: {0}")]
+    Fill(#[from] VolumeError),
+    /// The result is not a mesh.
+    #[error("the mesher made a broken mesh, please report this with the labels: {0}")]
+    Broken(#[from] MeshError),
+}

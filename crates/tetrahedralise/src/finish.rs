@@ -1,0 +1,69 @@
+//! From the mesh under work to the result in patient space.
+
+use crate::complex::Complex;
+use crate::fields::Fields;
+use crate::fit::SAMPLES;
+use crate::{Deviation, Error};
+use supine_mesh::{BoundaryFace, BoundaryTag, TetMesh};
+use supine_space::Vector;
+
+/// The mesh in patient space (LPS, mm), checked.
+pub(crate) fn to_patient(mesh: &Complex, fields: &Fields) -> Result<TetMesh, Error> {
+    let (origin, axes) = fields.frame();
+    let points = mesh.points.iter().map(|p| origin + axes * p).collect();
+    // A left-handed grid turns positive tetrahedra over.
+    let mirrored = axes.determinant() < 0.0;
+    let mut tets = Vec::with_capacity(mesh.count());
+    let mut boundary = Vec::new();
+    for id in mesh.ids() {
+        let mut tet = mesh.tets[id as usize];
+        if mirrored {
+            tet.swap(2, 3);
+        }
+        tets.push(tet);
+        for corner in 0..4 {
+            if let Some(tag) = BoundaryTag::from_number(mesh.tags[id as usize][corner]) {
+                boundary.push(BoundaryFace { points: mesh.face(id, corner), tag });
+            }
+        }
+    }
+    Ok(TetMesh::new(points, tets, boundary)?)
+}
+
+/// Distance of the boundary faces of each tag to the field they follow.
+pub(crate) fn deviations(mesh: &Complex, fields: &Fields) -> Vec<Deviation> {
+    let mut found = Vec::new();
+    for tag in BoundaryTag::ALL {
+        let mut deviation = Deviation { tag, area_mm2: 0.0, mean_mm: 0.0, max_mm: 0.0 };
+        for id in mesh.ids() {
+            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] == tag.number()) {
+                let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
+                let area = 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).norm();
+                deviation.area_mm2 += area;
+                for weights in SAMPLES {
+                    let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
+                    let level = fields.level(usize::from(tag.number() - 1), &at).abs();
+                    deviation.mean_mm += area * level / SAMPLES.len() as f64;
+                    deviation.max_mm = deviation.max_mm.max(level);
+                }
+            }
+        }
+        if deviation.area_mm2 > 0.0 {
+            deviation.mean_mm /= deviation.area_mm2;
+            found.push(deviation);
+        }
+    }
+    found
+}
+
+/// Length of the edges where two tags meet, mm.
+pub(crate) fn rim_length(mesh: &Complex) -> f64 {
+    mesh.edges()
+        .into_iter()
+        .filter(|&[a, b]| {
+            let both = mesh.class[a as usize] & mesh.class[b as usize];
+            both.count_ones() > 1 && mesh.edge_class(&mesh.ring(a, b), a, b).0.count_ones() > 1
+        })
+        .map(|e| mesh.length(e))
+        .sum()
+}

@@ -1,0 +1,93 @@
+//! Placing the surface so that its triangles, not its vertices, lie on the fields on average.
+//!
+//! With vertices on a convex surface all triangles lie inside it, and the volume shrinks. Each
+//! boundary vertex gets a level of its own for each of its fields, such that the area-weighted
+//! mean of the field over its triangles vanishes.
+
+use crate::mesher::Mesher;
+use supine_space::{Progress, Stopped, Vector};
+
+/// Sweeps of levels and smoothing.
+const SWEEPS: usize = 6;
+/// Share of the mean error that a sweep takes away.
+const SHARE: f64 = 0.9;
+/// Vertices on rims may leave their surfaces this far, mm, or the rim itself would move.
+const RIM_LEVEL_MM: f64 = 0.15;
+/// Vertices on one surface may leave it this far in units of the edge length.
+const LEVEL: f64 = 0.15;
+/// Quality that may be lost for a better place, and above which it does not count.
+const BEARABLE: f64 = 0.08;
+const GOOD: f64 = 0.45;
+
+/// Points (barycentric) where a triangle's distance to its field is sampled.
+pub(crate) const SAMPLES: [[f64; 3]; 6] = [
+    [2. / 3., 1. / 6., 1. / 6.],
+    [1. / 6., 2. / 3., 1. / 6.],
+    [1. / 6., 1. / 6., 2. / 3.],
+    [0.5, 0.5, 0.0],
+    [0.5, 0.0, 0.5],
+    [0.0, 0.5, 0.5],
+];
+
+impl Mesher<'_> {
+    /// Fits the boundary to the fields in the mean.
+    pub(crate) fn fit(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
+        for sweep in 0..SWEEPS {
+            progress.at(sweep as f64 / SWEEPS as f64)?;
+            let error = self.mean_errors();
+            for v in 0..self.mesh.points.len() as u32 {
+                if self.mesh.class[v as usize] != 0 && !self.mesh.star[v as usize].is_empty() {
+                    self.shift(v, &error[v as usize]);
+                }
+            }
+            if sweep + 1 < SWEEPS {
+                self.smooth_all(threshold, 3);
+            }
+        }
+        Ok(())
+    }
+
+    /// Area-weighted mean level of each field over the triangles of each vertex, mm.
+    fn mean_errors(&self) -> Vec<[f64; 3]> {
+        let mesh = &self.mesh;
+        let mut sum = vec![[(0.0, 0.0); 3]; mesh.points.len()];
+        for id in mesh.ids() {
+            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] != 0) {
+                let field = usize::from(mesh.tags[id as usize][corner] - 1);
+                let face = mesh.face(id, corner);
+                let p = face.map(|v| mesh.points[v as usize]);
+                let area = (p[1] - p[0]).cross(&(p[2] - p[0])).norm();
+                for weights in SAMPLES {
+                    let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
+                    let level = self.fields().level(field, &at);
+                    for (v, w) in face.into_iter().zip(weights) {
+                        let (error, weight) = &mut sum[v as usize][field];
+                        *error += area * w * level;
+                        *weight += area * w;
+                    }
+                }
+            }
+        }
+        sum.into_iter().map(|s| s.map(|(e, w)| if w > 0.0 { e / w } else { 0.0 })).collect()
+    }
+
+    /// Shifts the levels of a vertex against the mean error, if its tetrahedra bear it.
+    fn shift(&mut self, v: u32, error: &[f64; 3]) {
+        let class = self.mesh.class[v as usize];
+        let limit = if class.count_ones() > 1 { RIM_LEVEL_MM } else { LEVEL * self.size_at(v) };
+        let old = self.mesh.level[v as usize];
+        let mut level = old;
+        for f in (0..3).filter(|f| class >> f & 1 == 1) {
+            level[f] = (old[f] - SHARE * error[f]).clamp(-limit, limit);
+        }
+        let from = self.mesh.points[v as usize];
+        let Some(to) = self.fields().project(class, from, &level) else { return };
+        let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
+        self.mesh.move_vertex(v, to);
+        if self.mesh.worst_of(&self.mesh.star[v as usize]) < GOOD.min(before) - BEARABLE {
+            self.mesh.move_vertex(v, from);
+        } else {
+            self.mesh.level[v as usize] = level;
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! What each voxel around the region counts as: outside air, soft tissue or chest wall.
+
+use crate::{Error, Info};
+use supine_space::{Grid, Sphere};
+use supine_volume::{Components, Region, Volume, components, label};
+
+/// What a voxel counts as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Air outside the body.
+    Air,
+    /// Soft tissue that is meshed.
+    Soft,
+    /// The rigid chest wall and all it encloses.
+    Wall,
+}
+
+/// Pockets of air in the soft tissue larger than this are worth a warning, mm³.
+const POCKET_MM3: f64 = 100.0;
+/// Dropped soft tissue larger than this share of the whole is worth a warning.
+const DROPPED_SHARE: f64 = 0.002;
+
+/// The voxels in the box of the region's sphere and `margin_mm` around it, as far as the label map
+/// goes, cleaned: the soft tissue in the sphere is one face-connected piece, and air is only that
+/// outside the body.
+///
+/// Air that meets mostly chest wall is lung or trachea and counts as chest wall; air enclosed by
+/// soft tissue counts as soft tissue.
+pub(crate) fn kinds(
+    region: &Region<'_>,
+    margin_mm: f64,
+    info: &mut Info,
+) -> Result<Volume<Kind>, Error> {
+    let grid = crop(region.labels().grid(), region.sphere(), margin_mm)?;
+    let mut kinds = read(region, grid)?;
+    drop_islands(&mut kinds, region.sphere(), info);
+    let air = components(&kinds.map(|&k| k == Kind::Air));
+    enclose_air(&mut kinds, &air, info);
+    Ok(kinds)
+}
+
+/// The part of the grid that holds the sphere's box and a margin.
+fn crop(grid: &Grid, sphere: Sphere, margin_mm: f64) -> Result<Grid, Error> {
+    let centre = grid.index_from_patient(&sphere.centre());
+    let (mut start, mut size) = ([0; 3], [0; 3]);
+    for a in 0..3 {
+        let reach = (sphere.radius() + margin_mm) / grid.spacing()[a];
+        let last = (grid.size()[a] - 1) as f64;
+        start[a] = (centre[a] - reach).floor().clamp(0.0, last) as usize;
+        size[a] = (centre[a] + reach).ceil().clamp(0.0, last) as usize + 1 - start[a];
+    }
+    Ok(grid.crop(start, size)?)
+}
+
+fn read(region: &Region<'_>, grid: Grid) -> Result<Volume<Kind>, Error> {
+    let labels = region.labels();
+    let first = labels.grid().index_from_patient(&grid.origin()).map(|x| x.round() as usize);
+    let mut data = Vec::with_capacity(grid.len());
+    let [ni, nj, nk] = grid.size();
+    for k in 0..nk {
+        for j in 0..nj {
+            let row = labels.grid().offset([first[0], first[1] + j, first[2] + k]);
+            for (i, &value) in labels.data()[row..row + ni].iter().enumerate() {
+                data.push(match value {
+                    label::OUTSIDE => Kind::Air,
+                    l if label::is_soft_tissue(l) => Kind::Soft,
+                    l if label::is_chest_wall(l) => Kind::Wall,
+                    label => {
+                        let voxel = [first[0] + i, first[1] + j, first[2] + k];
+                        return Err(Error::UnknownLabel { label, voxel });
+                    }
+                });
+            }
+        }
+    }
+    Ok(Volume::new(grid, data)?)
+}
+
+/// Keeps the largest piece of soft tissue inside the sphere; others become what they touch most.
+fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
+    let grid = kinds.grid().clone();
+    let reach = sphere.radius() + grid.spacing().max();
+    let centre = sphere.centre();
+    let mut inside = kinds.map(|&k| k == Kind::Soft);
+    let [ni, nj, nk] = grid.size();
+    for k in 0..nk {
+        for j in 0..nj {
+            let (row, step) = (grid.centre([0, j, k]), grid.spacing()[0]);
+            let axis = grid.direction().column(0).into_owned();
+            let offset = grid.offset([0, j, k]);
+            for i in 0..ni {
+                let p = row + axis * (step * i as f64);
+                inside.data_mut()[offset + i] &= (p - centre).norm_squared() <= reach * reach;
+            }
+        }
+    }
+    let islands = components(&inside);
+    let Some(kept) = islands.largest() else { return };
+    info.dropped_components = islands.sizes.len() - 2;
+    if info.dropped_components == 0 {
+        return;
+    }
+    let contacts = contacts(&islands, kinds);
+    let mut dropped = 0usize;
+    for (n, &id) in islands.ids.data().iter().enumerate() {
+        if id != 0 && id != kept {
+            let [air, _, wall] = contacts[id as usize].faces;
+            kinds.data_mut()[n] = if wall > air { Kind::Wall } else { Kind::Air };
+            dropped += 1;
+        }
+    }
+    info.dropped_volume_mm3 = dropped as f64 * grid.voxel_volume();
+    let share = dropped as f64 / islands.sizes[kept as usize] as f64;
+    if share > DROPPED_SHARE {
+        info.warnings.push(format!(
+            "{} separate pieces of soft tissue in the region, {:.1} cm³ in all, were left out of \
+             the mesh",
+            info.dropped_components,
+            info.dropped_volume_mm3 / 1000.0
+        ));
+    }
+}
+
+/// Leaves as air only what lies outside the body.
+fn enclose_air(kinds: &mut Volume<Kind>, air: &Components, info: &mut Info) {
+    let contacts = contacts(air, kinds);
+    let outside = (1..contacts.len()).max_by_key(|&id| {
+        let [_, soft, _] = contacts[id].faces;
+        (contacts[id].border, soft, std::cmp::Reverse(id))
+    });
+    let mut becomes = vec![Kind::Air; contacts.len()];
+    let (mut pockets, mut largest) = (0.0, 0usize);
+    for id in 1..contacts.len() {
+        let [_, soft, wall] = contacts[id].faces;
+        if Some(id) == outside || (contacts[id].border && soft >= wall) {
+            continue;
+        }
+        becomes[id] = if soft >= wall { Kind::Soft } else { Kind::Wall };
+        if soft >= wall {
+            pockets += air.sizes[id] as f64 * kinds.grid().voxel_volume();
+            largest = largest.max(air.sizes[id]);
+        }
+    }
+    for (kind, &id) in kinds.data_mut().iter_mut().zip(air.ids.data()) {
+        if id != 0 {
+            *kind = becomes[id as usize];
+        }
+    }
+    if largest as f64 * kinds.grid().voxel_volume() > POCKET_MM3 {
+        info.warnings.push(format!(
+            "pockets of air in the soft tissue, {:.2} cm³ in all, are meshed as soft tissue",
+            pockets / 1000.0
+        ));
+    }
+}
+
+/// What a component touches.
+#[derive(Clone, Copy, Debug, Default)]
+struct Contact {
+    /// Voxel faces shared with air, soft tissue and chest wall that are not of the component.
+    faces: [usize; 3],
+    /// Whether it reaches the border of the box.
+    border: bool,
+}
+
+fn contacts(parts: &Components, kinds: &Volume<Kind>) -> Vec<Contact> {
+    let size = kinds.grid().size();
+    let stride = [1, size[0], size[0] * size[1]];
+    let ids = parts.ids.data();
+    let mut contacts = vec![Contact::default(); parts.sizes.len()];
+    let mut n = 0;
+    for k in 0..size[2] {
+        for j in 0..size[1] {
+            for i in 0..size[0] {
+                let id = ids[n];
+                if id != 0 {
+                    let contact = &mut contacts[id as usize];
+                    let voxel = [i, j, k];
+                    for a in 0..3 {
+                        let (low, high) = (voxel[a] == 0, voxel[a] + 1 == size[a]);
+                        contact.border |= low || high;
+                        let near = [(!low).then(|| n - stride[a]), (!high).then(|| n + stride[a])];
+                        for m in near.into_iter().flatten().filter(|&m| ids[m] != id) {
+                            contact.faces[kinds.data()[m] as usize] += 1;
+                        }
+                    }
+                }
+                n += 1;
+            }
+        }
+    }
+    contacts
+}

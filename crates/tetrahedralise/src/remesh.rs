@@ -1,0 +1,213 @@
+//! From the cut lattice to a mesh of the wanted sizes: coarsening, then rounds of split, collapse,
+//! swap and smooth.
+
+use crate::collapse::CollapseRule;
+use crate::complex::EDGES;
+use crate::mesher::Mesher;
+use std::ops::RangeInclusive;
+use supine_space::{Progress, Stopped};
+
+/// Coarsening proceeds in steps of this factor in edge length.
+const COARSENING: f64 = 1.4;
+/// Edges shorter than this share of the wanted length are collapsed while coarsening, ...
+const SHORT_COARSE: f64 = 0.75;
+/// ... and in the rounds.
+const SHORT: f64 = 0.72;
+/// Edges longer than this multiple of the wanted length are split.
+const LONG: f64 = 1.4;
+/// A collapse makes no edge longer than this multiple of the wanted length.
+const LONGEST: f64 = 1.5;
+/// Tetrahedra better than this are left alone.
+const GOOD: f64 = 0.62;
+/// Any change of the count.
+pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
+
+impl Mesher<'_> {
+    /// Puts the boundary vertices onto their surfaces, as far as the tetrahedra bear it.
+    pub(crate) fn settle(&mut self) {
+        for v in 0..self.mesh.points.len() as u32 {
+            if self.mesh.class[v as usize] == 0 || self.mesh.star[v as usize].is_empty() {
+                continue;
+            }
+            let from = self.mesh.points[v as usize];
+            let Some(to) = self.project(v, from) else { continue };
+            let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
+            let bearable = (0.5 * before).min(0.05);
+            let taken = [1.0, 0.5, 0.25].into_iter().any(|share| {
+                self.mesh.move_vertex(v, from + (to - from) * share);
+                self.mesh.worst_of(&self.mesh.star[v as usize]) > bearable
+            });
+            if !taken {
+                self.mesh.move_vertex(v, from);
+            }
+        }
+    }
+
+    /// Coarsens from edges of about `from` mm to the wanted ones.
+    pub(crate) fn coarsen(&mut self, from: f64, progress: Progress<'_>) -> Result<(), Stopped> {
+        let goal = self.sizing.base;
+        let steps = ((goal / from).ln() / COARSENING.ln()).ceil().max(1.0) as usize;
+        for step in 1..=steps {
+            self.sizing.base = from * (goal / from).powf(step as f64 / steps as f64);
+            for half in 0..2 {
+                progress.at((step as f64 - 1.0 + 0.5 * f64::from(half)) / steps as f64)?;
+                let collapses = self.collapse_short(SHORT_COARSE, 0.12);
+                self.swap_all(0.3, &ANY);
+                if collapses == 0 {
+                    break;
+                }
+            }
+            self.smooth_all(0.25, 2);
+            self.mesh = self.mesh.compact();
+        }
+        self.sizing.base = goal;
+        Ok(())
+    }
+
+    /// Collapses edges shorter than `short` of the wanted length, shortest first.
+    fn collapse_short(&mut self, short: f64, floor: f64) -> usize {
+        let edges = self.edges_by_length();
+        let mut collapses = 0;
+        for (_, edge) in edges.into_iter().take_while(|e| e.0 < short) {
+            if edge.iter().any(|&v| self.mesh.star[v as usize].is_empty()) {
+                continue;
+            }
+            let size = self.sizing.at(&self.mesh.middle(edge));
+            if self.mesh.length(edge) > short * size {
+                continue;
+            }
+            let rule = CollapseRule { floor, longest: LONGEST * size };
+            collapses += usize::from(self.collapse_edge(edge, rule));
+        }
+        collapses
+    }
+
+    /// Collapses an edge to its middle when both ends are alike, or else to one of its ends.
+    pub(crate) fn collapse_edge(&mut self, [a, b]: [u32; 2], rule: CollapseRule) -> bool {
+        let class = |v: u32| self.mesh.class[v as usize];
+        let (a, b) = if class(a).count_ones() > class(b).count_ones() { (b, a) } else { (a, b) };
+        let alike = class(a) == class(b);
+        if alike
+            && let Some(middle) = self.project(b, self.mesh.middle([a, b]))
+            && self.collapse(a, b, middle, rule)
+        {
+            return true;
+        }
+        let (pa, pb) = (self.mesh.points[a as usize], self.mesh.points[b as usize]);
+        self.collapse(a, b, pb, rule) || (alike && self.collapse(b, a, pa, rule))
+    }
+
+    /// Splits edges longer than `long` times the wanted length, longest first.
+    fn split_long(&mut self, long: f64, floor: f64) -> usize {
+        let edges = self.edges_by_length();
+        let mut splits = 0;
+        for (_, [a, b]) in edges.into_iter().rev().take_while(|e| e.0 > long) {
+            splits += usize::from(self.split(a, b, floor).is_some());
+        }
+        splits
+    }
+
+    /// Rounds of split, collapse, swap and smooth, with the base length led to `count`.
+    pub(crate) fn rounds(
+        &mut self,
+        rounds: usize,
+        count: usize,
+        progress: Progress<'_>,
+    ) -> Result<(), Stopped> {
+        for round in 0..rounds {
+            let at = |part: f64| (round as f64 + part) / rounds as f64;
+            progress.at(at(0.0))?;
+            self.split_long(LONG, 0.1);
+            self.collapse_short(SHORT, 0.2);
+            self.swap_all(GOOD, &ANY);
+            progress.at(at(0.4))?;
+            self.smooth_all(GOOD, 3);
+            self.swap_all(GOOD, &ANY);
+            progress.at(at(0.7))?;
+            self.smooth_all(GOOD, 2);
+            if round % 2 == 1 {
+                self.repair(0.5, &ANY);
+            }
+            let excess = (self.mesh.count() as f64 / count as f64).cbrt();
+            self.sizing.base *= excess.clamp(0.9, 1.1);
+            self.mesh = self.mesh.compact();
+        }
+        Ok(())
+    }
+
+    /// Tries every operation on each tetrahedron worse than `threshold`, worst first, keeping
+    /// what betters the worst tetrahedron concerned and changes the count by a number in
+    /// `delta`. Returns how many were bettered.
+    pub(crate) fn repair(&mut self, threshold: f64, delta: &RangeInclusive<i64>) -> usize {
+        let mut repaired = 0;
+        for id in self.bad(threshold) {
+            let n = id as usize;
+            if !self.mesh.live[n] || self.mesh.quality[n] >= threshold {
+                continue;
+            }
+            let (tet, before) = (self.mesh.tets[n], self.mesh.quality[n]);
+            for v in tet {
+                self.smooth(v, 4);
+            }
+            let better = self.mesh.quality[n] > before + 0.02
+                || self.swap_at(id, delta)
+                || self.collapse_at(tet, delta)
+                || self.split_at(tet, delta);
+            repaired += usize::from(better);
+        }
+        repaired
+    }
+
+    /// A collapse at a tetrahedron that betters the worst one concerned.
+    fn collapse_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
+        EDGES.iter().any(|&[p, q]| {
+            let edge = [tet[p], tet[q]];
+            let size = self.sizing.at(&self.mesh.middle(edge));
+            let rule = CollapseRule { floor: 0.05, longest: 1.7 * size };
+            self.attempt(delta, |m| {
+                m.collapse_edge(edge, rule) && {
+                    let kept = edge.into_iter().find(|&v| !m.mesh.star[v as usize].is_empty());
+                    kept.is_some_and(|v| {
+                        m.smooth_around(v);
+                        true
+                    })
+                }
+            })
+        })
+    }
+
+    /// A split at a tetrahedron that, smoothed, betters the worst one concerned.
+    fn split_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
+        let mut edges = EDGES.map(|[p, q]| [tet[p], tet[q]]);
+        edges.sort_by(|a, b| self.mesh.length(*b).total_cmp(&self.mesh.length(*a)));
+        edges.into_iter().take(4).any(|edge| {
+            self.attempt(delta, |m| {
+                m.split(edge[0], edge[1], 1e-3).is_some_and(|v| {
+                    m.smooth_around(v);
+                    true
+                })
+            })
+        })
+    }
+
+    /// Keeps an operation only when it betters the worst tetrahedron that it concerns and changes
+    /// the count by a number in `delta`.
+    fn attempt(
+        &mut self,
+        delta: &RangeInclusive<i64>,
+        operation: impl FnOnce(&mut Self) -> bool,
+    ) -> bool {
+        let count = self.mesh.count() as i64;
+        self.mesh.begin();
+        let done = operation(self);
+        let (before, after) = self.mesh.effect();
+        let change = self.mesh.count() as i64 - count;
+        let keep = done && after > before + 5e-3 && delta.contains(&change);
+        if keep {
+            self.mesh.commit()
+        } else {
+            self.mesh.rollback()
+        }
+        keep
+    }
+}
