@@ -157,3 +157,19 @@ fn only_the_edges_touch_files() {
     }
     assert_none(&faults);
 }
+
+#[test]
+fn links_between_the_pages_lead_somewhere() {
+    let mut faults = Vec::new();
+    for path in sources(&["md"]) {
+        let folder = root().join(path.parent().unwrap_or(Path::new("")));
+        for link in read(&path).split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let file = link.split('#').next().unwrap_or_default();
+            let elsewhere = file.is_empty() || file.contains("://") || file.starts_with("mailto:");
+            if !elsewhere && !folder.join(file).exists() {
+                faults.push(format!("{} links to {file}, which is not there", path.display()));
+            }
+        }
+    }
+    assert_none(&faults);
+}
