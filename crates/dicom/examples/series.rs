@@ -6,7 +6,9 @@
 
 use std::error::Error;
 use std::path::Path;
-use supine_dicom::{ExportParams, ReadParams, inspect, read_series, write_series};
+use supine_dicom::{
+    ExportParams, ReadParams, Verification, inspect, read_series, verify_export, write_series,
+};
 use supine_space::{Progress, Side};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -33,9 +35,26 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             println!("{:#?}", write_series(&ct, &source, &params, Path::new(out), progress)?);
         }
+        ["verify", dir] => print_checks(&verify_export(Path::new(dir), None, progress)?),
+        ["verify", dir, source] => {
+            print_checks(&verify_export(Path::new(dir), Some(Path::new(source)), progress)?);
+        }
         _ => {
-            return Err("usage: series inspect|read PATH, copy PATH OUT, verify DIR [SOURCE]".into());
+            return Err(
+                "usage: series inspect|read PATH, copy PATH OUT, verify DIR [SOURCE]".into()
+            );
         }
     }
     Ok(())
+}
+
+fn print_checks(verification: &Verification) {
+    for check in &verification.checks {
+        let verdict = match check.passed {
+            Some(true) => "PASS",
+            Some(false) => "FAIL",
+            None => "SKIP",
+        };
+        println!("{verdict}  {}   [{}]", check.rule, check.detail);
+    }
 }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::Progress;
 
 /// Deepest folder below the given one that is searched.
-const MAX_FOLDER_DEPTH: usize = 8;
+pub(crate) const MAX_FOLDER_DEPTH: usize = 8;
 /// Most files that are looked at.
 const MAX_FILES: usize = 200_000;
 /// Fewest slices that make a volume.
@@ -43,6 +43,7 @@ pub struct SeriesSummary {
 pub(crate) struct CtFile {
     pub(crate) path: PathBuf,
     pub(crate) name: String,
+    pub(crate) instance: String,
     pub(crate) series: SeriesHead,
     pub(crate) syntax: &'static str,
     pub(crate) slice: Result<Slice, Error>,
@@ -202,6 +203,12 @@ impl Folder {
         Ok(self.series.remove(at))
     }
 
+    /// The Series Instance UID of the series that holds an instance.
+    pub(crate) fn series_of(&self, instance: &str) -> Option<String> {
+        let holds = |s: &&Series| s.files.iter().any(|f| f.instance == instance);
+        self.series.iter().find(holds).map(|s| s.head.uid.clone())
+    }
+
     fn summaries(&self, least: usize) -> Vec<SeriesSummary> {
         let enough = self.series.iter().filter(|s| s.files.len() >= least);
         enough.map(Series::summary).collect()
@@ -228,7 +235,7 @@ impl Folder {
 }
 
 /// Regular files below a folder; hidden files and symbolic links to folders are passed over.
-fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
+pub(crate) fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
     let read_error = |source| Error::Read { path: folder.to_owned(), source };
     for entry in std::fs::read_dir(folder).map_err(read_error)? {
         let entry = entry.map_err(read_error)?;
@@ -274,6 +281,7 @@ fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
     let slice = Slice::new(&name, &head.set, &container.syntax, head.pixel_bytes);
     let ct = CtFile {
         path: path.to_owned(),
+        instance: head.set.text(tags::SOP_INSTANCE_UID),
         series: series_head(&head.set),
         syntax: container.syntax.name(),
         name,

@@ -25,11 +25,11 @@ mod pixels;
 mod read;
 mod slice;
 mod uid;
-//mod verify;
+mod verify;
 
 pub use error::{Error, ErrorKind};
 pub use export::{Clock, ExportParams, WriteInfo, write_series};
 pub use folder::{LeftOut, SeriesSummary};
 pub use inspect::{GridReport, Inspection, KindCount, SeriesReport, inspect};
 pub use read::{ReadInfo, ReadParams, Source, read_series};
-//pub use verify::{Check, Verification, verify_export};
+pub use verify::{Check, Verification, verify_export};

@@ -126,9 +126,18 @@ pub fn read_series(
     params: &ReadParams,
     progress: Progress<'_>,
 ) -> Result<(Ct, Source, ReadInfo), Error> {
-    let mut folder = Folder::scan(path, progress.part(0.0, 0.2))?;
+    let folder = Folder::scan(path, progress.part(0.0, 0.2))?;
+    read_folder(folder, params.series.as_deref(), progress.part(0.2, 1.0))
+}
+
+/// Reads one series of a folder whose heads are known.
+pub(crate) fn read_folder(
+    mut folder: Folder,
+    asked: Option<&str>,
+    progress: Progress<'_>,
+) -> Result<(Ct, Source, ReadInfo), Error> {
     let series_count = folder.series.iter().filter(|s| !s.files.is_empty()).count();
-    let series = folder.choose(params.series.as_deref())?;
+    let series = folder.choose(asked)?;
     // A damaged file may be a slice of this series.
     if !folder.damaged.is_empty() {
         return Err(folder.damaged.swap_remove(0));
@@ -136,7 +145,7 @@ pub fn read_series(
     let transfer_syntaxes = transfer_syntaxes(&series);
     let left_out = left_out(&folder, &series);
     let (stack, files) = assemble(&series.head.uid, series.files)?;
-    let slices = decode(&files, progress.part(0.2, 1.0))?;
+    let slices = decode(&files, progress)?;
 
     let mut warnings = std::mem::take(&mut folder.warnings);
     warnings.extend(stack.warnings);

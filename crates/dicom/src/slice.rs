@@ -132,8 +132,7 @@ impl Slice {
             return r.fail("Pixel Spacing", reason);
         }
         if position.iter().any(|c| c.abs() > 1e4) {
-            warnings
-                .push(format!("positions lie more than 10 m from the origin ({position:?} mm)"));
+            warnings.push("positions lie more than 10 m from the origin".into());
         }
         let text = |tag| set.text(tag);
         let temporal = text(tags::TEMPORAL_POSITION_IDENTIFIER);

@@ -9,7 +9,7 @@ mod syntax;
 mod write;
 
 pub(crate) use file::{Container, OpenError};
-pub(crate) use parse::Until;
+pub(crate) use parse::{Until, dictionary_vr};
 pub(crate) use syntax::{PixelCoding, TransferSyntax};
 pub(crate) use write::{encode, part10};
 

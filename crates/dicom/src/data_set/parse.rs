@@ -325,7 +325,7 @@ pub(super) fn has_long_length(vr: VR) -> bool {
 }
 
 /// The VR of the standard's dictionary, UN for what it does not know.
-pub(super) fn dictionary_vr(tag: Tag) -> VR {
+pub(crate) fn dictionary_vr(tag: Tag) -> VR {
     StandardDataDictionary.by_tag(tag).map_or(VR::UN, |entry| entry.vr().relaxed())
 }
 

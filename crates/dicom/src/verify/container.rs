@@ -1,0 +1,170 @@
+//! Rules A: files, forms of values, character sets.
+
+use super::{Checks, Image};
+use crate::data_set::{DataSet, Element, Value, dictionary_vr};
+use crate::number::{parse_ds, parse_is};
+use crate::uid::is_uid;
+use dicom_core::VR;
+use dicom_dictionary_std::{tags, uids};
+use std::collections::BTreeSet;
+
+pub(super) fn check(checks: &mut Checks, images: &[Image], unreadable: &[String]) {
+    let mut found = unreadable.to_vec();
+    let bare = images.iter().filter(|i| !i.preamble);
+    found.extend(bare.map(|i| format!("{}: no preamble (PS3.10 7.1)", i.file)));
+    if images.is_empty() {
+        found.push("no CT image".into());
+    }
+    checks.none_of("A1 every file is a DICOM file (PS3.10) with a CT image", &found);
+    if images.is_empty() {
+        return;
+    }
+    checks.none_of(
+        "A2 file header and data set agree: CT Image Storage, Explicit VR Little Endian",
+        &images.iter().flat_map(header_faults).collect::<Vec<_>>(),
+    );
+    let mut seen = BTreeSet::new();
+    let repeated: Vec<String> = images
+        .iter()
+        .filter(|i| !seen.insert(i.text(tags::SOP_INSTANCE_UID)))
+        .map(|i| format!("{} repeats one", i.file))
+        .collect();
+    checks.none_of("A3 SOP Instance UIDs are unique", &repeated);
+    let mut found = Vec::new();
+    for image in images {
+        let utf8 = image.text(tags::SPECIFIC_CHARACTER_SET) == "ISO_IR 192";
+        form_faults(&image.set, utf8, &image.file, &mut found);
+    }
+    checks.none_of("A4 values have the length and form of their VR (PS3.5 6.2)", &found);
+    check_text(checks, images);
+}
+
+fn header_faults(image: &Image) -> Vec<String> {
+    let (meta, set) = (&image.meta, &image.set);
+    let class = set.text(tags::SOP_CLASS_UID);
+    let mut faults = Vec::new();
+    let mut fault = |wrong: bool, what: &str| {
+        if wrong {
+            faults.push(format!("{}: {what}", image.file));
+        }
+    };
+    fault(image.syntax != uids::EXPLICIT_VR_LITTLE_ENDIAN, "another transfer syntax");
+    let header_instance = meta.text(tags::MEDIA_STORAGE_SOP_INSTANCE_UID);
+    fault(header_instance != set.text(tags::SOP_INSTANCE_UID), "the header names another instance");
+    fault(meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID) != class, "the header names another class");
+    fault(class != uids::CT_IMAGE_STORAGE, "the SOP Class is not CT Image Storage");
+    fault(set.text(tags::MODALITY) != "CT", "the Modality is not CT");
+    faults
+}
+
+/// Every value of a data set, sequences included.
+fn form_faults(set: &DataSet, utf8: bool, file: &str, found: &mut Vec<String>) {
+    for element in set.elements() {
+        match &element.value {
+            Value::Items(items) => {
+                items.iter().for_each(|item| form_faults(item, utf8, file, found));
+            }
+            Value::Bytes(bytes) => {
+                if let Some(fault) = value_fault(element, bytes, utf8) {
+                    found.push(format!("{file}: {} {} {fault}", element.tag, element.vr));
+                }
+            }
+            Value::Fragments(_) => found.push(format!("{file}: {} is encapsulated", element.tag)),
+        }
+    }
+}
+
+fn value_fault(element: &Element, bytes: &[u8], utf8: bool) -> Option<String> {
+    let vr = element.vr;
+    if bytes.len() % 2 == 1 {
+        return Some("has an odd length".into());
+    }
+    let known = dictionary_vr(element.tag);
+    let ambiguous = matches!(known, VR::UN | VR::US | VR::SS | VR::OW | VR::OB);
+    if known != vr && !ambiguous {
+        return Some(format!("should be {known}"));
+    }
+    let longest = match vr {
+        VR::AE | VR::CS | VR::DS | VR::SH => 16,
+        VR::IS => 12,
+        VR::DA => 8,
+        VR::AS => 4,
+        VR::TM => 14,
+        VR::DT => 26,
+        VR::LO | VR::UI => 64,
+        VR::PN => 324,
+        VR::ST => return (bytes.len() > 1024).then(|| "is longer than 1024".into()),
+        VR::LT => return (bytes.len() > 10240).then(|| "is longer than 10240".into()),
+        _ => return None,
+    };
+    let text: String = if utf8 {
+        String::from_utf8_lossy(bytes).into_owned()
+    } else {
+        bytes.iter().map(|&b| char::from(b)).collect()
+    };
+    text.split('\\').find_map(|value| one_value_fault(vr, value, longest))
+}
+
+fn one_value_fault(vr: VR, value: &str, longest: usize) -> Option<String> {
+    // The padding to even length does not count but for numbers, which it must not exceed.
+    let value = match vr {
+        VR::UI => value.trim_end_matches('\0'),
+        _ => value,
+    };
+    let bare = value.trim_matches(' ');
+    let counted = if matches!(vr, VR::DS | VR::IS) { value } else { bare };
+    let length = counted.chars().count();
+    if length > longest {
+        return Some(format!("has a value of {length} characters, {longest} fit"));
+    }
+    let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+    let code = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || matches!(c, ' ' | '_');
+    let formed = bare.is_empty()
+        || match vr {
+            VR::UI => is_uid(value),
+            VR::DS => parse_ds(value).is_some(),
+            VR::IS => parse_is(value).is_some(),
+            VR::CS => value.chars().all(code),
+            VR::DA => bare.len() == 8 && digits(bare),
+            VR::TM => digits(&bare.replace('.', "")) && bare.len() >= 2,
+            VR::AS => bare.len() == 4 && digits(&bare[..3]) && bare.ends_with(['D', 'W', 'M', 'Y']),
+            _ => true,
+        };
+    (!formed).then(|| "does not have the form of its VR".into())
+}
+
+fn check_text(checks: &mut Checks, images: &[Image]) {
+    let rule = "A5 texts fit the Specific Character Set";
+    let mut found = Vec::new();
+    for image in images {
+        let set = image.text(tags::SPECIFIC_CHARACTER_SET);
+        let fits: fn(&[u8]) -> bool = match set.as_str() {
+            "" | "ISO_IR 6" => |bytes| bytes.is_ascii(),
+            "ISO_IR 192" => |bytes| std::str::from_utf8(bytes).is_ok(),
+            "ISO_IR 100" => |bytes| !bytes.iter().any(|b| (0x80..0xA0).contains(b)),
+            other => return checks.skip(rule, &format!("{other} is not known here")),
+        };
+        text_faults(&image.set, fits, &image.file, &mut found);
+    }
+    checks.none_of(rule, &found);
+}
+
+fn text_faults(set: &DataSet, fits: fn(&[u8]) -> bool, file: &str, found: &mut Vec<String>) {
+    for element in set.elements() {
+        match &element.value {
+            Value::Items(items) => {
+                items.iter().for_each(|item| text_faults(item, fits, file, found));
+            }
+            Value::Bytes(bytes) => {
+                let text = matches!(
+                    element.vr,
+                    VR::PN | VR::LO | VR::SH | VR::ST | VR::LT | VR::UT | VR::UC
+                );
+                if text && !fits(bytes) {
+                    found.push(format!("{file}: {}", element.tag));
+                }
+            }
+            Value::Fragments(_) => {}
+        }
+    }
+}

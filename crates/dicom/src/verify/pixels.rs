@@ -1,0 +1,267 @@
+//! Rules D: what the voxels say.
+
+use super::{Checks, Image, NEEDS_SOURCE, Reference};
+use crate::number::parse_ds;
+use crate::slice::PixelFormat;
+use dicom_dictionary_std::tags;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+const PLAUSIBLE: &str =
+    "D3 HU are plausible: 90 % in -1100..3500 without padding, none below -8192";
+const HIGH_BITS: &str = "D4 nothing stands above Bits Stored but the sign";
+const AGAINST_SOURCE: [&str; 5] = [
+    "D5 HU stay within the source's range (interpolation cannot overshoot)",
+    "D6 quartile, median and mean HU are near the source's",
+    "D7 the border of the volume equals the source",
+    "D8 the volume resembles the source more than any mirror image of it",
+    "D9 the border of every slice equals that of its source slice",
+];
+
+/// HU of the export, slices ascending along the normal.
+struct Pixels {
+    /// Columns, rows, slices.
+    size: [usize; 3],
+    hu: Vec<i16>,
+    /// Exact range, also where `hu` is clipped to 16 bits.
+    range: [f64; 2],
+}
+
+pub(super) fn check(
+    checks: &mut Checks,
+    images: &[Image],
+    order: &[usize],
+    reference: Option<&Reference>,
+) {
+    let faults: Vec<String> = images.iter().filter_map(pixel_fault).collect();
+    checks.none_of("D1 pixel size, bits and rescale go together", &faults);
+    let off: Vec<String> = images
+        .iter()
+        .filter(|i| i.text(tags::RESCALE_TYPE) != "HU")
+        .map(|i| i.file.clone())
+        .collect();
+    checks.none_of("D2 Rescale Type is HU", &off);
+    let pixels = if faults.is_empty() { decode(images, order) } else { None };
+    let Some(pixels) = pixels else {
+        let rules = [PLAUSIBLE, HIGH_BITS].into_iter().chain(AGAINST_SOURCE);
+        rules.for_each(|rule| checks.skip(rule, "the pixels cannot be read as one volume"));
+        return;
+    };
+    check_plausible(checks, &pixels);
+    check_high_bits(checks, images);
+    against_source(checks, &pixels, reference);
+}
+
+fn format(image: &Image) -> Option<PixelFormat> {
+    let number = |tag| image.set.u16(tag);
+    Some(PixelFormat {
+        rows: number(tags::ROWS)?,
+        columns: number(tags::COLUMNS)?,
+        bits_allocated: number(tags::BITS_ALLOCATED)?,
+        bits_stored: number(tags::BITS_STORED)?,
+        signed: number(tags::PIXEL_REPRESENTATION)? == 1,
+    })
+}
+
+fn pixel_fault(image: &Image) -> Option<String> {
+    let fault = |text: String| Some(format!("{}: {text}", image.file));
+    let Some(format) = format(image) else { return fault("the pixel format is incomplete".into()) };
+    let (allocated, stored) = (format.bits_allocated, format.bits_stored);
+    let high = image.set.u16(tags::HIGH_BIT).unwrap_or(0);
+    if allocated != 16 || !(12..=16).contains(&stored) || high + 1 != stored {
+        return fault(format!("bits {allocated}/{stored}/{high}"));
+    }
+    if image.set.u16(tags::SAMPLES_PER_PIXEL) != Some(1)
+        || image.text(tags::PHOTOMETRIC_INTERPRETATION) != "MONOCHROME2"
+    {
+        return fault("not one sample of MONOCHROME2".into());
+    }
+    let found = image.set.bytes(tags::PIXEL_DATA).map_or(0, <[u8]>::len);
+    if found != format.bytes() {
+        return fault(format!("{found} bytes of pixels, {} are needed", format.bytes()));
+    }
+    let slope = parse_ds(&image.text(tags::RESCALE_SLOPE));
+    if slope.is_none_or(|s| s <= 0.0) || parse_ds(&image.text(tags::RESCALE_INTERCEPT)).is_none() {
+        return fault("the rescale is missing or unusable".into());
+    }
+    None
+}
+
+fn samples(image: &Image) -> impl Iterator<Item = u16> {
+    let bytes = image.set.bytes(tags::PIXEL_DATA).unwrap_or_default();
+    bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+}
+
+fn decode(images: &[Image], order: &[usize]) -> Option<Pixels> {
+    let first = format(&images[0])?;
+    let slices: Vec<Option<(Vec<i16>, [f64; 2])>> = order
+        .par_iter()
+        .map(|&n| {
+            let image = &images[n];
+            let format = format(image)?;
+            if (format.rows, format.columns) != (first.rows, first.columns) {
+                return None;
+            }
+            let slope = parse_ds(&image.text(tags::RESCALE_SLOPE))?;
+            let intercept = parse_ds(&image.text(tags::RESCALE_INTERCEPT))?;
+            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+            let hu = samples(image).map(|sample| {
+                let hu = f64::from(format.stored(sample)) * slope + intercept;
+                range = [range[0].min(hu), range[1].max(hu)];
+                hu.round_ties_even() as i16
+            });
+            Some((hu.collect(), range))
+        })
+        .collect();
+    let slices: Vec<(Vec<i16>, [f64; 2])> = slices.into_iter().collect::<Option<_>>()?;
+    let range = slices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |range, (_, r)| {
+        [range[0].min(r[0]), range[1].max(r[1])]
+    });
+    let size = [first.columns.into(), first.rows.into(), slices.len()];
+    let hu = slices.into_iter().flat_map(|(hu, _)| hu).collect();
+    Some(Pixels { size, hu, range })
+}
+
+fn check_plausible(checks: &mut Checks, pixels: &Pixels) {
+    // Voxels outside the reconstruction circle may have one value of their own.
+    let mut low: BTreeMap<i16, usize> = BTreeMap::new();
+    let mut inside = 0;
+    for &v in &pixels.hu {
+        if v < -1100 {
+            *low.entry(v).or_default() += 1;
+        } else {
+            inside += usize::from(v <= 3500);
+        }
+    }
+    let padding = low.values().copied().max().unwrap_or(0);
+    let usual = inside as f64 / (pixels.hu.len() - padding).max(1) as f64;
+    let [lowest, highest] = pixels.range;
+    checks.say(
+        PLAUSIBLE,
+        usual > 0.9 && lowest >= -8192.0 && inside > 0,
+        format!("{lowest} to {highest} HU, {:.1} % usual", 100.0 * usual),
+    );
+}
+
+fn check_high_bits(checks: &mut Checks, images: &[Image]) {
+    let dirty = |image: &&Image| {
+        let Some(format) = format(image) else { return true };
+        let clean = |s: u16| format.stored(s) as u16 == s;
+        !samples(image).all(clean)
+    };
+    let found: Vec<String> = images.iter().filter(dirty).map(|i| i.file.clone()).collect();
+    checks.none_of(HIGH_BITS, &found);
+}
+
+fn against_source(checks: &mut Checks, pixels: &Pixels, reference: Option<&Reference>) {
+    let rules = AGAINST_SOURCE;
+    let Some(reference) = reference else {
+        rules.iter().for_each(|rule| checks.skip(rule, NEEDS_SOURCE));
+        return;
+    };
+    let source = reference.source.padding.put_back(&reference.ct);
+    let low = source.iter().copied().min().map_or(0.0, f64::from).min(-1000.0);
+    let high = source.iter().copied().max().map_or(0.0, f64::from);
+    let [lowest, highest] = pixels.range;
+    checks.say(
+        rules[0],
+        lowest >= low - 1.0 && highest <= high + 1.0,
+        format!("{lowest} to {highest} HU, the source {low} to {high}"),
+    );
+    let ([q1, m1, mean1], [q2, m2, mean2]) = (summary(&pixels.hu), summary(&source));
+    checks.say(
+        rules[1],
+        (q1 - q2).abs() < 50.0 && (m1 - m2).abs() < 100.0 && (mean1 - mean2).abs() < 60.0,
+        format!("off by {:.0}, {:.0} and {:.0} HU", q1 - q2, m1 - m2, mean1 - mean2),
+    );
+    if pixels.size != reference.ct.grid().size() {
+        rules[2..].iter().for_each(|rule| checks.skip(rule, "the sizes differ"));
+        return;
+    }
+    check_border(checks, rules[2], rules[4], pixels, &source);
+    check_mirrors(checks, rules[3], pixels, &source);
+}
+
+/// Lower quartile, median and mean.
+fn summary(hu: &[i16]) -> [f64; 3] {
+    let mut counts = vec![0usize; 1 << 16];
+    let index = |v: i16| (i32::from(v) - i32::from(i16::MIN)) as usize;
+    hu.iter().for_each(|&v| counts[index(v)] += 1);
+    let rank = |wanted: usize| {
+        let mut seen = 0;
+        let at = counts.iter().position(|n| {
+            seen += n;
+            seen > wanted
+        });
+        at.map_or(0.0, |at| at as f64 + f64::from(i16::MIN))
+    };
+    let sum: i64 = hu.iter().map(|&v| i64::from(v)).sum();
+    [rank(hu.len() / 4), rank(hu.len() / 2), sum as f64 / hu.len().max(1) as f64]
+}
+
+fn check_border(checks: &mut Checks, whole: &str, slices: &str, pixels: &Pixels, source: &[i16]) {
+    let [ni, nj, nk] = pixels.size;
+    let differs = |n: usize| (i32::from(pixels.hu[n]) - i32::from(source[n])).abs() > 1;
+    let (mut voxels, mut off, mut worst, mut worst_slice) = (0usize, 0usize, 0.0, 0);
+    for k in 0..nk {
+        let (mut rim, mut rim_off) = (0usize, 0usize);
+        for j in 0..nj {
+            for i in 0..ni {
+                let on_rim = i < 2 || j < 2 || i + 2 >= ni || j + 2 >= nj;
+                if !on_rim && k > 0 && k + 1 < nk {
+                    continue;
+                }
+                let wrong = usize::from(differs((k * nj + j) * ni + i));
+                (voxels, off) = (voxels + 1, off + wrong);
+                if on_rim {
+                    (rim, rim_off) = (rim + 1, rim_off + wrong);
+                }
+            }
+        }
+        let share = rim_off as f64 / rim.max(1) as f64;
+        if share > worst {
+            (worst, worst_slice) = (share, k);
+        }
+    }
+    let share = off as f64 / voxels.max(1) as f64;
+    checks.say(whole, share < 0.01, format!("{:.2} % differ", 100.0 * share));
+    let detail = format!("at most {:.1} % differ (slice {worst_slice})", 100.0 * worst);
+    checks.say(slices, worst < 0.1, detail);
+}
+
+/// Correlation with the source against that with its seven mirror images.
+fn check_mirrors(checks: &mut Checks, rule: &str, pixels: &Pixels, source: &[i16]) {
+    let [ni, nj, nk] = pixels.size;
+    let count = pixels.hu.len() as f64;
+    let moments = |hu: &[i16]| {
+        let sum: i64 = hu.iter().map(|&v| i64::from(v)).sum();
+        let squares: i64 = hu.iter().map(|&v| i64::from(v) * i64::from(v)).sum();
+        let mean = sum as f64 / count;
+        (mean, (squares as f64 / count - mean * mean).max(0.0).sqrt())
+    };
+    let ((mean, deviation), (source_mean, source_deviation)) =
+        (moments(&pixels.hu), moments(source));
+    let correlation = |mirror: usize| {
+        let product: i64 = (0..nj * nk)
+            .into_par_iter()
+            .map(|row| {
+                let (j, k) = (row % nj, row / nj);
+                let j = if mirror & 2 > 0 { nj - 1 - j } else { j };
+                let k = if mirror & 4 > 0 { nk - 1 - k } else { k };
+                let ours = &pixels.hu[row * ni..(row + 1) * ni];
+                let theirs = &source[(k * nj + j) * ni..(k * nj + j + 1) * ni];
+                let multiply = |(&a, &b): (&i16, &i16)| i64::from(a) * i64::from(b);
+                if mirror & 1 > 0 {
+                    ours.iter().zip(theirs.iter().rev()).map(multiply).sum::<i64>()
+                } else {
+                    ours.iter().zip(theirs).map(multiply).sum()
+                }
+            })
+            .sum();
+        (product as f64 / count - mean * source_mean) / (deviation * source_deviation)
+    };
+    let own = correlation(0);
+    let best = (1..8).map(correlation).fold(f64::NEG_INFINITY, f64::max);
+    let detail = format!("correlation {own:.3}, best mirror image {best:.3}");
+    checks.say(rule, own > 0.5 && own > best, detail);
+}
