@@ -56,20 +56,30 @@ pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
 }
 
-/// Up to `limit` bytes of a gzip stream (of several members).
-pub(crate) fn gunzip(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Problem> {
-    inflate(MultiGzDecoder::new(bytes), bytes.len(), limit)
+/// The first `limit` bytes of a gzip stream, or fewer; what follows is not looked at.
+pub(crate) fn gunzip_start(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Problem> {
+    inflate(&mut MultiGzDecoder::new(bytes), bytes.len(), limit)
 }
 
-/// Up to `limit` bytes of a zlib stream.
+/// The first `limit` bytes of a gzip stream, or fewer, and how many more there are; its checksums
+/// were found right to the end.
+pub(crate) fn gunzip(bytes: &[u8], limit: usize) -> Result<(Vec<u8>, u64), Problem> {
+    let mut decoder = MultiGzDecoder::new(bytes);
+    let start = inflate(&mut decoder, bytes.len(), limit)?;
+    let more = io::copy(&mut decoder, &mut io::sink()).map_err(Problem::Damaged)?;
+    Ok((start, more))
+}
+
+/// The first `limit` bytes of a zlib stream, or fewer.
 pub(crate) fn zlib(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Problem> {
-    inflate(ZlibDecoder::new(bytes), bytes.len(), limit)
+    inflate(&mut ZlibDecoder::new(bytes), bytes.len(), limit)
 }
 
 /// Deflate cannot shrink data further than this (258 bytes in 2 bits).
 const LARGEST_RATIO: usize = 1032;
 
-fn inflate(decoder: impl Read, compressed: usize, limit: usize) -> Result<Vec<u8>, Problem> {
+fn inflate(decoder: &mut impl Read, compressed: usize, limit: usize) -> Result<Vec<u8>, Problem> {
+    // What the header asks for, but no more than the data can hold.
     let bound = compressed.saturating_mul(LARGEST_RATIO).saturating_add(64).min(limit);
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(bound).map_err(|_| Problem::Memory(bound))?;

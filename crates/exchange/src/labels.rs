@@ -28,7 +28,7 @@ pub fn read_labels(path: &Path) -> Result<LabelMap, Error> {
 }
 
 fn labels(raster: &Raster) -> Result<LabelMap, Problem> {
-    let values = raster.whole::<i32>("expected a whole number, the number of a label")?;
+    let values = raster.whole::<i16>("expected a whole number, the number of a label")?;
     let segments = segments::parse(&raster.keys, raster.layers)?;
     let data = if segments.is_empty() {
         if raster.layers != 1 {
@@ -45,8 +45,8 @@ fn labels(raster: &Raster) -> Result<LabelMap, Problem> {
 }
 
 /// Labels that are meant by their number.
-fn by_number(values: &[i32]) -> Result<Vec<u8>, Problem> {
-    let known = |v: i32| v == 0 || label::ALL.iter().any(|(n, ..)| i32::from(*n) == v);
+fn by_number(values: &[i16]) -> Result<Vec<u8>, Problem> {
+    let known = |v: i16| v == 0 || label::ALL.iter().any(|(n, ..)| i16::from(*n) == v);
     if let Some(&value) = values.iter().find(|&&v| !known(v)) {
         let voxels = values.iter().filter(|&&v| v == value).count();
         return Err(unknown(value, None, voxels));
@@ -54,14 +54,14 @@ fn by_number(values: &[i32]) -> Result<Vec<u8>, Problem> {
     Ok(values.iter().map(|&v| v as u8).collect())
 }
 
-fn unknown(value: i32, name: Option<String>, voxels: usize) -> Problem {
+fn unknown(value: i16, name: Option<String>, voxels: usize) -> Problem {
     let known: Vec<String> = label::ALL.iter().map(|(n, name, _)| format!("{n} {name}")).collect();
     Problem::Label { value: value.into(), name, voxels, known: known.join(", ") }
 }
 
 /// Labels that are meant by the names of their segments.
-fn by_segment(raster: &Raster, values: &[i32], segments: &[Segment]) -> Result<Vec<u8>, Problem> {
-    let by_value: BTreeMap<(usize, i32), &Segment> =
+fn by_segment(raster: &Raster, values: &[i16], segments: &[Segment]) -> Result<Vec<u8>, Problem> {
+    let by_value: BTreeMap<(usize, i16), &Segment> =
         segments.iter().map(|s| ((s.layer, s.value), s)).collect();
     refuse_foreign(raster, values, &by_value)?;
     let mut data = vec![label::OUTSIDE; raster.grid.len()];
@@ -92,10 +92,10 @@ fn by_segment(raster: &Raster, values: &[i32], segments: &[Segment]) -> Result<V
 /// Refuses voxels whose segment has no name or one that is not ours.
 fn refuse_foreign(
     raster: &Raster,
-    values: &[i32],
-    by_value: &BTreeMap<(usize, i32), &Segment>,
+    values: &[i16],
+    by_value: &BTreeMap<(usize, i16), &Segment>,
 ) -> Result<(), Problem> {
-    let mut foreign: BTreeMap<(usize, i32), usize> = BTreeMap::new();
+    let mut foreign: BTreeMap<(usize, i16), usize> = BTreeMap::new();
     let mut last = None;
     for (place, &value) in values.iter().enumerate() {
         if value == 0 {

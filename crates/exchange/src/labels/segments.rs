@@ -14,7 +14,7 @@ use supine_volume::{LabelMap, Volume, label};
 pub(super) struct Segment {
     pub(super) name: String,
     pub(super) layer: usize,
-    pub(super) value: i32,
+    pub(super) value: i16,
     /// Our label of that name.
     pub(super) label: Option<u8>,
 }
@@ -57,7 +57,7 @@ pub(super) fn parse(
             let reason = format!("{layer} is not one of the {layers} layers of the file");
             return Err(Problem::field(format!("Segment{n}_Layer"), reason));
         }
-        let value = i32::try_from(number("LabelValue", n + 1)?).unwrap_or(0);
+        let value = i16::try_from(number("LabelValue", n + 1)?).unwrap_or(0);
         segments.push(Segment { name: name.clone(), layer, value, label: label_of(name) });
     }
     Ok(segments)

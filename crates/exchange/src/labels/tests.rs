@@ -1,1 +1,59 @@
+use super::*;
+use std::fmt::Write as _;
 
+/// Four voxels in a row, in layers, with segments of (name, layer, value).
+fn read(layers: &[[u8; 4]], segments: &[(&str, usize, u8)]) -> Result<Vec<u8>, String> {
+    let mut text = format!(
+        "NRRD0004\ntype: uint8\ndimension: 4\nspace: LPS\nsizes: {} 4 1 1\nspace directions: none \
+         (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n",
+        layers.len()
+    );
+    for (n, (name, layer, value)) in segments.iter().enumerate() {
+        writeln!(text, "Segment{n}_ID:=S{n}\nSegment{n}_Name:={name}").unwrap();
+        writeln!(text, "Segment{n}_Layer:={layer}\nSegment{n}_LabelValue:={value}").unwrap();
+    }
+    text.push('\n');
+    let mut bytes = text.into_bytes();
+    bytes.extend((0..4).flat_map(|v| layers.iter().map(move |l| l[v])));
+    let raster = raster::parse(bytes).map_err(|e| e.to_string())?;
+    labels(&raster).map(|l| l.into_parts().1).map_err(|e| e.to_string())
+}
+
+#[test]
+fn names_decide_in_segmentations_and_numbers_elsewhere() {
+    let named =
+        read(&[[0, 1, 2, 9]], &[("Chest_Wall", 0, 1), ("soft tissue", 0, 2), ("FAT", 0, 9)]);
+    assert_eq!(named.unwrap(), [0, 2, 1, 6]);
+    assert_eq!(read(&[[0, 1, 2, 9]], &[]).unwrap(), [0, 1, 2, 9]);
+}
+
+#[test]
+fn the_finer_label_stands_where_segments_overlap() {
+    let segments = [("soft tissue", 0, 1), ("tumour", 1, 1), ("chest wall", 0, 2)];
+    assert_eq!(read(&[[1, 1, 2, 0], [0, 1, 0, 0]], &segments).unwrap(), [1, 9, 2, 0]);
+    let message = read(&[[1, 1, 2, 2], [0, 1, 1, 1]], &segments).unwrap_err();
+    assert!(message.contains("2 voxels belong both to `chest wall` and to `tumour`"), "{message}");
+}
+
+#[test]
+fn foreign_labels_are_refused_by_name() {
+    for (layers, segments, expected) in [
+        (
+            [0, 1, 42, 42],
+            vec![],
+            "2 voxels have the label 42, which is not one of 1 soft tissue, 2",
+        ),
+        (
+            [0, 1, 3, 0],
+            vec![("Liver", 0, 3), ("skin", 0, 1)],
+            "1 voxels have the label 3 (`Liver`)",
+        ),
+        ([0, 1, 3, 0], vec![("skin", 0, 1)], "1 voxels have the label 3, which"),
+        ([0, 1, 0, 0], vec![("skin", 4, 1)], "4 is not one of the 1 layers"),
+    ] {
+        let message = read(&[layers], &segments).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    }
+    // A foreign segment without voxels is no obstacle.
+    assert_eq!(read(&[[0, 1, 0, 0]], &[("Liver", 0, 3), ("skin", 0, 1)]).unwrap(), [0, 8, 0, 0]);
+}

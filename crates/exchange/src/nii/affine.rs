@@ -27,8 +27,13 @@ pub(super) fn grid(header: &NiftiHeader, size: [usize; 3]) -> Result<Grid, Probl
     };
     let unit = unit_mm(header)?;
     let columns = Matrix::from_fn(|r, c| columns[(r, c)] * FLIP[r] * unit);
-    let spacing = Vector::from_fn(|a, _| columns.column(a).norm());
-    let direction = Matrix::from_fn(|r, c| columns[(r, c)] / spacing[c]);
+    let norms = Vector::from_fn(|a, _| columns.column(a).norm());
+    let direction = Matrix::from_fn(|r, c| columns[(r, c)] / norms[c]);
+    // pixdim holds the spacing as one number, the sform as three rounded ones.
+    let spacing = Vector::from_fn(|a, _| {
+        let stated = decimal(header.pixdim[a + 1]) * unit;
+        if (stated - norms[a]).abs() <= 1e-6 * norms[a] { stated } else { norms[a] }
+    });
     let origin = Point::from(origin.component_mul(&FLIP) * unit);
     Ok(Grid::new(size, spacing, origin, direction)?)
 }

@@ -10,7 +10,8 @@ const HEADER: usize = 348;
 
 /// Whether the bytes, decompressed or not, begin like NIfTI (1 or 2) of either byte order.
 pub(crate) fn is_nifti(bytes: &[u8]) -> bool {
-    let start = if file::is_gzip(bytes) { file::gunzip(bytes, 4) } else { Ok(bytes.to_vec()) };
+    let start =
+        if file::is_gzip(bytes) { file::gunzip_start(bytes, 4) } else { Ok(bytes.to_vec()) };
     let start = start.unwrap_or_default();
     start.first_chunk().is_some_and(|&b| {
         let sizes = [i32::from_le_bytes(b), i32::from_be_bytes(b)];
@@ -21,7 +22,7 @@ pub(crate) fn is_nifti(bytes: &[u8]) -> bool {
 /// The volume of a NIfTI-1 file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
     let compressed = file::is_gzip(bytes);
-    let start = if compressed { file::gunzip(bytes, HEADER)? } else { bytes.to_vec() };
+    let start = if compressed { file::gunzip_start(bytes, HEADER)? } else { bytes.to_vec() };
     let header = header(&start)?;
     let size = size(&header)?;
     let grid = affine::grid(&header, size)?;
@@ -29,7 +30,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
     let wanted = grid.len().saturating_mul(scalar.size());
     let offset = offset(&header)?;
     let end = offset.saturating_add(wanted);
-    let mut bytes = if compressed { file::gunzip(bytes, end)? } else { start };
+    let mut bytes = if compressed { file::gunzip(bytes, end)?.0 } else { start };
     if bytes.len() < end {
         let (wanted, found) = (end as u128, bytes.len() as u128);
         return Err(Problem::Truncated { wanted, found });

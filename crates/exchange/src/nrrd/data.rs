@@ -28,16 +28,24 @@ pub(super) fn decode(
     let encoding = header.required("encoding")?.to_ascii_lowercase();
     let data = skip_lines(data, header.skip(["line skip", "lineskip"])?)?;
     let skip = header.skip(["byte skip", "byteskip"])?;
+    let text = matches!(encoding.as_str(), "txt" | "text" | "ascii");
+    let big_endian = !text && big_endian(header, scalar)?;
     let bytes = match encoding.as_str() {
         "raw" => exact(skip_bytes(data.to_vec(), skip, wanted)?, wanted)?,
-        "gz" | "gzip" => {
-            let ahead = usize::try_from(skip.max(0)).unwrap_or(usize::MAX);
-            let limit = wanted.saturating_add(ahead).saturating_add(1);
-            exact(skip_bytes(file::gunzip(data, limit)?, skip, wanted)?, wanted)?
+        "gz" | "gzip" if skip >= 0 => {
+            let ahead = usize::try_from(skip).unwrap_or(usize::MAX);
+            let (bytes, more) = file::gunzip(data, wanted.saturating_add(ahead))?;
+            if more > 0 {
+                return Err(Problem::Excess { wanted });
+            }
+            exact(skip_bytes(bytes, skip, wanted)?, wanted)?
         }
-        "txt" | "text" | "ascii" => {
+        "gz" | "gzip" => {
+            return Err(Problem::field("byte skip", "is below 0, which only raw data allow"));
+        }
+        _ if text => {
             let bytes = numbers(data, wanted / scalar.size())?;
-            return Ok(Stored { scalar: Scalar::F64, big_endian: false, bytes });
+            return Ok(Stored { scalar: Scalar::F64, big_endian, bytes });
         }
         other => {
             let what = format!("the NRRD encoding `{other}`");
@@ -45,7 +53,7 @@ pub(super) fn decode(
             return Err(Problem::Unsupported { what, advice });
         }
     };
-    Ok(Stored { scalar, big_endian: big_endian(header, scalar)?, bytes })
+    Ok(Stored { scalar, big_endian, bytes })
 }
 
 fn big_endian(header: &Header, scalar: Scalar) -> Result<bool, Problem> {

@@ -1,1 +1,73 @@
+use super::*;
+use proptest::prelude::*;
 
+#[test]
+fn csv_as_it_comes() {
+    let text = b"\xef\xbb\xbfName,X,y,Z\r\n\"a, \"\"b\"\"\",1.5,-2,3e1\r\n nipple , 4 ,5,6\r\n";
+    let points = parse_csv(text).unwrap();
+    assert_eq!(points.len(), 2);
+    assert_eq!(points[0].name, "a, \"b\"");
+    assert_eq!(points[0].position, Point::new(1.5, -2.0, 30.0));
+    assert_eq!(points[1].name, "nipple");
+    assert_eq!(points[1].position, Point::new(4.0, 5.0, 6.0));
+    assert!(parse_csv(b"name,x,y,z\n").unwrap().is_empty());
+}
+
+#[test]
+fn unusable_tables_are_refused_with_their_line() {
+    for (text, expected) in [
+        ("a,1,2,3\n", "line 1: `a,1,2,3` instead of the heading"),
+        ("name;x;y;z\na;1;2;3\n", "line 1: `name;x;y;z` instead of the heading"),
+        ("name,x,y,z\na,1,2,3\nb,1,2,z\n", "line 3: `z` is not a coordinate"),
+        ("name,x,y,z\na,1,2,inf\n", "line 2: `inf` is not a coordinate"),
+        ("name,x,y,z\na,1,2\n", "line 2: "),
+        ("", "line 1"),
+    ] {
+        let message = parse_csv(text.as_bytes()).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+fn markup(inner: &str) -> Vec<u8> {
+    format!("{{\"markups\":[{{\"type\":\"Fiducial\",{inner}}}]}}").into_bytes()
+}
+
+#[test]
+fn markups_say_their_frame() {
+    let point = "\"controlPoints\":[{\"label\":\"a\",\"position\":[1,2,3]}]";
+    let read = |frame: &str| {
+        markups::parse(&markup(&format!("{frame}{point}"))).map(|l| l[0].points[0].position)
+    };
+    assert_eq!(read("").unwrap(), Point::new(1.0, 2.0, 3.0));
+    assert_eq!(read("\"coordinateSystem\":\"LPS\",").unwrap(), Point::new(1.0, 2.0, 3.0));
+    assert_eq!(read("\"coordinateSystem\":\"RAS\",").unwrap(), Point::new(-1.0, -2.0, 3.0));
+    let foreign = read("\"coordinateSystem\":\"IJK\",").unwrap_err().to_string();
+    assert!(foreign.contains("`IJK` is neither LPS nor RAS"), "{foreign}");
+    let inches = read("\"coordinateUnits\":\"in\",").unwrap_err().to_string();
+    assert!(inches.contains("`in` instead of mm"), "{inches}");
+    assert!(read("\"coordinateUnits\":[\"mm\",\"UCUM\",\"millimeter\"],").is_ok());
+}
+
+#[test]
+fn points_never_placed_are_left_out_and_broken_ones_refused() {
+    let two = markup(
+        "\"controlPoints\":[{\"label\":\"a\",\"positionStatus\":\"undefined\"},\
+         {\"label\":\"b\",\"position\":[1,2,3],\"positionStatus\":\"defined\"}]",
+    );
+    let lists = markups::parse(&two).unwrap();
+    assert_eq!(lists[0].points.len(), 1);
+    let broken = markup("\"controlPoints\":[{\"label\":\"a\",\"position\":[1,2]}]");
+    let message = markups::parse(&broken).unwrap_err().to_string();
+    assert_eq!(message, "point 1 (`a`): `position` is not three numbers");
+    assert!(markups::parse(b"[]").is_err());
+    assert!(markups::parse(&[b'['; 100_000]).is_err());
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let _ = parse_csv(&bytes);
+        let _ = parse_csv(&[b"name,x,y,z\n".as_slice(), &bytes].concat());
+        let _ = markups::parse(&bytes);
+    }
+}

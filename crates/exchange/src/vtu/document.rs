@@ -42,7 +42,7 @@ impl<'a> Document<'a> {
                 Event::Start(e) => walk.open(&e, false)?,
                 Event::Empty(e) => walk.open(&e, true)?,
                 Event::Text(e) => {
-                    if let Some((_, array)) = walk.arrays.last_mut().filter(|_| walk.within) {
+                    if let Some(array) = walk.current() {
                         let text = e.decode().map_err(|e| Problem::field("text", e.to_string()))?;
                         array.text.push_str(&text);
                     }
@@ -113,13 +113,23 @@ struct Walk {
     root: Option<Encoding>,
     size: Option<(usize, usize)>,
     section: Option<Section>,
-    /// Within a data array.
-    within: bool,
+    /// Elements that are open from the data array inwards (VTK notes ranges within arrays); 0
+    /// outside of data arrays.
+    depth: usize,
     arrays: Vec<(Section, Array)>,
 }
 
 impl Walk {
+    /// The array whose own text comes next.
+    fn current(&mut self) -> Option<&mut Array> {
+        self.arrays.last_mut().filter(|_| self.depth == 1).map(|(_, array)| array)
+    }
+
     fn open(&mut self, e: &BytesStart<'_>, empty: bool) -> Result<(), Problem> {
+        if self.depth > 0 {
+            self.depth += usize::from(!empty);
+            return Ok(());
+        }
         let section = match e.local_name().as_ref() {
             b"VTKFile" => {
                 let kind = attribute(e, "type")?.unwrap_or_default();
@@ -141,7 +151,7 @@ impl Walk {
             }
             b"DataArray" => {
                 self.arrays.push((self.section.unwrap_or(Section::Other), array(e)?));
-                self.within = !empty;
+                self.depth = usize::from(!empty);
                 return Ok(());
             }
             b"Points" => Section::Points,
@@ -156,8 +166,11 @@ impl Walk {
     }
 
     fn close(&mut self, name: &[u8]) {
+        if self.depth > 0 {
+            self.depth -= 1;
+            return;
+        }
         match name {
-            b"DataArray" => self.within = false,
             b"Points" | b"Cells" | b"PointData" | b"CellData" | b"FieldData" => self.section = None,
             _ => {}
         }

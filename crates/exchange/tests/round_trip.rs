@@ -1,0 +1,231 @@
+//! What is written is read back equal; nothing is left behind on failure.
+
+#![expect(clippy::disallowed_methods, reason = "looks at the files that were written")]
+#![expect(clippy::unwrap_used, reason = "a test may fail")]
+
+use nalgebra::Rotation3;
+use proptest::prelude::*;
+use std::path::Path;
+use supine_exchange::*;
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
+use supine_space::{Grid, Point, Vector};
+use supine_volume::{Ct, LabelMap, Volume};
+
+fn grid(size: [usize; 3], angles: [f64; 3], spacing: [f64; 3], left_handed: bool) -> Grid {
+    let mut d = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]).into_inner();
+    if left_handed {
+        d.column_mut(2).neg_mut();
+    }
+    Grid::new(size, spacing.into(), Point::new(-250.3, -175.7, 31.4), d).unwrap()
+}
+
+fn expect_same(a: &Grid, b: &Grid, tolerance: f64) {
+    assert_eq!(a.size(), b.size());
+    let last = a.size().map(|n| n - 1);
+    for voxel in [[0; 3], [last[0], 0, 0], [0, last[1], 0], [0, 0, last[2]]] {
+        let off = (a.centre(voxel) - b.centre(voxel)).norm();
+        assert!(off < tolerance, "{off} mm at {voxel:?}");
+    }
+}
+
+fn ct(grid: Grid) -> Ct {
+    Volume::from_fn(grid, |[i, j, k]| (i * 7 + j * 131 + k * 1009) as i16 - 1024)
+}
+
+fn labels(grid: Grid) -> LabelMap {
+    Volume::from_fn(grid, |[i, j, k]| (i + 3 * j + 5 * k) as u8 % 10)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    #[test]
+    fn volumes_keep_values_and_places(
+        size in [1usize..6, 1usize..6, 1usize..6],
+        angles in [-3.1f64..3.1, -1.5f64..1.5, -3.1f64..3.1],
+        spacing in [0.3f64..3.0, 0.3f64..3.0, 0.3f64..3.0],
+        left_handed in any::<bool>(),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let grid = grid(size, angles, spacing, left_handed);
+        let (ct, labels) = (ct(grid.clone()), labels(grid));
+        // NIfTI holds f32: 1.5e-5 mm at 250 mm.
+        for (name, tolerance) in [("a.nrrd", 1e-12), ("a.nii", 5e-5), ("a.nii.gz", 5e-5)] {
+            let path = folder.path().join(name);
+            let note = "DERIVED from series 1.2.3\nby an example";
+            if name.ends_with("nrrd") {
+                write_ct_nrrd(&ct, &path, note).unwrap();
+            } else {
+                write_ct_nifti(&ct, &path, note).unwrap();
+            }
+            let back = read_ct(&path).unwrap();
+            prop_assert_eq!(back.data(), ct.data());
+            expect_same(back.grid(), ct.grid(), tolerance);
+        }
+        for (name, tolerance) in [("l.seg.nrrd", 1e-12), ("l.nrrd", 1e-12), ("l.nii.gz", 5e-5)] {
+            let path = folder.path().join(name);
+            write_labels(&labels, &path).unwrap();
+            let back = read_labels(&path).unwrap();
+            prop_assert_eq!(back.data(), labels.data());
+            expect_same(back.grid(), labels.grid(), tolerance);
+        }
+    }
+}
+
+/// sform and qform of a written file give the same map, the one that was meant.
+#[test]
+fn both_forms_of_nifti_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    for (n, left_handed) in [(0, false), (1, true), (2, false), (3, true)] {
+        let angles = [0.3 + f64::from(n), -0.2, 3.0 - f64::from(n)];
+        let written = ct(grid([3, 4, 5], angles, [0.7, 0.8, 2.5], left_handed));
+        let path = folder.path().join("a.nii");
+        write_ct_nifti(&written, &path, "").unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes[254..256].fill(0); // sform_code
+        std::fs::write(&path, &bytes).unwrap();
+        expect_same(read_ct(&path).unwrap().grid(), written.grid(), 5e-5);
+    }
+}
+
+#[test]
+fn decimal_spacings_survive_single_precision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nii");
+    let written = ct(grid([2, 2, 2], [0.0; 3], [0.7, 0.9765625, 1.25], false));
+    write_ct_nifti(&written, &path, "").unwrap();
+    assert_eq!(read_ct(&path).unwrap().grid(), written.grid());
+}
+
+/// A cube of 2 mm made of six tetrahedra, tags in turn.
+fn cube() -> TetMesh {
+    let corner = |n: u8| Point::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2 & 1));
+    let points: Vec<Point> = (0..8).map(|n| corner(n) * 2.0).collect();
+    let tets =
+        vec![[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
+    let sorted = |mut f: [u32; 3]| {
+        f.sort_unstable();
+        f
+    };
+    let all: Vec<[u32; 3]> =
+        tets.iter().flat_map(|t: &[u32; 4]| TET_FACES.map(|f| f.map(|c| t[c]))).collect();
+    let once = |f: &&[u32; 3]| all.iter().filter(|g| sorted(**g) == sorted(**f)).count() == 1;
+    let boundary = all.iter().filter(once).enumerate();
+    let boundary =
+        boundary.map(|(n, &points)| BoundaryFace { points, tag: BoundaryTag::ALL[n % 3] });
+    let boundary = boundary.collect();
+    TetMesh::new(points, tets, boundary).unwrap()
+}
+
+#[test]
+fn meshes_come_back_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtu");
+    let mesh = cube();
+    let edges = Edges::new(&mesh);
+    let vectors = |n: usize| -> Vec<Vector> {
+        (0..n).map(|n| Vector::new(n as f64 / 3.0, -0.1, 1e-9 * n as f64)).collect()
+    };
+    let (points, all) = (mesh.points().len(), mesh.points().len() + edges.ends().len());
+    for displacement in [None, Some(vectors(points)), Some(vectors(all))] {
+        let displacement = displacement.map(|v| Displacement::new(&mesh, &edges, v).unwrap());
+        write_vtu(&mesh, displacement.as_ref(), &path).unwrap();
+        assert_eq!(read_vtu(&path).unwrap(), (mesh.clone(), displacement));
+    }
+}
+
+#[test]
+fn points_and_seeds_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let point =
+        |name: &str, x| NamedPoint { name: name.into(), position: Point::new(x, -0.1, 1e3) };
+    let points = [
+        point("chest_wall-1", 1.0 / 3.0),
+        point("Soft tissue, \"upper\"", -2.0),
+        point("exclude", 5.0),
+    ];
+    for name in ["p.csv", "p.mrk.json"] {
+        let path = folder.path().join(name);
+        write_points(&points, &path).unwrap();
+        assert_eq!(read_points(&path).unwrap(), points);
+        let seeds = read_seeds(&path).unwrap();
+        assert_eq!(seeds.chest_wall, [points[0].position]);
+        assert_eq!(seeds.soft_tissue, [points[1].position]);
+        assert_eq!(seeds.exclude, [points[2].position]);
+    }
+    let path = folder.path().join("soft_tissue.mrk.json");
+    write_points(&[point("F-1", 1.0)], &path).unwrap();
+    assert_eq!(read_seeds(&path).unwrap().soft_tissue.len(), 1, "the file's name decides");
+    let path = folder.path().join("list.mrk.json");
+    write_points(&[point("F-1", 1.0)], &path).unwrap();
+    let message = read_seeds(&path).unwrap_err().to_string();
+    assert!(message.contains("point 1 (`F-1`): its name begins with none of"), "{message}");
+}
+
+#[test]
+fn failures_name_the_file_and_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = ct(grid([2, 2, 2], [0.0; 3], [1.0; 3], false));
+    let missing = folder.path().join("no/such/folder.nrrd");
+    let error = write_ct_nrrd(&written, &missing, "").unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Output);
+    assert!(error.to_string().contains("folder.nrrd"), "{error}");
+    let error = read_ct(&missing).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Input);
+    assert!(error.to_string().contains("folder.nrrd"), "{error}");
+
+    let refused = [
+        write_ct_nifti(&written, &folder.path().join("a.img"), ""),
+        write_labels(&written.map(|_| 1), &folder.path().join("a.mha")),
+        write_labels(&written.map(|_| 99), &folder.path().join("a.seg.nrrd")),
+        write_points(&[], &folder.path().join("a.txt")),
+        write_vtu(&cube(), None, &folder.path().join("a.vtk")),
+        write_scalar(&written.map(|_| 1.0), &folder.path().join("a.nii")),
+        // A folder stands where the file should go.
+        write_ct_nrrd(&written, folder.path(), ""),
+    ];
+    for result in refused {
+        assert_eq!(result.unwrap_err().kind(), ErrorKind::Output);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+
+    let other = folder.path().join("a.nrrd");
+    std::fs::write(&other, "no volume").unwrap();
+    let error = read_ct(&other).unwrap_err().to_string();
+    assert!(error.contains("format is not recognised") && error.contains("a.nrrd"), "{error}");
+}
+
+#[test]
+fn fields_are_vectors_with_their_type() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.nrrd");
+    let grid = grid([2, 3, 4], [0.1, 0.2, 0.3], [1.0; 3], false);
+    let field = Volume::from_fn(grid.clone(), |[i, j, k]| [i as f32, j as f32, k as f32]);
+    write_field(&field, &path, FieldKind::Modeling).unwrap();
+    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+    for line in [
+        "type: float",
+        "dimension: 4",
+        "sizes: 3 2 3 4",
+        "kinds: vector domain domain domain",
+        "space: left-posterior-superior",
+        "displacement field type:=modeling",
+    ] {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}");
+    }
+    let error = read_ct(&path).unwrap_err().to_string();
+    assert!(error.contains("3 values per voxel, a CT has one"), "{error}");
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = labels(grid([5, 4, 3], [0.1, 0.2, 0.3], [1.0; 3], true));
+    for name in ["a.seg.nrrd", "a.nii.gz"] {
+        let bytes = |path: &Path| {
+            write_labels(&written, path).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        let again = bytes(&folder.path().join(name));
+        assert!(bytes(&folder.path().join(name)) == again);
+    }
+}
