@@ -20,35 +20,41 @@ impl Mesher<'_> {
     /// Edelsbrunner, Guha and Nekhayev 1999), the rims and corners, and the rule.
     pub(crate) fn collapse(&mut self, a: u32, b: u32, at: Vector, rule: CollapseRule) -> bool {
         let ring = self.mesh.ring(a, b);
-        if ring.is_empty() || !self.keeps_topology(a, b, &ring) {
-            return false;
-        }
         let moves = at != self.mesh.points[b as usize];
-        if !self.keeps_quality(a, b, at, &ring, rule) || !self.keeps_surface(a, b, at, moves) {
+        // Cheap tests first.
+        if ring.is_empty()
+            || !self.keeps_class(a, b, &ring)
+            || !self.keeps_quality(a, b, at, &ring, rule)
+            || !self.keeps_topology(a, b, &ring)
+            || !self.keeps_surface(a, b, at, moves)
+        {
             return false;
         }
         self.merge(a, b, at, &ring, moves);
         true
     }
 
-    fn keeps_topology(&self, a: u32, b: u32, ring: &[u32]) -> bool {
-        let mesh = &self.mesh;
-        let (ca, cb) = (mesh.class[a as usize], mesh.class[b as usize]);
-        let (class, faces) = mesh.edge_class(ring, a, b);
-        let on_boundary = ca != 0;
-        if ca & !cb != 0 || ca.count_ones() == 3 || (on_boundary && (faces != 2 || class != ca)) {
+    /// Whether a lies on nothing that b does not lie on, and the edge runs along it.
+    fn keeps_class(&self, a: u32, b: u32, ring: &[u32]) -> bool {
+        let (ca, cb) = (self.mesh.class[a as usize], self.mesh.class[b as usize]);
+        if ca & !cb != 0 || ca.count_ones() == 3 {
             return false;
         }
+        ca == 0 || self.mesh.edge_class(ring, a, b) == (ca, 2)
+    }
+
+    fn keeps_topology(&self, a: u32, b: u32, ring: &[u32]) -> bool {
+        let mesh = &self.mesh;
         for &id in ring {
             let tags = mesh.tags[id as usize];
             if tags[mesh.corner_of(id, a)] != 0 && tags[mesh.corner_of(id, b)] != 0 {
                 return false;
             }
         }
-        if on_boundary {
+        if mesh.class[a as usize] != 0 {
             let (near_a, near_b) = (mesh.boundary_neighbours(a), mesh.boundary_neighbours(b));
             let shared = near_a.iter().filter(|v| near_b.binary_search(v).is_ok()).count();
-            if shared != 2 || near_a.len() <= 3 || self.closes_patch(a, b, ring) {
+            if shared != 2 || self.closes_patch(a, b, ring) {
                 return false;
             }
         }

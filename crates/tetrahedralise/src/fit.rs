@@ -2,7 +2,8 @@
 //!
 //! With vertices on a convex surface all triangles lie inside it, and the volume shrinks. Each
 //! boundary vertex gets a level of its own for each of its fields, such that the area-weighted
-//! mean of the field over its triangles vanishes.
+//! mean of the field over its triangles vanishes; on a rim, the mean over both its triangles and
+//! its rim edges.
 
 use crate::mesher::Mesher;
 use supine_space::{Progress, Stopped, Vector};
@@ -11,10 +12,10 @@ use supine_space::{Progress, Stopped, Vector};
 const SWEEPS: usize = 6;
 /// Share of the mean error that a sweep takes away.
 const SHARE: f64 = 0.9;
-/// Vertices on rims may leave their surfaces this far, mm, or the rim itself would move.
-const RIM_LEVEL_MM: f64 = 0.15;
-/// Vertices on one surface may leave it this far in units of the edge length.
+/// Vertices may leave their surfaces this far in units of the edge length.
 const LEVEL: f64 = 0.15;
+/// Vertices on rims may leave their surfaces this far, mm.
+const RIM_LEVEL_MM: f64 = 0.4;
 /// Quality that may be lost for a better place, and above which it does not count.
 const BEARABLE: f64 = 0.08;
 const GOOD: f64 = 0.45;
@@ -29,12 +30,18 @@ pub(crate) const SAMPLES: [[f64; 3]; 6] = [
     [0.0, 0.5, 0.5],
 ];
 
+/// Weight of the rim edges against the triangles at a vertex on a rim.
+const RIM_SHARE: f64 = 0.6;
+/// Shares of a rim edge where its distance to the fields is sampled.
+const RIM_SAMPLES: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
+
 impl Mesher<'_> {
     /// Fits the boundary to the fields in the mean.
     pub(crate) fn fit(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
         for sweep in 0..SWEEPS {
             progress.at(sweep as f64 / SWEEPS as f64)?;
-            let error = self.mean_errors();
+            let mut error = self.mean_errors();
+            self.mean_rim_errors(&mut error);
             for v in 0..self.mesh.points.len() as u32 {
                 if self.mesh.class[v as usize] != 0 && !self.mesh.star[v as usize].is_empty() {
                     self.shift(v, &error[v as usize]);
@@ -69,6 +76,42 @@ impl Mesher<'_> {
             }
         }
         sum.into_iter().map(|s| s.map(|(e, w)| if w > 0.0 { e / w } else { 0.0 })).collect()
+    }
+
+    /// Mixes in, for each vertex on a rim, the length-weighted mean level of both fields over its
+    /// rim edges, mm.
+    fn mean_rim_errors(&self, errors: &mut [[f64; 3]]) {
+        let mesh = &self.mesh;
+        let mut sum = vec![([0.0; 3], 0.0); mesh.points.len()];
+        for [a, b] in mesh.edges() {
+            let both = mesh.class[a as usize] & mesh.class[b as usize];
+            if both.count_ones() < 2 {
+                continue;
+            }
+            let (class, _) = mesh.edge_class(&mesh.ring(a, b), a, b);
+            if class.count_ones() < 2 {
+                continue;
+            }
+            let (pa, pb) = (mesh.points[a as usize], mesh.points[b as usize]);
+            for t in RIM_SAMPLES {
+                let levels = self.fields().levels(&(pa + (pb - pa) * t));
+                for (v, w) in [(a, 1.0 - t), (b, t)] {
+                    let (errors, weight) = &mut sum[v as usize];
+                    let w = w * (pb - pa).norm();
+                    for f in (0..3).filter(|f| class >> f & 1 == 1) {
+                        errors[f] += w * levels[f];
+                    }
+                    *weight += w;
+                }
+            }
+        }
+        for (v, (error, weight)) in sum.into_iter().enumerate() {
+            if weight > 0.0 && mesh.class[v].count_ones() == 2 {
+                for f in 0..3 {
+                    errors[v][f] += RIM_SHARE * (error[f] / weight - errors[v][f]);
+                }
+            }
+        }
     }
 
     /// Shifts the levels of a vertex against the mean error, if its tetrahedra bear it.

@@ -1,9 +1,9 @@
 //! Labels in a sphere to a tagged tetrahedral mesh of an asked size.
 //!
 //! The way: smooth level functions of skin and chest wall from the uncropped labels and the
-//! analytic sphere ([`fields`]); a lattice cut by them ([`start`]); coarsening and rounds of split,
-//! collapse, swap and smooth ([`remesh`]); the exact count ([`count`]); fitting the boundary in the
-//! mean ([`fit`]); betterment without change of the count. Knows no files and no mechanics.
+//! analytic sphere (`fields`); a lattice cut by them (`start`); coarsening and rounds of split,
+//! collapse, swap and smooth (`remesh`); the exact count (`count`); fitting the boundary in the
+//! mean (`fit`); betterment without change of the count. Knows no files and no mechanics.
 //!
 //! All work is done in the mesher's frame: millimetres along the voxel grid's axes from the
 //! sphere's centre. The result is in LPS, mm.
@@ -17,6 +17,7 @@ mod finish;
 mod fit;
 mod labels;
 mod mesher;
+mod patches;
 mod remesh;
 mod shape;
 mod sizing;
@@ -60,9 +61,9 @@ impl Default for Params {
         Self {
             tetrahedra: 5000,
             smoothing_mm: 1.5,
-            growth: 0.35,
-            growth_limit: 1.6,
-            rim_refinement: 0.65,
+            growth: 0.5,
+            growth_limit: 2.0,
+            rim_refinement: 0.55,
             least_thickness_mm: 1.0,
         }
     }
@@ -100,6 +101,8 @@ pub struct Info {
     pub dropped_components: usize,
     /// Their volume, mm³.
     pub dropped_volume_mm3: f64,
+    /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
+    pub joined_patches: usize,
     /// Distance of the boundary to the smoothed labels, for each tag that there is.
     pub deviation: Vec<Deviation>,
     /// Length of the rims, where two tags meet, mm.
@@ -218,6 +221,7 @@ fn first_mesh<'a>(
     info.dropped_volume_mm3 += lost;
     let sizing = Sizing::new(fields, params, edge);
     let mut mesher = Mesher { mesh, sizing };
+    info.joined_patches = mesher.join_small_patches();
     mesher.settle();
     mesher.settle();
     mesher.coarsen(cell.min(edge), progress.part(0.5, 1.0))?;
@@ -263,6 +267,7 @@ impl Info {
             edge_mm: 0.0,
             dropped_components: 0,
             dropped_volume_mm3: 0.0,
+            joined_patches: 0,
             deviation: Vec::new(),
             rim_mm: 0.0,
         }

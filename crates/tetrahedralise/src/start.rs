@@ -8,6 +8,7 @@
 
 use crate::complex::Complex;
 use crate::fields::{CUT, Fields, SKIN, WALL};
+use crate::patches::classify;
 use crate::shape::det;
 use supine_space::{Progress, Stopped, Vector};
 
@@ -240,21 +241,6 @@ fn tag_left_over(mesh: &mut Complex, fields: &Fields) {
             let level = fields.levels(&(face.iter().sum::<Vector>() / 3.0)).map(f64::abs);
             let nearest = (0..3).min_by(|&a, &b| level[a].total_cmp(&level[b]));
             mesh.tags[id as usize][corner] = nearest.unwrap_or(CUT) as u8 + 1;
-        }
-    }
-}
-
-/// Gives each vertex the tags of its boundary faces.
-fn classify(mesh: &mut Complex) {
-    let ids: Vec<u32> = mesh.ids().collect();
-    for id in ids {
-        for corner in 0..4 {
-            let tag = mesh.tags[id as usize][corner];
-            if tag != 0 {
-                for v in mesh.face(id, corner) {
-                    mesh.class[v as usize] |= 1 << (tag - 1);
-                }
-            }
         }
     }
 }
