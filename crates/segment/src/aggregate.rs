@@ -1,0 +1,200 @@
+//! The cheapest smooth surface: semi-global aggregation of costs over slices and rays.
+//!
+//! Source: Hirschmüller, IEEE TPAMI 30 (2008), section 2.3: dynamic programming along straight
+//! paths that end in each cell, costs summed, the cheapest level taken. Here 8 directions on the
+//! ring of rays times the slices; the jump costs grow linearly and jumps beyond a reach are barred.
+
+use crate::sheet::RAYS;
+use rayon::prelude::*;
+
+/// Costs of (slice, ray, level), level fastest.
+#[derive(Debug)]
+pub(crate) struct Costs {
+    pub(crate) levels: usize,
+    pub(crate) values: Vec<f32>,
+}
+
+impl Costs {
+    /// Costs filled per slice by `fill(k, costs of the slice)`.
+    pub(crate) fn new(
+        slices: usize,
+        levels: usize,
+        fill: impl Fn(usize, &mut [f32]) + Sync,
+    ) -> Self {
+        let mut values = vec![0.0; slices * RAYS * levels];
+        values.par_chunks_mut(RAYS * levels).enumerate().for_each(|(k, chunk)| fill(k, chunk));
+        Self { levels, values }
+    }
+
+    /// The levels of a ray.
+    #[inline]
+    pub(crate) fn ray(&self, k: usize, p: usize) -> &[f32] {
+        let start = (k * RAYS + p) * self.levels;
+        &self.values[start..start + self.levels]
+    }
+}
+
+/// What a jump between neighbours costs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jumps {
+    /// Cost per level between neighbouring rays, and levels allowed.
+    pub(crate) ray: (f32, usize),
+    /// The same between neighbouring slices.
+    pub(crate) slice: (f32, usize),
+}
+
+/// Rays walked before the first one that counts, so that the ring has no seam.
+const WARM: usize = 60;
+
+/// The summed path costs of every (slice, ray, level).
+pub(crate) fn aggregate(costs: &Costs, jumps: Jumps) -> Costs {
+    let levels = costs.levels;
+    let slices = costs.values.len() / (RAYS * levels);
+    let mut sum = Costs::new(slices, levels, |k, out| {
+        for forward in [true, false] {
+            ring(costs, k, forward, jumps.ray, out);
+        }
+    });
+    let diagonal = (0.9 * jumps.ray.0.hypot(jumps.slice.0), jumps.ray.1.max(jumps.slice.1) + 1);
+    for up in [true, false] {
+        for turn in [0, 1, RAYS - 1] {
+            let rule = if turn == 0 { jumps.slice } else { diagonal };
+            let paths: Vec<Vec<f32>> =
+                (0..RAYS).into_par_iter().map(|p| path(costs, p, up, turn, rule)).collect();
+            sum.values.par_chunks_mut(RAYS * levels).enumerate().for_each(|(k, out)| {
+                let step = if up { k } else { slices - 1 - k };
+                for (p, out) in out.chunks_exact_mut(levels).enumerate() {
+                    let start = (p + RAYS * slices - turn * step % RAYS) % RAYS;
+                    let source = &paths[start][step * levels..(step + 1) * levels];
+                    out.iter_mut().zip(source).for_each(|(o, s)| *o += s);
+                }
+            });
+        }
+    }
+    sum
+}
+
+/// The cheapest level of every ray, slice after slice.
+pub(crate) fn cheapest(sum: &Costs) -> Vec<usize> {
+    sum.values
+        .par_chunks(sum.levels)
+        .map(|ray| {
+            let mut best = 0;
+            for (n, v) in ray.iter().enumerate() {
+                if *v < ray[best] {
+                    best = n;
+                }
+            }
+            best
+        })
+        .collect()
+}
+
+/// Adds the paths round the ring of one slice.
+fn ring(costs: &Costs, k: usize, forward: bool, rule: (f32, usize), out: &mut [f32]) {
+    let levels = costs.levels;
+    let ray = |step: usize| if forward { step % RAYS } else { RAYS - 1 - step % RAYS };
+    let mut walk = Walk::new(levels, rule);
+    for step in RAYS - WARM..2 * RAYS {
+        let p = ray(step);
+        walk.step(costs.ray(k, p));
+        if step >= RAYS {
+            let out = &mut out[p * levels..(p + 1) * levels];
+            out.iter_mut().zip(walk.current()).for_each(|(o, c)| *o += c);
+        }
+    }
+}
+
+/// The path that starts at ray p of the first (or last) slice and turns by `turn` rays per slice.
+fn path(costs: &Costs, p: usize, up: bool, turn: usize, rule: (f32, usize)) -> Vec<f32> {
+    let levels = costs.levels;
+    let slices = costs.values.len() / (RAYS * levels);
+    let mut walk = Walk::new(levels, rule);
+    let mut out = Vec::with_capacity(slices * levels);
+    for step in 0..slices {
+        let k = if up { step } else { slices - 1 - step };
+        walk.step(costs.ray(k, (p + turn * step) % RAYS));
+        out.extend_from_slice(walk.current());
+    }
+    out
+}
+
+/// Dynamic programming along one path.
+struct Walk {
+    /// Costs so far, with `reach` infinite levels at both ends.
+    padded: Vec<f32>,
+    next: Vec<f32>,
+    jump: f32,
+    reach: usize,
+}
+
+impl Walk {
+    fn new(levels: usize, (jump, reach): (f32, usize)) -> Self {
+        let mut padded = vec![f32::INFINITY; levels + 2 * reach];
+        padded[reach..reach + levels].fill(0.0);
+        Self { padded, next: vec![0.0; levels], jump, reach }
+    }
+
+    fn current(&self) -> &[f32] {
+        &self.next
+    }
+
+    fn step(&mut self, cost: &[f32]) {
+        let (levels, reach) = (self.next.len(), self.reach);
+        let lowest = self.padded.iter().copied().fold(f32::INFINITY, f32::min);
+        self.next.copy_from_slice(&self.padded[reach..reach + levels]);
+        for d in 1..=reach {
+            let price = d as f32 * self.jump;
+            let below = &self.padded[reach - d..reach - d + levels];
+            let above = &self.padded[reach + d..reach + d + levels];
+            for (n, (b, a)) in self.next.iter_mut().zip(below.iter().zip(above)) {
+                *n = n.min(b.min(*a) + price);
+            }
+        }
+        for (n, c) in self.next.iter_mut().zip(cost) {
+            *n += c - lowest;
+        }
+        self.padded[reach..reach + levels].copy_from_slice(&self.next);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evidence for level 10 + 5 sin on two rays of three, against noise everywhere.
+    #[test]
+    fn a_smooth_surface_is_found_through_gaps_and_false_evidence() {
+        let truth = |k: usize, p: usize| {
+            let a = p as f32 / RAYS as f32 * std::f32::consts::TAU;
+            (12.0 + 5.0 * (2.0 * a).sin() + 2.0 * (k as f32 / 6.0).sin()).round() as usize
+        };
+        let costs = Costs::new(30, 24, |k, out| {
+            for p in 0..RAYS {
+                let ray = &mut out[p * 24..(p + 1) * 24];
+                if (p / 12 + k / 4) % 3 != 0 {
+                    ray[truth(k, p)] -= 3.0;
+                }
+                if (p * 7 + k * 13) % 11 == 0 {
+                    ray[(p * 5 + k * 3) % 24] -= 2.0;
+                }
+            }
+        });
+        let sum = aggregate(&costs, Jumps { ray: (0.5, 3), slice: (0.5, 3) });
+        let got = cheapest(&sum);
+        let wrong = (0..30 * RAYS).filter(|n| got[*n].abs_diff(truth(n / RAYS, n % RAYS)) > 2);
+        let wrong = wrong.count();
+        assert!(wrong < RAYS / 2, "{wrong}");
+    }
+
+    #[test]
+    fn without_jump_costs_each_ray_decides_alone() {
+        let costs = Costs::new(3, 5, |k, out| {
+            for p in 0..RAYS {
+                out[p * 5 + (p + k) % 5] = -1.0;
+            }
+        });
+        let got = cheapest(&aggregate(&costs, Jumps { ray: (0.0, 4), slice: (0.0, 4) }));
+        assert!((0..3 * RAYS).all(|n| got[n] == (n % RAYS + n / RAYS) % 5));
+    }
+}

@@ -1,0 +1,325 @@
+//! The patient without table, gown and wire, and her lungs.
+
+use crate::frame::Frame;
+use crate::parts::Parts;
+use crate::plane::{fill_holes, squared_distance};
+use crate::{Error, Params};
+use rayon::prelude::*;
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// What is known of a voxel; bits.
+pub(crate) mod flag {
+    pub(crate) const BODY: u8 = 1;
+    pub(crate) const LUNG: u8 = 2;
+    pub(crate) const BONE: u8 = 4;
+    /// Air that is joined to the air around the patient.
+    pub(crate) const OPEN_AIR: u8 = 8;
+    pub(crate) const CORE: u8 = 16;
+}
+
+/// Values below are padding, not air.
+const PADDING_HU: i16 = -1100;
+/// Lung: air enclosed by the body of at least this volume, cm³ ...
+const LUNG_CM3: f64 = 60.0;
+/// ... whose mean lies above that of a pocket of air between patient and table, HU.
+const LUNG_MEAN_HU: f64 = -970.0;
+/// Least volume of the lungs together and of the body, litres.
+const LUNGS_L: f64 = 0.3;
+const BODY_L: f64 = 3.0;
+/// Sheets and leads thinner than twice this are taken off the body, mm.
+const OPENING_MM: f32 = 3.0;
+/// Foreign objects on the skin: above this level, smaller than this, and reaching as near to the
+/// skin as no bone does.
+const DENSE_HU: i16 = 500;
+const DENSE_CM3: f64 = 10.0;
+const DENSE_DEPTH_MM: f32 = 3.0;
+
+/// Units of [`Body::depth`] per mm.
+const DEPTH_PER_MM: f32 = 10.0;
+
+/// The patient.
+pub(crate) struct Body {
+    /// Bits of [`flag`] per voxel.
+    pub(crate) flags: Vec<u8>,
+    /// Distance to the air outside within the slice, tenths of mm, at most 25.5 mm; 0 outside.
+    depth: Vec<u8>,
+    /// Pixels within the reconstructed field (the same in all slices).
+    pub(crate) field: Vec<bool>,
+    /// Volume of the lungs, litres.
+    pub(crate) lung_l: f64,
+    /// Slices where the body reaches the end of the field, by slice.
+    pub(crate) truncated: Vec<bool>,
+    /// Volume of dense objects taken off the skin, cm³.
+    pub(crate) foreign_cm3: f64,
+}
+
+impl Body {
+    /// Finds the body.
+    pub(crate) fn find(
+        ct: &Ct,
+        frame: &Frame,
+        params: &Params,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        let field = field(ct, frame);
+        let mut flags = vec![0u8; ct.data().len()];
+        let lung_l = mark_air(ct, frame, params, &field, &mut flags);
+        progress.at(0.15)?;
+        if lung_l < LUNGS_L {
+            return Err(Error::NoLungs { lung_l });
+        }
+        open(ct, frame, params, &mut flags, OPENING_MM);
+        progress.at(0.4)?;
+        keep_largest(frame, params, &mut flags)?;
+        progress.at(0.5)?;
+        grow_back(ct, frame, params, &mut flags, OPENING_MM + frame.pixel());
+        progress.at(0.75)?;
+        let mut body = Self {
+            flags,
+            depth: Vec::new(),
+            field,
+            lung_l,
+            truncated: vec![false; frame.size[2]],
+            foreign_cm3: 0.0,
+        };
+        body.measure_depth(frame);
+        body.drop_foreign(ct, frame);
+        body.measure_depth(frame);
+        body.find_truncation(frame);
+        progress.at(1.0)?;
+        Ok(body)
+    }
+
+    /// Distance of a voxel to the air outside within its slice, mm; at most 25.5, 0 outside.
+    #[inline]
+    pub(crate) fn depth_mm(&self, n: usize) -> f32 {
+        f32::from(self.depth[n]) / DEPTH_PER_MM
+    }
+
+    /// [`Self::depth_mm`] of a slice, in tenths of mm.
+    pub(crate) fn depth_slice(&self, frame: &Frame, k: usize) -> &[u8] {
+        &self.depth[k * frame.plane()..(k + 1) * frame.plane()]
+    }
+
+    /// Flags of a slice.
+    pub(crate) fn flags_slice(&self, frame: &Frame, k: usize) -> &[u8] {
+        &self.flags[k * frame.plane()..(k + 1) * frame.plane()]
+    }
+
+    /// Measures the depth again after the body has changed.
+    pub(crate) fn measure_depth(&mut self, frame: &Frame) {
+        let spacing = [frame.spacing[0], frame.spacing[1]];
+        self.depth.resize(self.flags.len(), 0);
+        let (flags, field, plane) = (&self.flags, &self.field, frame.plane());
+        self.depth.par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+            let flags = &flags[k * plane..(k + 1) * plane];
+            let outside: Vec<bool> =
+                flags.iter().zip(field).map(|(f, &seen)| seen && f & flag::BODY == 0).collect();
+            let squared = squared_distance(&outside, frame.size[0], spacing);
+            for n in 0..plane {
+                // The skin lies half a pixel before the centre of the first pixel outside.
+                let mm = squared[n].sqrt() - 0.5 * frame.pixel();
+                let inside = flags[n] & flag::BODY != 0;
+                out[n] = if inside { (mm * DEPTH_PER_MM).clamp(1.0, 255.0) as u8 } else { 0 };
+            }
+        });
+    }
+
+    /// Takes dense objects on the skin (bra wire, clasp, electrode clip) off the body.
+    fn drop_foreign(&mut self, ct: &Ct, frame: &Frame) {
+        let (flags, hu) = (&self.flags, ct.data());
+        let dense = Parts::new(frame.size, |n| hu[n] > DENSE_HU && flags[n] & flag::BODY != 0);
+        let mut shallow = vec![false; dense.voxels.len()];
+        for (run, part) in dense.iter() {
+            shallow[part] |= run.voxels().any(|n| self.depth_mm(n) < DENSE_DEPTH_MM);
+        }
+        let [ni, nj, _] = frame.size;
+        let mut slices = vec![false; frame.size[2]];
+        for (run, part) in dense.iter() {
+            let small = dense.voxels[part] as f64 * frame.voxel_cm3() < DENSE_CM3;
+            if !(small && shallow[part]) {
+                continue;
+            }
+            self.foreign_cm3 += run.len as f64 * frame.voxel_cm3();
+            slices[run.start / (ni * nj)] = true;
+            for n in run.voxels() {
+                let (i, j) = (n % ni, n / ni % nj);
+                for dj in 0..3 {
+                    for di in 0..3 {
+                        if (1..=ni).contains(&(i + di)) && (1..=nj).contains(&(j + dj)) {
+                            self.flags[n + di + dj * ni - ni - 1] &= !flag::BODY;
+                        }
+                    }
+                }
+            }
+        }
+        if slices.contains(&true) {
+            self.drop_slivers(frame, &slices);
+        }
+    }
+
+    /// Opens the given slices by one pixel and keeps the largest part.
+    fn drop_slivers(&mut self, frame: &Frame, slices: &[bool]) {
+        let (ni, plane) = (frame.size[0], frame.plane());
+        let reach = 1.01 * frame.spacing[0].max(frame.spacing[1]);
+        let spacing = [frame.spacing[0], frame.spacing[1]];
+        self.flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
+            if slices[k] {
+                let off: Vec<bool> = flags.iter().map(|f| f & flag::BODY == 0).collect();
+                let away = squared_distance(&off, ni, spacing);
+                let core: Vec<bool> = away.iter().map(|&d| d > reach * reach).collect();
+                let near = squared_distance(&core, ni, spacing);
+                for (f, d) in flags.iter_mut().zip(near) {
+                    if d > reach * reach {
+                        *f &= !flag::BODY;
+                    }
+                }
+            }
+        });
+        let flags = &self.flags;
+        let parts = Parts::new(frame.size, |n| flags[n] & flag::BODY != 0);
+        let largest = parts.largest();
+        for (run, part) in parts.iter() {
+            if Some(part) != largest {
+                run.voxels().for_each(|n| self.flags[n] &= !flag::BODY);
+            }
+        }
+    }
+
+    /// A slice is truncated when 10 mm of the body's outline lie at the end of the field.
+    fn find_truncation(&mut self, frame: &Frame) {
+        let (ni, nj) = (frame.size[0], frame.size[1]);
+        let edge: Vec<usize> = (0..frame.plane())
+            .filter(|&n| {
+                let (i, j) = (n % ni, n / ni);
+                let at_end = i == 0 || j == 0 || i + 1 == ni || j + 1 == nj;
+                let beyond = |m: usize| !self.field[m];
+                self.field[n]
+                    && (at_end
+                        || beyond(n - 1)
+                        || beyond(n + 1)
+                        || beyond(n - ni)
+                        || beyond(n + ni))
+            })
+            .collect();
+        for k in 0..frame.size[2] {
+            let flags = self.flags_slice(frame, k);
+            let touching = edge.iter().filter(|&&n| flags[n] & flag::BODY != 0).count();
+            self.truncated[k] = touching as f32 * frame.pixel() > 10.0;
+        }
+    }
+}
+
+/// The pixels that were reconstructed: not padding, or the inscribed circle when all beyond it has
+/// one value.
+fn field(ct: &Ct, frame: &Frame) -> Vec<bool> {
+    let (plane, [ni, nj, nk]) = (frame.plane(), frame.size);
+    let hu = ct.data();
+    if hu.par_iter().any(|&v| v < PADDING_HU) {
+        return (0..plane)
+            .into_par_iter()
+            .map(|n| (0..nk).any(|k| hu[k * plane + n] >= PADDING_HU))
+            .collect();
+    }
+    let [si, sj, _] = frame.spacing;
+    let radius = 0.5 * (ni as f32 * si).min(nj as f32 * sj);
+    let circle: Vec<bool> = (0..plane)
+        .map(|n| {
+            let [x, y] = frame.position(n);
+            let (x, y) = (x - 0.5 * (ni - 1) as f32 * si, y - 0.5 * (nj - 1) as f32 * sj);
+            x.hypot(y) <= radius
+        })
+        .collect();
+    let fill = hu[0];
+    let constant = (0..nk).into_par_iter().all(|k| {
+        let slice = &hu[k * plane..(k + 1) * plane];
+        slice.iter().zip(&circle).all(|(&v, &inside)| inside || v == fill)
+    });
+    if constant && fill < -900 { circle } else { vec![true; plane] }
+}
+
+/// Marks the lungs and the air joined to the surroundings; gives the volume of the lungs, litres.
+fn mark_air(ct: &Ct, frame: &Frame, params: &Params, field: &[bool], flags: &mut [u8]) -> f64 {
+    let (hu, [ni, nj, _], plane) = (ct.data(), frame.size, frame.plane());
+    let level = params.skin_hu as i16;
+    let air = Parts::new(frame.size, |n| hu[n] < level);
+    let mut open = vec![false; air.voxels.len()];
+    let mut sum = vec![0i64; air.voxels.len()];
+    for (run, part) in air.iter() {
+        let (first, j) = (run.start % plane, run.start / ni % nj);
+        let i = first % ni;
+        let ends = [first, first + run.len - 1];
+        open[part] |= i == 0 || i + run.len == ni || j == 0 || j + 1 == nj;
+        open[part] |= ends.iter().any(|&n| !field[n]);
+        sum[part] += run.voxels().map(|n| i64::from(hu[n].max(-1024))).sum::<i64>();
+    }
+    let mut lung_voxels = 0;
+    for (run, part) in air.iter() {
+        let mean = sum[part] as f64 / air.voxels[part] as f64;
+        let large = air.voxels[part] as f64 * frame.voxel_cm3() > LUNG_CM3;
+        let bit = if open[part] {
+            flag::OPEN_AIR
+        } else if large && mean > LUNG_MEAN_HU {
+            lung_voxels += run.len;
+            flag::LUNG
+        } else {
+            0
+        };
+        run.voxels().for_each(|n| flags[n] |= bit);
+    }
+    lung_voxels as f64 * frame.voxel_cm3() / 1000.0
+}
+
+fn is_tissue(hu: i16, flags: u8, level: i16) -> bool {
+    hu >= level || flags & flag::LUNG != 0
+}
+
+/// Marks the core: what is farther than `reach` from air within the slice.
+fn open(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f32) {
+    let (plane, level) = (frame.plane(), params.skin_hu as i16);
+    flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
+        let hu = &ct.data()[k * plane..(k + 1) * plane];
+        let air: Vec<bool> =
+            hu.iter().zip(&*flags).map(|(&v, &f)| !is_tissue(v, f, level)).collect();
+        let away = squared_distance(&air, frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+        for (f, d) in flags.iter_mut().zip(away) {
+            *f |= if d > reach * reach { flag::CORE } else { 0 };
+        }
+    });
+}
+
+fn keep_largest(frame: &Frame, params: &Params, flags: &mut [u8]) -> Result<(), Error> {
+    let parts = Parts::new(frame.size, |n| flags[n] & flag::CORE != 0);
+    let largest = parts.largest();
+    let volume_l = largest.map_or(0.0, |n| parts.voxels[n] as f64 * frame.voxel_cm3() / 1000.0);
+    if volume_l < BODY_L {
+        return Err(Error::NoBody { skin_hu: params.skin_hu, volume_l });
+    }
+    for (run, part) in parts.iter() {
+        if Some(part) != largest {
+            run.voxels().for_each(|n| flags[n] &= !flag::CORE);
+        }
+    }
+    Ok(())
+}
+
+/// The body: tissue within `reach` of the core, and what it encloses in its slice.
+fn grow_back(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f32) {
+    let (plane, ni, level) = (frame.plane(), frame.size[0], params.skin_hu as i16);
+    flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
+        let hu = &ct.data()[k * plane..(k + 1) * plane];
+        let core: Vec<bool> = flags.iter().map(|f| f & flag::CORE != 0).collect();
+        let away = squared_distance(&core, ni, [frame.spacing[0], frame.spacing[1]]);
+        let mut body: Vec<bool> = (0..plane)
+            .map(|n| away[n] <= reach * reach && is_tissue(hu[n], flags[n], level))
+            .collect();
+        fill_holes(&mut body, ni);
+        for (f, inside) in flags.iter_mut().zip(body) {
+            // A pocket that is joined to the outside in another slice is not the patient.
+            if inside && *f & flag::OPEN_AIR == 0 {
+                *f |= flag::BODY;
+            }
+        }
+    });
+}

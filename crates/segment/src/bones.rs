@@ -1,0 +1,137 @@
+//! Bones and costal cartilage, and the axis of the thorax.
+
+use crate::Error;
+use crate::body::{Body, flag};
+use crate::frame::Frame;
+use crate::parts::Parts;
+use crate::plane::smooth;
+use rayon::prelude::*;
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// In-plane smoothing before any level is compared, mm.
+pub(crate) const SMOOTH_MM: f32 = 0.9;
+/// Bone lies deeper under the skin than this, mm.
+const BONE_DEPTH_MM: f32 = 5.0;
+/// Least volume of a bone, cm³.
+const BONE_CM3: f64 = 1.5;
+/// Least area of bone in a slice that tells where the thorax is, mm².
+const BONE_AREA_MM2: f32 = 80.0;
+/// Slices with bone that are needed.
+const BONE_SLICES: usize = 6;
+
+/// A slice in f32, padding and metal clamped, smoothed in its plane.
+pub(crate) fn smoothed(ct: &Ct, frame: &Frame, k: usize, sigma_mm: f32) -> Vec<f32> {
+    let plane = frame.plane();
+    let mut image: Vec<f32> = ct.data()[k * plane..(k + 1) * plane]
+        .iter()
+        .map(|&v| f32::from(v.clamp(-1024, 3071)))
+        .collect();
+    smooth(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], sigma_mm);
+    image
+}
+
+/// Marks the bones in the flags of the body.
+pub(crate) fn mark_bones(
+    ct: &Ct,
+    frame: &Frame,
+    bone_hu: f32,
+    body: &mut Body,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let plane = frame.plane();
+    let dense: Vec<Vec<bool>> = (0..frame.size[2])
+        .into_par_iter()
+        .map(|k| {
+            let image = smoothed(ct, frame, k, SMOOTH_MM);
+            (0..plane)
+                .map(|n| image[n] > bone_hu && body.depth_mm(k * plane + n) > BONE_DEPTH_MM)
+                .collect()
+        })
+        .collect();
+    progress.at(0.7)?;
+    let parts = Parts::new(frame.size, |n| dense[n / plane][n % plane]);
+    for (run, part) in parts.iter() {
+        if parts.voxels[part] as f64 * frame.voxel_cm3() > BONE_CM3 {
+            run.voxels().for_each(|n| body.flags[n] |= flag::BONE);
+        }
+    }
+    Ok(progress.at(1.0)?)
+}
+
+/// Centre of the thorax in each slice (position within the slice, mm): a straight line through the
+/// middle of the bones from side to side, at 55 % of their extent towards the back.
+pub(crate) fn axis(frame: &Frame, body: &Body) -> Result<Vec<[f32; 2]>, Error> {
+    let centres: Vec<(f32, [f32; 2])> = (0..frame.size[2])
+        .into_par_iter()
+        .filter_map(|k| Some((k as f32, bone_centre(frame, body.flags_slice(frame, k))?)))
+        .collect();
+    if centres.len() < BONE_SLICES {
+        return Err(Error::NoRibs { slices: centres.len(), needed: BONE_SLICES });
+    }
+    let line = |c: usize| theil_sen(&centres.iter().map(|(k, p)| (*k, p[c])).collect::<Vec<_>>());
+    let ((l0, l1), (b0, b1)) = (line(0), line(1));
+    Ok((0..frame.size[2])
+        .map(|k| {
+            let (l, b) = (l0 + l1 * k as f32, b0 + b1 * k as f32);
+            [0, 1].map(|c| l * frame.left[c] + b * frame.back[c])
+        })
+        .collect())
+}
+
+/// (left, back) coordinates of the middle of the bones in a slice.
+fn bone_centre(frame: &Frame, flags: &[u8]) -> Option<[f32; 2]> {
+    let (mut left, mut back) = (Vec::new(), Vec::new());
+    for n in (0..flags.len()).filter(|&n| flags[n] & flag::BONE != 0) {
+        let [x, y] = frame.position(n);
+        left.push(x * frame.left[0] + y * frame.left[1]);
+        back.push(x * frame.back[0] + y * frame.back[1]);
+    }
+    if (left.len() as f32) * frame.pixel().powi(2) < BONE_AREA_MM2 {
+        return None;
+    }
+    left.sort_by(f32::total_cmp);
+    back.sort_by(f32::total_cmp);
+    let at = |v: &[f32], share: f32| v[((v.len() - 1) as f32 * share) as usize];
+    Some([
+        0.5 * (at(&left, 0.01) + at(&left, 0.99)),
+        0.45 * at(&back, 0.01) + 0.55 * at(&back, 0.99),
+    ])
+}
+
+/// Offset and slope of the line through (x, y) by the median of all slopes (Theil and Sen).
+fn theil_sen(points: &[(f32, f32)]) -> (f32, f32) {
+    let mut slopes: Vec<f32> = points
+        .iter()
+        .enumerate()
+        .flat_map(|(n, p)| points[n + 1..].iter().map(move |q| (q.1 - p.1) / (q.0 - p.0)))
+        .collect();
+    let slope = median(&mut slopes);
+    let mut offsets: Vec<f32> = points.iter().map(|p| p.1 - slope * p.0).collect();
+    (median(&mut offsets), slope)
+}
+
+/// The median (upper of two); 0 of nothing.
+pub(crate) fn median(values: &mut [f32]) -> f32 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_survives_outliers() {
+        let mut points: Vec<(f32, f32)> =
+            (0..30).map(|k| (k as f32, 3.0 + 0.5 * k as f32)).collect();
+        for p in points.iter_mut().take(8) {
+            p.1 += 40.0;
+        }
+        let (offset, slope) = theil_sen(&points);
+        assert!((offset - 3.0).abs() < 0.2 && (slope - 0.5).abs() < 0.02, "{offset} {slope}");
+    }
+}

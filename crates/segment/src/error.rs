@@ -1,0 +1,116 @@
+//! What can go wrong.
+
+use supine_space::Stopped;
+
+/// Why a CT could not be segmented.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The slices are not roughly axial.
+    #[error(
+        "the third axis of the CT runs {degrees:.0} degrees off the head-foot direction, allowed \
+         are 20; give an axial series"
+    )]
+    NotAxial {
+        /// Angle between the k axis and the head-foot direction, degrees.
+        degrees: f64,
+    },
+    /// Too few slices or pixels to hold a chest.
+    #[error(
+        "the CT of {size:?} voxels covers {extent_mm:.0?} mm; a chest needs at least 150 x 100 mm \
+         in the slice and 60 mm along the body"
+    )]
+    TooSmall {
+        /// Voxels along i, j, k.
+        size: [usize; 3],
+        /// Extent along i, j, k, mm.
+        extent_mm: [f64; 3],
+    },
+    /// No voxels above the skin threshold that could be a patient.
+    #[error("no body found: the largest object above {skin_hu:.0} HU has {volume_l:.2} litres")]
+    NoBody {
+        /// Threshold between air and tissue, HU.
+        skin_hu: f64,
+        /// Volume of the largest object, litres.
+        volume_l: f64,
+    },
+    /// No air-filled lungs inside the body.
+    #[error(
+        "this does not look like a chest: {lung_l:.2} litres of lung found, 0.3 are needed; give a \
+         CT of the chest that is not cropped"
+    )]
+    NoLungs {
+        /// Volume of lung found, litres.
+        lung_l: f64,
+    },
+    /// Too little bone round the lungs.
+    #[error(
+        "no rib cage found: bone in {slices} slices only, {needed} are needed; is this a chest CT \
+         in Hounsfield units?"
+    )]
+    NoRibs {
+        /// Slices with enough bone.
+        slices: usize,
+        /// Slices needed.
+        needed: usize,
+    },
+    /// Fat and muscle cannot be told apart.
+    #[error(
+        "fat at {fat_hu:.0} HU and muscle at {muscle_hu:.0} HU are too close to tell apart; are \
+         the values in Hounsfield units?"
+    )]
+    NoContrast {
+        /// Mode of the fat, HU.
+        fat_hu: f64,
+        /// Mode of the back muscles, HU.
+        muscle_hu: f64,
+    },
+    /// A threshold that cannot work.
+    #[error("parameter {name} = {value} is not usable: {why}")]
+    Parameter {
+        /// Name of the field of [`crate::Params`].
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        why: &'static str,
+    },
+    /// A seed where it cannot be.
+    #[error("the {kind} seed at {point:.1?} mm {why}; move or remove it")]
+    Seed {
+        /// `chest-wall`, `soft-tissue` or `exclude`.
+        kind: &'static str,
+        /// LPS, mm.
+        point: [f64; 3],
+        /// What is wrong with it.
+        why: String,
+    },
+    /// Two seeds that exclude each other.
+    #[error(
+        "the {first_kind} seed at {first:.1?} mm and the {second_kind} seed at {second:.1?} mm \
+         contradict each other: {why}; remove one"
+    )]
+    SeedsContradict {
+        /// Kind of the first seed.
+        first_kind: &'static str,
+        /// First seed, LPS, mm.
+        first: [f64; 3],
+        /// Kind of the second seed.
+        second_kind: &'static str,
+        /// Second seed, LPS, mm.
+        second: [f64; 3],
+        /// Why both cannot hold.
+        why: &'static str,
+    },
+    /// No breast on that side from which to propose a region.
+    #[error("no region can be proposed for the {side} breast: {why}")]
+    NoRegion {
+        /// `left` or `right`.
+        side: &'static str,
+        /// What is missing.
+        why: String,
+    },
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}

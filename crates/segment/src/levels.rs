@@ -1,0 +1,104 @@
+//! The levels of fat and muscle in this scan.
+
+use crate::Error;
+use crate::sheet::{RAYS, Rays};
+use crate::wall::{Band, height};
+
+/// Search ranges of the two modes, HU.
+const FAT_HU: (i32, i32) = (-160, -50);
+const MUSCLE_HU: (i32, i32) = (15, 110);
+/// Least difference that allows to tell them apart, HU.
+const LEAST_CONTRAST_HU: f32 = 60.0;
+
+/// Levels of this scan, HU.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Levels {
+    pub(crate) fat: f32,
+    pub(crate) muscle: f32,
+}
+
+impl Levels {
+    /// Fat: mode in front of the shell. Muscle: mode of the back muscles, for in front thin muscle
+    /// and effusion drag the mode down.
+    pub(crate) fn measure(band: &Band, rays: &Rays) -> Result<Self, Error> {
+        let pick = |wanted: &dyn Fn(usize, f32, f32) -> bool, range: (i32, i32)| {
+            let mut bins = vec![0.0f32; ((range.1 - range.0) / 2) as usize];
+            let levels = band.levels();
+            for (n, (&v, &depth)) in band.hu.values.iter().zip(&band.depth.values).enumerate() {
+                if !wanted(n / levels % RAYS, height(n % levels), depth) {
+                    continue;
+                }
+                let bin = ((v - range.0 as f32) / 2.0).floor();
+                if bin >= 0.0 && (bin as usize) < bins.len() {
+                    bins[bin as usize] += 1.0;
+                }
+            }
+            mode(&bins, range.0 as f32)
+        };
+        let front = |p: usize, _h: f32, depth: f32| rays.to_back[p] < 0.1 && depth > 4.0;
+        let back = |p: usize, h: f32, depth: f32| {
+            rays.to_back[p] > 0.5 && h > 0.0 && h < 25.0 && depth > 6.0
+        };
+        let levels = Self { fat: pick(&front, FAT_HU), muscle: pick(&back, MUSCLE_HU) };
+        if levels.muscle - levels.fat < LEAST_CONTRAST_HU {
+            return Err(Error::NoContrast {
+                fat_hu: levels.fat.into(),
+                muscle_hu: levels.muscle.into(),
+            });
+        }
+        Ok(levels)
+    }
+
+    /// Half-way between fat and muscle, HU.
+    pub(crate) fn middle(self) -> f32 {
+        0.5 * (self.fat + self.muscle)
+    }
+
+    /// 0 for fat, 1 for muscle, linear between.
+    pub(crate) fn likeness(self, hu: f32) -> f32 {
+        ((hu - self.fat) / (self.muscle - self.fat)).clamp(0.0, 1.0)
+    }
+
+    /// 1 within -6..+60 HU of the muscle, falling to 0 at -16 HU.
+    pub(crate) fn true_muscle(self, hu: f32) -> f32 {
+        if hu < self.muscle + 60.0 {
+            ((hu - self.muscle + 16.0) / 10.0).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Centre of the highest bin (2 HU) after smoothing by 3 bins.
+fn mode(bins: &[f32], from: f32) -> f32 {
+    let kernel = crate::plane::kernel(3.0);
+    let at = |n: isize| bins[n.clamp(0, bins.len() as isize - 1) as usize];
+    let smooth = |n: usize| {
+        kernel.iter().enumerate().skip(1).fold(kernel[0] * bins[n], |sum, (d, w)| {
+            sum + w * (at(n as isize - d as isize) + at(n as isize + d as isize))
+        })
+    };
+    let mut best = (0, f32::NEG_INFINITY);
+    for n in 0..bins.len() {
+        let value = smooth(n);
+        if value > best.1 {
+            best = (n, value);
+        }
+    }
+    from + 2.0 * best.0 as f32 + 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mode_of_a_noisy_peak() {
+        let bins: Vec<f32> = (0..55)
+            .map(|n| (-0.5 * ((f64::from(n) - 28.0) / 5.0).powi(2)).exp() as f32 * 100.0)
+            .enumerate()
+            .map(|(n, v)| v + if n % 2 == 0 { 10.0 } else { 0.0 })
+            .collect();
+        assert!((mode(&bins, -160.0) + 103.0).abs() < 3.0);
+    }
+}

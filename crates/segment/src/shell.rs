@@ -1,0 +1,220 @@
+//! The rib shell: a closed surface through the outer edges of ribs, sternum and spine, carried
+//! across the gaps between them by smoothness alone.
+
+use crate::Error;
+use crate::aggregate::{Costs, Jumps, aggregate, cheapest};
+use crate::body::flag;
+use crate::bones::{SMOOTH_MM, smoothed};
+use crate::frame::Frame;
+use crate::plane::bilinear;
+use crate::scan::Scan;
+use crate::sheet::{RAYS, Rays, Sheet};
+use supine_space::Progress;
+
+/// Radii searched: from `START_MM` in steps of 1 mm.
+const START_MM: f32 = 30.0;
+const LEVELS: usize = 210;
+/// Reward for the outer edge of a bone that has soft tissue behind it.
+const EDGE: f32 = 4.0;
+/// Cost per mm of bone beyond the shell, counted to this many mm.
+const BONE_BEYOND: f32 = 0.5;
+const BONE_BEYOND_MM: f32 = 14.0;
+/// Cost of leaving lung outside or of touching the skin.
+const BARRED: f32 = 30.0;
+/// The shell keeps this distance to the skin, mm.
+const SKIN_MM: f32 = 3.0;
+/// Cost per mm of jump between rays 1 degree apart, and mm allowed.
+const JUMP: f32 = 0.5;
+const JUMP_MM: f32 = 4.0;
+/// In front: cost per mm of lying deeper than the slack inside the hull of the first solution.
+const HULL: f32 = 1.0;
+const HULL_SLACK_MM: f32 = 6.0;
+
+/// Finds the shell: radius per (slice, ray), mm.
+pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Sheet, Error> {
+    let (frame, rays) = (scan.frame, scan.rays);
+    let slices = frame.size[2];
+    let mut costs = Costs::new(slices, LEVELS, |k, out| {
+        let image = smoothed(scan.ct, frame, k, SMOOTH_MM);
+        let mut profile = Profile::default();
+        for (p, out) in out.chunks_exact_mut(LEVELS).enumerate() {
+            profile.sample(scan, &image, k, p);
+            profile.costs(out);
+        }
+    });
+    progress.at(0.3)?;
+    let jumps = jumps(frame);
+    let first = radii(&aggregate(&costs, jumps));
+    progress.at(0.6)?;
+    let hull = hull(&first, rays).median(((12.5 / frame.spacing[2]) as usize).max(1), 0);
+    add_hull(&mut costs, &hull, rays);
+    let second = radii(&aggregate(&costs, jumps));
+    progress.at(1.0)?;
+    Ok(second.median(1, 2).smooth(2.5 / frame.spacing[2], 2.0 * RAYS as f32 / 360.0))
+}
+
+fn jumps(frame: &Frame) -> Jumps {
+    let (dz, dp) = (frame.spacing[2] / 2.5, 360.0 / RAYS as f32);
+    Jumps {
+        ray: (JUMP / dp, (JUMP_MM * dp).ceil() as usize),
+        slice: (0.7 * JUMP / dz, ((JUMP_MM * dz) as usize).max(2)),
+    }
+}
+
+fn radii(sum: &Costs) -> Sheet {
+    Sheet { values: cheapest(sum).into_iter().map(|n| START_MM + n as f32).collect() }
+}
+
+fn add_hull(costs: &mut Costs, hull: &Sheet, rays: &Rays) {
+    for (n, ray) in costs.values.chunks_exact_mut(LEVELS).enumerate() {
+        if rays.to_back[n % RAYS] < 0.2 {
+            for (i, cost) in ray.iter_mut().enumerate() {
+                let inside = hull.values[n] - HULL_SLACK_MM - (START_MM + i as f32);
+                *cost += HULL * inside.max(0.0);
+            }
+        }
+    }
+}
+
+/// What lies along a ray, 1 mm steps.
+#[derive(Default)]
+struct Profile {
+    bone: Vec<bool>,
+    lung: Vec<bool>,
+    hu: Vec<f32>,
+    depth: Vec<f32>,
+}
+
+impl Profile {
+    fn sample(&mut self, scan: Scan<'_>, image: &[f32], k: usize, p: usize) {
+        let (ni, rays) = (scan.frame.size[0], scan.rays);
+        let flags = scan.body.flags_slice(scan.frame, k);
+        let depth = scan.body.depth_slice(scan.frame, k);
+        self.bone.clear();
+        self.lung.clear();
+        self.hu.clear();
+        self.depth.clear();
+        for i in 0..LEVELS {
+            let at = rays.pixel(k, p, START_MM + i as f32);
+            let share =
+                |bit: u8| bilinear(flags, ni, at, |f| f32::from(f & bit != 0)).unwrap_or(0.0);
+            self.bone.push(share(flag::BONE) > 0.5);
+            self.lung.push(share(flag::LUNG) > 0.5);
+            self.hu.push(bilinear(image, ni, at, |v| v).unwrap_or(-1024.0));
+            self.depth.push(bilinear(depth, ni, at, f32::from).unwrap_or(0.0) * 0.1);
+        }
+    }
+
+    fn costs(&self, out: &mut [f32]) {
+        let bone = |i: usize| i < LEVELS && self.bone[i];
+        let hu = |i: usize| self.hu[i.min(LEVELS - 1)];
+        let edges: Vec<bool> = (0..LEVELS)
+            .map(|i| {
+                let ends = bone(i) && !bone(i + 1) && !bone(i + 2) && !bone(i + 3);
+                ends && hu(i + 3).min(hu(i + 5)) > -350.0
+            })
+            .collect();
+        // A Gaussian of 1 mm, its top at 1.
+        let reward = |i: usize| -> f32 {
+            [1.0f32, 0.607, 0.135, 0.011]
+                .iter()
+                .enumerate()
+                .map(|(d, w)| {
+                    let on = (i >= d && edges[i - d]) || (i + d < LEVELS && edges[i + d]);
+                    if on { *w } else { 0.0 }
+                })
+                .fold(0.0, f32::max)
+        };
+        let (mut bone_beyond, mut lung_beyond) = (0.0f32, 0);
+        for i in (0..LEVELS).rev() {
+            bone_beyond += f32::from(self.bone[i]);
+            lung_beyond += usize::from(self.lung[i]);
+            out[i] =
+                BONE_BEYOND * (bone_beyond - 1.0).clamp(0.0, BONE_BEYOND_MM) - EDGE * reward(i);
+            if lung_beyond > 2 {
+                out[i] += BARRED;
+            }
+            if self.depth[i] < SKIN_MM {
+                out[i] += BARRED;
+            }
+        }
+    }
+}
+
+/// Radius of the convex hull of each slice's ring.
+fn hull(ring: &Sheet, rays: &Rays) -> Sheet {
+    let mut out = Sheet::new(ring.slices(), 0.0);
+    for k in 0..ring.slices() {
+        let points: Vec<[f32; 2]> =
+            (0..RAYS).map(|p| rays.directions[p].map(|c| c * ring.at(k, p))).collect();
+        let mut corners = convex_corners(&points);
+        corners.sort_unstable();
+        for (n, &a) in corners.iter().enumerate() {
+            let b = corners[(n + 1) % corners.len()];
+            let gap = (b + RAYS - a - 1) % RAYS + 1;
+            for step in 0..gap {
+                let p = (a + step) % RAYS;
+                out.values[k * RAYS + p] = crossing(points[a], points[b], rays.directions[p]);
+            }
+        }
+    }
+    out
+}
+
+/// Distance from the origin along `d` to the line through a and b.
+fn crossing(a: [f32; 2], b: [f32; 2], d: [f32; 2]) -> f32 {
+    let e = [b[0] - a[0], b[1] - a[1]];
+    let slope = d[0] * e[1] - d[1] * e[0];
+    if slope.abs() < 1e-6 {
+        return a[0].hypot(a[1]);
+    }
+    (a[0] * e[1] - a[1] * e[0]) / slope
+}
+
+/// Indices of the corners of the convex hull (Andrew's monotone chain).
+fn convex_corners(points: &[[f32; 2]]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&a, &b| {
+        points[a][0].total_cmp(&points[b][0]).then(points[a][1].total_cmp(&points[b][1]))
+    });
+    let turn = |a: usize, b: usize, c: usize| {
+        let (p, q, r) = (points[a], points[b], points[c]);
+        (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+    };
+    let mut corners = Vec::new();
+    for pass in 0..2 {
+        let first = corners.len();
+        for &n in &order {
+            while corners.len() >= first + 2
+                && turn(corners[corners.len() - 2], corners[corners.len() - 1], n) <= 0.0
+            {
+                corners.pop();
+            }
+            corners.push(n);
+        }
+        corners.pop();
+        if pass == 0 {
+            order.reverse();
+        }
+    }
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_space::{Grid, Matrix, Point, Vector};
+
+    #[test]
+    fn the_hull_bridges_a_dent_and_keeps_the_rest() {
+        let grid =
+            Grid::new([100, 100, 40], Vector::repeat(4.0), Point::origin(), Matrix::identity());
+        let frame = Frame::new(&grid.unwrap()).unwrap();
+        let rays = Rays::new(&frame, vec![[0.0; 2]; 3]);
+        let ring = Sheet::from_fn(3, |_, p| if (80..100).contains(&p) { 40.0 } else { 100.0 });
+        let hull = hull(&ring, &rays);
+        assert!((hull.at(1, 0) - 100.0).abs() < 0.1);
+        let chord = 100.0 * (10.5f32).to_radians().cos();
+        assert!((hull.at(1, 90) - chord).abs() < 0.5, "{} {chord}", hull.at(1, 90));
+    }
+}

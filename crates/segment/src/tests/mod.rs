@@ -1,0 +1,206 @@
+//! Whole segmentations of thoraxes built here.
+
+mod phantom;
+
+use crate::{Error, Params, Seeds, nipple, propose_region, segment};
+use phantom::{Thorax, Truth};
+use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
+use supine_volume::{Ct, LabelMap, label};
+
+fn run(ct: &Ct) -> (LabelMap, crate::Info) {
+    segment(ct, &Params::default(), Progress::none()).unwrap()
+}
+
+/// Dice of soft tissue and of chest wall within 75 mm of a breast, as the planner sees it.
+fn dice(thorax: &Thorax, labels: &LabelMap) -> [f64; 2] {
+    let mut counts = [[0usize; 3]; 2];
+    for (n, &l) in labels.data().iter().enumerate() {
+        let p = labels.grid().centre(labels.grid().voxel(n));
+        if (p - Point::new(75.0, -75.0, 0.0)).norm() > 75.0 {
+            continue;
+        }
+        if thorax.field_radius.is_some_and(|r| p.x.hypot(p.y) > r) {
+            continue;
+        }
+        let truth = thorax.truth(&p);
+        for (c, want, got) in [
+            (0, truth == Truth::Soft, label::is_soft_tissue(l)),
+            (1, truth == Truth::Wall, label::is_chest_wall(l)),
+        ] {
+            counts[c][0] += usize::from(want && got);
+            counts[c][1] += usize::from(want);
+            counts[c][2] += usize::from(got);
+        }
+    }
+    counts.map(|[both, a, b]| 2.0 * both as f64 / (a + b) as f64)
+}
+
+#[test]
+fn a_thorax_with_ribs_gland_on_muscle_table_and_wire() {
+    let thorax = Thorax::default();
+    let ct = thorax.ct(Matrix::identity());
+    let (labels, info) = run(&ct);
+    let [soft, wall] = dice(&thorax, &labels);
+    assert!(soft > 0.97 && wall > 0.985, "soft {soft:.4} wall {wall:.4}");
+    assert!((info.fat_hu + 100.0).abs() < 6.0 && (info.muscle_hu - 52.0).abs() < 6.0, "{info:?}");
+    assert!(info.warnings.is_empty() && info.truncated_share == 0.0, "{:?}", info.warnings);
+    assert!(info.foreign_cm3 > 0.1, "the wire was not found");
+    let mut foreign = 0;
+    for (n, &l) in labels.data().iter().enumerate() {
+        let p = labels.grid().centre(labels.grid().voxel(n));
+        foreign += usize::from(l != 0 && thorax.is_table_or_wire(&p));
+    }
+    assert_eq!(foreign, 0, "voxels of table or wire in the patient");
+}
+
+#[test]
+fn any_direction_of_the_axes_gives_the_same_patient() {
+    let thorax = Thorax::default();
+    // i to the back, j to the right, k to the feet; and tilted by 12 degrees about x.
+    let turned = Matrix::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
+    let (s, c) = 12f64.to_radians().sin_cos();
+    let tilted = Matrix::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c);
+    for direction in [turned, tilted] {
+        let labels = run(&thorax.ct(direction)).0;
+        let [soft, wall] = dice(&thorax, &labels);
+        assert!(soft > 0.965 && wall > 0.98, "soft {soft:.4} wall {wall:.4}");
+    }
+}
+
+#[test]
+fn sagittal_slices_are_refused() {
+    let d = Matrix::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+    let error = segment(&Thorax::default().ct(d), &Params::default(), Progress::none());
+    assert!(matches!(error, Err(Error::NotAxial { .. })), "{error:?}");
+}
+
+#[test]
+fn a_truncated_field_with_padding_is_reported_and_survived() {
+    let thorax = Thorax { field_radius: Some(140.0), ..Thorax::default() };
+    let (labels, info) = run(&thorax.ct(Matrix::identity()));
+    assert!(info.truncated_share > 0.9, "{info:?}");
+    assert!(info.warnings.iter().any(|w| w.contains("reconstructed field")), "{info:?}");
+    let [soft, wall] = dice(&thorax, &labels);
+    assert!(soft > 0.94 && wall > 0.97, "soft {soft:.4} wall {wall:.4}");
+}
+
+#[test]
+fn air_under_the_breast_is_not_the_patient() {
+    let thorax = Thorax { pocket: true, ..Thorax::default() };
+    let (labels, _) = run(&thorax.ct(Matrix::identity()));
+    assert_eq!(labels.at(labels.grid().voxel_at(&phantom::POCKET).unwrap()), label::OUTSIDE);
+    assert!(dice(&thorax, &labels)[0] > 0.97);
+}
+
+fn seeded(ct: &Ct, seeds: Seeds) -> Result<LabelMap, Error> {
+    Ok(segment(ct, &Params { seeds, ..Params::default() }, Progress::none())?.0)
+}
+
+fn at(labels: &LabelMap, p: &Point) -> u8 {
+    labels.at(labels.grid().voxel_at(p).unwrap())
+}
+
+#[test]
+fn seeds_are_obeyed_and_take_their_surroundings_along() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let plain = run(&ct).0;
+    // In the gland 6 mm in front of the wall; in the muscle 6 mm behind its surface.
+    let ray = Vector::new(0.5f64.sin(), -0.5f64.cos(), 0.0);
+    let surface = (0..200)
+        .map(|n| Point::origin() + ray * (60.0 + 0.5 * f64::from(n)))
+        .take_while(|p| at(&plain, p) == label::CHEST_WALL)
+        .last()
+        .unwrap();
+    let (gland, muscle) = (surface + 6.0 * ray, surface - 6.0 * ray);
+    let as_wall = seeded(&ct, Seeds { chest_wall: vec![gland], ..Seeds::default() }).unwrap();
+    let as_soft = seeded(&ct, Seeds { soft_tissue: vec![muscle], ..Seeds::default() }).unwrap();
+    assert_eq!(at(&as_wall, &gland), label::CHEST_WALL);
+    assert_eq!(at(&as_soft, &muscle), label::SOFT_TISSUE);
+    let moved = |a: &LabelMap| a.data().iter().zip(plain.data()).filter(|(a, b)| a != b).count();
+    for labels in [&as_wall, &as_soft] {
+        assert!((20..4000).contains(&moved(labels)), "{}", moved(labels));
+    }
+    let excluded = seeded(&ct, Seeds { exclude: vec![gland], ..Seeds::default() }).unwrap();
+    assert_eq!(at(&excluded, &gland), label::OUTSIDE);
+}
+
+#[test]
+fn impossible_seeds_are_named() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let (inner, outer) = (Point::new(60.0, -80.0, 0.0), Point::new(67.0, -90.4, 0.0));
+    let crossed = Seeds { chest_wall: vec![outer], soft_tissue: vec![inner], ..Seeds::default() };
+    let message = seeded(&ct, crossed).unwrap_err().to_string();
+    assert!(message.contains("60.0") && message.contains("67.0"), "{message}");
+    let outside = Seeds { chest_wall: vec![Point::new(0.0, 0.0, 900.0)], ..Seeds::default() };
+    assert!(matches!(seeded(&ct, outside), Err(Error::Seed { .. })));
+    let in_the_lung = Seeds { soft_tissue: vec![Point::new(50.0, 0.0, 0.0)], ..Seeds::default() };
+    let message = seeded(&ct, in_the_lung).unwrap_err().to_string();
+    assert!(message.contains("inside the rib cage"), "{message}");
+    let both = Seeds { chest_wall: vec![inner], exclude: vec![inner], ..Seeds::default() };
+    assert!(matches!(seeded(&ct, both), Err(Error::SeedsContradict { .. })));
+}
+
+#[test]
+fn what_is_not_a_chest_is_refused() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let of =
+        |f: fn(i16) -> i16| Ct::new(ct.grid().clone(), ct.data().iter().map(|&v| f(v)).collect());
+    let refused = |ct: Ct| segment(&ct, &Params::default(), Progress::none()).unwrap_err();
+    assert!(matches!(refused(of(|_| -1000).unwrap()), Error::NoLungs { .. }));
+    assert!(matches!(refused(of(|v| v.max(-100)).unwrap()), Error::NoLungs { .. }));
+    assert!(matches!(refused(of(|v| v.min(60)).unwrap()), Error::NoRibs { .. }));
+    let level = Params { skin_hu: 50.0, ..Params::default() };
+    let error = segment(&ct, &level, Progress::none()).unwrap_err();
+    assert!(matches!(error, Error::Parameter { name: "skin_hu", .. }), "{error}");
+}
+
+#[test]
+fn stopping_stops() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let error = segment(&ct, &Params::default(), Progress::new(&|x| x < 0.5));
+    assert!(matches!(error, Err(Error::Stopped(_))), "{error:?}");
+}
+
+#[test]
+fn one_thread_and_two_give_the_same_bytes() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&ct))
+    };
+    assert_eq!(with(1), with(2));
+}
+
+#[test]
+fn the_region_holds_the_breast_and_the_tumour() {
+    let thorax = Thorax::default();
+    let labels = thorax.ct(Matrix::identity());
+    let labels = labels
+        .with_data(
+            (0..labels.grid().len())
+                .map(|n| match thorax.truth(&labels.grid().centre(labels.grid().voxel(n))) {
+                    Truth::Outside => label::OUTSIDE,
+                    Truth::Soft => label::SOFT_TISSUE,
+                    Truth::Wall => label::CHEST_WALL,
+                })
+                .collect(),
+        )
+        .unwrap();
+    for side in [Side::Left, Side::Right] {
+        let top = nipple(&labels, side).unwrap();
+        let apex = Point::new(side.sign() * phantom::APEX.x, phantom::APEX.y, phantom::APEX.z);
+        assert!((top - apex).norm() < 36.0 && top.z.abs() < 13.0, "{side}: {top} {apex}");
+        let region = propose_region(&labels, side, None).unwrap();
+        assert!(region.contains(&top) && (50.0..95.0).contains(&region.radius()), "{region:?}");
+        assert!(region.signed_distance(&phantom::midline()) > -15.0, "{region:?}");
+        let tumour = Sphere::new(top + Vector::new(0.0, 60.0, 40.0), 10.0).unwrap();
+        let held = propose_region(&labels, side, Some(tumour)).unwrap();
+        assert!(held.signed_distance(&tumour.centre()) <= -tumour.radius());
+        let far = Sphere::new(top + Vector::new(0.0, 0.0, 300.0), 10.0).unwrap();
+        assert!(matches!(propose_region(&labels, side, Some(far)), Err(Error::NoRegion { .. })));
+    }
+    let empty = labels.map(|_| label::OUTSIDE);
+    assert!(
+        propose_region(&empty, Side::Left, None).is_err() && nipple(&empty, Side::Left).is_none()
+    );
+}

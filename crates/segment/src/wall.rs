@@ -1,0 +1,302 @@
+//! The outer surface of the chest wall: the cheapest surface outside the rib shell.
+
+use crate::Error;
+use crate::aggregate::{Costs, Jumps, aggregate, cheapest};
+use crate::bones::{SMOOTH_MM, smoothed};
+use crate::frame::Frame;
+use crate::levels::Levels;
+use crate::plane::{bilinear, kernel, smooth};
+use crate::scan::Scan;
+use crate::seeds::Constraints;
+use crate::sheet::{RAYS, Sheet};
+use supine_space::Progress;
+
+/// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM`.
+pub(crate) const LOWEST_MM: f32 = -10.0;
+pub(crate) const STEP_MM: f32 = 0.5;
+/// Cost per mm of fat enclosed beyond the shell; above the cap counted less.
+const FAT: f32 = 0.5;
+const FAT_CAP_MM: f32 = 8.0;
+const FAT_BEYOND_CAP: f32 = 0.3;
+/// Fat is counted from this height on, mm.
+const FAT_FROM_MM: f32 = -2.0;
+/// Cost per mm of dense tissue left just outside the surface.
+const DENSE: f32 = 0.6;
+const DENSE_MM: f32 = 8.0;
+/// Cost per mm of muscle left outside, within this reach.
+const MUSCLE: f32 = 0.5;
+const MUSCLE_MM: f32 = 25.0;
+/// Reward for a full edge from muscle to fat, and the width it is measured over, mm.
+const EDGE: f32 = 4.0;
+const EDGE_MM: f32 = 2.0;
+/// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap.
+const THICKNESS: f32 = 0.1;
+const THICKNESS_SLACK_MM: f32 = 2.0;
+const THICKNESS_CAP_MM: f32 = 8.0;
+/// Cost per mm of jump between rays 1 degree apart, and mm allowed.
+const JUMP: f32 = 0.6;
+const JUMP_MM: f32 = 3.0;
+/// Cost of coming closer to the skin than this (mm), and per mm of lying inside the shell.
+const BARRED: f32 = 20.0;
+const SKIN_MM: f32 = 2.5;
+const INSIDE: f32 = 3.0;
+/// Smoothing that tells homogeneous muscle from gland: in the slice and across, mm.
+const MUSCLE_SMOOTH_MM: f32 = 2.0;
+const MUSCLE_SMOOTH_Z_MM: f32 = 1.5;
+/// Thickness of a fat plane that shows where the wall ends, mm.
+const PLANE_MM: f32 = 2.0;
+/// The thickness where no plane is seen anywhere, mm.
+const USUAL_MM: f32 = 8.0;
+
+/// What lies along the rays, from `LOWEST_MM` outside the shell.
+pub(crate) struct Band {
+    /// HU; NaN beyond the field.
+    pub(crate) hu: Costs,
+    /// Distance to the skin, mm.
+    pub(crate) depth: Costs,
+}
+
+impl Band {
+    pub(crate) fn sample(scan: Scan<'_>, shell: &Sheet, highest_mm: f32) -> Self {
+        let (ni, body) = (scan.frame.size[0], scan.body);
+        let levels = ((highest_mm - LOWEST_MM) / STEP_MM) as usize + 1;
+        let grid = (LOWEST_MM, STEP_MM, levels);
+        let image = |k| smoothed(scan.ct, scan.frame, k, SMOOTH_MM);
+        let hu = scan.sample(shell, grid, image, |image, _, at| {
+            let seen = bilinear(&body.field, ni, at, f32::from)? > 0.99;
+            if seen { bilinear(image, ni, at, |v| v) } else { None }
+        });
+        let depth = |k| body.depth_slice(scan.frame, k);
+        let depth = scan.sample(shell, grid, depth, |depth, _, at| {
+            Some(bilinear(depth, ni, at, f32::from)? * 0.1)
+        });
+        Self { hu, depth }
+    }
+
+    pub(crate) fn levels(&self) -> usize {
+        self.hu.levels
+    }
+}
+
+/// Height of a level above the shell, mm.
+#[inline]
+pub(crate) fn height(level: usize) -> f32 {
+    LOWEST_MM + STEP_MM * level as f32
+}
+
+/// The surface and what is known of it.
+pub(crate) struct Wall {
+    /// Height above the shell, mm.
+    pub(crate) height: Sheet,
+    /// 1 where the edge from muscle to fat lies within 1 mm of the surface.
+    pub(crate) edge: Sheet,
+}
+
+/// Finds the wall.
+pub(crate) fn wall(
+    scan: Scan<'_>,
+    (band, shell): (&Band, &Sheet),
+    (levels, seeds): (Levels, &Constraints),
+    progress: Progress<'_>,
+) -> Result<Wall, Error> {
+    let (frame, rays) = (scan.frame, scan.rays);
+    let slices = frame.size[2];
+    let muscle = true_muscle(scan, (band, shell), levels);
+    progress.at(0.3)?;
+    let mut costs = Costs::new(slices, band.levels(), |k, out| {
+        for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
+            let depth = band.depth.ray(k, p);
+            ray_costs(&likeness(band, levels, k, p), muscle.ray(k, p), depth, out);
+        }
+    });
+    seeds.add_hard(&mut costs, rays, shell, frame.spacing[2]);
+    let plane = first_fat_plane(band, levels, slices);
+    let mut expected = plane.filled(frame.spacing[2], USUAL_MM);
+    let mut surface = Sheet::new(slices, 0.0);
+    for pass in 0..2 {
+        let pull = seeds.pull(&expected, rays, shell, frame.spacing[2]);
+        let with_prior = Costs::new(slices, band.levels(), |k, out| {
+            for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
+                out.copy_from_slice(costs.ray(k, p));
+                let (goal, extra) = pull[k * RAYS + p];
+                for (level, cost) in out.iter_mut().enumerate() {
+                    let off = (height(level) - goal).abs() - THICKNESS_SLACK_MM;
+                    *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM);
+                    *cost += extra * off.clamp(0.0, 4.0 * THICKNESS_CAP_MM);
+                }
+            }
+        });
+        let sum = aggregate(&with_prior, jumps(frame));
+        surface.values = cheapest(&sum).into_iter().map(height).collect();
+        progress.at(0.55 + 0.35 * f64::from(pass))?;
+        if pass == 0 {
+            expected = confirmed(&surface, &plane).filled(frame.spacing[2], USUAL_MM);
+        }
+    }
+    Ok(refine(&surface, band, levels, scan, (seeds, shell)))
+}
+
+fn jumps(frame: &Frame) -> Jumps {
+    let (dz, dp) = (frame.spacing[2] / 2.5, 360.0 / RAYS as f32);
+    let mm = JUMP_MM / STEP_MM;
+    Jumps {
+        ray: (JUMP * STEP_MM / dp, (mm * dp).ceil() as usize),
+        slice: (0.56 * JUMP * STEP_MM / dz, ((mm * dz) as usize).max(3)),
+    }
+}
+
+/// Likeness to muscle, 0 (fat) to 1, along a ray; 1/2 where nothing is known, 0 in the skin.
+fn likeness(band: &Band, levels: Levels, k: usize, p: usize) -> Vec<f32> {
+    let (hu, depth) = (band.hu.ray(k, p), band.depth.ray(k, p));
+    hu.iter()
+        .zip(depth)
+        .map(|(&v, &d)| {
+            if v.is_nan() {
+                0.5
+            } else if d < SKIN_MM {
+                0.0
+            } else {
+                levels.likeness(v)
+            }
+        })
+        .collect()
+}
+
+/// Share of homogeneous muscle, by a stronger smoothing: gland is 15-20 HU less dense on average.
+fn true_muscle(scan: Scan<'_>, (band, shell): (&Band, &Sheet), levels: Levels) -> Costs {
+    let (ct, frame) = (scan.ct, scan.frame);
+    let weights = kernel(MUSCLE_SMOOTH_Z_MM / frame.spacing[2]);
+    let (plane, last) = (frame.plane(), frame.size[2] - 1);
+    Costs::new(frame.size[2], band.levels(), |k, out| {
+        let mut image = vec![0.0f32; plane];
+        for (d, w) in weights.iter().enumerate() {
+            let both = [k.saturating_sub(d), (k + d).min(last)];
+            for &from in if d == 0 { &both[..1] } else { &both[..] } {
+                let source = &ct.data()[from * plane..(from + 1) * plane];
+                for (v, &s) in image.iter_mut().zip(source) {
+                    *v += w * f32::from(s.clamp(-1024, 3071));
+                }
+            }
+        }
+        smooth(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], MUSCLE_SMOOTH_MM);
+        scan.along(k, shell, (LOWEST_MM, STEP_MM), out, |at| {
+            bilinear(&image, frame.size[0], at, |v| v)
+        });
+        for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
+            let (hu, depth) = (band.hu.ray(k, p), band.depth.ray(k, p));
+            for (n, v) in out.iter_mut().enumerate() {
+                let known = !hu[n].is_nan() && depth[n] > 4.0;
+                *v = if known { levels.true_muscle(*v) } else { 0.0 };
+            }
+        }
+    })
+}
+
+/// The costs of the levels of a ray, but for the expected thickness.
+fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], out: &mut [f32]) {
+    let n = likeness.len();
+    let sums = |values: &[f32]| -> Vec<f32> {
+        let mut sum = vec![0.0; n + 1];
+        for (i, v) in values.iter().enumerate() {
+            sum[i + 1] = sum[i] + v * STEP_MM;
+        }
+        sum
+    };
+    let (dense, muscle) = (sums(likeness), sums(muscle));
+    let steps = |mm: f32| (mm / STEP_MM) as usize;
+    let (near, far, width) = (steps(DENSE_MM), steps(MUSCLE_MM), steps(EDGE_MM));
+    let mut fat = 0.0f32;
+    for i in 0..n {
+        let h = height(i);
+        if h >= FAT_FROM_MM {
+            fat += (1.0 - likeness[i]) * STEP_MM;
+        }
+        let here = i + 1;
+        let beyond = |sum: &[f32], reach: usize| sum[(here + reach).min(n)] - sum[here];
+        let inside = dense[here] - dense[here.saturating_sub(width)];
+        let edge = 0.5 * (inside - beyond(&dense, width));
+        let enclosed = fat.min(FAT_CAP_MM) + FAT_BEYOND_CAP * (fat - FAT_CAP_MM).max(0.0);
+        out[i] = FAT * enclosed + DENSE * beyond(&dense, near) + MUSCLE * beyond(&muscle, far)
+            - EDGE * edge.max(0.0)
+            + INSIDE * (FAT_FROM_MM - h).max(0.0);
+        // Beyond the field nothing bars; the depth is NaN only there.
+        if depth[i] < SKIN_MM {
+            out[i] += BARRED;
+        }
+    }
+}
+
+/// Height of the first fat plane outside the shell; NaN where there is none within 30 mm.
+fn first_fat_plane(band: &Band, levels: Levels, slices: usize) -> Sheet {
+    let need = (PLANE_MM / STEP_MM) as usize;
+    Sheet::from_fn(slices, |k, p| {
+        let m = likeness(band, levels, k, p);
+        let depth = band.depth.ray(k, p);
+        (0..m.len() - need)
+            .find(|&i| {
+                let h = height(i);
+                h >= 0.5 && depth[i] > SKIN_MM && m[i..i + need].iter().all(|&m| m < 0.35)
+            })
+            .map(height)
+            .filter(|&h| h < 30.0)
+            .unwrap_or(f32::NAN)
+    })
+}
+
+/// The surface where it agrees with the fat plane within 2 mm; NaN elsewhere.
+fn confirmed(surface: &Sheet, plane: &Sheet) -> Sheet {
+    Sheet::from_fn(surface.slices(), |k, p| {
+        let h = surface.at(k, p);
+        if (h - plane.at(k, p)).abs() < 2.0 { h } else { f32::NAN }
+    })
+}
+
+/// Moves the surface to the half-way level between fat and muscle where that lies within 1 mm,
+/// drops outliers and smooths lightly.
+fn refine(
+    surface: &Sheet,
+    band: &Band,
+    levels: Levels,
+    scan: Scan<'_>,
+    (seeds, shell): (&Constraints, &Sheet),
+) -> Wall {
+    let (frame, rays) = (scan.frame, scan.rays);
+    let slices = surface.slices();
+    let crossing = Sheet::from_fn(slices, |k, p| {
+        crossing(band.hu.ray(k, p), surface.at(k, p), levels.middle())
+    });
+    let mut height = Sheet::from_fn(slices, |k, p| {
+        let c = crossing.at(k, p);
+        if c.is_nan() { surface.at(k, p) } else { c }
+    });
+    let middle = height.median(0, 2);
+    for (h, m) in height.values.iter_mut().zip(&middle.values) {
+        if (*h - m).abs() > 2.0 {
+            *h = *m;
+        }
+    }
+    let rays_sigma = 0.7 * RAYS as f32 / 360.0;
+    let mut height = height.smooth(0.35 * 2.5 / frame.spacing[2], rays_sigma);
+    seeds.clamp(&mut height, rays, shell, frame.spacing[2]);
+    let edge = Sheet { values: crossing.values.iter().map(|c| f32::from(!c.is_nan())).collect() };
+    Wall { height, edge }
+}
+
+/// Where the HU falls through the level nearest to height h, within 1 mm; NaN when nowhere.
+fn crossing(hu: &[f32], h: f32, level: f32) -> f32 {
+    let mut best = f32::NAN;
+    for i in 0..hu.len() - 1 {
+        if (height(i) - h).abs() > 1.0 + STEP_MM {
+            continue;
+        }
+        let (a, b) = (hu[i], hu[i + 1]);
+        if a > level && b <= level {
+            let x = height(i) + STEP_MM * (a - level) / (a - b);
+            let off = (x - h).abs();
+            if off <= 1.0 && (best.is_nan() || off < (best - h).abs()) {
+                best = x;
+            }
+        }
+    }
+    best
+}
