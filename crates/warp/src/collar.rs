@@ -20,8 +20,10 @@ pub(crate) struct Collar {
 
 /// Steps along the normal in which the CT is looked at, mm.
 const STEP_MM: f64 = 0.25;
-/// A value that rises by more than this above the least one so far is other tissue, HU.
-const RISE_HU: f64 = 100.0;
+/// Below this is air, with its noise and most of the blurred skin edge, HU.
+const AIR_BELOW_HU: f64 = -700.0;
+/// Where no air is met, a gap between two skins may still show below this (fat is above it), HU.
+const GAP_BELOW_HU: f64 = -250.0;
 /// Halvings of a prism's height before it is given up.
 const ATTEMPTS: usize = 6;
 
@@ -94,21 +96,30 @@ fn normals(points: &[Point], faces: &[[usize; 3]]) -> Vec<Vector> {
     sums.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vector::zeros)).collect()
 }
 
-/// How far (mm) one may go from the skin along its normal before the CT rises again.
+/// How far (mm) the collar may reach from the skin along its normal: up to `height_mm` through air,
+/// not beyond the middle of a gap to other tissue, and nowhere where there is no gap.
 fn free_height(ct: &Ct, p: &Point, normal: &Vector, height_mm: f64) -> f64 {
+    let mut air: Option<(f64, f64)> = None;
     let (mut least, mut at) = (f64::INFINITY, 0.0);
-    let steps = (height_mm / STEP_MM).ceil() as usize;
-    for n in 0..=steps {
-        let t = (n as f64 * STEP_MM).min(height_mm);
+    // Twice as far, since the gap must be known to its other side.
+    let steps = (2.0 * height_mm / STEP_MM).ceil() as usize;
+    for t in (0..=steps).map(|n| n as f64 * STEP_MM) {
         let q = ct.grid().index_from_patient(&(p + normal * t));
         let value = trilinear(ct.data(), ct.grid().size(), q);
-        if value < least {
-            (least, at) = (value, t);
-        } else if value > least + RISE_HU {
-            return at;
+        match air {
+            None if t > height_mm => break,
+            None if value < AIR_BELOW_HU => air = Some((t, t)),
+            None if value < least => (least, at) = (value, t),
+            None => {}
+            Some((from, _)) if value < AIR_BELOW_HU => air = Some((from, t)),
+            Some((from, to)) => return (0.5 * (from + to)).min(height_mm),
         }
     }
-    height_mm
+    match air {
+        Some(_) => height_mm,
+        None if least < GAP_BELOW_HU => at,
+        None => 0.0,
+    }
 }
 
 /// Whether a prism over a face has a negative corner: the top turned over against the base.

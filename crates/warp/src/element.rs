@@ -1,5 +1,6 @@
 //! The deformation gradient of a mesh under its displacement.
 
+use rayon::prelude::*;
 use supine_mesh::{Displacement, Edges, Order, TET_EDGES, TetMesh};
 use supine_space::{Matrix, Vector};
 
@@ -72,15 +73,16 @@ pub(crate) fn probes(order: Order) -> Vec<[f64; 4]> {
     all
 }
 
-/// Smallest det F over all tetrahedra and [`probes`].
-pub(crate) fn smallest_det(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> f64 {
+/// Smallest det F of each tetrahedron over its [`probes`].
+pub(crate) fn least_dets(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> Vec<f64> {
     let probes = probes(displacement.order());
     (0..mesh.tets().len())
+        .into_par_iter()
         .map(|tet| {
             let gradient = Gradient::new(mesh, edges, displacement, tet);
             probes.iter().map(|&l| gradient.det(l)).fold(f64::INFINITY, f64::min)
         })
-        .fold(f64::INFINITY, f64::min)
+        .collect()
 }
 
 /// det F over the mesh.

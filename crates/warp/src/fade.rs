@@ -1,6 +1,6 @@
 //! Fading the displacement towards the cut, so that no step shows there.
 
-use crate::{Error, Params, element::smallest_det};
+use crate::{Error, Params, element::least_dets};
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
@@ -17,8 +17,8 @@ const WIDER: f64 = 1.25;
 const WIDEST_MM: f64 = 60.0;
 /// Displacements on the cut below this need no fade, mm: a hundredth of a voxel.
 const STILL_MM: f64 = 0.005;
-/// A fade is wide enough when det F is nowhere below this, or below this share of the least value
-/// without the fade.
+/// A fade is wide enough when det F of no tetrahedron falls below this, unless it stays above this
+/// share of its value without the fade. Tetrahedra that are inverted without it do not count.
 const ENOUGH: f64 = 0.2;
 const SHARE: f64 = 0.8;
 
@@ -35,8 +35,8 @@ pub(crate) struct Faded {
 /// node in the CT shape to the nearest cut face, w = width.
 ///
 /// Without a given width: the least of a geometric series, not below three times the largest
-/// displacement on the cut nor below the mean edge of the cut faces, with det F >= 0.2 everywhere,
-/// or not much worse than without the fade.
+/// displacement on the cut nor below the mean edge of the cut faces, that spoils no tetrahedron
+/// (see [`ENOUGH`]).
 pub(crate) fn fade_towards_cut(
     mesh: &TetMesh,
     edges: &Edges,
@@ -70,26 +70,26 @@ pub(crate) fn fade_towards_cut(
         None if on_cut < STILL_MM => return Ok(left_alone),
         None => {}
     }
-    let goal = ENOUGH.min(SHARE * smallest_det(mesh, edges, displacement));
+    let before = least_dets(mesh, edges, displacement);
     let mut width = (FIRST_WIDTH * on_cut).max(mean_cut_edge(mesh)).min(WIDEST_MM);
-    let mut best: Option<(f64, f64, Displacement)> = None;
-    loop {
+    let (spoiled, width_mm, displacement) = loop {
         let faded = at_width(width)?;
-        let det = smallest_det(mesh, edges, &faded);
-        if best.as_ref().is_none_or(|b| det > b.0) {
-            best = Some((det, width, faded));
-        }
-        if det >= goal || width >= WIDEST_MM {
-            break;
+        let after = least_dets(mesh, edges, &faded);
+        let spoiled = before
+            .iter()
+            .zip(&after)
+            .filter(|(b, a)| **b > 0.0 && **a < ENOUGH.min(SHARE * **b))
+            .count();
+        if spoiled == 0 || width >= WIDEST_MM {
+            break (spoiled, width, faded);
         }
         width = (width * WIDER).min(WIDEST_MM);
-    }
-    let Some((det, width_mm, displacement)) = best else { return Ok(left_alone) };
+    };
     let mut warnings = Vec::new();
-    if det < goal {
+    if spoiled > 0 {
         warnings.push(format!(
             "the tissue moves by {on_cut:.1} mm where the region ends, too much to fade within \
-             {WIDEST_MM:.0} mm (least det F {det:.2}); enlarge the region"
+             {WIDEST_MM:.0} mm: {spoiled} tetrahedra are squeezed; enlarge the region"
         ));
     } else if width_mm > 0.5 * WIDEST_MM {
         warnings.push(format!(

@@ -2,7 +2,7 @@
 
 use crate::element::Gradient;
 use crate::map::{Map, Prepared, check_grid};
-use crate::pieces::{Parent, Pieces};
+use crate::pieces::{Curve, Parent, Pieces};
 use crate::pullback::Pullback;
 use crate::raster::{Raster, SLAB};
 use crate::{Error, Params, collar::Collar};
@@ -40,7 +40,8 @@ pub fn fields(
 ) -> Result<Fields, Error> {
     check_grid(grid)?;
     let Prepared { edges, displacement, .. } = Prepared::new(mesh, displacement, params)?;
-    let pieces = Pieces::new(mesh, &edges, &displacement, params.curve_tolerance_mm);
+    let curve = Curve { mesh, edges: &edges, displacement: &displacement };
+    let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.0, 0.1))?;
     let map = Map::new(grid, &pieces, &Collar::default());
     let gradients: Vec<Gradient> = (0..mesh.tets().len())
         .into_par_iter()

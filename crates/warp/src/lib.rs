@@ -33,7 +33,13 @@ pub use fields::{Fields, fields};
 pub use params::Params;
 pub use points::carry_points;
 
-use crate::{collar::collar, map::Map, map::Prepared, pieces::Pieces, resample::Resampling};
+use crate::{
+    collar::collar,
+    map::Map,
+    map::Prepared,
+    pieces::{Curve, Pieces},
+    resample::Resampling,
+};
 use supine_mesh::{Displacement, TetMesh};
 use supine_space::Progress;
 use supine_volume::Ct;
@@ -111,8 +117,8 @@ pub fn warp(
     let prepared = Prepared::new(mesh, displacement, params)?;
     progress.at(0.05)?;
     let Prepared { edges, displacement, fade_mm, warnings } = prepared;
-    let pieces = Pieces::new(mesh, &edges, &displacement, params.curve_tolerance_mm);
-    progress.at(0.15)?;
+    let curve = Curve { mesh, edges: &edges, displacement: &displacement };
+    let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.05, 0.15))?;
     let collar = collar(ct, &pieces, params.collar_mm);
     let map = Map::new(ct.grid(), &pieces, &collar);
     progress.at(0.2)?;
@@ -123,9 +129,8 @@ pub fn warp(
         air_hu: params.air_hu,
         body_hu: BODY_HU,
     };
-    let (values, counts) = resampling.run(progress.part(0.2, 1.0))?;
     let mut out = ct.clone();
-    out.data_mut().copy_from_slice(&values);
+    let counts = resampling.run(out.data_mut(), progress.part(0.2, 1.0))?;
     let jacobian = element::statistics(mesh, &edges, &displacement);
     let mut info = Info {
         warnings,
@@ -168,13 +173,12 @@ fn warn(info: &mut Info, map: &Map, ct: &Ct, pieces: &Pieces) {
         ));
     }
     let size = ct.grid().size();
-    let outside = map.deformed[..pieces.rest.len()]
-        .iter()
-        .filter(|v| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5))
-        .count();
+    let beyond = |v: &[f64; 3]| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5);
+    let vertices = map.rest.iter().zip(&map.deformed).take(pieces.rest.len());
+    let outside = vertices.filter(|(rest, deformed)| !beyond(rest) && beyond(deformed)).count();
     if outside > 0 {
         info.warnings.push(format!(
-            "the deformed tissue reaches beyond the volume ({outside} vertices): it is cut off there"
+            "the deformed tissue moves out of the volume ({outside} vertices): it is cut off there"
         ));
     }
     if let Some(missed) = pieces.missed_mm {

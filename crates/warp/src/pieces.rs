@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_EDGES, TetMesh};
-use supine_space::{Point, Vector};
+use supine_space::{Point, Progress, Stopped, Vector};
 
 /// Where a piece lies: its tetrahedron, and the barycentric coordinates of its corners therein
 /// (multiples of powers of a half, exact in f32).
@@ -41,17 +41,17 @@ const MOST_PIECES: usize = 4_000_000;
 const MOST_ROUNDS: usize = 10;
 
 impl Pieces {
-    /// The map of `mesh` under `displacement`, in pieces that miss it by `tolerance_mm` at most.
+    /// The map of a mesh under its displacement, in pieces that miss it by `tolerance_mm` at most.
     ///
     /// Every edge whose middle strays too far from its chord is halved, together with all
     /// tetrahedra around it, longest edges first. The choice is made once per edge, so that two
     /// tetrahedra always agree on the face they share and no crack opens.
     pub(crate) fn new(
-        mesh: &TetMesh,
-        edges: &Edges,
-        displacement: &Displacement,
+        curve: &Curve<'_>,
         tolerance_mm: f64,
-    ) -> Self {
+        progress: Progress<'_>,
+    ) -> Result<Self, Stopped> {
+        let Curve { mesh, displacement, .. } = curve;
         let points = mesh.points().len();
         let skin = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Skin);
         let mut pieces = Self {
@@ -65,9 +65,8 @@ impl Pieces {
             missed_mm: None,
         };
         if displacement.order() == Order::Quadratic {
-            let curve = Curve { mesh, edges, displacement };
             for round in 0..=MOST_ROUNDS {
-                let (ids, halvings, missed) = pieces.marked(&curve, tolerance_mm);
+                let (ids, halvings, missed) = pieces.marked(curve, tolerance_mm);
                 if halvings.is_empty() {
                     break;
                 }
@@ -75,15 +74,16 @@ impl Pieces {
                     pieces.missed_mm = Some(missed);
                     break;
                 }
+                progress.at(round as f64 / MOST_ROUNDS as f64)?;
                 pieces.halve(&ids, &halvings);
             }
         }
-        pieces
+        Ok(pieces)
     }
 
     /// The edges that bulge too much. Returns the edge of each tetrahedron's six sides as a place
     /// in the list of halvings (or `NONE`), the halvings, and the largest error.
-    fn marked(&mut self, curve: &Curve<'_>, tolerance_mm: f64) -> (Vec<u32>, Vec<Halving>, f64) {
+    fn marked(&self, curve: &Curve<'_>, tolerance_mm: f64) -> (Vec<u32>, Vec<Halving>, f64) {
         let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(6 * self.tets.len());
         for (tet, corners) in self.tets.iter().enumerate() {
             for (side, [a, b]) in TET_EDGES.into_iter().enumerate() {
@@ -208,11 +208,12 @@ fn split_face(corners: [u32; 3], halvings: &[Halving], keep: &mut Vec<[u32; 3]>)
     }
 }
 
-/// A quadratic displacement.
-struct Curve<'a> {
-    mesh: &'a TetMesh,
-    edges: &'a Edges,
-    displacement: &'a Displacement,
+/// A mesh and its displacement, to be followed by pieces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Curve<'a> {
+    pub(crate) mesh: &'a TetMesh,
+    pub(crate) edges: &'a Edges,
+    pub(crate) displacement: &'a Displacement,
 }
 
 impl Curve<'_> {

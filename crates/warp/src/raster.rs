@@ -58,6 +58,11 @@ impl<'a> Raster<'a> {
         self.tets[tet].map(|v| self.vertices[v as usize])
     }
 
+    /// Whether no tetrahedron reaches into a slab.
+    pub(crate) fn is_empty(&self, slab: usize) -> bool {
+        self.starts[slab] == self.starts[slab + 1]
+    }
+
     /// Gives the spans within a slab to `paint`, tetrahedra in descending order: where several own
     /// a voxel (a folded mesh), the lowest comes last and stays.
     pub(crate) fn scan(&self, slab: usize, mut paint: impl FnMut(Span)) {

@@ -56,9 +56,8 @@ pub(crate) struct Resampling<'a> {
 }
 
 impl Resampling<'_> {
-    /// The resampled values, i fastest, and what happened.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<(Vec<i16>, Counts), Stopped> {
-        let mut out = self.source.to_vec();
+    /// Changes `out`, a copy of the source (i fastest), and says what happened.
+    pub(crate) fn run(&self, out: &mut [i16], progress: Progress<'_>) -> Result<Counts, Stopped> {
         let rest = Raster::new(&self.map.rest, &self.map.tets, self.size);
         let deformed = Raster::new(&self.map.deformed, &self.map.tets, self.size);
         let [ni, nj, nk] = self.size;
@@ -74,7 +73,7 @@ impl Resampling<'_> {
                 Ok(counts)
             })
             .collect();
-        Ok((out, counts?.into_iter().fold(Counts::default(), |a, b| a + b)))
+        Ok(counts?.into_iter().fold(Counts::default(), |a, b| a + b))
     }
 
     fn slab(
@@ -84,6 +83,9 @@ impl Resampling<'_> {
         deformed: &Raster<'_>,
         out: &mut [i16],
     ) -> Counts {
+        if rest.is_empty(slab) && deformed.is_empty(slab) {
+            return Counts::default();
+        }
         let [ni, nj, _] = self.size;
         let row = |span: &Span| ((span.k - slab * SLAB) * nj + span.j) * ni;
         let mut flags = vec![0u8; out.len()];

@@ -3,8 +3,8 @@
 use ndarray::{ArrayD, OwnedRepr};
 use ndarray_npy::{NpzReader, ReadableElement};
 use std::fs::File;
-use supine_mesh::{BoundaryFace, BoundaryTag, TET_FACES, TetMesh};
-use supine_space::Point;
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
+use supine_space::{Point, Vector};
 
 /// A file of arrays in fixtures/warp.
 pub(super) struct Archive(NpzReader<File>);
@@ -106,7 +106,7 @@ pub(super) fn lattice(
     for k in 0..=n[2] {
         for j in 0..=n[1] {
             for i in 0..=n[0] {
-                let at = supine_space::Vector::new(i as f64, j as f64, k as f64);
+                let at = Vector::new(i as f64, j as f64, k as f64);
                 points.push(origin + at * step);
             }
         }
@@ -129,4 +129,15 @@ pub(super) fn lattice(
         }
     }
     mesh(points, tets, tag)
+}
+
+/// A displacement of the nodes of `mesh` by a function of their place in the CT.
+pub(super) fn moved(mesh: &TetMesh, order: Order, u: impl Fn(Point) -> Vector) -> Displacement {
+    let edges = Edges::new(mesh);
+    let mut values: Vec<Vector> = mesh.points().iter().map(|p| u(*p)).collect();
+    if order == Order::Quadratic {
+        let at = |p: u32| mesh.points()[p as usize];
+        values.extend(edges.ends().iter().map(|[a, b]| u(at(*a) + (at(*b) - at(*a)) * 0.5)));
+    }
+    Displacement::new(mesh, &edges, values).unwrap()
 }

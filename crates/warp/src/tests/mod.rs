@@ -2,4 +2,5 @@
 
 mod fixture;
 mod reference;
+mod skin;
 mod warp;

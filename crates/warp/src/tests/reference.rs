@@ -2,6 +2,7 @@
 
 use super::fixture::{Archive, patterned_ct};
 use crate::map::Map;
+use crate::pieces::{Curve, Pieces};
 use crate::raster::{Raster, SLAB};
 use crate::resample::{Counts, Resampling};
 use crate::{Params, warp};
@@ -94,7 +95,8 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
         assert_eq!(claims.iter().filter(|&&c| c > 1).count(), folded, "{name}: claimed twice");
         let ct = patterned_ct(size, n as u64 + 1);
         let work = Resampling { map: &map, source: &ct, size, air_hu: AIR, body_hu: -500 };
-        let (values, counts) = work.run(Progress::none()).unwrap();
+        let mut values = ct.clone();
+        let counts = work.run(&mut values, Progress::none()).unwrap();
         compare(name, &values, &ct, &want);
         let count = |f: fn(i32) -> bool| want.owner.iter().filter(|&&o| f(o)).count();
         let expected =
@@ -142,13 +144,10 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let by_one = compare("W1", got.data(), ct.data(), &want);
     assert!(by_one * 10_000 <= info.moved_voxels, "{by_one} voxels off by one");
     assert_eq!((info.moved_voxels, info.vacated_voxels, info.folded_voxels), (205_714, 7_287, 0));
-    let (map_owner, _) = owners(
-        &Map::new(
-            ct.grid(),
-            &crate::pieces::Pieces::new(&mesh, &Edges::new(&mesh), &displacement, 1.0),
-            &crate::collar::Collar::default(),
-        ),
-        size,
-    );
+    let edges = Edges::new(&mesh);
+    let curve = Curve { mesh: &mesh, edges: &edges, displacement: &displacement };
+    let pieces = Pieces::new(&curve, 1.0, Progress::none()).unwrap();
+    let (map_owner, _) =
+        owners(&Map::new(ct.grid(), &pieces, &crate::collar::Collar::default()), size);
     assert!(map_owner.iter().zip(&want.owner).all(|(a, b)| *a == (*b).max(-1)), "owners of W1");
 }
