@@ -1,1 +1,37 @@
 //! The case file and the whole flow from CT to deformed CT.
+//!
+//! The only crate that knows the order of the stages and the only one below the edges with a
+//! clock. [`run`] shows the whole flow on one screen.
+
+#![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
+
+mod bench;
+mod case;
+mod ct;
+mod error;
+mod facts;
+mod keys;
+mod meter;
+mod run;
+mod stage;
+mod store;
+mod texts;
+
+mod stages {
+    pub(crate) mod export;
+    pub(crate) mod import;
+    pub(crate) mod mesh;
+    pub(crate) mod region;
+    pub(crate) mod report;
+    pub(crate) mod segment;
+    pub(crate) mod solve;
+    pub(crate) mod warp;
+}
+
+pub use bench::Watch;
+pub use case::{Case, CaseError, MeshWish, Seeds, side};
+pub use ct::{CtInput, read_ct};
+pub use error::RunError;
+pub use run::{Options, run};
+pub use stage::Stage;
+pub use supine_report::Summary;

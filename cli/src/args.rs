@@ -1,0 +1,313 @@
+//! What can be typed.
+
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use supine_pipeline::Stage;
+
+/// Gives the CT of a supine breast as it lies on the tilted operating table.
+///
+/// Research software: no clinical use is claimed. Lengths in mm, positions in the DICOM patient
+/// frame (LPS), angles in degrees. Positive AP raises the head, positive LAT lowers the patient's
+/// left side.
+#[derive(Parser, Debug)]
+#[command(name = "supine", version, arg_required_else_help = true, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
+method failed; 4 a check failed, outputs are there; 5 an output cannot be written; 75 worth a \
+retry; 130 interrupted.";
+
+/// Options of every command.
+#[derive(Args, Debug)]
+pub(crate) struct Common {
+    /// Number of threads [default: all cores]; the result does not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Machine-readable result on stdout, nothing else there
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Only errors on stderr
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// More on stderr
+    #[arg(long, short, global = true)]
+    pub(crate) verbose: bool,
+    /// No progress bar
+    #[arg(long, global = true)]
+    pub(crate) no_progress: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// The whole flow on the patient that comes with the program
+    Demo(Demo),
+    /// What is in a folder of DICOM, and whether it can be used
+    Inspect(Inspect),
+    /// The whole flow of a case file
+    Run(Run),
+    /// Labels of chest wall and soft tissue
+    Segment(Segment),
+    /// Tetrahedra of the soft tissue within a sphere
+    Mesh(Mesh),
+    /// Displacement of a mesh under gravity
+    Solve(Solve),
+    /// A CT resampled through a deformed mesh
+    Warp(Warp),
+    /// Points carried by a finished run
+    Carry(Carry),
+    /// What no validator notices about an exported series
+    VerifyExport(VerifyExport),
+    /// Completions for a shell, on stdout
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Manual pages, into a folder
+    Man {
+        /// The folder
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Demo {
+    /// Where the results go
+    #[arg(long, value_name = "DIR", default_value = "supine-demo")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Inspect {
+    /// Folder or file
+    pub(crate) path: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Run {
+    /// The case file
+    pub(crate) case: PathBuf,
+    /// Where the results go
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// End after this stage
+    #[arg(long, value_name = "STAGE", value_parser = stage)]
+    pub(crate) until: Option<Stage>,
+    /// Redo this stage and all later ones
+    #[arg(long, value_name = "STAGE", value_parser = stage)]
+    pub(crate) force: Option<Stage>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Segment {
+    /// DICOM folder, NRRD or NIfTI file
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ct: PathBuf,
+    /// A case file, for its series and seeds
+    #[arg(long, value_name = "CASE.toml")]
+    pub(crate) case: Option<PathBuf>,
+    /// Seeds (.mrk.json), instead of the case's
+    #[arg(long, value_name = "FILE")]
+    pub(crate) seeds: Option<PathBuf>,
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Mesh {
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) labels: PathBuf,
+    /// Centre of the sphere, mm (LPS)
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
+    pub(crate) centre: Three,
+    /// Radius of the sphere, mm
+    #[arg(long, value_name = "R")]
+    pub(crate) radius: f64,
+    /// Number of tetrahedra
+    #[arg(long, value_name = "N")]
+    pub(crate) tetrahedra: NonZeroUsize,
+    /// Which mesher
+    #[arg(long, value_enum, default_value = "native")]
+    pub(crate) mesher: Mesher,
+    /// The mesh (.vtu)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Mesher {
+    /// Our own
+    Native,
+}
+
+#[derive(Args, Debug)]
+#[command(group(ArgGroup::new("gravity_given").required(true)))]
+pub(crate) struct Solve {
+    /// The mesh (.vtu) with its boundary tags
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mesh: PathBuf,
+    /// The table's tilt, degrees
+    #[arg(long, value_name = "AP,LAT", group = "gravity_given", value_parser = two,
+          allow_hyphen_values = true)]
+    pub(crate) bed: Option<Two>,
+    /// The patient sits upright
+    #[arg(long, group = "gravity_given")]
+    pub(crate) sitting: bool,
+    /// Direction of gravity (LPS)
+    #[arg(long, value_name = "X,Y,Z", group = "gravity_given", value_parser = three,
+          allow_hyphen_values = true)]
+    pub(crate) gravity: Option<Three>,
+    /// Young's modulus, kPa
+    #[arg(long, value_name = "KPA")]
+    pub(crate) young: Option<f64>,
+    /// Poisson's ratio
+    #[arg(long, value_name = "NU")]
+    pub(crate) poisson: Option<f64>,
+    /// Density, kg/m³
+    #[arg(long, value_name = "KG/M3")]
+    pub(crate) density: Option<f64>,
+    /// What the CT shape is taken for
+    #[arg(long, value_enum, default_value = "net")]
+    pub(crate) rest: Rest,
+    /// Order of the displacement within a tetrahedron
+    #[arg(long, value_name = "1|2", default_value = "2",
+          value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) order: u8,
+    /// What holds the cut
+    #[arg(long, value_enum, default_value = "free")]
+    pub(crate) cut: Cut,
+    /// The deformed mesh (.vtu)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Rest {
+    /// The CT shape is stress-free
+    Net,
+    /// The CT shape is loaded by supine gravity
+    Unloaded,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Cut {
+    /// Nothing
+    Free,
+    /// Everything
+    Fixed,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Warp {
+    /// DICOM folder, NRRD or NIfTI file
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ct: PathBuf,
+    /// Series Instance UID, when the folder holds several
+    #[arg(long, value_name = "UID")]
+    pub(crate) series: Option<String>,
+    /// The deformed mesh (.vtu): CT shape with point data `displacement`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) mesh: PathBuf,
+    /// Between voxels
+    #[arg(long, value_enum, default_value = "linear")]
+    pub(crate) interpolation: Interpolation,
+    /// The breast's side, for a DICOM series
+    #[arg(long, value_enum)]
+    pub(crate) breast: Option<Breast>,
+    /// A folder for a DICOM series, or a .nrrd, .nii or .nii.gz file
+    #[arg(long, value_name = "DIR|FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Interpolation {
+    /// Trilinear
+    Linear,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Breast {
+    /// The patient's left
+    Left,
+    /// The patient's right
+    Right,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Carry {
+    /// The folder of a finished run
+    #[arg(long, value_name = "DIR")]
+    pub(crate) run: PathBuf,
+    /// Points in the CT (.csv name,x,y,z in LPS mm, or .mrk.json)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) points: PathBuf,
+    /// The points on the operating table (.csv or .mrk.json)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct VerifyExport {
+    /// The exported series
+    pub(crate) dir: PathBuf,
+    /// The series it was made from; without it much cannot be checked
+    #[arg(long, value_name = "DIR")]
+    pub(crate) source: Option<PathBuf>,
+}
+
+/// Three numbers of one argument.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Three(pub(crate) [f64; 3]);
+
+/// Two numbers of one argument.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Two(pub(crate) [f64; 2]);
+
+fn three(text: &str) -> Result<Three, String> {
+    numbers(text).map(Three)
+}
+
+fn two(text: &str) -> Result<Two, String> {
+    numbers(text).map(Two)
+}
+
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let parsed: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    parsed
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| format!("expected {N} numbers with commas between"))
+}
+
+fn stage(name: &str) -> Result<Stage, String> {
+    Stage::ALL.into_iter().find(|s| s.name() == name).ok_or_else(|| {
+        let names: Vec<&str> = Stage::ALL.iter().map(|s| s.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_are_counted() {
+        assert_eq!(numbers::<3>("-1, 2.5,3"), Ok([-1.0, 2.5, 3.0]));
+        assert!(numbers::<3>("1,2").is_err());
+        assert!(numbers::<2>("1,nan").is_err());
+    }
+}

@@ -1,0 +1,12 @@
+//! One file per command.
+
+pub(crate) mod carry;
+pub(crate) mod demo;
+pub(crate) mod inspect;
+pub(crate) mod manual;
+pub(crate) mod mesh;
+pub(crate) mod run;
+pub(crate) mod segment;
+pub(crate) mod solve;
+pub(crate) mod verify_export;
+pub(crate) mod warp;

@@ -1,0 +1,61 @@
+//! `supine segment`.
+
+use crate::args;
+use crate::failure::Failure;
+use crate::screen::Screen;
+use supine_exchange::{read_seeds, write_labels};
+use supine_pipeline::{Case, RunError, Seeds};
+use supine_segment::Params;
+use supine_space::Progress;
+use supine_volume::label;
+
+pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failure> {
+    let case = args.case.as_ref().map(|path| Case::read(path).map_err(RunError::from));
+    let case = case.transpose()?;
+    let series = case.as_ref().and_then(|c| c.series.clone());
+    let given = match (&args.seeds, case) {
+        (Some(path), _) => Seeds::File(path.clone()),
+        (None, Some(case)) => case.seeds,
+        (None, None) => Seeds::Automatic,
+    };
+    let params = Params { seeds: seeds(given)?, ..Params::default() };
+    let watch = |share| screen.share("import", share);
+    let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
+    let watch = |share| screen.share("segment", share);
+    let (labels, info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
+        .map_err(RunError::from)?;
+    write_labels(&labels, &args.out)?;
+    screen.warn_all(&info.warnings);
+    let ml = |kind: fn(u8) -> bool| {
+        let voxels = labels.data().iter().filter(|l| kind(**l)).count();
+        voxels as f64 * labels.grid().voxel_volume() / 1000.0
+    };
+    let (soft, wall) = (ml(label::is_soft_tissue), ml(label::is_chest_wall));
+    let json = serde_json::json!({
+        "labels": args.out, "soft_tissue_ml": soft, "chest_wall_ml": wall,
+        "fat_hu": info.fat_hu, "muscle_hu": info.muscle_hu, "warnings": info.warnings,
+    });
+    let text = format!(
+        "{}: soft tissue {soft:.0} ml, chest wall {wall:.0} ml in the whole CT",
+        args.out.display()
+    );
+    screen.result(&json, &text);
+    Ok(0)
+}
+
+fn seeds(given: Seeds) -> Result<supine_segment::Seeds, Failure> {
+    Ok(match given {
+        Seeds::Automatic => supine_segment::Seeds::default(),
+        Seeds::Points { chest_wall, soft_tissue, exclude } => {
+            supine_segment::Seeds { chest_wall, soft_tissue, exclude }
+        }
+        Seeds::File(path) => {
+            let read = read_seeds(&path)?;
+            supine_segment::Seeds {
+                chest_wall: read.chest_wall,
+                soft_tissue: read.soft_tissue,
+                exclude: read.exclude,
+            }
+        }
+    })
+}

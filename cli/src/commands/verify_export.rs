@@ -1,0 +1,29 @@
+//! `supine verify-export`.
+
+use crate::args;
+use crate::failure::Failure;
+use crate::screen::Screen;
+use supine_space::Progress;
+
+pub(crate) fn verify_export(args: &args::VerifyExport, screen: &Screen) -> Result<u8, Failure> {
+    let watch = |share| screen.share("verify", share);
+    let found =
+        supine_dicom::verify_export(&args.dir, args.source.as_deref(), Progress::new(&watch))?;
+    if screen.json {
+        screen.result(&found, "");
+    } else {
+        for check in &found.checks {
+            let verdict = match check.passed {
+                Some(true) => "PASS",
+                Some(false) => "FAIL",
+                None => "----",
+            };
+            println!("{verdict}  {}  {}", check.rule, check.detail);
+        }
+    }
+    let failed = found.checks.iter().filter(|c| c.passed == Some(false)).count();
+    let open = found.checks.iter().filter(|c| c.passed.is_none()).count();
+    screen
+        .say(&format!("{} checks: {failed} failed, {open} could not be made", found.checks.len()));
+    Ok(if failed == 0 { 0 } else { 4 })
+}

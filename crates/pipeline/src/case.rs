@@ -1,0 +1,350 @@
+//! The case file (TOML): as typed, and validated.
+
+use crate::keys;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use supine_fem::{Cut, RestState, Tissue};
+use supine_mesh::Order;
+use supine_space::{BedPose, Point, Side, Sphere};
+
+/// Everything that decides a run, validated. Paths are absolute or relative to the working folder.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// DICOM folder or file, NRRD or NIfTI file.
+    pub ct: PathBuf,
+    /// Series Instance UID, when the folder holds several.
+    pub series: Option<String>,
+    /// The breast that is operated.
+    pub breast: Side,
+    /// The table's tilt.
+    pub bed: BedPose,
+    /// The tumour in the CT.
+    pub tumour: Sphere,
+    /// The region; proposed from the breast when absent.
+    pub region: Option<Sphere>,
+    /// What is asked of the mesh.
+    pub mesh: MeshWish,
+    /// The tissue's law.
+    pub tissue: Tissue,
+    /// What the CT shape is taken for.
+    pub rest: RestState,
+    /// What holds the cut.
+    pub cut: Cut,
+    /// Seeds for the segmentation.
+    pub seeds: Seeds,
+    /// A segmentation brought along.
+    pub labels: Option<PathBuf>,
+    /// Point lists to carry.
+    pub points: Vec<PathBuf>,
+}
+
+/// What is asked of the mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshWish {
+    /// Number of tetrahedra.
+    pub tetrahedra: usize,
+    /// Order of the displacement within them.
+    pub order: Order,
+}
+
+/// Where the seeds come from.
+#[derive(Clone, Debug, Default)]
+pub enum Seeds {
+    /// None: the segmentation finds its own.
+    #[default]
+    Automatic,
+    /// A markups file.
+    File(PathBuf),
+    /// Points in the case file, LPS, mm.
+    Points {
+        /// In the chest wall.
+        chest_wall: Vec<Point>,
+        /// In the soft tissue.
+        soft_tissue: Vec<Point>,
+        /// In neither.
+        exclude: Vec<Point>,
+    },
+}
+
+/// Why a case cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// The file cannot be read.
+    #[error("the case file {path} cannot be read: {source}")]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is not TOML or a value has the wrong type.
+    #[error("the case file {path} is not valid: {reason}")]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// Line, key and reason.
+        reason: String,
+    },
+    /// A value is out of its range.
+    #[error("`{key}` in the case file: {reason}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+}
+
+#[derive(Deserialize)]
+struct CaseFile {
+    ct: PathBuf,
+    series: Option<String>,
+    breast: String,
+    bed: BedFile,
+    tumour: SphereFile,
+    region: Option<SphereFile>,
+    #[serde(default)]
+    mesh: MeshFile,
+    #[serde(default)]
+    tissue: TissueFile,
+    seeds: Option<SeedsFile>,
+    labels: Option<PathBuf>,
+    #[serde(default)]
+    carry: CarryFile,
+}
+
+#[derive(Deserialize)]
+struct BedFile {
+    ap: f64,
+    lat: f64,
+}
+
+#[derive(Deserialize)]
+struct SphereFile {
+    centre: [f64; 3],
+    radius: f64,
+}
+
+#[derive(Deserialize, Default)]
+struct MeshFile {
+    tetrahedra: Option<i64>,
+    order: Option<i64>,
+    mesher: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+struct TissueFile {
+    young: Option<f64>,
+    poisson: Option<f64>,
+    density: Option<f64>,
+    rest: Option<String>,
+    cut: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum SeedsFile {
+    File(PathBuf),
+    Points {
+        #[serde(default)]
+        chest_wall: Vec<[f64; 3]>,
+        #[serde(default)]
+        soft_tissue: Vec<[f64; 3]>,
+        #[serde(default)]
+        exclude: Vec<[f64; 3]>,
+    },
+}
+
+#[derive(Deserialize, Default)]
+struct CarryFile {
+    #[serde(default)]
+    points: Vec<PathBuf>,
+}
+
+/// The tilts a table can do; beyond them a typing error is likelier than a patient.
+const MAX_TILT_DEG: f64 = 90.0;
+
+impl Case {
+    /// Reads and validates a case file; relative paths in it are relative to the file.
+    ///
+    /// # Errors
+    /// [`CaseError`], naming the key and what to do.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| CaseError::Unreadable { path: path.into(), source })?;
+        let invalid = |reason: String| CaseError::Invalid { path: path.into(), reason };
+        let table: toml::Table =
+            text.parse().map_err(|e: toml::de::Error| invalid(e.to_string()))?;
+        if let Some(complaint) = keys::first_unknown(&table) {
+            return Err(invalid(complaint));
+        }
+        let file: CaseFile = toml::from_str(&text).map_err(|e| invalid(e.to_string()))?;
+        Self::from_file(file, path.parent().unwrap_or(Path::new("")))
+    }
+
+    fn from_file(file: CaseFile, base: &Path) -> Result<Self, CaseError> {
+        let tissue_file = &file.tissue;
+        let default = Tissue::default();
+        Ok(Self {
+            ct: base.join(file.ct),
+            series: file.series,
+            breast: side("breast", &file.breast)?,
+            bed: bed(&file.bed)?,
+            tumour: sphere("tumour", &file.tumour)?,
+            region: file.region.as_ref().map(|r| sphere("region", r)).transpose()?,
+            mesh: mesh_wish(&file.mesh)?,
+            tissue: tissue(Tissue {
+                young_kpa: tissue_file.young.unwrap_or(default.young_kpa),
+                poisson: tissue_file.poisson.unwrap_or(default.poisson),
+                density_kg_m3: tissue_file.density.unwrap_or(default.density_kg_m3),
+            })?,
+            rest: one_of(
+                "tissue.rest",
+                tissue_file.rest.as_deref(),
+                &[("net", RestState::Net), ("unloaded", RestState::Unloaded)],
+            )?,
+            cut: one_of(
+                "tissue.cut",
+                tissue_file.cut.as_deref(),
+                &[("free", Cut::Free), ("fixed", Cut::Fixed)],
+            )?,
+            seeds: seeds(file.seeds, base)?,
+            labels: file.labels.map(|p| base.join(p)),
+            points: file.carry.points.iter().map(|p| base.join(p)).collect(),
+        })
+    }
+}
+
+fn value(key: &'static str, reason: impl Into<String>) -> CaseError {
+    CaseError::Value { key, reason: reason.into() }
+}
+
+/// The named choice; the first one when none is named.
+fn one_of<T: Copy>(
+    key: &'static str,
+    given: Option<&str>,
+    choices: &[(&str, T)],
+) -> Result<T, CaseError> {
+    let Some(given) = given else { return Ok(choices[0].1) };
+    let found = choices.iter().find(|(name, _)| *name == given);
+    found.map(|(_, choice)| *choice).ok_or_else(|| {
+        let names: Vec<String> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        value(key, format!("\"{given}\" is none of {}", names.join(", ")))
+    })
+}
+
+/// The side of a name.
+///
+/// # Errors
+/// When it is neither `left` nor `right`.
+pub fn side(key: &'static str, name: &str) -> Result<Side, CaseError> {
+    one_of(key, Some(name), &[("left", Side::Left), ("right", Side::Right)])
+}
+
+fn bed(file: &BedFile) -> Result<BedPose, CaseError> {
+    for (key, angle) in [("bed.ap", file.ap), ("bed.lat", file.lat)] {
+        if angle.is_nan() || angle.abs() > MAX_TILT_DEG {
+            let reason = format!("{angle} degrees is not a tilt between -90 and 90");
+            return Err(value(key, reason));
+        }
+    }
+    Ok(BedPose { ap_deg: file.ap, lat_deg: file.lat })
+}
+
+fn sphere(key: &'static str, file: &SphereFile) -> Result<Sphere, CaseError> {
+    Sphere::new(Point::from(file.centre), file.radius).map_err(|e| value(key, e.to_string()))
+}
+
+fn mesh_wish(file: &MeshFile) -> Result<MeshWish, CaseError> {
+    one_of("mesh.mesher", file.mesher.as_deref(), &[("native", ())])?;
+    let order = match file.order {
+        None | Some(2) => Order::Quadratic,
+        Some(1) => Order::Linear,
+        Some(n) => return Err(value("mesh.order", format!("{n} is neither 1 nor 2"))),
+    };
+    let asked =
+        file.tetrahedra.unwrap_or(supine_tetrahedralise::Params::default().tetrahedra as i64);
+    match usize::try_from(asked) {
+        Ok(tetrahedra) if tetrahedra > 0 => Ok(MeshWish { tetrahedra, order }),
+        _ => Err(value(
+            "mesh.tetrahedra",
+            format!("{asked} tetrahedra cannot be made: ask for 1000 to 100000"),
+        )),
+    }
+}
+
+fn tissue(tissue: Tissue) -> Result<Tissue, CaseError> {
+    tissue.check().map_err(|e| value("tissue", e.to_string()))?;
+    Ok(tissue)
+}
+
+fn seeds(file: Option<SeedsFile>, base: &Path) -> Result<Seeds, CaseError> {
+    let points = |list: Vec<[f64; 3]>| -> Result<Vec<Point>, CaseError> {
+        if list.iter().flatten().all(|c| c.is_finite()) {
+            Ok(list.into_iter().map(Point::from).collect())
+        } else {
+            Err(value("seeds", "a coordinate is not finite"))
+        }
+    };
+    Ok(match file {
+        None => Seeds::Automatic,
+        Some(SeedsFile::File(path)) => Seeds::File(base.join(path)),
+        Some(SeedsFile::Points { chest_wall, soft_tissue, exclude }) => Seeds::Points {
+            chest_wall: points(chest_wall)?,
+            soft_tissue: points(soft_tissue)?,
+            exclude: points(exclude)?,
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MINIMAL: &str = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7.0, lat = 5.0 }\n\
+                           tumour = { centre = [1.0, 2.0, 3.0], radius = 10.0 }\n";
+
+    fn read(text: &str) -> Result<Case, CaseError> {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("case.toml");
+        std::fs::write(&path, text).unwrap();
+        Case::read(&path)
+    }
+
+    #[test]
+    fn four_keys_suffice() {
+        let case = read(MINIMAL).unwrap();
+        assert_eq!(case.breast, Side::Left);
+        assert_eq!(case.mesh.order, Order::Quadratic);
+        assert!((case.tissue.young_kpa - 0.609).abs() < 1e-12);
+        assert!(case.ct.ends_with("ct") && case.ct != Path::new("ct"), "relative to the file");
+    }
+
+    #[test]
+    fn whole_numbers_are_numbers() {
+        assert!(read(&MINIMAL.replace("7.0", "7")).is_ok());
+    }
+
+    #[test]
+    fn each_bad_value_names_its_key() {
+        for (line, key) in [
+            ("mesh = { tetrahedra = 0 }", "mesh.tetrahedra"),
+            ("mesh = { order = 3 }", "mesh.order"),
+            ("mesh = { mesher = 'magic' }", "mesh.mesher"),
+            ("tissue = { poisson = 0.5 }", "tissue"),
+            ("tissue = { rest = 'nett' }", "tissue.rest"),
+            ("region = { centre = [0, 0, 0], radius = -1 }", "region"),
+            ("tisue = { young = 1.0 }", "tissue"),
+        ] {
+            let error = read(&format!("{MINIMAL}{line}\n")).unwrap_err().to_string();
+            assert!(error.contains(&format!("`{key}`")), "{line}: {error}");
+        }
+        let error = read(&MINIMAL.replace("breast", "brest")).unwrap_err().to_string();
+        assert!(error.contains("`breast`"), "{error}");
+        let error = read(&MINIMAL.replace("ap = 7.0", "ap = 700.0")).unwrap_err().to_string();
+        assert!(error.contains("`bed.ap`"), "{error}");
+        let error = read("ct = 'ct'\n").unwrap_err().to_string();
+        assert!(error.contains("missing field `breast`"), "{error}");
+    }
+}

@@ -1,0 +1,142 @@
+//! Why a run ended without its result.
+
+use crate::CaseError;
+use std::path::PathBuf;
+
+/// Why a run ended; [`RunError::exit_code`] is what the command answers.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The case file.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The CT.
+    #[error("the CT cannot be used: {0}")]
+    Ct(supine_dicom::Error),
+    /// Another file that the case names.
+    #[error("{role}: {source}")]
+    File {
+        /// Which key of the case names it.
+        role: &'static str,
+        /// Why.
+        source: supine_exchange::Error,
+    },
+    /// A file that is not there or cannot be opened.
+    #[error("{role} {path} cannot be read: {source}")]
+    Missing {
+        /// Which key of the case names it.
+        role: &'static str,
+        /// The path.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Labels on another grid than the CT's.
+    #[error("`labels`: the label map's grid is not the CT's; resample it to the CT first")]
+    OtherGrid,
+    /// The region.
+    #[error("`region`: {0}")]
+    Region(#[from] supine_volume::RegionError),
+    /// The tumour and the anatomy disagree.
+    #[error("`tumour`: {0}")]
+    Tumour(String),
+    /// Segmentation.
+    #[error("segmentation: {0}")]
+    Segment(supine_segment::Error),
+    /// Meshing.
+    #[error("meshing: {0}")]
+    Mesh(supine_tetrahedralise::Error),
+    /// Mechanics.
+    #[error("mechanics: {0}")]
+    Solve(supine_fem::Error),
+    /// Warping.
+    #[error("warping: {0}")]
+    Warp(supine_warp::Error),
+    /// The exported series.
+    #[error("the series cannot be exported: {0}")]
+    Export(supine_dicom::Error),
+    /// A product that cannot be written.
+    #[error("{0}")]
+    Product(supine_exchange::Error),
+    /// A stored solution that lost its displacement.
+    #[error("{path} holds no displacement; run again with --force solve")]
+    NoDisplacement {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The report.
+    #[error("the report cannot be written: {0}")]
+    Report(supine_report::Error),
+    /// The output folder.
+    #[error("the output {path} cannot be written: {source}")]
+    Output {
+        /// The path.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Another run works in the folder.
+    #[error("another run is at work in {path}; wait for it or name another --out")]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A record that cannot be written as JSON (a number that is not finite).
+    #[error("the record of a stage cannot be written: {0}")]
+    Record(#[from] serde_json::Error),
+    /// The user stopped it.
+    #[error("interrupted; what was finished is kept and a second run continues from there")]
+    Stopped,
+}
+
+impl RunError {
+    /// The exit code: 1 input, 3 method, 5 output, 75 worth a retry, 130 interrupted.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Case(_)
+            | Self::Ct(_)
+            | Self::File { .. }
+            | Self::Missing { .. }
+            | Self::OtherGrid
+            | Self::Region(_)
+            | Self::Tumour(_) => 1,
+            Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
+            Self::Export(_)
+            | Self::Product(_)
+            | Self::NoDisplacement { .. }
+            | Self::Report(_)
+            | Self::Record(_) => 5,
+            Self::Output { source, .. } => output_code(source),
+            Self::Busy { .. } => 75,
+            Self::Stopped => 130,
+        }
+    }
+}
+
+/// A full disk is worth a retry; a folder that cannot be written is not.
+fn output_code(error: &std::io::Error) -> u8 {
+    use std::io::ErrorKind as Kind;
+    if matches!(error.kind(), Kind::StorageFull | Kind::QuotaExceeded) { 75 } else { 5 }
+}
+
+/// Turns the errors of the stages into [`RunError`], keeping an interruption an interruption.
+macro_rules! from_stage {
+    ($($crate_name:ident => $variant:ident),* $(,)?) => {$(
+        impl From<$crate_name::Error> for RunError {
+            fn from(error: $crate_name::Error) -> Self {
+                match error {
+                    $crate_name::Error::Stopped(_) => Self::Stopped,
+                    other => Self::$variant(other),
+                }
+            }
+        }
+    )*};
+}
+
+from_stage! {
+    supine_segment => Segment,
+    supine_tetrahedralise => Mesh,
+    supine_fem => Solve,
+    supine_warp => Warp,
+    supine_report => Report,
+}

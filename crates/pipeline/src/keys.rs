@@ -1,0 +1,87 @@
+//! The keys of a case file: unknown ones are refused and the nearest known one is named.
+
+use toml::{Table, Value};
+
+/// A key with the keys within it; no keys within means any value.
+struct Key {
+    name: &'static str,
+    within: &'static [&'static str],
+}
+
+const fn key(name: &'static str, within: &'static [&'static str]) -> Key {
+    Key { name, within }
+}
+
+/// All keys that this version understands.
+const KEYS: &[Key] = &[
+    key("ct", &[]),
+    key("series", &[]),
+    key("breast", &[]),
+    key("bed", &["ap", "lat"]),
+    key("tumour", &["centre", "radius"]),
+    key("region", &["centre", "radius"]),
+    key("mesh", &["tetrahedra", "order", "mesher"]),
+    key("tissue", &["young", "poisson", "density", "rest", "cut"]),
+    key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
+    key("labels", &[]),
+    key("carry", &["points"]),
+];
+
+/// Keys of the case file's format that a later version will understand. They are refused rather
+/// than ignored: a planner who asks for a thing must not believe that it was done.
+const LATER: &[&str] = &["scans", "carry.dose", "carry.structures", "export"];
+
+/// The first key that cannot be used, in words; `None` when all are known.
+pub(crate) fn first_unknown(case: &Table) -> Option<String> {
+    for (name, value) in case {
+        let Some(known) = KEYS.iter().find(|k| k.name == name) else {
+            return Some(complain(name, KEYS.iter().map(|k| k.name)));
+        };
+        let (Value::Table(table), false) = (value, known.within.is_empty()) else { continue };
+        if let Some(inner) = table.keys().find(|k| !known.within.contains(&k.as_str())) {
+            let path = format!("{name}.{inner}");
+            return Some(complain(&path, known.within.iter().copied()));
+        }
+    }
+    None
+}
+
+fn complain<'a>(path: &str, known: impl Iterator<Item = &'a str>) -> String {
+    if LATER.contains(&path) {
+        return format!("the key `{path}` is not supported by this version: remove it");
+    }
+    let name = path.rsplit('.').next().unwrap_or(path);
+    let nearest = known.min_by_key(|k| strsim::damerau_levenshtein(k, name));
+    match (nearest, path.rsplit_once('.')) {
+        (Some(k), Some((table, _))) => {
+            format!("unknown key `{path}`: did you mean `{table}.{k}`?")
+        }
+        (Some(k), None) => format!("unknown key `{path}`: did you mean `{k}`?"),
+        (None, _) => format!("unknown key `{path}`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(text: &str) -> Option<String> {
+        first_unknown(&text.parse::<Table>().unwrap())
+    }
+
+    #[test]
+    fn typos_name_the_nearest_key() {
+        assert_eq!(first("tumor = 1"), Some("unknown key `tumor`: did you mean `tumour`?".into()));
+        assert_eq!(
+            first("[tissue]\nyuong = 1"),
+            Some("unknown key `tissue.yuong`: did you mean `tissue.young`?".into())
+        );
+        assert_eq!(first("seeds = 'a.mrk.json'\nct = 'x'"), None);
+    }
+
+    #[test]
+    fn what_is_not_built_is_refused_and_not_ignored() {
+        assert!(first("[scans]\nsupine = 's.ply'").unwrap().contains("not supported"));
+        assert!(first("[carry]\ndose = ['d.dcm']").unwrap().contains("not supported"));
+    }
+}

@@ -1,0 +1,65 @@
+//! The whole flow.
+
+use crate::bench::{Bench, Watch};
+use crate::stages::{export, import, mesh, region, report, segment, solve, warp};
+use crate::{Case, RunError, Stage};
+use std::path::Path;
+use supine_report::Summary;
+
+/// What a run is asked beside its case.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Ends after this stage.
+    pub until: Option<Stage>,
+    /// Redoes this stage and all later ones, done or not.
+    pub force: Option<Stage>,
+}
+
+/// Runs a case into the folder `out`; stages that are done for the same inputs are not redone.
+///
+/// Returns the summary, or `None` when `until` ended the run before the report.
+///
+/// # Errors
+/// [`RunError`]; nothing half-written is left under a final name, and the stages that were done
+/// stay done.
+pub fn run(
+    case: &Case,
+    out: &Path,
+    options: Options,
+    watch: &dyn Watch,
+) -> Result<Option<Summary>, RunError> {
+    let mut bench = Bench::open(out, options, watch)?;
+    let until = |stage| options.until == Some(stage);
+
+    let input = import::import(&mut bench, case)?;
+    if until(Stage::Import) {
+        return Ok(None);
+    }
+    let labels = segment::segment(&mut bench, case, &input)?;
+    if until(Stage::Segment) {
+        return Ok(None);
+    }
+    let region = region::region(&mut bench, case, &labels)?;
+    if until(Stage::Region) {
+        return Ok(None);
+    }
+    let mesh = mesh::mesh(&mut bench, case, &labels, &region)?;
+    if until(Stage::Mesh) {
+        return Ok(None);
+    }
+    let solved = solve::solve(&mut bench, case, &mesh)?;
+    if until(Stage::Solve) {
+        return Ok(None);
+    }
+    let warped = warp::warp(&mut bench, case, &input, &labels, &mesh, &solved)?;
+    if until(Stage::Warp) {
+        return Ok(None);
+    }
+    let reach_mm = solved.facts.solve.max_displacement_mm;
+    let export = export::export(&mut bench, case, &input, &warped, reach_mm)?;
+    if until(Stage::Export) {
+        return Ok(None);
+    }
+    let flow = report::Flow { input, labels, region, mesh, solved, warped, export };
+    report::report(bench, case, &flow).map(Some)
+}

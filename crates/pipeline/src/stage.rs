@@ -1,0 +1,69 @@
+//! The stages of a run, in order.
+
+/// A stage of a run. The order is the order of the flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Read the CT.
+    Import,
+    /// Label chest wall and soft tissue.
+    Segment,
+    /// Find or check the sphere.
+    Region,
+    /// Fill the soft tissue in the sphere with tetrahedra.
+    Mesh,
+    /// Displace them under the table's gravity.
+    Solve,
+    /// Resample the CT.
+    Warp,
+    /// Write the series.
+    Export,
+    /// Write the report.
+    Report,
+}
+
+impl Stage {
+    /// All stages in order.
+    pub const ALL: [Self; 8] = [
+        Self::Import,
+        Self::Segment,
+        Self::Region,
+        Self::Mesh,
+        Self::Solve,
+        Self::Warp,
+        Self::Export,
+        Self::Report,
+    ];
+
+    /// Name on the command line, in logs and in `summary.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Import => "import",
+            Self::Segment => "segment",
+            Self::Region => "region",
+            Self::Mesh => "mesh",
+            Self::Solve => "solve",
+            Self::Warp => "warp",
+            Self::Export => "export",
+            Self::Report => "report",
+        }
+    }
+
+    /// What the run leaves from this stage, relative to the output folder.
+    pub(crate) fn products(self) -> &'static [&'static str] {
+        match self {
+            Self::Import | Self::Region => &[],
+            Self::Segment => &["labels.seg.nrrd"],
+            Self::Mesh => &["mesh/rest.vtu"],
+            Self::Solve => &["mesh/deformed.vtu"],
+            Self::Warp => &[".stages/warped.nrrd", "field", "points.csv"],
+            Self::Export => &["ct", "ct.nrrd"],
+            Self::Report => &["report", "summary.json"],
+        }
+    }
+}
+
+impl std::fmt::Display for Stage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

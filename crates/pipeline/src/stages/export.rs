@@ -1,0 +1,117 @@
+//! The series for the planning system, read back and verified.
+
+use super::import::Imported;
+use super::warp::Facts as WarpFacts;
+use crate::bench::{Bench, Done, Made};
+use crate::store::Store;
+use crate::{Case, RunError, Stage, texts};
+use supine_dicom::{ExportParams, ReadInfo, Source};
+use supine_report::{Checks, Export};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+pub(crate) type Exported = Done<(), Option<Export>>;
+
+pub(crate) fn export(
+    bench: &mut Bench<'_>,
+    case: &Case,
+    input: &Imported,
+    warped: &Done<Ct, WarpFacts>,
+    reach_mm: f64,
+) -> Result<Exported, RunError> {
+    bench.stage(
+        Stage::Export,
+        &[&warped.key, &texts::derivation(case), &texts::series_description(case)],
+        |_| Ok(()),
+        |store, progress| match &input.input.dicom {
+            Some((source, info)) => {
+                let series = Series { case, source, info, warped, reach_mm };
+                series.write(store, progress)
+            }
+            None => without_dicom(case, store, &warped.product),
+        },
+    )
+}
+
+/// A CT that came without DICOM carries no patient: it leaves as it came, as a plain volume.
+fn without_dicom(
+    case: &Case,
+    store: &Store,
+    warped: &Ct,
+) -> Result<Made<(), Option<Export>>, RunError> {
+    supine_exchange::write_ct_nrrd(warped, &store.path("ct.nrrd")?, &texts::derivation(case))
+        .map_err(RunError::Product)?;
+    let warning = "the CT did not come as DICOM, so there is no patient to export a series for: \
+                   the deformed CT is ct.nrrd";
+    Ok(Made { product: (), facts: None, warnings: vec![warning.into()] })
+}
+
+struct Series<'a> {
+    case: &'a Case,
+    source: &'a Source,
+    info: &'a ReadInfo,
+    warped: &'a Done<Ct, WarpFacts>,
+    /// Largest displacement, mm.
+    reach_mm: f64,
+}
+
+impl Series<'_> {
+    fn write(
+        &self,
+        store: &Store,
+        progress: Progress<'_>,
+    ) -> Result<Made<(), Option<Export>>, RunError> {
+        let params = ExportParams {
+            series_description: texts::series_description(self.case),
+            derivation: texts::derivation(self.case),
+            image_comments: texts::IMAGE_COMMENTS.into(),
+            laterality: self.case.breast,
+            clock: self.source.clock(),
+            software_version: env!("CARGO_PKG_VERSION").into(),
+            identity: identity(self.info, self.case),
+            reach_mm: self.reach_mm,
+        };
+        let folder = store.path("ct")?;
+        let written = supine_dicom::write_series(
+            &self.warped.product,
+            self.source,
+            &params,
+            &folder,
+            progress.part(0.0, 0.6),
+        )
+        .map_err(export_error)?;
+        let verified =
+            supine_dicom::verify_export(&folder, Some(&self.case.ct), progress.part(0.6, 1.0))
+                .map_err(export_error)?;
+        let passed = verified.checks.iter().filter(|c| c.passed == Some(true)).count();
+        let failed = verified.checks.iter().filter(|c| c.passed == Some(false));
+        let mut warnings: Vec<String> = written.warnings;
+        warnings.extend(failed.map(|c| format!("check {} failed: {}", c.rule, c.detail)));
+        let export = Export {
+            folder: "ct".into(),
+            files: written.files.len(),
+            series_description: params.series_description,
+            series_uid: written.series_uid,
+            frame_of_reference_uid: written.frame_of_reference_uid,
+            verified: Checks { passed, total: verified.checks.len() },
+        };
+        Ok(Made { product: (), facts: Some(export), warnings })
+    }
+}
+
+fn export_error(error: supine_dicom::Error) -> RunError {
+    match error {
+        supine_dicom::Error::Stopped(_) => RunError::Stopped,
+        other => RunError::Export(other),
+    }
+}
+
+/// What made the volume, beside its voxels: two cases never share an identifier.
+fn identity(info: &ReadInfo, case: &Case) -> [u8; 32] {
+    let parts = [info.series_uid.as_str(), &texts::derivation(case)];
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        hasher.update(part.as_bytes()).update(b"\0");
+    }
+    *hasher.finalize().as_bytes()
+}

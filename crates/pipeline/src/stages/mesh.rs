@@ -1,0 +1,46 @@
+//! The mesh of the soft tissue in the sphere.
+
+use super::region::Chosen;
+use super::segment::Facts as SegmentFacts;
+use crate::bench::{Bench, Done, Made};
+use crate::facts::mesh_facts;
+use crate::{Case, RunError, Stage};
+use supine_exchange::{read_vtu, write_vtu};
+use supine_mesh::TetMesh;
+use supine_volume::{LabelMap, Region};
+
+/// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees.
+const POOR_DIHEDRAL_DEG: f64 = 10.0;
+
+pub(crate) fn mesh(
+    bench: &mut Bench<'_>,
+    case: &Case,
+    labels: &Done<LabelMap, SegmentFacts>,
+    region: &Chosen,
+) -> Result<Done<TetMesh, supine_report::Mesh>, RunError> {
+    let params = supine_tetrahedralise::Params {
+        tetrahedra: case.mesh.tetrahedra,
+        ..supine_tetrahedralise::Params::default()
+    };
+    let decided = format!("{params:?} {:?}", region.sphere);
+    bench.stage(
+        Stage::Mesh,
+        &[&labels.key, &decided],
+        |store| Ok(read_vtu(&store.path("mesh/rest.vtu")?).map_err(RunError::Product)?.0),
+        |store, progress| {
+            let region = Region::new(&labels.product, region.sphere)?;
+            let (mesh, info) = supine_tetrahedralise::tetrahedralise(&region, &params, progress)?;
+            write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
+            let facts = mesh_facts(&mesh, params.tetrahedra);
+            let mut warnings = info.warnings;
+            if facts.min_dihedral_deg < POOR_DIHEDRAL_DEG {
+                warnings.push(format!(
+                    "the smallest dihedral angle is {:.1} degrees (below {POOR_DIHEDRAL_DEG}): \
+                     look at the mesh before you trust the result there",
+                    facts.min_dihedral_deg
+                ));
+            }
+            Ok(Made { product: mesh, facts, warnings })
+        },
+    )
+}

@@ -1,0 +1,89 @@
+//! The region: as given, or proposed from the breast; and whether the tumour lies in it.
+
+use super::segment::Facts as SegmentFacts;
+use crate::bench::{Bench, Done};
+use crate::{Case, RunError, Stage};
+use supine_space::{Point, Sphere};
+use supine_volume::{LabelMap, Region, label};
+
+/// The sphere, checked against the labels.
+pub(crate) struct Chosen {
+    pub(crate) sphere: Sphere,
+    pub(crate) proposed: bool,
+    /// Soft tissue within the sphere, ml.
+    pub(crate) soft_tissue_ml: f64,
+    /// Chest wall within the sphere, ml.
+    pub(crate) chest_wall_ml: f64,
+    /// Where the nipple seems to be, LPS, mm.
+    pub(crate) nipple: Option<Point>,
+}
+
+pub(crate) fn region(
+    bench: &mut Bench<'_>,
+    case: &Case,
+    labels: &Done<LabelMap, SegmentFacts>,
+) -> Result<Chosen, RunError> {
+    bench.pass(Stage::Region, |_| {
+        let map = &labels.product;
+        let sphere = match case.region {
+            Some(sphere) => sphere,
+            None => supine_segment::propose_region(map, case.breast, Some(case.tumour))?,
+        };
+        Region::new(map, sphere)?;
+        let warnings = check_tumour(map, case.tumour, sphere)?;
+        let chosen = Chosen {
+            sphere,
+            proposed: case.region.is_none(),
+            soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
+            chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
+            nipple: supine_segment::nipple(map, case.breast),
+        };
+        Ok((chosen, warnings))
+    })
+}
+
+/// The tumour must lie in the region and its centre in the patient.
+fn check_tumour(
+    labels: &LabelMap,
+    tumour: Sphere,
+    region: Sphere,
+) -> Result<Vec<String>, RunError> {
+    let centre = tumour.centre();
+    let beyond = region.signed_distance(&centre);
+    if beyond > 0.0 {
+        return Err(RunError::Tumour(format!(
+            "its centre lies {beyond:.1} mm outside the region (centre {:.1?} mm, radius {:.1} \
+             mm); correct the centre or name a `region` that holds it",
+            <[f64; 3]>::from(region.centre().coords),
+            region.radius()
+        )));
+    }
+    let here = labels.grid().voxel_at(&centre).map_or(label::OUTSIDE, |v| labels.at(v));
+    if here == label::OUTSIDE {
+        let message = "its centre lies outside the patient; correct the centre (LPS, mm)";
+        return Err(RunError::Tumour(message.into()));
+    }
+    let mut warnings = Vec::new();
+    if label::is_chest_wall(here) {
+        warnings.push(
+            "the tumour's centre lies in what was segmented as chest wall, which does not move: \
+             check the segmentation there, place a soft_tissue seed or correct the centre"
+                .into(),
+        );
+    }
+    if beyond + tumour.radius() > 0.0 {
+        warnings.push(format!(
+            "the tumour reaches {:.1} mm beyond the region; enlarge the region",
+            beyond + tumour.radius()
+        ));
+    }
+    Ok(warnings)
+}
+
+/// Volume of the voxels of a kind within the sphere, ml.
+fn volume_ml(labels: &LabelMap, sphere: Sphere, kind: fn(u8) -> bool) -> f64 {
+    let grid = labels.grid();
+    let inside = |n: usize| sphere.contains(&grid.centre(grid.voxel(n)));
+    let voxels = labels.data().iter().enumerate().filter(|&(n, &l)| kind(l) && inside(n)).count();
+    voxels as f64 * grid.voxel_volume() / 1000.0
+}

@@ -1,0 +1,112 @@
+//! Segmentation: found, or brought along.
+
+use super::import::Imported;
+use crate::bench::{Bench, Done, Made};
+use crate::store::hash_of;
+use crate::{Case, RunError, Seeds, Stage};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use supine_exchange::{read_labels, read_seeds, write_labels};
+use supine_report::Input;
+use supine_space::Progress;
+use supine_volume::LabelMap;
+
+/// What is known of the segmentation beside the labels.
+#[derive(Serialize, Deserialize, Debug, Clone)]
+pub(crate) struct Facts {
+    pub(crate) fat_hu: Option<f64>,
+    pub(crate) muscle_hu: Option<f64>,
+    /// Files of the case that went in: labels or seeds.
+    pub(crate) inputs: Vec<Input>,
+}
+
+pub(crate) fn segment(
+    bench: &mut Bench<'_>,
+    case: &Case,
+    input: &Imported,
+) -> Result<Done<LabelMap, Facts>, RunError> {
+    let inputs: Vec<Input> = match (&case.labels, &case.seeds) {
+        (Some(path), _) => vec![input_file("labels", path)?],
+        (None, Seeds::File(path)) => vec![input_file("seeds", path)?],
+        _ => vec![],
+    };
+    let files: Vec<&str> = inputs.iter().map(|i| i.blake3.as_str()).collect();
+    let params = params(case)?;
+    let decided = format!("{params:?} {files:?}");
+    bench.stage(
+        Stage::Segment,
+        &[&input.key, &decided],
+        |store| read_labels(&store.path("labels.seg.nrrd")?).map_err(RunError::Product),
+        |store, progress| {
+            let (labels, mut facts, warnings) = match &case.labels {
+                Some(path) => brought(path, input)?,
+                None => found(input, &params, progress)?,
+            };
+            facts.inputs = inputs.clone();
+            write_labels(&labels, &store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
+            Ok(Made { product: labels, facts, warnings })
+        },
+    )
+}
+
+fn input_file(role: &'static str, path: &Path) -> Result<Input, RunError> {
+    let hashed = hash_of(path).map_err(|source| RunError::Missing {
+        role: if role == "labels" { "`labels`" } else { "`seeds`" },
+        path: path.into(),
+        source,
+    })?;
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(Input { role: role.into(), path_name: name, files: hashed.files, blake3: hashed.blake3 })
+}
+
+fn params(case: &Case) -> Result<supine_segment::Params, RunError> {
+    let seeds = match &case.seeds {
+        Seeds::Automatic => supine_segment::Seeds::default(),
+        Seeds::Points { chest_wall, soft_tissue, exclude } => supine_segment::Seeds {
+            chest_wall: chest_wall.clone(),
+            soft_tissue: soft_tissue.clone(),
+            exclude: exclude.clone(),
+        },
+        Seeds::File(path) => {
+            let read =
+                read_seeds(path).map_err(|source| RunError::File { role: "`seeds`", source })?;
+            supine_segment::Seeds {
+                chest_wall: read.chest_wall,
+                soft_tissue: read.soft_tissue,
+                exclude: read.exclude,
+            }
+        }
+    };
+    Ok(supine_segment::Params { seeds, ..supine_segment::Params::default() })
+}
+
+type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;
+
+fn found(input: &Imported, params: &supine_segment::Params, progress: Progress<'_>) -> Result3 {
+    let (labels, info) = supine_segment::segment(&input.input.ct, params, progress)?;
+    let facts =
+        Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
+    Ok((labels, facts, info.warnings))
+}
+
+fn brought(path: &Path, input: &Imported) -> Result3 {
+    let labels = read_labels(path).map_err(|source| RunError::File { role: "`labels`", source })?;
+    if !same_grid(labels.grid(), input.input.ct.grid()) {
+        return Err(RunError::OtherGrid);
+    }
+    // On the CT's own grid to the bit: files round positions to different digits.
+    let labels = LabelMap::new(input.input.ct.grid().clone(), labels.into_parts().1)
+        .map_err(|_| RunError::OtherGrid)?;
+    Ok((labels, Facts { fat_hu: None, muscle_hu: None, inputs: vec![] }, vec![]))
+}
+
+/// Largest distance of corresponding voxel centres of two grids that are called the same, mm.
+const SAME_GRID_MM: f64 = 0.01;
+
+fn same_grid(a: &supine_space::Grid, b: &supine_space::Grid) -> bool {
+    let size = a.size();
+    size == b.size()
+        && [[0, 0, 0], [size[0] - 1, 0, 0], [0, size[1] - 1, 0], [0, 0, size[2] - 1]]
+            .into_iter()
+            .all(|v| (a.centre(v) - b.centre(v)).norm() < SAME_GRID_MM)
+}

@@ -1,0 +1,166 @@
+//! The CT, the fields and the points in the operating position.
+
+use super::import::Imported;
+use super::segment::Facts as SegmentFacts;
+use super::solve::Facts as SolveFacts;
+use crate::bench::{Bench, Done, Made};
+use crate::facts::movement;
+use crate::store::{Store, hash_of};
+use crate::{Case, RunError, Stage, texts};
+use serde::{Deserialize, Serialize};
+use supine_exchange::{self as exchange, FieldKind, NamedPoint};
+use supine_mesh::{Displacement, TetMesh};
+use supine_report::{CarriedPoint, Jacobian, Movement};
+use supine_space::Progress;
+use supine_volume::{Ct, LabelMap};
+
+/// What is known of the warp beside the volume.
+#[derive(Serialize, Deserialize, Debug, Clone)]
+pub(crate) struct Facts {
+    pub(crate) warp: supine_report::Warp,
+    pub(crate) tumour: Movement,
+    pub(crate) nipple: Option<Movement>,
+    pub(crate) points: Vec<CarriedPoint>,
+}
+
+/// The stored volume; DICOM is made from it by the export.
+const VOLUME: &str = ".stages/warped.nrrd";
+
+pub(crate) fn warp(
+    bench: &mut Bench<'_>,
+    case: &Case,
+    input: &Imported,
+    labels: &Done<LabelMap, SegmentFacts>,
+    mesh: &Done<TetMesh, supine_report::Mesh>,
+    solved: &Done<Displacement, SolveFacts>,
+) -> Result<Done<Ct, Facts>, RunError> {
+    let params = supine_warp::Params::default();
+    let points = points(case, &labels.product)?;
+    let decided = format!("{params:?} {points:?}");
+    bench.stage(
+        Stage::Warp,
+        &[&input.key, &solved.key, &decided],
+        |store| exchange::read_ct(&store.path(VOLUME)?).map_err(RunError::Product),
+        |store, progress| {
+            let (mesh, field) = (&mesh.product, &solved.product);
+            let ct = &input.input.ct;
+            let (warped, info) =
+                supine_warp::warp(ct, mesh, field, &params, progress.part(0.0, 0.4))?;
+            let note = texts::derivation(case);
+            exchange::write_ct_nrrd(&warped, &store.path(VOLUME)?, &note)
+                .map_err(RunError::Product)?;
+            write_fields(store, ct, mesh, field, progress.part(0.4, 1.0))?;
+            let positions: Vec<_> = points.iter().map(|p| p.position).collect();
+            let after = supine_warp::carry_points(mesh, field, &params, &positions)?;
+            let facts = facts(case, &info, &points, &after);
+            write_points(store, &points, &after)?;
+            let mut warnings = info.warnings;
+            warnings.extend(not_carried(&points, &after));
+            Ok(Made { product: warped, facts, warnings })
+        },
+    )
+}
+
+/// The tumour, the nipple when it is found, and the points of the case's lists, in this order.
+fn points(case: &Case, labels: &LabelMap) -> Result<Vec<NamedPoint>, RunError> {
+    let mut points = vec![NamedPoint { name: "tumour".into(), position: case.tumour.centre() }];
+    if let Some(position) = supine_segment::nipple(labels, case.breast) {
+        points.push(NamedPoint { name: "nipple".into(), position });
+    }
+    for path in &case.points {
+        hash_of(path).map_err(|source| RunError::Missing {
+            role: "`carry.points`",
+            path: path.clone(),
+            source,
+        })?;
+        let read = exchange::read_points(path)
+            .map_err(|source| RunError::File { role: "`carry.points`", source })?;
+        points.extend(read);
+    }
+    Ok(points)
+}
+
+fn write_fields(
+    store: &Store,
+    ct: &Ct,
+    mesh: &TetMesh,
+    displacement: &Displacement,
+    progress: Progress<'_>,
+) -> Result<(), RunError> {
+    let params = supine_warp::Params::default();
+    let fields = supine_warp::fields(ct.grid(), mesh, displacement, &params, progress)?;
+    let path = |name: &str| store.path(&format!("field/{name}.nrrd"));
+    let product = RunError::Product;
+    exchange::write_field(&fields.deformed_to_ct, &path("deformed_to_ct")?, FieldKind::Resampling)
+        .map_err(product)?;
+    exchange::write_field(&fields.ct_to_deformed, &path("ct_to_deformed")?, FieldKind::Modeling)
+        .map_err(product)?;
+    exchange::write_scalar(&fields.jacobian, &path("jacobian")?).map_err(product)
+}
+
+fn facts(
+    case: &Case,
+    info: &supine_warp::Info,
+    points: &[NamedPoint],
+    after: &[Option<supine_space::Point>],
+) -> Facts {
+    let moved = |name: &str| {
+        let at = points.iter().position(|p| p.name == name)?;
+        Some(movement(points[at].position, after[at]))
+    };
+    let own = 1 + usize::from(points.get(1).is_some_and(|p| p.name == "nipple"));
+    Facts {
+        warp: supine_report::Warp {
+            fade_mm: info.fade_mm,
+            moved_voxels: info.moved_voxels,
+            vacated_voxels: info.vacated_voxels,
+            folded_voxels: info.folded_voxels,
+            jacobian: Jacobian {
+                min: info.jacobian_min,
+                p01: info.jacobian_p01,
+                mean: info.jacobian_mean,
+                p99: info.jacobian_p99,
+                max: info.jacobian_max,
+            },
+        },
+        tumour: movement(case.tumour.centre(), after[0]),
+        nipple: if own == 2 { moved("nipple") } else { None },
+        points: points
+            .iter()
+            .zip(after)
+            .skip(own)
+            .map(|(p, after)| CarriedPoint {
+                name: p.name.clone(),
+                before_mm: p.position.coords.into(),
+                after_mm: after.unwrap_or(p.position).coords.into(),
+                inside: after.is_some(),
+            })
+            .collect(),
+    }
+}
+
+fn write_points(
+    store: &Store,
+    points: &[NamedPoint],
+    after: &[Option<supine_space::Point>],
+) -> Result<(), RunError> {
+    let carried: Vec<NamedPoint> = points
+        .iter()
+        .zip(after)
+        .map(|(p, a)| NamedPoint { name: p.name.clone(), position: a.unwrap_or(p.position) })
+        .collect();
+    exchange::write_points(&carried, &store.path("points.csv")?).map_err(RunError::Product)
+}
+
+/// A warning that names the points outside the mesh, which stay where they were.
+fn not_carried(points: &[NamedPoint], after: &[Option<supine_space::Point>]) -> Option<String> {
+    let names: Vec<&str> = points
+        .iter()
+        .zip(after)
+        .filter(|(_, a)| a.is_none())
+        .map(|(p, _)| p.name.as_str())
+        .collect();
+    (!names.is_empty()).then(|| {
+        format!("outside the modelled tissue and therefore not moved: {}", names.join(", "))
+    })
+}

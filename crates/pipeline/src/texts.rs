@@ -1,0 +1,48 @@
+//! The fixed texts that say what a product is.
+
+use crate::Case;
+use supine_fem::{Cut, RestState};
+
+/// Said by every slice of an export.
+pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
+
+/// What the exported series is called (at most 64 characters, DICOM LO).
+pub(crate) fn series_description(case: &Case) -> String {
+    format!("DEFORMED table AP {} LAT {}", case.bed.ap_deg, case.bed.lat_deg)
+}
+
+/// Name of a rest state in files and reports.
+pub(crate) fn rest_name(rest: RestState) -> &'static str {
+    match rest {
+        RestState::Net => "net",
+        RestState::Unloaded => "unloaded",
+    }
+}
+
+/// Name of what holds the cut.
+pub(crate) fn cut_name(cut: Cut) -> &'static str {
+    match cut {
+        Cut::Free => "free",
+        Cut::Fixed => "fixed",
+    }
+}
+
+/// How the volume was made (at most 1024 characters, DICOM ST).
+pub(crate) fn derivation(case: &Case) -> String {
+    format!(
+        "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
+         table AP {} deg (head up), LAT {} deg (left side down). Neo-Hookean finite elements of \
+         order {}, E {} kPa, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
+         resampled linearly, HU carried unchanged.",
+        env!("CARGO_PKG_VERSION"),
+        case.breast,
+        case.bed.ap_deg,
+        case.bed.lat_deg,
+        case.mesh.order.number(),
+        case.tissue.young_kpa,
+        case.tissue.poisson,
+        case.tissue.density_kg_m3,
+        rest_name(case.rest),
+        cut_name(case.cut),
+    )
+}
