@@ -217,6 +217,15 @@ impl Error {
         }
     }
 
+    /// What is wrong, without the file.
+    pub(crate) fn reason(&self) -> String {
+        match self {
+            Self::Malformed { reason, .. } => reason.clone(),
+            Self::Attribute { attribute, reason, .. } => format!("{attribute} {reason}"),
+            other => other.to_string(),
+        }
+    }
+
     /// An attribute of a file that cannot be used.
     pub(crate) fn attribute(
         file: &str,

@@ -76,6 +76,15 @@ impl Series {
     }
 }
 
+/// A DICOM file that cannot be read.
+#[derive(Debug)]
+pub(crate) struct Damaged {
+    pub(crate) error: Error,
+    file: String,
+    /// Its series, where that could still be read.
+    series: Option<String>,
+}
+
 /// All files of a folder, by what they are.
 #[derive(Debug)]
 pub(crate) struct Folder {
@@ -89,7 +98,7 @@ pub(crate) struct Folder {
     /// Files that are not DICOM: file and why.
     pub(crate) foreign: Vec<LeftOut>,
     /// Files that are DICOM but cannot be read.
-    pub(crate) damaged: Vec<Error>,
+    pub(crate) damaged: Vec<Damaged>,
     /// The series of the file that was given instead of a folder.
     pub(crate) given: Option<String>,
     pub(crate) warnings: Vec<String>,
@@ -99,7 +108,17 @@ enum Found {
     Ct(Box<CtFile>),
     Other(LeftOut),
     Foreign(LeftOut),
-    Damaged(Error),
+    Damaged(Damaged),
+}
+
+impl Found {
+    fn file(&self) -> &str {
+        match self {
+            Self::Ct(ct) => &ct.name,
+            Self::Other(left) | Self::Foreign(left) => &left.file,
+            Self::Damaged(damaged) => &damaged.file,
+        }
+    }
 }
 
 impl Folder {
@@ -151,11 +170,11 @@ impl Folder {
         for one in found {
             let (one, preamble) = one?;
             bare += usize::from(!preamble);
+            if given.is_some_and(|g| g.file_name() == Path::new(one.file()).file_name()) {
+                self.given = Some(series_of_given(&one)?);
+            }
             match one {
                 Found::Ct(ct) => {
-                    if given.is_some_and(|g| g.file_name() == ct.path.file_name()) {
-                        self.given = Some(ct.series.uid.clone());
-                    }
                     let s = series.entry(ct.series.uid.clone()).or_insert_with(|| Series {
                         head: ct.series.clone(),
                         files: Vec::new(),
@@ -169,7 +188,7 @@ impl Folder {
                 }
                 Found::Other(left) => self.other.push(left),
                 Found::Foreign(left) => self.foreign.push(left),
-                Found::Damaged(error) => self.damaged.push(error),
+                Found::Damaged(damaged) => self.damaged.push(damaged),
             }
         }
         if bare > 0 {
@@ -177,10 +196,14 @@ impl Folder {
                 .push(format!("{bare} file(s) lack the preamble of a DICOM file (PS3.10 7.1)"));
         }
         self.series = series.into_values().collect();
-        if let (Some(given), None) = (given, &self.given) {
-            return Err(self.not_ct(given));
-        }
         Ok(())
+    }
+
+    /// The first damaged file that is, or may be, a slice of a series.
+    pub(crate) fn damage_to(&mut self, series: &str) -> Option<Error> {
+        let may_be = |d: &Damaged| d.series.as_ref().is_none_or(|s| s == series);
+        let at = self.damaged.iter().position(may_be)?;
+        Some(self.damaged.remove(at).error)
     }
 
     /// The series to read: the asked one, or the only one that can make a volume.
@@ -224,13 +247,31 @@ impl Folder {
             *kinds.entry("CT localizer".into()).or_default() += series.localizers.len();
         }
         if !self.damaged.is_empty() {
-            let first = &self.damaged[0];
+            let first = &self.damaged[0].error;
             *kinds.entry(format!("damaged (first: {first})")).or_default() += self.damaged.len();
         }
         let listed: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} x {kind}")).collect();
         let found =
             if listed.is_empty() { "the folder is empty".into() } else { listed.join(", ") };
         Error::NoCt { path: path.to_owned(), found }
+    }
+}
+
+/// The series of the file that was given, which must be a slice.
+fn series_of_given(found: &Found) -> Result<String, Error> {
+    let unsupported =
+        |what: String| Err(Error::Unsupported { file: found.file().to_owned(), what });
+    match found {
+        Found::Ct(ct) if ct.series.localizer => {
+            unsupported("a localizer (scout image), not a slice of a volume".into())
+        }
+        Found::Ct(ct) => Ok(ct.series.uid.clone()),
+        Found::Other(left) | Found::Foreign(left) => {
+            unsupported(format!("not a CT image but: {}", left.reason))
+        }
+        Found::Damaged(Damaged { file, error, .. }) => {
+            Err(Error::Malformed { file: file.clone(), reason: error.reason() })
+        }
     }
 }
 
@@ -279,10 +320,15 @@ fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
         return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
     }
     let slice = Slice::new(&name, &head.set, &container.syntax, head.pixel_bytes);
+    let series = series_head(&head.set);
+    if series.uid.is_empty() {
+        let error = Error::attribute(&name, "Series Instance UID", "is missing");
+        return Ok((Found::Damaged(Damaged { error, file: name, series: None }), preamble));
+    }
     let ct = CtFile {
         path: path.to_owned(),
         instance: head.set.text(tags::SOP_INSTANCE_UID),
-        series: series_head(&head.set),
+        series,
         syntax: container.syntax.name(),
         name,
         slice,
@@ -296,7 +342,10 @@ fn opened(error: OpenError, path: &Path, file: String) -> Result<Found, Error> {
         OpenError::NotDicom(reason) => {
             Ok(Found::Foreign(LeftOut { file, reason: reason.to_owned() }))
         }
-        OpenError::Malformed(reason) => Ok(Found::Damaged(Error::Malformed { file, reason })),
+        OpenError::Malformed { reason, series } => {
+            let error = Error::Malformed { file: file.clone(), reason };
+            Ok(Found::Damaged(Damaged { error, file, series }))
+        }
     }
 }
 
@@ -312,6 +361,9 @@ fn series_head(set: &DataSet) -> SeriesHead {
 /// Name of a SOP class.
 fn kind(class: &str) -> String {
     match StandardSopClassDictionary.by_uid(class) {
+        Some(entry) if entry.name.contains("Enhanced CT") => {
+            format!("{} (multi-frame objects are not read)", entry.name)
+        }
         Some(entry) => entry.name.to_owned(),
         None if class.is_empty() => "DICOM file without SOP Class".to_owned(),
         None => format!("DICOM object of class {class}"),

@@ -100,7 +100,7 @@ pub fn inspect(path: &Path, progress: Progress<'_>) -> Result<Inspection, Error>
         other: other.collect(),
         series: folder.series.iter().map(report).collect(),
         foreign: folder.foreign,
-        damaged: folder.damaged.iter().map(Error::to_string).collect(),
+        damaged: folder.damaged.iter().map(|d| d.error.to_string()).collect(),
         warnings: folder.warnings,
     })
 }

@@ -139,8 +139,8 @@ pub(crate) fn read_folder(
     let series_count = folder.series.iter().filter(|s| !s.files.is_empty()).count();
     let series = folder.choose(asked)?;
     // A damaged file may be a slice of this series.
-    if !folder.damaged.is_empty() {
-        return Err(folder.damaged.swap_remove(0));
+    if let Some(error) = folder.damage_to(&series.head.uid) {
+        return Err(error);
     }
     let transfer_syntaxes = transfer_syntaxes(&series);
     let left_out = left_out(&folder, &series);
@@ -212,7 +212,7 @@ fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Err
         OpenError::NotDicom(reason) => {
             Error::Malformed { file: file.clone(), reason: reason.to_owned() }
         }
-        OpenError::Malformed(reason) => Error::Malformed { file: file.clone(), reason },
+        OpenError::Malformed { reason, .. } => Error::Malformed { file: file.clone(), reason },
     };
     let mut container = Container::open(path).map_err(opened)?;
     let mut data = container.data(Until::End).map_err(opened)?.set;

@@ -21,8 +21,23 @@ pub(crate) enum OpenError {
     Io(std::io::Error),
     /// It is not a DICOM file.
     NotDicom(&'static str),
-    /// It is one, but damaged or made to deceive.
-    Malformed(String),
+    /// It is one, but damaged or made to deceive; the Series Instance UID if it could be read.
+    Malformed { reason: String, series: Option<String> },
+}
+
+impl OpenError {
+    fn malformed(reason: impl Into<String>) -> Self {
+        Self::Malformed { reason: reason.into(), series: None }
+    }
+}
+
+impl From<Fault> for OpenError {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::NeedMore => Self::malformed("it ends inside its header"),
+            Fault::Bad { reason, series } => Self::Malformed { reason, series },
+        }
+    }
 }
 
 /// A DICOM file whose header is read and whose data set waits.
@@ -55,23 +70,17 @@ impl Container {
     fn open_bytes(path: &Path, limit: usize) -> Result<Self, OpenError> {
         let (bytes, total) = read(path, limit)?;
         if bytes.is_empty() {
-            return Err(OpenError::Malformed("the file is empty".into()));
+            return Err(OpenError::malformed("the file is empty"));
         }
         let (at, preamble) = match marker(&bytes) {
             Ok(found) => found,
             Err(reason) => return Err(OpenError::NotDicom(reason)),
         };
         let encoding = Encoding { explicit: true, big_endian: false };
-        let header = match parse(&bytes, total, at, encoding, Until::GroupEnds(2)) {
-            Ok(parsed) => parsed,
-            Err(Fault::NeedMore) => {
-                return Err(OpenError::Malformed("its header is too long".into()));
-            }
-            Err(Fault::Bad(reason)) => return Err(OpenError::Malformed(reason)),
-        };
+        let header = parse(&bytes, total, at, encoding, Until::GroupEnds(2))?;
         let uid = header.set.text(tags::TRANSFER_SYNTAX_UID);
         if uid.is_empty() {
-            return Err(OpenError::Malformed("its header names no Transfer Syntax UID".into()));
+            return Err(OpenError::malformed("its header names no Transfer Syntax UID"));
         }
         Ok(Self {
             path: path.to_owned(),
@@ -92,18 +101,11 @@ impl Container {
         }
         let encoding = self.syntax.encoding();
         match parse(&self.bytes, self.total, self.data_start, encoding, until) {
-            Ok(parsed) => Ok(parsed),
-            Err(Fault::Bad(reason)) => Err(OpenError::Malformed(reason)),
             Err(Fault::NeedMore) => {
                 self.read_rest()?;
-                match parse(&self.bytes, self.total, self.data_start, encoding, until) {
-                    Ok(parsed) => Ok(parsed),
-                    Err(Fault::Bad(reason)) => Err(OpenError::Malformed(reason)),
-                    Err(Fault::NeedMore) => {
-                        Err(OpenError::Malformed("it changed while it was read".into()))
-                    }
-                }
+                Ok(parse(&self.bytes, self.total, self.data_start, encoding, until)?)
             }
+            parsed => Ok(parsed?),
         }
     }
 
@@ -112,7 +114,7 @@ impl Container {
             (self.bytes, self.total) = read(&self.path, MAX_FILE_BYTES)?;
         }
         if self.bytes.len() < self.total {
-            return Err(OpenError::Malformed(format!("larger than {} MiB", MAX_FILE_BYTES >> 20)));
+            return Err(OpenError::malformed(format!("larger than {} MiB", MAX_FILE_BYTES >> 20)));
         }
         Ok(())
     }
@@ -123,10 +125,10 @@ impl Container {
         flate2::read::DeflateDecoder::new(&self.bytes[self.data_start..])
             .take(MAX_INFLATED_BYTES as u64 + 1)
             .read_to_end(&mut data)
-            .map_err(|e| OpenError::Malformed(format!("its data set does not inflate: {e}")))?;
+            .map_err(|e| OpenError::malformed(format!("its data set does not inflate: {e}")))?;
         if data.len() > MAX_INFLATED_BYTES {
             let limit = MAX_INFLATED_BYTES >> 20;
-            return Err(OpenError::Malformed(format!("its data set inflates past {limit} MiB")));
+            return Err(OpenError::malformed(format!("its data set inflates past {limit} MiB")));
         }
         // The deflated stream is padded to an even length; so may be what it holds.
         if data.len() % 2 == 1 {
@@ -145,13 +147,13 @@ fn read(path: &Path, limit: usize) -> Result<(Vec<u8>, usize), OpenError> {
     if !meta.is_file() {
         return Err(OpenError::NotDicom("not a regular file"));
     }
-    let total = usize::try_from(meta.len())
-        .map_err(|_| OpenError::Malformed("larger than memory".into()))?;
+    let total =
+        usize::try_from(meta.len()).map_err(|_| OpenError::malformed("larger than memory"))?;
     let wanted = total.min(limit);
     let mut bytes = Vec::with_capacity(wanted);
     file.take(wanted as u64).read_to_end(&mut bytes).map_err(OpenError::Io)?;
     if bytes.len() < wanted {
-        return Err(OpenError::Malformed("it changed while it was read".into()));
+        return Err(OpenError::malformed("it changed while it was read"));
     }
     Ok((bytes, total))
 }

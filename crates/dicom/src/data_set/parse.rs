@@ -33,7 +33,7 @@ pub(crate) enum Until {
     End,
     /// The first top-level element of another group.
     GroupEnds(u16),
-    /// Pixel Data, whose length is checked but whose bytes need not be there.
+    /// Pixel Data, whose length is checked but whose native bytes need not be there.
     PixelData,
 }
 
@@ -42,8 +42,8 @@ pub(crate) enum Until {
 pub(crate) enum Fault {
     /// The file has more bytes, which are needed.
     NeedMore,
-    /// The bytes are no data set.
-    Bad(String),
+    /// The bytes are no data set; the Series Instance UID if it came before the fault.
+    Bad { reason: String, series: Option<String> },
 }
 
 /// A data set with the place of its end.
@@ -88,23 +88,25 @@ pub(crate) fn parse(
 ) -> Result<Parsed, Fault> {
     let root = Open::Item { end: Some(total), elements: Vec::new(), implicit: !encoding.explicit };
     let mut walk = Walk { bytes, total, at: start, encoding, count: 0, stack: vec![root] };
-    let pixel_bytes = walk.run(until)?;
+    let pixel_bytes = walk.run(until).map_err(|fault| walk.with_series(fault))?;
     let end = walk.at;
     match walk.stack.pop() {
         Some(Open::Item { elements, .. }) if walk.stack.is_empty() => {
             Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes })
         }
-        _ => Err(Fault::Bad("ends inside a sequence".into())),
+        _ => bad("ends inside a sequence"),
     }
 }
 
 fn bad<T>(reason: impl Into<String>) -> Result<T, Fault> {
-    Err(Fault::Bad(reason.into()))
+    Err(Fault::Bad { reason: reason.into(), series: None })
 }
 
 fn collect(elements: Vec<Element>, at: usize) -> Result<DataSet, Fault> {
-    DataSet::from_elements(elements)
-        .map_err(|tag| Fault::Bad(format!("{tag} is there twice (before byte {at})")))
+    match DataSet::from_elements(elements) {
+        Ok(set) => Ok(set),
+        Err(tag) => bad(format!("{tag} is there twice (before byte {at})")),
+    }
 }
 
 impl Walk<'_> {
@@ -115,15 +117,19 @@ impl Walk<'_> {
             if top_level && self.at == self.total {
                 return Ok(None);
             }
+            // The group that ends is the file header's, and what follows may be laid out otherwise.
+            if let Until::GroupEnds(group) = until
+                && top_level
+                && self.bytes.get(self.at..self.at + 2).is_some_and(|g| *g != group.to_le_bytes())
+            {
+                return Ok(None);
+            }
             let start = self.at;
             let header = self.header()?;
             match until {
-                Until::GroupEnds(group) if top_level && header.tag.0 != group => {
-                    self.at = start;
-                    return Ok(None);
-                }
                 Until::PixelData if top_level && header.tag == tags::PIXEL_DATA => {
                     if header.length == UNDEFINED {
+                        self.fragments(false)?;
                         return Ok(None);
                     }
                     self.check_length(&header, start)?;
@@ -132,6 +138,21 @@ impl Walk<'_> {
                 _ => self.element(header, start)?,
             }
         }
+    }
+
+    /// The fault, with the series it is of if the walk came that far.
+    fn with_series(&self, fault: Fault) -> Fault {
+        let (Fault::Bad { reason, .. }, Some(Open::Item { elements, .. })) =
+            (&fault, self.stack.first())
+        else {
+            return fault;
+        };
+        let series = elements.iter().find(|e| e.tag == tags::SERIES_INSTANCE_UID);
+        let series = series.and_then(|e| match &e.value {
+            Value::Bytes(bytes) => Some(super::text_of(bytes)),
+            _ => None,
+        });
+        Fault::Bad { reason: reason.clone(), series }
     }
 
     /// Closes items and sequences of stated length that end here.
@@ -191,7 +212,7 @@ impl Walk<'_> {
     fn value(&mut self, header: Header, start: usize, implicit: bool) -> Result<(), Fault> {
         let Header { tag, vr, length } = header;
         if length == UNDEFINED && tag == tags::PIXEL_DATA && self.stack.len() == 1 {
-            let fragments = self.fragments()?;
+            let fragments = self.fragments(true)?;
             return self.push(Element { tag, vr, value: Value::Fragments(fragments) });
         }
         if length == UNDEFINED || vr == VR::SQ {
@@ -229,8 +250,8 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// Offset table and fragments of encapsulated pixel data.
-    fn fragments(&mut self) -> Result<Vec<Vec<u8>>, Fault> {
+    /// Walks the offset table and fragments of encapsulated pixel data; keeps them if asked.
+    fn fragments(&mut self, keep: bool) -> Result<Vec<Vec<u8>>, Fault> {
         let mut fragments = Vec::new();
         loop {
             let start = self.at;
@@ -239,7 +260,8 @@ impl Walk<'_> {
                 SEQUENCE_END => return Ok(fragments),
                 ITEM if header.length != UNDEFINED => {
                     self.check_length(&header, start)?;
-                    fragments.push(self.take(header.length as usize)?.to_vec());
+                    let fragment = self.take(header.length as usize)?;
+                    fragments.push(if keep { fragment.to_vec() } else { Vec::new() });
                 }
                 tag => return bad(format!("{tag} among pixel fragments at byte {start}")),
             }

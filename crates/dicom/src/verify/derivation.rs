@@ -130,7 +130,7 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
 fn check_equipment(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
     let sets = || images.iter().map(|i| &i.set);
     let position = "E11 Patient Position is that of the source";
-    let model = "E13 the equipment is not that of the source";
+    let model = "E12 the equipment is not that of the source";
     match reference {
         Some(reference) => {
             let same = |tag| values(sets(), tag) == values(reference.headers(), tag);
@@ -145,5 +145,5 @@ fn check_equipment(checks: &mut Checks, images: &[Image], reference: Option<&Ref
     let named = sets().all(|set| {
         !set.text(tags::MANUFACTURER).is_empty() && !set.text(tags::SOFTWARE_VERSIONS).is_empty()
     });
-    checks.say("E12 the software that made the images is named with its version", named, "");
+    checks.say("E13 the software that made the images is named with its version", named, "");
 }

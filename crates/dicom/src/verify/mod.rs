@@ -180,7 +180,7 @@ fn load_image(path: &Path, file: String) -> Loaded {
     let failed = |error| match error {
         OpenError::Io(source) => Err(Error::Read { path: path.to_owned(), source }),
         OpenError::NotDicom(reason) => Ok(Err(format!("{file}: {reason}"))),
-        OpenError::Malformed(reason) => Ok(Err(format!("{file}: {reason}"))),
+        OpenError::Malformed { reason, .. } => Ok(Err(format!("{file}: {reason}"))),
     };
     let mut container = match Container::open(path) {
         Ok(container) => container,

@@ -1,0 +1,10 @@
+//! The crate from outside, on slices of the fixture patient that dicom-object changed and wrote.
+#![expect(clippy::disallowed_methods, reason = "tests of an edge crate: files")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod export;
+mod geometry;
+mod reading;
+mod support;
+mod values;
+mod verify;

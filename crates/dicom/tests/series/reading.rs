@@ -1,0 +1,219 @@
+//! Folders and files: what is there, what is chosen, what is refused.
+
+use crate::support::{Slice, folder, put, read, refusal, rename, six, slices, text};
+use dicom_core::VR;
+use dicom_dictionary_std::tags;
+use std::path::Path;
+use supine_dicom::{Error, ErrorKind, ReadParams, inspect, read_series};
+use supine_space::{Progress, Stopped};
+
+const OTHER: &str = "2.25.77";
+
+fn other_series() -> Vec<Slice> {
+    let mut other = slices(50, 4);
+    for (n, slice) in other.iter_mut().enumerate() {
+        put(slice, tags::SERIES_INSTANCE_UID, VR::UI, OTHER);
+        put(slice, tags::SERIES_DESCRIPTION, VR::LO, "bone kernel");
+        rename(slice, &format!("{OTHER}.{n}"));
+    }
+    other
+}
+
+#[test]
+fn several_series_are_listed_and_one_must_be_chosen() {
+    let dir = folder(&six().into_iter().chain(other_series()).collect::<Vec<_>>());
+    let error = read(dir.path()).unwrap_err();
+    let Error::SeveralSeries { series } = &error else { panic!("{error}") };
+    assert_eq!(series.iter().map(|s| s.slices).collect::<Vec<_>>(), [6, 4]);
+    assert_eq!(series[1].description, "bone kernel");
+    assert!(error.to_string().contains(OTHER) && error.kind() == ErrorKind::Input);
+
+    let params = ReadParams { series: Some(OTHER.into()) };
+    let (ct, _, info) = read_series(dir.path(), &params, Progress::none()).unwrap();
+    assert_eq!(ct.grid().size()[2], 4);
+    assert_eq!((info.series_uid.as_str(), info.series_count), (OTHER, 2));
+    assert_eq!(info.left_out.len(), 6);
+    assert!(info.warnings.iter().any(|w| w.contains("6 CT file(s) of other series")));
+
+    let params = ReadParams { series: Some("1.2.3".into()) };
+    let error = read_series(dir.path(), &params, Progress::none()).unwrap_err().to_string();
+    assert!(error.contains("no CT series 1.2.3") && error.contains(OTHER), "{error}");
+
+    // A file names its series.
+    let (ct, ..) = read(&dir.path().join("7.dcm")).unwrap();
+    assert_eq!(ct.grid().size()[2], 4);
+}
+
+#[test]
+fn localizers_and_foreign_files_are_left_out_and_listed() {
+    let mut scout = slices(50, 1);
+    rename(&mut scout[0], "2.25.55");
+    put(&mut scout[0], tags::IMAGE_TYPE, VR::CS, "ORIGINAL\\PRIMARY\\LOCALIZER");
+    put(&mut scout[0], tags::IMAGE_ORIENTATION_PATIENT, VR::DS, "1\\0\\0\\0\\0\\-1");
+    let mut dose = slices(51, 1);
+    let class = "1.2.840.10008.5.1.4.1.1.481.2";
+    put(&mut dose[0], tags::SOP_CLASS_UID, VR::UI, class);
+    dose[0].meta_mut().media_storage_sop_class_uid = class.to_owned();
+    let dir = folder(&six().into_iter().chain(scout).chain(dose).collect::<Vec<_>>());
+    std::fs::write(dir.path().join("notes.txt"), "hello world\n".repeat(30)).unwrap();
+    std::fs::write(dir.path().join(".hidden"), "").unwrap();
+
+    let (ct, _, info) = read(dir.path()).unwrap();
+    assert_eq!(ct.grid().size()[2], 6);
+    let left: Vec<(&str, &str)> =
+        info.left_out.iter().map(|l| (l.file.as_str(), l.reason.as_str())).collect();
+    let expected =
+        [("6.dcm", "localizer"), ("7.dcm", "RT Dose Storage"), ("notes.txt", "not a DICOM file")];
+    assert_eq!(left, expected);
+
+    let error = read(&dir.path().join("6.dcm")).unwrap_err().to_string();
+    assert!(error.contains("6.dcm") && error.contains("localizer"), "{error}");
+    let error = read(&dir.path().join("7.dcm")).unwrap_err().to_string();
+    assert!(error.contains("RT Dose"), "{error}");
+
+    let inspection = inspect(dir.path(), Progress::none()).unwrap();
+    assert_eq!(inspection.files, 9);
+    assert_eq!(inspection.usable().count(), 1);
+    let series = &inspection.series[0];
+    assert_eq!((series.slices, series.localizers, series.usable), (6, 1, true));
+    assert_eq!(series.grid.as_ref().unwrap().size, [256, 256, 6]);
+    assert_eq!(series.stored, "12 bits unsigned");
+    assert_eq!(inspection.other[0].kind, "RT Dose Storage");
+}
+
+#[test]
+fn a_folder_without_ct_says_what_is_there() {
+    let dir = tempfile::tempdir().unwrap();
+    let error = read(dir.path()).unwrap_err().to_string();
+    assert!(error.contains("the folder is empty"), "{error}");
+    std::fs::write(dir.path().join("a.txt"), "hello world\n".repeat(30)).unwrap();
+    std::fs::write(dir.path().join("bare"), [8, 0, 5, 0, 10, 0, 0, 0, 73, 83, 79, 0]).unwrap();
+    let error = read(dir.path()).unwrap_err().to_string();
+    assert!(error.contains("1 x not a DICOM file"), "{error}");
+    assert!(error.contains("without file header"), "{error}");
+    let error = read(&dir.path().join("nowhere")).unwrap_err();
+    assert!(matches!(error, Error::Read { .. }), "{error}");
+}
+
+#[test]
+fn damaged_files_are_refused_by_name() {
+    let dir = folder(&six());
+    let path = dir.path().join("3.dcm");
+    let whole = std::fs::read(&path).unwrap();
+    for (bytes, expected) in [
+        (&whole[..whole.len() - 3000], "cut short"),
+        (&whole[..700], "cut short"),
+        (&whole[..200], "3.dcm"),
+        (&whole[..0], "empty"),
+    ] {
+        std::fs::write(&path, bytes).unwrap();
+        let error = read(dir.path()).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("3.dcm") && message.contains(expected), "{message}");
+        assert_eq!(error.kind(), ErrorKind::Input);
+        let inspection = inspect(dir.path(), Progress::none()).unwrap();
+        assert!(inspection.damaged.iter().any(|d| d.contains("3.dcm")));
+    }
+}
+
+#[test]
+fn a_damaged_file_of_another_series_does_not_matter() {
+    let dir = folder(&six().into_iter().chain(other_series()).collect::<Vec<_>>());
+    for n in 7..10 {
+        let path = dir.path().join(format!("{n}.dcm"));
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() - 40_000]).unwrap();
+    }
+    let series = text(&six()[0], tags::SERIES_INSTANCE_UID);
+    let (ct, ..) = read_series(
+        dir.path(),
+        &ReadParams { series: Some(series.trim_end_matches('\0').into()) },
+        Progress::none(),
+    )
+    .unwrap();
+    assert_eq!(ct.grid().size()[2], 6);
+}
+
+#[test]
+fn lying_lengths_and_deep_nesting_are_refused_quickly() {
+    let dir = folder(&six());
+    let path = dir.path().join("2.dcm");
+    let whole = std::fs::read(&path).unwrap();
+    // Study Date (0008,0020) DA: its length becomes 0xFFF0.
+    let at = whole.windows(6).position(|w| w == b"\x08\x00\x20\x00DA").unwrap();
+    let mut lying = whole.clone();
+    lying[at + 6..at + 8].copy_from_slice(&[0xF0, 0xFF]);
+    std::fs::write(&path, &lying).unwrap();
+    let message = read(dir.path()).unwrap_err().to_string();
+    assert!(message.contains("2.dcm is not a sound DICOM file"), "{message}");
+
+    let mut nested = whole[..at].to_vec();
+    for _ in 0..20_000 {
+        nested.extend_from_slice(b"\x08\x00\x12\x21SQ\x00\x00\xFF\xFF\xFF\xFF");
+        nested.extend_from_slice(b"\xFE\xFF\x00\xE0\xFF\xFF\xFF\xFF");
+    }
+    std::fs::write(&path, &nested).unwrap();
+    let message = read(dir.path()).unwrap_err().to_string();
+    assert!(message.contains("nested deeper than 32"), "{message}");
+}
+
+#[test]
+fn a_deflate_bomb_is_refused() {
+    use std::io::Write as _;
+    let mut slice = slices(40, 1);
+    slice[0].meta_mut().transfer_syntax = "1.2.840.10008.1.2.1.99".to_owned();
+    slice[0].meta_mut().update_information_group_length();
+    let dir = folder(&slice);
+    let path = dir.path().join("0.dcm");
+    let good = std::fs::read(&path).unwrap();
+    let length = 144 + u32::from_le_bytes([good[140], good[141], good[142], good[143]]) as usize;
+    let mut packer = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::best());
+    packer.write_all(b"\x08\x00\x08\x00OB\x00\x00\x00\x00\x00\x08").unwrap();
+    for _ in 0..128 {
+        packer.write_all(&vec![0; 1 << 20]).unwrap();
+    }
+    let mut bomb = good[..length].to_vec();
+    bomb.extend(packer.finish().unwrap());
+    std::fs::write(&path, bomb).unwrap();
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("inflates past 64 MiB"), "{message}");
+}
+
+#[test]
+fn unknown_codings_are_refused_by_name() {
+    let mut slices = six();
+    slices.iter_mut().for_each(|s| s.meta_mut().transfer_syntax = "1.2.840.10008.1.2.4.80".into());
+    let message = refusal(&slices);
+    assert!(message.contains("0.dcm") && message.contains("JPEG-LS Lossless"), "{message}");
+}
+
+#[test]
+fn too_few_slices_are_no_volume() {
+    let message = refusal(&slices(40, 2));
+    assert!(message.contains("2 slice(s)"), "{message}");
+}
+
+#[test]
+fn the_user_can_stop() {
+    let dir = folder(&six());
+    for from in [0.0, 0.5] {
+        let sink = move |share: f64| share < from;
+        let error = read_series(dir.path(), &ReadParams::default(), Progress::new(&sink));
+        let error = error.unwrap_err();
+        assert!(matches!(error, Error::Stopped(Stopped)) && error.kind() == ErrorKind::Stopped);
+    }
+}
+
+#[test]
+fn the_whole_fixture_is_read() {
+    let ct = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient/ct");
+    let (ct, source, info) = read(&ct).unwrap();
+    assert_eq!(ct.grid().size(), [256, 256, 86]);
+    assert_eq!(info.hu_range, [-1024, 744]);
+    assert_eq!(info.transfer_syntaxes, ["RLE Lossless"]);
+    assert_eq!(
+        source.clock(),
+        supine_dicom::Clock { date: "20260310".into(), time: "093412".into() }
+    );
+    assert!(!format!("{source:?} {info:?}").contains("PHANTOM"));
+}

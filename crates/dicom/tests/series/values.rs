@@ -1,0 +1,170 @@
+//! Stored values to HU.
+
+use crate::support::{Slice, folder, put, put_samples, read, refusal, six, stored};
+use dicom_core::{PrimitiveValue, VR};
+use dicom_dictionary_std::tags;
+use supine_volume::Ct;
+
+/// The HU of the unchanged six slices and of changed ones.
+fn both(change: impl Fn(usize, &mut Slice, Vec<u16>)) -> (Ct, Ct, Vec<String>) {
+    let (plain, ..) = read(folder(&six()).path()).unwrap();
+    let mut slices = six();
+    let stored = stored(&slices);
+    for (n, (slice, samples)) in slices.iter_mut().zip(stored).enumerate() {
+        change(n, slice, samples);
+    }
+    let (ct, _, info) = read(folder(&slices).path()).unwrap();
+    (plain, ct, info.warnings)
+}
+
+fn encode(slice: &mut Slice, bits: u16, signed: u16, intercept: &str) {
+    put(slice, tags::BITS_STORED, VR::US, bits);
+    put(slice, tags::HIGH_BIT, VR::US, bits - 1);
+    put(slice, tags::PIXEL_REPRESENTATION, VR::US, signed);
+    put(slice, tags::RESCALE_INTERCEPT, VR::DS, intercept);
+}
+
+#[test]
+fn every_layout_of_the_same_values_gives_the_same_hu() {
+    type Change = fn(usize, &mut Slice, Vec<u16>);
+    let layouts: [(&str, Change); 5] = [
+        ("unsigned 12", |_, s, v| put_samples(s, v)),
+        ("unsigned 12 with garbage above", |_, s, v| {
+            put_samples(s, v.iter().map(|v| v | 0xB000).collect());
+        }),
+        ("signed 16", |_, s, v| {
+            encode(s, 16, 1, "0");
+            put_samples(s, v.iter().map(|&v| (v as i16 - 1024) as u16).collect());
+        }),
+        ("signed 12, sign extended", |_, s, v| {
+            encode(s, 12, 1, "0");
+            put_samples(s, v.iter().map(|&v| (v as i16 - 1024) as u16).collect());
+        }),
+        ("signed 12, zeros above", |_, s, v| {
+            encode(s, 12, 1, "0");
+            put_samples(s, v.iter().map(|&v| (v as i16 - 1024) as u16 & 0x0FFF).collect());
+        }),
+    ];
+    for (name, layout) in layouts {
+        let (plain, ct, _) = both(layout);
+        assert!(plain == ct, "{name}");
+    }
+}
+
+#[test]
+fn every_uncompressed_syntax_gives_the_same_hu() {
+    for syntax in [
+        "1.2.840.10008.1.2",
+        "1.2.840.10008.1.2.1",
+        "1.2.840.10008.1.2.2",
+        "1.2.840.10008.1.2.1.99",
+    ] {
+        let (plain, ct, warnings) = both(|_, slice, samples| {
+            put_samples(slice, samples);
+            slice.meta_mut().transfer_syntax = syntax.to_owned();
+        });
+        assert!(plain == ct, "{syntax}");
+        assert!(warnings.is_empty(), "{syntax} {warnings:?}");
+    }
+}
+
+#[test]
+fn rescale_is_applied_per_slice() {
+    // The same HU from another slope and intercept in every second slice.
+    let (plain, ct, warnings) = both(|n, slice, samples| {
+        if n % 2 == 1 {
+            put(slice, tags::RESCALE_SLOPE, VR::DS, "0.5");
+            put(slice, tags::BITS_STORED, VR::US, 16u16);
+            put(slice, tags::HIGH_BIT, VR::US, 15u16);
+            put_samples(slice, samples.iter().map(|v| v * 2).collect());
+        }
+    });
+    assert!(plain == ct);
+    assert!(warnings.iter().any(|w| w.contains("slice to slice")), "{warnings:?}");
+}
+
+#[test]
+fn halves_are_rounded_to_even() {
+    let (_, ct, warnings) = both(|_, slice, mut samples| {
+        samples[..4].copy_from_slice(&[1, 3, 5, 2001]);
+        put(slice, tags::RESCALE_SLOPE, VR::DS, "0.5");
+        put_samples(slice, samples);
+    });
+    // 0.5, 1.5, 2.5 and 1000.5 above -1024.
+    assert_eq!(ct.data()[..4], [-1024, -1022, -1022, -24]);
+    assert!(warnings.iter().any(|w| w.contains("whole-numbered")), "{warnings:?}");
+}
+
+#[test]
+fn padding_is_air_in_the_volume() {
+    let (plain, ct, warnings) = both(|_, slice, mut samples| {
+        encode(slice, 16, 1, "0");
+        samples.iter_mut().for_each(|v| *v = (*v as i16 - 1024) as u16);
+        samples[..64].fill(-2000i16 as u16);
+        samples[64..70].fill(3071);
+        put(slice, tags::PIXEL_PADDING_VALUE, VR::SS, PrimitiveValue::from(3071i16));
+        put_samples(slice, samples);
+    });
+    assert!(ct.data()[..70].iter().all(|&v| v == -1000));
+    assert_eq!(ct.data()[70..65536], plain.data()[70..65536]);
+    let told = warnings.iter().any(|w| w.starts_with("420 voxels hold no measurement"));
+    assert!(told, "{warnings:?}");
+}
+
+#[test]
+fn unusable_values_are_refused_by_attribute() {
+    type Change = fn(&mut Slice);
+    let changes: [(Change, &str); 11] = [
+        (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "2,0"), "Rescale Slope is \"2,0\""),
+        (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "0"), "Rescale Slope is 0"),
+        (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "1\\2"), "Rescale Slope is"),
+        (|s| put(s, tags::RESCALE_INTERCEPT, VR::DS, ""), "Rescale Intercept is missing"),
+        (|s| put(s, tags::RESCALE_TYPE, VR::LO, "MGML"), "Rescale Type is \"MGML\""),
+        (|s| put(s, tags::PHOTOMETRIC_INTERPRETATION, VR::CS, "MONOCHROME1"), "MONOCHROME1"),
+        (|s| put(s, tags::BITS_ALLOCATED, VR::US, 12u16), "Bits Allocated 12"),
+        (|s| put(s, tags::HIGH_BIT, VR::US, 15u16), "High Bit 15"),
+        (|s| put(s, tags::ROWS, VR::US, 0u16), "Rows x Columns is 0 x 256"),
+        (|s| put(s, tags::COLUMNS, VR::US, 65535u16), "65535"),
+        (|s| put(s, tags::NUMBER_OF_FRAMES, VR::IS, "2"), "Number of Frames is 2"),
+    ];
+    for (change, expected) in changes {
+        let mut slices = six();
+        change(&mut slices[5]);
+        let message = refusal(&slices);
+        assert!(message.starts_with("5.dcm: ") && message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn pixel_data_of_the_wrong_length_is_refused() {
+    let mut slices = six();
+    let mut samples = stored(&slices).remove(1);
+    samples.truncate(65_000);
+    put_samples(&mut slices[1], samples);
+    let message = refusal(&slices);
+    assert!(message.starts_with("1.dcm: Pixel Data has 130000 bytes"), "{message}");
+    // Another matrix than the compressed one.
+    let mut slices = six();
+    slices.iter_mut().for_each(|s| put(s, tags::ROWS, VR::US, 512u16));
+    let message = refusal(&slices);
+    assert!(message.contains("0.dcm: the pixels cannot be decoded"), "{message}");
+}
+
+#[test]
+fn values_that_are_no_hu_are_refused() {
+    for intercept in ["0", "-3000", "20000"] {
+        let mut slices = six();
+        slices.iter_mut().for_each(|s| put(s, tags::RESCALE_INTERCEPT, VR::DS, intercept));
+        let message = refusal(&slices);
+        assert!(message.contains("cannot be Hounsfield units"), "{intercept} {message}");
+    }
+    let mut slices = six();
+    let stored = stored(&slices);
+    for (slice, samples) in slices.iter_mut().zip(stored) {
+        // Signed values declared unsigned: air at 64536.
+        encode(slice, 16, 0, "0");
+        put_samples(slice, samples.iter().map(|&v| (v as i16 - 1024) as u16).collect());
+    }
+    let message = refusal(&slices);
+    assert!(message.contains("wrong sign"), "{message}");
+}
