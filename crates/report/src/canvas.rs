@@ -108,7 +108,7 @@ impl Canvas {
             let angle = std::f64::consts::TAU * n as f64 / (pieces * STEPS) as f64;
             [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
         };
-        let drawn = (0..pieces * STEPS).filter(|n| dashes == 0 || n / STEPS % 2 == 0);
+        let drawn = (0..pieces * STEPS).filter(|n| dashes == 0 || (n / STEPS).is_multiple_of(2));
         let segments: Vec<[Spot; 2]> = drawn.map(|n| [at(n), at(n + 1)]).collect();
         self.stroke_on_halo(&segments, pen);
     }
@@ -203,7 +203,7 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::High);
+        encoder.set_compression(png::Compression::Balanced);
         encoder.write_header()?.write_image_data(&self.data)?;
         Ok(bytes)
     }

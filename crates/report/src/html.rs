@@ -31,6 +31,8 @@ struct Section<'a> {
 struct Shown<'a> {
     text: &'a str,
     pair: bool,
+    /// Shares of the width, so that all pictures of the row have one scale: `520fr 310fr 520fr`.
+    columns: String,
     figures: Vec<Figure<'a>>,
 }
 
@@ -62,7 +64,12 @@ pub(crate) fn page(
             width: picture.canvas.width(),
             height: picture.canvas.height(),
         });
-        let shown = Shown { text: &row.text, pair: row.pair, figures: figures.collect() };
+        let shown = Shown {
+            text: &row.text,
+            pair: row.pair,
+            columns: columns(row),
+            figures: figures.collect(),
+        };
         match sections.last_mut() {
             Some(section) if row.title.is_empty() => section.rows.push(shown),
             _ => sections.push(Section { title: &row.title, rows: vec![shown] }),
@@ -79,4 +86,9 @@ pub(crate) fn page(
         sections,
     }
     .render()
+}
+
+fn columns(row: &Row) -> String {
+    let widths = row.pictures.iter().map(|p| format!("{}fr", p.canvas.width()));
+    widths.collect::<Vec<_>>().join(" ")
 }

@@ -13,6 +13,8 @@ mod error;
 mod files;
 mod html;
 mod lettering;
+#[cfg(test)]
+mod phantom;
 mod pictures;
 mod plane;
 mod scene;

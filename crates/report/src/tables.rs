@@ -22,6 +22,11 @@ impl Table {
         Self { title: title.into(), head: head.to_vec(), rows: Vec::new() }
     }
 
+    /// Whether the last column holds hashes.
+    pub(crate) fn hashed(&self) -> bool {
+        self.head.last() == Some(&"BLAKE3")
+    }
+
     fn row(&mut self, name: &str, value: String) {
         self.rows.push(vec![name.into(), value]);
     }

@@ -37,7 +37,7 @@ impl Verdict {
         );
         match summary.warnings.len() {
             0 => Self { class: "good", headline: "No warnings".into(), text: checked },
-            1 => Self { class: "check", headline: "Read the warning below".into(), text: checked },
+            1 => Self { class: "check", headline: "Read the warning".into(), text: checked },
             n => Self { class: "check", headline: format!("Read the {n} warnings"), text: checked },
         }
     }

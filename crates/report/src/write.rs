@@ -10,7 +10,7 @@ use supine_space::Progress;
 pub struct Info {
     /// The files, relative to the report's folder: `index.html`, then the pictures.
     pub files: Vec<PathBuf>,
-    /// What the user must know; the report has nothing to warn of so far.
+    /// What the pictures could not show.
     pub warnings: Vec<String>,
 }
 
@@ -52,5 +52,90 @@ pub fn write(
         files.push(PathBuf::from(name));
     }
     replace_folder(fresh, dir).map_err(fail)?;
-    Ok(Info { files, warnings: Vec::new() })
+    Ok(Info { files, warnings: missing(scene) })
+}
+
+/// What the pictures could not show.
+fn missing(scene: &Scene<'_>) -> Vec<String> {
+    let lost = scene.tumour.is_some() && scene.tumour_after.is_none();
+    let text = "the tumour's place on the operating table is not known: it is not drawn";
+    lost.then(|| text.into()).into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phantom::Phantom;
+    use crate::summary::tests::example;
+    use supine_space::{Matrix, Point, Sphere, Vector};
+
+    fn report(dir: &Path) -> Info {
+        let phantom = Phantom::new(Matrix::identity(), Vector::new(2.0, 1.0, -3.0));
+        let mut scene = phantom.scene();
+        scene.tumour = Some(Sphere::new(Point::new(5.0, -10.0, 4.0), 8.0).unwrap());
+        scene.tumour_after = Some(Point::new(7.0, -9.0, 1.0));
+        write(&example(), &scene, dir, Progress::none()).unwrap()
+    }
+
+    #[test]
+    fn a_report_is_the_same_each_time_and_replaces_the_old_one() {
+        let root = tempfile::tempdir().unwrap();
+        let (a, b) = (root.path().join("a"), root.path().join("b"));
+        let info = report(&a);
+        std::fs::create_dir(&b).unwrap();
+        std::fs::write(b.join("stale.png"), "old").unwrap();
+        assert_eq!(report(&b), info);
+        for file in &info.files {
+            let read = |dir: &Path| std::fs::read(dir.join(file)).unwrap();
+            assert!(read(&a) == read(&b), "{}", file.display());
+        }
+        assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 2, "nothing temporary is left");
+        let mut names: Vec<PathBuf> =
+            std::fs::read_dir(&b).unwrap().map(|f| f.unwrap().file_name().into()).collect();
+        let mut told = info.files.clone();
+        names.sort_unstable();
+        told.sort_unstable();
+        assert_eq!(told, names);
+        stands_alone(&std::fs::read_to_string(a.join("index.html")).unwrap(), info.files.len() - 1);
+    }
+
+    fn stands_alone(page: &str, pictures: usize) {
+        for foreign in ["http:", "https:", "<script", "<link", "@import", "url(", "javascript:"] {
+            assert!(!page.contains(foreign), "{foreign}");
+        }
+        assert_eq!(page.matches("src=\"data:image/png;base64,").count(), pictures);
+        assert_eq!(page.matches("src=").count(), pictures);
+        assert!(page.contains("&#60;script&#62;alert("), "the input's name is escaped");
+        assert!(page.contains("det F &#60; 0.3 in 2 tetrahedra &#38; more"));
+        for (seconds, text) in [("9.5", "total_seconds"), ("901", "peak_memory")] {
+            assert!(!page.contains(&format!(">{seconds}<")) && !page.contains(text));
+        }
+    }
+
+    #[test]
+    fn stopped_or_refused_it_leaves_nothing() {
+        let root = tempfile::tempdir().unwrap();
+        let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+        let scene = phantom.scene();
+        let dir = root.path().join("report");
+        {
+            let sink = |share: f64| share < 0.95;
+            let error = write(&example(), &scene, &dir, Progress::new(&sink)).unwrap_err();
+            assert!(matches!(error, Error::Stopped(_)), "{error}");
+        }
+        assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
+        std::fs::write(root.path().join("file"), "").unwrap();
+        let inside = root.path().join("file").join("report");
+        let error = write(&example(), &scene, &inside, Progress::none()).unwrap_err();
+        assert!(error.to_string().contains("report"), "{error}");
+    }
+
+    #[test]
+    fn an_unknown_place_of_the_tumour_is_said() {
+        let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+        let mut scene = phantom.scene();
+        assert!(missing(&scene).is_empty());
+        scene.tumour = Some(Sphere::new(Point::origin(), 8.0).unwrap());
+        assert_eq!(missing(&scene).len(), 1);
+    }
 }

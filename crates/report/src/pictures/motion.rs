@@ -14,6 +14,8 @@ const STEP: usize = 26;
 const LONGEST: f64 = 1.9;
 /// Opacity of colours over the CT.
 const VEIL: f64 = 0.6;
+/// Opacity of the colour that says no change.
+const FAINT: f64 = 0.25;
 
 /// A plane with what lies below its pixels and how it moves, mm.
 struct Motion {
@@ -138,7 +140,9 @@ fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
         let mut canvas = paint(plane, &motion.ground, 0.8);
         for (n, j) in changes.iter().enumerate() {
             if let Some(j) = j {
-                canvas.mix(n, colour(0.5 + (j - 1.0) / (2.0 * span)), VEIL);
+                let share = (j - 1.0) / span;
+                let veil = FAINT + (VEIL - FAINT) * share.abs().min(1.0);
+                canvas.mix(n, colour(0.5 + share / 2.0), veil);
             }
         }
         studio.mark_before(&mut canvas, plane, false);
@@ -165,5 +169,54 @@ fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
 fn span(mut deviations: Vec<f64>) -> f64 {
     deviations.sort_unstable_by(f64::total_cmp);
     let p99 = deviations.get(deviations.len() * 99 / 100).copied().unwrap_or(0.0);
-    round_up(p99).clamp(0.05, 0.8)
+    round_up(p99.max(0.05)).min(0.8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plane::View;
+    use supine_space::Point;
+
+    /// Mean place of the white pixels of the arrow of one displacement, relative to its start.
+    fn drawn(view: View, u: Vector) -> [f64; 2] {
+        let frame = [Point::new(-50.0, -50.0, -50.0), Point::new(50.0, 50.0, 50.0)];
+        let plane = Plane::new(view, &Point::origin(), frame, 0.5);
+        let (width, pixels) = (plane.width, plane.width * plane.height);
+        let start = STEP / 2 + 3 * STEP;
+        let mut moves = vec![None; pixels];
+        moves[start * width + start] = Some(u);
+        let mut canvas = Canvas::new(width, plane.height);
+        let motion = Motion { plane, ground: Vec::new(), below: Vec::new(), moves };
+        arrows(&mut canvas, &motion, &Scale { full_mm: 5.0, enlarged: 3.0, key_mm: 5.0 });
+        let (mut sum, mut n) = ([0.0; 2], 0.0);
+        for p in 0..pixels {
+            let (x, y) = (p % width, p / width);
+            if canvas.at(x, y) == [255; 3] {
+                sum = [sum[0] + x as f64 - start as f64, sum[1] + y as f64 - start as f64];
+                n += 1.0;
+            }
+        }
+        sum.map(|s| s / n)
+    }
+
+    #[test]
+    fn arrows_point_where_the_tissue_goes() {
+        let left_and_down = Vector::new(5.0, 0.0, -2.5);
+        let [x, y] = drawn(View::Coronal, left_and_down);
+        assert!(x > 8.0 && (y / x - 0.5).abs() < 0.1, "left is right, feet are down: {x} {y}");
+        let [x, y] = drawn(View::Coronal, -left_and_down);
+        assert!(x < -8.0 && (y / x - 0.5).abs() < 0.1, "{x} {y}");
+        let [x, y] = drawn(View::Axial, left_and_down);
+        assert!(x > 8.0 && y.abs() < 0.3, "no part along y: {x} {y}");
+        let [x, y] = drawn(View::Sagittal, Vector::new(0.0, -5.0, 0.0));
+        assert!(x < -8.0 && y.abs() < 0.3, "the front is left: {x} {y}");
+    }
+
+    #[test]
+    fn the_bar_spans_what_is_there() {
+        assert!((span(vec![0.01; 50]) - 0.05).abs() < 1e-12);
+        assert!((span((0..1000).map(|n| f64::from(n) / 4000.0).collect()) - 0.3).abs() < 1e-9);
+        assert!((span(Vec::new()) - 0.05).abs() < 1e-12);
+    }
 }
