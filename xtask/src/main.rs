@@ -12,6 +12,7 @@
 mod readers;
 mod steps;
 mod test;
+mod verify;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
@@ -33,6 +34,9 @@ enum Chore {
     Test(test::Options),
     /// Only what `test` installs: the independent readers.
     Readers,
+    /// Writes docs/VERIFICATION.md and docs/pictures from real runs; needs the developers'
+    /// reference data in ../shared.
+    Verify,
 }
 
 /// Where things are.
@@ -62,6 +66,7 @@ fn chore() -> Result<()> {
     match arguments.chore {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
+        Chore::Verify => verify::verify(&house),
     }
 }
 

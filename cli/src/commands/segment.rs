@@ -3,7 +3,7 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{read_seeds, write_labels};
+use supine_exchange::write_labels;
 use supine_pipeline::{Case, RunError, Seeds};
 use supine_segment::Params;
 use supine_space::Progress;
@@ -18,7 +18,7 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
         (None, Some(case)) => case.seeds,
         (None, None) => Seeds::Automatic,
     };
-    let params = Params { seeds: seeds(given)?, ..Params::default() };
+    let params = Params { seeds: given.read()?, ..Params::default() };
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("segment", share);
@@ -41,21 +41,4 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     );
     screen.result(&json, &text);
     Ok(0)
-}
-
-fn seeds(given: Seeds) -> Result<supine_segment::Seeds, Failure> {
-    Ok(match given {
-        Seeds::Automatic => supine_segment::Seeds::default(),
-        Seeds::Points { chest_wall, soft_tissue, exclude } => {
-            supine_segment::Seeds { chest_wall, soft_tissue, exclude }
-        }
-        Seeds::File(path) => {
-            let read = read_seeds(&path)?;
-            supine_segment::Seeds {
-                chest_wall: read.chest_wall,
-                soft_tissue: read.soft_tissue,
-                exclude: read.exclude,
-            }
-        }
-    })
 }

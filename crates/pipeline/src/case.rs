@@ -1,6 +1,6 @@
 //! The case file (TOML): as typed, and validated.
 
-use crate::keys;
+use crate::{RunError, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use supine_fem::{Cut, RestState, Tissue};
@@ -64,6 +64,32 @@ pub enum Seeds {
         /// In neither.
         exclude: Vec<Point>,
     },
+}
+
+impl Seeds {
+    /// The points themselves, read from their file when there is one.
+    ///
+    /// # Errors
+    /// When the file cannot be read or holds no seeds.
+    pub fn read(&self) -> Result<supine_segment::Seeds, RunError> {
+        Ok(match self {
+            Self::Automatic => supine_segment::Seeds::default(),
+            Self::Points { chest_wall, soft_tissue, exclude } => supine_segment::Seeds {
+                chest_wall: chest_wall.clone(),
+                soft_tissue: soft_tissue.clone(),
+                exclude: exclude.clone(),
+            },
+            Self::File(path) => {
+                let read = supine_exchange::read_seeds(path)
+                    .map_err(|source| RunError::File { role: "`seeds`", source })?;
+                supine_segment::Seeds {
+                    chest_wall: read.chest_wall,
+                    soft_tissue: read.soft_tissue,
+                    exclude: read.exclude,
+                }
+            }
+        })
+    }
 }
 
 /// Why a case cannot be used.

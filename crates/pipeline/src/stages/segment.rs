@@ -6,7 +6,7 @@ use crate::store::hash_of;
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use supine_exchange::{read_labels, read_seeds, write_labels};
+use supine_exchange::{read_labels, write_labels};
 use supine_report::Input;
 use supine_space::Progress;
 use supine_volume::LabelMap;
@@ -31,7 +31,8 @@ pub(crate) fn segment(
         _ => vec![],
     };
     let files: Vec<&str> = inputs.iter().map(|i| i.blake3.as_str()).collect();
-    let params = params(case)?;
+    let params =
+        supine_segment::Params { seeds: case.seeds.read()?, ..supine_segment::Params::default() };
     let decided = format!("{params:?} {files:?}");
     bench.stage(
         Stage::Segment,
@@ -57,27 +58,6 @@ fn input_file(role: &'static str, path: &Path) -> Result<Input, RunError> {
     })?;
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(Input { role: role.into(), path_name: name, files: hashed.files, blake3: hashed.blake3 })
-}
-
-fn params(case: &Case) -> Result<supine_segment::Params, RunError> {
-    let seeds = match &case.seeds {
-        Seeds::Automatic => supine_segment::Seeds::default(),
-        Seeds::Points { chest_wall, soft_tissue, exclude } => supine_segment::Seeds {
-            chest_wall: chest_wall.clone(),
-            soft_tissue: soft_tissue.clone(),
-            exclude: exclude.clone(),
-        },
-        Seeds::File(path) => {
-            let read =
-                read_seeds(path).map_err(|source| RunError::File { role: "`seeds`", source })?;
-            supine_segment::Seeds {
-                chest_wall: read.chest_wall,
-                soft_tissue: read.soft_tissue,
-                exclude: read.exclude,
-            }
-        }
-    };
-    Ok(supine_segment::Params { seeds, ..supine_segment::Params::default() })
 }
 
 type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;

@@ -1,0 +1,104 @@
+//! `cargo xtask verify`: the figures of docs/VERIFICATION.md, from real runs.
+//!
+//! Runs the release binary on the fixture patient, on the cohort, on the real CTs and on the
+//! mesher's reference labels, scores the results with the scripts of the shared reference folder
+//! (which belongs to the developers, not to the users) and writes the page.
+
+mod mesh;
+mod page;
+mod patients;
+mod real;
+
+use crate::House;
+use anyhow::{Context, Result, bail, ensure};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Where the shared references lie and where the runs go.
+pub(crate) struct Bench<'a> {
+    pub(crate) house: &'a House,
+    /// The developers' reference data.
+    pub(crate) shared: PathBuf,
+    /// Work folder under target/.
+    pub(crate) work: PathBuf,
+    pub(crate) supine: PathBuf,
+    pub(crate) python: PathBuf,
+}
+
+pub(crate) fn verify(house: &House) -> Result<()> {
+    let shared = house.root.join("../shared");
+    ensure!(
+        shared.join("cohort/score.py").is_file(),
+        "`cargo xtask verify` needs the developers' reference data in ../shared"
+    );
+    let python = scorers(house)?;
+    run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
+    let work = house.target.join("verify");
+    std::fs::create_dir_all(&work)?;
+    let bench = Bench { house, shared, work, supine: house.target.join("release/supine"), python };
+    let patients = patients::all(&bench)?;
+    pictures(&bench)?;
+    let real = real::all(&bench)?;
+    let meshes = mesh::all(&bench)?;
+    let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
+    let page = page::page(date.trim(), &patients, &real, &meshes)?;
+    let path = house.root.join("docs/VERIFICATION.md");
+    std::fs::write(&path, page).with_context(|| path.display().to_string())?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+/// The pictures of the fixture patient's report that the documents show.
+fn pictures(bench: &Bench<'_>) -> Result<()> {
+    let shown = bench.house.root.join("docs/pictures");
+    for entry in std::fs::read_dir(&shown)? {
+        let name = entry?.file_name();
+        let made = bench.work.join("fixture/out/report").join(&name);
+        std::fs::copy(&made, shown.join(&name)).with_context(|| made.display().to_string())?;
+    }
+    Ok(())
+}
+
+/// The Python environment of the scoring scripts, made once.
+fn scorers(house: &House) -> Result<PathBuf> {
+    let environment = house.target.join("scorers");
+    let python = environment.join("bin/python");
+    if !environment.join("made").is_file() {
+        run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+        let mut pip = Command::new(&python);
+        pip.args(["-m", "pip", "install", "--quiet", "--requirement"]);
+        run(pip.arg(house.root.join("xtask/scorers.txt")))?;
+        std::fs::write(environment.join("made"), "")?;
+    }
+    Ok(python)
+}
+
+/// Runs a command and fails with what it said.
+pub(crate) fn run(command: &mut Command) -> Result<()> {
+    output(command).map(drop)
+}
+
+/// What a command prints on stdout.
+pub(crate) fn output(command: &mut Command) -> Result<String> {
+    eprintln!("  {command:?}");
+    let done = command.output().with_context(|| format!("{command:?}"))?;
+    if !done.status.success() {
+        bail!("{command:?}: {}\n{}", done.status, String::from_utf8_lossy(&done.stderr));
+    }
+    Ok(String::from_utf8(done.stdout)?)
+}
+
+/// One run of `supine run`, its summary.
+pub(crate) fn run_case(bench: &Bench<'_>, case: &Path, out: &Path) -> Result<serde_json::Value> {
+    let mut command = Command::new(&bench.supine);
+    command.arg("run").arg(case).arg("--out").arg(out);
+    // Redone whatever is there: the times are part of the page.
+    command.args(["--json", "--no-progress", "--force", "import"]);
+    Ok(serde_json::from_str(&output(&mut command)?)?)
+}
+
+/// A number deep in a JSON value.
+pub(crate) fn number(json: &serde_json::Value, pointer: &str) -> Result<f64> {
+    let value = json.pointer(pointer).and_then(serde_json::Value::as_f64);
+    value.with_context(|| format!("no number at {pointer}"))
+}
