@@ -8,7 +8,7 @@ use supine_space::{Progress, Stopped};
 /// Beyond this many tetrahedra from the goal, splits or collapses are simply done in order.
 const NEAR: i64 = 8;
 /// Candidates of each kind that are tried for the last steps.
-const CANDIDATES: usize = 160;
+const CANDIDATES: usize = 80;
 /// Best candidates kept for each change of the count.
 const KEPT: usize = 4;
 /// Qualities that single operations must reach, tried in this order.
@@ -17,6 +17,16 @@ const FLOORS: [f64; 8] = [0.58, 0.54, 0.5, 0.45, 0.4, 0.3, 0.2, 0.08];
 const PASSES: usize = 40;
 /// A collapse makes no edge longer than this multiple of the wanted length.
 const LONGEST: f64 = 1.8;
+/// A polishing round that betters the worst by less than this was idle.
+const IDLE: f64 = 1e-3;
+/// Smoothing can be hoped to better a tetrahedron from this share of the floor.
+const HOPE: f64 = 0.45;
+/// Tetrahedra worse than this are not made at all.
+const LEAST: f64 = 0.02;
+/// The trade works on tetrahedra that are this much better than the worst at most, ...
+const NARROW: f64 = 0.01;
+/// ... and gives up when this much did not help.
+const WIDE: f64 = 0.06;
 /// No change of the count.
 pub(crate) const NONE: std::ops::RangeInclusive<i64> = 0..=0;
 
@@ -72,7 +82,7 @@ impl Mesher<'_> {
                 break;
             }
             self.mesh.begin();
-            let good = self.take(step).is_some_and(|_| {
+            let good = self.take(step, HOPE * floor).is_some_and(|_| {
                 let (before, after) = self.mesh.effect();
                 after >= floor.min(before)
             });
@@ -80,17 +90,17 @@ impl Mesher<'_> {
         }
     }
 
-    /// Does a step and smooths around it; the change of the count.
-    fn take(&mut self, step: Step) -> Option<i64> {
+    /// Does a step that leaves at least `floor` and smooths around it; the change of the count.
+    fn take(&mut self, step: Step, floor: f64) -> Option<i64> {
         let before = self.mesh.count() as i64;
         let v = match step {
-            Step::Split([a, b]) => self.split(a, b, 1e-2)?,
+            Step::Split([a, b]) => self.split(a, b, floor)?,
             Step::Collapse(edge) => {
                 if edge.iter().any(|&v| self.mesh.star[v as usize].is_empty()) {
                     return None;
                 }
                 let longest = LONGEST * self.sizing.at(&self.mesh.middle(edge));
-                if !self.collapse_edge(edge, CollapseRule { floor: 0.02, longest }) {
+                if !self.collapse_edge(edge, CollapseRule { floor, longest }) {
                     return None;
                 }
                 edge.into_iter().find(|&v| !self.mesh.star[v as usize].is_empty())?
@@ -125,7 +135,11 @@ impl Mesher<'_> {
         let Some(best) = best else { return false };
         for tried in best {
             self.mesh.begin();
-            if self.take(tried.step).is_some() { self.mesh.commit() } else { self.mesh.rollback() }
+            if self.take(tried.step, LEAST).is_some() {
+                self.mesh.commit()
+            } else {
+                self.mesh.rollback()
+            }
         }
         true
     }
@@ -138,7 +152,7 @@ impl Mesher<'_> {
         let mut options: BTreeMap<i64, Vec<Tried>> = BTreeMap::new();
         for step in short.chain(long) {
             self.mesh.begin();
-            let delta = self.take(step);
+            let delta = self.take(step, LEAST);
             let (_, quality) = self.mesh.effect();
             self.mesh.rollback();
             if let Some(delta) = delta.filter(|_| quality > 0.0) {
@@ -152,20 +166,23 @@ impl Mesher<'_> {
         options
     }
 
-    /// Betters the mesh without change of the count until nothing gains any more, at most
-    /// `rounds` times.
+    /// Betters the tetrahedra worse than `threshold` without change of the count until the worst
+    /// gains no more, at most `rounds` times.
     pub(crate) fn polish(
         &mut self,
         threshold: f64,
         rounds: usize,
         progress: Progress<'_>,
     ) -> Result<(), Stopped> {
+        let (mut worst, mut idle) = (self.mesh.worst(), 0);
         for round in 0..rounds {
             progress.at(round as f64 / rounds as f64)?;
             let repaired = self.repair(threshold, &NONE);
-            let swapped = self.swap_all(threshold, &NONE);
-            let smoothed = self.smooth_all(threshold + 0.03, 4);
-            if repaired + swapped + smoothed == 0 {
+            let smoothed = self.smooth_all(threshold + 0.03, 3);
+            let now = self.mesh.worst();
+            idle = if now > worst + IDLE { 0 } else { idle + 1 };
+            worst = now;
+            if repaired + smoothed == 0 || idle == 2 {
                 break;
             }
         }
@@ -173,7 +190,8 @@ impl Mesher<'_> {
     }
 
     /// Betters the worst tetrahedra by operations that change the count, and restores the count
-    /// elsewhere; kept when the worst of all got better. At most `rounds` times.
+    /// elsewhere; kept when the worst of all got better. At most `rounds` times, until all are
+    /// better than `threshold`.
     pub(crate) fn trade(
         &mut self,
         goal: usize,
@@ -181,6 +199,7 @@ impl Mesher<'_> {
         rounds: usize,
         progress: Progress<'_>,
     ) -> Result<(), Stopped> {
+        let mut reach = NARROW;
         for round in 0..rounds {
             let part = progress.part(round as f64 / rounds as f64, 1.0);
             let worst = self.mesh.worst();
@@ -188,13 +207,17 @@ impl Mesher<'_> {
                 break;
             }
             let saved = self.mesh.clone();
-            self.repair(threshold, &crate::remesh::ANY);
-            self.smooth_all(threshold, 4);
-            let reached = self.reach(goal, part.part(0.0, 0.3))?;
-            self.polish(threshold, 6, part.part(0.3, 0.5))?;
-            if !reached || self.mesh.worst() <= worst {
+            self.rework((worst + reach).min(threshold), part.part(0.0, 0.2))?;
+            let reached = self.reach(goal, part.part(0.2, 0.4))?;
+            self.polish((worst + WIDE).min(threshold), 4, part.part(0.4, 0.6))?;
+            if reached && self.mesh.worst() > worst + 1e-4 {
+                reach = NARROW;
+            } else {
                 self.mesh = saved;
-                break;
+                if reach >= WIDE {
+                    break;
+                }
+                reach *= 3.0;
             }
         }
         Ok(())

@@ -121,8 +121,8 @@ const COARSEST_MM: f64 = 6.0;
 const MARGIN: f64 = 5.0;
 /// Rounds of split, collapse, swap and smooth.
 const ROUNDS: usize = 6;
-/// Tetrahedra worse than this (sine of 35°) are worked on to the end.
-const GOAL: f64 = 0.575;
+/// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
+const GOAL: f64 = 0.562;
 /// A count this far off (share) is an error.
 const OFF: f64 = 0.05;
 
@@ -244,7 +244,7 @@ fn work(
     mesher.polish(GOAL, 4, progress.part(0.6, 0.7))?;
     mesher.fit(GOAL, progress.part(0.7, 0.8))?;
     mesher.polish(GOAL, 12, progress.part(0.8, 0.9))?;
-    mesher.trade(goal, GOAL, 5, progress.part(0.9, 1.0))?;
+    mesher.trade(goal, GOAL, 12, progress.part(0.9, 1.0))?;
     Ok(())
 }
 

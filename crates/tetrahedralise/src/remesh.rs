@@ -19,6 +19,10 @@ const LONG: f64 = 1.4;
 const LONGEST: f64 = 1.5;
 /// Tetrahedra better than this are left alone.
 const GOOD: f64 = 0.62;
+/// Most tetrahedra that one rework takes on.
+const MOST_REWORKED: usize = 12;
+/// A swap may first make this much worse what smoothing then betters.
+const LENIENCE: f64 = 0.25;
 /// Any change of the count.
 pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
 
@@ -160,19 +164,19 @@ impl Mesher<'_> {
 
     /// A collapse at a tetrahedron that betters the worst one concerned.
     fn collapse_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
-        EDGES.iter().any(|&[p, q]| {
-            let edge = [tet[p], tet[q]];
-            let size = self.sizing.at(&self.mesh.middle(edge));
-            let rule = CollapseRule { floor: 0.05, longest: 1.7 * size };
-            self.attempt(delta, |m| {
-                m.collapse_edge(edge, rule) && {
-                    let kept = edge.into_iter().find(|&v| !m.mesh.star[v as usize].is_empty());
-                    kept.is_some_and(|v| {
-                        m.smooth_around(v);
-                        true
-                    })
-                }
-            })
+        EDGES.iter().any(|&[p, q]| self.attempt_collapse([tet[p], tet[q]], delta))
+    }
+
+    fn attempt_collapse(&mut self, edge: [u32; 2], delta: &RangeInclusive<i64>) -> bool {
+        let rule =
+            CollapseRule { floor: 0.05, longest: 1.7 * self.sizing.at(&self.mesh.middle(edge)) };
+        self.attempt(delta, |m| {
+            let done = m.collapse_edge(edge, rule);
+            let kept = edge.into_iter().find(|&v| !m.mesh.star[v as usize].is_empty());
+            if let Some(v) = kept.filter(|_| done) {
+                m.smooth_around(v);
+            }
+            done
         })
     }
 
@@ -180,14 +184,60 @@ impl Mesher<'_> {
     fn split_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
         let mut edges = EDGES.map(|[p, q]| [tet[p], tet[q]]);
         edges.sort_by(|a, b| self.mesh.length(*b).total_cmp(&self.mesh.length(*a)));
-        edges.into_iter().take(4).any(|edge| {
-            self.attempt(delta, |m| {
-                m.split(edge[0], edge[1], 1e-3).is_some_and(|v| {
-                    m.smooth_around(v);
-                    true
-                })
-            })
+        edges.into_iter().take(4).any(|edge| self.attempt_split(edge, delta))
+    }
+
+    fn attempt_split(&mut self, [a, b]: [u32; 2], delta: &RangeInclusive<i64>) -> bool {
+        self.attempt(delta, |m| {
+            let new = m.split(a, b, 1e-3);
+            if let Some(v) = new {
+                m.smooth_around(v);
+            }
+            new.is_some()
         })
+    }
+
+    /// Tries every operation on every edge that meets a tetrahedron worse than `threshold`, worst
+    /// first, with smoothing, keeping what betters the worst tetrahedron concerned.
+    pub(crate) fn rework(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
+        let bad = self.bad(threshold);
+        for (n, &id) in bad.iter().enumerate().take(MOST_REWORKED) {
+            progress.at(n as f64 / bad.len() as f64)?;
+            if self.mesh.live[id as usize] && self.mesh.quality[id as usize] < threshold {
+                self.rework_one(self.mesh.tets[id as usize]);
+            }
+        }
+        Ok(())
+    }
+
+    fn rework_one(&mut self, tet: [u32; 4]) -> bool {
+        if self.collapse_at(tet, &ANY) || self.split_at(tet, &ANY) {
+            return true;
+        }
+        let mut edges: Vec<[u32; 2]> = Vec::new();
+        for v in tet {
+            edges.extend(self.mesh.neighbours(v).into_iter().map(|w| [v.min(w), v.max(w)]));
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        for &[a, b] in &edges {
+            let done = self.attempt(&ANY, |m| {
+                let around: Vec<u32> =
+                    m.mesh.ring(a, b).iter().flat_map(|&t| m.mesh.tets[t as usize]).collect();
+                m.remove_edge(a, b, -LENIENCE, &ANY) && {
+                    around.into_iter().for_each(|v| {
+                        m.smooth(v, 3);
+                    });
+                    true
+                }
+            });
+            if done {
+                return true;
+            }
+        }
+        edges
+            .iter()
+            .any(|&edge| self.attempt_collapse(edge, &ANY) || self.attempt_split(edge, &ANY))
     }
 
     /// Keeps an operation only when it betters the worst tetrahedron that it concerns and changes

@@ -13,6 +13,8 @@ const MOST_ACTIVE: usize = 8;
 const GAIN: f64 = 1e-4;
 /// Halvings of a step before the direction is given up.
 const HALVINGS: usize = 5;
+/// Neighbours whose worst tetrahedron is better than this need no smoothing.
+const CONTENT: f64 = 0.62;
 /// First step as a share of the wanted edge length.
 const STEP: f64 = 0.12;
 
@@ -49,18 +51,15 @@ impl Star {
         }
         active.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         active.truncate(MOST_ACTIVE);
-        let slope = |n: usize| {
+        let slope = |(quality, n): (f64, usize)| {
             let (mut p, own) = self.tets[n];
             Vector::from_fn(|axis, _| {
-                let mut side = |sign: f64| {
-                    p[own] = at;
-                    p[own][axis] += sign * step;
-                    shape(&p)
-                };
-                (side(1.0) - side(-1.0)) / (2.0 * step)
+                p[own] = at;
+                p[own][axis] += step;
+                (shape(&p) - quality) / step
             })
         };
-        active.into_iter().map(|(_, n)| slope(n)).collect()
+        active.into_iter().map(slope).collect()
     }
 }
 
@@ -191,11 +190,13 @@ impl Mesher<'_> {
         vertices.into_iter().filter(|&(_, v)| self.smooth(v, moves)).count()
     }
 
-    /// Smooths `v` and then its neighbours.
+    /// Smooths `v` and then those of its neighbours that need it.
     pub(crate) fn smooth_around(&mut self, v: u32) {
         self.smooth(v, 5);
         for w in self.mesh.neighbours(v) {
-            self.smooth(w, 2);
+            if self.mesh.worst_of(&self.mesh.star[w as usize]) < CONTENT {
+                self.smooth(w, 2);
+            }
         }
         self.smooth(v, 2);
     }
