@@ -19,7 +19,7 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { fade_mm: None, collar_mm: 5.0, air_hu: -1000, curve_tolerance_mm: 0.05 }
+        Self { fade_mm: None, collar_mm: 5.0, air_hu: -1000, curve_tolerance_mm: 0.02 }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What becomes of the blurred skin edge.
 
 use super::fixture::{lattice, moved};
-use crate::{Params, warp};
+use crate::{Params, carry_points, warp};
 use supine_mesh::{BoundaryTag, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, Volume};
@@ -89,5 +89,24 @@ fn another_body_across_a_gap_stays() {
             let drawn = column(&out).filter(|&(y, hu)| y > -2.5 && y < 1.0 && hu > -700).count();
             assert_eq!(drawn, 0, "tissue in the open gap");
         }
+    }
+}
+
+#[test]
+fn a_mark_on_the_skin_moves_with_it_and_one_behind_the_chest_wall_does_not() {
+    let mesh = block();
+    for order in [Order::Linear, Order::Quadratic] {
+        let u = moved(&mesh, order, dent(5.0));
+        let at = |x, y, z| Point::new(x, y, z);
+        let marks =
+            [at(9.3, -1.5, 11.0), at(8.0, -0.4, 8.0), at(9.3, -5.5, 11.0), at(9.0, 17.0, 9.0)];
+        let carried = carry_points(&mesh, &u, &Params::default(), &marks).unwrap();
+        for n in 0..2 {
+            let skin = dent(5.0)(Point::new(marks[n].x, 0.0, marks[n].z));
+            let error = (carried[n].unwrap() - marks[n] - skin).norm();
+            // The bump is a product of parabolas: of higher order than the elements.
+            assert!(error < if order == Order::Linear { 0.3 } else { 0.03 }, "{order:?}: {error}");
+        }
+        assert_eq!((carried[2], carried[3]), (None, None));
     }
 }
