@@ -66,10 +66,15 @@ fn by_segment(raster: &Raster, values: &[i16], segments: &[Segment]) -> Result<V
     refuse_foreign(raster, values, &by_value)?;
     let mut data = vec![label::OUTSIDE; raster.grid.len()];
     let mut overlap: Option<(u8, u8, usize)> = None;
+    // Labels come in runs: the last value of each layer and its label.
+    let mut last: Vec<(i16, Option<u8>)> = vec![(0, None); raster.layers];
     for (voxel, out) in data.iter_mut().enumerate() {
         for layer in 0..raster.layers {
             let value = values[raster.place(layer, voxel)];
-            let Some(new) = by_value.get(&(layer, value)).and_then(|s| s.label) else { continue };
+            if last[layer].0 != value {
+                last[layer] = (value, by_value.get(&(layer, value)).and_then(|s| s.label));
+            }
+            let Some(new) = last[layer].1 else { continue };
             if label::is_soft_tissue(*out) && label::is_chest_wall(new)
                 || label::is_chest_wall(*out) && label::is_soft_tissue(new)
             {

@@ -53,19 +53,24 @@ impl Raster {
         values
             .try_reserve_exact(samples)
             .map_err(|_| Problem::Memory(samples.saturating_mul(size_of::<T>())))?;
-        self.scalar.try_each(&self.bytes, self.big_endian, |place, sample| {
+        let converted = self.scalar.try_each(&self.bytes, self.big_endian, |place, sample| {
             let value = sample * self.slope + self.intercept;
-            let whole = value.round();
-            // A NaN fails the comparison.
-            let near = (value - whole).abs() <= WHOLE_TOLERANCE;
-            match T::try_from(whole as i64) {
-                Ok(v) if near => values.push(v),
-                _ => {
-                    let voxel = self.grid.voxel(self.voxel_of(place));
-                    return Err(Problem::Value { voxel, value, reason: expected });
+            // Mostly the value is whole already.
+            let mut whole = value as i64;
+            if whole as f64 != value {
+                let near = value.round();
+                let off = (value - near).abs();
+                if off.is_nan() || off > WHOLE_TOLERANCE {
+                    return Err((place, value));
                 }
+                whole = near as i64;
             }
+            values.push(T::try_from(whole).map_err(|_| (place, value))?);
             Ok(())
+        });
+        converted.map_err(|(place, value)| {
+            let voxel = self.grid.voxel(self.voxel_of(place));
+            Problem::Value { voxel, value, reason: expected }
         })?;
         Ok(values)
     }

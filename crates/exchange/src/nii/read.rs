@@ -10,32 +10,39 @@ const HEADER: usize = 348;
 
 /// Whether the bytes, decompressed or not, begin like NIfTI (1 or 2) of either byte order.
 pub(crate) fn is_nifti(bytes: &[u8]) -> bool {
-    let start =
-        if file::is_gzip(bytes) { file::gunzip_start(bytes, 4) } else { Ok(bytes.to_vec()) };
-    let start = start.unwrap_or_default();
-    start.first_chunk().is_some_and(|&b| {
+    first(bytes, 4).unwrap_or_default().first_chunk().is_some_and(|&b| {
         let sizes = [i32::from_le_bytes(b), i32::from_be_bytes(b)];
         sizes.iter().any(|s| [348, 540].contains(s))
     })
 }
 
+/// The first bytes of a file, decompressed, or fewer.
+fn first(bytes: &[u8], count: usize) -> Result<Vec<u8>, Problem> {
+    if file::is_gzip(bytes) {
+        file::gunzip_start(bytes, count)
+    } else {
+        Ok(bytes[..count.min(bytes.len())].to_vec())
+    }
+}
+
 /// The volume of a NIfTI-1 file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
-    let compressed = file::is_gzip(bytes);
-    let start = if compressed { file::gunzip_start(bytes, HEADER)? } else { bytes.to_vec() };
-    let header = header(&start)?;
+    let header = header(&first(bytes, HEADER)?)?;
     let size = size(&header)?;
     let grid = affine::grid(&header, size)?;
     let scalar = scalar(&header)?;
     let wanted = grid.len().saturating_mul(scalar.size());
     let offset = offset(&header)?;
     let end = offset.saturating_add(wanted);
-    let mut bytes = if compressed { file::gunzip(bytes, end)?.0 } else { start };
+    let mut bytes = if file::is_gzip(bytes) {
+        file::gunzip(bytes, end)?.0
+    } else {
+        bytes[..end.min(bytes.len())].to_vec()
+    };
     if bytes.len() < end {
         let (wanted, found) = (end as u128, bytes.len() as u128);
         return Err(Problem::Truncated { wanted, found });
     }
-    bytes.truncate(end);
     bytes.drain(..offset);
     let (slope, intercept) = scaling(&header)?;
     Ok(Raster {
@@ -61,8 +68,8 @@ fn header(start: &[u8]) -> Result<NiftiHeader, Problem> {
         let advice = "save the file as NIfTI-1";
         return Err(Problem::Unsupported { what: "NIfTI-2".into(), advice });
     }
-    let header = NiftiHeader::from_reader(&start[..HEADER])
-        .map_err(|e| Problem::field("header", e.to_string()))?;
+    let header =
+        NiftiHeader::from_reader(start).map_err(|e| Problem::field("header", e.to_string()))?;
     if header.sizeof_hdr != 348 {
         return Err(Problem::field("sizeof_hdr", format!("{} is not 348", header.sizeof_hdr)));
     }

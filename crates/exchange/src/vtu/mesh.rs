@@ -5,9 +5,7 @@ use super::{
     document::{Document, Section},
 };
 use crate::Problem;
-use supine_mesh::{
-    BoundaryFace, BoundaryTag, Displacement, Edges, MeshError, Order, TET_EDGES, TetMesh,
-};
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, MeshError, Order, TetMesh};
 use supine_space::{Point, Vector};
 
 /// How far a mid-side node may lie from the middle of its edge, in lengths of the edge: files in
@@ -160,7 +158,7 @@ fn middles(
 ) -> Result<Vec<usize>, Problem> {
     let mut middles: Vec<Option<usize>> = vec![None; edges.ends().len()];
     for (tet, of) in tets.iter().zip(edges.of_tets()) {
-        // TET_EDGES is VTK's order of the mid-side nodes, 4 to 9.
+        // `supine_mesh::TET_EDGES` is VTK's order of the mid-side nodes, 4 to 9.
         for (side, &edge) in of.iter().enumerate() {
             let node = tet[4 + side];
             let known = middles[edge as usize].get_or_insert(node);
@@ -170,7 +168,6 @@ fn middles(
             }
         }
     }
-    debug_assert_eq!(TET_EDGES.len(), 6);
     let middles: Vec<usize> = middles.into_iter().flatten().collect();
     for (&node, ends) in middles.iter().zip(edges.ends()) {
         let [a, b] = ends.map(|p| mesh.points()[p as usize]);
