@@ -46,13 +46,14 @@ pub(crate) fn key(s: &Summary) -> Table {
             turned(bed.lat_deg, "patient's left side lowered", "patient's right side lowered"),
         ),
     );
+    t.row("Gravity, LPS", triple(bed.gravity, 3));
     if let Some(m) = &s.tumour {
         t.row(
             "Tumour moves",
             format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm)),
         );
-        t.row("Tumour, CT", place(m.before_mm));
-        t.row("Tumour, operating table", place(m.after_mm));
+        t.row("Tumour, before", place(m.before_mm));
+        t.row("Tumour, after", place(m.after_mm));
     }
     if let Some(m) = &s.nipple {
         let text = format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm));
@@ -223,7 +224,7 @@ fn warp(s: &Summary) -> Table {
     t.row("Voxels folded", count(w.folded_voxels));
     t.row("Jacobian, range", format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
     let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
-    t.row("Jacobian, 1 %, mean, 99 %", format!("{low}, {mean}, {high}"));
+    t.row("1 %, mean, 99 %", format!("{low}, {mean}, {high}"));
     t
 }
 
