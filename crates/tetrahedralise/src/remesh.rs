@@ -23,6 +23,10 @@ const GOOD: f64 = 0.62;
 const MOST_REWORKED: usize = 12;
 /// A swap may first make this much worse what smoothing then betters.
 const LENIENCE: f64 = 0.25;
+/// An operation may first leave tetrahedra as bad as this.
+const FLAT: f64 = 1e-3;
+/// After an operation, tetrahedra worse than this are swapped.
+const UNTIDY: f64 = 0.45;
 /// Any change of the count.
 pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
 
@@ -174,10 +178,24 @@ impl Mesher<'_> {
             let done = m.collapse_edge(edge, rule);
             let kept = edge.into_iter().find(|&v| !m.mesh.star[v as usize].is_empty());
             if let Some(v) = kept.filter(|_| done) {
-                m.smooth_around(v);
+                m.tidy(v);
             }
             done
         })
+    }
+
+    /// Smooths around a vertex, swaps what is still bad there and smooths again.
+    fn tidy(&mut self, v: u32) {
+        self.smooth_around(v);
+        let mut swapped = false;
+        for id in self.mesh.star[v as usize].clone() {
+            let n = id as usize;
+            let bad = self.mesh.live[n] && self.mesh.quality[n] < UNTIDY;
+            swapped |= bad && self.swap_at(id, &ANY);
+        }
+        if swapped {
+            self.smooth_around(v);
+        }
     }
 
     /// A split at a tetrahedron that, smoothed, betters the worst one concerned.
@@ -189,9 +207,9 @@ impl Mesher<'_> {
 
     fn attempt_split(&mut self, [a, b]: [u32; 2], delta: &RangeInclusive<i64>) -> bool {
         self.attempt(delta, |m| {
-            let new = m.split(a, b, 1e-3);
+            let new = m.split(a, b, FLAT);
             if let Some(v) = new {
-                m.smooth_around(v);
+                m.tidy(v);
             }
             new.is_some()
         })
