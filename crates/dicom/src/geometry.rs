@@ -10,7 +10,7 @@ use supine_space::{Grid, Matrix, Vector};
 const STEP_MM: f64 = 0.01;
 const STEP_SHARE: f64 = 0.01;
 /// Positions written with one decimal are off by half of it.
-const ROUNDING_MM: f64 = 0.05;
+pub(crate) const ROUNDING_MM: f64 = 0.05;
 /// Slices closer than this lie at the same place, mm.
 const SAME_PLACE_MM: f64 = 1e-3;
 /// Components of direction cosines may differ by this much within a series.
@@ -162,7 +162,7 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.
-fn straight_line(places: &[f64]) -> (f64, f64) {
+pub(crate) fn straight_line(places: &[f64]) -> (f64, f64) {
     let n = places.len() as f64;
     let (mid, mean) = ((n - 1.0) / 2.0, places.iter().sum::<f64>() / n);
     let offset = |k: usize| k as f64 - mid;

@@ -66,6 +66,7 @@ impl TransferSyntax {
             "1.2.840.10008.1.2.5" => "RLE Lossless",
             "1.2.840.10008.1.2.4.50" => "JPEG Baseline",
             "1.2.840.10008.1.2.4.51" => "JPEG Extended (12 bit)",
+            "1.2.840.10008.1.2.4.53" | "1.2.840.10008.1.2.4.55" => "JPEG (retired process)",
             "1.2.840.10008.1.2.4.57" => "JPEG Lossless (process 14)",
             "1.2.840.10008.1.2.4.70" => "JPEG Lossless",
             "1.2.840.10008.1.2.4.80" => "JPEG-LS Lossless",

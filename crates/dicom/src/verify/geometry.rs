@@ -1,6 +1,7 @@
 //! Rules C: where the voxels are.
 
 use super::{Checks, Image, NEEDS_SOURCE, Reference};
+use crate::geometry::{ROUNDING_MM, straight_line};
 use crate::number::{parse_ds, parse_ds_list, parse_is};
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
@@ -96,8 +97,10 @@ fn check_planes(
     let worst = (0..steps.len())
         .max_by(|&a, &b| (steps[a] - median).abs().total_cmp(&(steps[b] - median).abs()));
     let (even, detail) = match worst {
+        // Positions that the scanner rounded to 0.1 mm are repeated, not repaired.
         Some(n) => (
-            (steps[n] - median).abs() < POSITION_MM,
+            (steps[n] - median).abs() < POSITION_MM
+                || straight_line(places).1 <= ROUNDING_MM + 1e-6,
             format!("step {median:.4} mm, {:.4} mm after {}", steps[n], images[order[n]].file),
         ),
         None => (false, "one image is no volume".into()),

@@ -248,7 +248,7 @@ fn check_mirrors(checks: &mut Checks, rule: &str, pixels: &Pixels, source: &[i16
     let count = pixels.hu.len() as f64;
     let moments = |hu: &[i16]| {
         let sum: i64 = hu.iter().map(|&v| i64::from(v)).sum();
-        let squares: i64 = hu.iter().map(|&v| i64::from(v) * i64::from(v)).sum();
+        let squares: i64 = hu.iter().map(|&v| i64::from(i32::from(v) * i32::from(v))).sum();
         let mean = sum as f64 / count;
         (mean, (squares as f64 / count - mean * mean).max(0.0).sqrt())
     };
@@ -263,7 +263,7 @@ fn check_mirrors(checks: &mut Checks, rule: &str, pixels: &Pixels, source: &[i16
                 let k = if mirror & 4 > 0 { nk - 1 - k } else { k };
                 let ours = &pixels.hu[row * ni..(row + 1) * ni];
                 let theirs = &source[(k * nj + j) * ni..(k * nj + j + 1) * ni];
-                let multiply = |(&a, &b): (&i16, &i16)| i64::from(a) * i64::from(b);
+                let multiply = |(&a, &b): (&i16, &i16)| i64::from(i32::from(a) * i32::from(b));
                 if mirror & 1 > 0 {
                     ours.iter().zip(theirs.iter().rev()).map(multiply).sum::<i64>()
                 } else {
