@@ -31,7 +31,7 @@ share = np.mean(off <= 1.5)
 print(f"{moved.sum()} voxels moved, largest way {way.max():.2f} mm; {share:.4%} equal, 99th percentile {np.percentile(off, 99):.1f} HU")
 check(moved.sum() > 10_000, f"only {moved.sum()} voxels moved")
 check(0.5 < way.max() < 60, f"largest way {way.max():.2f} mm")
-check(share > 0.97, f"SimpleITK makes the same volume of {share:.2%} of the moved voxels only")
+check(share > 0.999, f"SimpleITK makes the same volume of {share:.2%} of the moved voxels only")
 
 # There and back again, at voxels of the operating pose that came from somewhere inside.
 positions, steps = of_itk(back)
@@ -44,7 +44,7 @@ for k, j, i in chosen:
     errors.append(np.linalg.norm(np.subtract(here.TransformPoint(there.TransformPoint(x)), x)))
 middle, high = np.percentile(errors, [50, 90])
 print(f"there and back: median {middle:.3f} mm, 90th percentile {high:.3f} mm")
-check(middle < 0.2, f"the fields do not undo each other: median {middle:.3f} mm")
+check(middle < 0.05, f"the fields do not undo each other: median {middle:.3f} mm")
 
 # det of the gradient of x -> x + u(x) on the CT's grid, by differences.
 ours = of_itk(jacobian)[0]
@@ -54,4 +54,4 @@ inside = np.linalg.norm(sitk.GetArrayFromImage(forth), axis=-1) > 0.2
 off = np.abs(ours - theirs)[inside]
 print(f"Jacobian {ours.min():.3f} to {ours.max():.3f}; median difference to differences of the field {np.median(off):.4f}")
 check(ours.min() > 0, f"the map folds: Jacobian {ours.min():.3f}")
-check(np.median(off) < 0.05, f"the Jacobian is not that of the field: median difference {np.median(off):.3f}")
+check(np.median(off) < 0.01, f"the Jacobian is not that of the field: median difference {np.median(off):.3f}")

@@ -31,7 +31,7 @@ def read(path):
     kinds = ("tetra", "triangle") if "tetra" in number else ("tetra10", "triangle6")
     check(set(number) == set(kinds), f"{path} holds {set(number)}")
     tets, triangles = (mesh.cells[number[kind]].data for kind in kinds)
-    tags = np.asarray(mesh.cell_data["boundary"][number[kinds[1]]]).astype(int)
+    tags = np.ravel(mesh.cell_data["boundary"][number[kinds[1]]]).astype(int)
     check(set(tags.tolist()) == {SKIN, CHEST_WALL, CUT}, f"{path}: tags {set(tags.tolist())}")
     faces = np.unique(np.sort(triangles[:, :3]), axis=0)
     check(len(faces) == len(triangles), f"{path}: a boundary face stands twice")

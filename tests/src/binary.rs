@@ -71,12 +71,15 @@ fn build() -> PathBuf {
         .spawn()
         .expect("cargo can be started");
     let messages = BufReader::new(build.stdout.take().expect("cargo's output is piped"));
-    let binary = Message::parse_stream(messages).find_map(|message| match message {
-        Ok(Message::CompilerArtifact(artifact)) if artifact.target.name == "supine" => {
-            artifact.executable
-        }
-        _ => None,
-    });
+    // To the last message: cargo fails when nobody listens any more.
+    let binary = Message::parse_stream(messages)
+        .filter_map(|message| match message {
+            Ok(Message::CompilerArtifact(artifact)) if artifact.target.name == "supine" => {
+                artifact.executable
+            }
+            _ => None,
+        })
+        .last();
     let status = build.wait().expect("cargo ends");
     assert!(status.success(), "`cargo build --package supine` failed; see above");
     binary.expect("cargo names the binary it built").into_std_path_buf()

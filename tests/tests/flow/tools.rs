@@ -3,10 +3,16 @@
 use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use supine_tests::{Outcome, files_below, root, supine};
+use supine_tests::{Case, Outcome, files_below, root, supine};
 
 fn source() -> PathBuf {
     root().join("fixtures/patient/ct")
+}
+
+/// The shared run's summary.
+fn summary() -> Value {
+    let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&text).expect("the summary is JSON")
 }
 
 #[test]
@@ -15,6 +21,32 @@ fn inspect_describes_the_series_as_data() {
     let said = said.success("supine inspect --json");
     let value: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON and nothing else");
     assert!(value.to_string().contains("86"), "86 slices are named: {value}");
+}
+
+#[test]
+fn of_two_series_in_a_folder_one_must_be_chosen() {
+    let folder = scratch();
+    let both = folder.path().join("both");
+    std::fs::create_dir(&both).expect("the folder can be made");
+    for series in [source(), shared().out.join("ct")] {
+        for name in files_below(&series) {
+            std::fs::copy(series.join(&name), both.join(&name)).expect("the series can be copied");
+        }
+    }
+    let exported = summary()["export"]["series_uid"].as_str().expect("a UID").to_owned();
+    let out = folder.path().join("out");
+    let import = |case: &Case| {
+        let case = case.write(folder.path());
+        supine(&[&"run", &case, &"--out", &out, &"--until", &"import", &"--quiet"])
+    };
+    let case = Case::small().with_ct(&both);
+    let said = import(&case);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains(&exported), "the choice is listed: {}", said.stderr);
+    import(&case.clone().with("series", &format!("'{exported}'"))).success("the chosen series");
+    let said = import(&case.with("series", "'1.2.3'"));
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("1.2.3") && said.stderr.contains(&exported), "{}", said.stderr);
 }
 
 fn verify(export: &Path, source: &Path) -> Outcome {
@@ -102,8 +134,7 @@ fn carried_points_move_with_the_tumour() {
     let carried = points(&carried);
     assert_eq!(carried[0].0, "tumour");
     assert_eq!(carried[1], ("spine".to_owned(), [0.0, -120.0, -594.5]));
-    let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
-    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let summary = summary();
     for axis in 0..3 {
         let after = summary["tumour"]["after_mm"][axis].as_f64().expect("the tumour's place");
         assert!((carried[0].1[axis] - after).abs() < 2e-3, "{carried:?} and {summary:?}");
