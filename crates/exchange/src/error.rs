@@ -30,6 +30,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// What the system says.
+        #[source]
         cause: io::Error,
     },
     /// What is to be written does not fit the format.

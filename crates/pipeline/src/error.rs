@@ -101,12 +101,11 @@ impl RunError {
             | Self::Region(_)
             | Self::Tumour(_) => 1,
             Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
-            Self::Export(_)
-            | Self::Product(_)
-            | Self::NoDisplacement { .. }
-            | Self::Report(_)
-            | Self::Record(_) => 5,
+            Self::Export(error) => output_code(error),
+            Self::Product(error) => output_code(error),
+            Self::Report(error) => output_code(error),
             Self::Output { source, .. } => output_code(source),
+            Self::NoDisplacement { .. } | Self::Record(_) => 5,
             Self::Busy { .. } => 75,
             Self::Stopped => 130,
         }
@@ -114,9 +113,13 @@ impl RunError {
 }
 
 /// A full disk is worth a retry; a folder that cannot be written is not.
-fn output_code(error: &std::io::Error) -> u8 {
+fn output_code(error: &(dyn std::error::Error + 'static)) -> u8 {
     use std::io::ErrorKind as Kind;
-    if matches!(error.kind(), Kind::StorageFull | Kind::QuotaExceeded) { 75 } else { 5 }
+    let chain = std::iter::successors(Some(error), |e| e.source());
+    let full = chain
+        .filter_map(|e| e.downcast_ref::<std::io::Error>())
+        .any(|e| matches!(e.kind(), Kind::StorageFull | Kind::QuotaExceeded));
+    if full { 75 } else { 5 }
 }
 
 /// Turns the errors of the stages into [`RunError`], keeping an interruption an interruption.
@@ -139,4 +142,27 @@ from_stage! {
     supine_fem => Solve,
     supine_warp => Warp,
     supine_report => Report,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io;
+
+    #[test]
+    fn a_full_disk_is_worth_a_retry_wherever_it_shows() {
+        let full = || io::Error::from(io::ErrorKind::StorageFull);
+        let denied = io::Error::from(io::ErrorKind::PermissionDenied);
+        let path = PathBuf::from("x");
+        let product = supine_exchange::Error::Write { path: path.clone(), cause: full() };
+        assert_eq!(RunError::Product(product).exit_code(), 75);
+        assert_eq!(RunError::Output { path: path.clone(), source: full() }.exit_code(), 75);
+        assert_eq!(RunError::Output { path, source: denied }.exit_code(), 5);
+    }
+
+    #[test]
+    fn an_interruption_stays_one() {
+        let error = RunError::from(supine_fem::Error::Stopped(supine_space::Stopped));
+        assert_eq!(error.exit_code(), 130);
+    }
 }
