@@ -65,8 +65,9 @@ impl Pieces {
             missed_mm: None,
         };
         if displacement.order() == Order::Quadratic {
+            let mut fresh = 0;
             for round in 0..=MOST_ROUNDS {
-                let (ids, halvings, missed) = pieces.marked(curve, tolerance_mm);
+                let (ids, halvings, missed) = pieces.marked(curve, tolerance_mm, fresh);
                 if halvings.is_empty() {
                     break;
                 }
@@ -75,24 +76,36 @@ impl Pieces {
                     break;
                 }
                 progress.at(round as f64 / MOST_ROUNDS as f64)?;
+                fresh = pieces.rest.len() as u32;
                 pieces.halve(&ids, &halvings);
             }
         }
         Ok(pieces)
     }
 
-    /// The edges that bulge too much. Returns the edge of each tetrahedron's six sides as a place
+    /// The edges that bulge too much, among those with a vertex of `fresh` or higher: all others
+    /// were looked at before and stay as they were judged. Returns the edge of each tetrahedron's six sides as a place
     /// in the list of halvings (or `NONE`), the halvings, and the largest error.
-    fn marked(&self, curve: &Curve<'_>, tolerance_mm: f64) -> (Vec<u32>, Vec<Halving>, f64) {
-        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(6 * self.tets.len());
+    fn marked(
+        &self,
+        curve: &Curve<'_>,
+        tolerance_mm: f64,
+        fresh: u32,
+    ) -> (Vec<u32>, Vec<Halving>, f64) {
+        let mut sides: Vec<([u32; 2], u32)> = Vec::new();
         for (tet, corners) in self.tets.iter().enumerate() {
+            if corners.iter().all(|&v| v < fresh) {
+                continue;
+            }
             for (side, [a, b]) in TET_EDGES.into_iter().enumerate() {
                 let (a, b) = (corners[a], corners[b]);
-                sides.push(([a.min(b), a.max(b)], (6 * tet + side) as u32));
+                if a.max(b) >= fresh {
+                    sides.push(([a.min(b), a.max(b)], (6 * tet + side) as u32));
+                }
             }
         }
         sides.sort_unstable();
-        let mut ids = vec![NONE; sides.len()];
+        let mut ids = vec![NONE; 6 * self.tets.len()];
         let mut halvings = Vec::new();
         let mut missed = 0.0f64;
         for same in sides.chunk_by(|x, y| x.0 == y.0) {
