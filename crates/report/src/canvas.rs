@@ -31,7 +31,7 @@ impl Pen {
 
     /// The dark pen that is drawn below this one so that it shows on any ground.
     fn halo(self) -> Self {
-        Self { width: self.width + 2.2, rgb: [0, 0, 0], alpha: 0.6 * self.alpha }
+        Self { width: self.width + 2.6, rgb: [0, 0, 0], alpha: 0.7 * self.alpha }
     }
 }
 

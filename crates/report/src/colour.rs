@@ -19,6 +19,8 @@ pub(crate) const INNER: Rgb = [198, 212, 240];
 pub(crate) const REGION: Rgb = [236, 236, 236];
 /// Lettering.
 pub(crate) const TEXT: Rgb = [240, 240, 240];
+/// The panel behind a legend.
+pub(crate) const PANEL: Rgb = [16, 18, 24];
 /// Where the volume has no voxels.
 pub(crate) const NOTHING: Rgb = [30, 34, 44];
 

@@ -48,16 +48,12 @@ pub(crate) fn key(s: &Summary) -> Table {
     );
     t.row("Gravity, LPS", triple(bed.gravity, 3));
     if let Some(m) = &s.tumour {
-        t.row(
-            "Tumour moves",
-            format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm)),
-        );
+        t.row("Tumour moves", moves(m));
         t.row("Tumour, before", place(m.before_mm));
         t.row("Tumour, after", place(m.after_mm));
     }
     if let Some(m) = &s.nipple {
-        let text = format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm));
-        t.row("Nipple moves", text);
+        t.row("Nipple moves", moves(m));
     }
     t.row("Largest displacement", format!("{} mm", fixed(s.solve.max_displacement_mm, 1)));
     let tissue = &s.parameters.tissue;
@@ -78,6 +74,14 @@ pub(crate) fn key(s: &Summary) -> Table {
         format!("{} to {} (Jacobian; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
     );
     t
+}
+
+/// A movement in words. Exactly nothing is no result of the mechanics: the point took no part.
+fn moves(m: &Movement) -> String {
+    if m.distance_mm == 0.0 {
+        return "not at all: it is held, or lies outside what is simulated".into();
+    }
+    format!("{} mm: {}", fixed(m.distance_mm, 1), directions(m.displacement_mm))
 }
 
 fn turned(angle: f64, positive: &str, negative: &str) -> String {
@@ -258,7 +262,8 @@ pub(crate) fn points(s: &Summary) -> Option<Table> {
 pub(crate) fn files(s: &Summary) -> Vec<Table> {
     let mut inputs = Table::list("Read", &["What", "Name", "Files", "BLAKE3"]);
     for i in &s.inputs {
-        let row = vec![capital(&i.role), i.path_name.clone(), count(i.files), i.blake3.clone()];
+        let role = if i.role == "ct" { "CT".into() } else { capital(&i.role) };
+        let row = vec![role, i.path_name.clone(), count(i.files), i.blake3.clone()];
         inputs.rows.push(row);
     }
     let mut left_out = Table::list("Not used", &["File", "Reason"]);

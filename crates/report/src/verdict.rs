@@ -31,11 +31,16 @@ impl Verdict {
             let text = format!("{failed} of {} checks of the exported files failed.", checks.total);
             return Self { class: "stop", headline: "Do not use".into(), text };
         }
-        let checked = checks.map_or_else(
-            || "No DICOM series was exported.".into(),
-            |c| format!("All {} checks of the exported files passed.", c.total),
-        );
+        let checked = match checks {
+            None => "No DICOM series was exported.".into(),
+            Some(c) if c.total == 0 => "The exported files were not checked.".into(),
+            Some(c) => format!("All {} checks of the exported files passed.", c.total),
+        };
+        let unchecked = checks.is_none_or(|c| c.total == 0);
         match summary.warnings.len() {
+            0 if unchecked => {
+                Self { class: "check", headline: "Not checked".into(), text: checked }
+            }
             0 => Self { class: "good", headline: "No warnings".into(), text: checked },
             1 => Self { class: "check", headline: "Read the warning".into(), text: checked },
             n => Self { class: "check", headline: format!("Read the {n} warnings"), text: checked },
@@ -62,5 +67,11 @@ mod tests {
         }
         let verdict = Verdict::new(&summary);
         assert_eq!((verdict.class, &verdict.text[..4]), ("stop", "1 of"));
+        if let Some(export) = &mut summary.export {
+            (export.verified.passed, export.verified.total) = (0, 0);
+        }
+        assert_eq!(Verdict::new(&summary).class, "check");
+        summary.export = None;
+        assert_eq!(Verdict::new(&summary).class, "check");
     }
 }

@@ -11,6 +11,9 @@ const FULL_HU: f64 = 200.0;
 /// Change of HU below which no colour shows: the noise of a CT.
 const NOISE_HU: f64 = 25.0;
 
+/// Distance from the plane within which the nipple is marked, mm.
+const NEAR_MM: f64 = 2.5;
+
 /// Rows of before, after and change.
 pub(super) fn rows(
     studio: &Studio<'_>,
@@ -58,7 +61,7 @@ fn compare(studio: &Studio<'_>, summary: &Summary, plane: &Plane, prefix: &str) 
     let (ct, deformed) = (plane.sample(scene.ct), plane.sample(scene.deformed));
     let nipple = summary.nipple.as_ref().map(|n| [n.before_mm, n.after_mm].map(Point::from));
     let mark = |canvas: &mut Canvas, n: usize, rgb: Rgb| {
-        let near = nipple.map(|n_| n_[n]).filter(|p| plane.depth(p).abs() < 6.0);
+        let near = nipple.map(|n_| n_[n]).filter(|p| plane.depth(p).abs() < NEAR_MM);
         if let Some(p) = near {
             canvas.cross(plane.spot(&p), 9.0, Pen::new(1.8, rgb));
         }

@@ -170,6 +170,8 @@ fn scale_bar(canvas: &mut Canvas, plane: &Plane) {
     let (w, h) = (plane.width as f64, plane.height as f64);
     let length = 50.0 / plane.pixel_mm;
     let (left, right, y) = (w - EDGE - length, w - EDGE, h - EDGE - 4.0);
+    let corner = [(left - 8.0).max(0.0) as usize, (y - 28.0).max(0.0) as usize];
+    canvas.rectangle(corner, [length as usize + 12, 37], colour::PANEL, PANEL);
     let lines = [
         [[left, y], [right, y]],
         [[left, y - 4.0], [left, y + 4.0]],
@@ -190,6 +192,8 @@ struct Legend<'a> {
     title: &'a str,
 }
 
+/// Opacity of the panel behind a legend.
+const PANEL: f64 = 0.72;
 /// Width of a colour bar, pixels.
 const BAR: usize = 150;
 
@@ -201,7 +205,7 @@ impl Legend<'_> {
         let width = (BAR + 24).max(text_width(self.title, small) as usize + 14);
         let height = 50 + above;
         let (left, top) = (5, canvas.height() - height - 5);
-        canvas.rectangle([left, top], [width, height], [16, 18, 24], 0.72);
+        canvas.rectangle([left, top], [width, height], colour::PANEL, PANEL);
         let (x, y) = (left + 12, top + above + 18);
         for n in 0..BAR {
             let rgb = (self.colour)(n as f64 / (BAR - 1) as f64);

@@ -13,9 +13,9 @@ const STEP: usize = 26;
 /// Longest arrow, in steps.
 const LONGEST: f64 = 1.9;
 /// Opacity of colours over the CT.
-const VEIL: f64 = 0.6;
+const VEIL: f64 = 0.65;
 /// Opacity of the colour that says no change.
-const FAINT: f64 = 0.25;
+const FAINT: f64 = 0.12;
 
 /// A plane with what lies below its pixels and how it moves, mm.
 struct Motion {
@@ -165,11 +165,11 @@ fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
     }
 }
 
-/// Half the width of the colour bar: the 99th percentile of |det F - 1|, rounded up, 0.05 to 0.8.
+/// Half the width of the colour bar: the 99th percentile of |det F - 1|, rounded up, 0.02 to 0.8.
 fn span(mut deviations: Vec<f64>) -> f64 {
     deviations.sort_unstable_by(f64::total_cmp);
     let p99 = deviations.get(deviations.len() * 99 / 100).copied().unwrap_or(0.0);
-    round_up(p99.max(0.05)).min(0.8)
+    round_up(p99.max(0.02)).min(0.8)
 }
 
 #[cfg(test)]
@@ -215,8 +215,8 @@ mod tests {
 
     #[test]
     fn the_bar_spans_what_is_there() {
-        assert!((span(vec![0.01; 50]) - 0.05).abs() < 1e-12);
+        assert!((span(vec![0.01; 50]) - 0.02).abs() < 1e-12);
         assert!((span((0..1000).map(|n| f64::from(n) / 4000.0).collect()) - 0.3).abs() < 1e-9);
-        assert!((span(Vec::new()) - 0.05).abs() < 1e-12);
+        assert!((span(Vec::new()) - 0.02).abs() < 1e-12);
     }
 }
