@@ -39,7 +39,7 @@ pub struct Summary {
     pub export: Option<Export>,
     /// What the user must know before trusting the result, in order of the stages.
     pub warnings: Vec<Warning>,
-    /// The files that were written, `summary.json` and the report left out.
+    /// The files that were written, `summary.json` left out; the page also leaves itself out.
     pub outputs: Vec<Output>,
     /// Times, memory and threads: differ from run to run.
     pub run: Run,

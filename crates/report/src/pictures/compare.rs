@@ -24,7 +24,9 @@ pub(super) fn rows(
     for (n, view) in View::ALL.into_iter().enumerate() {
         progress.at(n as f64 / 5.0)?;
         let mut row = compare(studio, summary, &studio.plane(view, &studio.focus), "");
-        row.text = format!("{}{}", row.text, out_of_plane(studio, view));
+        if let (Some(tumour), Some(after)) = (studio.scene.tumour, studio.scene.tumour_after) {
+            row.text += &out_of_plane("tumour's centre", view, tumour.centre(), after);
+        }
         if n == 0 {
             row.title = format!("Before and after, through the {}", studio.focus_name);
         }
@@ -35,6 +37,9 @@ pub(super) fn rows(
         let Some(nipple) = nipple else { break };
         progress.at((3 + n) as f64 / 5.0)?;
         let mut row = compare(studio, summary, &studio.plane(view, &nipple), "nipple_");
+        if let Some(m) = &summary.nipple {
+            row.text += &out_of_plane("nipple", view, nipple, Point::from(m.after_mm));
+        }
         if n == 0 {
             row.title = "Before and after, at the level of the nipple".into();
         }
@@ -43,17 +48,14 @@ pub(super) fn rows(
     Ok(rows)
 }
 
-/// How far the tumour leaves the plane it was in.
-fn out_of_plane(studio: &Studio<'_>, view: View) -> String {
-    let (Some(tumour), Some(after)) = (studio.scene.tumour, studio.scene.tumour_after) else {
-        return String::new();
-    };
+/// How far a place leaves the plane it was in.
+fn out_of_plane(what: &str, view: View, before: Point, after: Point) -> String {
     let mut along = Vector::zeros();
-    along[view.axis()] = (after - tumour.centre())[view.axis()];
+    along[view.axis()] = (after - before)[view.axis()];
     if along.norm() < 0.05 {
-        return " The tumour's centre stays in this plane.".into();
+        return format!(" The {what} stays in this plane.");
     }
-    format!(" The tumour's centre leaves this plane by {}.", words::directions(along.into()))
+    format!(" The {what} leaves this plane by {}.", words::directions(along.into()))
 }
 
 fn compare(studio: &Studio<'_>, summary: &Summary, plane: &Plane, prefix: &str) -> Row {
@@ -61,9 +63,8 @@ fn compare(studio: &Studio<'_>, summary: &Summary, plane: &Plane, prefix: &str) 
     let (ct, deformed) = (plane.sample(scene.ct), plane.sample(scene.deformed));
     let nipple = summary.nipple.as_ref().map(|n| [n.before_mm, n.after_mm].map(Point::from));
     let mark = |canvas: &mut Canvas, n: usize, rgb: Rgb| {
-        let near = nipple.map(|n_| n_[n]).filter(|p| plane.depth(p).abs() < NEAR_MM);
-        if let Some(p) = near {
-            canvas.cross(plane.spot(&p), 9.0, Pen::new(1.8, rgb));
+        if let Some(places) = nipple.filter(|[before, _]| plane.depth(before).abs() < NEAR_MM) {
+            canvas.cross(plane.spot(&places[n]), 9.0, Pen::new(1.8, rgb));
         }
     };
 
