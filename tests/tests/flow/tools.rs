@@ -49,6 +49,17 @@ fn of_two_series_in_a_folder_one_must_be_chosen() {
     assert!(said.stderr.contains("1.2.3") && said.stderr.contains(&exported), "{}", said.stderr);
 }
 
+#[test]
+fn completions_and_manual_pages_come_from_the_arguments() {
+    let said = supine(&[&"completions", &"bash"]).success("supine completions bash");
+    assert!(said.stdout.contains("verify-export"), "{}", said.stdout);
+    let folder = scratch();
+    let pages = folder.path().join("man");
+    supine(&[&"man", &"--out", &pages]).success("supine man");
+    let pages = files_below(&pages);
+    assert!(pages.iter().any(|page| page.ends_with("supine-run.1")), "{pages:?}");
+}
+
 fn verify(export: &Path, source: &Path) -> Outcome {
     supine(&[&"verify-export", &export, &"--source", &source])
 }
@@ -56,6 +67,9 @@ fn verify(export: &Path, source: &Path) -> Outcome {
 #[test]
 fn verify_export_passes_the_export() {
     verify(&shared().out.join("ct"), &source()).success("supine verify-export");
+    let by_the_run = &summary()["export"]["verified"];
+    let (passed, total) = (by_the_run["passed"].as_u64(), by_the_run["total"].as_u64());
+    assert!(total > Some(20) && passed == total, "the run verified its export: {by_the_run}");
 }
 
 /// A copy of the exported series, spoiled.
