@@ -80,6 +80,8 @@ pub struct Info {
 
 /// Below this det F the tissue is squeezed beyond what the method is good for.
 const JACOBIAN_WARNING: f64 = 0.3;
+/// Missing the curved map by less than this is not worth a word, mm: a tenth of a fine voxel.
+const CURVE_WARNING_MM: f64 = 0.1;
 /// Outside mesh and collar, voxels of the CT at or above this are tissue and stay.
 const BODY_HU: i16 = -500;
 
@@ -181,10 +183,10 @@ fn warn(info: &mut Info, map: &Map, ct: &Ct, pieces: &Pieces) {
             "the deformed tissue moves out of the volume ({outside} vertices): it is cut off there"
         ));
     }
-    if let Some(missed) = pieces.missed_mm {
+    if let Some(missed) = pieces.missed_mm.filter(|&missed| missed > CURVE_WARNING_MM) {
         info.warnings.push(format!(
-            "the curved displacement is followed to {missed:.2} mm only: finer pieces would not \
-             fit in memory"
+            "the curved displacement is followed to {missed:.2} mm only: finer pieces would be too \
+             many"
         ));
     }
 }

@@ -1,6 +1,7 @@
 //! The map as straight-sided pieces: the mesh itself, or a conforming subdivision of it that
 //! follows a quadratic displacement to a tolerance.
 
+use rayon::prelude::*;
 use std::cmp::Ordering;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_EDGES, TetMesh};
 use supine_space::{Point, Progress, Stopped, Vector};
@@ -27,17 +28,16 @@ pub(crate) struct Pieces {
     pub(crate) parents: Vec<Parent>,
     /// Skin faces, outwards.
     pub(crate) skin: Vec<[u32; 3]>,
-    /// Largest distance (mm) by which the pieces may still miss the curved map, when it is above
-    /// the tolerance because there would be too many pieces.
+    /// The tolerance that was kept (mm), when the one asked for would have taken too many pieces.
     pub(crate) missed_mm: Option<f64>,
 }
 
 /// The position error within a tetrahedron is at most this times the largest bulge of its edges:
 /// the error is Σ 4 l_a l_b bulge_ab, six terms of which each is largest at l = 1/4.
 const ERROR_PER_BULGE: f64 = 1.5;
-/// More pieces are not made: about a gigabyte.
-const MOST_PIECES: usize = 4_000_000;
-/// Halvings of an edge; each divides the bulge by 4.
+/// More pieces are not made: about 200 MB.
+const MOST_PIECES: usize = 1_000_000;
+/// Halvings of an edge; each divides the bulge by 4, so that metres become micrometres.
 const MOST_ROUNDS: usize = 10;
 
 impl Pieces {
@@ -45,8 +45,18 @@ impl Pieces {
     ///
     /// Every edge whose middle strays too far from its chord is halved, together with all
     /// tetrahedra around it, longest edges first. The choice is made once per edge, so that two
-    /// tetrahedra always agree on the face they share and no crack opens.
+    /// tetrahedra always agree on the face they share and no crack opens. Where there would be too
+    /// many pieces the tolerance is doubled until they fit.
     pub(crate) fn new(
+        curve: &Curve<'_>,
+        tolerance_mm: f64,
+        progress: Progress<'_>,
+    ) -> Result<Self, Stopped> {
+        Self::at_most(MOST_PIECES, curve, tolerance_mm, progress)
+    }
+
+    pub(crate) fn at_most(
+        most: usize,
         curve: &Curve<'_>,
         tolerance_mm: f64,
         progress: Progress<'_>,
@@ -65,17 +75,18 @@ impl Pieces {
             missed_mm: None,
         };
         if displacement.order() == Order::Quadratic {
-            let mut fresh = 0;
-            for round in 0..=MOST_ROUNDS {
-                let (ids, halvings, missed) = pieces.marked(curve, tolerance_mm, fresh);
+            let (mut fresh, mut tolerance) = (0, tolerance_mm);
+            for round in 0..MOST_ROUNDS {
+                progress.at(round as f64 / MOST_ROUNDS as f64)?;
+                let (mut ids, mut halvings) = pieces.marked(curve, tolerance, fresh);
+                while children(&ids) > most {
+                    tolerance *= 2.0;
+                    pieces.missed_mm = Some(tolerance);
+                    (ids, halvings) = pieces.marked(curve, tolerance, fresh);
+                }
                 if halvings.is_empty() {
                     break;
                 }
-                if round == MOST_ROUNDS || pieces.tets.len() > MOST_PIECES / 8 {
-                    pieces.missed_mm = Some(missed);
-                    break;
-                }
-                progress.at(round as f64 / MOST_ROUNDS as f64)?;
                 fresh = pieces.rest.len() as u32;
                 pieces.halve(&ids, &halvings);
             }
@@ -85,14 +96,9 @@ impl Pieces {
 
     /// The edges that bulge too much, among those with a vertex of `fresh` or higher: all others
     /// were looked at before and stay as they were judged. Returns the edge of each tetrahedron's six sides as a place
-    /// in the list of halvings (or `NONE`), the halvings, and the largest error.
-    fn marked(
-        &self,
-        curve: &Curve<'_>,
-        tolerance_mm: f64,
-        fresh: u32,
-    ) -> (Vec<u32>, Vec<Halving>, f64) {
-        let mut sides: Vec<([u32; 2], u32)> = Vec::new();
+    /// in the list of halvings (or `NONE`), and the halvings.
+    fn marked(&self, curve: &Curve<'_>, tolerance_mm: f64, fresh: u32) -> (Vec<u32>, Vec<Halving>) {
+        let mut sides: Vec<(u64, u32)> = Vec::new();
         for (tet, corners) in self.tets.iter().enumerate() {
             if corners.iter().all(|&v| v < fresh) {
                 continue;
@@ -100,24 +106,23 @@ impl Pieces {
             for (side, [a, b]) in TET_EDGES.into_iter().enumerate() {
                 let (a, b) = (corners[a], corners[b]);
                 if a.max(b) >= fresh {
-                    sides.push(([a.min(b), a.max(b)], (6 * tet + side) as u32));
+                    let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                    sides.push((key, (6 * tet + side) as u32));
                 }
             }
         }
-        sides.sort_unstable();
+        sides.par_sort_unstable();
         let mut ids = vec![NONE; 6 * self.tets.len()];
         let mut halvings = Vec::new();
-        let mut missed = 0.0f64;
         for same in sides.chunk_by(|x, y| x.0 == y.0) {
-            let (ends, first) = same[0];
+            let (key, first) = same[0];
+            let ends = [(key >> 32) as u32, key as u32];
             let parent = &self.parents[first as usize / 6];
             let [a, b] = TET_EDGES[first as usize % 6].map(|c| parent.corners[c]);
             let bulge = curve.bulge(parent.tet as usize, a, b);
-            let error = ERROR_PER_BULGE * bulge.norm();
-            if error <= tolerance_mm {
+            if ERROR_PER_BULGE * bulge.norm() <= tolerance_mm {
                 continue;
             }
-            missed = missed.max(error);
             let [p, q] = ends.map(|v| v as usize);
             let chord = self.rest[q] - self.rest[p];
             for (_, at) in same {
@@ -131,7 +136,7 @@ impl Pieces {
                 vertex: NONE,
             });
         }
-        (ids, halvings, missed)
+        (ids, halvings)
     }
 
     /// Halves edges and all that hangs on them.
@@ -169,6 +174,12 @@ impl Pieces {
 }
 
 const NONE: u32 = u32::MAX;
+
+/// At most so many tetrahedra come of the marked sides: 2 of one, 4 of two, 8 of more.
+fn children(ids: &[u32]) -> usize {
+    let marks = ids.chunks_exact(6).map(|tet| tet.iter().filter(|&&id| id != NONE).count());
+    marks.map(|n| 1 << n.min(3)).sum()
+}
 
 /// An edge to be halved.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! What must hold for every mesh and displacement.
 
 use super::fixture::{lattice, moved, patterned_ct};
+use crate::pieces::{Curve, Pieces};
 use crate::{Params, carry_points, fade, fields, warp};
 use proptest::prelude::*;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
@@ -219,6 +220,24 @@ fn points_follow_the_tissue_and_the_ct() {
     let (out, _) = warp(&smooth, &mesh, &u, &no_fade(), Progress::none()).unwrap();
     let (got, want) = (sample_trilinear_at(&out, &there), sample_trilinear_at(&smooth, &inside));
     assert!((got - want).abs() < 4.0, "{got} for {want}");
+}
+
+#[test]
+fn too_many_pieces_are_not_made() {
+    let mesh = block();
+    let edges = Edges::new(&mesh);
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let curve = Curve { mesh: &mesh, edges: &edges, displacement: &u };
+    let free = Pieces::new(&curve, 0.002, Progress::none()).unwrap();
+    assert!(free.tets.len() > 3000 && free.missed_mm.is_none(), "{}", free.tets.len());
+    let bound = Pieces::at_most(3000, &curve, 0.002, Progress::none()).unwrap();
+    assert!(bound.tets.len() <= 3000 && bound.missed_mm.unwrap() > 0.002, "{}", bound.tets.len());
+    let volume = |p: &Pieces| -> f64 {
+        let at = |v: u32| p.rest[v as usize] + p.displacement[v as usize];
+        let tets = p.tets.iter().map(|t| t.map(at));
+        tets.map(|[a, b, c, d]| (b - a).dot(&(c - a).cross(&(d - a))) / 6.0).sum()
+    };
+    assert!((volume(&free) - volume(&bound)).abs() < 1e-3 * volume(&free));
 }
 
 proptest! {
