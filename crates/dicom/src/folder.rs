@@ -43,7 +43,6 @@ pub struct SeriesSummary {
 pub(crate) struct CtFile {
     pub(crate) path: PathBuf,
     pub(crate) name: String,
-    pub(crate) instance: String,
     pub(crate) series: SeriesHead,
     pub(crate) syntax: &'static str,
     pub(crate) slice: Result<Slice, Error>,
@@ -228,7 +227,9 @@ impl Folder {
 
     /// The Series Instance UID of the series that holds an instance.
     pub(crate) fn series_of(&self, instance: &str) -> Option<String> {
-        let holds = |s: &&Series| s.files.iter().any(|f| f.instance == instance);
+        let holds = |s: &&Series| {
+            s.files.iter().any(|f| f.slice.as_ref().is_ok_and(|s| s.instance == instance))
+        };
         self.series.iter().find(holds).map(|s| s.head.uid.clone())
     }
 
@@ -325,14 +326,7 @@ fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
         let error = Error::attribute(&name, "Series Instance UID", "is missing");
         return Ok((Found::Damaged(Damaged { error, file: name, series: None }), preamble));
     }
-    let ct = CtFile {
-        path: path.to_owned(),
-        instance: head.set.text(tags::SOP_INSTANCE_UID),
-        series,
-        syntax: container.syntax.name(),
-        name,
-        slice,
-    };
+    let ct = CtFile { path: path.to_owned(), series, syntax: container.syntax.name(), name, slice };
     Ok((Found::Ct(Box::new(ct)), preamble))
 }
 

@@ -123,13 +123,7 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
     let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let name = |n: usize| slices[n].file.clone();
     if let Some(n) = steps.iter().position(|s| *s < SAME_PLACE_MM) {
-        let mut acquisitions = differing_acquisition(slices[n], slices[n + 1]);
-        let hint = acquisitions.next().map_or(String::new(), |(attribute, x, y)| {
-            format!(
-                ": they differ in {attribute} ({x:?} and {y:?}), so the series holds several \
-                 acquisitions; export the wanted one by itself"
-            )
-        });
+        let hint = why_twice(slices[n], slices[n + 1]);
         return Err(Error::DuplicatePosition { a: name(n), b: name(n + 1), hint });
     }
     let mut sorted = steps.clone();
@@ -159,6 +153,19 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
         return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median });
     }
     Err(Error::UnequalSteps { a, b, found_mm, step_mm: median })
+}
+
+/// What explains two slices at one place.
+fn why_twice(a: &Slice, b: &Slice) -> String {
+    if a.instance == b.instance {
+        return ": they are the same image (SOP Instance UID); remove one copy".to_owned();
+    }
+    differing_acquisition(a, b).next().map_or_else(String::new, |(attribute, x, y)| {
+        format!(
+            ": they differ in {attribute} ({x:?} and {y:?}), so the series holds several \
+             acquisitions; export the wanted one by itself"
+        )
+    })
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.

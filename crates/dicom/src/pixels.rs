@@ -28,13 +28,19 @@ pub(crate) fn samples(
             let frame = fragments.get(1..).unwrap_or_default().concat();
             match coding {
                 PixelCoding::Rle => run_lengths(&frame, format).map(|bytes| native(&bytes, format)),
-                PixelCoding::Jpeg => jpeg(&frame, format),
-                _ => jpeg_2000(&frame, format),
+                PixelCoding::Jpeg => contained(|| jpeg(&frame, format)),
+                _ => contained(|| jpeg_2000(&frame, format)),
             }
         }
         (_, Some(_)) => Err("not encapsulated, though the header says compressed".into()),
     };
     samples.map_err(fail)
+}
+
+/// Decoders are other people's: a panic of theirs is the file's fault, not the program's end.
+fn contained<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err("the decoder gave up on it".into()))
 }
 
 fn native(bytes: &[u8], format: PixelFormat) -> Vec<u16> {
@@ -124,16 +130,22 @@ fn jpeg(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
 }
 
 fn jpeg_2000(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
-    let stated = jpeg_2000_size(frame).ok_or("no JPEG 2000 header")?;
-    if stated != (u32::from(format.columns), u32::from(format.rows)) {
-        return Err(format!("the JPEG 2000 image is {} x {}", stated.1, stated.0));
+    let header = Jpeg2000Header::find(frame).ok_or("no JPEG 2000 header")?;
+    if header.size != [u32::from(format.columns), u32::from(format.rows)] {
+        let [width, height] = header.size;
+        return Err(format!("the JPEG 2000 image is {height} x {width}"));
+    }
+    if header.components != 1 || header.tiles > MAX_TILES {
+        let Jpeg2000Header { components, tiles, .. } = header;
+        return Err(format!("the JPEG 2000 image has {components} channels and {tiles} tiles"));
     }
     let image = jpeg2k::Image::from_bytes(frame).map_err(|e| e.to_string())?;
     let [component] = image.components() else {
         return Err(format!("the JPEG 2000 image has {} channels", image.num_components()));
     };
-    let size = (component.width(), component.height());
-    if size != stated || component.data().len() != format.len() {
+    if [component.width(), component.height()] != header.size
+        || component.data().len() != format.len()
+    {
         return Err("the JPEG 2000 image is short".into());
     }
     if component.precision() > format.bits_allocated.into() {
@@ -142,14 +154,31 @@ fn jpeg_2000(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
     Ok(component.data().iter().map(|&v| v as u16).collect())
 }
 
-/// Width and height in the SIZ marker segment (ISO 15444-1 A.5.1), looked up before any decoding.
-fn jpeg_2000_size(frame: &[u8]) -> Option<(u32, u32)> {
-    let at = frame.windows(4).position(|w| w == [0xFF, 0x4F, 0xFF, 0x51])?;
-    let number = |place: usize| -> Option<u32> {
-        let four = frame.get(at + place..at + place + 4)?;
-        Some(u32::from_be_bytes([four[0], four[1], four[2], four[3]]))
-    };
-    Some((number(8)?.checked_sub(number(16)?)?, number(12)?.checked_sub(number(20)?)?))
+/// Most tiles of a JPEG 2000 image: each costs the decoder memory before it holds a sample.
+const MAX_TILES: u64 = 4096;
+
+/// What the SIZ marker segment says (ISO 15444-1 A.5.1), looked up before any decoding.
+struct Jpeg2000Header {
+    /// Width and height.
+    size: [u32; 2],
+    components: u16,
+    tiles: u64,
+}
+
+impl Jpeg2000Header {
+    fn find(frame: &[u8]) -> Option<Self> {
+        let at = frame.windows(4).position(|w| w == [0xFF, 0x4F, 0xFF, 0x51])?;
+        let header = frame.get(at..at + 42)?;
+        let number =
+            |n: usize| u32::from_be_bytes([header[n], header[n + 1], header[n + 2], header[n + 3]]);
+        let size = [number(8).checked_sub(number(16))?, number(12).checked_sub(number(20))?];
+        let tiles_along = |n: usize| u64::from(size[n].div_ceil(number(24 + 4 * n).max(1)));
+        Some(Self {
+            size,
+            components: u16::from_be_bytes([header[40], header[41]]),
+            tiles: tiles_along(0) * tiles_along(1),
+        })
+    }
 }
 
 #[cfg(test)]

@@ -12,10 +12,15 @@ const MATRIX: std::ops::RangeInclusive<u16> = 16..=4096;
 /// Pixel spacings that are believed, mm.
 const SPACING_MM: std::ops::RangeInclusive<f64> = 0.05..=10.0;
 
+/// Values of Image Type that say that an image shows no attenuation (PS3.3 C.8.15.3.1.1 and usage).
+const MATERIAL_MAPS: [&str; 5] =
+    ["MAT_SPECIFIC", "MAT_FRACTIONAL", "EFF_ATOMIC_NUM", "ELECTRON_DENSITY", "IODINE"];
+
 /// Everything about a slice but its pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Slice {
     pub(crate) file: String,
+    pub(crate) instance: String,
     pub(crate) frame_of_reference: String,
     pub(crate) position: Point,
     /// Direction of a row (of growing column index) and of a column (of growing row index).
@@ -142,6 +147,7 @@ impl Slice {
         }
         Ok(Self {
             file: file.to_owned(),
+            instance: text(tags::SOP_INSTANCE_UID),
             frame_of_reference: text(tags::FRAME_OF_REFERENCE_UID),
             position: Point::from(position),
             row_direction,
@@ -248,6 +254,11 @@ fn rescale(r: &Reader<'_>, warnings: &mut Vec<String>) -> Result<Rescale, Error>
     let intercept = one(tags::RESCALE_INTERCEPT, "Rescale Intercept")?;
     if slope <= 0.0 {
         return r.fail("Rescale Slope", format!("is {slope}; it must be above 0"));
+    }
+    let image_type = r.set.texts(tags::IMAGE_TYPE);
+    if let Some(map) = image_type.iter().find(|v| MATERIAL_MAPS.contains(&v.as_str())) {
+        return r
+            .fail("Image Type", format!("names a material map ({map}): the values are not HU"));
     }
     match r.set.text(tags::RESCALE_TYPE).as_str() {
         "" | "HU" => {}

@@ -73,6 +73,8 @@ const REQUIRED: &[(Tag, VR)] = &[
     (tags::ACCESSION_NUMBER, VR::SH),
     (tags::REFERRING_PHYSICIAN_NAME, VR::PN),
     (tags::KVP, VR::DS),
+    (tags::SLICE_THICKNESS, VR::DS),
+    (tags::PATIENT_POSITION, VR::CS),
     (tags::ACQUISITION_NUMBER, VR::IS),
     (tags::POSITION_REFERENCE_INDICATOR, VR::LO),
 ];

@@ -58,11 +58,15 @@ pub(super) fn check(
 
     check_planes(checks, images, &planes, &order, &places, &normal);
     check_numbering(checks, images, &order, &places);
-    let lengths = |tag: Tag| images.iter().map(move |i| parse_ds(&i.text(tag)).unwrap_or(0.0));
-    let thinnest = lengths(tags::SLICE_THICKNESS).fold(f64::INFINITY, f64::min);
+    // Type 2: the source may have none.
+    let thickness = |i: &Image| match i.text(tags::SLICE_THICKNESS).as_str() {
+        "" => f64::INFINITY,
+        text => parse_ds(text).unwrap_or(0.0),
+    };
+    let thinnest = images.iter().map(thickness).fold(f64::INFINITY, f64::min);
     let spacing = planes.iter().flat_map(|p| p.spacing).fold(f64::INFINITY, f64::min);
     checks.say(
-        "C7 spacing and thickness are positive",
+        "C7 spacing is positive, and thickness if there is one",
         thinnest > 0.0 && spacing > 0.0,
         format!("spacing {spacing} mm, thickness {thinnest} mm"),
     );

@@ -83,6 +83,11 @@ fn unequal_steps_and_duplicates_are_refused() {
     assert!(refusal(&slices).contains("not equally spaced: 4.0000 mm"), "{}", refusal(&slices));
 
     let mut slices = six();
+    slices.push(six().remove(2));
+    let message = refusal(&slices);
+    assert!(message.contains("2.dcm and 6.dcm: they are the same image"), "{message}");
+
+    let mut slices = six();
     let there = position(&slices[2]);
     place(&mut slices[3], there);
     let message = refusal(&slices);

@@ -217,3 +217,43 @@ fn the_whole_fixture_is_read() {
     );
     assert!(!format!("{source:?} {info:?}").contains("PHANTOM"));
 }
+
+#[test]
+fn mutated_files_give_a_result_or_an_error_and_never_a_panic() {
+    let dir = folder(&slices(40, 3));
+    let path = dir.path().join("1.dcm");
+    let good = std::fs::read(&path).unwrap();
+    let mut state = 0x9E37_79B9_7F4A_7C15u64;
+    let mut random = |below: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        state as usize % below
+    };
+    let (mut read_well, mut refused) = (0, 0);
+    for n in 0..200 {
+        let mut bytes = good.clone();
+        // Mostly the header, which is the first 1500 bytes.
+        let range = if n % 4 == 0 { good.len() } else { 1500 };
+        for _ in 0..1 + random(5) {
+            let at = random(range);
+            bytes[at] = [0xFF, 0x00, random(256) as u8, bytes[at] ^ 1 << random(8)][random(4)];
+        }
+        if n % 10 == 0 {
+            bytes.truncate(random(good.len()));
+        }
+        std::fs::write(&path, &bytes).unwrap();
+        inspect(dir.path(), Progress::none()).unwrap();
+        match read(dir.path()) {
+            Ok((ct, ..)) => {
+                assert_eq!(ct.grid().size()[..2], [256, 256]);
+                read_well += 1;
+            }
+            Err(error) => {
+                assert_eq!(error.kind(), ErrorKind::Input, "{error}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(read_well > 10 && refused > 10, "{read_well} read, {refused} refused");
+}

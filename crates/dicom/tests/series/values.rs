@@ -114,11 +114,12 @@ fn padding_is_air_in_the_volume() {
 #[test]
 fn unusable_values_are_refused_by_attribute() {
     type Change = fn(&mut Slice);
-    let changes: [(Change, &str); 11] = [
+    let changes: [(Change, &str); 12] = [
         (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "2,0"), "Rescale Slope is \"2,0\""),
         (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "0"), "Rescale Slope is 0"),
         (|s| put(s, tags::RESCALE_SLOPE, VR::DS, "1\\2"), "Rescale Slope is"),
         (|s| put(s, tags::RESCALE_INTERCEPT, VR::DS, ""), "Rescale Intercept is missing"),
+        (|s| put(s, tags::IMAGE_TYPE, VR::CS, "DERIVED\\PRIMARY\\AXIAL\\IODINE"), "material map"),
         (|s| put(s, tags::RESCALE_TYPE, VR::LO, "MGML"), "Rescale Type is \"MGML\""),
         (|s| put(s, tags::PHOTOMETRIC_INTERPRETATION, VR::CS, "MONOCHROME1"), "MONOCHROME1"),
         (|s| put(s, tags::BITS_ALLOCATED, VR::US, 12u16), "Bits Allocated 12"),
