@@ -1,6 +1,7 @@
 //! Planes of patient space as a radiologist expects them, with square pixels.
 
 use crate::canvas::Spot;
+use rayon::prelude::*;
 use supine_space::{Point, Vector};
 use supine_volume::{Volume, sample_trilinear};
 
@@ -116,23 +117,17 @@ impl Plane {
         format!("{} {:.1}", ["x", "y", "z"][axis], self.corner[axis])
     }
 
-    /// The pixels' centres, row by row.
-    pub(crate) fn spots(&self) -> impl Iterator<Item = Spot> {
-        let width = self.width;
-        (0..self.height).flat_map(move |y| (0..width).map(move |x| [x as f64, y as f64]))
-    }
-
     /// Trilinear samples at the pixels' centres, row by row; NaN outside the volume's voxels.
-    pub(crate) fn sample<T: Copy + Into<f32>>(&self, volume: &Volume<T>) -> Vec<f32> {
+    pub(crate) fn sample<T: Copy + Into<f32> + Sync>(&self, volume: &Volume<T>) -> Vec<f32> {
         let grid = volume.grid();
         let last = grid.size().map(|n| n as f64 - 0.5);
-        self.spots()
-            .map(|spot| {
-                let index = grid.index_from_patient(&self.patient(spot));
-                let inside = (0..3).all(|a| index[a] >= -0.5 && index[a] <= last[a]);
-                if inside { sample_trilinear(volume, index) } else { f32::NAN }
-            })
-            .collect()
+        let at = |n: usize| {
+            let spot = [(n % self.width) as f64, (n / self.width) as f64];
+            let index = grid.index_from_patient(&self.patient(spot));
+            let inside = (0..3).all(|a| index[a] >= -0.5 && index[a] <= last[a]);
+            if inside { sample_trilinear(volume, index) } else { f32::NAN }
+        };
+        (0..self.width * self.height).into_par_iter().map(at).collect()
     }
 
     /// Radius, pixels, of the circle in which the plane cuts a sphere; `None` when it does not.

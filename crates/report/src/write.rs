@@ -1,7 +1,9 @@
 //! The report's folder.
 
 use crate::files::{builder, replace_folder};
+use crate::pictures::Picture;
 use crate::{Error, Scene, Summary, html, pictures};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use supine_space::Progress;
 
@@ -31,12 +33,13 @@ pub fn write(
     let rows = pictures::rows(summary, scene, progress.part(0.0, 0.7))?;
     let all: Vec<_> = rows.iter().flat_map(|row| &row.pictures).collect();
     let encoding = progress.part(0.7, 0.95);
-    let mut pngs = Vec::with_capacity(all.len());
-    for (n, picture) in all.iter().enumerate() {
+    let encode = |(n, picture): (usize, &&Picture)| {
         encoding.at(n as f64 / all.len() as f64)?;
         let fail = |source| Error::Picture { name: picture.name.clone(), source };
-        pngs.push(picture.canvas.png().map_err(fail)?);
-    }
+        picture.canvas.png().map_err(fail)
+    };
+    let pngs: Vec<Vec<u8>> =
+        all.par_iter().enumerate().map(encode).collect::<Result<_, Error>>()?;
     let page = html::page(summary, &rows, &pngs)?;
     progress.at(0.95)?;
 
