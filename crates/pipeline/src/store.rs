@@ -158,6 +158,17 @@ pub(crate) struct Hashed {
 /// Deepest nesting of input folders that is followed.
 const MAX_DEPTH: usize = 8;
 
+/// What an input is, without its name: sites name files and folders after patients.
+pub(crate) fn form(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let known = [".seg.nrrd", ".nrrd", ".nii.gz", ".nii", ".mrk.json", ".csv", ".dcm"];
+    match known.iter().find(|end| name.ends_with(**end)) {
+        _ if path.is_dir() => "folder".into(),
+        Some(end) => (*end).into(),
+        None => "file".into(),
+    }
+}
+
 /// The hash of a file or folder; links to folders are not followed.
 pub(crate) fn hash_of(path: &Path) -> std::io::Result<Hashed> {
     if path.is_file() {

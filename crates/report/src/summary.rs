@@ -90,8 +90,8 @@ pub struct Ball {
 pub struct Input {
     /// What it served for: `ct`, `labels`, `seeds`, `points`, ...
     pub role: String,
-    /// Name of the file or folder, without the way to it.
-    pub path_name: String,
+    /// `folder`, or what the file's name ends with. Not its name: sites name files after patients.
+    pub form: String,
     /// Number of files.
     pub files: usize,
     /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.

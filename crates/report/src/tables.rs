@@ -263,7 +263,7 @@ pub(crate) fn files(s: &Summary) -> Vec<Table> {
     let mut inputs = Table::list("Read", &["What", "Name", "Files", "BLAKE3"]);
     for i in &s.inputs {
         let role = if i.role == "ct" { "CT".into() } else { capital(&i.role) };
-        let row = vec![role, i.path_name.clone(), count(i.files), i.blake3.clone()];
+        let row = vec![role, i.form.clone(), count(i.files), i.blake3.clone()];
         inputs.rows.push(row);
     }
     let mut left_out = Table::list("Not used", &["File", "Reason"]);

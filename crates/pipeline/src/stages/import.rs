@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 use crate::ct::{CtInput, read_ct};
-use crate::store::hash_of;
+use crate::store::{form, hash_of};
 use crate::{Case, RunError, Stage};
 use supine_report::{CtFacts, Input, LeftOut};
 
@@ -23,10 +23,9 @@ pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, Run
             path: case.ct.clone(),
             source,
         })?;
-        let name = case.ct.file_name().map(|n| n.to_string_lossy().into_owned());
         let origin = Input {
             role: "ct".into(),
-            path_name: name.unwrap_or_default(),
+            form: form(&case.ct),
             files: hashed.files,
             blake3: hashed.blake3,
         };

@@ -7,7 +7,7 @@ use super::segment::Facts as SegmentFacts;
 use super::solve::Facts as SolveFacts;
 use super::warp::Facts as WarpFacts;
 use crate::bench::{Bench, Done, Made};
-use crate::store::hash_of;
+use crate::store::{form, hash_of};
 use crate::{Case, RunError, Stage, texts};
 use supine_mesh::{Displacement, TetMesh};
 use supine_report::{
@@ -38,12 +38,13 @@ pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<S
         &[&flow.export.key, &flow.labels.key, &decided],
         |_| Ok(()),
         |store, progress| {
-            let warnings = vec![];
-            supine_report::write(&summary, &scene(case, flow), &store.path("report")?, progress)?;
-            Ok(Made { product: (), facts: (), warnings })
+            let folder = store.path("report")?;
+            let info = supine_report::write(&summary, &scene(case, flow), &folder, progress)?;
+            Ok(Made { product: (), facts: (), warnings: info.warnings })
         },
     )?;
     summary.outputs = bench.store.outputs();
+    summary.warnings.clone_from(&bench.warnings);
     let peaks = bench.times.iter().filter_map(|t| t.peak_memory_mb);
     summary.run = Run {
         total_seconds: bench.times.iter().map(|t| t.seconds).sum(),
@@ -123,7 +124,7 @@ fn inputs(case: &Case, flow: &Flow) -> Result<Vec<Input>, RunError> {
         })?;
         inputs.push(Input {
             role: "points".into(),
-            path_name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            form: form(path),
             files: hashed.files,
             blake3: hashed.blake3,
         });

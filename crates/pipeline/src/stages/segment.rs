@@ -2,7 +2,7 @@
 
 use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
-use crate::store::hash_of;
+use crate::store::{form, hash_of};
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -56,8 +56,7 @@ fn input_file(role: &'static str, path: &Path) -> Result<Input, RunError> {
         path: path.into(),
         source,
     })?;
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok(Input { role: role.into(), path_name: name, files: hashed.files, blake3: hashed.blake3 })
+    Ok(Input { role: role.into(), form: form(path), files: hashed.files, blake3: hashed.blake3 })
 }
 
 type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;

@@ -106,7 +106,7 @@ fn facts(
 ) -> Facts {
     let moved = |name: &str| {
         let at = points.iter().position(|p| p.name == name)?;
-        Some(movement(points[at].position, after[at]))
+        Some(movement(points[at].position, Some(after[at]?)))
     };
     let own = 1 + usize::from(points.get(1).is_some_and(|p| p.name == "nipple"));
     Facts {

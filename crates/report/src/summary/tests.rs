@@ -14,7 +14,7 @@ pub(crate) fn example() -> Summary {
         },
         inputs: vec![Input {
             role: "ct".into(),
-            path_name: "<script>alert('x')</script> & \"co\"".into(),
+            form: "<script>alert('x')</script> & \"co\"".into(),
             files: 86,
             blake3: "00ff".repeat(16),
         }],
