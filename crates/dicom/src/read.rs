@@ -1,6 +1,6 @@
 //! A CT series as a volume of Hounsfield units.
 
-use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
+use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
 use crate::export::Clock;
 use crate::folder::{CtFile, Folder, LeftOut, Series};
@@ -216,34 +216,22 @@ fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Err
     };
     let mut container = Container::open(path).map_err(opened)?;
     let mut data = container.data(Until::End).map_err(opened)?.set;
-    let (stored, hu, clipped) = hounsfield(slice, &data, &container.syntax)?;
+    let format = slice.pixels;
+    let samples = pixels::samples(file, &data, &container.syntax, format)?;
     data.remove(tags::PIXEL_DATA);
-    let mut hu = hu;
-    let marked = |n: usize| slice.padding.is_some_and(|[a, b]| (a..=b).contains(&stored[n]));
+    let table = slice.rescale.table(format);
+    let mut hu: Vec<i16> = samples.iter().map(|&s| table[format.pattern(s)]).collect();
+    let stored = |n: usize| format.stored(samples[n]);
+    // Only values at the ends of the 16 bits can have been clipped.
+    let clips = |&n: &usize| {
+        matches!(hu[n], i16::MIN | i16::MAX)
+            && slice.rescale.hu(stored(n)).round_ties_even() != f64::from(hu[n])
+    };
+    let clipped = (0..hu.len()).filter(clips).count();
+    let marked = |n: usize| slice.padding.is_some_and(|[a, b]| (a..=b).contains(&stored(n)));
     let padding = Padding::take(start, &mut hu, marked);
     let source = SourceSlice { header: data, slice: slice.clone() };
     Ok(Decoded { source, hu, padding, clipped })
-}
-
-/// Stored values, HU and the number of HU that had to be clipped to 16 bits.
-pub(crate) fn hounsfield(
-    slice: &Slice,
-    data: &DataSet,
-    syntax: &TransferSyntax,
-) -> Result<(Vec<i32>, Vec<i16>, usize), Error> {
-    let samples = pixels::samples(&slice.file, data, syntax, slice.pixels)?;
-    let stored: Vec<i32> = samples.iter().map(|&s| slice.pixels.stored(s)).collect();
-    let Rescale { slope, intercept } = slice.rescale;
-    let mut clipped = 0;
-    let hu = stored
-        .iter()
-        .map(|&v| {
-            let hu = (f64::from(v) * slope + intercept).round_ties_even();
-            clipped += usize::from(hu < f64::from(i16::MIN) || hu > f64::from(i16::MAX));
-            hu as i16
-        })
-        .collect();
-    Ok((stored, hu, clipped))
 }
 
 /// Lowest and highest HU; an error when they cannot be HU of a patient in air.

@@ -63,11 +63,16 @@ impl PixelFormat {
         self.len() * usize::from(self.bits_allocated / 8)
     }
 
+    /// The lower Bits Stored of a sample.
+    pub(crate) fn pattern(self, sample: u16) -> usize {
+        usize::from(sample) & ((1 << self.bits_stored) - 1)
+    }
+
     /// The stored value in the lower Bits Stored of a sample: what stands above is masked, the sign
     /// extended (PS3.5 8.1.1).
     pub(crate) fn stored(self, sample: u16) -> i32 {
         let bits = u32::from(self.bits_stored);
-        let value = i32::from(sample) & ((1 << bits) - 1);
+        let value = self.pattern(sample) as i32;
         if self.signed && value >= 1 << (bits - 1) { value - (1 << bits) } else { value }
     }
 }
@@ -77,6 +82,18 @@ impl PixelFormat {
 pub(crate) struct Rescale {
     pub(crate) slope: f64,
     pub(crate) intercept: f64,
+}
+
+impl Rescale {
+    pub(crate) fn hu(self, stored: i32) -> f64 {
+        f64::from(stored) * self.slope + self.intercept
+    }
+
+    /// HU of every pattern of Bits Stored bits, rounded half to even, clipped to 16 bits.
+    pub(crate) fn table(self, format: PixelFormat) -> Vec<i16> {
+        let hu = |pattern: u32| self.hu(format.stored(pattern as u16)).round_ties_even() as i16;
+        (0..1u32 << format.bits_stored).map(hu).collect()
+    }
 }
 
 /// Reads values of one header, naming the file in every error.

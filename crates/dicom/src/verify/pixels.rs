@@ -2,7 +2,7 @@
 
 use super::{Checks, Image, NEEDS_SOURCE, Reference};
 use crate::number::parse_ds;
-use crate::slice::PixelFormat;
+use crate::slice::{PixelFormat, Rescale};
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
 
@@ -101,15 +101,17 @@ fn decode(images: &[Image], order: &[usize]) -> Option<Pixels> {
             if (format.rows, format.columns) != (first.rows, first.columns) {
                 return None;
             }
-            let slope = parse_ds(&image.text(tags::RESCALE_SLOPE))?;
-            let intercept = parse_ds(&image.text(tags::RESCALE_INTERCEPT))?;
-            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-            let hu = samples(image).map(|sample| {
-                let hu = f64::from(format.stored(sample)) * slope + intercept;
-                range = [range[0].min(hu), range[1].max(hu)];
-                hu.round_ties_even() as i16
+            let rescale = Rescale {
+                slope: parse_ds(&image.text(tags::RESCALE_SLOPE))?,
+                intercept: parse_ds(&image.text(tags::RESCALE_INTERCEPT))?,
+            };
+            let table = rescale.table(format);
+            let hu: Vec<i16> = samples(image).map(|s| table[format.pattern(s)]).collect();
+            let (low, high) = samples(image).fold((i32::MAX, i32::MIN), |(low, high), sample| {
+                let stored = format.stored(sample);
+                (low.min(stored), high.max(stored))
             });
-            Some((hu.collect(), range))
+            Some((hu, [rescale.hu(low), rescale.hu(high)]))
         })
         .collect();
     let slices: Vec<(Vec<i16>, [f64; 2])> = slices.into_iter().collect::<Option<_>>()?;
