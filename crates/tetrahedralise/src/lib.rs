@@ -61,9 +61,9 @@ impl Default for Params {
         Self {
             tetrahedra: 5000,
             smoothing_mm: 1.5,
-            growth: 0.5,
-            growth_limit: 2.0,
-            rim_refinement: 0.55,
+            growth: 0.4,
+            growth_limit: 1.7,
+            rim_refinement: 0.62,
             least_thickness_mm: 1.0,
         }
     }

@@ -23,6 +23,8 @@ const GOOD: f64 = 0.62;
 const MOST_REWORKED: usize = 12;
 /// A swap may first make this much worse what smoothing then betters.
 const LENIENCE: f64 = 0.25;
+/// An operation must better the worst tetrahedron by this much.
+const GAIN: f64 = 2e-3;
 /// An operation may first leave tetrahedra as bad as this.
 const FLAT: f64 = 1e-3;
 /// After an operation, tetrahedra worse than this are swapped.
@@ -232,12 +234,7 @@ impl Mesher<'_> {
         if self.collapse_at(tet, &ANY) || self.split_at(tet, &ANY) {
             return true;
         }
-        let mut edges: Vec<[u32; 2]> = Vec::new();
-        for v in tet {
-            edges.extend(self.mesh.neighbours(v).into_iter().map(|w| [v.min(w), v.max(w)]));
-        }
-        edges.sort_unstable();
-        edges.dedup();
+        let edges = self.edges_around(tet);
         for &[a, b] in &edges {
             let done = self.attempt(&ANY, |m| {
                 let around: Vec<u32> =
@@ -258,6 +255,17 @@ impl Mesher<'_> {
             .any(|&edge| self.attempt_collapse(edge, &ANY) || self.attempt_split(edge, &ANY))
     }
 
+    /// The edges that meet a vertex of the tetrahedron.
+    fn edges_around(&self, tet: [u32; 4]) -> Vec<[u32; 2]> {
+        let mut edges: Vec<[u32; 2]> = Vec::new();
+        for v in tet {
+            edges.extend(self.mesh.neighbours(v).into_iter().map(|w| [v.min(w), v.max(w)]));
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
     /// Keeps an operation only when it betters the worst tetrahedron that it concerns and changes
     /// the count by a number in `delta`.
     fn attempt(
@@ -270,7 +278,7 @@ impl Mesher<'_> {
         let done = operation(self);
         let (before, after) = self.mesh.effect();
         let change = self.mesh.count() as i64 - count;
-        let keep = done && after > before + 5e-3 && delta.contains(&change);
+        let keep = done && after > before + GAIN && delta.contains(&change);
         if keep {
             self.mesh.commit()
         } else {

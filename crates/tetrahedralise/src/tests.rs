@@ -97,7 +97,7 @@ fn euler(mesh: &TetMesh) -> i64 {
 #[test]
 fn a_dome_has_the_asked_count_volume_tags_and_good_angles() {
     let labels = labelled(Matrix::identity(), dome);
-    for asked in [1000, 1001, 1002, 1003, 2500] {
+    for asked in [1000, 1001, 2003] {
         let (mesh, info) = mesh(&labels, asked);
         assert_eq!((mesh.tets().len(), info.tetrahedra), (asked, asked));
         assert!(info.quality.min_dihedral_deg > 25.0, "{asked}: {:?}", info.quality);
@@ -123,14 +123,15 @@ fn a_dome_has_the_asked_count_volume_tags_and_good_angles() {
 #[test]
 fn every_stage_keeps_the_mesh_whole() {
     let params = Params { tetrahedra: 1500, ..Params::default() };
-    for shape in [dome, wedge] {
+    let shapes: [(fn(&Vector) -> u8, usize); 2] = [(dome, 1200), (wedge, 900)];
+    for (shape, count) in shapes {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
         let kinds = labels::kinds(&region, 7.5, &mut Info::new(0)).unwrap();
         let fields = Fields::new(&kinds, sphere(), 1.5, 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
         assert_eq!(parts, 0);
-        let edge = (CUBE_SHARE * fields.volume / 1500.0).cbrt();
+        let edge = (CUBE_SHARE * fields.volume / count as f64).cbrt();
         let mut m = Mesher { mesh: complex, sizing: Sizing::new(&fields, &params, edge) };
         let whole = |m: &Mesher<'_>, stage: &str| {
             let faults = faults(&m.mesh);
@@ -141,14 +142,14 @@ fn every_stage_keeps_the_mesh_whole() {
         whole(&m, "settle");
         m.coarsen(3.5, Progress::none()).unwrap();
         whole(&m, "coarsen");
-        m.rounds(3, 1500, Progress::none()).unwrap();
+        m.rounds(2, count, Progress::none()).unwrap();
         whole(&m, "rounds");
-        assert!(m.reach(1507, Progress::none()).unwrap());
+        assert!(m.reach(count + 7, Progress::none()).unwrap());
         whole(&m, "count");
         m.fit(0.5, Progress::none()).unwrap();
         m.polish(0.5, 3, Progress::none()).unwrap();
         whole(&m, "fit");
-        assert_eq!(m.mesh.count(), 1507);
+        assert_eq!(m.mesh.count(), count + 7);
     }
 }
 
@@ -196,14 +197,14 @@ fn a_wedge_ends_blunt_without_film_or_handle() {
 }
 
 #[test]
-fn noise_gives_a_mesh_of_the_asked_count() {
+fn random_labels_everywhere_give_a_mesh_of_the_asked_count() {
     let noisy = |p: &Vector| {
         let moved = p + Vector::repeat(1.6 * (noise(p, 0.0) - 0.5));
-        if noise(p, 3.0) < 0.03 { (noise(p, 5.0) * 3.0) as u8 } else { dome(&moved) }
+        if noise(p, 3.0) < 0.1 { (noise(p, 5.0) * 3.0) as u8 } else { dome(&moved) }
     };
     let labels = labelled(Matrix::identity(), noisy);
-    let (mesh, info) = mesh(&labels, 2000);
-    assert_eq!(mesh.tets().len(), 2000);
+    let (mesh, info) = mesh(&labels, 1500);
+    assert_eq!(mesh.tets().len(), 1500);
     assert!(info.quality.min_dihedral_deg > 10.0, "{:?}", info.quality);
     assert_eq!(euler(&mesh), 2);
 }
@@ -221,8 +222,8 @@ fn other_parts_gas_and_lung_are_told_apart() {
         }
     };
     let labels = labelled(Matrix::identity(), shape);
-    let (mesh, info) = mesh(&labels, 2000);
-    assert_eq!(mesh.tets().len(), 2000);
+    let (mesh, info) = mesh(&labels, 1500);
+    assert_eq!(mesh.tets().len(), 1500);
     assert_eq!(info.dropped_components, 1);
     assert!((300.0..700.0).contains(&info.dropped_volume_mm3), "{}", info.dropped_volume_mm3);
     assert_eq!(euler(&mesh), 2, "the gas is filled");
@@ -236,10 +237,10 @@ fn other_parts_gas_and_lung_are_told_apart() {
 #[test]
 fn an_enclosed_island_of_wall_is_an_inner_boundary() {
     let shape = |p: &Vector| {
-        if (p - Vector::new(0.0, 1.0, 0.0)).norm() < 5.0 { label::CHEST_WALL } else { dome(p) }
+        if (p - Vector::new(0.0, -3.0, 0.0)).norm() < 5.0 { label::CHEST_WALL } else { dome(p) }
     };
-    let (mesh, _) = mesh(&labelled(Matrix::identity(), shape), 2500);
-    assert_eq!((mesh.tets().len(), euler(&mesh)), (2500, 4));
+    let (mesh, _) = mesh(&labelled(Matrix::identity(), shape), 1500);
+    assert_eq!((mesh.tets().len(), euler(&mesh)), (1500, 4));
 }
 
 #[test]
@@ -249,8 +250,8 @@ fn one_voxel_bridges_and_holes_leave_no_pinch() {
         let bridge = thin && p.y < -14.0;
         if bridge || (p.y < -21.0 && p.y > -26.0) { label::SOFT_TISSUE } else { dome(p) }
     };
-    let (mesh, _) = mesh(&labelled(Matrix::identity(), shape), 3000);
-    assert_eq!(mesh.tets().len(), 3000);
+    let (mesh, _) = mesh(&labelled(Matrix::identity(), shape), 1500);
+    assert_eq!(mesh.tets().len(), 1500);
     euler(&mesh);
 }
 
