@@ -84,8 +84,9 @@ impl Body {
             foreign_cm3: 0.0,
         };
         body.measure_depth(frame);
-        body.drop_foreign(ct, frame);
-        body.measure_depth(frame);
+        if body.drop_foreign(ct, frame) {
+            body.measure_depth(frame);
+        }
         body.find_truncation(frame);
         progress.at(1.0)?;
         Ok(body)
@@ -127,7 +128,8 @@ impl Body {
     }
 
     /// Takes dense objects on the skin (bra wire, clasp, electrode clip) off the body.
-    fn drop_foreign(&mut self, ct: &Ct, frame: &Frame) {
+    /// True when there were any.
+    fn drop_foreign(&mut self, ct: &Ct, frame: &Frame) -> bool {
         let (flags, hu) = (&self.flags, ct.data());
         let dense = Parts::new(frame.size, |n| hu[n] > DENSE_HU && flags[n] & flag::BODY != 0);
         let mut shallow = vec![false; dense.voxels.len()];
@@ -154,9 +156,11 @@ impl Body {
                 }
             }
         }
-        if slices.contains(&true) {
+        let any = slices.contains(&true);
+        if any {
             self.drop_slivers(frame, &slices);
         }
+        any
     }
 
     /// Opens the given slices by one pixel and keeps the largest part.

@@ -19,6 +19,8 @@ pub(crate) struct Frame {
     pub(crate) left: [f32; 2],
     /// Unit vector to the patient's back within the slice.
     pub(crate) back: [f32; 2],
+    /// Whether k runs towards the head.
+    pub(crate) towards_head: bool,
 }
 
 impl Frame {
@@ -45,6 +47,7 @@ impl Frame {
             spacing: [0, 1, 2].map(|a| grid.spacing()[a] as f32),
             left: left.map(|c| c as f32),
             back: back.map(|c| c as f32),
+            towards_head: d[(2, 2)] > 0.0,
         })
     }
 

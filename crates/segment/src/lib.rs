@@ -7,6 +7,7 @@
 //! by semi-global aggregation ([`aggregate`]). The user's seeds bind that surface ([`seeds`]).
 
 mod aggregate;
+mod below_ribs;
 mod body;
 mod bones;
 mod breast;
@@ -34,6 +35,7 @@ use levels::Levels;
 use scan::Scan;
 use seeds::Constraints;
 use sheet::Rays;
+use shell::Shell;
 use supine_space::{Point, Progress};
 use supine_volume::{Ct, LabelMap};
 use wall::Band;
@@ -106,6 +108,8 @@ pub struct Info {
     /// Share of the rays in front along which fat meets muscle at the surface; elsewhere the
     /// surface rests on shape alone.
     pub edge_share: f64,
+    /// Slices below the ribs: the wall is carried on there under the skin and is less certain.
+    pub ribless_slices: usize,
     /// Seeds of chest wall and soft tissue that were obeyed.
     pub seeds_used: usize,
 }
@@ -133,7 +137,7 @@ pub fn segment(
     bones::mark_bones(ct, &frame, params.bone_hu as f32, &mut body, progress.part(0.3, 0.4))?;
     let rays = Rays::new(&frame, bones::axis(&frame, &body)?);
     let scan = Scan { ct, frame: &frame, body: &body, rays: &rays };
-    let shell = shell::shell(scan, progress.part(0.4, 0.6))?;
+    let Shell { radius: shell, ribless } = shell::shell(scan, progress.part(0.4, 0.6))?;
     let seeds = Constraints::new(scan, &params.seeds, &shell)?;
     let reach = (params.reach_mm as f32).max(seeds.highest(&rays, &shell) + 5.0);
     let band = Band::sample(scan, &shell, reach);
@@ -143,7 +147,8 @@ pub fn segment(
     let mut labels = paint::paint(scan, &shell, &wall.height);
     seeds::stamp(&mut labels, &params.seeds);
     progress.at(1.0)?;
-    let info = info(params, scan, levels, &wall, seeds.len());
+    let ribless = ribless.iter().filter(|&&r| r).count();
+    let info = info(params, scan, levels, &wall, (ribless, seeds.len()));
     Ok((labels, info))
 }
 
@@ -152,7 +157,7 @@ fn info(
     scan: Scan<'_>,
     levels: Levels,
     wall: &wall::Wall,
-    seeds_used: usize,
+    (ribless_slices, seeds_used): (usize, usize),
 ) -> Info {
     let (body, rays) = (scan.body, scan.rays);
     let front: Vec<f32> = (0..wall.edge.values.len())
@@ -170,6 +175,7 @@ fn info(
         truncated_share: truncated as f64 / body.truncated.len() as f64,
         foreign_cm3: body.foreign_cm3,
         edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
+        ribless_slices,
         seeds_used,
     };
     info.warnings = warnings(&info, truncated);
@@ -186,6 +192,13 @@ fn warnings(info: &Info, truncated: usize) -> Vec<String> {
             "the body reaches the end of the reconstructed field in {truncated} slices ({:.0} %): \
              skin is missing there, keep the region clear of it",
             100.0 * info.truncated_share
+        ));
+    }
+    if info.ribless_slices > 0 {
+        out.push(format!(
+            "{} slices lie below the ribs: the chest wall is extrapolated there, \
+             keep the region clear of them",
+            info.ribless_slices
         ));
     }
     if !(30.0..=75.0).contains(&info.muscle_hu) || info.muscle_hu - info.fat_hu < 110.0 {

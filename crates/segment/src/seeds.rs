@@ -92,7 +92,9 @@ pub(crate) fn apply_to_body(
             claim(ct, frame, body, kind, p)?;
         }
     }
-    body.measure_depth(frame);
+    if !(seeds.exclude.is_empty() && seeds.soft_tissue.is_empty()) {
+        body.measure_depth(frame);
+    }
     Ok(())
 }
 

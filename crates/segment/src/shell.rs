@@ -3,6 +3,7 @@
 
 use crate::Error;
 use crate::aggregate::{Costs, Jumps, aggregate, cheapest};
+use crate::below_ribs;
 use crate::body::flag;
 use crate::bones::{SMOOTH_MM, smoothed};
 use crate::frame::Frame;
@@ -12,8 +13,8 @@ use crate::sheet::{RAYS, Rays, Sheet};
 use supine_space::Progress;
 
 /// Radii searched: from `START_MM` in steps of 1 mm.
-const START_MM: f32 = 30.0;
-const LEVELS: usize = 210;
+pub(crate) const START_MM: f32 = 30.0;
+pub(crate) const LEVELS: usize = 210;
 /// Reward for the outer edge of a bone that has soft tissue behind it.
 const EDGE: f32 = 4.0;
 /// Cost per mm of bone beyond the shell, counted to this many mm.
@@ -29,9 +30,23 @@ const JUMP_MM: f32 = 4.0;
 /// In front: cost per mm of lying deeper than the slack inside the hull of the first solution.
 const HULL: f32 = 1.0;
 const HULL_SLACK_MM: f32 = 6.0;
+/// Slices with ribs that are needed.
+const RIB_SLICES: usize = 6;
 
-/// Finds the shell: radius per (slice, ray), mm.
-pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Sheet, Error> {
+/// Where no ribs are: cost per mm of departure from the expected shell, up to a cap.
+const EXPECTED: f32 = 0.5;
+const EXPECTED_CAP_MM: f32 = 40.0;
+
+/// The rib shell.
+pub(crate) struct Shell {
+    /// Radius per (slice, ray), mm.
+    pub(crate) radius: Sheet,
+    /// Slices below the ribs: the shell is carried on there at its last distance under the skin.
+    pub(crate) ribless: Vec<bool>,
+}
+
+/// Finds the shell.
+pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Error> {
     let (frame, rays) = (scan.frame, scan.rays);
     let slices = frame.size[2];
     let mut costs = Costs::new(slices, LEVELS, |k, out| {
@@ -48,9 +63,46 @@ pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Sheet, Err
     progress.at(0.6)?;
     let hull = hull(&first, rays).median(((12.5 / frame.spacing[2]) as usize).max(1), 0);
     add_hull(&mut costs, &hull, rays);
-    let second = radii(&aggregate(&costs, jumps));
+    let mut radius = radii(&aggregate(&costs, jumps));
+    progress.at(0.8)?;
+    let expected = below_ribs::expected(scan, &radius, &on_bone(&costs, &radius));
+    let ribless = below_ribs::ribless(&expected, rays);
+    let seen = ribless.iter().filter(|&&r| !r).count();
+    if seen < RIB_SLICES {
+        return Err(Error::NoRibs { slices: seen, needed: RIB_SLICES });
+    }
+    if expected.values.iter().any(|e| !e.is_nan()) {
+        carry_on(&mut costs, &expected);
+        add_hull(&mut costs, &hull, rays);
+        radius = radii(&aggregate(&costs, jumps));
+    }
     progress.at(1.0)?;
-    Ok(second.median(1, 2).smooth(2.5 / frame.spacing[2], 2.0 * RAYS as f32 / 360.0))
+    let sigma = (2.5 / frame.spacing[2], 2.0 * RAYS as f32 / 360.0);
+    Ok(Shell { radius: radius.median(1, 2).smooth(sigma.0, sigma.1), ribless })
+}
+
+/// 1 where the shell ends on the outer edge of a bone.
+fn on_bone(costs: &Costs, shell: &Sheet) -> Sheet {
+    Sheet::from_fn(shell.slices(), |k, p| {
+        let level = (shell.at(k, p) - START_MM) as usize;
+        let near = &costs.ray(k, p)[level.saturating_sub(2)..(level + 3).min(LEVELS)];
+        f32::from(near.iter().any(|&c| c < -0.5 * EDGE))
+    })
+}
+
+/// Where there are no ribs: drops the evidence of bones (spine, contrast in kidneys) and asks for
+/// the expected radius instead.
+fn carry_on(costs: &mut Costs, expected: &Sheet) {
+    for (ray, &goal) in costs.values.chunks_exact_mut(LEVELS).zip(&expected.values) {
+        if goal.is_nan() {
+            continue;
+        }
+        for (i, cost) in ray.iter_mut().enumerate() {
+            let barred = if *cost > 0.6 * BARRED { BARRED } else { 0.0 };
+            let off = (START_MM + i as f32 - goal).abs();
+            *cost = barred + EXPECTED * off.min(EXPECTED_CAP_MM);
+        }
+    }
 }
 
 fn jumps(frame: &Frame) -> Jumps {
