@@ -64,12 +64,14 @@ impl PixelFormat {
     }
 
     /// The lower Bits Stored of a sample.
+    #[inline]
     pub(crate) fn pattern(self, sample: u16) -> usize {
         usize::from(sample) & ((1 << self.bits_stored) - 1)
     }
 
     /// The stored value in the lower Bits Stored of a sample: what stands above is masked, the sign
     /// extended (PS3.5 8.1.1).
+    #[inline]
     pub(crate) fn stored(self, sample: u16) -> i32 {
         let bits = u32::from(self.bits_stored);
         let value = self.pattern(sample) as i32;
