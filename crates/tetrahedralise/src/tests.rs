@@ -10,6 +10,9 @@ use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::{LabelMap, Region, Volume, label};
 
+/// Labels by position.
+type Shape = fn(&Vector) -> u8;
+
 /// Radius of the test region, mm.
 const RADIUS: f64 = 30.0;
 const CENTRE: Point = Point::new(12.0, -7.0, 40.0);
@@ -123,7 +126,7 @@ fn a_dome_has_the_asked_count_volume_tags_and_good_angles() {
 #[test]
 fn every_stage_keeps_the_mesh_whole() {
     let params = Params { tetrahedra: 1500, ..Params::default() };
-    let shapes: [(fn(&Vector) -> u8, usize); 2] = [(dome, 1200), (wedge, 900)];
+    let shapes: [(Shape, usize); 2] = [(dome, 1200), (wedge, 900)];
     for (shape, count) in shapes {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
