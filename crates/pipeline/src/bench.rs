@@ -1,9 +1,8 @@
 //! Where the stages are done: each once, watched, measured and recorded.
 
 use crate::meter::Meter;
-use crate::run::Options;
 use crate::store::{Store, key};
-use crate::{RunError, Stage};
+use crate::{Options, RunError, Stage};
 use serde::{Serialize, de::DeserializeOwned};
 use std::io::Write;
 use std::path::Path;

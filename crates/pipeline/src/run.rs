@@ -2,18 +2,9 @@
 
 use crate::bench::{Bench, Watch};
 use crate::stages::{export, import, mesh, region, report, segment, solve, warp};
-use crate::{Case, RunError, Stage};
+use crate::{Case, Options, RunError, Stage};
 use std::path::Path;
 use supine_report::Summary;
-
-/// What a run is asked beside its case.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
-    /// Ends after this stage.
-    pub until: Option<Stage>,
-    /// Redoes this stage and all later ones, done or not.
-    pub force: Option<Stage>,
-}
 
 /// Runs a case into the folder `out`; stages that are done for the same inputs are not redone.
 ///
