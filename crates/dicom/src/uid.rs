@@ -1,4 +1,4 @@
-//! Unique identifiers from content: 2.25.<UUID as decimal> (PS3.5 B.2).
+//! Unique identifiers from content: `2.25.` and a UUID in decimal (PS3.5 B.2).
 
 use uuid::Uuid;
 
