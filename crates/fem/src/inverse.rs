@@ -7,23 +7,25 @@
 //! that a forward solve finds.
 
 use crate::element::Elements;
-use crate::linear::{Lu, OutOfMemory};
+use crate::krylov::{gmres, norm};
+use crate::linear::Cholesky;
 use crate::material::{Deformation, NeoHookean};
-use crate::model::{Folded, pairs};
-use crate::newton::Halt;
+use crate::model::{Folded, Model, pairs};
+use crate::newton::{FLOOR, Halt};
 use crate::pattern::Pattern;
 use supine_space::{Matrix, Progress, Vector};
 
 /// Steps are shortened at most so often.
 const SHORTENINGS: usize = 12;
-/// Iterations at one load.
-const ITERATIONS: usize = 40;
+/// Iterations; five to seven are usual, eleven near the limit of existence.
+const ITERATIONS: usize = 20;
 /// Residual goal between load steps.
 const STEP_GOAL: f64 = 1e-6;
-/// Smallest load step.
-const SMALLEST_STEP: f64 = 1.0 / 256.0;
+/// Steps of the linear iteration; ten to twenty are usual, a hundred near the limit of existence.
+const KRYLOV_STEPS: usize = 120;
 
 /// The inverse problem of one body.
+#[derive(Clone, Copy)]
 pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     /// Elements on the loaded shape.
     pub(crate) loaded: &'a Elements<N, Q>,
@@ -31,26 +33,32 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     pub(crate) material: NeoHookean,
     /// The load, kPa/mm per stress-free volume.
     pub(crate) force: Vector,
+    /// Positions of the nodes of the loaded shape, mm.
+    pub(crate) positions: &'a [Vector],
+    /// Norm of the nodal forces of the load, mN: the scale of the residual.
+    pub(crate) weight: f64,
     /// Pattern of the unsymmetric derivative.
-    pub(crate) pattern: &'a Pattern,
+    pub(crate) full: &'a Pattern,
+    /// Pattern of the stiffness.
+    pub(crate) lower: &'a Pattern,
 }
 
 impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
-    /// Residual forces (mN per node, held nodes included) at X = x + `y`, with `share` of the load.
+    /// Residual forces (mN per node, held nodes included) at X = x + `y`.
     ///
     /// f = dX/dx, F = f^-1, j = det f, b = F Fᵀ, σ = j [μ (b − I) − λ ln j I],
     /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape.
     ///
     /// # Errors
     /// When an element of X is turned inside out.
-    pub(crate) fn residual(&self, y: &[Vector], share: f64) -> Result<Vec<Vector>, Folded> {
+    pub(crate) fn residual(&self, y: &[Vector]) -> Result<Vec<Vector>, Folded> {
         let mut residual = vec![Vector::zeros(); y.len()];
         for (e, nodes) in self.loaded.nodes.iter().enumerate() {
             for q in 0..Q {
                 let point = self.point(e, q, y)?;
                 let weight = self.loaded.weights[e][q];
                 for (a, node) in nodes.iter().enumerate() {
-                    let body = self.force * (share * point.j * self.loaded.values[q][a]);
+                    let body = self.force * (point.j * self.loaded.values[q][a]);
                     residual[*node as usize] +=
                         (point.stress * self.loaded.gradients[e][q][a] - body) * weight;
                 }
@@ -66,12 +74,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     ///
     /// # Errors
     /// When an element of X is turned inside out.
-    pub(crate) fn derivative(
-        &self,
-        y: &[Vector],
-        share: f64,
-        values: &mut [f64],
-    ) -> Result<(), Folded> {
+    pub(crate) fn derivative(&self, y: &[Vector], values: &mut [f64]) -> Result<(), Folded> {
         values.fill(0.0);
         let NeoHookean { mu, lambda } = self.material;
         for (e, nodes) in self.loaded.nodes.iter().enumerate() {
@@ -82,19 +85,19 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                 let g = &self.loaded.gradients[e][q];
                 let (t, bg) = (g.map(|g| f.tr_mul(&g)), g.map(|g| b * g));
                 let left: [Vector; N] = std::array::from_fn(|a| {
-                    let body = self.force * (share * j * self.loaded.values[q][a]);
+                    let body = self.force * (j * self.loaded.values[q][a]);
                     (stress * g[a] - g[a] * (j * lambda) - body) * weight
                 });
                 let shear = weight * j * mu;
-                for (a, c) in pairs::<N>(self.pattern, e) {
+                for (a, c) in pairs::<N>(self.full, e) {
                     let block = &mut blocks[a][c];
                     *block += left[a] * t[c].transpose();
                     *block -= f * (shear * g[a].dot(&bg[c]));
                     *block -= bg[c] * (t[a] * shear).transpose();
                 }
             }
-            for (a, c) in pairs::<N>(self.pattern, e) {
-                self.pattern.add(nodes, (e, a, c), &blocks[a][c], values);
+            for (a, c) in pairs::<N>(self.full, e) {
+                self.full.add(nodes, (e, a, c), &blocks[a][c], values);
             }
         }
         Ok(())
@@ -112,29 +115,38 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// X − x (mm per node) at which the residual is at most `goal` of the load, and the number of
     /// iterations; `None` when no such shape was found.
     ///
-    /// Newton from X = x under the whole load; only if that fails the load is followed in steps.
+    /// Newton from X = x under the whole load; if that fails the load is followed in steps of at
+    /// least `smallest_step` (1: no second attempt).
     ///
     /// # Errors
     /// When stopped or out of memory.
     pub(crate) fn solve(
         &self,
-        nodes: usize,
         goal: f64,
+        smallest_step: f64,
         progress: Progress<'_>,
     ) -> Result<(Option<Vec<Vector>>, usize), Halt> {
-        let mut solver = Solver { lu: Lu::new(self.pattern)?, iterations: 0 };
-        let mut y = vec![Vector::zeros(); nodes];
-        let (mut share, mut step) = (0.0, 1.0);
+        let mut solver = Solver { cholesky: Cholesky::new(self.lower)?, iterations: 0 };
+        let mut y = vec![Vector::zeros(); self.positions.len()];
+        let (mut share, mut step) = (0.0f64, 1.0);
         while share < 1.0 {
-            let next: f64 = if share + step > 1.0 - SMALLEST_STEP { 1.0 } else { share + step };
-            let step_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
-            match solver.newton(self, &y, next, step_goal, progress.part(share, next))? {
+            let next: f64 = (share + step).min(1.0);
+            let part = Self { force: self.force * next, ..*self };
+            let part_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
+            match solver.newton(&part, &y, part_goal, progress.part(share, next))? {
                 Some(found) => (y, share, step) = (found, next, 2.0 * step),
-                None if step <= SMALLEST_STEP => return Ok((None, solver.iterations)),
+                None if step <= smallest_step => return Ok((None, solver.iterations)),
                 None => step *= 0.5,
             }
         }
         Ok((Some(y), solver.iterations))
+    }
+
+    /// The body on the stress-free shape x + `y`; `None` when that is folded.
+    pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
+        let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
+        let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
+        Some(Model { elements, material: self.material })
     }
 }
 
@@ -151,7 +163,7 @@ struct Point {
 }
 
 struct Solver {
-    lu: Lu,
+    cholesky: Cholesky,
     iterations: usize,
 }
 
@@ -160,39 +172,31 @@ impl Solver {
         &mut self,
         problem: &Inverse<'_, N, Q>,
         start: &[Vector],
-        share: f64,
         goal: f64,
         progress: Progress<'_>,
     ) -> Result<Option<Vec<Vector>>, Halt> {
-        let pattern = problem.pattern;
-        let norm = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let residual = |y: &[Vector]| problem.residual(y, share).ok().map(|r| pattern.gather(&r));
-        let weight = norm(&pattern.gather(&body_forces(problem, start.len())));
+        let residual = |y: &[Vector]| problem.residual(y).ok().map(|r| problem.full.gather(&r));
         let mut y = start.to_vec();
         let Some(mut r) = residual(&y) else { return Ok(None) };
-        let mut values = vec![0.0; pattern.entries()];
         for iteration in 0..ITERATIONS {
-            if norm(&r) <= goal * weight {
+            let relative = norm(&r) / problem.weight;
+            if relative <= goal {
                 return Ok(Some(y));
             }
             progress.at(iteration as f64 / 10.0)?;
             self.iterations += 1;
-            let Some(direction) = self.direction(problem, &y, share, &r, &mut values)? else {
+            // No more digits than the next iteration can keep.
+            let digits = relative.min(1e-2).max(0.1 * goal / relative);
+            let Some(direction) = self.direction(problem, &y, &r, digits) else {
                 return Ok(None);
             };
-            let mut t = 1.0;
-            let mut found = None;
-            for _ in 0..SHORTENINGS {
+            let next = (0..SHORTENINGS).find_map(|shortening| {
+                let t = 0.5f64.powi(shortening as i32);
                 let next: Vec<Vector> = y.iter().zip(&direction).map(|(y, d)| y + d * t).collect();
-                if let Some(r_next) = residual(&next)
-                    && norm(&r_next) < (1.0 - 1e-4 * t) * norm(&r)
-                {
-                    found = Some((next, r_next));
-                    break;
-                }
-                t *= 0.5;
-            }
-            match found {
+                let r_next = residual(&next)?;
+                (norm(&r_next) < (1.0 - 1e-4 * t) * norm(&r)).then_some((next, r_next))
+            });
+            match next {
                 Some(next) => (y, r) = next,
                 None => return Ok(None),
             }
@@ -200,38 +204,34 @@ impl Solver {
         Ok(None)
     }
 
+    /// The Newton direction by an iteration that the stiffness of the body on the present shape
+    /// preconditions: moving the stress-free shape or the loaded one by the same small step changes
+    /// the forces nearly oppositely.
     fn direction<const N: usize, const Q: usize>(
         &mut self,
         problem: &Inverse<'_, N, Q>,
         y: &[Vector],
-        share: f64,
         r: &[f64],
-        values: &mut [f64],
-    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
-        if problem.derivative(y, share, values).is_err()
-            || !self.lu.factorise(problem.pattern, values)?
-        {
-            return Ok(None);
-        }
-        let mut direction: Vec<f64> = r.iter().map(|r| -r).collect();
-        let solved = self.lu.solve(&mut direction);
-        Ok(solved.then(|| problem.pattern.scatter(&direction)))
+        digits: f64,
+    ) -> Option<Vec<Vector>> {
+        let mut values = vec![0.0; problem.full.entries()];
+        problem.derivative(y, &mut values).ok()?;
+        let body = problem.body(y)?;
+        let back: Vec<Vector> = y.iter().map(|y| -y).collect();
+        let mut stiffness = vec![0.0; problem.lower.entries()];
+        let floors = [None, Some(FLOOR * problem.material.mu)];
+        floors.into_iter().find(|&floor| {
+            body.stiffness(&back, floor, problem.lower, &mut stiffness).is_ok()
+                && self.cholesky.factorise(problem.lower, &stiffness)
+        })?;
+        let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
+        let direction = gmres(
+            |x| problem.full.multiply(&values, x),
+            |x| self.cholesky.solve(x),
+            &wanted,
+            digits,
+            KRYLOV_STEPS,
+        )?;
+        Some(problem.full.scatter(&direction))
     }
-}
-
-/// Nodal forces of the load on the loaded shape, mN: the scale of the residual.
-fn body_forces<const N: usize, const Q: usize>(
-    problem: &Inverse<'_, N, Q>,
-    nodes: usize,
-) -> Vec<Vector> {
-    let mut forces = vec![Vector::zeros(); nodes];
-    for (e, element) in problem.loaded.nodes.iter().enumerate() {
-        for q in 0..Q {
-            let weight = problem.loaded.weights[e][q];
-            for (node, value) in element.iter().zip(problem.loaded.values[q]) {
-                forces[*node as usize] += problem.force * (weight * value);
-            }
-        }
-    }
-    forces
 }

@@ -15,6 +15,7 @@
 mod element;
 mod error;
 mod inverse;
+mod krylov;
 mod linear;
 mod material;
 mod model;
@@ -22,7 +23,11 @@ mod newton;
 mod params;
 mod pattern;
 mod rest;
+#[cfg(test)]
+mod solve_tests;
 mod support;
+#[cfg(test)]
+mod test_mesh;
 
 pub use error::Error;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};

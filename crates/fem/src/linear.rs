@@ -1,18 +1,12 @@
-//! Sparse direct solvers: Cholesky for equilibrium, LU for the stress-free shape.
-//!
-//! Both analyse the pattern once and factorise many times, on one thread: several threads were
-//! never faster at these sizes, and one thread gives the same bytes everywhere.
+//! The sparse direct solver.
 
 use crate::pattern::Pattern;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::sparse::linalg::lu::{
-    LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu,
-};
-use faer::sparse::linalg::{LuError, SupernodalThreshold};
 use faer::{Conj, MatMut, Par, Side};
 
 /// There is not enough memory for the factors.
@@ -31,6 +25,9 @@ fn finite(x: &[f64]) -> bool {
 }
 
 /// Cholesky factor L Lᵀ of the symmetric matrices of one pattern (lower half stored).
+///
+/// The pattern is analysed once and factorised many times, on one thread: several threads were never
+/// faster at these sizes, and one thread gives the same bytes everywhere.
 pub(crate) struct Cholesky {
     symbolic: SymbolicCholesky<usize>,
     factor: Vec<f64>,
@@ -86,68 +83,6 @@ impl Cholesky {
     pub(crate) fn solve(&mut self, x: &mut [f64]) -> bool {
         let rows = x.len();
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(x, rows, 1),
-            Par::Seq,
-            MemStack::new(&mut self.solve_work),
-        );
-        finite(x)
-    }
-}
-
-/// LU factors of the unsymmetric matrices of one pattern (all stored).
-pub(crate) struct Lu {
-    symbolic: SymbolicLu<usize>,
-    factor: NumericLu<usize, f64>,
-    work: MemBuffer,
-    solve_work: MemBuffer,
-}
-
-impl Lu {
-    /// Analyses the pattern (column minimum-degree ordering).
-    ///
-    /// # Errors
-    /// When there is not enough memory.
-    pub(crate) fn new(pattern: &Pattern) -> Result<Self, OutOfMemory> {
-        let symbolic =
-            factorize_symbolic_lu(pattern.columns().as_ref(), LuSymbolicParams::default())
-                .map_err(|_| OutOfMemory)?;
-        let work = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
-        let solve_work = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
-        let (work, solve_work) = (buffer(work)?, buffer(solve_work)?);
-        Ok(Self { symbolic, factor: NumericLu::new(), work, solve_work })
-    }
-
-    /// Factorises; false when the matrix is singular.
-    ///
-    /// # Errors
-    /// When there is not enough memory.
-    pub(crate) fn factorise(
-        &mut self,
-        pattern: &Pattern,
-        values: &[f64],
-    ) -> Result<bool, OutOfMemory> {
-        if !finite(values) {
-            return Ok(false);
-        }
-        let outcome = self.symbolic.factorize_numeric_lu(
-            &mut self.factor,
-            pattern.matrix(values),
-            Par::Seq,
-            MemStack::new(&mut self.work),
-            Default::default(),
-        );
-        match outcome {
-            Ok(_) => Ok(true),
-            Err(LuError::SymbolicSingular { .. }) => Ok(false),
-            Err(LuError::Generic(_)) => Err(OutOfMemory),
-        }
-    }
-
-    /// Solves in place with the last factors; false when the result is not finite.
-    pub(crate) fn solve(&mut self, x: &mut [f64]) -> bool {
-        let rows = x.len();
-        LuRef::new_unchecked(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_column_major_slice_mut(x, rows, 1),
             Par::Seq,

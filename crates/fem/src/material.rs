@@ -7,7 +7,7 @@ use supine_space::{Matrix, Vector};
 /// Lamé parameters of the solid, kPa.
 ///
 /// Ψ(F) = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², J = det F. Source: Bonet and Wood, Nonlinear
-/// Continuum Mechanics for Finite Element Analysis, 2nd edition 2008, equation 6.27.
+/// Continuum Mechanics for Finite Element Analysis, 2nd edition 2008, section 6.4.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NeoHookean {
     /// Shear modulus μ, kPa.

@@ -148,3 +148,7 @@ pub(crate) fn pairs<const N: usize>(
         .flat_map(|a| (0..N).map(move |b| (a, b)))
         .filter(move |&(a, b)| pattern.holds::<N>(element, a, b))
 }
+
+#[cfg(test)]
+#[path = "model_tests.rs"]
+mod tests;

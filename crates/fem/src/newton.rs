@@ -6,7 +6,7 @@ use crate::pattern::Pattern;
 use supine_space::{Progress, Stopped, Vector};
 
 /// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
-const FLOOR: f64 = 1e-3;
+pub(crate) const FLOOR: f64 = 1e-3;
 /// Share of the promised decrease of energy that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Steps are shortened at most so often.
@@ -18,7 +18,9 @@ const SMALL_LOAD: f64 = 1e-4;
 /// Residual goal between load steps.
 const STEP_GOAL: f64 = 1e-6;
 /// Smallest load step.
-const SMALLEST_STEP: f64 = 1.0 / 1024.0;
+const SMALLEST_STEP: f64 = 1.0 / 32.0;
+/// Iterations of a load step: one that needs more is cut.
+const STEP_ITERATIONS: usize = 20;
 
 /// An equilibrium.
 #[derive(Clone, Debug)]
@@ -103,7 +105,8 @@ pub(crate) struct Newton<'a, const N: usize, const Q: usize> {
     pub(crate) effort: Effort,
 }
 
-fn norm(nodes: &[Vector]) -> f64 {
+/// Euclidean norm over all nodes.
+pub(crate) fn norm(nodes: &[Vector]) -> f64 {
     nodes.iter().map(Vector::norm_squared).sum::<f64>().sqrt()
 }
 
@@ -161,7 +164,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
         self.effort.load_steps += 1;
-        match self.minimise(load, start.to_vec(), goal, progress.part(0.0, 0.6)) {
+        let most = self.max_iterations;
+        match self.minimise(load, start.to_vec(), (goal, most), progress.part(0.0, 0.6)) {
             Err(Halt::Stalled(_)) => self.step_by_step(load, known, goal, progress.part(0.6, 1.0)),
             other => other,
         }
@@ -181,7 +185,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             let part: Vec<Vector> =
                 load.iter().zip(known_load).map(|(l, k)| k * (1.0 - next) + l * next).collect();
             let step_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
-            match self.minimise(&part, u.clone(), step_goal, progress.part(share, next)) {
+            let limits = (step_goal, STEP_ITERATIONS.min(self.max_iterations));
+            match self.minimise(&part, u.clone(), limits, progress.part(share, next)) {
                 Ok(found) => {
                     self.effort.load_steps += 1;
                     if next >= 1.0 {
@@ -198,7 +203,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         }
     }
 
-    /// Newton's method from `u` until the relative residual is at most `goal`.
+    /// Newton's method from `u` until the relative residual is at most `goal`, in at most `most`
+    /// iterations.
     ///
     /// # Errors
     /// When stopped, out of memory, or when no equilibrium was found.
@@ -206,7 +212,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         &mut self,
         load: &[Vector],
         u: Vec<Vector>,
-        goal: f64,
+        (goal, most): (f64, usize),
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
         let stall =
@@ -215,7 +221,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             return stall(Cause::Start, f64::INFINITY, u);
         };
         let (first, mut share) = (state.residual, 0f64);
-        for _ in 0..self.max_iterations {
+        for _ in 0..most {
             if state.residual <= goal {
                 return Ok(Equilibrium { u: state.u, residual: state.residual });
             }

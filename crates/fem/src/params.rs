@@ -117,7 +117,7 @@ impl Default for Params {
             rest: RestState::Net,
             cut: Cut::Free,
             tolerance: 1e-10,
-            max_iterations: 100,
+            max_iterations: 60,
         }
     }
 }

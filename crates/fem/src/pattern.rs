@@ -91,6 +91,19 @@ impl Pattern {
         SparseColMatRef::new(self.columns.as_ref(), values)
     }
 
+    /// The matrix with these entries times x.
+    pub(crate) fn multiply(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
+        let (starts, rows) = (self.columns.col_ptr(), self.columns.row_idx());
+        let mut product = vec![0.0; x.len()];
+        for (column, x) in x.iter().enumerate() {
+            let range = starts[column]..starts[column + 1];
+            for (&row, value) in rows[range.clone()].iter().zip(&values[range]) {
+                product[row] += value * x;
+            }
+        }
+        product
+    }
+
     /// Whether the block of two nodes (row, column) of an element is stored.
     pub(crate) fn holds<const N: usize>(&self, element: usize, row: usize, column: usize) -> bool {
         self.place[(element * N + row) * N + column] != NONE

@@ -4,7 +4,7 @@ use crate::element::Elements;
 use crate::inverse::Inverse;
 use crate::material::NeoHookean;
 use crate::model::Model;
-use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall};
+use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
 use crate::{Error, Info, Job, Unloading};
 use supine_mesh::BoundaryTag;
@@ -16,7 +16,9 @@ const RELOAD_LIMIT_MM: f64 = 0.05;
 /// shape reacts violently to small changes.
 const SOFTNESS_LIMIT: f64 = 1.3;
 /// The search for a modulus at which an unloaded shape exists: factor and number of trials.
-const SEARCH: (f64, usize) = (1.2, 12);
+const SEARCH: (f64, usize) = (1.25, 8);
+/// Smallest step in which gravity is taken away, as a share; the search takes it away at once.
+const SMALLEST_STEP: f64 = 0.125;
 
 /// Displacement from the CT shape, taken as stress-free, under the change of gravity.
 ///
@@ -56,7 +58,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<(Vec<Vector>, Info), Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
-    let found = unload(job, positions, shape, (held, &pattern), progress.part(0.0, 0.6))?;
+    let found =
+        unload(job, positions, shape, (held, &pattern), SMALLEST_STEP, progress.part(0.0, 0.6))?;
     let (rest, unloading) = match found {
         Ok(found) => found,
         Err(problem) => {
@@ -108,27 +111,33 @@ fn unload<const N: usize, const Q: usize>(
     positions: &[Vector],
     shape: &Elements<N, Q>,
     (held, pattern): (&[bool], &Pattern),
+    smallest_step: f64,
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
-    let memory = Error::Memory { unknowns: pattern.unknowns() };
     let material = NeoHookean::new(job.tissue);
     let force = job.load.ct * job.tissue.weight();
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
-    let inverse = Inverse { loaded: shape, material, force, pattern: &full };
-    let goal = job.params.tolerance;
-    let (to_rest, iterations) = match inverse.solve(held.len(), goal, progress.part(0.0, 0.6)) {
-        Ok(found) => found,
-        Err(Halt::Stopped(stopped)) => return Err(stopped.into()),
-        Err(_) => return Err(memory),
+    let inverse = Inverse {
+        loaded: shape,
+        material,
+        force,
+        positions,
+        weight: norm(&Model { elements: shape.clone(), material }.load(held.len(), force)),
+        full: &full,
+        lower: pattern,
     };
+    let (to_rest, iterations) =
+        match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
+            Ok(found) => found,
+            Err(Halt::Stopped(stopped)) => return Err(stopped.into()),
+            Err(_) => return Err(Error::Memory { unknowns: pattern.unknowns() }),
+        };
     let Some(to_rest) = to_rest else {
         return Ok(Err("no shape without gravity becomes the CT shape under it".into()));
     };
-    let rest: Vec<Vector> = positions.iter().zip(&to_rest).map(|(x, y)| x + y).collect();
-    let Ok(elements) = Elements::new(&rest, shape.nodes.clone()) else {
+    let Some(model) = inverse.body(&to_rest) else {
         return Ok(Err("the shape without gravity is folded".into()));
     };
-    let model = Model { elements, material };
     let to_ct: Vec<Vector> = to_rest.iter().map(|y| -y).collect();
     let mut newton = job.newton(&model, pattern, held)?;
     if !newton.is_stable(&to_ct) {
@@ -187,7 +196,7 @@ fn search_modulus<const N: usize, const Q: usize>(
         tissue.young_kpa *= factor;
         let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
         let stiffer = Job { tissue: &tissue, ..*job };
-        if unload(&stiffer, positions, shape, held, progress.part(from, to))?.is_ok() {
+        if unload(&stiffer, positions, shape, held, 1.0, progress.part(from, to))?.is_ok() {
             return Ok(Some(tissue.young_kpa));
         }
     }
@@ -219,8 +228,7 @@ impl Job<'_> {
         held: &'m [bool],
     ) -> Result<Newton<'m, N, Q>, Error> {
         let gravity = model.load(held.len(), self.load.ct * self.tissue.weight());
-        let weight = gravity.iter().map(Vector::norm_squared).sum::<f64>().sqrt();
-        Newton::new(model, pattern, held, weight, self.params.max_iterations)
+        Newton::new(model, pattern, held, norm(&gravity), self.params.max_iterations)
             .map_err(|_| Error::Memory { unknowns: pattern.unknowns() })
     }
 

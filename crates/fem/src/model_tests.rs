@@ -1,0 +1,236 @@
+use super::*;
+use crate::element::element_nodes;
+use crate::inverse::Inverse;
+use crate::newton::{Newton, norm};
+use crate::pattern::Storage;
+use crate::test_mesh::block;
+use nalgebra::Rotation3;
+use supine_mesh::{BoundaryTag, Edges, TetMesh};
+use supine_space::Progress;
+
+const SOLID: NeoHookean = NeoHookean { mu: 0.21, lambda: 1.89 };
+
+/// Numbers in -1..1 from a fixed seed (linear congruence of Knuth).
+fn noise(count: usize) -> Vec<Vector> {
+    let mut seed = 7u64;
+    let mut next = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| Vector::new(next(), next(), next())).collect()
+}
+
+struct Body<const N: usize, const Q: usize> {
+    positions: Vec<Vector>,
+    model: Model<N, Q>,
+    /// On the surface of the block.
+    outer: Vec<bool>,
+}
+
+fn body<const N: usize, const Q: usize>() -> Body<N, Q> {
+    let mesh: TetMesh = block([4, 3, 3], 5.0, 0.15);
+    let edges = Edges::new(&mesh);
+    let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
+    let middle = |[a, b]: &[u32; 2]| (positions[*a as usize] + positions[*b as usize]) / 2.0;
+    let middles: Vec<Vector> = edges.ends().iter().map(middle).collect();
+    if N == 10 {
+        positions.extend(middles);
+    }
+    let mut outer = vec![false; positions.len()];
+    for face in mesh.boundary() {
+        assert_ne!(face.tag, BoundaryTag::Cut);
+        let [a, b, c] = face.points;
+        face.points.into_iter().for_each(|p| outer[p as usize] = true);
+        if N == 10 {
+            for (a, b) in [(a, b), (b, c), (a, c)] {
+                outer[mesh.points().len() + edges.between(a, b).unwrap() as usize] = true;
+            }
+        }
+    }
+    let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
+    Body { positions, model: Model { elements, material: SOLID }, outer }
+}
+
+/// Largest component of a vector of unknowns.
+fn largest(v: &[f64]) -> f64 {
+    v.iter().map(|v| v.abs()).fold(0.0, f64::max)
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
+}
+
+fn check_derivatives<const N: usize, const Q: usize>() {
+    let Body { model, .. } = body::<N, Q>();
+    let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
+    let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
+    let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
+    let at = |t: f64| -> Vec<Vector> { u.iter().zip(&v).map(|(u, v)| u + v * t).collect() };
+    let h = 1e-5;
+
+    let slope = (model.energy(&at(h)) - model.energy(&at(-h))) / (2.0 * h);
+    let work: f64 = model.forces(&u).unwrap().iter().zip(&v).map(|(f, v)| f.dot(v)).sum();
+    assert!((slope - work).abs() < 1e-7 * work.abs(), "energy: {slope} {work}");
+
+    let full = Pattern::new(&model.elements.nodes, &vec![false; count], Storage::Full);
+    let mut values = vec![0.0; full.entries()];
+    model.stiffness(&u, None, &full, &mut values).unwrap();
+    let (up, down) = (model.forces(&at(h)).unwrap(), model.forces(&at(-h)).unwrap());
+    let slope: Vec<Vector> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+    let product = full.multiply(&values, &full.gather(&v));
+    let worst = difference(&full.gather(&slope), &product);
+    assert!(worst < 1e-7 * largest(&product), "stiffness: {worst}");
+
+    // Symmetry: a · K b = b · K a, and the stored lower half is the lower half.
+    let a = full.gather(&noise(3 * count)[2 * count..]);
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let b = full.gather(&v);
+    let (ab, ba) = (dot(&a, &full.multiply(&values, &b)), dot(&b, &full.multiply(&values, &a)));
+    assert!((ab - ba).abs() < 1e-11 * ab.abs(), "symmetry: {ab} {ba}");
+    let lower = Pattern::new(&model.elements.nodes, &vec![false; count], Storage::Lower);
+    let mut half = vec![0.0; lower.entries()];
+    model.stiffness(&u, None, &lower, &mut half).unwrap();
+    let (rows, starts) = (lower.columns().row_idx(), lower.columns().col_ptr());
+    let mut product = lower.multiply(&half, &b);
+    for (column, p) in product.iter_mut().enumerate() {
+        for k in starts[column]..starts[column + 1] {
+            if rows[k] != column {
+                *p += half[k] * b[rows[k]];
+            }
+        }
+    }
+    let worst = difference(&product, &full.multiply(&values, &b));
+    assert!(worst < 1e-12 * largest(&product), "lower half: {worst}");
+}
+
+#[test]
+fn forces_and_stiffness_are_slopes_and_the_stiffness_is_symmetric() {
+    check_derivatives::<4, 1>();
+    check_derivatives::<10, 4>();
+}
+
+fn check_inverse_derivative<const N: usize, const Q: usize>() {
+    let Body { positions, model, outer } = body::<N, Q>();
+    let free = vec![false; positions.len()];
+    let full = Pattern::new(&model.elements.nodes, &free, Storage::Full);
+    let lower = Pattern::new(&model.elements.nodes, &outer, Storage::Lower);
+    let force = Vector::new(0.001, 0.004, -0.002);
+    let inverse = Inverse {
+        loaded: &model.elements,
+        material: SOLID,
+        force,
+        positions: &positions,
+        weight: 1.0,
+        full: &full,
+        lower: &lower,
+    };
+    let y: Vec<Vector> = noise(positions.len()).iter().map(|v| v * 0.15).collect();
+    let v = noise(2 * positions.len())[positions.len()..].to_vec();
+    let at = |t: f64| -> Vec<Vector> { y.iter().zip(&v).map(|(y, v)| y + v * t).collect() };
+    let h = 1e-5;
+    let slope: Vec<Vector> = inverse
+        .residual(&at(h))
+        .unwrap()
+        .iter()
+        .zip(inverse.residual(&at(-h)).unwrap())
+        .map(|(a, b)| (a - b) / (2.0 * h))
+        .collect();
+    let mut values = vec![0.0; full.entries()];
+    inverse.derivative(&y, &mut values).unwrap();
+    let product = full.multiply(&values, &full.gather(&v));
+    let worst = difference(&full.gather(&slope), &product);
+    assert!(worst < 1e-7 * largest(&product), "{worst}");
+
+    // The residual over the loaded shape is the forward one over the stress-free shape.
+    let rest = inverse.body(&y).unwrap();
+    let back: Vec<Vector> = y.iter().map(|y| -y).collect();
+    let load = rest.load(positions.len(), force);
+    let forward: Vec<Vector> =
+        rest.forces(&back).unwrap().iter().zip(&load).map(|(f, l)| f - l).collect();
+    let residual = full.gather(&inverse.residual(&y).unwrap());
+    let worst = difference(&full.gather(&forward), &residual);
+    assert!(worst < 1e-12 * largest(&residual), "{worst}");
+}
+
+#[test]
+fn the_inverse_derivative_is_a_slope_and_its_residual_the_forward_one() {
+    check_inverse_derivative::<4, 1>();
+    check_inverse_derivative::<10, 4>();
+}
+
+/// A linear displacement of the surface gives the same linear displacement inside.
+fn check_patch<const N: usize, const Q: usize>() {
+    let Body { positions, model, outer } = body::<N, Q>();
+    assert!(outer.iter().filter(|o| !**o).count() > 5, "nodes inside");
+    let gradient = Matrix::new(0.3, 0.2, 0.1, -0.1, -0.2, 0.15, 0.05, 0.1, 0.1);
+    let want: Vec<Vector> = positions.iter().map(|x| gradient * x).collect();
+    // The start keeps the surface and disturbs the inside.
+    let start = want.iter().zip(noise(want.len())).zip(&outer);
+    let start: Vec<Vector> = start.map(|((u, n), o)| if *o { *u } else { u + n * 0.2 }).collect();
+    let pattern = Pattern::new(&model.elements.nodes, &outer, Storage::Lower);
+    let mut newton = Newton::new(&model, &pattern, &outer, 1.0, 30).ok().unwrap();
+    let none = vec![Vector::zeros(); positions.len()];
+    let found = newton.minimise(&none, start.clone(), (1e-12, 30), Progress::none()).unwrap();
+    let error: Vec<Vector> = found.u.iter().zip(&want).map(|(a, b)| a - b).collect();
+    assert!(norm(&error) < 1e-10, "{}", norm(&error));
+    let disturbed: Vec<Vector> = start.iter().zip(&want).map(|(a, b)| a - b).collect();
+    assert!(norm(&disturbed) > 0.1);
+}
+
+#[test]
+fn patch_test() {
+    check_patch::<4, 1>();
+    check_patch::<10, 4>();
+}
+
+fn check_rigid<const N: usize, const Q: usize>() {
+    let Body { positions, model, .. } = body::<N, Q>();
+    let turn = Rotation3::from_euler_angles(0.7, -0.4, 2.0).into_inner();
+    let shift = Vector::new(30.0, -20.0, 10.0);
+    let rigid: Vec<Vector> = positions.iter().map(|x| turn * x + shift - x).collect();
+    assert!(norm(&model.forces(&rigid).unwrap()) < 1e-11);
+    assert!(model.energy(&rigid).abs() < 1e-10);
+
+    let u: Vec<Vector> = noise(positions.len()).iter().map(|v| v * 0.15).collect();
+    let turned: Vec<Vector> =
+        positions.iter().zip(&u).map(|(x, u)| turn * (x + u) + shift - x).collect();
+    let (f, ft) = (model.forces(&u).unwrap(), model.forces(&turned).unwrap());
+    let off: Vec<Vector> = f.iter().zip(&ft).map(|(f, ft)| turn * f - ft).collect();
+    assert!(norm(&off) < 1e-12 * norm(&f).max(1.0), "{}", norm(&off));
+    assert!((model.energy(&u) - model.energy(&turned)).abs() < 1e-10 * model.energy(&u));
+}
+
+#[test]
+fn a_rigid_motion_bears_no_force_and_forces_turn_with_the_observer() {
+    check_rigid::<4, 1>();
+    check_rigid::<10, 4>();
+}
+
+/// Straight quadratic elements carry −V/20 at corners and V/5 at mid-sides; the sum is the weight.
+#[test]
+fn the_load_is_the_weight() {
+    let force = Vector::new(0.0, 0.0, -2.0);
+    let Body { positions, model, .. } = body::<10, 4>();
+    let volume: f64 = model.elements.weights.iter().flatten().sum();
+    let load = model.load(positions.len(), force);
+    assert!((load.iter().sum::<Vector>() - force * volume).norm() < 1e-9 * volume);
+    let one = Elements::<10, 4>::new(&positions, vec![model.elements.nodes[0]]).unwrap();
+    let v: f64 = one.weights[0].iter().sum();
+    let load = Model { elements: one, material: SOLID }.load(positions.len(), force);
+    for (a, node) in model.elements.nodes[0].iter().enumerate() {
+        let share = if a < 4 { -v / 20.0 } else { v / 5.0 };
+        assert!((load[*node as usize] - force * share).norm() < 1e-12 * v);
+    }
+}
+
+#[test]
+fn a_folded_element_is_named() {
+    let Body { positions, model, .. } = body::<4, 1>();
+    let mut u = vec![Vector::zeros(); positions.len()];
+    let element = model.elements.nodes[17];
+    u[element[0] as usize] =
+        (positions[element[1] as usize] - positions[element[0] as usize]) * 3.0;
+    assert!(model.energy(&u).is_infinite());
+    assert!(model.forces(&u).is_err());
+    assert!(model.volume_ratio(&u).is_err());
+}
