@@ -163,11 +163,14 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         goal: f64,
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
-        self.effort.load_steps += 1;
         let most = self.max_iterations;
         match self.minimise(load, start.to_vec(), (goal, most), progress.part(0.0, 0.6)) {
+            Ok(found) => {
+                self.effort.load_steps = 1;
+                Ok(found)
+            }
             Err(Halt::Stalled(_)) => self.step_by_step(load, known, goal, progress.part(0.6, 1.0)),
-            other => other,
+            Err(other) => Err(other),
         }
     }
 

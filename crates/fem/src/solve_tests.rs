@@ -210,6 +210,24 @@ fn a_load_that_is_not_solved_is_an_error_with_figures() {
     assert!(message.contains("too many iterations") && message.contains("modulus"), "{message}");
 }
 
+/// One iteration too few for the whole load at once: its steps reach the same solution.
+#[test]
+fn load_steps_are_the_last_resort_and_are_told() {
+    let mesh = block([2, 2, 3], 10.0, 0.1);
+    let run = |max_iterations| {
+        let p = Params { max_iterations, ..params(Order::Linear, RestState::Net) };
+        solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap()
+    };
+    let (direct, info) = run(60);
+    assert_eq!(info.load_steps, 1);
+    assert!(info.warnings.is_empty());
+    let (stepped, told) = run(info.iterations - 1);
+    assert!(told.load_steps > 1);
+    assert!(told.warnings.iter().any(|w| w.contains("steps")), "{told:?}");
+    let both = direct.values().iter().zip(stepped.values());
+    assert!(both.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) < 1e-7);
+}
+
 #[test]
 fn a_stop_is_obeyed_at_every_call() {
     let mesh = block([2, 2, 2], 10.0, 0.1);
