@@ -244,35 +244,57 @@ fn field(ct: &Ct, frame: &Frame) -> Vec<bool> {
 }
 
 /// Marks the lungs and the air joined to the surroundings; gives the volume of the lungs, litres.
+///
+/// Openness is judged within the slices first, so that lungs stay lungs where the CT shows the
+/// mouth or where the field cuts one of them.
 fn mark_air(ct: &Ct, frame: &Frame, params: &Params, field: &[bool], flags: &mut [u8]) -> f64 {
-    let (hu, [ni, nj, _], plane) = (ct.data(), frame.size, frame.plane());
+    let (hu, plane) = (ct.data(), frame.plane());
     let level = params.skin_hu as i16;
-    let air = Parts::new(frame.size, |n| hu[n] < level);
-    let mut open = vec![false; air.voxels.len()];
-    let mut sum = vec![0i64; air.voxels.len()];
-    for (run, part) in air.iter() {
-        let (first, j) = (run.start % plane, run.start / ni % nj);
-        let i = first % ni;
-        let ends = [first, first + run.len - 1];
-        open[part] |= i == 0 || i + run.len == ni || j == 0 || j + 1 == nj;
-        open[part] |= ends.iter().any(|&n| !field[n]);
+    flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
+        mark_open(&hu[k * plane..(k + 1) * plane], frame, level, field, flags);
+    });
+    let seen: &[u8] = flags;
+    let closed = Parts::new(frame.size, |n| hu[n] < level && seen[n] & flag::OPEN_AIR == 0);
+    let mut open = vec![false; closed.voxels.len()];
+    let mut sum = vec![0i64; closed.voxels.len()];
+    for (run, part) in closed.iter() {
+        let is_open = |n: usize| flags.get(n).is_some_and(|f| f & flag::OPEN_AIR != 0);
+        open[part] |=
+            run.voxels().any(|n| is_open(n + plane) || n.checked_sub(plane).is_some_and(is_open));
         sum[part] += run.voxels().map(|n| i64::from(hu[n].max(-1024))).sum::<i64>();
     }
     let mut lung_voxels = 0;
-    for (run, part) in air.iter() {
-        let mean = sum[part] as f64 / air.voxels[part] as f64;
-        let large = air.voxels[part] as f64 * frame.voxel_cm3() > LUNG_CM3;
-        let bit = if open[part] {
-            flag::OPEN_AIR
-        } else if large && mean > LUNG_MEAN_HU {
+    for (run, part) in closed.iter() {
+        let mean = sum[part] as f64 / closed.voxels[part] as f64;
+        let large = closed.voxels[part] as f64 * frame.voxel_cm3() > LUNG_CM3;
+        let bit = if large && mean > LUNG_MEAN_HU {
             lung_voxels += run.len;
             flag::LUNG
+        } else if open[part] {
+            flag::OPEN_AIR
         } else {
             0
         };
         run.voxels().for_each(|n| flags[n] |= bit);
     }
     lung_voxels as f64 * frame.voxel_cm3() / 1000.0
+}
+
+/// Marks the air of a slice that reaches its border or the end of the field.
+fn mark_open(hu: &[i16], frame: &Frame, level: i16, field: &[bool], flags: &mut [u8]) {
+    let [ni, nj, _] = frame.size;
+    let air = Parts::new([ni, nj, 1], |n| hu[n] < level);
+    let mut open = vec![false; air.voxels.len()];
+    for (run, part) in air.iter() {
+        let (i, j) = (run.start % ni, run.start / ni);
+        open[part] |= i == 0 || i + run.len == ni || j == 0 || j + 1 == nj;
+        open[part] |= !field[run.start] || !field[run.start + run.len - 1];
+    }
+    for (run, part) in air.iter() {
+        if open[part] {
+            run.voxels().for_each(|n| flags[n] |= flag::OPEN_AIR);
+        }
+    }
 }
 
 fn is_tissue(hu: i16, flags: u8, level: i16) -> bool {

@@ -18,8 +18,11 @@ const PEAK_DEG: (f64, f64) = (15.0, 95.0);
 const BREAST_DEG: (f64, f64) = (-5.0, 115.0);
 /// The highest point is not looked for this close to the ends of the volume, mm.
 const ENDS_MM: f64 = 20.0;
-/// The breast ends where the thickness has fallen to this share between the rest and the peak.
-const RIM_SHARE: f64 = 0.15;
+/// The breast ends where the thickness has fallen to this share between the rest and the peak: the
+/// first share for which the breast does not run on into axilla and flank or out of the volume.
+const RIM_SHARES: [f64; 5] = [0.15, 0.25, 0.35, 0.5, 0.65];
+/// A breast fits into a sphere of this radius, mm.
+const LARGEST_MM: f64 = 105.0;
 /// The sphere holds the breast and this much more, mm.
 const MARGIN_MM: f64 = 15.0;
 /// The sphere stays this far from the first and last slice, mm.
@@ -43,14 +46,7 @@ pub fn propose_region(
         why,
     };
     let found = Breast::find(labels, side).map_err(|why| fail(why.into()))?;
-    let mut low = Point::new(f64::INFINITY, f64::INFINITY, f64::INFINITY);
-    let mut high = -low;
-    for p in &found.tissue {
-        low = low.inf(p);
-        high = high.sup(p);
-    }
-    let centre = low + 0.5 * (high - low);
-    let reach = found.tissue.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+    let Breast { centre, reach, .. } = found;
     let mut radius = reach + MARGIN_MM;
     if let Some(t) = tumour {
         radius = radius.max((t.centre() - centre).norm() + t.radius() + MARGIN_MM);
@@ -84,8 +80,10 @@ fn keep_clear(grid: &Grid, centre: Point, radius: f64) -> (Point, f64) {
 }
 
 struct Breast {
-    /// Lattice points of the soft tissue of the breast.
-    tissue: Vec<Point>,
+    /// Middle of the box round its soft tissue.
+    centre: Point,
+    /// Distance of the farthest soft tissue, mm.
+    reach: f64,
     /// Skin point farthest off the wall.
     top: Point,
 }
@@ -126,10 +124,21 @@ impl Breast {
         }
         let mut known: Vec<f32> = map.iter().filter(|h| **h > 0.0).map(|&h| h as f32).collect();
         let rest = f64::from(median(&mut known)).min(0.5 * top.height);
-        let rim = rest + RIM_SHARE * (top.height - rest);
-        let part = connected(&map, top.cell, rim);
-        let tissue = spots.iter().filter(|s| part[s.cell]).map(|s| s.point).collect();
-        Ok(Self { tissue, top: top.point })
+        let length = labels.grid().size()[2] as f64 * labels.grid().spacing()[2];
+        let largest = LARGEST_MM.min(0.5 * length - MARGIN_MM - 2.0 * CLEAR_MM);
+        let mut found = Self { centre: top.point, reach: 0.0, top: top.point };
+        for share in RIM_SHARES {
+            let part = connected(&map, top.cell, rest + share * (top.height - rest));
+            let tissue = || spots.iter().filter(|s| part[s.cell]).map(|s| s.point);
+            let low = tissue().fold(top.point, |a, b| a.inf(&b));
+            let high = tissue().fold(top.point, |a, b| a.sup(&b));
+            found.centre = low + 0.5 * (high - low);
+            found.reach = tissue().map(|p| (p - found.centre).norm()).fold(0.0, f64::max);
+            if found.reach < largest {
+                break;
+            }
+        }
+        Ok(found)
     }
 }
 

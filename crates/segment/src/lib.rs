@@ -1,10 +1,10 @@
 //! CT to labels: the patient's soft tissue and her chest wall as one rigid body.
 //!
-//! No machine learning: the body without table, gown and wire ([`body`]); bones and the axis of the
-//! thorax ([`bones`]); a shell through the outer edges of the ribs ([`shell`]); the levels of fat
-//! and muscle in this scan ([`levels`]); and outside the shell the surface that leaves muscle
-//! inside and gland outside ([`wall`]). Both surfaces are one radius per ray from the axis, found
-//! by semi-global aggregation ([`aggregate`]). The user's seeds bind that surface ([`seeds`]).
+//! No machine learning: the body without table, gown and wire (`body`); bones and the axis of the
+//! thorax (`bones`); a shell through the outer edges of the ribs (`shell`); the levels of fat
+//! and muscle in this scan (`levels`); and outside the shell the surface that leaves muscle
+//! inside and gland outside (`wall`). Both surfaces are one radius per ray from the axis, found
+//! by semi-global aggregation (`aggregate`). The user's seeds bind that surface (`seeds`).
 
 mod aggregate;
 mod below_ribs;

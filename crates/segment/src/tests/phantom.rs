@@ -18,13 +18,15 @@ pub(super) struct Thorax {
     pub(super) field_radius: Option<f64>,
     /// Whether air lies in the fold under the left breast.
     pub(super) pocket: bool,
+    /// Whether the lungs are joined to the air outside, as in a CT that shows the mouth.
+    pub(super) airway: bool,
     /// Standard deviation of the noise, HU.
     pub(super) noise: f64,
 }
 
 impl Default for Thorax {
     fn default() -> Self {
-        Self { field_radius: None, pocket: false, noise: 10.0 }
+        Self { field_radius: None, pocket: false, airway: false, noise: 10.0 }
     }
 }
 
@@ -102,6 +104,14 @@ impl Thorax {
         spine || sternum || ((0.0..7.0).contains(&depth) && along.rem_euclid(24.0) < 12.0)
     }
 
+    /// Tubes from both lungs to the middle, up, and out in front in the top slices.
+    fn in_airway(&self, p: &Point) -> bool {
+        let across = p.x.abs() < 20.0 && p.y.hypot(p.z - 40.0) < 6.0;
+        let up = p.x.hypot(p.y) < 8.0 && p.z > 40.0;
+        let out = p.x.abs() < 8.0 && p.y < 0.0 && p.z > 74.0;
+        self.airway && (across || up || out)
+    }
+
     fn is_lung(p: &Point) -> bool {
         ellipse(p.x.abs() - 62.0, p.y, 54.0, 66.0) < 1.0 && Self::above_ribs(p) < -11.0
     }
@@ -109,6 +119,9 @@ impl Thorax {
     fn hu(&self, p: &Point) -> f64 {
         if Self::is_wire(p) {
             return 2200.0;
+        }
+        if self.in_airway(p) {
+            return -1000.0;
         }
         match self.truth(p) {
             Truth::Outside if (114.0..117.0).contains(&p.y) && p.x.abs() < 170.0 => 120.0,
