@@ -26,7 +26,9 @@ const LEAST: f64 = 0.02;
 /// The trade works on tetrahedra that are this much better than the worst at most, ...
 const NARROW: f64 = 0.01;
 /// ... and gives up when this much did not help.
-const WIDE: f64 = 0.06;
+const WIDE: f64 = 0.03;
+/// After a trade, tetrahedra this much better than the worst are polished.
+const NEARLY_WORST: f64 = 0.05;
 /// No change of the count.
 pub(crate) const NONE: std::ops::RangeInclusive<i64> = 0..=0;
 
@@ -209,7 +211,7 @@ impl Mesher<'_> {
             let saved = self.mesh.clone();
             self.rework((worst + reach).min(threshold), part.part(0.0, 0.2))?;
             let reached = self.reach(goal, part.part(0.2, 0.4))?;
-            self.polish((worst + WIDE).min(threshold), 4, part.part(0.4, 0.6))?;
+            self.polish((worst + NEARLY_WORST).min(threshold), 3, part.part(0.4, 0.6))?;
             if reached && self.mesh.worst() > worst + 1e-4 {
                 reach = NARROW;
             } else {

@@ -17,7 +17,7 @@ pub(crate) enum Kind {
 
 /// Pockets of air in the soft tissue larger than this are worth a warning, mm³.
 const POCKET_MM3: f64 = 100.0;
-/// Dropped soft tissue larger than this share of the whole is worth a warning.
+/// Dropped soft tissue larger than this share of the whole, and than a pocket, is worth a warning.
 const DROPPED_SHARE: f64 = 0.002;
 
 /// The voxels in the box of the region's sphere and `margin_mm` around it, as far as the label map
@@ -111,7 +111,7 @@ fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
     }
     info.dropped_volume_mm3 = dropped as f64 * grid.voxel_volume();
     let share = dropped as f64 / islands.sizes[kept as usize] as f64;
-    if share > DROPPED_SHARE {
+    if share > DROPPED_SHARE && info.dropped_volume_mm3 > POCKET_MM3 {
         info.warnings.push(format!(
             "{} separate pieces of soft tissue in the region, {:.1} cm³ in all, were left out of \
              the mesh",

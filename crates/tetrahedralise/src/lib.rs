@@ -107,6 +107,10 @@ pub struct Info {
     pub deviation: Vec<Deviation>,
     /// Length of the rims, where two tags meet, mm.
     pub rim_mm: f64,
+    /// Volume of the mesh, mm³.
+    pub volume_mm3: f64,
+    /// Volume of the voxels of soft tissue in the sphere, without dropped pieces, mm³.
+    pub label_volume_mm3: f64,
 }
 
 /// Fewer tetrahedra than this hold no breast.
@@ -123,6 +127,8 @@ const MARGIN: f64 = 5.0;
 const ROUNDS: usize = 6;
 /// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
 const GOAL: f64 = 0.562;
+/// A volume this far off the labels' (share) is worth a warning.
+const VOLUME_OFF: f64 = 0.03;
 /// A count this far off (share) is an error.
 const OFF: f64 = 0.05;
 
@@ -158,7 +164,7 @@ pub fn tetrahedralise(
             params.tetrahedra
         ));
     }
-    work(&mut mesher, &fields, params, progress.part(0.3, 1.0))?;
+    work(&mut mesher, params.tetrahedra, progress.part(0.3, 1.0))?;
     let reached = mesher.mesh.count();
     let off = reached as f64 / params.tetrahedra as f64 - 1.0;
     if off.abs() > OFF {
@@ -229,14 +235,7 @@ fn first_mesh<'a>(
 }
 
 /// From the first mesh to the last.
-fn work(
-    mesher: &mut Mesher<'_>,
-    fields: &Fields,
-    params: &Params,
-    progress: Progress<'_>,
-) -> Result<(), Error> {
-    let goal = params.tetrahedra;
-    debug_assert!(fields.volume > 0.0);
+fn work(mesher: &mut Mesher<'_>, goal: usize, progress: Progress<'_>) -> Result<(), Error> {
     mesher.rounds(ROUNDS, goal, progress.part(0.0, 0.5))?;
     if !mesher.reach(goal, progress.part(0.5, 0.6))? {
         return Ok(());
@@ -270,6 +269,8 @@ impl Info {
             joined_patches: 0,
             deviation: Vec::new(),
             rim_mm: 0.0,
+            volume_mm3: 0.0,
+            label_volume_mm3: 0.0,
         }
     }
 
@@ -286,6 +287,15 @@ impl Info {
         self.edge_mm = edge_mm;
         self.deviation = finish::deviations(complex, fields);
         self.rim_mm = finish::rim_length(complex);
+        (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), fields.volume);
+        let gain = self.volume_mm3 / self.label_volume_mm3 - 1.0;
+        if gain.abs() > VOLUME_OFF {
+            self.warnings.push(format!(
+                "the volume of the mesh is {:+.1} % off that of the labelled soft tissue: thin parts or \
+                 narrow gaps are lost at this number of tetrahedra",
+                100.0 * gain
+            ));
+        }
         for tag in BoundaryTag::ALL {
             if self.deviation.iter().all(|d| d.tag != tag) {
                 let what = match tag {

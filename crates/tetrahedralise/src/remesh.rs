@@ -20,7 +20,7 @@ const LONGEST: f64 = 1.5;
 /// Tetrahedra better than this are left alone.
 const GOOD: f64 = 0.62;
 /// Most tetrahedra that one rework takes on.
-const MOST_REWORKED: usize = 12;
+const MOST_REWORKED: usize = 6;
 /// A swap may first make this much worse what smoothing then betters.
 const LENIENCE: f64 = 0.25;
 /// An operation must better the worst tetrahedron by this much.
