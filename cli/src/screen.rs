@@ -85,13 +85,19 @@ impl Screen {
         self.bar.finish_and_clear();
         if self.json {
             match serde_json::to_string_pretty(json) {
-                Ok(json) => println!("{json}"),
+                Ok(json) => data(&(json + "\n")),
                 Err(e) => eprintln!("error: the result is not JSON: {e}"),
             }
         } else {
             self.say(text);
         }
     }
+}
+
+/// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours.
+pub(crate) fn data(text: &str) {
+    use std::io::Write;
+    let _closed_early = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
 impl Watch for Screen {

@@ -9,10 +9,15 @@ use supine_warp::Params;
 
 pub(crate) fn carry(args: &args::Carry, screen: &Screen) -> Result<u8, Failure> {
     let path = args.run.join("mesh").join("deformed.vtu");
+    let unfinished = || {
+        let folder = args.run.display();
+        Failure::input(format!("{folder} is not the folder of a finished run"))
+    };
+    if !path.is_file() {
+        return Err(unfinished());
+    }
     let (mesh, displacement) = read_vtu(&path)?;
-    let displacement = displacement.ok_or_else(|| {
-        Failure::input(format!("{} is not the folder of a finished run", args.run.display()))
-    })?;
+    let displacement = displacement.ok_or_else(unfinished)?;
     let points = read_points(&args.points)?;
     let positions: Vec<_> = points.iter().map(|p| p.position).collect();
     let after = supine_warp::carry_points(&mesh, &displacement, &Params::default(), &positions)

@@ -2,9 +2,13 @@
 
 use crate::args;
 use crate::failure::Failure;
-use crate::screen::Screen;
+use crate::screen::{Screen, data};
+use std::fmt::Write;
 use supine_dicom::{Inspection, SeriesReport};
 use supine_space::Progress;
+
+/// More files of no use than this are only counted.
+const NAMED: usize = 5;
 
 pub(crate) fn inspect(args: &args::Inspect, screen: &Screen) -> Result<u8, Failure> {
     let watch = |share| screen.share("inspect", share);
@@ -13,42 +17,51 @@ pub(crate) fn inspect(args: &args::Inspect, screen: &Screen) -> Result<u8, Failu
     if screen.json {
         screen.result(&found, "");
     } else {
-        print(&found);
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _infallible = describe(&found, &mut text);
+        data(&text);
     }
     Ok(u8::from(found.usable().next().is_none()))
 }
 
-fn print(found: &Inspection) {
+fn describe(found: &Inspection, text: &mut String) -> std::fmt::Result {
     if found.series.is_empty() {
-        println!("no CT series");
+        writeln!(text, "no CT series in {} files", found.files)?;
     }
     for series in &found.series {
-        print_series(series);
+        describe_series(series, text)?;
     }
     for kind in &found.other {
-        println!("left out: {} x {}", kind.files, kind.kind);
+        writeln!(text, "left out: {} x {}", kind.files, kind.kind)?;
     }
-    for file in &found.foreign {
-        println!("left out: {}: {}", file.file, file.reason);
+    for file in found.foreign.iter().take(NAMED) {
+        writeln!(text, "left out: {}: {}", file.file, file.reason)?;
+    }
+    if found.foreign.len() > NAMED {
+        writeln!(text, "left out: {} more files", found.foreign.len() - NAMED)?;
     }
     for warning in found.damaged.iter().chain(&found.warnings) {
-        println!("warning: {warning}");
+        writeln!(text, "warning: {warning}")?;
     }
+    Ok(())
 }
 
-fn print_series(series: &SeriesReport) {
-    let verdict = match &series.reason {
-        None => "usable".to_string(),
-        Some(reason) => format!("NOT usable: {reason}"),
-    };
-    println!("series {}", series.uid);
-    println!("  {verdict}");
-    println!("  {:?}, number {:?}, {} slices", series.description, series.number, series.slices);
+fn describe_series(series: &SeriesReport, text: &mut String) -> std::fmt::Result {
+    writeln!(text, "series {}", series.uid)?;
+    match &series.reason {
+        None => writeln!(text, "  usable")?,
+        Some(reason) => writeln!(text, "  NOT usable: {reason}")?,
+    }
+    let SeriesReport { description, number, slices, .. } = series;
+    writeln!(text, "  {description:?}, number {number:?}, {slices} slices")?;
     if let Some(grid) = &series.grid {
         let ([i, j, k], [x, y, z]) = (grid.size, grid.spacing);
-        println!("  {i} x {j} x {k} voxels of {x} x {y} x {z} mm, {}", series.patient_position);
+        let position = &series.patient_position;
+        writeln!(text, "  {i} x {j} x {k} voxels of {x} x {y} x {z} mm, {position}")?;
     }
     for warning in &series.warnings {
-        println!("  warning: {warning}");
+        writeln!(text, "  warning: {warning}")?;
     }
+    Ok(())
 }

@@ -2,12 +2,15 @@
 
 use crate::args::Cli;
 use crate::failure::Failure;
+use crate::screen::data;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use std::path::Path;
 
 pub(crate) fn completions(shell: Shell) -> Result<u8, Failure> {
-    clap_complete::generate(shell, &mut Cli::command(), "supine", &mut std::io::stdout());
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "supine", &mut script);
+    data(&String::from_utf8_lossy(&script));
     Ok(0)
 }
 

@@ -2,7 +2,7 @@
 
 use crate::args;
 use crate::failure::Failure;
-use crate::screen::Screen;
+use crate::screen::{Screen, data};
 use supine_space::Progress;
 
 pub(crate) fn verify_export(args: &args::VerifyExport, screen: &Screen) -> Result<u8, Failure> {
@@ -18,7 +18,7 @@ pub(crate) fn verify_export(args: &args::VerifyExport, screen: &Screen) -> Resul
                 Some(false) => "FAIL",
                 None => "----",
             };
-            println!("{verdict}  {}  {}", check.rule, check.detail);
+            data(&format!("{verdict}  {}  {}\n", check.rule, check.detail));
         }
     }
     let failed = found.checks.iter().filter(|c| c.passed == Some(false)).count();

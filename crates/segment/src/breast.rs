@@ -1,4 +1,4 @@
-//! The breast in the labels: its nipple and the sphere that holds it.
+//! The breast in the labels: its highest point and the sphere that holds it.
 //!
 //! The breast is where the skin of one side stands far off the chest wall. It is looked for on a
 //! coarse lattice along the patient's axes, so labels of any grid will do, the user's own too.
@@ -63,12 +63,6 @@ pub fn propose_region(
     }
 }
 
-/// The skin point of the breast of that side that stands farthest off the chest wall: the level of
-/// the nipple for pictures. `None` when there is no breast.
-pub fn nipple(labels: &LabelMap, side: Side) -> Option<Point> {
-    Breast::find(labels, side).ok().map(|b| b.top)
-}
-
 /// The sphere moved along the slices' normal, and if need be shrunk, so that it stays within.
 fn keep_clear(grid: &Grid, centre: Point, radius: f64) -> (Point, f64) {
     let normal: Vector = grid.direction().column(2).into();
@@ -79,13 +73,14 @@ fn keep_clear(grid: &Grid, centre: Point, radius: f64) -> (Point, f64) {
     (centre + normal * (moved - depth), radius)
 }
 
-struct Breast {
+/// Where the breast of one side is.
+pub(crate) struct Breast {
     /// Middle of the box round its soft tissue.
     centre: Point,
     /// Distance of the farthest soft tissue, mm.
     reach: f64,
-    /// Skin point farthest off the wall.
-    top: Point,
+    /// Soft tissue farthest off the wall.
+    pub(crate) top: Point,
 }
 
 /// A point of soft tissue on one side.
@@ -100,7 +95,8 @@ struct Spot {
 }
 
 impl Breast {
-    fn find(labels: &LabelMap, side: Side) -> Result<Self, &'static str> {
+    /// The breast of that side, or why there is none.
+    pub(crate) fn find(labels: &LabelMap, side: Side) -> Result<Self, &'static str> {
         let coarse = coarse(labels);
         let wall = coarse.map(|&l| label::is_chest_wall(l));
         let axis = axis(&wall).ok_or("there is no chest wall in the labels")?;

@@ -14,6 +14,7 @@ mod breast;
 mod error;
 mod frame;
 mod levels;
+mod nipple;
 mod paint;
 mod parts;
 mod plane;
@@ -26,8 +27,9 @@ mod wall;
 #[cfg(test)]
 mod tests;
 
-pub use breast::{nipple, propose_region};
+pub use breast::propose_region;
 pub use error::Error;
+pub use nipple::nipple;
 
 use body::Body;
 use frame::Frame;
