@@ -23,10 +23,11 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
         steps.skip("lints", "--fast");
         steps.skip("documentation", "--fast");
     } else {
-        let lints = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+        let lints =
+            ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
         steps.run("lints", || run(cargo(house).args(lints)));
         steps.run("documentation", || {
-            let doc = ["doc", "--workspace", "--no-deps"];
+            let doc = ["doc", "--workspace", "--no-deps", "--keep-going"];
             run(cargo(house).args(doc).env("RUSTDOCFLAGS", "-D warnings"))
         });
     }
