@@ -102,8 +102,9 @@ fn install_python(house: &House) -> Result<()> {
     }
     run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
-    run(Command::new(&python).args(pip).arg("--requirement").arg(&list))
-        .context("the Python packages need the package index pypi.org or a mirror of it")?;
+    run(Command::new(&python).args(pip).arg("--requirement").arg(&list)).context(
+        "the Python packages come from the index that pip is set up for: is it reachable?",
+    )?;
     if !works(&python) {
         bail!("the Python readers were installed but cannot be imported by {}", python.display());
     }

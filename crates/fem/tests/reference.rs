@@ -145,9 +145,7 @@ fn unloaded_agrees() {
     assert!(BOTH[0].difference("unl_sit", sitting(), E, UNLOADED) < SOFT_MM);
 }
 
-/// Slow (tens of factorisations); run by hand with `--run-ignored all`.
 #[test]
-#[ignore = "slow: several seconds"]
 fn unloaded_agrees_when_sitting_on_quadratic_elements() {
     assert!(BOTH[1].difference("unl_sit", sitting(), E, UNLOADED) < SOFT_MM);
 }

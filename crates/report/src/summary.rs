@@ -314,7 +314,7 @@ pub struct Export {
     pub series_description: String,
     /// Series Instance UID.
     pub series_uid: String,
-    /// Frame of Reference UID: that of the source CT.
+    /// Frame of Reference UID: a new one, since the tissue has moved in the source's.
     pub frame_of_reference_uid: String,
     /// Checks of the written files.
     pub verified: Checks,
