@@ -209,6 +209,19 @@ impl Case {
         Self::from_file(file, path.parent().unwrap_or(Path::new("")))
     }
 
+    /// Every path the case names, with its key.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        let seeds = match &self.seeds {
+            Seeds::File(path) => Some(path),
+            Seeds::Automatic | Seeds::Points { .. } => None,
+        };
+        std::iter::once(("`ct`", &self.ct))
+            .chain(self.labels.iter().map(|p| ("`labels`", p)))
+            .chain(seeds.map(|p| ("`seeds`", p)))
+            .chain(self.points.iter().map(|p| ("`carry.points`", p)))
+            .map(|(role, path)| (role, path.as_path()))
+    }
+
     fn from_file(file: CaseFile, base: &Path) -> Result<Self, CaseError> {
         let tissue_file = &file.tissue;
         let default = Tissue::default();

@@ -75,6 +75,22 @@ pub enum RunError {
         /// Why.
         source: std::io::Error,
     },
+    /// The output folder holds something of that name that no run made.
+    #[error("{path} is there already and was not made by a run; name another --out")]
+    Foreign {
+        /// What is there.
+        path: PathBuf,
+    },
+    /// An input lies where the run writes.
+    #[error(
+        "{role}: {path} lies where the run writes its results and would be lost; copy it elsewhere or name another --out"
+    )]
+    Overlap {
+        /// Which key of the case names it.
+        role: &'static str,
+        /// The input.
+        path: PathBuf,
+    },
     /// Another run works in the folder.
     #[error("another run is at work in {path}; wait for it or name another --out")]
     Busy {
@@ -97,6 +113,7 @@ impl RunError {
             | Self::Ct(_)
             | Self::File { .. }
             | Self::Missing { .. }
+            | Self::Overlap { .. }
             | Self::OtherGrid
             | Self::Region(_)
             | Self::Tumour(_) => 1,
@@ -105,7 +122,7 @@ impl RunError {
             Self::Product(error) => output_code(error),
             Self::Report(error) => output_code(error),
             Self::Output { source, .. } => output_code(source),
-            Self::NoDisplacement { .. } | Self::Record(_) => 5,
+            Self::NoDisplacement { .. } | Self::Foreign { .. } | Self::Record(_) => 5,
             Self::Busy { .. } => 75,
             Self::Stopped => 130,
         }

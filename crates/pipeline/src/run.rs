@@ -2,6 +2,7 @@
 
 use crate::bench::{Bench, Watch};
 use crate::stages::{export, import, mesh, region, report, segment, solve, warp};
+use crate::store::refuse_overlap;
 use crate::{Case, Options, RunError, Stage};
 use std::path::Path;
 use supine_report::Summary;
@@ -19,6 +20,9 @@ pub fn run(
     options: Options,
     watch: &dyn Watch,
 ) -> Result<Option<Summary>, RunError> {
+    for (role, input) in case.inputs() {
+        refuse_overlap(out, role, input)?;
+    }
     let mut bench = Bench::open(out, options, watch)?;
     let until = |stage| options.until == Some(stage);
 

@@ -44,6 +44,9 @@ impl Store {
     pub(crate) fn open(root: &Path, force: Option<Stage>) -> Result<Self, RunError> {
         let output = |source| RunError::Output { path: root.into(), source };
         let records = root.join(".stages");
+        if !records.exists() {
+            refuse_foreign(root)?;
+        }
         fs::create_dir_all(&records).map_err(output)?;
         let lock = File::create(records.join("lock")).map_err(output)?;
         match lock.try_lock() {
@@ -125,6 +128,41 @@ impl Store {
             })
             .collect()
     }
+}
+
+/// A folder that no run made may hold nothing that a run would replace.
+fn refuse_foreign(root: &Path) -> Result<(), RunError> {
+    let products = Stage::ALL.into_iter().flat_map(Stage::products);
+    match products.map(|p| root.join(p)).find(|p| p.exists()) {
+        Some(path) => Err(RunError::Foreign { path }),
+        None => Ok(()),
+    }
+}
+
+/// The path without links, as far as it exists.
+fn resolve(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    let known = path.ancestors().find_map(|a| Some((a, a.canonicalize().ok()?)));
+    match known {
+        Some((ancestor, real)) => match path.strip_prefix(ancestor) {
+            Ok(rest) if !rest.as_os_str().is_empty() => real.join(rest),
+            _ => real,
+        },
+        None => path,
+    }
+}
+
+/// Refuses an input that lies where the run writes: it would be lost.
+pub(crate) fn refuse_overlap(
+    root: &Path,
+    role: &'static str,
+    input: &Path,
+) -> Result<(), RunError> {
+    let (root, input) = (resolve(root), resolve(input));
+    let mut products = Stage::ALL.into_iter().flat_map(Stage::products).map(|p| root.join(p));
+    let overlap = root.starts_with(&input)
+        || products.any(|p| input.starts_with(&p) || p.starts_with(&input));
+    if overlap { Err(RunError::Overlap { role, path: input }) } else { Ok(()) }
 }
 
 /// Writes a file under a temporary name beside it, then renames.
@@ -253,6 +291,34 @@ mod tests {
         let s = store(dir.path(), Some(Stage::Mesh));
         assert!(s.done::<()>(Stage::Segment, "k").is_some());
         assert!(s.done::<()>(Stage::Solve, "k").is_none());
+    }
+
+    #[test]
+    fn what_no_run_made_is_not_touched() {
+        let dir = tempfile::tempdir().unwrap();
+        let mine = dir.path().join("ct/IM0001");
+        fs::create_dir(dir.path().join("ct")).unwrap();
+        fs::write(&mine, "a patient").unwrap();
+        assert!(matches!(Store::open(dir.path(), None), Err(RunError::Foreign { .. })));
+        assert!(mine.exists() && !dir.path().join(".stages").exists());
+    }
+
+    #[test]
+    fn inputs_where_the_run_writes_are_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let labels = dir.path().join("labels.seg.nrrd");
+        fs::write(&labels, "edited by hand").unwrap();
+        let beside = dir.path().join("mine.seg.nrrd");
+        fs::write(&beside, "edited by hand").unwrap();
+        let out = dir.path();
+        assert!(matches!(
+            refuse_overlap(out, "`labels`", &labels),
+            Err(RunError::Overlap { role: "`labels`", .. })
+        ));
+        assert!(refuse_overlap(out, "`labels`", &beside).is_ok());
+        assert!(refuse_overlap(out, "`ct`", out).is_err(), "results among the input's files");
+        assert!(refuse_overlap(&out.join("new"), "`ct`", out).is_err(), "out is yet to be made");
+        assert!(refuse_overlap(out, "`ct`", Path::new("/nowhere")).is_ok());
     }
 
     #[test]

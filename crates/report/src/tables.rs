@@ -53,7 +53,7 @@ pub(crate) fn key(s: &Summary) -> Table {
         t.row("Tumour, after", place(m.after_mm));
     }
     if let Some(m) = &s.nipple {
-        t.row("Nipple moves", moves(m));
+        t.row("Nipple (estimated) moves", moves(m));
     }
     t.row("Largest displacement", format!("{} mm", fixed(s.solve.max_displacement_mm, 1)));
     let tissue = &s.parameters.tissue;
@@ -130,7 +130,7 @@ fn position(s: &Summary) -> Table {
     if let Some(b) = &s.case.tumour {
         t.row("Tumour radius", format!("{} mm", fixed(b.radius_mm, 1)));
     }
-    for (name, m) in [("Tumour", &s.tumour), ("Nipple", &s.nipple)] {
+    for (name, m) in [("Tumour", &s.tumour), ("Nipple, estimated,", &s.nipple)] {
         if let Some(m) = m {
             movement(&mut t, name, m);
         }
