@@ -17,15 +17,27 @@ const EDGES: [&str; 7] = [
     "xtask",
 ];
 
+/// The folders and files in the root that are not the project's own: `/name` lines of .gitignore
+/// (build folder, results of the demo), and the history.
+fn foreign() -> Vec<String> {
+    let ignored = read(Path::new(".gitignore"));
+    let named = ignored.lines().filter_map(|line| line.strip_prefix('/')).map(String::from);
+    named.chain([".git".to_string()]).collect()
+}
+
 /// The project's own files with one of these endings, relative to the root.
 fn sources(endings: &[&str]) -> Vec<PathBuf> {
+    let foreign = foreign();
     let mut found = Vec::new();
     for entry in std::fs::read_dir(root()).expect("the root can be listed") {
         let path = entry.expect("the root can be listed").path();
         let name = path.file_name().expect("an entry has a name").to_string_lossy().into_owned();
-        if path.is_dir() && name != "target" && name != ".git" {
+        if foreign.contains(&name) {
+            continue;
+        }
+        if path.is_dir() {
             found.extend(files_below(&path).into_iter().map(|below| Path::new(&name).join(below)));
-        } else if path.is_file() {
+        } else {
             found.push(PathBuf::from(name));
         }
     }
