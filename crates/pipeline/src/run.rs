@@ -46,7 +46,7 @@ pub fn run(
     if until(Stage::Solve) {
         return Ok(None);
     }
-    let warped = warp::warp(&mut bench, case, &input, &labels, &mesh, &solved)?;
+    let warped = warp::warp(&mut bench, case, &input, &region, &mesh, &solved)?;
     if until(Stage::Warp) {
         return Ok(None);
     }

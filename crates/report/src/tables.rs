@@ -260,7 +260,7 @@ pub(crate) fn points(s: &Summary) -> Option<Table> {
 
 /// What was read, left out and written.
 pub(crate) fn files(s: &Summary) -> Vec<Table> {
-    let mut inputs = Table::list("Read", &["What", "Name", "Files", "BLAKE3"]);
+    let mut inputs = Table::list("Read", &["What", "Form", "Files", "BLAKE3"]);
     for i in &s.inputs {
         let role = if i.role == "ct" { "CT".into() } else { capital(&i.role) };
         let row = vec![role, i.form.clone(), count(i.files), i.blake3.clone()];

@@ -1,7 +1,7 @@
 //! The CT, the fields and the points in the operating position.
 
 use super::import::Imported;
-use super::segment::Facts as SegmentFacts;
+use super::region::Chosen;
 use super::solve::Facts as SolveFacts;
 use crate::bench::{Bench, Done, Made};
 use crate::facts::movement;
@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use supine_exchange::{self as exchange, FieldKind, NamedPoint};
 use supine_mesh::{Displacement, TetMesh};
 use supine_report::{CarriedPoint, Jacobian, Movement};
-use supine_space::Progress;
-use supine_volume::{Ct, LabelMap};
+use supine_space::{Point, Progress};
+use supine_volume::Ct;
 
 /// What is known of the warp beside the volume.
 #[derive(Serialize, Deserialize, Debug, Clone)]
@@ -30,12 +30,12 @@ pub(crate) fn warp(
     bench: &mut Bench<'_>,
     case: &Case,
     input: &Imported,
-    labels: &Done<LabelMap, SegmentFacts>,
+    region: &Chosen,
     mesh: &Done<TetMesh, supine_report::Mesh>,
     solved: &Done<Displacement, SolveFacts>,
 ) -> Result<Done<Ct, Facts>, RunError> {
     let params = supine_warp::Params::default();
-    let points = points(case, &labels.product)?;
+    let points = points(case, region.nipple)?;
     let decided = format!("{params:?} {points:?}");
     bench.stage(
         Stage::Warp,
@@ -62,9 +62,9 @@ pub(crate) fn warp(
 }
 
 /// The tumour, the nipple when it is found, and the points of the case's lists, in this order.
-fn points(case: &Case, labels: &LabelMap) -> Result<Vec<NamedPoint>, RunError> {
+fn points(case: &Case, nipple: Option<Point>) -> Result<Vec<NamedPoint>, RunError> {
     let mut points = vec![NamedPoint { name: "tumour".into(), position: case.tumour.centre() }];
-    if let Some(position) = supine_segment::nipple(labels, case.breast) {
+    if let Some(position) = nipple {
         points.push(NamedPoint { name: "nipple".into(), position });
     }
     for path in &case.points {
@@ -102,7 +102,7 @@ fn facts(
     case: &Case,
     info: &supine_warp::Info,
     points: &[NamedPoint],
-    after: &[Option<supine_space::Point>],
+    after: &[Option<Point>],
 ) -> Facts {
     let moved = |name: &str| {
         let at = points.iter().position(|p| p.name == name)?;
@@ -142,7 +142,7 @@ fn facts(
 fn write_points(
     store: &Store,
     points: &[NamedPoint],
-    after: &[Option<supine_space::Point>],
+    after: &[Option<Point>],
 ) -> Result<(), RunError> {
     let carried: Vec<NamedPoint> = points
         .iter()
@@ -153,7 +153,7 @@ fn write_points(
 }
 
 /// A warning that names the points outside the mesh, which stay where they were.
-fn not_carried(points: &[NamedPoint], after: &[Option<supine_space::Point>]) -> Option<String> {
+fn not_carried(points: &[NamedPoint], after: &[Option<Point>]) -> Option<String> {
     let names: Vec<&str> = points
         .iter()
         .zip(after)
