@@ -22,8 +22,9 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("segment", share);
-    let (labels, info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
+    let (made, info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
         .map_err(RunError::from)?;
+    let labels = made.labels;
     write_labels(&labels, &args.out)?;
     screen.warn_all(&info.warnings);
     let ml = |kind: fn(u8) -> bool| {

@@ -13,9 +13,11 @@ mod bones;
 mod breast;
 mod error;
 mod frame;
+mod info;
 mod levels;
 mod nipple;
 mod paint;
+mod params;
 mod parts;
 mod plane;
 mod scan;
@@ -29,7 +31,9 @@ mod tests;
 
 pub use breast::propose_region;
 pub use error::Error;
+pub use info::Info;
 pub use nipple::nipple;
+pub use params::{Params, Seeds};
 
 use body::Body;
 use frame::Frame;
@@ -38,87 +42,20 @@ use scan::Scan;
 use seeds::Constraints;
 use sheet::Rays;
 use shell::Shell;
-use supine_space::{Point, Progress};
+use supine_space::Progress;
 use supine_volume::{Ct, LabelMap};
 use wall::Band;
 
-/// Points whose tissue the user knows; LPS, mm. They are never overruled.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seeds {
-    /// Points of the chest wall (rib, intercostal, pectoralis, anything they enclose).
-    pub chest_wall: Vec<Point>,
-    /// Points of the soft tissue (gland, fat, skin).
-    pub soft_tissue: Vec<Point>,
-    /// Points that are not the patient (wire, electrode, blanket): 3 mm round each are taken off.
-    pub exclude: Vec<Point>,
+/// What [`segment`] makes.
+#[derive(Clone, Debug)]
+pub struct Segmentation {
+    /// [`supine_volume::label::OUTSIDE`], [`supine_volume::label::SOFT_TISSUE`] and
+    /// [`supine_volume::label::CHEST_WALL`], which includes lungs, bones and all else within, on the
+    /// grid of the CT.
+    pub labels: LabelMap,
 }
 
-/// How to segment.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Params {
-    /// The user's points.
-    pub seeds: Seeds,
-    /// Level between air and skin, HU. Default -400: half-way between air and tissue, a little
-    /// towards the tissue as partial volume of the thin skin asks for.
-    pub skin_hu: f64,
-    /// Level above which smoothed tissue is bone, HU. Default 130, so that costal cartilage counts.
-    pub bone_hu: f64,
-    /// How far outside the ribs the wall is looked for, mm. Default 45.
-    pub reach_mm: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { seeds: Seeds::default(), skin_hu: -400.0, bone_hu: 130.0, reach_mm: 45.0 }
-    }
-}
-
-impl Params {
-    fn check(&self) -> Result<(), Error> {
-        let between = |name, value: f64, low: f64, high: f64, why| {
-            if (low..=high).contains(&value) {
-                Ok(())
-            } else {
-                Err(Error::Parameter { name, value, why })
-            }
-        };
-        between("skin_hu", self.skin_hu, -900.0, -200.0, "it must lie within -900..-200 HU")?;
-        between("bone_hu", self.bone_hu, 90.0, 400.0, "it must lie within 90..400 HU")?;
-        between("reach_mm", self.reach_mm, 20.0, 80.0, "it must lie within 20..80 mm")
-    }
-}
-
-/// What was found and what is doubtful.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Info {
-    /// What the user should look at.
-    pub warnings: Vec<String>,
-    /// Mode of the fat in front of the ribs, HU.
-    pub fat_hu: f64,
-    /// Mode of the back muscles, HU.
-    pub muscle_hu: f64,
-    /// Level between air and skin that was used, HU.
-    pub skin_hu: f64,
-    /// Level of bone that was used, HU.
-    pub bone_hu: f64,
-    /// Air-filled lung, litres.
-    pub lung_l: f64,
-    /// Share of the slices in which the body reaches the end of the reconstructed field.
-    pub truncated_share: f64,
-    /// Volume of dense objects (bra wire, clasp) taken off the skin, cm³.
-    pub foreign_cm3: f64,
-    /// Share of the rays in front along which fat meets muscle at the surface; elsewhere the
-    /// surface rests on shape alone.
-    pub edge_share: f64,
-    /// Slices below the ribs: the wall is carried on there under the skin and is less certain.
-    pub ribless_slices: usize,
-    /// Seeds of chest wall and soft tissue that were obeyed.
-    pub seeds_used: usize,
-}
-
-/// Labels of a supine chest CT on its own grid: [`supine_volume::label::OUTSIDE`],
-/// [`supine_volume::label::SOFT_TISSUE`] and [`supine_volume::label::CHEST_WALL`], which includes
-/// lungs, bones and all else within.
+/// Soft tissue and chest wall of a supine chest CT.
 ///
 /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
 /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
@@ -131,7 +68,7 @@ pub fn segment(
     ct: &Ct,
     params: &Params,
     progress: Progress<'_>,
-) -> Result<(LabelMap, Info), Error> {
+) -> Result<(Segmentation, Info), Error> {
     params.check()?;
     let frame = Frame::new(ct.grid())?;
     let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.3))?;
@@ -150,71 +87,6 @@ pub fn segment(
     seeds::stamp(&mut labels, &params.seeds);
     progress.at(1.0)?;
     let ribless = ribless.iter().filter(|&&r| r).count();
-    let info = info(params, scan, levels, &wall, (ribless, seeds.len()));
-    Ok((labels, info))
-}
-
-fn info(
-    params: &Params,
-    scan: Scan<'_>,
-    levels: Levels,
-    wall: &wall::Wall,
-    (ribless_slices, seeds_used): (usize, usize),
-) -> Info {
-    let (body, rays) = (scan.body, scan.rays);
-    let front: Vec<f32> = (0..wall.edge.values.len())
-        .filter(|n| rays.to_back[n % sheet::RAYS] < -0.2)
-        .map(|n| wall.edge.values[n])
-        .collect();
-    let truncated = body.truncated.iter().filter(|&&t| t).count();
-    let mut info = Info {
-        warnings: Vec::new(),
-        fat_hu: levels.fat.into(),
-        muscle_hu: levels.muscle.into(),
-        skin_hu: params.skin_hu,
-        bone_hu: params.bone_hu,
-        lung_l: body.lung_l,
-        truncated_share: truncated as f64 / body.truncated.len() as f64,
-        foreign_cm3: body.foreign_cm3,
-        edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
-        ribless_slices,
-        seeds_used,
-    };
-    info.warnings = warnings(&info, truncated);
-    info
-}
-
-/// Least share of front rays with a visible edge.
-const EDGE_SHARE: f64 = 0.5;
-
-fn warnings(info: &Info, truncated: usize) -> Vec<String> {
-    let mut out = Vec::new();
-    if truncated > 0 {
-        out.push(format!(
-            "the body reaches the end of the reconstructed field in {truncated} slices ({:.0} %): \
-             skin is missing there, keep the region clear of it",
-            100.0 * info.truncated_share
-        ));
-    }
-    if info.ribless_slices > 0 {
-        out.push(format!(
-            "{} slices lie below the ribs: the chest wall is extrapolated there, \
-             keep the region clear of them",
-            info.ribless_slices
-        ));
-    }
-    if !(30.0..=75.0).contains(&info.muscle_hu) || info.muscle_hu - info.fat_hu < 110.0 {
-        out.push(format!(
-            "unusual levels: fat {:.0} HU, muscle {:.0} HU; check the boundary of the chest wall",
-            info.fat_hu, info.muscle_hu
-        ));
-    }
-    if info.edge_share < EDGE_SHARE {
-        out.push(format!(
-            "fat meets muscle along only {:.0} % of the front of the chest wall; elsewhere its \
-             boundary rests on shape alone: check it, and add seeds where it is wrong",
-            100.0 * info.edge_share
-        ));
-    }
-    out
+    let info = info::info(params, scan, levels, &wall, (ribless, seeds.len()));
+    Ok((Segmentation { labels }, info))
 }

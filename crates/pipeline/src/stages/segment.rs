@@ -62,10 +62,10 @@ fn input_file(role: &'static str, path: &Path) -> Result<Input, RunError> {
 type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;
 
 fn found(input: &Imported, params: &supine_segment::Params, progress: Progress<'_>) -> Result3 {
-    let (labels, info) = supine_segment::segment(&input.input.ct, params, progress)?;
+    let (made, info) = supine_segment::segment(&input.input.ct, params, progress)?;
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
-    Ok((labels, facts, info.warnings))
+    Ok((made.labels, facts, info.warnings))
 }
 
 fn brought(path: &Path, input: &Imported) -> Result3 {

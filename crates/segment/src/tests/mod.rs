@@ -8,7 +8,8 @@ use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, label};
 
 fn run(ct: &Ct) -> (LabelMap, crate::Info) {
-    segment(ct, &Params::default(), Progress::none()).unwrap()
+    let (made, info) = segment(ct, &Params::default(), Progress::none()).unwrap();
+    (made.labels, info)
 }
 
 /// Dice of soft tissue and of chest wall within 75 mm of a breast, as the planner sees it.
@@ -95,7 +96,7 @@ fn air_under_the_breast_is_not_the_patient_and_open_airways_are() {
 }
 
 fn seeded(ct: &Ct, seeds: Seeds) -> Result<LabelMap, Error> {
-    Ok(segment(ct, &Params { seeds, ..Params::default() }, Progress::none())?.0)
+    Ok(segment(ct, &Params { seeds, ..Params::default() }, Progress::none())?.0.labels)
 }
 
 fn at(labels: &LabelMap, p: &Point) -> u8 {

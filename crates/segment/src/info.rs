@@ -1,0 +1,99 @@
+//! What was found, and what the user should look at.
+
+use crate::Params;
+use crate::levels::Levels;
+use crate::scan::Scan;
+use crate::{sheet, wall};
+
+/// What was found and what is doubtful.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Info {
+    /// What the user should look at.
+    pub warnings: Vec<String>,
+    /// Mode of the fat in front of the ribs, HU.
+    pub fat_hu: f64,
+    /// Mode of the back muscles, HU.
+    pub muscle_hu: f64,
+    /// Level between air and skin that was used, HU.
+    pub skin_hu: f64,
+    /// Level of bone that was used, HU.
+    pub bone_hu: f64,
+    /// Air-filled lung, litres.
+    pub lung_l: f64,
+    /// Share of the slices in which the body reaches the end of the reconstructed field.
+    pub truncated_share: f64,
+    /// Volume of dense objects (bra wire, clasp) taken off the skin, cm³.
+    pub foreign_cm3: f64,
+    /// Share of the rays in front along which fat meets muscle at the surface; elsewhere the
+    /// surface rests on shape alone.
+    pub edge_share: f64,
+    /// Slices below the ribs: the wall is carried on there under the skin and is less certain.
+    pub ribless_slices: usize,
+    /// Seeds of chest wall and soft tissue that were obeyed.
+    pub seeds_used: usize,
+}
+
+pub(crate) fn info(
+    params: &Params,
+    scan: Scan<'_>,
+    levels: Levels,
+    wall: &wall::Wall,
+    (ribless_slices, seeds_used): (usize, usize),
+) -> Info {
+    let (body, rays) = (scan.body, scan.rays);
+    let front: Vec<f32> = (0..wall.edge.values.len())
+        .filter(|n| rays.to_back[n % sheet::RAYS] < -0.2)
+        .map(|n| wall.edge.values[n])
+        .collect();
+    let truncated = body.truncated.iter().filter(|&&t| t).count();
+    let mut info = Info {
+        warnings: Vec::new(),
+        fat_hu: levels.fat.into(),
+        muscle_hu: levels.muscle.into(),
+        skin_hu: params.skin_hu,
+        bone_hu: params.bone_hu,
+        lung_l: body.lung_l,
+        truncated_share: truncated as f64 / body.truncated.len() as f64,
+        foreign_cm3: body.foreign_cm3,
+        edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
+        ribless_slices,
+        seeds_used,
+    };
+    info.warnings = warnings(&info, truncated);
+    info
+}
+
+/// Least share of front rays with a visible edge.
+const EDGE_SHARE: f64 = 0.5;
+
+fn warnings(info: &Info, truncated: usize) -> Vec<String> {
+    let mut out = Vec::new();
+    if truncated > 0 {
+        out.push(format!(
+            "the body reaches the end of the reconstructed field in {truncated} slices ({:.0} %): \
+             skin is missing there, keep the region clear of it",
+            100.0 * info.truncated_share
+        ));
+    }
+    if info.ribless_slices > 0 {
+        out.push(format!(
+            "{} slices lie below the ribs: the chest wall is extrapolated there, \
+             keep the region clear of them",
+            info.ribless_slices
+        ));
+    }
+    if !(30.0..=75.0).contains(&info.muscle_hu) || info.muscle_hu - info.fat_hu < 110.0 {
+        out.push(format!(
+            "unusual levels: fat {:.0} HU, muscle {:.0} HU; check the boundary of the chest wall",
+            info.fat_hu, info.muscle_hu
+        ));
+    }
+    if info.edge_share < EDGE_SHARE {
+        out.push(format!(
+            "fat meets muscle along only {:.0} % of the front of the chest wall; elsewhere its \
+             boundary rests on shape alone: check it, and add seeds where it is wrong",
+            100.0 * info.edge_share
+        ));
+    }
+    out
+}

@@ -1,0 +1,50 @@
+//! What the user decides.
+
+use crate::Error;
+use supine_space::Point;
+
+/// Points whose tissue the user knows; LPS, mm. They are never overruled.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Seeds {
+    /// Points of the chest wall (rib, intercostal, pectoralis, anything they enclose).
+    pub chest_wall: Vec<Point>,
+    /// Points of the soft tissue (gland, fat, skin).
+    pub soft_tissue: Vec<Point>,
+    /// Points that are not the patient (wire, electrode, blanket): 3 mm round each are taken off.
+    pub exclude: Vec<Point>,
+}
+
+/// How to segment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Params {
+    /// The user's points.
+    pub seeds: Seeds,
+    /// Level between air and skin, HU. Default -400: half-way between air and tissue, a little
+    /// towards the tissue as partial volume of the thin skin asks for.
+    pub skin_hu: f64,
+    /// Level above which smoothed tissue is bone, HU. Default 130, so that costal cartilage counts.
+    pub bone_hu: f64,
+    /// How far outside the ribs the wall is looked for, mm. Default 45.
+    pub reach_mm: f64,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { seeds: Seeds::default(), skin_hu: -400.0, bone_hu: 130.0, reach_mm: 45.0 }
+    }
+}
+
+impl Params {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let between = |name, value: f64, low: f64, high: f64, why| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(Error::Parameter { name, value, why })
+            }
+        };
+        between("skin_hu", self.skin_hu, -900.0, -200.0, "it must lie within -900..-200 HU")?;
+        between("bone_hu", self.bone_hu, 90.0, 400.0, "it must lie within 90..400 HU")?;
+        between("reach_mm", self.reach_mm, 20.0, 80.0, "it must lie within 20..80 mm")
+    }
+}
