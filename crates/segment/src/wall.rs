@@ -45,6 +45,8 @@ const MUSCLE_SMOOTH_MM: f32 = 2.0;
 const MUSCLE_SMOOTH_Z_MM: f32 = 1.5;
 /// Thickness of a fat plane that shows where the wall ends, mm.
 const PLANE_MM: f32 = 2.0;
+/// A surface farther than this from the chosen one is its rival, mm.
+const RIVAL_MM: f32 = 4.0;
 /// The thickness where no plane is seen anywhere, mm.
 const USUAL_MM: f32 = 8.0;
 
@@ -90,6 +92,10 @@ pub(crate) struct Wall {
     pub(crate) height: Sheet,
     /// 1 where the edge from muscle to fat lies within 1 mm of the surface.
     pub(crate) edge: Sheet,
+    /// How much dearer the best surface more than [`RIVAL_MM`] away is, in the cost summed over all
+    /// paths; infinite where there is none.
+    #[expect(dead_code, reason = "the map of confidence is drawn from it")]
+    pub(crate) margin: Sheet,
 }
 
 /// Finds the wall.
@@ -113,6 +119,7 @@ pub(crate) fn wall(
     let plane = first_fat_plane(band, levels, slices);
     let mut expected = plane.filled(frame.spacing[2], USUAL_MM);
     let mut surface = Sheet::new(slices, 0.0);
+    let mut margin = Sheet::new(slices, 0.0);
     for pass in 0..2 {
         let pull = seeds.pull(&expected, rays, shell, frame.spacing[2]);
         let with_prior = Costs::new(slices, band.levels(), |k, out| {
@@ -127,13 +134,28 @@ pub(crate) fn wall(
             }
         });
         let sum = aggregate(&with_prior, jumps(frame));
-        surface.values = cheapest(&sum).into_iter().map(height).collect();
+        let chosen = cheapest(&sum);
+        if pass == 1 {
+            margin = rivals(&sum, &chosen);
+        }
+        surface.values = chosen.into_iter().map(height).collect();
         progress.at(0.55 + 0.35 * f64::from(pass))?;
         if pass == 0 {
             expected = confirmed(&surface, &plane).filled(frame.spacing[2], USUAL_MM);
         }
     }
-    Ok(refine(&surface, band, levels, scan, (seeds, shell)))
+    let (height, edge) = refine(&surface, band, levels, scan, (seeds, shell));
+    Ok(Wall { height, edge, margin })
+}
+
+/// The cost of the best rival less that of the chosen level, per ray.
+fn rivals(sum: &Costs, chosen: &[usize]) -> Sheet {
+    let away = (RIVAL_MM / STEP_MM) as usize;
+    Sheet::from_fn(chosen.len() / RAYS, |k, p| {
+        let (ray, level) = (sum.ray(k, p), chosen[k * RAYS + p]);
+        let others = ray.iter().enumerate().filter(|(n, _)| n.abs_diff(level) > away);
+        others.fold(f32::INFINITY, |best, (_, &cost)| best.min(cost)) - ray[level]
+    })
 }
 
 fn jumps(frame: &Frame) -> Jumps {
@@ -252,14 +274,14 @@ fn confirmed(surface: &Sheet, plane: &Sheet) -> Sheet {
 }
 
 /// Moves the surface to the half-way level between fat and muscle where that lies within 1 mm,
-/// drops outliers and smooths lightly.
+/// drops outliers and smooths lightly; gives the heights and where the level was found.
 fn refine(
     surface: &Sheet,
     band: &Band,
     levels: Levels,
     scan: Scan<'_>,
     (seeds, shell): (&Constraints, &Sheet),
-) -> Wall {
+) -> (Sheet, Sheet) {
     let (frame, rays) = (scan.frame, scan.rays);
     let slices = surface.slices();
     let crossing = Sheet::from_fn(slices, |k, p| {
@@ -279,7 +301,7 @@ fn refine(
     let mut height = height.smooth(0.35 * 2.5 / frame.spacing[2], rays_sigma);
     seeds.clamp(&mut height, rays, shell, frame.spacing[2]);
     let edge = Sheet { values: crossing.values.iter().map(|c| f32::from(!c.is_nan())).collect() };
-    Wall { height, edge }
+    (height, edge)
 }
 
 /// Where the HU falls through the level nearest to height h, within 1 mm; NaN when nowhere.
