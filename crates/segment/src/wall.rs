@@ -98,54 +98,96 @@ pub(crate) struct Wall {
     pub(crate) margin: Sheet,
 }
 
-/// Finds the wall.
-pub(crate) fn wall(
-    scan: Scan<'_>,
-    (band, shell): (&Band, &Sheet),
-    (levels, seeds): (Levels, &Constraints),
-    progress: Progress<'_>,
-) -> Result<Wall, Error> {
-    let (frame, rays) = (scan.frame, scan.rays);
-    let slices = frame.size[2];
-    let muscle = true_muscle(scan, (band, shell), levels);
-    progress.at(0.3)?;
-    let mut costs = Costs::new(slices, band.levels(), |k, out| {
-        for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
-            let depth = band.depth.ray(k, p);
-            ray_costs(&likeness(band, levels, k, p), muscle.ray(k, p), depth, out);
-        }
-    });
-    seeds.add_hard(&mut costs, rays, shell, frame.spacing[2]);
-    let plane = first_fat_plane(band, levels, slices);
-    let mut expected = plane.filled(frame.spacing[2], USUAL_MM);
-    let mut surface = Sheet::new(slices, 0.0);
-    let mut margin = Sheet::new(slices, 0.0);
-    for pass in 0..2 {
-        let pull = seeds.pull(&expected, rays, shell, frame.spacing[2]);
-        let with_prior = Costs::new(slices, band.levels(), |k, out| {
+/// The search for the wall: all that it rests on but the seeds.
+pub(crate) struct Search {
+    band: Band,
+    pub(crate) levels: Levels,
+    /// Costs of the levels of each ray, but for the expected thickness.
+    costs: Costs,
+    /// Height of the first fat plane, mm.
+    plane: Sheet,
+}
+
+impl Search {
+    /// Prepares the search, from `LOWEST_MM` to `reach_mm` outside the shell.
+    pub(crate) fn new(
+        scan: Scan<'_>,
+        shell: &Sheet,
+        reach_mm: f32,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        let slices = scan.frame.size[2];
+        let band = Band::sample(scan, shell, reach_mm);
+        progress.at(0.4)?;
+        let levels = Levels::measure(&band, scan.rays)?;
+        let muscle = true_muscle(scan, (&band, shell), levels);
+        progress.at(0.8)?;
+        let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
-                out.copy_from_slice(costs.ray(k, p));
-                let (goal, extra) = pull[k * RAYS + p];
-                for (level, cost) in out.iter_mut().enumerate() {
-                    let off = (height(level) - goal).abs() - THICKNESS_SLACK_MM;
-                    *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM);
-                    *cost += extra * off.clamp(0.0, 4.0 * THICKNESS_CAP_MM);
-                }
+                let depth = band.depth.ray(k, p);
+                ray_costs(&likeness(&band, levels, k, p), muscle.ray(k, p), depth, out);
             }
         });
-        let sum = aggregate(&with_prior, jumps(frame));
-        let chosen = cheapest(&sum);
-        if pass == 1 {
-            margin = rivals(&sum, &chosen);
-        }
-        surface.values = chosen.into_iter().map(height).collect();
-        progress.at(0.55 + 0.35 * f64::from(pass))?;
-        if pass == 0 {
-            expected = confirmed(&surface, &plane).filled(frame.spacing[2], USUAL_MM);
-        }
+        let plane = first_fat_plane(&band, levels, slices);
+        progress.at(1.0)?;
+        Ok(Self { band, levels, costs, plane })
     }
-    let (height, edge) = refine(&surface, band, levels, scan, (seeds, shell));
-    Ok(Wall { height, edge, margin })
+
+    /// The highest level searched, mm outside the shell.
+    pub(crate) fn reach_mm(&self) -> f32 {
+        height(self.band.levels() - 1)
+    }
+
+    /// Finds the wall.
+    pub(crate) fn solve(
+        &self,
+        scan: Scan<'_>,
+        shell: &Sheet,
+        seeds: &Constraints,
+        progress: Progress<'_>,
+    ) -> Result<Wall, Error> {
+        let frame = scan.frame;
+        let slices = frame.size[2];
+        let mut expected = self.plane.filled(frame.spacing[2], USUAL_MM);
+        let mut surface = Sheet::new(slices, 0.0);
+        let mut margin = Sheet::new(slices, 0.0);
+        for pass in 0..2 {
+            let pull = seeds.pull(&expected, shell, frame.spacing[2]);
+            let costs = self.with_prior(&pull, seeds);
+            let sum = aggregate(&costs, jumps(frame));
+            let chosen = cheapest(&sum);
+            if pass == 1 {
+                margin = rivals(&sum, &chosen);
+            }
+            surface.values = chosen.into_iter().map(height).collect();
+            progress.at(0.5 + 0.4 * f64::from(pass))?;
+            if pass == 0 {
+                expected = confirmed(&surface, &self.plane).filled(frame.spacing[2], USUAL_MM);
+            }
+        }
+        let (height, edge) = refine(&surface, &self.band, self.levels, (frame, seeds));
+        progress.at(1.0)?;
+        Ok(Wall { height, edge, margin })
+    }
+
+    /// The costs with the expected thickness and the seeds.
+    fn with_prior(&self, pull: &[(f32, f32)], seeds: &Constraints) -> Costs {
+        let levels = self.band.levels();
+        Costs::new(pull.len() / RAYS, levels, |k, out| {
+            out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
+            for (p, out) in out.chunks_exact_mut(levels).enumerate() {
+                let (goal, extra) = pull[k * RAYS + p];
+                let bound = seeds.bound(k * RAYS + p);
+                for (level, cost) in out.iter_mut().enumerate() {
+                    let h = height(level);
+                    let off = (h - goal).abs() - THICKNESS_SLACK_MM;
+                    *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM);
+                    *cost += extra * off.clamp(0.0, 4.0 * THICKNESS_CAP_MM);
+                    *cost += bound.cost(h);
+                }
+            }
+        })
+    }
 }
 
 /// The cost of the best rival less that of the chosen level, per ray.
@@ -279,10 +321,8 @@ fn refine(
     surface: &Sheet,
     band: &Band,
     levels: Levels,
-    scan: Scan<'_>,
-    (seeds, shell): (&Constraints, &Sheet),
+    (frame, seeds): (&Frame, &Constraints),
 ) -> (Sheet, Sheet) {
-    let (frame, rays) = (scan.frame, scan.rays);
     let slices = surface.slices();
     let crossing = Sheet::from_fn(slices, |k, p| {
         crossing(band.hu.ray(k, p), surface.at(k, p), levels.middle())
@@ -299,7 +339,9 @@ fn refine(
     }
     let rays_sigma = 0.7 * RAYS as f32 / 360.0;
     let mut height = height.smooth(0.35 * 2.5 / frame.spacing[2], rays_sigma);
-    seeds.clamp(&mut height, rays, shell, frame.spacing[2]);
+    for (n, h) in height.values.iter_mut().enumerate() {
+        *h = seeds.bound(n).clamp(*h);
+    }
     let edge = Sheet { values: crossing.values.iter().map(|c| f32::from(!c.is_nan())).collect() };
     (height, edge)
 }

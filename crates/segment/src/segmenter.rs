@@ -1,0 +1,89 @@
+//! A CT made ready: seeds can be set and changed without starting over.
+
+use crate::body::Body;
+use crate::frame::Frame;
+use crate::scan::Scan;
+use crate::seeds::{self, Constraints};
+use crate::sheet::Rays;
+use crate::shell::{self, Shell};
+use crate::wall::Search;
+use crate::{Error, Info, Params, Seeds, Segmentation, bones, info, paint};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// All that the segmentation of one CT rests on but the seeds.
+pub struct Segmenter<'a> {
+    ct: &'a Ct,
+    params: Params,
+    frame: Frame,
+    body: Body,
+    rays: Rays,
+    shell: Shell,
+    search: Search,
+}
+
+/// The search reaches at least this far beyond the highest seed, mm.
+const BEYOND_SEED_MM: f32 = 5.0;
+
+impl<'a> Segmenter<'a> {
+    /// Makes a CT ready. The seeds among the parameters are not looked at.
+    ///
+    /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
+    /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
+    ///
+    /// # Errors
+    /// When the slices are not axial, no body, lungs or ribs are found, fat and muscle cannot be
+    /// told apart, a parameter is out of range, or the callback asked to stop.
+    pub fn new(ct: &'a Ct, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
+        params.check()?;
+        let frame = Frame::new(ct.grid())?;
+        let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.4))?;
+        let bone_hu = params.bone_hu as f32;
+        bones::mark_bones(ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
+        let rays = Rays::new(&frame, bones::axis(&frame, &body)?);
+        let scan = Scan { ct, frame: &frame, body: &body, rays: &rays };
+        let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
+        let reach = params.reach_mm as f32;
+        let search = Search::new(scan, &shell.radius, reach, progress.part(0.8, 1.0))?;
+        Ok(Self { ct, params: params.clone(), frame, body, rays, shell, search })
+    }
+
+    /// Soft tissue and chest wall as the seeds want them.
+    ///
+    /// # Errors
+    /// When a seed lies where it cannot be, two seeds exclude each other, or the callback asked to
+    /// stop.
+    pub fn segment(
+        &self,
+        seeds: &Seeds,
+        progress: Progress<'_>,
+    ) -> Result<(Segmentation, Info), Error> {
+        let scan = self.scan();
+        let shell = &self.shell.radius;
+        seeds::check(scan, seeds)?;
+        let constraints = Constraints::new(scan, seeds, shell)?;
+        let reach = constraints.highest(shell) + BEYOND_SEED_MM;
+        let wider = (reach > self.search.reach_mm())
+            .then(|| Search::new(scan, shell, reach, progress.part(0.0, 0.4)))
+            .transpose()?;
+        let search = wider.as_ref().unwrap_or(&self.search);
+        let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
+        let mut labels = paint::paint(scan, shell, &wall.height);
+        seeds::stamp(scan, &mut labels, seeds)?;
+        progress.at(1.0)?;
+        let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
+        let facts = (ribless, constraints.len());
+        let info = info::info(&self.params, scan, search.levels, &wall, facts);
+        Ok((Segmentation { labels }, info))
+    }
+
+    fn scan(&self) -> Scan<'_> {
+        Scan { ct: self.ct, frame: &self.frame, body: &self.body, rays: &self.rays }
+    }
+}
+
+impl std::fmt::Debug for Segmenter<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Segmenter").field("grid", self.ct.grid()).finish_non_exhaustive()
+    }
+}
