@@ -170,6 +170,24 @@ pub enum Error {
         /// What differs.
         reason: String,
     },
+    /// Regions that do not lie on the voxels of the CT.
+    #[error("{file}: {reason}; resample it to the CT or export it on the CT's own grid")]
+    OtherVoxels {
+        /// The file.
+        file: String,
+        /// Which part lies where.
+        reason: String,
+    },
+    /// A region of interest whose contours cannot be made voxels.
+    #[error("{file}: the region {name:?}: {source}")]
+    Contours {
+        /// The file.
+        file: String,
+        /// Name of the region.
+        name: String,
+        /// What is wrong with its contours.
+        source: supine_volume::ContourError,
+    },
     /// A text that was to be written does not fit its attribute.
     #[error("{attribute} cannot be written: {reason}")]
     Text {

@@ -353,7 +353,7 @@ fn series_head(set: &DataSet) -> SeriesHead {
 }
 
 /// Name of a SOP class.
-fn kind(class: &str) -> String {
+pub(crate) fn kind(class: &str) -> String {
     match StandardSopClassDictionary.by_uid(class) {
         Some(entry) if entry.name.contains("Enhanced CT") => {
             format!("{} (multi-frame objects are not read)", entry.name)

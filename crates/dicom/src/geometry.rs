@@ -215,3 +215,19 @@ pub(crate) fn grid_of(source: &Source) -> Result<Grid, Error> {
     let slices: Vec<&Slice> = source.slices.iter().map(|s| &s.slice).collect();
     Ok(stack(&source.series_uid(), &slices)?.grid)
 }
+
+/// A volume to be written must lie on the grid of its source.
+pub(crate) fn same_grid(volume: &Grid, source: &Grid) -> Result<(), Error> {
+    let differs = |reason: String| Err(Error::OtherGrid { reason });
+    if volume.size() != source.size() {
+        return differs(format!("{:?} voxels, the source has {:?}", volume.size(), source.size()));
+    }
+    let last = volume.size().map(|s| s - 1);
+    let shift = |corner| (volume.centre(corner) - source.centre(corner)).norm();
+    let off =
+        [[0; 3], last, [last[0], 0, 0], [0, last[1], 0]].map(shift).into_iter().fold(0.0, f64::max);
+    if off > 1e-3 {
+        return differs(format!("a corner lies {off:.3} mm from that of the source"));
+    }
+    Ok(())
+}

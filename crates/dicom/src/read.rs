@@ -98,6 +98,11 @@ impl Source {
         self.slices[0].header.text(tags::SERIES_INSTANCE_UID)
     }
 
+    /// Frame of Reference UID of the source; empty when it has none.
+    pub fn frame_of_reference_uid(&self) -> String {
+        self.slices[0].header.text(tags::FRAME_OF_REFERENCE_UID)
+    }
+
     /// The files of the slices, ascending along the normal.
     pub fn files(&self) -> Vec<&str> {
         self.slices.iter().map(|s| s.slice.file.as_str()).collect()

@@ -1,8 +1,10 @@
-//! Voxel volumes on a grid in patient space: CT, labels, distances, components.
+//! Voxel volumes on a grid in patient space: CT, labels, distances, components,
+//! contours.
 //!
 //! Knows no file, no mesh and no anatomy beyond the names of the labels.
 
 mod components;
+mod contours;
 mod distance;
 mod region;
 mod sample;
@@ -12,6 +14,7 @@ mod volume;
 pub mod label;
 
 pub use components::{Components, components};
+pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
 pub use region::{Region, RegionError};
 pub use sample::{sample_trilinear, sample_trilinear_at};

@@ -2,40 +2,21 @@
 
 use super::encoding::Encoding;
 use super::{Clock, ExportParams};
-use crate::data_set::{DataSet, Element, Value};
+use crate::data_set::{DataSet, Value};
+use crate::derived::{
+    MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
+    put_lossy, put_missing, series_number,
+};
 use crate::error::Error;
-use crate::number::{DS_LENGTH, format_ds, parse_ds, parse_is};
+use crate::number::format_ds;
 use crate::read::Source;
 use crate::uid;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use supine_space::{Grid, Side};
 
-/// Manufacturer and model of what this software writes.
-const MANUFACTURER: &str = "supine";
-const MODEL: &str = "supine (research software)";
-
-/// Copied from the first slice: the same patient, study and scan for the whole series.
-const COPIED_ONCE: &[Tag] = &[
-    tags::SPECIFIC_CHARACTER_SET,
-    tags::PATIENT_NAME,
-    tags::PATIENT_ID,
-    tags::ISSUER_OF_PATIENT_ID,
-    tags::PATIENT_BIRTH_DATE,
-    tags::PATIENT_SEX,
-    tags::PATIENT_AGE,
-    tags::PATIENT_SIZE,
-    tags::PATIENT_WEIGHT,
-    tags::PATIENT_IDENTITY_REMOVED,
-    tags::DEIDENTIFICATION_METHOD,
-    tags::DEIDENTIFICATION_METHOD_CODE_SEQUENCE,
-    tags::STUDY_INSTANCE_UID,
-    tags::STUDY_DATE,
-    tags::STUDY_TIME,
-    tags::STUDY_ID,
-    tags::STUDY_DESCRIPTION,
-    tags::ACCESSION_NUMBER,
-    tags::REFERRING_PHYSICIAN_NAME,
+/// Copied from the first slice beside patient and study: the same scan for the whole series.
+const SCAN: &[Tag] = &[
     tags::BODY_PART_EXAMINED,
     tags::PATIENT_POSITION,
     tags::SLICE_THICKNESS,
@@ -61,22 +42,12 @@ const COPIED_PER_SLICE: &[Tag] = &[
     tags::WINDOW_CENTER_WIDTH_EXPLANATION,
 ];
 
-/// Required, if need be without a value (type 2).
+/// Required of a CT image, if need be without a value (type 2).
 const REQUIRED: &[(Tag, VR)] = &[
-    (tags::PATIENT_NAME, VR::PN),
-    (tags::PATIENT_ID, VR::LO),
-    (tags::PATIENT_BIRTH_DATE, VR::DA),
-    (tags::PATIENT_SEX, VR::CS),
-    (tags::STUDY_DATE, VR::DA),
-    (tags::STUDY_TIME, VR::TM),
-    (tags::STUDY_ID, VR::SH),
-    (tags::ACCESSION_NUMBER, VR::SH),
-    (tags::REFERRING_PHYSICIAN_NAME, VR::PN),
     (tags::KVP, VR::DS),
     (tags::SLICE_THICKNESS, VR::DS),
     (tags::PATIENT_POSITION, VR::CS),
     (tags::ACQUISITION_NUMBER, VR::IS),
-    (tags::POSITION_REFERENCE_INDICATOR, VR::LO),
 ];
 
 /// What the scanner says about itself, for Contributing Equipment.
@@ -134,9 +105,7 @@ impl<'a> Attributes<'a> {
     ) -> Result<Self, Error> {
         check_texts(params)?;
         let first = &source.slices[0].header;
-        let number =
-            parse_is(&first.text(tags::SERIES_NUMBER)).filter(|n| (0..100_000).contains(n));
-        let series_number = 9000 + number.unwrap_or(0);
+        let series_number = series_number(9000, first);
         let mut warnings = Vec::new();
         for (tag, name) in
             [(tags::PATIENT_ID, "Patient ID"), (tags::PATIENT_NAME, "Patient's Name")]
@@ -147,7 +116,7 @@ impl<'a> Attributes<'a> {
             }
         }
         let mut common = DataSet::default();
-        for &tag in COPIED_ONCE {
+        for &tag in PATIENT_AND_STUDY.iter().chain(SCAN) {
             copy(&mut common, tag, first);
         }
         put_series(&mut common, params, series_number);
@@ -155,11 +124,8 @@ impl<'a> Attributes<'a> {
         put_lossy(&mut common, source);
         put_grid(&mut common, first);
         put_pixel_format(&mut common, source, encoding);
-        for &(tag, vr) in REQUIRED {
-            if common.get(tag).is_none() {
-                common.put_text(tag, vr, "");
-            }
-        }
+        put_missing(&mut common, REQUIRED_OF_ALL);
+        put_missing(&mut common, REQUIRED);
         let instance = |n: usize| source.slices[n].slice.instance_number;
         let ascending = match (instance(0), instance(source.slices.len() - 1)) {
             (Some(a), Some(b)) => a <= b,
@@ -232,7 +198,7 @@ impl<'a> Attributes<'a> {
             let uid = self.source.slices[n].header.text(tags::SOP_INSTANCE_UID);
             item.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, &uid);
             item.put_text(tags::SPATIAL_LOCATIONS_PRESERVED, VR::CS, "NO");
-            let purpose = code("121322", "Source image for image processing operation");
+            let purpose = code("DCM", "121322", "Source image for image processing operation");
             item.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);
             item
         };
@@ -270,7 +236,7 @@ fn put_series(set: &mut DataSet, params: &ExportParams, series_number: i64) {
 fn put_derivation(set: &mut DataSet, params: &ExportParams, first: &DataSet) {
     set.put_text(tags::IMAGE_TYPE, VR::CS, "DERIVED\\SECONDARY\\AXIAL");
     set.put_text(tags::DERIVATION_DESCRIPTION, VR::ST, &params.derivation);
-    let resampling = code("113085", "Spatial resampling");
+    let resampling = code("DCM", "113085", "Spatial resampling");
     set.put_items(tags::DERIVATION_CODE_SEQUENCE, vec![resampling]);
     set.put_text(tags::IMAGE_COMMENTS, VR::LT, &params.image_comments);
     let burned_in = if first.text(tags::BURNED_IN_ANNOTATION) == "YES" { "YES" } else { "NO" };
@@ -283,7 +249,7 @@ fn put_derivation(set: &mut DataSet, params: &ExportParams, first: &DataSet) {
     if scanner.get(tags::MANUFACTURER).is_none() {
         scanner.put_text(tags::MANUFACTURER, VR::LO, "unknown");
     }
-    let purpose = code("109101", "Acquisition Equipment");
+    let purpose = code("DCM", "109101", "Acquisition Equipment");
     scanner.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);
 
     let mut processing = DataSet::default();
@@ -293,22 +259,12 @@ fn put_derivation(set: &mut DataSet, params: &ExportParams, first: &DataSet) {
     let now = format!("{}{}", params.clock.date, params.clock.time);
     processing.put_text(tags::CONTRIBUTION_DATE_TIME, VR::DT, &now);
     processing.put_text(tags::CONTRIBUTION_DESCRIPTION, VR::ST, "Simulated deformation of the CT");
-    let purpose = code("109102", "Processing Equipment");
+    let purpose = code("DCM", "109102", "Processing Equipment");
     processing.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);
 
     let mut equipment = first.items(tags::CONTRIBUTING_EQUIPMENT_SEQUENCE).to_vec();
     equipment.extend([scanner, processing]);
     set.put_items(tags::CONTRIBUTING_EQUIPMENT_SEQUENCE, equipment);
-}
-
-/// Once compressed with loss, always compressed with loss (PS3.3 C.7.6.1.1.5).
-fn put_lossy(set: &mut DataSet, source: &Source) {
-    let lossy = source.slices.iter().find(|s| s.slice.lossy);
-    set.put_text(tags::LOSSY_IMAGE_COMPRESSION, VR::CS, if lossy.is_some() { "01" } else { "00" });
-    if let Some(slice) = lossy {
-        copy(set, tags::LOSSY_IMAGE_COMPRESSION_RATIO, &slice.header);
-        copy(set, tags::LOSSY_IMAGE_COMPRESSION_METHOD, &slice.header);
-    }
 }
 
 /// Geometry, in the source's own strings.
@@ -338,54 +294,14 @@ fn put_pixel_format(set: &mut DataSet, source: &Source, encoding: &Encoding) {
     }
 }
 
-/// An item of a code sequence in the scheme DCM (PS3.16 Annex D).
-fn code(value: &str, meaning: &str) -> DataSet {
-    let mut item = DataSet::default();
-    item.put_text(tags::CODE_VALUE, VR::SH, value);
-    item.put_text(tags::CODING_SCHEME_DESIGNATOR, VR::SH, "DCM");
-    item.put_text(tags::CODE_MEANING, VR::LO, meaning);
-    item
-}
-
-/// Copies an element that has a value, byte for byte; a decimal string that is too long is written
-/// anew, since readers may cut it.
-fn copy(set: &mut DataSet, tag: Tag, from: &DataSet) {
-    let Some(Element { vr, value, .. }) = from.get(tag) else { return };
-    match value {
-        Value::Bytes(bytes) if bytes.iter().all(|b| matches!(b, b' ' | 0)) && *vr != VR::US => {}
-        Value::Bytes(_) if *vr == VR::DS => {
-            let fitting = |text: String| match parse_ds(&text) {
-                Some(number) if text.len() > DS_LENGTH => format_ds(number),
-                _ => text,
-            };
-            let texts: Vec<String> = from.texts(tag).into_iter().map(fitting).collect();
-            set.put_text(tag, VR::DS, &texts.join("\\"));
-        }
-        Value::Items(items) if items.is_empty() => {}
-        _ => set.put(tag, *vr, value.clone()),
-    }
-}
-
 fn check_texts(params: &ExportParams) -> Result<(), Error> {
-    let check = |attribute: &'static str, text: &str, longest: usize, ok: bool| {
-        let fail = |reason: String| Err(Error::Text { attribute, reason });
-        if !text.is_ascii() || text.chars().any(|c| c.is_ascii_control()) {
-            return fail("only printable ASCII fits every character set".into());
-        }
-        if text.len() > longest {
-            return fail(format!("{} characters, {longest} fit", text.len()));
-        }
-        if ok { Ok(()) } else { fail(format!("{text:?} does not have the required form")) }
-    };
     let one_value = |text: &str| !text.contains('\\');
-    let digits = |text: &str, n| text.len() == n && text.bytes().all(|b| b.is_ascii_digit());
     let ExportParams { series_description, derivation, image_comments, .. } = params;
-    let (version, clock) = (&params.software_version, &params.clock);
+    let version = &params.software_version;
     let marked = one_value(series_description) && series_description.contains("DEFORMED");
-    check("Series Description", series_description, 64, marked)?;
-    check("Derivation Description", derivation, 1024, !derivation.is_empty())?;
-    check("Image Comments", image_comments, 10240, true)?;
-    check("Software Versions", version, 64, one_value(version) && !version.is_empty())?;
-    check("Content Date", &clock.date, 8, digits(&clock.date, 8))?;
-    check("Content Time", &clock.time, 6, digits(&clock.time, 6))
+    check_text("Series Description", series_description, 64, marked)?;
+    check_text("Derivation Description", derivation, 1024, !derivation.is_empty())?;
+    check_text("Image Comments", image_comments, 10240, true)?;
+    check_text("Software Versions", version, 64, one_value(version) && !version.is_empty())?;
+    check_clock(&params.clock)
 }

@@ -6,6 +6,7 @@ mod folder;
 mod read_back;
 
 use crate::error::Error;
+use crate::geometry::{grid_of, same_grid};
 use crate::read::Source;
 use crate::uid;
 use attributes::Attributes;
@@ -84,7 +85,7 @@ pub fn write_series(
     dir: &Path,
     progress: Progress<'_>,
 ) -> Result<WriteInfo, Error> {
-    let grid = crate::geometry::grid_of(source)?;
+    let grid = grid_of(source)?;
     same_grid(ct.grid(), &grid)?;
     let hu = source.padding.put_back(ct);
     let encoding = Encoding::choose(source, &hu);
@@ -126,21 +127,6 @@ pub fn write_series(
         files,
         source_encoding: encoding.inherited,
     })
-}
-
-fn same_grid(volume: &supine_space::Grid, source: &supine_space::Grid) -> Result<(), Error> {
-    let differs = |reason: String| Err(Error::OtherGrid { reason });
-    if volume.size() != source.size() {
-        return differs(format!("{:?} voxels, the source has {:?}", volume.size(), source.size()));
-    }
-    let last = volume.size().map(|s| s - 1);
-    let shift = |corner| (volume.centre(corner) - source.centre(corner)).norm();
-    let off =
-        [[0; 3], last, [last[0], 0, 0], [0, last[1], 0]].map(shift).into_iter().fold(0.0, f64::max);
-    if off > 1e-3 {
-        return differs(format!("a corner lies {off:.3} mm from that of the source"));
-    }
-    Ok(())
 }
 
 /// Hash of the parameters and of every slice's data set without its UIDs, in order.

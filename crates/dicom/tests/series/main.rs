@@ -5,6 +5,8 @@
 mod export;
 mod geometry;
 mod reading;
+mod segmentation;
+mod structures;
 mod support;
 mod values;
 mod verify;

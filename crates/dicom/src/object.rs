@@ -1,0 +1,100 @@
+//! Single objects that are no slices: opening them, and telling which they are.
+
+use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
+use crate::error::Error;
+use dicom_dictionary_std::{tags, uids};
+use std::path::Path;
+
+/// Objects that hold regions of the patient.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RegionObject {
+    /// A segmentation, see [`crate::read_segmentation`].
+    Segmentation,
+    /// A structure set, see [`crate::read_structures`].
+    Structures,
+}
+
+/// Which object of regions a file is, by its content; `None` when it is no DICOM file.
+///
+/// # Errors
+/// When the file cannot be read, or is a DICOM file of another kind or a damaged one.
+pub fn region_object(path: &Path) -> Result<Option<RegionObject>, Error> {
+    let file = name(path);
+    let mut container = match Container::open_head(path) {
+        Ok(container) => container,
+        Err(OpenError::NotDicom(_)) => return Ok(None),
+        Err(OpenError::Malformed { .. }) if !says_dicom(path)? => return Ok(None),
+        Err(error) => return Err(opened(error, path, &file)),
+    };
+    let mut class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
+    if class.is_empty() {
+        let head = container.data(Until::PixelData).map_err(|e| opened(e, path, &file))?;
+        class = head.set.text(tags::SOP_CLASS_UID);
+    }
+    match class.as_str() {
+        uids::SEGMENTATION_STORAGE | uids::LABEL_MAP_SEGMENTATION_STORAGE => {
+            Ok(Some(RegionObject::Segmentation))
+        }
+        uids::RT_STRUCTURE_SET_STORAGE => Ok(Some(RegionObject::Structures)),
+        _ => {
+            let what = format!(
+                "neither a segmentation nor a structure set, but: {}",
+                crate::folder::kind(&class)
+            );
+            Err(Error::Unsupported { file, what })
+        }
+    }
+}
+
+/// Whether the file has the marker of a DICOM file.
+fn says_dicom(path: &Path) -> Result<bool, Error> {
+    use std::io::Read as _;
+    let read_error = |source| Error::Read { path: path.to_owned(), source };
+    let mut head = Vec::new();
+    let file = std::fs::File::open(path).map_err(read_error)?;
+    file.take(132).read_to_end(&mut head).map_err(read_error)?;
+    Ok(head.get(128..132) == Some(b"DICM") || head.starts_with(b"DICM"))
+}
+
+/// A whole object.
+pub(crate) struct Object {
+    /// Name of the file, for messages.
+    pub(crate) file: String,
+    pub(crate) set: DataSet,
+    pub(crate) syntax: TransferSyntax,
+}
+
+impl Object {
+    /// Reads a whole file.
+    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
+        let file = name(path);
+        let mut container = Container::open(path).map_err(|e| opened(e, path, &file))?;
+        let set = container.data(Until::End).map_err(|e| opened(e, path, &file))?.set;
+        Ok(Self { file, set, syntax: container.syntax })
+    }
+
+    pub(crate) fn unsupported<T>(&self, what: impl Into<String>) -> Result<T, Error> {
+        Err(Error::Unsupported { file: self.file.clone(), what: what.into() })
+    }
+
+    pub(crate) fn fail<T>(
+        &self,
+        attribute: &'static str,
+        reason: impl Into<String>,
+    ) -> Result<T, Error> {
+        Err(Error::attribute(&self.file, attribute, reason))
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn opened(error: OpenError, path: &Path, file: &str) -> Error {
+    let malformed = |reason: String| Error::Malformed { file: file.to_owned(), reason };
+    match error {
+        OpenError::Io(source) => Error::Read { path: path.to_owned(), source },
+        OpenError::NotDicom(reason) => malformed(reason.to_owned()),
+        OpenError::Malformed { reason, .. } => malformed(reason),
+    }
+}

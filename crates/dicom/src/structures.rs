@@ -1,0 +1,183 @@
+//! RT structure sets (PS3.3 A.19): regions of interest drawn as contours.
+
+use crate::data_set::{DataSet, text_of};
+use crate::error::Error;
+use crate::number::{parse_ds, parse_is};
+use crate::object::Object;
+use crate::segmentation::{Meaning, NOT_COMPARED, same_frame_of_reference};
+use dicom_dictionary_std::{tags, uids};
+use std::path::Path;
+use supine_space::{Grid, Point};
+use supine_volume::{Filled, Volume, fill_contours};
+
+/// A region of interest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roi {
+    /// ROI Number, unique in its structure set.
+    pub number: i64,
+    /// ROI Name.
+    pub name: String,
+    /// RT ROI Interpreted Type (EXTERNAL, ORGAN, ...); empty when it has none.
+    pub interpreted_type: String,
+    /// ROI Display Color, if it has one.
+    pub colour: Option<[u8; 3]>,
+    /// UID of the frame of reference it was drawn in.
+    pub frame_of_reference: String,
+    /// Closed contours in one plane each (CLOSED_PLANAR, CLOSEDPLANAR_XOR), LPS, mm. The inside
+    /// follows the even-odd rule per plane.
+    pub contours: Vec<Vec<Point>>,
+    /// Points and open lines, which enclose nothing and were left out.
+    pub open_contours: usize,
+}
+
+impl Roi {
+    /// What its type says, when it is one that matters here.
+    pub fn meaning(&self) -> Option<Meaning> {
+        (self.interpreted_type == "EXTERNAL").then_some(Meaning::Body)
+    }
+}
+
+/// The regions of a structure set.
+#[derive(Clone, Debug)]
+pub struct Structures {
+    file: String,
+    rois: Vec<Roi>,
+}
+
+impl Structures {
+    /// The regions, in the order of the file.
+    pub fn rois(&self) -> &[Roi] {
+        &self.rois
+    }
+
+    /// The voxels whose centres lie within a region, and doubts that a user has to know of.
+    ///
+    /// See [`fill_contours`] for planes between slices and slices between planes.
+    /// `frame_of_reference` is that of the CT; a CT that did not come as DICOM has none.
+    ///
+    /// # Errors
+    /// When the region belongs to another frame of reference, or its contours enclose nothing, are
+    /// not parallel to the slices or leave a gap.
+    pub fn mask(
+        &self,
+        roi: &Roi,
+        grid: &Grid,
+        frame_of_reference: Option<&str>,
+    ) -> Result<(Volume<bool>, Vec<String>), Error> {
+        same_frame_of_reference(&self.file, &roi.frame_of_reference, frame_of_reference)?;
+        let (mask, filled) = fill_contours(grid, &roi.contours).map_err(|source| {
+            Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
+        })?;
+        let mut warnings = doubts(roi, filled);
+        if frame_of_reference.is_none() {
+            warnings.push(NOT_COMPARED.to_owned());
+        }
+        Ok((mask, warnings))
+    }
+}
+
+fn doubts(roi: &Roi, filled: Filled) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let name = &roi.name;
+    let nothing = filled.degenerate + roi.open_contours;
+    if nothing > 0 {
+        warnings.push(format!(
+            "{nothing} contour(s) of the region {name:?} enclose nothing (points, open lines, or \
+             fewer than three corners) and were left out"
+        ));
+    }
+    if filled.bridged_slices > 0 {
+        warnings.push(format!(
+            "the region {name:?} has no contour on {} slice(s) between others: its shape there \
+             was interpolated from its neighbours",
+            filled.bridged_slices
+        ));
+    }
+    warnings
+}
+
+/// Reads the regions of a structure set.
+///
+/// # Errors
+/// When the file is no sound structure set, or a contour is not a list of positions.
+pub fn read_structures(path: &Path) -> Result<Structures, Error> {
+    let object = Object::open(path)?;
+    let class = object.set.text(tags::SOP_CLASS_UID);
+    if class != uids::RT_STRUCTURE_SET_STORAGE {
+        return object.unsupported(format!("not a structure set: {}", crate::folder::kind(&class)));
+    }
+    let mut rois: Vec<Roi> = Vec::new();
+    for item in object.set.items(tags::STRUCTURE_SET_ROI_SEQUENCE) {
+        let Some(number) = parse_is(&item.text(tags::ROI_NUMBER)) else {
+            return object.fail("ROI Number", "is missing or no number");
+        };
+        if rois.iter().any(|r| r.number == number) {
+            return object.fail("ROI Number", format!("{number} is there twice"));
+        }
+        rois.push(Roi {
+            number,
+            name: item.text(tags::ROI_NAME),
+            interpreted_type: String::new(),
+            colour: None,
+            frame_of_reference: item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID),
+            contours: Vec::new(),
+            open_contours: 0,
+        });
+    }
+    if rois.is_empty() {
+        return object.fail("Structure Set ROI Sequence", "holds no region");
+    }
+    for item in object.set.items(tags::RTROI_OBSERVATIONS_SEQUENCE) {
+        if let Some(roi) = referenced(&mut rois, item) {
+            roi.interpreted_type = item.text(tags::RTROI_INTERPRETED_TYPE);
+        }
+    }
+    for item in object.set.items(tags::ROI_CONTOUR_SEQUENCE) {
+        let Some(roi) = referenced(&mut rois, item) else { continue };
+        roi.colour = colour(item);
+        for contour in item.items(tags::CONTOUR_SEQUENCE) {
+            match contour.text(tags::CONTOUR_GEOMETRIC_TYPE).as_str() {
+                "CLOSED_PLANAR" | "CLOSEDPLANAR_XOR" => {
+                    roi.contours.push(points(&object, &roi.name, contour)?);
+                }
+                _ => roi.open_contours += 1,
+            }
+        }
+    }
+    Ok(Structures { file: object.file, rois })
+}
+
+/// The region that an item belongs to.
+fn referenced<'a>(rois: &'a mut [Roi], item: &DataSet) -> Option<&'a mut Roi> {
+    let number = parse_is(&item.text(tags::REFERENCED_ROI_NUMBER))?;
+    rois.iter_mut().find(|r| r.number == number)
+}
+
+fn colour(item: &DataSet) -> Option<[u8; 3]> {
+    let texts = item.texts(tags::ROI_DISPLAY_COLOR);
+    let values: Option<Vec<u8>> =
+        texts.iter().map(|t| parse_is(t).and_then(|v| u8::try_from(v).ok())).collect();
+    values?.try_into().ok()
+}
+
+/// The corners of a contour.
+fn points(object: &Object, name: &str, contour: &DataSet) -> Result<Vec<Point>, Error> {
+    let text = text_of(contour.bytes(tags::CONTOUR_DATA).unwrap_or_default());
+    let values = text.split('\\').filter(|_| !text.is_empty());
+    let numbers: Option<Vec<f64>> = values.map(parse_ds).collect();
+    match numbers {
+        Some(numbers) if numbers.len() % 3 == 0 => {
+            Ok(numbers.chunks_exact(3).map(|p| Point::new(p[0], p[1], p[2])).collect())
+        }
+        Some(numbers) => {
+            let reason = format!(
+                "of the region {name:?} holds {} numbers, not three per point",
+                numbers.len()
+            );
+            object.fail("Contour Data", reason)
+        }
+        None => {
+            object.fail("Contour Data", format!("of the region {name:?} is not a list of numbers"))
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! Planar contours to voxels.
+
+use crate::{Volume, distance_mm};
+use rayon::prelude::*;
+use supine_space::{Grid, Matrix, Point, Vector};
+
+/// Contours of one plane, and a contour and its plane, may lie this far apart, mm: positions are
+/// written with one or two decimals.
+const SAME_PLANE_MM: f64 = 0.1;
+/// Widest gap between planes that is bridged beside two usual steps, mm.
+const BRIDGED_MM: f64 = 10.0;
+/// Gaps wider than this many usual steps are told.
+const USUAL_STEPS: f64 = 1.5;
+
+/// What was made of the contours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Filled {
+    /// Planes with contours.
+    pub planes: usize,
+    /// Contours of fewer than three points, which enclose nothing and were left out.
+    pub degenerate: usize,
+    /// Slices in gaps of more than one and a half usual steps, filled from the planes beside them.
+    pub bridged_slices: usize,
+}
+
+/// Why contours cannot be filled.
+#[derive(Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
+pub enum ContourError {
+    /// There are none, or none encloses anything.
+    #[error("it has no contour of three points or more")]
+    Empty,
+    /// A contour is not parallel to the slices.
+    #[error(
+        "contour {number} is not parallel to the slices of the CT (it spans {spread_mm:.2} mm \
+         across them)"
+    )]
+    NotParallel {
+        /// Number of the contour, from 1.
+        number: usize,
+        /// Its extent along the k axis, mm.
+        spread_mm: f64,
+    },
+    /// Planes are missing.
+    #[error(
+        "its contours leave a gap of {gap_mm:.1} mm above the plane through {}, elsewhere they are \
+         {usual_mm:.1} mm apart: draw the missing ones",
+        place(below)
+    )]
+    Gap {
+        /// A point of the plane below the gap, LPS, mm.
+        below: [f64; 3],
+        /// Distance of the planes beside the gap, mm.
+        gap_mm: f64,
+        /// Median distance of neighbouring planes, mm.
+        usual_mm: f64,
+    },
+}
+
+fn place(p: &[f64; 3]) -> String {
+    format!("({:.1}, {:.1}, {:.1}) mm", p[0], p[1], p[2])
+}
+
+/// Contours of one plane.
+struct Plane {
+    /// Place along the k axis, voxels.
+    k: f64,
+    /// Corners of each contour, continuous index (i, j).
+    contours: Vec<Vec<[f64; 2]>>,
+}
+
+/// The voxels whose centres lie within closed contours parallel to the slices; LPS, mm.
+///
+/// Within a plane the even-odd rule holds, so that a contour within another and a keyhole leave a
+/// hole. A slice within 0.1 mm of a plane takes that plane's contours; one between two planes the
+/// zero of the signed distances of both, weighted by how near they are. Gaps of up to two usual
+/// steps (their median) or 10 mm are bridged so. Beyond the outermost planes the contours hold for
+/// half a usual step.
+///
+/// # Errors
+/// When no contour encloses anything, one is not parallel to the slices, or planes are missing.
+pub fn fill_contours(
+    grid: &Grid,
+    contours: &[Vec<Point>],
+) -> Result<(Volume<bool>, Filled), ContourError> {
+    let planes = planes(grid, contours)?;
+    let step = grid.spacing().z;
+    let mut steps: Vec<f64> = planes.windows(2).map(|p| p[1].k - p[0].k).collect();
+    let wide = steps.clone();
+    steps.sort_by(f64::total_cmp);
+    let usual = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
+    let limit = (2.0 * usual).max(BRIDGED_MM / step) + SAME_PLANE_MM / step;
+    if let Some(n) = wide.iter().position(|gap| *gap > limit) {
+        let [i, j] = planes[n].contours[0][0];
+        let below = grid.patient_from_index([i, j, planes[n].k]).coords.into();
+        let (gap_mm, usual_mm) = (wide[n] * step, usual * step);
+        return Err(ContourError::Gap { below, gap_mm, usual_mm });
+    }
+    let [ni, nj, nk] = grid.size();
+    let slices: Vec<(Vec<bool>, bool)> =
+        (0..nk).into_par_iter().map(|k| slice(grid, &planes, k, usual)).collect();
+    let mut filled = Filled {
+        planes: planes.len(),
+        degenerate: contours.iter().filter(|c| c.len() < 3).count(),
+        bridged_slices: 0,
+    };
+    let mut mask = Vec::with_capacity(ni * nj * nk);
+    for (slice, bridged) in slices {
+        mask.extend(slice);
+        filled.bridged_slices += usize::from(bridged);
+    }
+    Ok((Volume::from_parts(grid.clone(), mask), filled))
+}
+
+/// The contours by plane, ascending along k.
+fn planes(grid: &Grid, contours: &[Vec<Point>]) -> Result<Vec<Plane>, ContourError> {
+    let step = grid.spacing().z;
+    let mut placed = Vec::new();
+    for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
+        let index: Vec<[f64; 3]> = contour.iter().map(|p| grid.index_from_patient(p)).collect();
+        let low = index.iter().map(|v| v[2]).fold(f64::INFINITY, f64::min);
+        let high = index.iter().map(|v| v[2]).fold(f64::NEG_INFINITY, f64::max);
+        let spread_mm = (high - low) * step;
+        if spread_mm.is_nan() || spread_mm > SAME_PLANE_MM {
+            return Err(ContourError::NotParallel { number: n + 1, spread_mm });
+        }
+        placed.push((0.5 * (low + high), index.iter().map(|v| [v[0], v[1]]).collect()));
+    }
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut planes: Vec<Plane> = Vec::new();
+    for (k, contour) in placed {
+        match planes.last_mut() {
+            Some(plane) if (k - plane.k) * step <= SAME_PLANE_MM => plane.contours.push(contour),
+            _ => planes.push(Plane { k, contours: vec![contour] }),
+        }
+    }
+    if planes.is_empty() { Err(ContourError::Empty) } else { Ok(planes) }
+}
+
+/// One slice, and whether it was bridged over a gap wider than usual.
+fn slice(grid: &Grid, planes: &[Plane], k: usize, usual: f64) -> (Vec<bool>, bool) {
+    let (place, near) = (k as f64, SAME_PLANE_MM / grid.spacing().z);
+    let above = planes.partition_point(|p| p.k < place);
+    let below = above.checked_sub(1);
+    let (below, above) = (below.map(|n| &planes[n]), planes.get(above));
+    let nearest = match (below, above) {
+        (Some(a), Some(b)) if place - a.k <= b.k - place => Some(a),
+        (_, Some(b)) => Some(b),
+        (a, None) => a,
+    };
+    let [ni, nj, _] = grid.size();
+    match (nearest, below, above) {
+        (Some(p), ..) if (p.k - place).abs() <= near => (fill(ni, nj, &p.contours), false),
+        (_, Some(a), Some(b)) => {
+            let share = (place - a.k) / (b.k - a.k);
+            (between(grid, a, b, share), b.k - a.k > USUAL_STEPS * usual)
+        }
+        (Some(p), ..) if (p.k - place).abs() < 0.5 * usual - near => {
+            (fill(ni, nj, &p.contours), false)
+        }
+        _ => (vec![false; ni * nj], false),
+    }
+}
+
+/// The shape at a share of the way from one plane to the next: the zero of the weighted signed
+/// distances to both outlines.
+fn between(grid: &Grid, a: &Plane, b: &Plane, share: f64) -> Vec<bool> {
+    let [ni, nj, _] = grid.size();
+    let spacing = Vector::new(grid.spacing().x, grid.spacing().y, 1.0);
+    let signed = |plane: &Plane| -> Vec<f64> {
+        let inside = fill(ni, nj, &plane.contours);
+        let Ok(flat) = Grid::new([ni, nj, 1], spacing, Point::origin(), Matrix::identity()) else {
+            return Vec::new();
+        };
+        let outside = Volume::from_parts(flat.clone(), inside.iter().map(|m| !m).collect());
+        let to_inside = distance_mm(&Volume::from_parts(flat, inside));
+        let to_outside = distance_mm(&outside);
+        let pair = to_inside.data().iter().zip(to_outside.data());
+        pair.map(|(i, o)| f64::from(*i) - f64::from(*o)).collect()
+    };
+    let (a, b) = (signed(a), signed(b));
+    a.iter().zip(&b).map(|(a, b)| (1.0 - share) * a + share * b < 0.0).collect()
+}
+
+/// The pixels whose centres lie within the contours by the even-odd rule. A centre on an edge
+/// counts on the lower side of the shape, not on the upper.
+fn fill(ni: usize, nj: usize, contours: &[Vec<[f64; 2]>]) -> Vec<bool> {
+    let mut pixels = vec![false; ni * nj];
+    let rows = contours.iter().flatten().map(|p| p[1]);
+    let (low, high) =
+        rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
+    // Casts saturate, so that contours far outside stay within the rows.
+    let rows = (low.ceil().max(0.0) as usize)..(high.floor() + 1.0).clamp(0.0, nj as f64) as usize;
+    let mut crossings = Vec::new();
+    for j in rows {
+        let y = j as f64;
+        crossings.clear();
+        for contour in contours {
+            let Some(last) = contour.last() else { continue };
+            let mut from = last;
+            for to in contour {
+                if (from[1] <= y) != (to[1] <= y) {
+                    crossings.push(from[0] + (y - from[1]) / (to[1] - from[1]) * (to[0] - from[0]));
+                }
+                from = to;
+            }
+        }
+        crossings.sort_by(f64::total_cmp);
+        for pair in crossings.chunks_exact(2) {
+            let column = |x: f64| x.ceil().clamp(0.0, ni as f64) as usize;
+            let (first, end) = (column(pair[0]), column(pair[1]));
+            pixels[j * ni + first..j * ni + end.max(first)].fill(true);
+        }
+    }
+    pixels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(size: [usize; 3]) -> Grid {
+        // Axes that point right, front and head, as in a series scanned feet first and prone.
+        let direction = Matrix::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0);
+        let spacing = Vector::new(1.5, 1.0, 3.0);
+        Grid::new(size, spacing, Point::new(50.0, -20.0, 7.0), direction).unwrap()
+    }
+
+    /// A closed contour from continuous indices.
+    fn contour(grid: &Grid, k: f64, corners: &[[f64; 2]]) -> Vec<Point> {
+        corners.iter().map(|c| grid.patient_from_index([c[0], c[1], k])).collect()
+    }
+
+    fn square(grid: &Grid, k: f64, low: f64, high: f64) -> Vec<Point> {
+        contour(grid, k, &[[low, low], [high, low], [high, high], [low, high]])
+    }
+
+    fn count(mask: &Volume<bool>, k: usize) -> usize {
+        let plane = mask.grid().size()[0] * mask.grid().size()[1];
+        mask.data()[k * plane..(k + 1) * plane].iter().filter(|m| **m).count()
+    }
+
+    #[test]
+    fn voxels_whose_centres_lie_inside_are_filled_and_inner_contours_are_holes() {
+        let g = grid([20, 20, 3]);
+        let contours = [square(&g, 1.0, 2.5, 12.5), square(&g, 1.0, 4.5, 7.5)];
+        let (mask, filled) = fill_contours(&g, &contours).unwrap();
+        assert_eq!([0, 1, 2].map(|k| count(&mask, k)), [0, 100 - 9, 0]);
+        assert!(mask.at([3, 3, 1]) && !mask.at([5, 5, 1]) && !mask.at([2, 3, 1]));
+        assert_eq!(filled, Filled { planes: 1, degenerate: 0, bridged_slices: 0 });
+    }
+
+    #[test]
+    fn a_keyhole_leaves_the_same_hole() {
+        let g = grid([20, 20, 1]);
+        // Out to the hole along one line and back along the same.
+        let corners = [
+            [2.5, 2.5],
+            [12.5, 2.5],
+            [12.5, 12.5],
+            [2.5, 12.5],
+            [2.5, 5.0],
+            [4.5, 5.0],
+            [4.5, 7.5],
+            [7.5, 7.5],
+            [7.5, 4.5],
+            [4.5, 4.5],
+            [4.5, 5.0],
+            [2.5, 5.0],
+        ];
+        let (mask, _) = fill_contours(&g, &[contour(&g, 0.0, &corners)]).unwrap();
+        assert_eq!(count(&mask, 0), 100 - 9);
+    }
+
+    #[test]
+    fn edges_through_centres_count_once() {
+        let g = grid([20, 20, 1]);
+        let halves = [
+            contour(&g, 0.0, &[[2.0, 2.0], [6.0, 2.0], [6.0, 9.0], [2.0, 9.0]]),
+            contour(&g, 0.0, &[[6.0, 2.0], [11.0, 2.0], [11.0, 9.0], [6.0, 9.0]]),
+        ];
+        let whole = contour(&g, 0.0, &[[2.0, 2.0], [11.0, 2.0], [11.0, 9.0], [2.0, 9.0]]);
+        let (together, _) = fill_contours(&g, &halves).unwrap();
+        assert_eq!(together, fill_contours(&g, &[whole]).unwrap().0);
+        assert_eq!(count(&together, 0), 9 * 7);
+    }
+
+    #[test]
+    fn slices_between_planes_are_bridged_by_shape() {
+        let g = grid([30, 30, 9]);
+        // Planes on every second slice, growing, and the one on slice 4 is missing.
+        let contours: Vec<_> =
+            [0.0, 2.0, 6.0, 8.0].into_iter().map(|k| square(&g, k, 10.5 - k, 18.5 + k)).collect();
+        let (mask, filled) = fill_contours(&g, &contours).unwrap();
+        for k in 0..9 {
+            let side = 8 + 2 * k;
+            let off = count(&mask, k).abs_diff(side * side);
+            assert!(off <= 2 * side, "slice {k}: {} voxels, {}", count(&mask, k), side * side);
+        }
+        assert_eq!(filled.bridged_slices, 3);
+    }
+
+    #[test]
+    fn outermost_contours_hold_for_half_a_step() {
+        let g = grid([20, 20, 9]);
+        let contours: Vec<_> = [2.8, 5.2].into_iter().map(|k| square(&g, k, 2.5, 8.5)).collect();
+        let (mask, _) = fill_contours(&g, &contours).unwrap();
+        let found: Vec<usize> = (0..9).filter(|&k| count(&mask, k) > 0).collect();
+        assert_eq!(found, [2, 3, 4, 5, 6], "2 and 6 lie 0.8 of 1.2 from the last planes");
+    }
+
+    #[test]
+    fn what_cannot_be_filled_says_why() {
+        let g = grid([20, 20, 20]);
+        let two = contour(&g, 1.0, &[[2.0, 2.0], [6.0, 2.0]]);
+        assert_eq!(fill_contours(&g, &[two.clone()]).unwrap_err(), ContourError::Empty);
+        assert_eq!(fill_contours(&g, &[]).unwrap_err(), ContourError::Empty);
+        let (_, filled) = fill_contours(&g, &[two, square(&g, 1.0, 2.5, 6.5)]).unwrap();
+        assert_eq!(filled.degenerate, 1);
+        let upright: Vec<Point> = [[3.0, 3.0, 2.0], [3.0, 9.0, 2.0], [3.0, 9.0, 5.0]]
+            .map(|v| g.patient_from_index(v))
+            .to_vec();
+        let error = fill_contours(&g, &[upright]).unwrap_err();
+        assert!(error.to_string().contains("9.00 mm"), "{error}");
+        let far: Vec<_> = [1.0, 2.0, 3.0, 9.0].map(|k| square(&g, k, 2.5, 6.5)).to_vec();
+        let error = fill_contours(&g, &far).unwrap_err().to_string();
+        assert!(error.contains("18.0 mm") && error.contains("3.0 mm apart"), "{error}");
+    }
+
+    #[test]
+    fn contours_far_outside_fill_nothing_and_do_no_harm() {
+        let g = grid([20, 20, 3]);
+        let (mask, _) = fill_contours(&g, &[square(&g, 1.0, -1e12, 1e12)]).unwrap();
+        assert_eq!(count(&mask, 1), 400);
+        let (mask, _) = fill_contours(&g, &[square(&g, 1e9, 1.0, 5.0)]).unwrap();
+        assert!(mask.data().iter().all(|m| !m));
+    }
+}
