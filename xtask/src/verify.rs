@@ -8,6 +8,8 @@ mod mesh;
 mod page;
 mod patients;
 mod real;
+mod study;
+mod study_tables;
 
 use crate::House;
 use anyhow::{Context, Result, bail, ensure};
@@ -39,9 +41,10 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     let patients = patients::all(&bench)?;
     pictures(&bench)?;
     let real = real::all(&bench)?;
+    let study = study::study(&bench)?;
     let meshes = mesh::all(&bench)?;
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, &meshes)?;
+    let page = page::page(date.trim(), &patients, &real, &study, &meshes)?;
     let path = house.root.join("docs/VERIFICATION.md");
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());

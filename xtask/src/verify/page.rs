@@ -1,6 +1,7 @@
 //! The text of docs/VERIFICATION.md.
 
-use super::{mesh, number, patients, real};
+use super::study::Study;
+use super::{mesh, number, patients, real, study_tables};
 use anyhow::Result;
 use serde_json::Value;
 use std::fmt::Write;
@@ -8,18 +9,22 @@ use std::fmt::Write;
 const HEAD: &str = include_str!("head.md");
 const MESH: &str = include_str!("mesh.md");
 const REAL: &str = include_str!("real.md");
+const STUDY: &str = include_str!("study.md");
 const TESTS: &str = include_str!("tests.md");
 
 pub(crate) fn page(
     date: &str,
     patients: &[patients::Row],
     real: &[real::Row],
+    study: &Study,
     meshes: &[mesh::Row],
 ) -> Result<String> {
     let mut page = HEAD.replace("{date}", date);
     page += &patient_rows(patients)?;
     page += REAL;
     page += &real_rows(real)?;
+    page += STUDY;
+    page += &study_tables::tables(study)?;
     page += MESH;
     page += &mesh_rows(meshes)?;
     page += TESTS;

@@ -17,17 +17,19 @@ pub(crate) struct Row {
 const COHORT: [&str; 3] = ["p1-net", "p2-full", "p3-hetero"];
 
 pub(crate) fn all(bench: &Bench<'_>) -> Result<Vec<Row>> {
-    let mut rows = vec![row(bench, "fixture", &bench.house.root.join("fixtures/patient"))?];
-    for name in COHORT {
-        let folder = bench.shared.join("cohort").join(name);
-        rows.push(row(bench, name, &folder)?);
-    }
-    Ok(rows)
+    folders(bench).into_iter().map(|(name, folder)| row(bench, name, &folder)).collect()
+}
+
+/// Name and folder of each patient.
+pub(crate) fn folders(bench: &Bench<'_>) -> Vec<(&'static str, PathBuf)> {
+    let cohort = COHORT.map(|name| (name, bench.shared.join("cohort").join(name)));
+    let mut all = vec![("fixture", bench.house.root.join("fixtures/patient"))];
+    all.extend(cohort);
+    all
 }
 
 fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     let work = bench.work.join(name);
-    std::fs::create_dir_all(&work)?;
     let ct = unpacked(patient, &work)?;
     let facts: Value = read(&patient.join("patient.json"))?;
     let truth: Value = read(&patient.join("truth/truth.json"))?;
@@ -51,11 +53,12 @@ fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
 }
 
 /// The folder of slices; the cohort's are packed.
-fn unpacked(patient: &Path, work: &Path) -> Result<PathBuf> {
+pub(crate) fn unpacked(patient: &Path, work: &Path) -> Result<PathBuf> {
     let packed = patient.join("ct.tar.xz");
     if !packed.is_file() {
         return Ok(patient.join("ct"));
     }
+    std::fs::create_dir_all(work)?;
     run(Command::new("tar").arg("xf").arg(&packed).arg("-C").arg(work))?;
     Ok(work.join("ct"))
 }
@@ -81,7 +84,7 @@ fn case_text(ct: &Path, facts: &Value, young: f64, rest: &str) -> Result<String>
     ))
 }
 
-fn read(path: &Path) -> Result<Value> {
+pub(crate) fn read(path: &Path) -> Result<Value> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     Ok(serde_json::from_str(&text)?)
 }

@@ -3,6 +3,7 @@
 use super::{Bench, run, run_case};
 use anyhow::Result;
 use serde_json::Value;
+use std::path::PathBuf;
 use std::process::Command;
 
 /// One breast of a real CT, on a table of AP 7, LAT 5, with the default tissue.
@@ -23,12 +24,7 @@ pub(crate) fn all(bench: &Bench<'_>) -> Result<Vec<Row>> {
 }
 
 fn row(bench: &Bench<'_>, folder: &str, side: &str, tumour: &[f64; 3]) -> Result<Row> {
-    let ct = bench.work.join(folder);
-    if !ct.is_dir() {
-        std::fs::create_dir_all(&ct)?;
-        let packed = bench.shared.join("real").join(folder).join("series.tar.zst");
-        run(Command::new("tar").arg("--zstd").arg("-xf").arg(packed).arg("-C").arg(&ct))?;
-    }
+    let ct = unpacked(bench, folder)?;
     let name = format!("{folder}, {side}");
     let case = bench.work.join(format!("{folder}-{side}.toml"));
     std::fs::write(
@@ -40,4 +36,15 @@ fn row(bench: &Bench<'_>, folder: &str, side: &str, tumour: &[f64; 3]) -> Result
     )?;
     let out = bench.work.join(format!("{folder}-{side}"));
     Ok(Row { name, summary: run_case(bench, &case, &out)? })
+}
+
+/// The folder of slices.
+pub(crate) fn unpacked(bench: &Bench<'_>, folder: &str) -> Result<PathBuf> {
+    let ct = bench.work.join(folder);
+    if !ct.is_dir() {
+        std::fs::create_dir_all(&ct)?;
+        let packed = bench.shared.join("real").join(folder).join("series.tar.zst");
+        run(Command::new("tar").arg("--zstd").arg("-xf").arg(packed).arg("-C").arg(&ct))?;
+    }
+    Ok(ct)
 }
