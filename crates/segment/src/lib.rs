@@ -47,10 +47,13 @@ pub struct Segmentation {
     /// [`supine_volume::label::CHEST_WALL`], which includes lungs, bones and all else within, on the
     /// grid of the CT.
     pub labels: LabelMap,
+    /// Outer surface of the chest wall, radius in mm per ray.
+    outline: sheet::Sheet,
+    levels: levels::Levels,
 }
 
 /// Soft tissue and chest wall of a supine chest CT: [`Segmenter::new`] and
-/// [`Segmenter::segment`] in a row.
+/// [`Segmenter::segment`] in a row; [`Segmenter::surfaces`] gives their surfaces.
 ///
 /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
 /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.

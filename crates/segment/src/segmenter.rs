@@ -2,14 +2,15 @@
 
 use crate::body::Body;
 use crate::frame::Frame;
+use crate::paint::Outline;
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
 use crate::sheet::Rays;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, Segmentation, bones, info, paint};
+use crate::{Error, Info, Params, Seeds, Segmentation, bones, info};
 use supine_space::Progress;
-use supine_volume::Ct;
+use supine_volume::{Ct, Surfaces};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter<'a> {
@@ -68,13 +69,22 @@ impl<'a> Segmenter<'a> {
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
         let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
-        let mut labels = paint::paint(scan, shell, &wall.height);
+        let outline = Outline::new(scan, shell.plus(&wall.height));
+        let mut labels = outline.paint();
         seeds::stamp(scan, &mut labels, seeds)?;
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let facts = (ribless, constraints.len());
         let info = info::info(&self.params, scan, search.levels, &wall, facts);
-        Ok((Segmentation { labels }, info))
+        let made = Segmentation { labels, outline: outline.into_radius(), levels: search.levels };
+        Ok((made, info))
+    }
+
+    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels:
+    /// their signs are its labels.
+    pub fn surfaces(&self, made: &Segmentation) -> Surfaces {
+        let outline = Outline::new(self.scan(), made.outline.clone());
+        outline.surfaces(&made.labels, self.params.skin_hu as f32, made.levels)
     }
 
     fn scan(&self) -> Scan<'_> {

@@ -34,6 +34,11 @@ impl Sheet {
         Self { values }
     }
 
+    /// The sum with another sheet.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self { values: self.values.iter().zip(&other.values).map(|(a, b)| a + b).collect() }
+    }
+
     /// The known (not NaN) values within `dk` slices and `dp` rays.
     fn around(&self, k: usize, p: usize, dk: usize, dp: usize, out: &mut Vec<f32>) {
         out.clear();

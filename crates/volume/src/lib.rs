@@ -8,7 +8,9 @@ mod contours;
 mod distance;
 mod region;
 mod sample;
+mod signed_distance;
 mod smooth;
+mod surfaces;
 mod volume;
 
 pub mod label;
@@ -18,7 +20,9 @@ pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
 pub use region::{Region, RegionError};
 pub use sample::{sample_trilinear, sample_trilinear_at};
+pub use signed_distance::SignedDistance;
 pub use smooth::gaussian;
+pub use surfaces::Surfaces;
 pub use volume::{Volume, VolumeError};
 
 /// CT in Hounsfield units after rescale.

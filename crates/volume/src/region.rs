@@ -1,12 +1,13 @@
 //! The spherical region that is meshed.
 
-use crate::{LabelMap, label};
+use crate::{LabelMap, Surfaces, label};
 use supine_space::Sphere;
 
 /// The uncropped labels and the sphere inside which the soft tissue is modelled.
 #[derive(Clone, Copy, Debug)]
 pub struct Region<'a> {
     labels: &'a LabelMap,
+    surfaces: Option<&'a Surfaces>,
     sphere: Sphere,
 }
 
@@ -50,6 +51,17 @@ pub enum RegionError {
         /// Radius, mm.
         radius: f64,
     },
+    /// The surfaces are not those of the labels.
+    #[error(
+        "the surfaces lie on a grid of {surfaces:?} voxels, the labels on one of {labels:?}, or at \
+         another place: make both in one segmentation"
+    )]
+    OtherGrid {
+        /// Voxels of the surfaces.
+        surfaces: [usize; 3],
+        /// Voxels of the labels.
+        labels: [usize; 3],
+    },
 }
 
 impl<'a> Region<'a> {
@@ -87,7 +99,27 @@ impl<'a> Region<'a> {
         if !inside(label::is_chest_wall) {
             return Err(RegionError::NoChestWall { centre, radius });
         }
-        Ok(Self { labels, sphere })
+        Ok(Self { labels, surfaces: None, sphere })
+    }
+
+    /// The region with the surfaces of its labels, known between the voxels.
+    ///
+    /// # Errors
+    /// When they lie on another grid than the labels.
+    pub fn with_surfaces(self, surfaces: &'a Surfaces) -> Result<Self, RegionError> {
+        let labels = self.labels.grid();
+        for grid in [surfaces.skin.grid(), surfaces.chest_wall.grid()] {
+            if grid != labels {
+                let (surfaces, labels) = (grid.size(), labels.size());
+                return Err(RegionError::OtherGrid { surfaces, labels });
+            }
+        }
+        Ok(Self { surfaces: Some(surfaces), ..self })
+    }
+
+    /// The surfaces of the labels, where they are known between the voxels.
+    pub fn surfaces(&self) -> Option<&'a Surfaces> {
+        self.surfaces
     }
 
     /// The uncropped labels.

@@ -1,6 +1,7 @@
 //! Whole segmentations of thoraxes built here.
 
 mod phantom;
+mod surfaces;
 
 use crate::{Error, Params, Seeds, nipple, propose_region, segment};
 use phantom::{Thorax, Truth};
