@@ -121,18 +121,24 @@ fn path(costs: &Costs, p: usize, up: bool, turn: usize, rule: (f32, usize)) -> V
 
 /// Dynamic programming along one path.
 struct Walk {
-    /// Costs so far, with `reach` infinite levels at both ends.
+    /// Costs so far, with `pad` infinite levels at both ends.
     padded: Vec<f32>,
+    spread: Vec<f32>,
     next: Vec<f32>,
     jump: f32,
-    reach: usize,
+    /// Jumps of 1, 2, 4 ... levels are tried one after the other: every sum of them is allowed.
+    doublings: u32,
+    pad: usize,
 }
 
 impl Walk {
     fn new(levels: usize, (jump, reach): (f32, usize)) -> Self {
-        let mut padded = vec![f32::INFINITY; levels + 2 * reach];
-        padded[reach..reach + levels].fill(0.0);
-        Self { padded, next: vec![0.0; levels], jump, reach }
+        let doublings = (reach + 1).next_power_of_two().ilog2();
+        let pad = 1 << doublings >> 1;
+        let mut padded = vec![f32::INFINITY; levels + 2 * pad];
+        let spread = padded.clone();
+        padded[pad..pad + levels].fill(0.0);
+        Self { padded, spread, next: vec![0.0; levels], jump, doublings, pad }
     }
 
     fn current(&self) -> &[f32] {
@@ -140,21 +146,25 @@ impl Walk {
     }
 
     fn step(&mut self, cost: &[f32]) {
-        let (levels, reach) = (self.next.len(), self.reach);
+        let (levels, pad) = (self.next.len(), self.pad);
         let lowest = self.padded.iter().copied().fold(f32::INFINITY, f32::min);
-        self.next.copy_from_slice(&self.padded[reach..reach + levels]);
-        for d in 1..=reach {
+        for doubling in 0..self.doublings {
+            let d = 1 << doubling;
             let price = d as f32 * self.jump;
-            let below = &self.padded[reach - d..reach - d + levels];
-            let above = &self.padded[reach + d..reach + d + levels];
-            for (n, (b, a)) in self.next.iter_mut().zip(below.iter().zip(above)) {
-                *n = n.min(b.min(*a) + price);
+            let here = &self.padded[pad..pad + levels];
+            let below = &self.padded[pad - d..pad - d + levels];
+            let above = &self.padded[pad + d..pad + d + levels];
+            let out = &mut self.spread[pad..pad + levels];
+            for ((o, h), (b, a)) in out.iter_mut().zip(here).zip(below.iter().zip(above)) {
+                *o = h.min(b.min(*a) + price);
             }
+            std::mem::swap(&mut self.padded, &mut self.spread);
         }
-        for (n, c) in self.next.iter_mut().zip(cost) {
-            *n += c - lowest;
+        let out = &mut self.padded[pad..pad + levels];
+        for (p, (n, c)) in out.iter_mut().zip(self.next.iter_mut().zip(cost)) {
+            *p += c - lowest;
+            *n = *p;
         }
-        self.padded[reach..reach + levels].copy_from_slice(&self.next);
     }
 }
 
