@@ -2,9 +2,10 @@
 
 use crate::Error;
 use crate::aggregate::{Costs, Jumps, aggregate, cheapest};
-use crate::bones::{SMOOTH_MM, smoothed};
+use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::Levels;
+use crate::levels::noise_hu;
 use crate::plane::{bilinear, kernel, smooth};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
@@ -14,6 +15,9 @@ use supine_space::Progress;
 /// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM`.
 pub(crate) const LOWEST_MM: f32 = -10.0;
 pub(crate) const STEP_MM: f32 = 0.5;
+/// Smoothing (sigma) per HU of noise, and its least and most, mm.
+const SMOOTH_MM_PER_HU: f32 = 0.02;
+const SMOOTH_MM: (f32, f32) = (0.4, 1.2);
 /// Cost per mm of fat enclosed beyond the shell; above the cap counted less.
 const FAT: f32 = 0.5;
 const FAT_CAP_MM: f32 = 8.0;
@@ -26,6 +30,8 @@ const DENSE_MM: f32 = 8.0;
 /// Cost per mm of muscle left outside, within this reach.
 const MUSCLE: f32 = 0.5;
 const MUSCLE_MM: f32 = 25.0;
+/// Muscle in front of the ribs is thinner than this, mm.
+const THICKEST_MM: f32 = 24.0;
 /// Reward for a full edge from muscle to fat, and the width it is measured over, mm.
 const EDGE: f32 = 4.0;
 const EDGE_MM: f32 = 2.0;
@@ -63,7 +69,8 @@ impl Band {
         let (ni, body) = (scan.frame.size[0], scan.body);
         let levels = ((highest_mm - LOWEST_MM) / STEP_MM) as usize + 1;
         let grid = (LOWEST_MM, STEP_MM, levels);
-        let image = |k| smoothed(scan.ct, scan.frame, k, SMOOTH_MM);
+        let sigma = smoothing_mm(scan);
+        let image = |k| smoothed(scan.ct, scan.frame, k, sigma);
         let hu = scan.sample(shell, grid, image, |image, _, at| {
             let seen = bilinear(&body.field, ni, at, f32::from)? > 0.99;
             if seen { bilinear(image, ni, at, |v| v) } else { None }
@@ -78,6 +85,11 @@ impl Band {
     pub(crate) fn levels(&self) -> usize {
         self.hu.levels
     }
+}
+
+/// Smoothing within the slice that suits the noise: every mm of it rounds off thin fat planes.
+fn smoothing_mm(scan: Scan<'_>) -> f32 {
+    (SMOOTH_MM_PER_HU * noise_hu(scan)).clamp(SMOOTH_MM.0, SMOOTH_MM.1)
 }
 
 /// Height of a level above the shell, mm.
@@ -252,8 +264,20 @@ fn true_muscle(scan: Scan<'_>, (band, shell): (&Band, &Sheet), levels: Levels) -
                 let known = !hu[n].is_nan() && depth[n] > 4.0;
                 *v = if known { levels.true_muscle(*v) } else { 0.0 };
             }
+            drop_blobs(out);
         }
     })
+}
+
+/// Takes runs of muscle along a ray that are thicker than any muscle in front of the ribs: gland
+/// that takes up contrast is as dense.
+fn drop_blobs(muscle: &mut [f32]) {
+    let thickest = (THICKEST_MM / STEP_MM) as usize;
+    for run in muscle.chunk_by_mut(|a, b| (*a > 0.5) == (*b > 0.5)) {
+        if run[0] > 0.5 && run.len() > thickest {
+            run.fill(0.0);
+        }
+    }
 }
 
 /// The costs of the levels of a ray, but for the expected thickness.
@@ -331,7 +355,7 @@ fn refine(
         let c = crossing.at(k, p);
         if c.is_nan() { surface.at(k, p) } else { c }
     });
-    let middle = height.median(0, 2);
+    let middle = height.median(1, 2);
     for (h, m) in height.values.iter_mut().zip(&middle.values) {
         if (*h - m).abs() > 2.0 {
             *h = *m;
@@ -363,4 +387,20 @@ fn crossing(hu: &[f32], h: f32, level: f32) -> f32 {
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_of_muscle_stays_and_a_blob_goes() {
+        let mut ray = vec![0.0; 100];
+        ray[10..40].fill(1.0);
+        ray[45..45 + (THICKEST_MM / STEP_MM) as usize + 1].fill(0.8);
+        let sheet = ray[..45].to_vec();
+        drop_blobs(&mut ray);
+        assert_eq!(ray[..45], sheet);
+        assert!(ray[45..].iter().all(|&m| m == 0.0));
+    }
 }
