@@ -118,6 +118,9 @@ pub(crate) struct Segment {
     /// Labels (.seg.nrrd, .nrrd, .nii.gz)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) doubt: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -3,7 +3,7 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::write_labels;
+use supine_exchange::{write_labels, write_tenths};
 use supine_pipeline::{Case, RunError, Seeds};
 use supine_segment::Params;
 use supine_space::Progress;
@@ -26,6 +26,9 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
         .map_err(RunError::from)?;
     let labels = made.labels;
     write_labels(&labels, &args.out)?;
+    if let Some(path) = &args.doubt {
+        write_tenths(&made.doubt, path)?;
+    }
     screen.warn_all(&info.warnings);
     let ml = |kind: fn(u8) -> bool| {
         let voxels = labels.data().iter().filter(|l| kind(**l)).count();

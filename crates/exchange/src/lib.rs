@@ -7,7 +7,7 @@
 //!
 //! | Format | Reads | Writes |
 //! |---|---|---|
-//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`] |
+//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`] |
 //! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`] | [`write_labels`] |
 //! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`] | [`write_ct_nifti`], [`write_labels`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
@@ -33,5 +33,8 @@ pub use error::{Error, ErrorKind, Problem};
 pub use labels::{read_labels, write_labels};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::{SeedPoints, read_seeds};
-pub use volumes::{FieldKind, read_ct, write_ct_nifti, write_ct_nrrd, write_field, write_scalar};
+pub use volumes::{
+    FieldKind, read_ct, read_tenths, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
+    write_tenths,
+};
 pub use vtu::{read_vtu, write_vtu};

@@ -30,6 +30,33 @@ pub fn read_ct(path: &Path) -> Result<Ct, Error> {
     Volume::new(grid, data).map_err(|e| Problem::field("sizes", e.to_string()).of(path))
 }
 
+/// Reads tenths of mm, 0 to 255, as [`write_tenths`] writes them.
+///
+/// # Errors
+/// When the file cannot be read, is damaged, does not say which way its axes point, or holds
+/// anything but one whole number from 0 to 255 per voxel.
+pub fn read_tenths(path: &Path) -> Result<Volume<u8>, Error> {
+    let raster = raster::read(path)?;
+    let data = if raster.layers == 1 {
+        raster.whole::<u8>("expected a whole number of tenths of mm from 0 to 255")
+    } else {
+        let reason = format!("{} values per voxel, expected one", raster.layers);
+        Err(Problem::field("sizes", reason))
+    };
+    let data = data.map_err(|p| p.of(path))?;
+    Volume::new(raster.grid, data).map_err(|e| Problem::field("sizes", e.to_string()).of(path))
+}
+
+/// Writes lengths in tenths of mm as NRRD: 8 bit, gzip, LPS.
+///
+/// # Errors
+/// When the name does not end in `.nrrd` or the file cannot be written.
+pub fn write_tenths(volume: &Volume<u8>, path: &Path) -> Result<(), Error> {
+    only_nrrd(path, "a map of lengths")?;
+    let keys = [("sample units".into(), "0.1 mm".into())];
+    nrrd::write(path, volume.grid(), &Axis::Scalar, &keys, volume.data().iter().copied())
+}
+
 /// Writes a CT as NRRD: 16 bit, gzip, LPS.
 ///
 /// `note` says how the volume came to be (`DERIVED ...`); it stands under the key `derivation`,

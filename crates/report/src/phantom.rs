@@ -16,6 +16,7 @@ pub(crate) struct Phantom {
     pub(crate) ct: Ct,
     pub(crate) deformed: Ct,
     pub(crate) labels: LabelMap,
+    pub(crate) doubt: Volume<u8>,
     pub(crate) mesh: TetMesh,
     pub(crate) displacement: Displacement,
 }
@@ -52,7 +53,13 @@ impl Phantom {
         let mesh = block(4, 40.0);
         let values = vec![u; mesh.points().len()];
         let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
-        Self { ct, deformed, labels, mesh, displacement }
+        // The patient's left half of the boundary is doubtful.
+        let doubt = Volume::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let near = (p.y - 5.0).abs() < 3.0 && hu(p) > -1000;
+            if near && p.x > 0.0 { 40 } else { u8::from(near) }
+        });
+        Self { ct, deformed, labels, doubt, mesh, displacement }
     }
 
     /// The scene with the nipple as focus; no tumour.
@@ -61,6 +68,7 @@ impl Phantom {
             ct: &self.ct,
             deformed: &self.deformed,
             labels: &self.labels,
+            doubt: Some(&self.doubt),
             mesh: &self.mesh,
             displacement: &self.displacement,
             sphere: Sphere::new(Point::origin(), 48.0).unwrap(),

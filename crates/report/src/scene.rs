@@ -2,7 +2,7 @@
 
 use supine_mesh::{Displacement, TetMesh};
 use supine_space::{Point, Side, Sphere};
-use supine_volume::{Ct, LabelMap};
+use supine_volume::{Ct, LabelMap, Volume};
 
 /// The products of a run that the pictures show; all positions LPS, mm.
 #[derive(Clone, Copy, Debug)]
@@ -13,6 +13,9 @@ pub struct Scene<'a> {
     pub deformed: &'a Ct,
     /// The segmentation.
     pub labels: &'a LabelMap,
+    /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and 0
+    /// elsewhere, on the grid of the labels; `None` when it is not known.
+    pub doubt: Option<&'a Volume<u8>>,
     /// The mesh in the CT shape.
     pub mesh: &'a TetMesh,
     /// Displacement from the CT shape to the operating position.

@@ -187,6 +187,34 @@ pub struct Segmentation {
     pub soft_tissue_ml: f64,
     /// Chest wall within the region, with all it encloses, ml.
     pub chest_wall_ml: f64,
+    /// Doubt about the boundary between them; `None` when the labels were brought.
+    pub doubt: Option<WallDoubt>,
+}
+
+/// How sure the boundary between chest wall and soft tissue is within the region.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct WallDoubt {
+    /// Its area, cm².
+    pub boundary_cm2: f64,
+    /// The area that may be wrong by more than `limit_mm`, cm².
+    pub doubtful_cm2: f64,
+    /// The boundary is called doubtful where it may be wrong by more than this, mm.
+    pub limit_mm: f64,
+    /// The largest doubtful place; `None` when there is none.
+    pub largest: Option<DoubtfulPatch>,
+}
+
+/// A connected part of the boundary that is doubtful.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct DoubtfulPatch {
+    /// Area, cm².
+    pub area_cm2: f64,
+    /// Its middle, LPS, mm.
+    pub centre_mm: [f64; 3],
+    /// The error that 9 of 10 such places do not exceed, mm.
+    pub error_mm: f64,
+    /// Where it lies, as in `upper outer quadrant`.
+    pub place: String,
 }
 
 /// Result of the mesher.

@@ -1,7 +1,7 @@
 //! The report's tables, as text.
 
 use crate::words::{capital, count, directions, fixed, triple};
-use crate::{Movement, Summary};
+use crate::{Movement, Summary, WallDoubt};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -182,7 +182,20 @@ fn segmentation(s: &Summary) -> Table {
     t.row("Muscle", hu(s.segmentation.muscle_hu));
     t.row("Soft tissue in the region", format!("{} ml", fixed(s.segmentation.soft_tissue_ml, 0)));
     t.row("Chest wall in the region", format!("{} ml", fixed(s.segmentation.chest_wall_ml, 0)));
+    if let Some(doubt) = &s.segmentation.doubt {
+        t.row("Doubtful boundary", doubtful(doubt));
+    }
     t
+}
+
+/// `12.5 of 180 cm² may be off by more than 2 mm; largest: 7.8 cm², upper outer quadrant`.
+fn doubtful(doubt: &WallDoubt) -> String {
+    let (bad, all) = (fixed(doubt.doubtful_cm2, 1), fixed(doubt.boundary_cm2, 0));
+    let limit = fixed(doubt.limit_mm, 0);
+    let largest = doubt.largest.as_ref().map_or_else(String::new, |p| {
+        format!("; largest: {} cm², {}", fixed(p.area_cm2, 1), p.place)
+    });
+    format!("{bad} of {all} cm² may be off by more than {limit} mm{largest}")
 }
 
 fn mesh(s: &Summary) -> Table {

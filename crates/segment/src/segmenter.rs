@@ -8,7 +8,7 @@ use crate::seeds::{self, Constraints};
 use crate::sheet::Rays;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, Segmentation, bones, info};
+use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, info};
 use supine_space::Progress;
 use supine_volume::{Ct, Surfaces};
 
@@ -72,11 +72,14 @@ impl<'a> Segmenter<'a> {
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
         seeds::stamp(scan, &mut labels, seeds)?;
+        let error = confidence::error(scan, (shell, &self.shell.ribless), &wall, &constraints);
+        let doubt = confidence::map(scan, shell, &wall, &error);
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let facts = (ribless, constraints.len());
         let info = info::info(&self.params, scan, search.levels, &wall, facts);
-        let made = Segmentation { labels, outline: outline.into_radius(), levels: search.levels };
+        let made =
+            Segmentation { labels, doubt, outline: outline.into_radius(), levels: search.levels };
         Ok((made, info))
     }
 

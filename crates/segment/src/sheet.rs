@@ -52,13 +52,24 @@ impl Sheet {
         }
     }
 
-    /// Median over the window of 2 dk + 1 slices and 2 dp + 1 rays.
-    pub(crate) fn median(&self, dk: usize, dp: usize) -> Self {
+    /// `of` the known values in the window of 2 dk + 1 slices and 2 dp + 1 rays; NaN where there are
+    /// none.
+    pub(crate) fn window(
+        &self,
+        dk: usize,
+        dp: usize,
+        of: impl Fn(&mut [f32]) -> f32 + Sync,
+    ) -> Self {
         Self::from_fn(self.slices(), |k, p| {
             let mut near = Vec::new();
             self.around(k, p, dk, dp, &mut near);
-            if near.is_empty() { f32::NAN } else { median(&mut near) }
+            if near.is_empty() { f32::NAN } else { of(&mut near) }
         })
+    }
+
+    /// Median over the window of 2 dk + 1 slices and 2 dp + 1 rays.
+    pub(crate) fn median(&self, dk: usize, dp: usize) -> Self {
+        self.window(dk, dp, median)
     }
 
     /// Gaussian (sigma in slices and rays); the first and last slice continue outside.

@@ -51,8 +51,6 @@ const MUSCLE_SMOOTH_MM: f32 = 2.0;
 const MUSCLE_SMOOTH_Z_MM: f32 = 1.5;
 /// Thickness of a fat plane that shows where the wall ends, mm.
 const PLANE_MM: f32 = 2.0;
-/// A surface farther than this from the chosen one is its rival, mm.
-const RIVAL_MM: f32 = 4.0;
 /// The thickness where no plane is seen anywhere, mm.
 const USUAL_MM: f32 = 8.0;
 
@@ -104,10 +102,6 @@ pub(crate) struct Wall {
     pub(crate) height: Sheet,
     /// 1 where the edge from muscle to fat lies within 1 mm of the surface.
     pub(crate) edge: Sheet,
-    /// How much dearer the best surface more than [`RIVAL_MM`] away is, in the cost summed over all
-    /// paths; infinite where there is none.
-    #[expect(dead_code, reason = "the map of confidence is drawn from it")]
-    pub(crate) margin: Sheet,
 }
 
 /// The search for the wall: all that it rests on but the seeds.
@@ -162,16 +156,11 @@ impl Search {
         let slices = frame.size[2];
         let mut expected = self.plane.filled(frame.spacing[2], USUAL_MM);
         let mut surface = Sheet::new(slices, 0.0);
-        let mut margin = Sheet::new(slices, 0.0);
         for pass in 0..2 {
             let pull = seeds.pull(&expected, shell, frame.spacing[2]);
             let costs = self.with_prior(&pull, seeds);
             let sum = aggregate(&costs, jumps(frame));
-            let chosen = cheapest(&sum);
-            if pass == 1 {
-                margin = rivals(&sum, &chosen);
-            }
-            surface.values = chosen.into_iter().map(height).collect();
+            surface.values = cheapest(&sum).into_iter().map(height).collect();
             progress.at(0.5 + 0.4 * f64::from(pass))?;
             if pass == 0 {
                 expected = confirmed(&surface, &self.plane).filled(frame.spacing[2], USUAL_MM);
@@ -179,7 +168,7 @@ impl Search {
         }
         let (height, edge) = refine(&surface, &self.band, self.levels, (frame, seeds));
         progress.at(1.0)?;
-        Ok(Wall { height, edge, margin })
+        Ok(Wall { height, edge })
     }
 
     /// The costs with the expected thickness and the seeds.
@@ -200,16 +189,6 @@ impl Search {
             }
         })
     }
-}
-
-/// The cost of the best rival less that of the chosen level, per ray.
-fn rivals(sum: &Costs, chosen: &[usize]) -> Sheet {
-    let away = (RIVAL_MM / STEP_MM) as usize;
-    Sheet::from_fn(chosen.len() / RAYS, |k, p| {
-        let (ray, level) = (sum.ray(k, p), chosen[k * RAYS + p]);
-        let others = ray.iter().enumerate().filter(|(n, _)| n.abs_diff(level) > away);
-        others.fold(f32::INFINITY, |best, (_, &cost)| best.min(cost)) - ray[level]
-    })
 }
 
 fn jumps(frame: &Frame) -> Jumps {

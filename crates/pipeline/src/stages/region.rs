@@ -1,10 +1,13 @@
 //! The region: as given, or proposed from the breast; and whether the tumour lies in it.
 
-use super::segment::Facts as SegmentFacts;
+use super::segment::{DOUBT, Facts as SegmentFacts};
 use crate::bench::{Bench, Done};
 use crate::{Case, RunError, Stage};
+use supine_exchange::read_tenths;
+use supine_report::{DoubtfulPatch, WallDoubt};
+use supine_segment::{DOUBTFUL_MM, Doubt};
 use supine_space::{Point, Sphere};
-use supine_volume::{LabelMap, Region, label};
+use supine_volume::{LabelMap, Region, Volume, label};
 
 /// The sphere, checked against the labels.
 pub(crate) struct Chosen {
@@ -16,6 +19,11 @@ pub(crate) struct Chosen {
     pub(crate) chest_wall_ml: f64,
     /// Where the nipple seems to be, LPS, mm.
     pub(crate) nipple: Option<Point>,
+    /// How far the boundary of the chest wall may be wrong, tenths of mm; `None` when the labels
+    /// were brought.
+    pub(crate) doubt: Option<Volume<u8>>,
+    /// The same within the region.
+    pub(crate) wall_doubt: Option<WallDoubt>,
 }
 
 pub(crate) fn region(
@@ -23,6 +31,10 @@ pub(crate) fn region(
     case: &Case,
     labels: &Done<LabelMap, SegmentFacts>,
 ) -> Result<Chosen, RunError> {
+    let doubt = match case.labels {
+        Some(_) => None,
+        None => Some(read_tenths(&bench.store.path(DOUBT)?).map_err(RunError::Product)?),
+    };
     bench.pass(Stage::Region, |_| {
         let map = &labels.product;
         let sphere = match case.region {
@@ -31,15 +43,35 @@ pub(crate) fn region(
         };
         Region::new(map, sphere)?;
         let warnings = check_tumour(map, case.tumour, sphere)?;
+        let nipple = supine_segment::nipple(map, case.breast);
+        let middle = nipple.unwrap_or(sphere.centre());
+        let within = |doubt| wall_doubt(&supine_segment::doubt(map, doubt, sphere), middle, case);
         let chosen = Chosen {
+            wall_doubt: doubt.as_ref().map(within),
+            doubt,
             sphere,
             proposed: case.region.is_none(),
             soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
             chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
-            nipple: supine_segment::nipple(map, case.breast),
+            nipple,
         };
         Ok((chosen, warnings))
     })
+}
+
+/// The doubt in the words of the summary.
+fn wall_doubt(found: &Doubt, middle: Point, case: &Case) -> WallDoubt {
+    WallDoubt {
+        boundary_cm2: found.boundary_cm2,
+        doubtful_cm2: found.doubtful_cm2,
+        limit_mm: DOUBTFUL_MM,
+        largest: found.patches.first().map(|patch| DoubtfulPatch {
+            area_cm2: patch.area_cm2,
+            centre_mm: patch.centre.coords.into(),
+            error_mm: patch.error_mm,
+            place: patch.place(&middle, case.breast).into(),
+        }),
+    }
 }
 
 /// The tumour must lie in the region and its centre in the patient.

@@ -2,11 +2,11 @@
 
 use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
-use crate::store::{form, hash_of};
+use crate::store::{Store, form, hash_of};
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use supine_exchange::{read_labels, write_labels};
+use supine_exchange::{read_labels, write_labels, write_tenths};
 use supine_report::Input;
 use supine_space::Progress;
 use supine_volume::LabelMap;
@@ -41,7 +41,7 @@ pub(crate) fn segment(
         |store, progress| {
             let (labels, mut facts, warnings) = match &case.labels {
                 Some(path) => brought(path, input)?,
-                None => found(input, &params, progress)?,
+                None => found(store, input, &params, progress)?,
             };
             facts.inputs = inputs.clone();
             write_labels(&labels, &store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
@@ -61,8 +61,17 @@ fn input_file(role: &'static str, path: &Path) -> Result<Input, RunError> {
 
 type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;
 
-fn found(input: &Imported, params: &supine_segment::Params, progress: Progress<'_>) -> Result3 {
+/// The doubt about labels that were found, in the output folder.
+pub(crate) const DOUBT: &str = "labels-doubt.nrrd";
+
+fn found(
+    store: &Store,
+    input: &Imported,
+    params: &supine_segment::Params,
+    progress: Progress<'_>,
+) -> Result3 {
     let (made, info) = supine_segment::segment(&input.input.ct, params, progress)?;
+    write_tenths(&made.doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
     Ok((made.labels, facts, info.warnings))

@@ -1,20 +1,23 @@
 //! The segmentation, drawn on the whole CT.
 
-use super::{Picture, Row, Studio, dress, paint};
+use super::{Picture, Row, Studio, doubt, dress, paint};
 use crate::canvas::Pen;
 use crate::plane::{Plane, View, contour};
 use crate::{Error, colour};
 use supine_space::{Point, Progress, Vector};
-use supine_volume::{LabelMap, label};
+use supine_volume::{LabelMap, Volume, label};
 
 /// Air shown around the body, mm.
 const MARGIN: f64 = 12.0;
 
 /// Skin and chest wall in three planes through the region's centre.
-pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, Error> {
+pub(super) fn row(
+    studio: &Studio<'_>,
+    wall: &Volume<u8>,
+    progress: Progress<'_>,
+) -> Result<Row, Error> {
     let scene = studio.scene;
     let body = scene.labels.map(|l| u8::from(*l != label::OUTSIDE));
-    let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
     let frame = extent(scene.labels);
     let pixel_mm = (frame[1] - frame[0]).max() / super::SIZE;
     let mut pictures = Vec::new();
@@ -22,10 +25,9 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, Er
         progress.at(n as f64 / 3.0)?;
         let plane = Plane::new(view, &scene.sphere.centre(), frame, pixel_mm);
         let mut canvas = paint(&plane, &plane.sample(scene.ct), 1.0);
-        for (volume, rgb) in [(&body, colour::SKIN), (&wall, colour::CHEST_WALL)] {
-            let lines = contour(&plane.sample(volume), plane.width, 0.5);
-            canvas.stroke_on_halo(&lines, Pen::new(1.5, rgb));
-        }
+        let skin = contour(&plane.sample(&body), plane.width, 0.5);
+        canvas.stroke_on_halo(&skin, Pen::new(1.5, colour::SKIN));
+        doubt::outline(studio, &mut canvas, &plane, wall);
         studio.outline_region(&mut canvas, &plane);
         studio.mark_before(&mut canvas, &plane, false);
         dress(&mut canvas, &plane, "");
@@ -38,7 +40,8 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, Er
     Ok(Row {
         title: "Segmentation".into(),
         text: "Skin cyan, chest wall red (ribs, intercostals, pectoralis and all they enclose: \
-               held still), region dashed, through the region's centre. All between skin and \
+               held still), white and dashed where it may lie off (below); region thinly dashed; \
+               through the region's centre. All between skin and \
                chest wall within the region moves: where a line is wrong, the result is wrong."
             .into(),
         pair: false,

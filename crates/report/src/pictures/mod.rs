@@ -1,6 +1,7 @@
 //! The pictures of a report, in rows as the report shows them.
 
 mod compare;
+mod doubt;
 mod labels;
 mod mesh;
 mod motion;
@@ -12,6 +13,7 @@ use crate::plane::{Plane, View};
 use crate::{Error, Scene, Summary};
 use supine_mesh::Edges;
 use supine_space::{Point, Progress, Vector};
+use supine_volume::label;
 
 /// Pixels across the pictures of the region.
 const SIZE: f64 = 520.0;
@@ -56,10 +58,12 @@ struct Studio<'a> {
     focus: Point,
     /// What lies there.
     focus_name: &'static str,
+    /// The chest wall is drawn as doubtful where it may be wrong by more than this, mm.
+    doubtful_mm: f64,
 }
 
 impl<'a> Studio<'a> {
-    fn new(scene: &'a Scene<'a>) -> Self {
+    fn new(scene: &'a Scene<'a>, doubtful_mm: f64) -> Self {
         let reach = 1.08 * scene.sphere.radius();
         let (centre, around) = (scene.sphere.centre(), Vector::repeat(reach));
         let (focus, focus_name) = match (scene.tumour, scene.nipple) {
@@ -74,6 +78,7 @@ impl<'a> Studio<'a> {
             pixel_mm: 2.0 * reach / SIZE,
             focus,
             focus_name,
+            doubtful_mm,
         }
     }
 
@@ -121,9 +126,15 @@ pub(crate) fn rows(
     scene: &Scene<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
-    let studio = Studio::new(scene);
+    let doubt = summary.segmentation.doubt.as_ref();
+    let studio = Studio::new(scene, doubt.map_or(f64::INFINITY, |d| d.limit_mm));
     let mut rows = compare::rows(&studio, summary, progress.part(0.0, 0.4))?;
-    rows.push(labels::row(&studio, progress.part(0.4, 0.6))?);
+    let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
+    rows.push(labels::row(&studio, &wall, progress.part(0.4, 0.5))?);
+    if let Some(doubt) = doubt {
+        rows.push(doubt::row(&studio, doubt, &wall, progress.part(0.5, 0.6))?);
+    }
+    drop(wall);
     rows.extend(mesh::rows(&studio, progress.part(0.6, 0.8))?);
     rows.extend(motion::rows(&studio, progress.part(0.8, 1.0))?);
     Ok(rows)

@@ -10,7 +10,7 @@ fn flat(rows: Vec<Row>) -> Vec<Picture> {
 /// The pictures of before, after and change.
 fn compared(phantom: &Phantom) -> Vec<Picture> {
     let scene = phantom.scene();
-    flat(compare::rows(&Studio::new(&scene), &example(), Progress::none()).unwrap())
+    flat(compare::rows(&Studio::new(&scene, 2.0), &example(), Progress::none()).unwrap())
 }
 
 fn find<'a>(pictures: &'a [Picture], name: &str) -> &'a Canvas {
@@ -75,9 +75,12 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
     let (a, b) = (Phantom::new(Matrix::identity(), u), Phantom::new(turned, u));
     let all = |p: &Phantom| {
         let scene = p.scene();
-        let studio = Studio::new(&scene);
+        let studio = Studio::new(&scene, 2.0);
         let mut rows = motion::rows(&studio, Progress::none()).unwrap();
-        rows.push(labels::row(&studio, Progress::none()).unwrap());
+        let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
+        rows.push(labels::row(&studio, &wall, Progress::none()).unwrap());
+        let doubt = example().segmentation.doubt.unwrap();
+        rows.push(doubt::row(&studio, &doubt, &wall, Progress::none()).unwrap());
         flat(rows)
     };
     for (a, b) in all(&a).iter().zip(&all(&b)) {
@@ -113,5 +116,33 @@ fn scales_are_round() {
     for (x, want) in [(0.0, 1.0), (4.05, 5.0), (0.13, 0.15), (1.0, 1.0), (8.2, 10.0), (23.0, 30.0)]
     {
         assert!((round_up(x) - want).abs() < 1e-12, "{x} {}", round_up(x));
+    }
+}
+
+#[test]
+fn the_doubtful_half_of_the_chest_wall_is_striped_and_dashed() {
+    let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+    let scene = phantom.scene();
+    let studio = Studio::new(&scene, 2.0);
+    let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
+    let doubt = example().segmentation.doubt.unwrap();
+    let mut rows = vec![labels::row(&studio, &wall, Progress::none()).unwrap()];
+    rows.push(doubt::row(&studio, &doubt, &wall, Progress::none()).unwrap());
+    assert!(
+        rows[1].text.contains("7 %") && rows[1].text.contains("upper outer"),
+        "{}",
+        rows[1].text
+    );
+    let pictures = flat(rows);
+    for (name, rows) in [("chest_wall_front", 200..320), ("axial_segmentation", 200..260)] {
+        let canvas = find(&pictures, name);
+        let white = |from: usize, to: usize| {
+            let on = |x: usize| rows.clone().filter(|&y| canvas.at(x, y) == colour::DOUBT).count();
+            (from..to).map(on).sum::<usize>()
+        };
+        let middle = canvas.width() / 2;
+        // Lettering is not of that white.
+        assert!(white(middle + 20, middle + 120) > 100, "{name}: nothing doubtful at the left");
+        assert_eq!(white(middle - 120, middle - 20), 0, "{name}: doubtful at the right");
     }
 }

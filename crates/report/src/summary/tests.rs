@@ -49,6 +49,17 @@ pub(crate) fn example() -> Summary {
             muscle_hu: Some(52.1),
             soft_tissue_ml: 731.25,
             chest_wall_ml: 402.5,
+            doubt: Some(WallDoubt {
+                boundary_cm2: 180.25,
+                doubtful_cm2: 12.5,
+                limit_mm: 2.0,
+                largest: Some(DoubtfulPatch {
+                    area_cm2: 7.75,
+                    centre_mm: [55.0, -12.0, 31.0],
+                    error_mm: 3.5,
+                    place: "upper outer quadrant".into(),
+                }),
+            }),
         },
         mesh: Mesh {
             asked: 5000,

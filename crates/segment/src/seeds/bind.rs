@@ -58,6 +58,11 @@ impl Bound {
         Self { lower: middle, upper: middle }
     }
 
+    /// Whether a seed near the surface at height h holds it there.
+    pub(crate) fn touches(self, h: f32, within_mm: f32) -> bool {
+        h - self.lower <= within_mm || self.upper - h <= within_mm
+    }
+
     pub(crate) fn clamp(self, h: f32) -> f32 {
         h.max(self.lower).min(self.upper)
     }

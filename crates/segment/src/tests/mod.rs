@@ -1,5 +1,6 @@
 //! Whole segmentations of thoraxes built here.
 
+mod doubt;
 mod phantom;
 mod surfaces;
 
