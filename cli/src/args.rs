@@ -112,7 +112,7 @@ pub(crate) struct Segment {
     /// A case file, for its series and seeds
     #[arg(long, value_name = "CASE.toml")]
     pub(crate) case: Option<PathBuf>,
-    /// Seeds (.mrk.json), instead of the case's
+    /// Seeds (.mrk.json, .csv, .seg.nrrd, .nrrd, .nii.gz or a folder of masks), instead of the case's
     #[arg(long, value_name = "FILE")]
     pub(crate) seeds: Option<PathBuf>,
     /// Labels (.seg.nrrd, .nrrd, .nii.gz)

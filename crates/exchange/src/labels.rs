@@ -1,6 +1,6 @@
 //! Label maps: 3D Slicer segmentations, plain NRRD and NIfTI.
 
-mod segments;
+pub(crate) mod segments;
 
 use crate::{
     Error, Problem, file, nii,

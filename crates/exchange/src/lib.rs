@@ -7,9 +7,9 @@
 //!
 //! | Format | Reads | Writes |
 //! |---|---|---|
-//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`] |
-//! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`] | [`write_labels`] |
-//! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`] | [`write_ct_nifti`], [`write_labels`] |
+//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`], [`read_seeds`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`] |
+//! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`] | [`write_labels`] |
+//! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`] | [`write_ct_nifti`], [`write_labels`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
@@ -32,7 +32,7 @@ mod vtu;
 pub use error::{Error, ErrorKind, Problem};
 pub use labels::{read_labels, write_labels};
 pub use points::{NamedPoint, read_points, write_points};
-pub use seeds::{SeedPoints, read_seeds};
+pub use seeds::read_seeds;
 pub use volumes::{
     FieldKind, read_ct, read_tenths, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
     write_tenths,

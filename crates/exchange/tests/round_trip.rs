@@ -158,7 +158,10 @@ fn points_and_seeds_come_back() {
     let path = folder.path().join("list.mrk.json");
     write_points(&[point("F-1", 1.0)], &path).unwrap();
     let message = read_seeds(&path).unwrap_err().to_string();
-    assert!(message.contains("point 1 (`F-1`): its name begins with none of"), "{message}");
+    assert!(
+        message.contains("point 1 (`F-1`): neither its name nor that of its list"),
+        "{message}"
+    );
 }
 
 #[test]

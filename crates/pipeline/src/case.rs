@@ -53,42 +53,24 @@ pub enum Seeds {
     /// None: the segmentation finds its own.
     #[default]
     Automatic,
-    /// A markups file.
+    /// A file of points, a painted map, or a folder of masks.
     File(PathBuf),
-    /// Points in the case file, LPS, mm.
-    Points {
-        /// In the chest wall.
-        chest_wall: Vec<Point>,
-        /// In the soft tissue.
-        soft_tissue: Vec<Point>,
-        /// In neither.
-        exclude: Vec<Point>,
-    },
+    /// Points in the case file.
+    Points(supine_segment::Seeds),
 }
 
 impl Seeds {
-    /// The points themselves, read from their file when there is one.
+    /// The seeds themselves, read from their file when there is one.
     ///
     /// # Errors
     /// When the file cannot be read or holds no seeds.
     pub fn read(&self) -> Result<supine_segment::Seeds, RunError> {
-        Ok(match self {
-            Self::Automatic => supine_segment::Seeds::default(),
-            Self::Points { chest_wall, soft_tissue, exclude } => supine_segment::Seeds {
-                chest_wall: chest_wall.clone(),
-                soft_tissue: soft_tissue.clone(),
-                exclude: exclude.clone(),
-            },
-            Self::File(path) => {
-                let read = supine_exchange::read_seeds(path)
-                    .map_err(|source| RunError::File { role: "`seeds`", source })?;
-                supine_segment::Seeds {
-                    chest_wall: read.chest_wall,
-                    soft_tissue: read.soft_tissue,
-                    exclude: read.exclude,
-                }
-            }
-        })
+        match self {
+            Self::Automatic => Ok(supine_segment::Seeds::default()),
+            Self::Points(seeds) => Ok(seeds.clone()),
+            Self::File(path) => supine_exchange::read_seeds(path)
+                .map_err(|source| RunError::File { role: "`seeds`", source }),
+        }
     }
 }
 
@@ -213,7 +195,7 @@ impl Case {
     pub(crate) fn inputs(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let seeds = match &self.seeds {
             Seeds::File(path) => Some(path),
-            Seeds::Automatic | Seeds::Points { .. } => None,
+            Seeds::Automatic | Seeds::Points(_) => None,
         };
         std::iter::once(("`ct`", &self.ct))
             .chain(self.labels.iter().map(|p| ("`labels`", p)))
@@ -329,11 +311,14 @@ fn seeds(file: Option<SeedsFile>, base: &Path) -> Result<Seeds, CaseError> {
     Ok(match file {
         None => Seeds::Automatic,
         Some(SeedsFile::File(path)) => Seeds::File(base.join(path)),
-        Some(SeedsFile::Points { chest_wall, soft_tissue, exclude }) => Seeds::Points {
-            chest_wall: points(chest_wall)?,
-            soft_tissue: points(soft_tissue)?,
-            exclude: points(exclude)?,
-        },
+        Some(SeedsFile::Points { chest_wall, soft_tissue, exclude }) => {
+            Seeds::Points(supine_segment::Seeds {
+                chest_wall: points(chest_wall)?,
+                soft_tissue: points(soft_tissue)?,
+                exclude: points(exclude)?,
+                painted: vec![],
+            })
+        }
     })
 }
 

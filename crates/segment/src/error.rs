@@ -85,6 +85,12 @@ pub enum Error {
         /// What is wrong with it.
         why: String,
     },
+    /// A painted map that says nothing of this CT.
+    #[error(
+        "no painted seed lies within the CT; was it painted on another series? Give seeds in the \
+         patient's coordinates of this one"
+    )]
+    SeedsElsewhere,
     /// Two seeds that exclude each other.
     #[error(
         "the {first_kind} seed at {first:.1?} mm and the {second_kind} seed at {second:.1?} mm \

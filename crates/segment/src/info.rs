@@ -29,7 +29,7 @@ pub struct Info {
     pub edge_share: f64,
     /// Slices below the ribs: the wall is carried on there under the skin and is less certain.
     pub ribless_slices: usize,
-    /// Seeds of chest wall and soft tissue that were obeyed.
+    /// Voxels of the CT that seeds told of.
     pub seeds_used: usize,
 }
 

@@ -37,8 +37,9 @@ pub use doubt::{DOUBTFUL_MM, Doubt, Patch, doubt};
 pub use error::Error;
 pub use info::Info;
 pub use nipple::nipple;
-pub use params::{Params, Seeds};
+pub use params::Params;
 pub use segmenter::Segmenter;
+pub use supine_volume::{SeedKind, Seeds};
 
 use supine_space::Progress;
 use supine_volume::{Ct, LabelMap, Volume};

@@ -1,23 +1,16 @@
 //! What the user decides.
 
 use crate::Error;
-use supine_space::Point;
-
-/// Points whose tissue the user knows; LPS, mm. They are never overruled.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seeds {
-    /// Points of the chest wall (rib, intercostal, pectoralis, anything they enclose).
-    pub chest_wall: Vec<Point>,
-    /// Points of the soft tissue (gland, fat, skin).
-    pub soft_tissue: Vec<Point>,
-    /// Points that are not the patient (wire, electrode, blanket): 3 mm round each are taken off.
-    pub exclude: Vec<Point>,
-}
+use supine_volume::Seeds;
 
 /// How to segment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Params {
-    /// The user's points.
+    /// What the user knows. Never overruled.
+    ///
+    /// A chest-wall point lies at least 1 mm inside the wall, a soft-tissue point 1 mm outside it;
+    /// painted voxels keep their label to the voxel. 3 mm round an exclude point are taken off the
+    /// patient, of painted maps the painted voxels alone, and what hung on her by them.
     pub seeds: Seeds,
     /// Level between air and skin, HU. Default -450: half-way is -490 on phantoms, readers draw the
     /// skin at about -400; the two lie 0.1 to 0.3 mm apart.

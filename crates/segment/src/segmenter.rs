@@ -61,22 +61,22 @@ impl<'a> Segmenter<'a> {
     ) -> Result<(Segmentation, Info), Error> {
         let scan = self.scan();
         let shell = &self.shell.radius;
-        seeds::check(scan, seeds)?;
-        let constraints = Constraints::new(scan, seeds, shell)?;
-        let reach = constraints.highest(shell) + BEYOND_SEED_MM;
+        let marks = seeds::marks(scan, seeds)?;
+        let constraints = Constraints::new(scan, &marks, shell)?;
+        let reach = constraints.highest_mm() + BEYOND_SEED_MM;
         let wider = (reach > self.search.reach_mm())
             .then(|| Search::new(scan, shell, reach, progress.part(0.0, 0.4)))
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
-        let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
+        let wall = search.solve(scan, &constraints, progress.part(0.4, 0.9))?;
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
-        seeds::stamp(scan, &mut labels, seeds)?;
+        seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, (shell, &self.shell.ribless), &wall, &constraints);
         let doubt = confidence::map(scan, shell, &wall, &error);
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
-        let facts = (ribless, constraints.len());
+        let facts = (ribless, marks.len());
         let info = info::info(&self.params, scan, search.levels, &wall, facts);
         let made =
             Segmentation { labels, doubt, outline: outline.into_radius(), levels: search.levels };

@@ -110,8 +110,8 @@ pub(crate) struct Search {
     pub(crate) levels: Levels,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
-    /// Height of the first fat plane, mm.
-    plane: Sheet,
+    /// The expected height, mm.
+    expected: Sheet,
 }
 
 impl Search {
@@ -124,10 +124,10 @@ impl Search {
     ) -> Result<Self, Error> {
         let slices = scan.frame.size[2];
         let band = Band::sample(scan, shell, reach_mm);
-        progress.at(0.4)?;
+        progress.at(0.3)?;
         let levels = Levels::measure(&band, scan.rays)?;
         let muscle = true_muscle(scan, (&band, shell), levels);
-        progress.at(0.8)?;
+        progress.at(0.5)?;
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
                 let depth = band.depth.ray(k, p);
@@ -135,8 +135,16 @@ impl Search {
             }
         });
         let plane = first_fat_plane(&band, levels, slices);
+        progress.at(0.6)?;
+        let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
+        let mut search = Self { band, levels, costs, expected };
+        // A first solution tells which of the fat planes seen are where the wall ends.
+        let free = Constraints::none(slices);
+        let first = cheapest(&aggregate(&search.with_prior(&free), jumps(scan.frame)));
+        let first = Sheet { values: first.into_iter().map(height).collect() };
+        search.expected = confirmed(&first, &plane).filled(scan.frame.spacing[2], USUAL_MM);
         progress.at(1.0)?;
-        Ok(Self { band, levels, costs, plane })
+        Ok(search)
     }
 
     /// The highest level searched, mm outside the shell.
@@ -148,33 +156,25 @@ impl Search {
     pub(crate) fn solve(
         &self,
         scan: Scan<'_>,
-        shell: &Sheet,
         seeds: &Constraints,
         progress: Progress<'_>,
     ) -> Result<Wall, Error> {
-        let frame = scan.frame;
-        let slices = frame.size[2];
-        let mut expected = self.plane.filled(frame.spacing[2], USUAL_MM);
-        let mut surface = Sheet::new(slices, 0.0);
-        for pass in 0..2 {
-            let pull = seeds.pull(&expected, shell, frame.spacing[2]);
-            let costs = self.with_prior(&pull, seeds);
-            let sum = aggregate(&costs, jumps(frame));
-            surface.values = cheapest(&sum).into_iter().map(height).collect();
-            progress.at(0.5 + 0.4 * f64::from(pass))?;
-            if pass == 0 {
-                expected = confirmed(&surface, &self.plane).filled(frame.spacing[2], USUAL_MM);
-            }
-        }
-        let (height, edge) = refine(&surface, &self.band, self.levels, (frame, seeds));
+        let costs = self.with_prior(seeds);
+        progress.at(0.1)?;
+        let sum = aggregate(&costs, jumps(scan.frame));
+        progress.at(0.8)?;
+        let chosen = cheapest(&sum);
+        let surface = Sheet { values: chosen.into_iter().map(height).collect() };
+        let (height, edge) = refine(&surface, &self.band, self.levels, (scan.frame, seeds));
         progress.at(1.0)?;
         Ok(Wall { height, edge })
     }
 
     /// The costs with the expected thickness and the seeds.
-    fn with_prior(&self, pull: &[(f32, f32)], seeds: &Constraints) -> Costs {
+    fn with_prior(&self, seeds: &Constraints) -> Costs {
         let levels = self.band.levels();
-        Costs::new(pull.len() / RAYS, levels, |k, out| {
+        let pull = seeds.pull(&self.expected);
+        Costs::new(self.expected.slices(), levels, |k, out| {
             out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
             for (p, out) in out.chunks_exact_mut(levels).enumerate() {
                 let (goal, extra) = pull[k * RAYS + p];

@@ -1,5 +1,4 @@
-//! Voxel volumes on a grid in patient space: CT, labels, distances, components,
-//! contours.
+//! Voxel volumes on a grid in patient space: CT, labels, seeds, distances, components, contours.
 //!
 //! Knows no file, no mesh and no anatomy beyond the names of the labels.
 
@@ -8,6 +7,7 @@ mod contours;
 mod distance;
 mod region;
 mod sample;
+mod seeds;
 mod signed_distance;
 mod smooth;
 mod surfaces;
@@ -20,6 +20,7 @@ pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
 pub use region::{Region, RegionError};
 pub use sample::{sample_trilinear, sample_trilinear_at};
+pub use seeds::{SeedKind, Seeds};
 pub use signed_distance::SignedDistance;
 pub use smooth::gaussian;
 pub use surfaces::Surfaces;

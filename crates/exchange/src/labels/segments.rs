@@ -11,12 +11,12 @@ use supine_volume::{LabelMap, Volume, label};
 
 /// One segment of a file.
 #[derive(Debug)]
-pub(super) struct Segment {
-    pub(super) name: String,
-    pub(super) layer: usize,
-    pub(super) value: i16,
+pub(crate) struct Segment {
+    pub(crate) name: String,
+    pub(crate) layer: usize,
+    pub(crate) value: i16,
     /// Our label of that name.
-    pub(super) label: Option<u8>,
+    pub(crate) label: Option<u8>,
 }
 
 /// Largest grid a segmentation is put back on, voxels: 512 x 512 x 2048.
@@ -38,7 +38,7 @@ fn label_of(name: &str) -> Option<u8> {
 }
 
 /// The segments of a file; none when it is no segmentation.
-pub(super) fn parse(
+pub(crate) fn parse(
     keys: &BTreeMap<String, String>,
     layers: usize,
 ) -> Result<Vec<Segment>, Problem> {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use supine_exchange::{read_labels, write_labels, write_tenths};
 use supine_report::Input;
+use supine_segment::Params;
 use supine_space::Progress;
 use supine_volume::LabelMap;
 
@@ -31,9 +32,12 @@ pub(crate) fn segment(
         _ => vec![],
     };
     let files: Vec<&str> = inputs.iter().map(|i| i.blake3.as_str()).collect();
-    let params =
-        supine_segment::Params { seeds: case.seeds.read()?, ..supine_segment::Params::default() };
-    let decided = format!("{params:?} {files:?}");
+    let points = match &case.seeds {
+        Seeds::Points(points) => Some(points),
+        // A file counts by its contents.
+        Seeds::Automatic | Seeds::File(_) => None,
+    };
+    let decided = format!("{:?} {points:?} {files:?}", Params::default());
     bench.stage(
         Stage::Segment,
         &[&input.key, &decided],
@@ -41,7 +45,7 @@ pub(crate) fn segment(
         |store, progress| {
             let (labels, mut facts, warnings) = match &case.labels {
                 Some(path) => brought(path, input)?,
-                None => found(store, input, &params, progress)?,
+                None => found(store, input, &case.seeds, progress)?,
             };
             facts.inputs = inputs.clone();
             write_labels(&labels, &store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
@@ -64,13 +68,9 @@ type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;
 /// The doubt about labels that were found, in the output folder.
 pub(crate) const DOUBT: &str = "labels-doubt.nrrd";
 
-fn found(
-    store: &Store,
-    input: &Imported,
-    params: &supine_segment::Params,
-    progress: Progress<'_>,
-) -> Result3 {
-    let (made, info) = supine_segment::segment(&input.input.ct, params, progress)?;
+fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>) -> Result3 {
+    let params = Params { seeds: seeds.read()?, ..Params::default() };
+    let (made, info) = supine_segment::segment(&input.input.ct, &params, progress)?;
     write_tenths(&made.doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };

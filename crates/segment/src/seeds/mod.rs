@@ -1,11 +1,12 @@
-//! The user's points: what they ask of the surface ([`bind`]) and of the labels ([`stamp`]).
+//! What the user knows: its voxels ([`marks`]), what they ask of the surface of the chest wall
+//! ([`bind`], [`pull`]) and of the labels ([`stamp`]).
 
 mod bind;
+mod marks;
+mod pull;
+mod resample;
 mod stamp;
 
 pub(crate) use bind::Constraints;
-pub(crate) use stamp::{check, stamp};
-
-pub(crate) const WALL: &str = "chest-wall";
-pub(crate) const SOFT: &str = "soft-tissue";
-pub(crate) const EXCLUDE: &str = "exclude";
+pub(crate) use marks::marks;
+pub(crate) use stamp::stamp;

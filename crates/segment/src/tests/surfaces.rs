@@ -67,6 +67,7 @@ fn signs_are_labels_under_seeds_and_at_the_end_of_the_field() {
         chest_wall: vec![Point::new(60.0, -100.0, 0.0)],
         soft_tissue: vec![Point::new(-60.0, -100.0, 0.0)],
         exclude: vec![Point::new(75.0, -124.0, 0.0)],
+        ..Seeds::default()
     };
     let (labels, surfaces) = run(&thorax.ct(Matrix::identity()), &seeds);
     signs_are_labels(&labels, &surfaces);

@@ -1,0 +1,116 @@
+//! The voxels of the seeds, and whether they can be meant.
+
+use super::resample::on_grid;
+use crate::Error;
+use crate::body::flag;
+use crate::scan::Scan;
+use supine_space::Point;
+use supine_volume::{SeedKind, Seeds};
+
+/// A soft-tissue seed may lie this far outside the body found, mm.
+pub(super) const NEAR_SKIN_MM: f32 = 4.0;
+/// The skin itself is never chest wall, mm.
+const SKIN_MM: f32 = 2.0;
+
+/// A voxel of the CT whose tissue the user told.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mark {
+    pub(super) kind: SeedKind,
+    /// Offset of the voxel in memory.
+    pub(super) voxel: usize,
+    /// The point itself, or the centre of the painted voxel; LPS, mm.
+    pub(super) point: Point,
+    /// Painted, or a point.
+    pub(super) painted: bool,
+}
+
+/// All seeds as voxels of the CT, in order of memory.
+///
+/// # Errors
+/// When a point lies outside the CT, none of a painted map lies within it, two kinds claim one
+/// voxel, a seed lies outside the body (of soft tissue: well outside), or a chest-wall seed lies in
+/// the skin.
+pub(crate) fn marks(scan: Scan<'_>, seeds: &Seeds) -> Result<Vec<Mark>, Error> {
+    let grid = scan.ct.grid();
+    let mut marks = Vec::new();
+    for kind in [SeedKind::ChestWall, SeedKind::SoftTissue, SeedKind::Exclude] {
+        for point in seeds.points(kind) {
+            let Some(at) = grid.voxel_at(point) else {
+                return Err(refused(kind, *point, "lies outside the CT".into()));
+            };
+            marks.push(Mark { kind, voxel: grid.offset(at), point: *point, painted: false });
+        }
+    }
+    for map in &seeds.painted {
+        let before = marks.len();
+        marks.extend(on_grid(grid, map).into_iter().map(|(voxel, kind)| {
+            let point = grid.centre(grid.voxel(voxel));
+            Mark { kind, voxel, point, painted: true }
+        }));
+        if marks.len() == before {
+            return Err(Error::SeedsElsewhere);
+        }
+    }
+    marks.sort_by_key(|m| (m.voxel, m.kind));
+    for pair in marks.windows(2) {
+        if pair[0].voxel == pair[1].voxel && pair[0].kind != pair[1].kind {
+            return Err(contradiction(&pair[0], &pair[1], "they lie in one voxel"));
+        }
+    }
+    for mark in marks.iter().filter(|m| m.kind != SeedKind::Exclude) {
+        check(scan, mark)?;
+    }
+    Ok(marks)
+}
+
+fn check(scan: Scan<'_>, mark: &Mark) -> Result<(), Error> {
+    let is_body = |n: usize| scan.body.flags[n] & flag::BODY != 0;
+    let wall = mark.kind == SeedKind::ChestWall;
+    if is_body(mark.voxel) {
+        let depth = scan.body.depth_mm(mark.voxel);
+        if wall && depth < SKIN_MM {
+            let why = format!("lies in the skin, {depth:.1} mm deep");
+            return Err(refused(mark.kind, mark.point, why));
+        }
+        return Ok(());
+    }
+    let mut near = false;
+    if !wall {
+        ball(scan, mark.voxel, NEAR_SKIN_MM, |n| near |= is_body(n));
+    }
+    if near { Ok(()) } else { Err(refused(mark.kind, mark.point, "lies outside the body".into())) }
+}
+
+pub(super) fn refused(kind: SeedKind, point: Point, why: String) -> Error {
+    Error::Seed { kind: kind.name(), point: point.coords.into(), why }
+}
+
+pub(super) fn contradiction(first: &Mark, second: &Mark, why: &'static str) -> Error {
+    Error::SeedsContradict {
+        first_kind: first.kind.name(),
+        first: first.point.coords.into(),
+        second_kind: second.kind.name(),
+        second: second.point.coords.into(),
+        why,
+    }
+}
+
+/// Calls `f` with the offset of each voxel within `radius` (mm) of a voxel.
+pub(super) fn ball(scan: Scan<'_>, voxel: usize, radius: f32, mut f: impl FnMut(usize)) {
+    let (grid, frame) = (scan.ct.grid(), scan.frame);
+    let at = grid.voxel(voxel);
+    let reach = [0, 1, 2].map(|a| (radius / frame.spacing[a]) as usize);
+    let low = [0, 1, 2].map(|a| at[a].saturating_sub(reach[a]));
+    let high = [0, 1, 2].map(|a| (at[a] + reach[a]).min(frame.size[a] - 1));
+    for k in low[2]..=high[2] {
+        for j in low[1]..=high[1] {
+            for i in low[0]..=high[0] {
+                let v = [i, j, k];
+                let off = [0, 1, 2].map(|a| v[a].abs_diff(at[a]) as f32 * frame.spacing[a]);
+                if off.iter().map(|x| x * x).sum::<f32>() <= radius * radius {
+                    f(grid.offset(v));
+                }
+            }
+        }
+    }
+}
