@@ -1,8 +1,9 @@
 //! The patient without table, gown and wire, and her lungs.
 
+use crate::foreign;
 use crate::frame::Frame;
 use crate::parts::Parts;
-use crate::plane::{fill_holes, squared_distance};
+use crate::plane::{fill_holes, keep_joined, squared_distance};
 use crate::{Error, Params};
 use rayon::prelude::*;
 use supine_space::Progress;
@@ -29,11 +30,8 @@ const LUNGS_L: f64 = 0.3;
 const BODY_L: f64 = 3.0;
 /// Sheets and leads thinner than twice this are taken off the body, mm.
 const OPENING_MM: f32 = 3.0;
-/// Foreign objects on the skin: above this level, smaller than this, and reaching as near to the
-/// skin as no bone does.
-const DENSE_HU: i16 = 500;
-const DENSE_CM3: f64 = 10.0;
-const DENSE_DEPTH_MM: f32 = 3.0;
+/// A way along pixels is at most this much longer than the straight one.
+const WAY: f32 = 1.1;
 
 /// Units of [`Body::depth`] per mm.
 const DEPTH_PER_MM: f32 = 10.0;
@@ -52,6 +50,8 @@ pub(crate) struct Body {
     pub(crate) truncated: Vec<bool>,
     /// Volume of dense objects taken off the skin, cm³.
     pub(crate) foreign_cm3: f64,
+    /// Volume of the implants, ml.
+    pub(crate) implant_ml: f64,
 }
 
 impl Body {
@@ -82,9 +82,10 @@ impl Body {
             lung_l,
             truncated: vec![false; frame.size[2]],
             foreign_cm3: 0.0,
+            implant_ml: 0.0,
         };
         body.measure_depth(frame);
-        if body.drop_foreign(ct, frame) {
+        if foreign::drop(ct, frame, &mut body) {
             body.measure_depth(frame);
         }
         body.find_truncation(frame);
@@ -125,70 +126,6 @@ impl Body {
                 out[n] = if inside { (mm * DEPTH_PER_MM).clamp(1.0, 255.0) as u8 } else { 0 };
             }
         });
-    }
-
-    /// Takes dense objects on the skin (bra wire, clasp, electrode clip) off the body.
-    /// True when there were any.
-    fn drop_foreign(&mut self, ct: &Ct, frame: &Frame) -> bool {
-        let (flags, hu) = (&self.flags, ct.data());
-        let dense = Parts::new(frame.size, |n| hu[n] > DENSE_HU && flags[n] & flag::BODY != 0);
-        let mut shallow = vec![false; dense.voxels.len()];
-        for (run, part) in dense.iter() {
-            shallow[part] |= run.voxels().any(|n| self.depth_mm(n) < DENSE_DEPTH_MM);
-        }
-        let [ni, nj, _] = frame.size;
-        let mut slices = vec![false; frame.size[2]];
-        for (run, part) in dense.iter() {
-            let small = dense.voxels[part] as f64 * frame.voxel_cm3() < DENSE_CM3;
-            if !(small && shallow[part]) {
-                continue;
-            }
-            self.foreign_cm3 += run.len as f64 * frame.voxel_cm3();
-            slices[run.start / (ni * nj)] = true;
-            for n in run.voxels() {
-                let (i, j) = (n % ni, n / ni % nj);
-                for dj in 0..3 {
-                    for di in 0..3 {
-                        if (1..=ni).contains(&(i + di)) && (1..=nj).contains(&(j + dj)) {
-                            self.flags[n + di + dj * ni - ni - 1] &= !flag::BODY;
-                        }
-                    }
-                }
-            }
-        }
-        let any = slices.contains(&true);
-        if any {
-            self.drop_slivers(frame, &slices);
-        }
-        any
-    }
-
-    /// Opens the given slices by one pixel and keeps the largest part.
-    fn drop_slivers(&mut self, frame: &Frame, slices: &[bool]) {
-        let (ni, plane) = (frame.size[0], frame.plane());
-        let reach = 1.01 * frame.spacing[0].max(frame.spacing[1]);
-        let spacing = [frame.spacing[0], frame.spacing[1]];
-        self.flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
-            if slices[k] {
-                let off: Vec<bool> = flags.iter().map(|f| f & flag::BODY == 0).collect();
-                let away = squared_distance(&off, ni, spacing);
-                let core: Vec<bool> = away.iter().map(|&d| d > reach * reach).collect();
-                let near = squared_distance(&core, ni, spacing);
-                for (f, d) in flags.iter_mut().zip(near) {
-                    if d > reach * reach {
-                        *f &= !flag::BODY;
-                    }
-                }
-            }
-        });
-        let flags = &self.flags;
-        let parts = Parts::new(frame.size, |n| flags[n] & flag::BODY != 0);
-        let largest = parts.largest();
-        for (run, part) in parts.iter() {
-            if Some(part) != largest {
-                run.voxels().for_each(|n| self.flags[n] &= !flag::BODY);
-            }
-        }
     }
 
     /// A slice is truncated when 10 mm of the body's outline lie at the end of the field.
@@ -330,16 +267,20 @@ fn keep_largest(frame: &Frame, params: &Params, flags: &mut [u8]) -> Result<(), 
     Ok(())
 }
 
-/// The body: tissue within `reach` of the core, and what it encloses in its slice.
+/// The body: tissue that a way of at most `reach` through tissue joins to the core, and what both
+/// enclose in their slice. Along the way, not across the air: cloth that hangs beside the skin stays
+/// outside however near it is.
 fn grow_back(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f32) {
     let (plane, ni, level) = (frame.plane(), frame.size[0], params.skin_hu as i16);
+    let spacing = [frame.spacing[0], frame.spacing[1]];
     flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
         let hu = &ct.data()[k * plane..(k + 1) * plane];
         let core: Vec<bool> = flags.iter().map(|f| f & flag::CORE != 0).collect();
-        let away = squared_distance(&core, ni, [frame.spacing[0], frame.spacing[1]]);
+        let away = squared_distance(&core, ni, spacing);
         let mut body: Vec<bool> = (0..plane)
             .map(|n| away[n] <= reach * reach && is_tissue(hu[n], flags[n], level))
             .collect();
+        keep_joined(&mut body, &core, ni, spacing, WAY * reach);
         fill_holes(&mut body, ni);
         for (f, inside) in flags.iter_mut().zip(body) {
             // A pocket that is joined to the outside in another slice is not the patient.

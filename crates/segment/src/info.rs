@@ -24,6 +24,8 @@ pub struct Info {
     pub truncated_share: f64,
     /// Volume of dense objects (bra wire, clasp) taken off the skin, cm³.
     pub foreign_cm3: f64,
+    /// Volume of breast implants, ml.
+    pub implant_ml: f64,
     /// Share of the rays in front along which fat meets muscle at the surface; elsewhere the
     /// surface rests on shape alone.
     pub edge_share: f64,
@@ -55,6 +57,7 @@ pub(crate) fn info(
         lung_l: body.lung_l,
         truncated_share: truncated as f64 / body.truncated.len() as f64,
         foreign_cm3: body.foreign_cm3,
+        implant_ml: body.implant_ml,
         edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
         ribless_slices,
         seeds_used,
@@ -73,6 +76,13 @@ fn warnings(info: &Info, truncated: usize) -> Vec<String> {
             "the body reaches the end of the reconstructed field in {truncated} slices ({:.0} %): \
              skin is missing there, keep the region clear of it",
             100.0 * info.truncated_share
+        ));
+    }
+    if info.implant_ml > 0.0 {
+        out.push(format!(
+            "breast implants or fluid of {:.0} ml lie in front of the chest wall: they, and muscle \
+             over them, count as soft tissue and will move like breast",
+            info.implant_ml
         ));
     }
     if info.ribless_slices > 0 {

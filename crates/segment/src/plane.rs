@@ -115,6 +115,39 @@ pub(crate) fn fill_holes(mask: &mut [bool], ni: usize) {
     }
 }
 
+/// Keeps of a mask what ways of at most `reach` (mm) along its pixels join to `from`; steps lead to
+/// the eight neighbours.
+pub(crate) fn keep_joined(
+    mask: &mut [bool],
+    from: &[bool],
+    ni: usize,
+    [si, sj]: [f32; 2],
+    reach: f32,
+) {
+    let nj = mask.len() / ni;
+    let mut way: Vec<f32> = from.iter().map(|&f| if f { 0.0 } else { f32::INFINITY }).collect();
+    let mut front: Vec<usize> = (0..mask.len()).filter(|&n| from[n]).collect();
+    while !front.is_empty() {
+        let mut next = Vec::new();
+        for n in front {
+            let (i, j) = (n % ni, n / ni);
+            for (di, dj) in [0, 1, 2].into_iter().flat_map(|dj| [0, 1, 2].map(|di| (di, dj))) {
+                if !(1..=ni).contains(&(i + di)) || !(1..=nj).contains(&(j + dj)) {
+                    continue;
+                }
+                let m = (j + dj - 1) * ni + i + di - 1;
+                let step = (di.abs_diff(1) as f32 * si).hypot(dj.abs_diff(1) as f32 * sj);
+                if mask[m] && way[n] + step < way[m].min(reach) {
+                    way[m] = way[n] + step;
+                    next.push(m);
+                }
+            }
+        }
+        front = next;
+    }
+    mask.iter_mut().zip(way).for_each(|(m, w)| *m &= w.is_finite());
+}
+
 /// Smooths a slice in place by a Gaussian (sigma in mm); the border value continues outside.
 pub(crate) fn smooth(image: &mut [f32], ni: usize, spacing: [f32; 2], sigma_mm: f32) {
     let nj = image.len() / ni;

@@ -8,13 +8,15 @@ use crate::seeds::{self, Constraints};
 use crate::sheet::Rays;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, info};
+use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, implant, info};
+use std::borrow::Cow;
 use supine_space::Progress;
 use supine_volume::{Ct, Surfaces};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter<'a> {
-    ct: &'a Ct,
+    /// Implants are filled with fat.
+    ct: Cow<'a, Ct>,
     params: Params,
     frame: Frame,
     body: Body,
@@ -39,10 +41,11 @@ impl<'a> Segmenter<'a> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
         let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.4))?;
+        let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
-        bones::mark_bones(ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
+        bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
         let rays = Rays::new(&frame, bones::axis(&frame, &body)?);
-        let scan = Scan { ct, frame: &frame, body: &body, rays: &rays };
+        let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let reach = params.reach_mm as f32;
         let search = Search::new(scan, &shell.radius, reach, progress.part(0.8, 1.0))?;
@@ -91,7 +94,7 @@ impl<'a> Segmenter<'a> {
     }
 
     fn scan(&self) -> Scan<'_> {
-        Scan { ct: self.ct, frame: &self.frame, body: &self.body, rays: &self.rays }
+        Scan { ct: &self.ct, frame: &self.frame, body: &self.body, rays: &self.rays }
     }
 }
 

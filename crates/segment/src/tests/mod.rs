@@ -1,6 +1,7 @@
 //! Whole segmentations of thoraxes built here.
 
 mod doubt;
+mod objects;
 mod phantom;
 mod surfaces;
 

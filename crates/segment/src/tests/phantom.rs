@@ -22,11 +22,13 @@ pub(super) struct Thorax {
     pub(super) airway: bool,
     /// Standard deviation of the noise, HU.
     pub(super) noise: f64,
+    /// HU of what was put into or onto the patient, where it is; labels are not changed by it.
+    pub(super) object: Option<fn(&Point) -> Option<f64>>,
 }
 
 impl Default for Thorax {
     fn default() -> Self {
-        Self { field_radius: None, pocket: false, airway: false, noise: 10.0 }
+        Self { field_radius: None, pocket: false, airway: false, noise: 10.0, object: None }
     }
 }
 
@@ -47,12 +49,12 @@ fn ellipse(x: f64, y: f64, a: f64, b: f64) -> f64 {
 
 impl Thorax {
     /// Distance outside the ribs' outer edge, about mm.
-    fn above_ribs(p: &Point) -> f64 {
+    pub(super) fn above_ribs(p: &Point) -> f64 {
         (ellipse(p.x, p.y, 130.0, 86.0) - 1.0) * 100.0
     }
 
     /// Thickness of the muscle over the ribs: pectoralis in front, thin at the sides.
-    fn muscle_mm(p: &Point) -> f64 {
+    pub(super) fn muscle_mm(p: &Point) -> f64 {
         let front = (-p.y / 86.0).clamp(0.0, 1.0);
         let side = (p.x.abs() / 55.0).clamp(0.0, 1.0);
         let upper = ((p.z + 40.0) / 50.0).clamp(0.2, 1.0);
@@ -60,7 +62,7 @@ impl Thorax {
     }
 
     /// Below 0 inside the skin: a trunk and two breasts.
-    fn skin(p: &Point) -> f64 {
+    pub(super) fn skin(p: &Point) -> f64 {
         let trunk = (ellipse(p.x, p.y, 155.0, 110.0) - 1.0) * 120.0;
         let off = Vector::new(p.x.abs() - 75.0, p.y + 80.0, p.z);
         let breast = ((off.x / 56.0).hypot(off.y / 48.0).hypot(off.z / 56.0) - 1.0) * 50.0;
@@ -117,6 +119,9 @@ impl Thorax {
     }
 
     fn hu(&self, p: &Point) -> f64 {
+        if let Some(hu) = self.object.and_then(|object| object(p)) {
+            return hu;
+        }
         if Self::is_wire(p) {
             return 2200.0;
         }

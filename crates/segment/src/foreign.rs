@@ -1,0 +1,118 @@
+//! What lies on the skin and is no patient: wires, clasps, electrodes, markers.
+
+use crate::body::{Body, flag};
+use crate::frame::Frame;
+use crate::parts::Parts;
+use crate::plane::squared_distance;
+use rayon::prelude::*;
+use supine_volume::Ct;
+
+/// Metal: above this level, smaller than this, and reaching as near to the skin as no bone does.
+const METAL_HU: i16 = 500;
+const METAL_CM3: f64 = 10.0;
+const METAL_DEPTH_MM: f32 = 3.0;
+/// Gel and plastic: above this level, looked for this deep; skin reaches it in spots.
+const GEL_HU: i16 = 90;
+const GEL_DEPTH_MM: f32 = 6.0;
+/// Above this level, which no nipple reaches (with contrast medium about 110 HU and noise), lie this
+/// volume (cm³) and this share of it.
+const GEL_CORE_HU: i16 = 130;
+const GEL_CORE_CM3: f64 = 0.1;
+const GEL_CORE_SHARE: f64 = 0.3;
+/// At least this share of it lies in the outermost two pixels, where no bone is.
+const GEL_SHARE: f64 = 0.3;
+
+/// Takes dense objects on the skin off the body. True when there were any.
+pub(crate) fn drop(ct: &Ct, frame: &Frame, body: &mut Body) -> bool {
+    let mut slices = vec![false; frame.size[2]];
+    let taken = drop_metal(ct, frame, body, &mut slices) + drop_gel(ct, frame, body, &mut slices);
+    body.foreign_cm3 += taken as f64 * frame.voxel_cm3();
+    if taken > 0 {
+        drop_slivers(frame, &slices, &mut body.flags);
+    }
+    taken > 0
+}
+
+/// Takes metal and the pixels round it off; gives the voxels of metal.
+fn drop_metal(ct: &Ct, frame: &Frame, body: &mut Body, slices: &mut [bool]) -> usize {
+    let (flags, hu) = (&body.flags, ct.data());
+    let dense = Parts::new(frame.size, |n| hu[n] > METAL_HU && flags[n] & flag::BODY != 0);
+    let mut shallow = vec![false; dense.voxels.len()];
+    for (run, part) in dense.iter() {
+        shallow[part] |= run.voxels().any(|n| body.depth_mm(n) < METAL_DEPTH_MM);
+    }
+    let [ni, nj, _] = frame.size;
+    let mut taken = 0;
+    for (run, part) in dense.iter() {
+        let small = dense.voxels[part] as f64 * frame.voxel_cm3() < METAL_CM3;
+        if !(small && shallow[part]) {
+            continue;
+        }
+        taken += run.len;
+        slices[run.start / (ni * nj)] = true;
+        for n in run.voxels() {
+            let (i, j) = (n % ni, n / ni % nj);
+            for dj in 0..3 {
+                for di in 0..3 {
+                    if (1..=ni).contains(&(i + di)) && (1..=nj).contains(&(j + dj)) {
+                        body.flags[n + di + dj * ni - ni - 1] &= !flag::BODY;
+                    }
+                }
+            }
+        }
+    }
+    taken
+}
+
+/// Takes what is denser than skin in the place of the skin off; gives its voxels.
+fn drop_gel(ct: &Ct, frame: &Frame, body: &mut Body, slices: &mut [bool]) -> usize {
+    let hu = ct.data();
+    let outermost = 2.0 * frame.pixel();
+    let parts = Parts::new(frame.size, |n| {
+        hu[n] > GEL_HU && body.flags[n] & flag::BODY != 0 && body.depth_mm(n) < GEL_DEPTH_MM
+    });
+    let (mut shallow, mut core) = (vec![0; parts.voxels.len()], vec![0; parts.voxels.len()]);
+    for (run, part) in parts.iter() {
+        shallow[part] += run.voxels().filter(|&n| body.depth_mm(n) < outermost).count();
+        core[part] += run.voxels().filter(|&n| hu[n] > GEL_CORE_HU).count();
+    }
+    let mut taken = 0;
+    for (run, part) in parts.iter() {
+        let (voxels, core) = (parts.voxels[part] as f64, core[part] as f64);
+        let dense = core * frame.voxel_cm3() > GEL_CORE_CM3 && core > GEL_CORE_SHARE * voxels;
+        if dense && shallow[part] as f64 > GEL_SHARE * voxels {
+            taken += run.len;
+            slices[run.start / frame.plane()] = true;
+            run.voxels().for_each(|n| body.flags[n] &= !flag::BODY);
+        }
+    }
+    taken
+}
+
+/// Opens the given slices by one pixel and keeps the largest part.
+fn drop_slivers(frame: &Frame, slices: &[bool], flags: &mut [u8]) {
+    let (ni, plane) = (frame.size[0], frame.plane());
+    let reach = 1.01 * frame.spacing[0].max(frame.spacing[1]);
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
+        if slices[k] {
+            let off: Vec<bool> = flags.iter().map(|f| f & flag::BODY == 0).collect();
+            let away = squared_distance(&off, ni, spacing);
+            let core: Vec<bool> = away.iter().map(|&d| d > reach * reach).collect();
+            let near = squared_distance(&core, ni, spacing);
+            for (f, d) in flags.iter_mut().zip(near) {
+                if d > reach * reach {
+                    *f &= !flag::BODY;
+                }
+            }
+        }
+    });
+    let seen: &[u8] = flags;
+    let parts = Parts::new(frame.size, |n| seen[n] & flag::BODY != 0);
+    let largest = parts.largest();
+    for (run, part) in parts.iter() {
+        if Some(part) != largest {
+            run.voxels().for_each(|n| flags[n] &= !flag::BODY);
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! Breast implants: large, homogeneous and in front of the rib cage.
+//!
+//! Silicone is denser than muscle and saline nearly as dense: both would draw the chest wall over
+//! themselves. What follows sees them as fat, so that the wall ends behind them.
+
+use crate::body::{Body, flag};
+use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed};
+use crate::frame::Frame;
+use crate::parts::{Parts, Run};
+use crate::plane::squared_distance;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use supine_volume::Ct;
+
+/// Noise and the texture of gland are smoothed away in the slice before levels are compared, mm.
+const SMOOTH_MM: f32 = 2.5;
+/// Saline and silicone, HU; muscle, gland and fat lie between and below.
+const SALINE_HU: (f32, f32) = (-15.0, 22.0);
+const SILICONE_HU: (f32, f32) = (78.0, 260.0);
+/// Half the thickness within the slice, mm: no muscle in front is as thick.
+const HALF_MM: f32 = 9.0;
+/// Greatest standard deviation of the smoothed values in the core, HU.
+const DEVIATION_HU: f64 = 8.0;
+/// Least volume of the core, ml.
+const CORE_ML: f64 = 3.0;
+/// Volume of an implant, ml.
+const LEAST_ML: f64 = 60.0;
+const MOST_ML: f64 = 1200.0;
+/// Most of it lies outside the convex hull of the lungs in its slice, and no deeper under the skin.
+const OUTSIDE_SHARE: f64 = 0.9;
+const DEPTH_MM: f32 = 25.0;
+/// Slices with less than this share of the widest hull lie below the breasts.
+const HULL_SHARE: f32 = 0.6;
+/// Muscle, HU, from which silicone and saline are told half-way.
+const MUSCLE_HU: f32 = 55.0;
+/// Lighter smoothing when the core is grown, mm.
+const GROW_SMOOTH_MM: f32 = 1.5;
+/// Half the width of the ways by which it grows, mm, and how much brighter it may be, HU.
+const WAY_MM: f32 = 2.5;
+const BRIGHTER_HU: f32 = 60.0;
+/// Width of the blurred rim, mm, and the level and smoothing that tell fat beside it.
+const RIM_MM: f32 = 3.0;
+const FATTY_HU: f32 = -40.0;
+/// Where fat is looked for, HU.
+const FAT_HU: (i16, i16) = (-150, -60);
+
+/// The CT in which the implants are filled with this patient's fat; their volume goes into the body.
+pub(crate) fn as_fat<'a>(ct: &'a Ct, frame: &Frame, body: &mut Body) -> Cow<'a, Ct> {
+    let hulls = hulls(frame, body);
+    let chest = Chest { ct, frame, body, hulls: &hulls };
+    let mut mask = vec![false; ct.data().len()];
+    let mut volume = 0.0;
+    for range in [SALINE_HU, SILICONE_HU] {
+        volume += chest.mark(range, &mut mask);
+    }
+    body.implant_ml = volume;
+    if body.implant_ml == 0.0 {
+        return Cow::Borrowed(ct);
+    }
+    let fat = fat_level(ct, body);
+    let mut filled = ct.clone();
+    filled.data_mut().iter_mut().zip(mask).for_each(|(v, on)| *v = if on { fat } else { *v });
+    Cow::Owned(filled)
+}
+
+/// Where implants are looked for.
+struct Chest<'a> {
+    ct: &'a Ct,
+    frame: &'a Frame,
+    body: &'a Body,
+    hulls: &'a [Option<Hull>],
+}
+
+impl Chest<'_> {
+    /// Marks the implants of a range of HU; gives their volume, ml.
+    fn mark(&self, range: (f32, f32), mask: &mut [bool]) -> f64 {
+        let plane = self.frame.plane();
+        let smooth: Vec<Vec<f32>> = (0..self.hulls.len())
+            .into_par_iter()
+            .map(|k| match self.hulls[k] {
+                Some(_) => smoothed(self.ct, self.frame, k, SMOOTH_MM),
+                None => Vec::new(),
+            })
+            .collect();
+        let core: Vec<Vec<bool>> =
+            (0..smooth.len()).into_par_iter().map(|k| self.core(k, &smooth[k], range)).collect();
+        let parts = Parts::new(self.frame.size, |n| core[n / plane][n % plane]);
+        let mut facts = vec![Facts::default(); parts.voxels.len()];
+        for (run, part) in parts.iter() {
+            let k = run.start / plane;
+            for n in run.voxels() {
+                let in_hull = self.hulls[k].as_ref().is_some_and(|h| h.inside[n % plane]);
+                facts[part].add(smooth[k][n % plane], self.body.depth_mm(n), in_hull);
+            }
+        }
+        let mut volume = 0.0;
+        let core_voxels = CORE_ML / self.frame.voxel_cm3();
+        let implants = facts.iter().enumerate().filter(|(_, f)| f.is_implant(core_voxels));
+        for (part, facts) in implants {
+            let grown = self.grow(&parts, part, facts.mean() as f32);
+            let ml = grown.len() as f64 * self.frame.voxel_cm3();
+            if (LEAST_ML..MOST_ML).contains(&ml) {
+                volume += ml;
+                grown.into_iter().for_each(|n| mask[n] = true);
+            }
+        }
+        volume
+    }
+
+    /// The pixels in front whose surroundings lie all within the range.
+    fn core(&self, k: usize, smooth: &[f32], (low, high): (f32, f32)) -> Vec<bool> {
+        let (plane, frame) = (self.frame.plane(), self.frame);
+        let Some(hull) = &self.hulls[k] else { return vec![false; plane] };
+        let flags = self.body.flags_slice(frame, k);
+        let off: Vec<bool> = (0..plane)
+            .map(|n| {
+                let in_front = to_back(frame, n) < hull.middle;
+                let tissue = flags[n] & flag::BODY != 0 && in_front;
+                !(tissue && (low..=high).contains(&smooth[n]))
+            })
+            .collect();
+        let away = squared_distance(&off, frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+        away.iter().map(|&d| d > HALF_MM * HALF_MM).collect()
+    }
+
+    /// The voxels joined to a core on its side of the half-way levels to muscle and fat, by ways
+    /// at least twice `WAY_MM` wide.
+    fn grow(&self, cores: &Parts, core: usize, mean: f32) -> Vec<usize> {
+        let frame = self.frame;
+        let (plane, spacing) = (frame.plane(), [frame.spacing[0], frame.spacing[1]]);
+        let half = 0.5 * (mean - MUSCLE_HU).abs();
+        let (low, high) = if mean > MUSCLE_HU {
+            (mean - half, mean + BRIGHTER_HU)
+        } else {
+            (mean - half, mean + half)
+        };
+        let ways: Vec<Vec<bool>> = (0..frame.size[2])
+            .into_par_iter()
+            .map(|k| {
+                let Some(hull) = &self.hulls[k] else { return Vec::new() };
+                let smooth = smoothed(self.ct, frame, k, GROW_SMOOTH_MM);
+                let flags = self.body.flags_slice(frame, k);
+                let on = |n: usize| {
+                    let tissue = flags[n] & flag::BODY != 0 && !hull.inside[n];
+                    tissue && to_back(frame, n) < hull.middle && (low..=high).contains(&smooth[n])
+                };
+                let off: Vec<bool> = (0..plane).map(|n| !on(n)).collect();
+                let away = squared_distance(&off, frame.size[0], spacing);
+                away.iter().map(|&d| d > WAY_MM * WAY_MM).collect()
+            })
+            .collect();
+        let wide = Parts::new(frame.size, |n| ways[n / plane].get(n % plane) == Some(&true));
+        let mut joined = vec![false; wide.voxels.len()];
+        let own: std::collections::HashSet<usize> =
+            cores.iter().filter(|(_, p)| *p == core).flat_map(|(r, _)| r.voxels()).collect();
+        for (run, part) in wide.iter() {
+            joined[part] |= run.voxels().any(|n| own.contains(&n));
+        }
+        let mut inner = vec![Vec::new(); frame.size[2]];
+        for (run, _) in wide.iter().filter(|(_, p)| joined[*p]) {
+            inner[run.start / plane].push(run);
+        }
+        let around = |(k, runs): (usize, Vec<Run>)| {
+            let mut on = vec![false; plane];
+            runs.iter().flat_map(|r| r.voxels()).for_each(|n| on[n - k * plane] = true);
+            let near = squared_distance(&on, frame.size[0], spacing);
+            let fat: Vec<bool> = smoothed(self.ct, frame, k, BONE_SMOOTH_MM)
+                .into_iter()
+                .map(|v| v < FATTY_HU)
+                .collect();
+            let to_fat = squared_distance(&fat, frame.size[0], spacing);
+            // The blurred rim of silicone is no sheet of muscle; that of saline does not look like one.
+            let dense = mean > MUSCLE_HU;
+            let reach = (WAY_MM + if dense { frame.pixel() } else { 0.0 }).powi(2);
+            let rim = if dense { (WAY_MM + RIM_MM).powi(2) } else { 0.0 };
+            (0..plane)
+                .filter(|&n| near[n] <= reach || near[n] <= rim && to_fat[n] <= RIM_MM * RIM_MM)
+                .map(|n| k * plane + n)
+                .collect::<Vec<_>>()
+        };
+        inner
+            .into_par_iter()
+            .enumerate()
+            .filter(|(_, runs)| !runs.is_empty())
+            .flat_map_iter(around)
+            .collect()
+    }
+}
+
+/// Distance of a pixel towards the back, mm.
+fn to_back(frame: &Frame, n: usize) -> f32 {
+    let [x, y] = frame.position(n);
+    x * frame.back[0] + y * frame.back[1]
+}
+
+/// Sums over a core.
+#[derive(Clone, Default)]
+struct Facts {
+    voxels: f64,
+    sum: f64,
+    squares: f64,
+    shallow: f64,
+    in_hull: f64,
+}
+
+impl Facts {
+    fn add(&mut self, hu: f32, depth: f32, in_hull: bool) {
+        let hu = f64::from(hu);
+        self.voxels += 1.0;
+        self.sum += hu;
+        self.squares += hu * hu;
+        self.shallow += f64::from(u8::from(depth < DEPTH_MM));
+        self.in_hull += f64::from(u8::from(in_hull));
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.voxels
+    }
+
+    fn is_implant(&self, least: f64) -> bool {
+        let variance = self.squares / self.voxels - self.mean().powi(2);
+        self.voxels > least
+            && variance < DEVIATION_HU.powi(2)
+            && self.shallow > 0.0
+            && self.in_hull < (1.0 - OUTSIDE_SHARE) * self.voxels
+    }
+}
+
+/// The convex hull of the lungs in a slice.
+struct Hull {
+    inside: Vec<bool>,
+    area: usize,
+    /// Middle of the hull towards the back, mm.
+    middle: f32,
+}
+
+/// The hulls of the slices at the level of the breasts.
+fn hulls(frame: &Frame, body: &Body) -> Vec<Option<Hull>> {
+    let mut hulls: Vec<Option<Hull>> = (0..frame.size[2])
+        .into_par_iter()
+        .map(|k| Hull::new(frame, body.flags_slice(frame, k)))
+        .collect();
+    let widest = hulls.iter().flatten().map(|h| h.area).max().unwrap_or(0) as f32;
+    for hull in &mut hulls {
+        if hull.as_ref().is_some_and(|h| (h.area as f32) < HULL_SHARE * widest) {
+            *hull = None;
+        }
+    }
+    hulls
+}
+
+impl Hull {
+    fn new(frame: &Frame, flags: &[u8]) -> Option<Self> {
+        let ni = frame.size[0];
+        let mut corners = Vec::new();
+        for (j, row) in flags.chunks_exact(ni).enumerate() {
+            let lung = |f: &u8| f & flag::LUNG != 0;
+            if let (Some(a), Some(b)) = (row.iter().position(lung), row.iter().rposition(lung)) {
+                corners.extend([[a as i64, j as i64], [b as i64, j as i64]]);
+            }
+        }
+        let (first, last) = (corners.first()?[1], corners.last()?[1]);
+        // Rows run in order, so each side of the hull is one chain.
+        let left = chain(corners.iter().step_by(2).copied(), -1);
+        let right = chain(corners.iter().skip(1).step_by(2).copied(), 1);
+        let mut inside = vec![false; flags.len()];
+        let (mut area, mut back) = (0, 0.0f64);
+        for j in first..=last {
+            let (a, b) = (crossing(&left, j).ceil() as usize, crossing(&right, j).floor() as usize);
+            for n in j as usize * ni + a..=j as usize * ni + b {
+                inside[n] = true;
+                area += 1;
+                back += f64::from(to_back(frame, n));
+            }
+        }
+        Some(Self { inside, area, middle: (back / area as f64) as f32 })
+    }
+}
+
+/// One side of the hull of points in order of their rows; `side` 1 bends it to higher i.
+fn chain(points: impl Iterator<Item = [i64; 2]>, side: i64) -> Vec<[i64; 2]> {
+    let mut hull: Vec<[i64; 2]> = Vec::new();
+    for p in points {
+        while let [.., a, b] = hull[..] {
+            let turn = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+            if turn * side > 0 {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(p);
+    }
+    hull
+}
+
+/// Where a chain crosses a row, pixels.
+fn crossing(chain: &[[i64; 2]], row: i64) -> f64 {
+    let after = chain.partition_point(|p| p[1] < row).min(chain.len() - 1);
+    let ([x1, y1], [x0, y0]) = (chain[after], chain[after.saturating_sub(1)]);
+    if y1 == y0 {
+        return x1 as f64;
+    }
+    x0 as f64 + (x1 - x0) as f64 * (row - y0) as f64 / (y1 - y0) as f64
+}
+
+/// Mode of the fat in the body, HU.
+fn fat_level(ct: &Ct, body: &Body) -> i16 {
+    let mut bins = vec![0usize; (FAT_HU.1 - FAT_HU.0) as usize];
+    for (&v, f) in ct.data().iter().zip(&body.flags) {
+        if (FAT_HU.0..FAT_HU.1).contains(&v) && f & flag::BODY != 0 {
+            bins[(v - FAT_HU.0) as usize] += 1;
+        }
+    }
+    let around =
+        |n: usize| -> usize { bins[n.saturating_sub(3)..(n + 4).min(bins.len())].iter().sum() };
+    let best = (0..bins.len()).max_by_key(|&n| (around(n), std::cmp::Reverse(n)));
+    FAT_HU.0 + best.unwrap_or_default() as i16
+}

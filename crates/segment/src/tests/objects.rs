@@ -1,0 +1,107 @@
+//! Thoraxes with something in or on them that is no tissue.
+
+use super::phantom::{APEX, Thorax};
+use super::{at, dice, run};
+use supine_space::{Matrix, Point};
+use supine_volume::{LabelMap, label};
+
+/// The labels, the facts, and the Dice of soft tissue and wall.
+fn with(object: fn(&Point) -> Option<f64>) -> (LabelMap, crate::Info, [f64; 2]) {
+    let thorax = Thorax { object: Some(object), ..Thorax::default() };
+    let (labels, info) = run(&thorax.ct(Matrix::identity()));
+    let dice = dice(&thorax, &labels);
+    (labels, info, dice)
+}
+
+/// Whether soft tissue and wall are as good as without any object, or nearly.
+fn good([soft, wall]: [f64; 2]) -> bool {
+    soft > 0.962 && wall > 0.982
+}
+
+/// On the muscle, under the gland; 1 at the rim.
+fn in_implant(p: &Point) -> bool {
+    let (x, y, z) = ((p.x - 68.0) / 45.0, (p.y + 86.0) / 32.0, p.z / 45.0);
+    x.hypot(y).hypot(z) < 1.0 && Thorax::above_ribs(p) > Thorax::muscle_mm(p)
+}
+
+#[test]
+fn implants_are_soft_tissue_and_do_not_draw_the_wall_over_themselves() {
+    let silicone = |p: &Point| in_implant(p).then_some(105.0);
+    let saline = |p: &Point| in_implant(p).then_some(5.0);
+    for object in [silicone, saline] as [fn(&Point) -> Option<f64>; 2] {
+        let (_, info, dice) = with(object);
+        assert!(good(dice), "{dice:?}");
+        assert!((60.0..250.0).contains(&info.implant_ml), "{}", info.implant_ml);
+        assert!(info.warnings.iter().any(|w| w.contains("implant")), "{:?}", info.warnings);
+    }
+}
+
+#[test]
+fn a_muscle_over_an_implant_is_soft_tissue_too() {
+    let object: fn(&Point) -> Option<f64> = |p| {
+        let (x, y, z) = ((p.x - 68.0) / 49.0, (p.y + 86.0) / 36.0, p.z / 49.0);
+        let muscle = x.hypot(y).hypot(z) < 1.0 && Thorax::above_ribs(p) > Thorax::muscle_mm(p);
+        if in_implant(p) { Some(105.0) } else { muscle.then_some(52.0) }
+    };
+    let (labels, _, dice) = with(object);
+    assert_eq!(at(&labels, &Point::new(68.0, -100.0, 0.0)), label::SOFT_TISSUE);
+    assert!(dice[0] > 0.92 && dice[1] > 0.95, "{dice:?}");
+}
+
+#[test]
+fn no_implant_is_seen_where_there_is_none() {
+    let info = run(&Thorax::default().ct(Matrix::identity())).1;
+    assert_eq!(info.implant_ml, 0.0);
+}
+
+#[test]
+fn clips_and_their_streaks_change_nothing() {
+    let object: fn(&Point) -> Option<f64> = |p| {
+        let clips = [(70.0, -100.0, 0.0), (78.0, -92.0, 5.0), (62.0, -96.0, -6.0)];
+        let near = clips.map(|(x, y, z)| p - Point::new(x, y, z));
+        if near.iter().any(|off| off.norm() < 2.5) {
+            return Some(3071.0);
+        }
+        // Dark and bright rays through each clip in its own slices.
+        near.iter()
+            .find(|off| off.z.abs() < 3.0 && off.x.hypot(off.y) < 15.0)
+            .map(|off| 30.0 + 250.0 * (5.0 * off.y.atan2(off.x)).sin())
+    };
+    let (labels, _, dice) = with(object);
+    assert!(good(dice), "{dice:?}");
+    assert_eq!(at(&labels, &Point::new(70.0, -100.0, 0.0)), label::SOFT_TISSUE);
+}
+
+#[test]
+fn air_in_the_breast_is_part_of_it() {
+    let object: fn(&Point) -> Option<f64> =
+        |p| ((p - Point::new(80.0, -104.0, 0.0)).norm() < 9.0).then_some(-1000.0);
+    let (labels, _, dice) = with(object);
+    assert_eq!(at(&labels, &Point::new(80.0, -104.0, 0.0)), label::SOFT_TISSUE);
+    assert!(good(dice), "{dice:?}");
+}
+
+/// A disc of 13 mm radius on the right breast.
+fn in_electrode(p: &Point) -> bool {
+    let off = p - Point::new(-APEX.x, APEX.y, APEX.z);
+    (0.0..5.0).contains(&Thorax::skin(p)) && off.x.hypot(off.z) < 13.0 && p.y < -90.0
+}
+
+#[test]
+fn electrodes_and_beads_are_not_the_patient() {
+    let gel: fn(&Point) -> Option<f64> = |p| in_electrode(p).then_some(160.0);
+    let bead: fn(&Point) -> Option<f64> =
+        |p| (in_electrode(p) && (p.x + APEX.x).hypot(p.z) < 4.0).then_some(3071.0);
+    for object in [gel, bead] {
+        let (labels, info, dice) = with(object);
+        let grid = labels.grid();
+        let inside = (0..grid.len()).filter(|&n| {
+            let p = grid.centre(grid.voxel(n));
+            labels.data()[n] != label::OUTSIDE && object(&p).is_some() && Thorax::skin(&p) > 1.4
+        });
+        // Single voxels of its rim look like skin at 2.8 mm.
+        let inside = inside.count();
+        assert!(inside < 4, "{inside} voxels of the electrode in the patient");
+        assert!(info.foreign_cm3 > 0.3 && good(dice), "{dice:?} {}", info.foreign_cm3);
+    }
+}
