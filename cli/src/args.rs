@@ -115,7 +115,7 @@ pub(crate) struct Segment {
     /// Seeds (.mrk.json, .csv, .seg.nrrd, .nrrd, .nii.gz or a folder of masks), instead of the case's
     #[arg(long, value_name = "FILE")]
     pub(crate) seeds: Option<PathBuf>,
-    /// Labels (.seg.nrrd, .nrrd, .nii.gz)
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz; .dcm: a DICOM segmentation of a DICOM CT)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)

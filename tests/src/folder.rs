@@ -5,8 +5,18 @@ use std::path::{Path, PathBuf};
 
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
 /// come as DICOM, `points.csv` is there when points are carried.
-pub const FINAL_NAMES: [&str; 8] =
-    ["labels.seg.nrrd", "mesh", "field", "points.csv", "ct", "ct.nrrd", "report", "summary.json"];
+pub const FINAL_NAMES: [&str; 10] = [
+    "labels.seg.nrrd",
+    "labels.dcm",
+    "labels-doubt.nrrd",
+    "mesh",
+    "field",
+    "points.csv",
+    "ct",
+    "ct.nrrd",
+    "report",
+    "summary.json",
+];
 
 /// What a run keeps for itself beside its results.
 const KEPT: [&str; 2] = [".stages", "log.jsonl"];

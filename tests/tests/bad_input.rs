@@ -151,14 +151,26 @@ fn two_slices_at_one_place() {
 fn a_tumour_outside_the_region() {
     let folder = scratch();
     let case = Case::small().with("tumour", "{ centre = [-91.37, -248.09, -594.5], radius = 9.0 }");
-    assert_run_refused(&case, folder.path(), INPUT, &["tumour"], &["labels.seg.nrrd"]);
+    assert_run_refused(
+        &case,
+        folder.path(),
+        INPUT,
+        &["tumour"],
+        &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd"],
+    );
 }
 
 #[test]
 fn a_region_outside_the_body() {
     let folder = scratch();
     let case = Case::small().with("region", "{ centre = [99.0, -900.0, -612.5], radius = 60.0 }");
-    assert_run_refused(&case, folder.path(), INPUT, &["region"], &["labels.seg.nrrd"]);
+    assert_run_refused(
+        &case,
+        folder.path(),
+        INPUT,
+        &["region"],
+        &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd"],
+    );
 }
 
 #[test]

@@ -3,11 +3,12 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use std::path::Path;
 use supine_exchange::{write_labels, write_tenths};
-use supine_pipeline::{Case, RunError, Seeds};
+use supine_pipeline::{Case, CtInput, LabelOrigin, RunError, Seeds, write_dicom_labels};
 use supine_segment::Params;
 use supine_space::Progress;
-use supine_volume::label;
+use supine_volume::{LabelMap, label};
 
 pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failure> {
     let case = args.case.as_ref().map(|path| Case::read(path).map_err(RunError::from));
@@ -18,6 +19,10 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
         (None, Some(case)) => case.seeds,
         (None, None) => Seeds::Automatic,
     };
+    let origin = match given {
+        Seeds::Automatic => LabelOrigin::Automatic,
+        _ => LabelOrigin::Seeded,
+    };
     let params = Params { seeds: given.read()?, ..Params::default() };
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
@@ -25,7 +30,7 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let (made, info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
         .map_err(RunError::from)?;
     let labels = made.labels;
-    write_labels(&labels, &args.out)?;
+    write(&labels, &input, origin, &args.out)?;
     if let Some(path) = &args.doubt {
         write_tenths(&made.doubt, path)?;
     }
@@ -45,4 +50,22 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     );
     screen.result(&json, &text);
     Ok(0)
+}
+
+/// Writes labels in the format of the file's name.
+fn write(
+    labels: &LabelMap,
+    input: &CtInput,
+    origin: LabelOrigin,
+    path: &Path,
+) -> Result<(), Failure> {
+    if !path.to_string_lossy().to_lowercase().ends_with(".dcm") {
+        return Ok(write_labels(labels, path)?);
+    }
+    if write_dicom_labels(labels, input, origin, path)? {
+        return Ok(());
+    }
+    let message = "--out: the CT did not come as DICOM, so no DICOM segmentation can be written; \
+                   name a .seg.nrrd, .nrrd or .nii.gz file";
+    Err(Failure::usage(message))
 }

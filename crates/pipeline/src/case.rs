@@ -1,6 +1,6 @@
 //! The case file (TOML): as typed, and validated.
 
-use crate::{RunError, keys};
+use crate::{Brought, PartNames, RunError, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use supine_fem::{Cut, RestState, Tissue};
@@ -33,7 +33,7 @@ pub struct Case {
     /// Seeds for the segmentation.
     pub seeds: Seeds,
     /// A segmentation brought along.
-    pub labels: Option<PathBuf>,
+    pub labels: Option<Brought>,
     /// Point lists to carry.
     pub points: Vec<PathBuf>,
 }
@@ -117,7 +117,7 @@ struct CaseFile {
     #[serde(default)]
     tissue: TissueFile,
     seeds: Option<SeedsFile>,
-    labels: Option<PathBuf>,
+    labels: Option<LabelsFile>,
     #[serde(default)]
     carry: CarryFile,
 }
@@ -164,6 +164,34 @@ enum SeedsFile {
     },
 }
 
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum LabelsFile {
+    File(PathBuf),
+    Named {
+        file: PathBuf,
+        #[serde(default)]
+        body: NamesFile,
+        #[serde(default)]
+        soft_tissue: NamesFile,
+        #[serde(default)]
+        chest_wall: NamesFile,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum NamesFile {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl Default for NamesFile {
+    fn default() -> Self {
+        Self::Several(Vec::new())
+    }
+}
+
 #[derive(Deserialize, Default)]
 struct CarryFile {
     #[serde(default)]
@@ -198,7 +226,7 @@ impl Case {
             Seeds::Automatic | Seeds::Points(_) => None,
         };
         std::iter::once(("`ct`", &self.ct))
-            .chain(self.labels.iter().map(|p| ("`labels`", p)))
+            .chain(self.labels.iter().map(|l| ("`labels`", &l.file)))
             .chain(seeds.map(|p| ("`seeds`", p)))
             .chain(self.points.iter().map(|p| ("`carry.points`", p)))
             .map(|(role, path)| (role, path.as_path()))
@@ -231,7 +259,7 @@ impl Case {
                 &[("free", Cut::Free), ("fixed", Cut::Fixed)],
             )?,
             seeds: seeds(file.seeds, base)?,
-            labels: file.labels.map(|p| base.join(p)),
+            labels: file.labels.map(|l| labels(l, base)),
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
         })
     }
@@ -322,6 +350,24 @@ fn seeds(file: Option<SeedsFile>, base: &Path) -> Result<Seeds, CaseError> {
     })
 }
 
+fn labels(file: LabelsFile, base: &Path) -> Brought {
+    let names = |given| match given {
+        NamesFile::One(name) => vec![name],
+        NamesFile::Several(names) => names,
+    };
+    match file {
+        LabelsFile::File(path) => Brought { file: base.join(path), names: PartNames::default() },
+        LabelsFile::Named { file, body, soft_tissue, chest_wall } => Brought {
+            file: base.join(file),
+            names: PartNames {
+                body: names(body),
+                soft_tissue: names(soft_tissue),
+                chest_wall: names(chest_wall),
+            },
+        },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -348,6 +394,18 @@ mod tests {
     #[test]
     fn whole_numbers_are_numbers() {
         assert!(read(&MINIMAL.replace("7.0", "7")).is_ok());
+    }
+
+    #[test]
+    fn labels_are_a_file_or_a_file_with_names() {
+        let labels = |text: &str| read(&format!("{MINIMAL}{text}\n")).unwrap().labels.unwrap();
+        let plain = labels("labels = 'l.seg.nrrd'");
+        assert!(plain.file.ends_with("l.seg.nrrd") && plain.names == PartNames::default());
+        let named = labels("labels = { file = 'rs.dcm', body = 'Ext', chest_wall = ['A', 'B'] }");
+        assert_eq!(named.names.body, ["Ext"]);
+        assert_eq!(named.names.chest_wall, ["A", "B"]);
+        let error = read(&format!("{MINIMAL}labels = {{ file = 'x', chestwall = 'A' }}\n"));
+        assert!(error.unwrap_err().to_string().contains("`labels.chest_wall`"));
     }
 
     #[test]

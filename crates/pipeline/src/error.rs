@@ -1,6 +1,6 @@
 //! Why a run ended without its result.
 
-use crate::CaseError;
+use crate::{CaseError, RoleError};
 use std::path::PathBuf;
 
 /// Why a run ended; [`RunError::exit_code`] is what the command answers.
@@ -31,9 +31,15 @@ pub enum RunError {
         /// Why.
         source: std::io::Error,
     },
-    /// Labels on another grid than the CT's.
-    #[error("`labels`: the label map's grid is not the CT's; resample it to the CT first")]
-    OtherGrid,
+    /// A DICOM object that was brought along as labels.
+    #[error("`labels`: {0}")]
+    Regions(supine_dicom::Error),
+    /// Its regions cannot be told apart.
+    #[error("`labels`: {0}")]
+    Roles(#[from] RoleError),
+    /// Labels that cannot be of the CT.
+    #[error("`labels`: {0}")]
+    Labels(#[from] supine_segment::LabelsError),
     /// The region.
     #[error("`region`: {0}")]
     Region(#[from] supine_volume::RegionError),
@@ -55,6 +61,9 @@ pub enum RunError {
     /// The exported series.
     #[error("the series cannot be exported: {0}")]
     Export(supine_dicom::Error),
+    /// The labels as a DICOM segmentation.
+    #[error("the labels cannot be exported as DICOM: {0}")]
+    DicomLabels(supine_dicom::Error),
     /// A product that cannot be written.
     #[error("{0}")]
     Product(supine_exchange::Error),
@@ -105,6 +114,12 @@ pub enum RunError {
     Stopped,
 }
 
+impl From<supine_space::Stopped> for RunError {
+    fn from(_: supine_space::Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
 impl RunError {
     /// The exit code: 1 input, 3 method, 5 output, 75 worth a retry, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
@@ -114,11 +129,13 @@ impl RunError {
             | Self::File { .. }
             | Self::Missing { .. }
             | Self::Overlap { .. }
-            | Self::OtherGrid
+            | Self::Regions(_)
+            | Self::Roles(_)
+            | Self::Labels(_)
             | Self::Region(_)
             | Self::Tumour(_) => 1,
             Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
-            Self::Export(error) => output_code(error),
+            Self::Export(error) | Self::DicomLabels(error) => output_code(error),
             Self::Product(error) => output_code(error),
             Self::Report(error) => output_code(error),
             Self::Output { source, .. } => output_code(source),

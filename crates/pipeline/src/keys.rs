@@ -23,7 +23,7 @@ const KEYS: &[Key] = &[
     key("mesh", &["tetrahedra", "order", "mesher"]),
     key("tissue", &["young", "poisson", "density", "rest", "cut"]),
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
-    key("labels", &[]),
+    key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("carry", &["points"]),
 ];
 

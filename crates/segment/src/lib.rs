@@ -11,6 +11,7 @@ mod below_ribs;
 mod body;
 mod bones;
 mod breast;
+mod brought;
 mod confidence;
 mod doubt;
 mod error;
@@ -35,6 +36,7 @@ mod wall;
 mod tests;
 
 pub use breast::propose_region;
+pub use brought::{LabelsError, take_labels};
 pub use doubt::{DOUBTFUL_MM, Doubt, Patch, doubt};
 pub use error::Error;
 pub use info::Info;

@@ -313,7 +313,7 @@ mod tests {
     fn what_cannot_be_filled_says_why() {
         let g = grid([20, 20, 20]);
         let two = contour(&g, 1.0, &[[2.0, 2.0], [6.0, 2.0]]);
-        assert_eq!(fill_contours(&g, &[two.clone()]).unwrap_err(), ContourError::Empty);
+        assert_eq!(fill_contours(&g, std::slice::from_ref(&two)).unwrap_err(), ContourError::Empty);
         assert_eq!(fill_contours(&g, &[]).unwrap_err(), ContourError::Empty);
         let (_, filled) = fill_contours(&g, &[two, square(&g, 1.0, 2.5, 6.5)]).unwrap();
         assert_eq!(filled.degenerate, 1);

@@ -2,6 +2,7 @@
 
 use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
+use crate::labels::{LabelOrigin, read_brought, write_dicom_labels};
 use crate::store::{Store, form, hash_of};
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
@@ -27,7 +28,7 @@ pub(crate) fn segment(
     input: &Imported,
 ) -> Result<Done<LabelMap, Facts>, RunError> {
     let inputs: Vec<Input> = match (&case.labels, &case.seeds) {
-        (Some(path), _) => vec![input_file("labels", path)?],
+        (Some(labels), _) => vec![input_file("labels", &labels.file)?],
         (None, Seeds::File(path)) => vec![input_file("seeds", path)?],
         _ => vec![],
     };
@@ -37,18 +38,28 @@ pub(crate) fn segment(
         // A file counts by its contents.
         Seeds::Automatic | Seeds::File(_) => None,
     };
-    let decided = format!("{:?} {points:?} {files:?}", Params::default());
+    let names = case.labels.as_ref().map(|l| &l.names);
+    let decided = format!("{:?} {points:?} {files:?} {names:?}", Params::default());
     bench.stage(
         Stage::Segment,
         &[&input.key, &decided],
         |store| read_labels(&store.path("labels.seg.nrrd")?).map_err(RunError::Product),
         |store, progress| {
             let (labels, mut facts, warnings) = match &case.labels {
-                Some(path) => brought(path, input)?,
+                Some(labels) => {
+                    let (labels, warnings) = read_brought(labels, &input.input, progress)?;
+                    (labels, Facts { fat_hu: None, muscle_hu: None, inputs: vec![] }, warnings)
+                }
                 None => found(store, input, &case.seeds, progress)?,
             };
             facts.inputs = inputs.clone();
             write_labels(&labels, &store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
+            let origin = match (&case.labels, &case.seeds) {
+                (Some(_), _) => LabelOrigin::Brought,
+                (None, Seeds::Automatic) => LabelOrigin::Automatic,
+                (None, _) => LabelOrigin::Seeded,
+            };
+            write_dicom_labels(&labels, &input.input, origin, &store.path("labels.dcm")?)?;
             Ok(Made { product: labels, facts, warnings })
         },
     )
@@ -75,26 +86,4 @@ fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>)
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
     Ok((made.labels, facts, info.warnings))
-}
-
-fn brought(path: &Path, input: &Imported) -> Result3 {
-    let labels = read_labels(path).map_err(|source| RunError::File { role: "`labels`", source })?;
-    if !same_grid(labels.grid(), input.input.ct.grid()) {
-        return Err(RunError::OtherGrid);
-    }
-    // On the CT's own grid to the bit: files round positions to different digits.
-    let labels = LabelMap::new(input.input.ct.grid().clone(), labels.into_parts().1)
-        .map_err(|_| RunError::OtherGrid)?;
-    Ok((labels, Facts { fat_hu: None, muscle_hu: None, inputs: vec![] }, vec![]))
-}
-
-/// Largest distance of corresponding voxel centres of two grids that are called the same, mm.
-const SAME_GRID_MM: f64 = 0.01;
-
-fn same_grid(a: &supine_space::Grid, b: &supine_space::Grid) -> bool {
-    let size = a.size();
-    size == b.size()
-        && [[0, 0, 0], [size[0] - 1, 0, 0], [0, size[1] - 1, 0], [0, 0, size[2] - 1]]
-            .into_iter()
-            .all(|v| (a.centre(v) - b.centre(v)).norm() < SAME_GRID_MM)
 }

@@ -1,0 +1,45 @@
+//! Labels as a DICOM segmentation of the CT they belong to.
+
+use crate::{CtInput, RunError};
+use std::path::Path;
+use supine_dicom::{SegmentationParams, write_segmentation};
+use supine_volume::LabelMap;
+
+/// How labels came about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelOrigin {
+    /// Found without a user's part.
+    Automatic,
+    /// Found with the user's seeds.
+    Seeded,
+    /// Brought along.
+    Brought,
+}
+
+/// Writes labels as a DICOM segmentation (`.dcm`) of the series the CT came from; false when it
+/// did not come as DICOM, since then there is no patient to write it for.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_dicom_labels(
+    labels: &LabelMap,
+    input: &CtInput,
+    origin: LabelOrigin,
+    path: &Path,
+) -> Result<bool, RunError> {
+    let Some((source, _)) = &input.dicom else { return Ok(false) };
+    let version = env!("CARGO_PKG_VERSION");
+    let params = SegmentationParams {
+        series_description: "Labels of the supine CT [supine]".into(),
+        automatic: origin == LabelOrigin::Automatic,
+        algorithm: match origin {
+            LabelOrigin::Automatic => format!("supine {version}"),
+            LabelOrigin::Seeded => format!("supine {version} with seeds"),
+            LabelOrigin::Brought => format!("brought to supine {version}"),
+        },
+        clock: source.clock(),
+        software_version: version.into(),
+    };
+    write_segmentation(labels, source, &params, path).map_err(RunError::DicomLabels)?;
+    Ok(true)
+}

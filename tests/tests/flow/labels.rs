@@ -1,0 +1,131 @@
+//! Labels brought along, from other programs and from our own, and labels as DICOM.
+
+use crate::shared::{scratch, shared};
+use std::path::{Path, PathBuf};
+use supine_tests::{Case, Outcome, readers_python, root, supine, tool};
+
+/// The CT that the shared run started from.
+fn source() -> PathBuf {
+    root().join("fixtures/patient/ct")
+}
+
+/// The labels that the shared run found.
+fn found() -> PathBuf {
+    shared().out.join("labels.seg.nrrd")
+}
+
+/// Runs the small case with labels up to the segmentation.
+fn segmented(labels: &str, folder: &Path) -> Outcome {
+    let case = Case::small().with("labels", labels).write(folder);
+    supine(&[
+        &"run",
+        &case,
+        &"--out",
+        &folder.join("out"),
+        &"--until",
+        &"segment",
+        &"--no-progress",
+    ])
+}
+
+fn assert_same_labels(folder: &Path) {
+    let labels = folder.join("out/labels.seg.nrrd");
+    readers_python("same_labels.py", [found(), labels]).success("same_labels.py");
+}
+
+#[test]
+fn highdicom_sees_our_labels() {
+    let arguments = [source(), shared().out.join("labels.dcm"), found()];
+    readers_python("segmentation.py", arguments).success("segmentation.py");
+}
+
+#[test]
+fn dciodvfy_and_dcentvfy_find_no_error_in_the_labels() {
+    let file = shared().out.join("labels.dcm");
+    let said = tool("dciodvfy", ["-new".as_ref(), file.as_os_str()]);
+    let text = said.stdout + &said.stderr;
+    let errors: Vec<&str> =
+        text.lines().filter(|l| l.starts_with("Error") || l.contains("Assertion")).collect();
+    assert!(errors.is_empty(), "{}", errors.join("\n"));
+    assert!(text.contains("Segmentation"), "dciodvfy took it for a segmentation:\n{text}");
+    let slices = std::fs::read_dir(source()).expect("the source can be listed");
+    let slices = slices.map(|slice| slice.expect("the source can be listed").path());
+    let said = tool("dcentvfy", slices.chain([file.clone()]));
+    let text = said.stdout + &said.stderr;
+    assert!(!text.lines().any(|line| line.starts_with("Error")), "{text}");
+    tool("dcmftest", [file]).success("dcmftest");
+}
+
+#[test]
+fn our_own_dicom_labels_come_back_equal() {
+    let folder = scratch();
+    // Content tells what a file is, not its name.
+    let renamed = folder.path().join("labels");
+    std::fs::copy(shared().out.join("labels.dcm"), &renamed).expect("it can be copied");
+    segmented("'labels'", folder.path()).success("supine run");
+    assert_same_labels(folder.path());
+}
+
+#[test]
+fn segmentations_and_contours_of_others_give_the_labels_they_were_made_from() {
+    let folder = scratch();
+    readers_python("regions.py", [source(), found(), folder.path().to_owned()])
+        .success("regions.py");
+    for labels in [
+        "'seg.dcm'",
+        "'rtss.dcm'",
+        "{ file = 'rtss.dcm', body = 'patient outline', chest_wall = ['CHEST_WALL'] }",
+    ] {
+        segmented(labels, folder.path()).success(labels);
+        assert_same_labels(folder.path());
+    }
+    let said = segmented("{ file = 'rtss.dcm', chest_wall = 'Heart' }", folder.path());
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("Heart") && said.stderr.contains("no contour"), "{}", said.stderr);
+}
+
+#[test]
+fn supine_segment_writes_dicom_for_a_dicom_ct_only() {
+    let folder = scratch();
+    let labels = folder.path().join("labels.dcm");
+    supine(&[&"segment", &"--ct", &source(), &"--out", &labels]).success("supine segment");
+    let by_the_run = std::fs::read(shared().out.join("labels.dcm")).expect("the run's labels");
+    assert!(
+        std::fs::read(&labels).expect("the labels") == by_the_run,
+        "the same bytes as the run's"
+    );
+    std::fs::remove_file(&labels).expect("the labels can go");
+    let nifti = folder.path().join("ct.nii.gz");
+    readers_python("convert.py", [source(), nifti.clone()]).success("convert.py");
+    let said = supine(&[&"segment", &"--ct", &nifti, &"--out", &labels]);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
+    assert!(said.stderr.contains("DICOM") && !labels.exists(), "{}", said.stderr);
+}
+
+#[test]
+fn labels_of_a_nifti_ct_are_checked_like_all_others() {
+    let folder = scratch();
+    let nifti = folder.path().join("ct.nii.gz");
+    readers_python("convert.py", [source(), nifti.clone()]).success("convert.py");
+    for (turned, words) in [("", ""), ("x", "left and right"), ("z", "head and feet")] {
+        let labels = folder.path().join(format!("labels{turned}.nii.gz"));
+        let arguments = [found(), labels.clone(), turned.into()];
+        readers_python("mirror.py", arguments).success("mirror.py");
+        let case = Case::small().with_ct(&nifti);
+        let case = case.with("labels", &format!("'{}'", labels.display())).write(folder.path());
+        let out = folder.path().join(format!("out{turned}"));
+        let said =
+            supine(&[&"run", &case, &"--out", &out, &"--until", &"segment", &"--no-progress"]);
+        if turned.is_empty() {
+            said.success("supine run");
+            assert!(!out.join("labels.dcm").exists(), "no DICOM comes from a CT without a patient");
+        } else {
+            assert_eq!(said.code, Some(1), "{}", said.stderr);
+            assert!(
+                said.stderr.contains("mirrored") && said.stderr.contains(words),
+                "{}",
+                said.stderr
+            );
+        }
+    }
+}
