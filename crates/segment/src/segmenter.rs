@@ -71,7 +71,7 @@ impl<'a> Segmenter<'a> {
             .then(|| Search::new(scan, shell, reach, progress.part(0.0, 0.4)))
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
-        let wall = search.solve(scan, &constraints, progress.part(0.4, 0.9))?;
+        let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
         seeds::stamp(scan, &mut labels, &marks);

@@ -8,8 +8,9 @@ use crate::levels::Levels;
 use crate::levels::noise_hu;
 use crate::plane::{bilinear, kernel, smooth};
 use crate::scan::Scan;
-use crate::seeds::Constraints;
+use crate::seeds::{Constraints, Free};
 use crate::sheet::{RAYS, Sheet};
+use rayon::prelude::*;
 use supine_space::Progress;
 
 /// Heights searched: from `LOWEST_MM` outside the shell in steps of `STEP_MM`.
@@ -112,6 +113,8 @@ pub(crate) struct Search {
     costs: Costs,
     /// The expected height, mm.
     expected: Sheet,
+    /// The height of the surface without seeds, to the step, mm.
+    free: Sheet,
 }
 
 impl Search {
@@ -137,14 +140,19 @@ impl Search {
         let plane = first_fat_plane(&band, levels, slices);
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
-        let mut search = Self { band, levels, costs, expected };
+        let free = Sheet::new(slices, 0.0);
+        let mut search = Self { band, levels, costs, expected, free };
         // A first solution tells which of the fat planes seen are where the wall ends.
-        let free = Constraints::none(slices);
-        let first = cheapest(&aggregate(&search.with_prior(&free), jumps(scan.frame)));
-        let first = Sheet { values: first.into_iter().map(height).collect() };
-        search.expected = confirmed(&first, &plane).filled(scan.frame.spacing[2], USUAL_MM);
+        search.free = search.cheapest(scan, &search.with_prior());
+        search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
         progress.at(1.0)?;
         Ok(search)
+    }
+
+    /// The cheapest surface, to the step.
+    fn cheapest(&self, scan: Scan<'_>, costs: &Costs) -> Sheet {
+        let chosen = cheapest(&aggregate(costs, jumps(scan.frame)));
+        Sheet { values: chosen.into_iter().map(height).collect() }
     }
 
     /// The highest level searched, mm outside the shell.
@@ -156,38 +164,54 @@ impl Search {
     pub(crate) fn solve(
         &self,
         scan: Scan<'_>,
+        shell: &Sheet,
         seeds: &Constraints,
         progress: Progress<'_>,
     ) -> Result<Wall, Error> {
-        let costs = self.with_prior(seeds);
+        let mut costs = self.with_prior();
         progress.at(0.1)?;
-        let sum = aggregate(&costs, jumps(scan.frame));
+        self.add_seeds(&mut costs, seeds, shell, scan.frame.spacing[2]);
+        progress.at(0.2)?;
+        let surface = self.cheapest(scan, &costs);
         progress.at(0.8)?;
-        let chosen = cheapest(&sum);
-        let surface = Sheet { values: chosen.into_iter().map(height).collect() };
         let (height, edge) = refine(&surface, &self.band, self.levels, (scan.frame, seeds));
         progress.at(1.0)?;
         Ok(Wall { height, edge })
     }
 
-    /// The costs with the expected thickness and the seeds.
-    fn with_prior(&self, seeds: &Constraints) -> Costs {
+    /// The costs with the expected thickness.
+    fn with_prior(&self) -> Costs {
         let levels = self.band.levels();
-        let pull = seeds.pull(&self.expected);
         Costs::new(self.expected.slices(), levels, |k, out| {
             out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
             for (p, out) in out.chunks_exact_mut(levels).enumerate() {
-                let (goal, extra) = pull[k * RAYS + p];
-                let bound = seeds.bound(k * RAYS + p);
+                let goal = self.expected.at(k, p);
                 for (level, cost) in out.iter_mut().enumerate() {
-                    let h = height(level);
-                    let off = (h - goal).abs() - THICKNESS_SLACK_MM;
+                    let off = (height(level) - goal).abs() - THICKNESS_SLACK_MM;
                     *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM);
-                    *cost += extra * off.clamp(0.0, 4.0 * THICKNESS_CAP_MM);
-                    *cost += bound.cost(h);
                 }
             }
         })
+    }
+
+    /// Adds what the seeds ask.
+    fn add_seeds(&self, costs: &mut Costs, seeds: &Constraints, shell: &Sheet, slice_mm: f32) {
+        let levels = self.band.levels();
+        let level_of = |h: f32| (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(levels - 1);
+        let gap = |n: usize, h: f32| {
+            let ray = self.costs.ray(n / RAYS, n % RAYS);
+            ray[level_of(h)] - ray[level_of(self.free.values[n])]
+        };
+        let limits = seeds.limits(&Free { surface: &self.free, gap: &gap }, shell, slice_mm);
+        costs.values.par_chunks_mut(levels).enumerate().for_each(|(n, ray)| {
+            let ([lower, upper], bound) = (limits[n], seeds.bound(n));
+            for (level, cost) in ray.iter_mut().enumerate() {
+                let h = height(level);
+                *cost += lower.price * (lower.height - h).max(0.0)
+                    + upper.price * (h - upper.height).max(0.0)
+                    + bound.cost(h);
+            }
+        });
     }
 }
 

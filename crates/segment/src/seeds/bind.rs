@@ -1,7 +1,7 @@
 //! What the seeds ask of the surface of the chest wall: hard at their own rays, fading around them.
 
 use super::marks::{Mark, contradiction, refused};
-use super::pull::{Pull, Wish};
+use super::pull::{Free, Limit, Wish, limits};
 use crate::Error;
 use crate::scan::Scan;
 use crate::sheet::{RAYS, Sheet};
@@ -109,20 +109,12 @@ impl Cell {
 pub(crate) struct Constraints {
     /// Per (slice, ray), ray fastest.
     bounds: Vec<Bound>,
-    pull: Pull,
+    /// The bounds of the seeds' own rays, by place in `bounds`.
+    own: Vec<(usize, Bound)>,
     highest_mm: f32,
 }
 
 impl Constraints {
-    /// No seeds at all.
-    pub(crate) fn none(slices: usize) -> Self {
-        Self {
-            bounds: vec![Bound::FREE; slices * RAYS],
-            pull: Pull::new(Vec::new(), 1.0),
-            highest_mm: 0.0,
-        }
-    }
-
     /// Reduces the seeds to two bounds per ray, whatever their number.
     ///
     /// # Errors
@@ -155,10 +147,9 @@ impl Constraints {
         }
         check_pairs(&cells, marks, slice_mm)?;
         let own: Vec<Bound> = cells.iter().zip(&shell.values).map(|(c, &r)| c.bound(r)).collect();
-        let wishes = own.iter().enumerate().filter(|(_, b)| **b != Bound::FREE);
-        let wishes = wishes.map(|(n, b)| Wish::new(n, shell.values[n], b.lower, b.upper)).collect();
         let bounds = faded(&own, shell, slice_mm);
-        Ok(Self { bounds, pull: Pull::new(wishes, slice_mm), highest_mm })
+        let own = own.into_iter().enumerate().filter(|(_, b)| *b != Bound::FREE).collect();
+        Ok(Self { bounds, own, highest_mm })
     }
 
     /// The greatest height of a chest-wall seed above the shell, mm.
@@ -172,9 +163,17 @@ impl Constraints {
         self.bounds[n]
     }
 
-    /// The expected thickness as the seeds move it: (height, extra cost per mm) per ray.
-    pub(crate) fn pull(&self, expected: &Sheet) -> Vec<(f32, f32)> {
-        self.pull.apply(expected)
+    /// The limits that the seeds set to the surface around them: (lower, upper) per ray.
+    pub(crate) fn limits(&self, free: &Free<'_>, shell: &Sheet, slice_mm: f32) -> Vec<[Limit; 2]> {
+        let mut wishes = Vec::new();
+        for &(n, bound) in &self.own {
+            for (sign, limit) in [(-1.0, bound.lower), (1.0, bound.upper)] {
+                if limit.is_finite() {
+                    wishes.push(Wish::new(n, shell.values[n], sign, limit, free));
+                }
+            }
+        }
+        limits(&wishes, free.surface, slice_mm)
     }
 }
 

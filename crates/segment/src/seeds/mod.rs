@@ -9,4 +9,5 @@ mod stamp;
 
 pub(crate) use bind::Constraints;
 pub(crate) use marks::marks;
+pub(crate) use pull::Free;
 pub(crate) use stamp::stamp;

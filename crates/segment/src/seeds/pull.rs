@@ -1,94 +1,92 @@
-//! How seeds move the expected thickness of the wall around them.
+//! How a seed holds the surface around it: it says where the surface is at its own ray, and the
+//! thickness of the wall changes slowly.
 
 use crate::sheet::{RAYS, Sheet};
 use rayon::prelude::*;
 
-/// Reach of a seed: sigma of a Gaussian along the surface, mm.
-const PULL_MM: f32 = 25.0;
-/// Cost per mm of departure from the wished height, at the seed.
-const PULL: f32 = 1.5;
-/// Where the Gaussian is cut, sigma.
+/// Change of the wall's thickness per mm along the surface that is believed without evidence.
+const SLOPE: f32 = 0.2;
+/// Reach of a seed: sigma of a Gaussian along the surface, mm, and where it is cut, sigma.
+const REACH_MM: f32 = 30.0;
 const CUT: f32 = 3.0;
-/// Bounds no farther apart than this say where the surface is even if it lies between them, mm.
-const TIGHT_MM: f32 = 8.0;
+/// Least cost per mm of departure at a seed that the surface without seeds contradicts.
+const LEAST: f32 = 0.3;
+/// A contradiction up to this is local: nothing follows for the surroundings. From twice this on
+/// all does, mm.
+const LOCAL_MM: f32 = 3.0;
+/// Where the evidence speaks against the seed, the seed outweighs it by this factor.
+const OUTWEIGH: f32 = 1.5;
 
-/// What seeds wish of a ray.
+/// A limit to a ray's surface, mm above the shell, and the cost per mm beyond it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limit {
+    pub(crate) height: f32,
+    pub(crate) price: f32,
+}
+
+impl Limit {
+    const NONE: Self = Self { height: 0.0, price: 0.0 };
+}
+
+/// What the seeds of one ray say of the surface there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wish {
     k: usize,
     p: usize,
     /// Length of a turn by one ray, mm.
     arc: f32,
-    lower: f32,
-    upper: f32,
+    /// Of a lower (-1) or an upper (+1) limit.
+    sign: f32,
+    limit: Limit,
+}
+
+/// What the surface would be without seeds.
+pub(crate) struct Free<'a> {
+    /// Height of the surface, mm above the shell.
+    pub(crate) surface: &'a Sheet,
+    /// Cost by which the evidence on ray n prefers that surface to the height h: `cost(n, h)`.
+    pub(crate) gap: &'a dyn Fn(usize, f32) -> f32,
 }
 
 impl Wish {
-    /// The wish of ray `n` for a surface from `lower` to `upper` above the shell, mm.
-    pub(super) fn new(n: usize, shell: f32, lower: f32, upper: f32) -> Self {
-        let r = shell + 0.0f32.max(lower).min(upper);
-        let arc = r.max(1.0) * std::f32::consts::TAU / RAYS as f32;
-        Self { k: n / RAYS, p: n % RAYS, arc, lower, upper }
+    /// The wish of ray `n`, whose shell has the radius `shell`, for a surface below (`sign` = 1) or
+    /// above (-1) the height `limit`, mm.
+    pub(super) fn new(n: usize, shell: f32, sign: f32, limit: f32, free: &Free<'_>) -> Self {
+        let arc = (shell + limit).max(1.0) * std::f32::consts::TAU / RAYS as f32;
+        let off = sign * (free.surface.values[n] - limit);
+        let share = ((off - LOCAL_MM) / LOCAL_MM).clamp(0.0, 1.0);
+        let per_mm = if share > 0.0 { (free.gap)(n, limit) / off } else { 0.0 };
+        let limit = Limit { height: limit, price: share * LEAST.max(OUTWEIGH * per_mm) };
+        Self { k: n / RAYS, p: n % RAYS, arc, sign, limit }
     }
 }
 
-/// All wishes.
-#[derive(Debug)]
-pub(super) struct Pull {
-    wishes: Vec<Wish>,
-    slice_mm: f32,
-}
-
-impl Pull {
-    pub(super) fn new(wishes: Vec<Wish>, slice_mm: f32) -> Self {
-        Self { wishes, slice_mm }
-    }
-
-    /// The expected height as the wishes move it, and the extra cost per mm of departure from it;
-    /// 0 where no seed is near that says anything against the expectation or more exactly.
-    ///
-    /// The shift is the mean of the nearby wishes', by a Gaussian of their distance, times the
-    /// Gaussian of the nearest.
-    pub(super) fn apply(&self, expected: &Sheet) -> Vec<(f32, f32)> {
-        let shifts: Vec<(Wish, f32)> = self
-            .wishes
-            .iter()
-            .filter_map(|w| {
-                let h = expected.at(w.k, w.p);
-                let shift = h.max(w.lower).min(w.upper) - h;
-                (shift != 0.0 || w.upper - w.lower < TIGHT_MM).then_some((*w, shift))
-            })
-            .collect();
-        let mut out: Vec<(f32, f32)> = expected.values.iter().map(|&h| (h, 0.0)).collect();
-        if shifts.is_empty() {
-            return out;
-        }
-        out.par_chunks_mut(RAYS).enumerate().for_each(|(k, out)| self.slice(&shifts, k, out));
-        out
-    }
-
-    fn slice(&self, shifts: &[(Wish, f32)], k: usize, out: &mut [(f32, f32)]) {
-        let mut sums = vec![(0.0f32, 0.0f32, 0.0f32); RAYS];
-        for (wish, shift) in shifts {
-            let across = wish.k.abs_diff(k) as f32 * self.slice_mm / PULL_MM;
-            if across > CUT {
+/// The limits that the wishes set to every ray: (lower, upper). Of several the one counts that
+/// most opposes the surface without seeds.
+pub(super) fn limits(wishes: &[Wish], free: &Sheet, slice_mm: f32) -> Vec<[Limit; 2]> {
+    let mut out = vec![[Limit::NONE; 2]; free.values.len()];
+    out.par_chunks_mut(RAYS).enumerate().for_each(|(k, out)| {
+        let mut best = vec![[0.0f32; 2]; RAYS];
+        for wish in wishes {
+            let across = wish.k.abs_diff(k) as f32 * slice_mm;
+            if across > CUT * REACH_MM {
                 continue;
             }
-            let turn = ((CUT * PULL_MM / wish.arc) as usize).min(RAYS / 2 - 1);
+            let side = usize::from(wish.sign > 0.0);
+            let turn = ((CUT * REACH_MM / wish.arc) as usize).min(RAYS / 2 - 1);
             for step in 0..2 * turn + 1 {
-                let along = step.abs_diff(turn) as f32 * wish.arc / PULL_MM;
-                let weight = (-0.5 * (along * along + across * across)).exp();
-                let (sum, total, nearest) = &mut sums[(wish.p + RAYS + step - turn) % RAYS];
-                *sum += weight * shift;
-                *total += weight;
-                *nearest = nearest.max(weight);
+                let p = (wish.p + RAYS + step - turn) % RAYS;
+                let away = (step.abs_diff(turn) as f32 * wish.arc).hypot(across);
+                let weight = (-0.5 * (away / REACH_MM).powi(2)).exp();
+                let height = wish.limit.height + wish.sign * SLOPE * away;
+                let price = wish.limit.price * weight;
+                let against = price * (wish.sign * (free.at(k, p) - height)).max(0.0);
+                if against > best[p][side] {
+                    best[p][side] = against;
+                    out[p][side] = Limit { height, price };
+                }
             }
         }
-        for ((h, extra), (sum, total, nearest)) in out.iter_mut().zip(sums) {
-            if total > 0.0 {
-                *h += sum / total * nearest;
-                *extra = PULL * nearest;
-            }
-        }
-    }
+    });
+    out
 }

@@ -3,9 +3,10 @@
 mod doubt;
 mod objects;
 mod phantom;
+mod seeds;
 mod surfaces;
 
-use crate::{Error, Params, Seeds, nipple, propose_region, segment};
+use crate::{Error, Params, nipple, propose_region, segment};
 use phantom::{Thorax, Truth};
 use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, label};
@@ -98,57 +99,8 @@ fn air_under_the_breast_is_not_the_patient_and_open_airways_are() {
     assert!(dice(&thorax, &labels)[0] > 0.97);
 }
 
-fn seeded(ct: &Ct, seeds: Seeds) -> Result<LabelMap, Error> {
-    Ok(segment(ct, &Params { seeds, ..Params::default() }, Progress::none())?.0.labels)
-}
-
 fn at(labels: &LabelMap, p: &Point) -> u8 {
     labels.at(labels.grid().voxel_at(p).unwrap())
-}
-
-#[test]
-fn seeds_are_obeyed_and_take_their_surroundings_along() {
-    let ct = Thorax::default().ct(Matrix::identity());
-    let plain = run(&ct).0;
-    // In the gland 6 mm in front of the wall; in the muscle 6 mm behind its surface.
-    let ray = Vector::new(0.5f64.sin(), -0.5f64.cos(), 0.0);
-    let surface = (0..200)
-        .map(|n| Point::origin() + ray * (60.0 + 0.5 * f64::from(n)))
-        .take_while(|p| at(&plain, p) == label::CHEST_WALL)
-        .last()
-        .unwrap();
-    let (gland, muscle) = (surface + 6.0 * ray, surface - 6.0 * ray);
-    let electrode = Point::new(-75.0, -124.0, 0.0);
-    assert_eq!(at(&plain, &electrode), label::SOFT_TISSUE);
-    let as_wall = seeded(
-        &ct,
-        Seeds { chest_wall: vec![gland], exclude: vec![electrode], ..Seeds::default() },
-    )
-    .unwrap();
-    let as_soft = seeded(&ct, Seeds { soft_tissue: vec![muscle], ..Seeds::default() }).unwrap();
-    assert_eq!(at(&as_wall, &gland), label::CHEST_WALL);
-    assert_eq!(at(&as_wall, &electrode), label::OUTSIDE);
-    assert_eq!(at(&as_soft, &muscle), label::SOFT_TISSUE);
-    let moved = |a: &LabelMap| a.data().iter().zip(plain.data()).filter(|(a, b)| a != b).count();
-    for labels in [&as_wall, &as_soft] {
-        assert!((20..4000).contains(&moved(labels)), "{}", moved(labels));
-    }
-}
-
-#[test]
-fn impossible_seeds_are_named() {
-    let ct = Thorax::default().ct(Matrix::identity());
-    let (inner, outer) = (Point::new(60.0, -80.0, 0.0), Point::new(67.0, -90.4, 0.0));
-    let crossed = Seeds { chest_wall: vec![outer], soft_tissue: vec![inner], ..Seeds::default() };
-    let message = seeded(&ct, crossed).unwrap_err().to_string();
-    assert!(message.contains("60.0") && message.contains("67.0"), "{message}");
-    let outside = Seeds { chest_wall: vec![Point::new(0.0, 0.0, 900.0)], ..Seeds::default() };
-    assert!(matches!(seeded(&ct, outside), Err(Error::Seed { .. })));
-    let in_the_lung = Seeds { soft_tissue: vec![Point::new(50.0, 0.0, 0.0)], ..Seeds::default() };
-    let message = seeded(&ct, in_the_lung).unwrap_err().to_string();
-    assert!(message.contains("inside the rib cage"), "{message}");
-    let both = Seeds { chest_wall: vec![inner], exclude: vec![inner], ..Seeds::default() };
-    assert!(matches!(seeded(&ct, both), Err(Error::SeedsContradict { .. })));
 }
 
 #[test]

@@ -69,7 +69,7 @@ impl Thorax {
         trunk.min(breast)
     }
 
-    fn is_gland(p: &Point) -> bool {
+    pub(super) fn is_gland(p: &Point) -> bool {
         let off = Vector::new(p.x.abs() - 70.0, p.y + 94.0, p.z);
         (off.x / 30.0).hypot(off.y / 22.0).hypot(off.z / 28.0) < 1.0
     }
