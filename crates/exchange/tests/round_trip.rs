@@ -9,7 +9,7 @@ use std::path::Path;
 use supine_exchange::*;
 use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
 use supine_space::{Grid, Point, Vector};
-use supine_volume::{Ct, LabelMap, Volume};
+use supine_volume::{Ct, LabelMap, SeedKind, Volume};
 
 fn grid(size: [usize; 3], angles: [f64; 3], spacing: [f64; 3], left_handed: bool) -> Grid {
     let mut d = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]).into_inner();
@@ -231,4 +231,37 @@ fn the_same_input_gives_the_same_bytes() {
         let again = bytes(&folder.path().join(name));
         assert!(bytes(&folder.path().join(name)) == again);
     }
+}
+
+#[test]
+fn painted_seeds_are_known_by_the_names_of_segments_files_and_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let labels = LabelMap::from_fn(grid([6, 5, 4], [0.1; 3], [1.0; 3], false), |[i, j, _]| {
+        [0, 1, 2][(i + j) % 3]
+    });
+    let kinds = |map: &Volume<Option<SeedKind>>| -> Vec<Option<SeedKind>> { map.data().to_vec() };
+    let both: Vec<Option<SeedKind>> = (labels.data().iter())
+        .map(|l| [None, Some(SeedKind::SoftTissue), Some(SeedKind::ChestWall)][usize::from(*l)])
+        .collect();
+    for name in ["paint.seg.nrrd", "paint.nrrd", "paint.nii.gz"] {
+        write_labels(&labels, &folder.path().join(name)).unwrap();
+        let seeds = read_seeds(&folder.path().join(name)).unwrap();
+        assert_eq!(kinds(&seeds.painted[0]), both, "{name}");
+    }
+    let cropped = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/slicer_cropped.seg.nrrd");
+    let seeds = read_seeds(Path::new(cropped)).unwrap();
+    assert_eq!(seeds.painted[0].grid().size(), [3, 5, 4], "on its own grid");
+    let masks = folder.path().join("masks");
+    std::fs::create_dir(&masks).unwrap();
+    let rib = labels.map(|l| u8::from(*l == 2));
+    write_labels(&rib, &masks.join("rib_left_4.nii.gz")).unwrap();
+    write_labels(&labels, &masks.join("adrenal_gland_left.nii.gz")).unwrap();
+    let seeds = read_seeds(&masks).unwrap();
+    let told = |kind| seeds.painted[0].data().iter().filter(|k| **k == Some(kind)).count();
+    assert_eq!(told(SeedKind::ChestWall), rib.data().iter().filter(|l| **l == 1).count());
+    assert_eq!(told(SeedKind::SoftTissue), 0);
+    let other = labels.map(|l| l * 40);
+    write_labels(&other, &folder.path().join("paint.nrrd")).unwrap();
+    let message = read_seeds(&folder.path().join("paint.nrrd")).unwrap_err().to_string();
+    assert!(message.contains("label 40 is no kind of seed"), "{message}");
 }
