@@ -118,6 +118,9 @@ pub(crate) struct Segment {
     /// Labels (.seg.nrrd, .nrrd, .nii.gz; .dcm: a DICOM segmentation of a DICOM CT)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// Finer labels too: fat, gland, skin, the case's tumour; lung, bone, muscle
+    #[arg(long)]
+    pub(crate) tissues: bool,
     /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)
     #[arg(long, value_name = "FILE")]
     pub(crate) doubt: Option<PathBuf>,

@@ -6,7 +6,7 @@ use crate::screen::Screen;
 use std::path::Path;
 use supine_exchange::{write_labels, write_tenths};
 use supine_pipeline::{Case, CtInput, LabelOrigin, RunError, Seeds, write_dicom_labels};
-use supine_segment::Params;
+use supine_segment::{Params, TissueShare};
 use supine_space::Progress;
 use supine_volume::{LabelMap, label};
 
@@ -14,6 +14,7 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let case = args.case.as_ref().map(|path| Case::read(path).map_err(RunError::from));
     let case = case.transpose()?;
     let series = case.as_ref().and_then(|c| c.series.clone());
+    let tumour = case.as_ref().map(|c| c.tumour);
     let given = match (&args.seeds, case) {
         (Some(path), _) => Seeds::File(path.clone()),
         (None, Some(case)) => case.seeds,
@@ -27,9 +28,17 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("segment", share);
-    let (made, info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
+    let (made, mut info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
         .map_err(RunError::from)?;
-    let labels = made.labels;
+    let mut labels = made.labels;
+    let mut shares = Vec::new();
+    if args.tissues {
+        let fine = supine_segment::tissues(&input.ct, &labels, tumour, Progress::none());
+        let (finer, facts) = fine.map_err(RunError::from)?;
+        labels = finer;
+        info.warnings.extend(facts.warnings);
+        shares = facts.shares;
+    }
     write(&labels, &input, origin, &args.out)?;
     if let Some(path) = &args.doubt {
         write_tenths(&made.doubt, path)?;
@@ -43,6 +52,7 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let json = serde_json::json!({
         "labels": args.out, "soft_tissue_ml": soft, "chest_wall_ml": wall,
         "fat_hu": info.fat_hu, "muscle_hu": info.muscle_hu, "warnings": info.warnings,
+        "tissues": tissues_json(&shares),
     });
     let text = format!(
         "{}: soft tissue {soft:.0} ml, chest wall {wall:.0} ml in the whole CT",
@@ -68,4 +78,14 @@ fn write(
     let message = "--out: the CT did not come as DICOM, so no DICOM segmentation can be written; \
                    name a .seg.nrrd, .nrrd or .nii.gz file";
     Err(Failure::usage(message))
+}
+
+/// Volume and mean of each finer label, by name.
+fn tissues_json(shares: &[TissueShare]) -> serde_json::Value {
+    let name = |l: u8| label::ALL.iter().find(|(n, ..)| *n == l).map_or("", |(_, name, _)| *name);
+    let one = |s: &TissueShare| {
+        let facts = serde_json::json!({ "ml": s.ml, "mean_hu": s.mean_hu });
+        (name(s.label).to_owned(), facts)
+    };
+    shares.iter().map(one).collect::<serde_json::Map<_, _>>().into()
 }

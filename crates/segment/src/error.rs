@@ -116,6 +116,17 @@ pub enum Error {
         /// What is missing.
         why: String,
     },
+    /// Labels that do not belong to the CT.
+    #[error(
+        "the labels of {labels:?} voxels do not lie on the grid of the CT of {ct:?} voxels; give \
+         labels made on this CT"
+    )]
+    OtherGrid {
+        /// Voxels of the labels along i, j, k.
+        labels: [usize; 3],
+        /// Voxels of the CT along i, j, k.
+        ct: [usize; 3],
+    },
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),

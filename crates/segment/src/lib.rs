@@ -30,6 +30,8 @@ mod seeds;
 mod segmenter;
 mod sheet;
 mod shell;
+mod tissues;
+mod tumour;
 mod wall;
 
 #[cfg(test)]
@@ -44,6 +46,7 @@ pub use nipple::nipple;
 pub use params::Params;
 pub use segmenter::Segmenter;
 pub use supine_volume::{SeedKind, Seeds};
+pub use tissues::{TissueInfo, TissueShare, tissues};
 
 use supine_space::Progress;
 use supine_volume::{Ct, LabelMap, Volume};

@@ -1,6 +1,7 @@
 //! Whole segmentations of thoraxes built here.
 
 mod doubt;
+mod finer;
 mod objects;
 mod phantom;
 mod seeds;

@@ -1,0 +1,233 @@
+//! Finer labels: fat, gland, skin and tumour within the soft tissue; lung, bone and muscle within
+//! the chest wall.
+
+use crate::Error;
+use crate::bones::{median, smoothed};
+use crate::frame::Frame;
+use crate::parts::Parts;
+use crate::plane::{fill_holes, squared_distance};
+use crate::tumour;
+use rayon::prelude::*;
+use supine_space::{Progress, Sphere};
+use supine_volume::{Ct, LabelMap, label};
+
+/// Noise is smoothed by this much in the slice before levels are compared, mm.
+const SMOOTH_MM: f32 = 0.8;
+/// Thickness of the skin; gland and fat are measured deeper than twice this, mm.
+const SKIN_MM: f32 = 1.6;
+/// Where fat is looked for, HU.
+const FAT_HU: (i32, i32) = (-150, -60);
+/// Dense tissue lies this far above fat, HU, and gland is measured where it is thicker than twice
+/// this, mm.
+const DENSE_HU: f32 = 60.0;
+const CORE_MM: f32 = 2.5;
+/// What is thinner than twice this is a strand and counts as fat, mm.
+const STRAND_MM: f32 = 2.0;
+/// Gland where none is thick enough to be measured, HU above fat.
+const GLAND_ABOVE_FAT_HU: f32 = 130.0;
+/// Lung: below this level, and its least volume, cm³.
+const LUNG_HU: i16 = -400;
+const LUNG_CM3: f64 = 1.0;
+/// Bone: cortex, and what is above the lower level this near to it in the slice, mm.
+const CORTEX_HU: f32 = 250.0;
+const BONE_HU: f32 = 130.0;
+const BONE_MM: f32 = 8.0;
+
+/// A tissue of the finer labels in the whole CT.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TissueShare {
+    /// One of [`supine_volume::label`].
+    pub label: u8,
+    /// Volume, ml.
+    pub ml: f64,
+    /// Mean of the CT, HU; 0 when there is none.
+    pub mean_hu: f64,
+}
+
+/// What is known of the finer labels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TissueInfo {
+    /// What the user should look at.
+    pub warnings: Vec<String>,
+    /// Mode of the fat, HU.
+    pub fat_hu: f64,
+    /// Median of thick gland, HU; `None` when no gland is thick enough to be measured.
+    pub gland_hu: Option<f64>,
+    /// Whether the tumour was grown from its centre; else it is the sphere given.
+    pub tumour_grown: bool,
+    /// Lung, bone, muscle, fat, gland, skin and tumour.
+    pub shares: Vec<TissueShare>,
+}
+
+/// Splits soft tissue into fat, gland, skin and tumour, and chest wall into lung, bone and muscle
+/// (the rest, vessels and organs included).
+///
+/// Every voxel stays on its side: soft tissue remains soft tissue by
+/// [`supine_volume::label::is_soft_tissue`], chest wall remains chest wall. The labels may be coarse
+/// or fine, found or brought along, on the grid of the CT (HU). Dense tissue in front of the wall
+/// counts as gland wherever it lies, muscle at the shoulder too; strands thinner than 4 mm count as
+/// fat. The tumour (LPS, mm) is grown where it stands out from its surroundings.
+///
+/// # Errors
+/// When the grids differ, the slices are not axial, or the callback asked to stop.
+pub fn tissues(
+    ct: &Ct,
+    labels: &LabelMap,
+    tumour: Option<Sphere>,
+    progress: Progress<'_>,
+) -> Result<(LabelMap, TissueInfo), Error> {
+    let frame = Frame::new(ct.grid())?;
+    if labels.grid() != ct.grid() {
+        return Err(Error::OtherGrid { labels: labels.grid().size(), ct: ct.grid().size() });
+    }
+    let deep = deep_soft_tissue(labels, &frame);
+    progress.at(0.2)?;
+    let fat = fat_level(ct, &deep);
+    let gland = gland_level(ct, &frame, &deep, fat);
+    progress.at(0.5)?;
+    let middle = fat + 0.5 * (gland.unwrap_or(fat + GLAND_ABOVE_FAT_HU) - fat);
+    let mut out = labels.clone();
+    let plane = frame.plane();
+    out.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+        mark_soft(&smoothed(ct, &frame, k, SMOOTH_MM), &frame, (deep.slice(k), middle), out);
+        mark_bone(&smoothed(ct, &frame, k, SMOOTH_MM), &frame, out);
+    });
+    progress.at(0.8)?;
+    mark_lung(ct, &frame, &mut out);
+    let mut info =
+        TissueInfo { fat_hu: fat.into(), gland_hu: gland.map(f64::from), ..TissueInfo::default() };
+    if let Some(sphere) = tumour {
+        info.warnings.extend(tumour::mark(ct, &frame, sphere, &mut out));
+        info.tumour_grown = info.warnings.is_empty();
+    }
+    info.shares = shares(ct, &out);
+    progress.at(1.0)?;
+    Ok((out, info))
+}
+
+/// Distance of soft tissue to the air.
+struct Deep {
+    plane: usize,
+    /// 0: no soft tissue, 1: skin, 2: near the skin, 3: deeper.
+    layer: Vec<u8>,
+}
+
+impl Deep {
+    fn slice(&self, k: usize) -> &[u8] {
+        &self.layer[k * self.plane..(k + 1) * self.plane]
+    }
+}
+
+fn deep_soft_tissue(labels: &LabelMap, frame: &Frame) -> Deep {
+    let plane = frame.plane();
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    let mut layer = vec![0u8; labels.data().len()];
+    layer.par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+        let labels = &labels.data()[k * plane..(k + 1) * plane];
+        let outside: Vec<bool> = labels.iter().map(|&l| l == label::OUTSIDE).collect();
+        let squared = squared_distance(&outside, frame.size[0], spacing);
+        for (out, (&l, d)) in out.iter_mut().zip(labels.iter().zip(squared)) {
+            if label::is_soft_tissue(l) {
+                // The skin's outside lies half a pixel before the first pixel of air.
+                let mm = d.sqrt() - 0.5 * frame.pixel();
+                *out = 1 + u8::from(mm > SKIN_MM) + u8::from(mm > 2.0 * SKIN_MM);
+            }
+        }
+    });
+    Deep { plane, layer }
+}
+
+/// Mode of the fat, HU.
+fn fat_level(ct: &Ct, deep: &Deep) -> f32 {
+    let mut bins = vec![0usize; (FAT_HU.1 - FAT_HU.0) as usize];
+    for (&v, &layer) in ct.data().iter().zip(&deep.layer) {
+        if layer == 3 && (FAT_HU.0..FAT_HU.1).contains(&i32::from(v)) {
+            bins[(i32::from(v) - FAT_HU.0) as usize] += 1;
+        }
+    }
+    let around =
+        |n: usize| -> usize { bins[n.saturating_sub(5)..(n + 6).min(bins.len())].iter().sum() };
+    let best = (0..bins.len()).max_by_key(|&n| (around(n), std::cmp::Reverse(n)));
+    FAT_HU.0 as f32 + best.unwrap_or_default() as f32
+}
+
+/// Median of the gland where it is thick, HU.
+fn gland_level(ct: &Ct, frame: &Frame, deep: &Deep, fat: f32) -> Option<f32> {
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    let mut values: Vec<f32> = (0..frame.size[2])
+        .into_par_iter()
+        .flat_map_iter(|k| {
+            let image = smoothed(ct, frame, k, SMOOTH_MM);
+            let layer = deep.slice(k);
+            let thin: Vec<bool> =
+                (0..image.len()).map(|n| layer[n] < 3 || image[n] < fat + DENSE_HU).collect();
+            let away = squared_distance(&thin, frame.size[0], spacing);
+            image
+                .into_iter()
+                .zip(away)
+                .filter(|(_, d)| d.is_finite() && *d > CORE_MM * CORE_MM)
+                .map(|(v, _)| v)
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    (!values.is_empty()).then(|| median(&mut values))
+}
+
+/// Fat, gland and skin of a slice.
+fn mark_soft(image: &[f32], frame: &Frame, (layer, middle): (&[u8], f32), out: &mut [u8]) {
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    let thin: Vec<bool> = (0..image.len()).map(|n| layer[n] < 2 || image[n] < middle).collect();
+    let away = squared_distance(&thin, frame.size[0], spacing);
+    let core: Vec<bool> = away.iter().map(|&d| d > STRAND_MM * STRAND_MM).collect();
+    let near = squared_distance(&core, frame.size[0], spacing);
+    for n in 0..out.len() {
+        out[n] = match layer[n] {
+            0 => out[n],
+            1 => label::SKIN,
+            _ if !thin[n] && near[n] <= (STRAND_MM + 0.3).powi(2) => label::GLAND,
+            _ => label::FAT,
+        };
+    }
+}
+
+/// Bone and muscle of a slice.
+fn mark_bone(image: &[f32], frame: &Frame, out: &mut [u8]) {
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    let wall: Vec<bool> = out.iter().map(|&l| label::is_chest_wall(l)).collect();
+    let cortex: Vec<bool> = (0..out.len()).map(|n| wall[n] && image[n] > CORTEX_HU).collect();
+    let away = squared_distance(&cortex, frame.size[0], spacing);
+    let mut bone: Vec<bool> = (0..out.len())
+        .map(|n| wall[n] && image[n] > BONE_HU && away[n] <= BONE_MM * BONE_MM)
+        .collect();
+    fill_holes(&mut bone, frame.size[0]);
+    for n in 0..out.len() {
+        if wall[n] {
+            out[n] = if bone[n] { label::BONE } else { label::MUSCLE };
+        }
+    }
+}
+
+fn mark_lung(ct: &Ct, frame: &Frame, out: &mut LabelMap) {
+    let (hu, labels) = (ct.data(), out.data());
+    let air = Parts::new(frame.size, |n| hu[n] < LUNG_HU && label::is_chest_wall(labels[n]));
+    for (run, part) in air.iter() {
+        if air.voxels[part] as f64 * frame.voxel_cm3() > LUNG_CM3 {
+            out.data_mut()[run.voxels()].fill(label::LUNG);
+        }
+    }
+}
+
+fn shares(ct: &Ct, labels: &LabelMap) -> Vec<TissueShare> {
+    let (mut voxels, mut sums) = ([0usize; 256], [0i64; 256]);
+    for (&l, &v) in labels.data().iter().zip(ct.data()) {
+        voxels[usize::from(l)] += 1;
+        sums[usize::from(l)] += i64::from(v);
+    }
+    let ml = labels.grid().voxel_volume() / 1000.0;
+    [label::LUNG, label::BONE, label::MUSCLE, label::FAT, label::GLAND, label::SKIN, label::TUMOUR]
+        .map(|label| {
+            let (n, sum) = (voxels[usize::from(label)], sums[usize::from(label)]);
+            TissueShare { label, ml: n as f64 * ml, mean_hu: sum as f64 / n.max(1) as f64 }
+        })
+        .into()
+}
