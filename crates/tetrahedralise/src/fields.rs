@@ -7,7 +7,7 @@ use crate::complex::Class;
 use crate::labels::Kind;
 use rayon::prelude::*;
 use supine_space::{Grid, GridError, Matrix, Sphere, Vector};
-use supine_volume::{Volume, distance_mm, gaussian};
+use supine_volume::{SignedDistance, Surfaces, Volume, distance_mm, gaussian};
 
 /// Skin: positive outside the body.
 pub(crate) const SKIN: usize = 0;
@@ -23,12 +23,25 @@ const REACH_MM: f64 = 8.0;
 /// A point this near (mm) to its level counts as on it.
 const ON_LEVEL_MM: f64 = 5e-4;
 
+/// How far the distances to known surfaces are told, mm.
+const BAND_MM: f64 = 12.0;
+
+/// How the surfaces between the voxels are had.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Smoothing<'a> {
+    /// By smoothing the labels: standard deviation, mm.
+    Labels(f64),
+    /// They are known; lightly smoothed: standard deviation, mm.
+    Known(&'a Surfaces, f64),
+}
+
 /// Level functions (mm, negative inside the soft tissue) of skin, chest wall and sphere.
 ///
 /// Skin and chest wall come from two masks that do not know each other (body against outside air,
 /// chest wall against the rest), so that thin sheets between them keep their thickness. Each mask
 /// is smoothed by a Gaussian and turned into d = sigma sqrt2 erfinv(2g - 1), which is the exact
-/// distance for a plane, up to about 4 sigma.
+/// distance for a plane, up to about 4 sigma. Where the surfaces are known between the voxels the
+/// level is the distance to them; where the voxels' kinds depart from them, the kinds win.
 #[derive(Debug)]
 pub(crate) struct Fields {
     size: [usize; 3],
@@ -53,31 +66,30 @@ struct Depth {
 }
 
 impl Fields {
-    /// The fields of labelled voxels. `sigma`: smoothing, mm. `thickness`: soft tissue thinner
-    /// than this (mm) between chest wall and skin counts as chest wall.
+    /// The fields of voxels of known kind. `thickness`: soft tissue thinner than this (mm) between
+    /// chest wall and skin counts as chest wall.
     pub(crate) fn new(
         kinds: &Volume<Kind>,
         sphere: Sphere,
-        sigma: f64,
+        smoothing: Smoothing<'_>,
         thickness: f64,
     ) -> Result<Self, GridError> {
         let grid = kinds.grid();
-        let flat = sigma * std::f64::consts::SQRT_2 * erf_inverse(FLAT);
-        let level = |mask: fn(Kind) -> bool| {
-            let smooth = gaussian(&kinds.map(|&k| f32::from(u8::from(mask(k)))), [sigma; 3]);
-            let (_, mut data) = smooth.into_parts();
-            data.par_iter_mut().for_each(|g| {
-                let x = 2.0 * f64::from(*g) - 1.0;
-                *g = if x.abs() >= FLAT {
-                    flat.copysign(x) as f32
-                } else {
-                    (sigma * std::f64::consts::SQRT_2 * erf_inverse(x)) as f32
-                };
-            });
-            data
+        let (is_air, is_wall) = (|k| k == Kind::Air, |k| k == Kind::Wall);
+        let ((air, wall), flat) = match smoothing {
+            Smoothing::Labels(sigma) => {
+                let level = |mask| smoothed_level(kinds, mask, sigma);
+                ((level(is_air), level(is_wall)), flat_mm(sigma))
+            }
+            Smoothing::Known(surfaces, sigma) => {
+                let level = |mask, surface| known_level(kinds, mask, surface, sigma);
+                let both = rayon::join(
+                    || level(is_air, &surfaces.skin),
+                    || level(is_wall, &surfaces.chest_wall),
+                );
+                (both, BAND_MM)
+            }
         };
-        let air = level(|k| k == Kind::Air);
-        let wall = level(|k| k == Kind::Wall);
         let levels = air.into_iter().zip(wall).map(|(s, c)| [s, c]).collect();
         let low = grid.direction().tr_mul(&(grid.origin() - sphere.centre()));
         Ok(Self {
@@ -274,6 +286,49 @@ impl Fields {
     }
 }
 
+/// Beyond this a smoothed mask says no distance, mm.
+fn flat_mm(sigma: f64) -> f64 {
+    sigma * std::f64::consts::SQRT_2 * erf_inverse(FLAT)
+}
+
+/// Level of the smoothed mask, positive inside it, mm.
+fn smoothed_level(kinds: &Volume<Kind>, mask: fn(Kind) -> bool, sigma: f64) -> Vec<f32> {
+    let flat = flat_mm(sigma);
+    let smooth = gaussian(&kinds.map(|&k| f32::from(u8::from(mask(k)))), [sigma; 3]);
+    let (_, mut data) = smooth.into_parts();
+    data.par_iter_mut().for_each(|g| {
+        let x = 2.0 * f64::from(*g) - 1.0;
+        *g = if x.abs() >= FLAT {
+            flat.copysign(x) as f32
+        } else {
+            (sigma * std::f64::consts::SQRT_2 * erf_inverse(x)) as f32
+        };
+    });
+    data
+}
+
+/// Level of the mask, positive inside it, mm: the distance to the known surface where that parts
+/// the mask from the rest, else to the middle between their voxels.
+fn known_level(
+    kinds: &Volume<Kind>,
+    mask: fn(Kind) -> bool,
+    surface: &SignedDistance,
+    sigma: f64,
+) -> Vec<f32> {
+    let (grid, whole) = (kinds.grid(), surface.grid());
+    let first = whole.index_from_patient(&grid.origin()).map(|x| x.round() as usize);
+    let place = |n: usize| {
+        let v = grid.voxel(n);
+        whole.offset([0, 1, 2].map(|a| v[a] + first[a]))
+    };
+    let inside = |n: usize| mask(kinds.data()[n]);
+    let crossing = |n, m| surface.crossing(place(n), place(m));
+    let distance = SignedDistance::new(grid, BAND_MM, inside, crossing);
+    let per_mm = SignedDistance::PER_MM as f32;
+    let levels = distance.values().map(|&d| -f32::from(d) / per_mm);
+    gaussian(&levels, [sigma; 3]).into_parts().1
+}
+
 impl Depth {
     /// About this far apart are the samples, mm.
     const STEP_MM: f64 = 2.4;
@@ -359,7 +414,7 @@ mod tests {
             if (grid.centre(v) - middle).dot(&n) > 0.0 { Kind::Air } else { Kind::Soft }
         });
         let sphere = Sphere::new(middle, 10.0).unwrap();
-        let fields = Fields::new(&kinds, sphere, 1.5, 1.0).unwrap();
+        let fields = Fields::new(&kinds, sphere, Smoothing::Labels(1.5), 1.0).unwrap();
         for d in [-3.0, -1.0, 0.0, 0.7, 2.5] {
             let (level, slope) = fields.level_gradient(SKIN, &(n * d + Vector::new(0.2, 0.1, 0.3)));
             let want = d + n.dot(&Vector::new(0.2, 0.1, 0.3));

@@ -30,7 +30,7 @@ mod tests;
 
 pub use error::Error;
 
-use fields::Fields;
+use fields::{Fields, Smoothing};
 use mesher::Mesher;
 use sizing::Sizing;
 use supine_mesh::{BoundaryTag, Quality, TetMesh, quality};
@@ -42,9 +42,11 @@ use supine_volume::Region;
 pub struct Params {
     /// Tetrahedra asked for.
     pub tetrahedra: usize,
-    /// Standard deviation of the Gaussian that smooths the labels, mm; never below 0.9 of the
-    /// largest voxel spacing.
+    /// Standard deviation of the Gaussian that smooths the labels where their surfaces are not
+    /// known between the voxels, mm; never below 0.9 of the largest voxel spacing.
     pub smoothing_mm: f64,
+    /// Standard deviation of the Gaussian that smooths the distances to known surfaces, mm.
+    pub surface_smoothing_mm: f64,
     /// Growth of the edge length with depth below the boundary, mm per mm.
     pub growth: f64,
     /// Largest edge length inside, in units of that at the boundary; 1 or more.
@@ -61,6 +63,7 @@ impl Default for Params {
         Self {
             tetrahedra: 5000,
             smoothing_mm: 1.5,
+            surface_smoothing_mm: 1.0,
             growth: 0.4,
             growth_limit: 1.7,
             rim_refinement: 0.62,
@@ -152,7 +155,11 @@ pub fn tetrahedralise(
     let sigma = params.smoothing_mm.max(0.9 * spacing.max());
     let kinds = labels::kinds(region, MARGIN * sigma, &mut info)?;
     progress.at(0.08)?;
-    let fields = Fields::new(&kinds, region.sphere(), sigma, params.least_thickness_mm)?;
+    let smoothing = match region.surfaces() {
+        Some(surfaces) => Smoothing::Known(surfaces, params.surface_smoothing_mm),
+        None => Smoothing::Labels(sigma),
+    };
+    let fields = Fields::new(&kinds, region.sphere(), smoothing, params.least_thickness_mm)?;
     drop(kinds);
     progress.at(0.2)?;
     let mut mesher = first_mesh(&fields, params, &mut info, progress.part(0.2, 0.3))?;
@@ -194,6 +201,7 @@ fn check(params: &Params) -> Result<(), Error> {
     }
     let settings = [
         ("smoothing_mm", params.smoothing_mm, 0.0..=20.0, "0 to 20"),
+        ("surface_smoothing_mm", params.surface_smoothing_mm, 0.0..=20.0, "0 to 20"),
         ("growth", params.growth, 0.0..=2.0, "0 to 2"),
         ("growth_limit", params.growth_limit, 1.0..=5.0, "1 to 5"),
         ("rim_refinement", params.rim_refinement, 0.2..=1.0, "0.2 to 1"),
