@@ -34,7 +34,7 @@ pub use labels::{read_labels, write_labels};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use volumes::{
-    FieldKind, read_ct, read_tenths, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
-    write_tenths,
+    FieldKind, read_ct, read_signed_distance, read_tenths, write_ct_nifti, write_ct_nrrd,
+    write_field, write_scalar, write_signed_distance, write_tenths,
 };
 pub use vtu::{read_vtu, write_vtu};

@@ -1,4 +1,4 @@
-//! CT, scalar volumes and displacement fields.
+//! CT, scalar volumes, signed distances and displacement fields.
 
 use crate::{
     Error, Problem, file, nii,
@@ -6,7 +6,7 @@ use crate::{
     raster,
 };
 use std::path::Path;
-use supine_volume::{Ct, Volume};
+use supine_volume::{Ct, SignedDistance, Volume};
 
 /// Reads a CT from NRRD (attached data) or NIfTI-1, told apart by their first bytes.
 ///
@@ -119,6 +119,40 @@ pub fn write_field(field: &Volume<[f32; 3]>, path: &Path, kind: FieldKind) -> Re
 pub fn write_scalar(volume: &Volume<f32>, path: &Path) -> Result<(), Error> {
     only_nrrd(path, "a volume of floats")?;
     nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied())
+}
+
+/// Unit of the whole numbers of a signed distance, as files name it.
+const DISTANCE_UNIT: (&str, &str) = ("unit", "1/2000 mm");
+
+/// Writes a signed distance as NRRD: 16 bit, in 1/2000 mm (the key `unit` says so).
+///
+/// # Errors
+/// When the name does not end in `.nrrd` or the file cannot be written.
+pub fn write_signed_distance(distance: &SignedDistance, path: &Path) -> Result<(), Error> {
+    only_nrrd(path, "a signed distance")?;
+    let keys = [(DISTANCE_UNIT.0.into(), DISTANCE_UNIT.1.into())];
+    let values = distance.values();
+    nrrd::write(path, values.grid(), &Axis::Scalar, &keys, values.data().iter().copied())
+}
+
+/// Reads what [`write_signed_distance`] wrote.
+///
+/// # Errors
+/// When the file cannot be read, is damaged or does not hold whole numbers of 1/2000 mm.
+pub fn read_signed_distance(path: &Path) -> Result<SignedDistance, Error> {
+    let raster = raster::read(path)?;
+    let values = || {
+        let unit = raster.keys.get(DISTANCE_UNIT.0).map(String::as_str);
+        if unit != Some(DISTANCE_UNIT.1) || raster.layers != 1 {
+            let reason = "a signed distance is in 1/2000 mm, one value per voxel";
+            return Err(Problem::field(DISTANCE_UNIT.0, reason.to_string()));
+        }
+        raster.whole::<i16>("expected a whole number from -32768 to 32767")
+    };
+    let values = values().map_err(|p| p.of(path))?;
+    Volume::new(raster.grid.clone(), values)
+        .map(SignedDistance::from_values)
+        .map_err(|e| Problem::field("sizes", e.to_string()).of(path))
 }
 
 fn only_nrrd(path: &Path, what: &str) -> Result<(), Error> {

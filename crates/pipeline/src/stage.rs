@@ -52,7 +52,9 @@ impl Stage {
     pub(crate) fn products(self) -> &'static [&'static str] {
         match self {
             Self::Import | Self::Region => &[],
-            Self::Segment => &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd"],
+            Self::Segment => {
+                &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd", ".stages/surfaces"]
+            }
             Self::Mesh => &["mesh/rest.vtu"],
             Self::Solve => &["mesh/deformed.vtu"],
             Self::Warp => &[".stages/warped.nrrd", "field", "points.csv"],

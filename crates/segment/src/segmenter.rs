@@ -88,9 +88,15 @@ impl<'a> Segmenter<'a> {
 
     /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels:
     /// their signs are its labels.
-    pub fn surfaces(&self, made: &Segmentation) -> Surfaces {
+    ///
+    /// # Errors
+    /// When the callback asked to stop.
+    pub fn surfaces(&self, made: &Segmentation, progress: Progress<'_>) -> Result<Surfaces, Error> {
+        progress.at(0.0)?;
         let outline = Outline::new(self.scan(), made.outline.clone());
-        outline.surfaces(&made.labels, self.params.skin_hu as f32, made.levels)
+        let surfaces = outline.surfaces(&made.labels, self.params.skin_hu as f32, made.levels);
+        progress.at(1.0)?;
+        Ok(surfaces)
     }
 
     fn scan(&self) -> Scan<'_> {

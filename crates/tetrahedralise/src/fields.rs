@@ -24,7 +24,7 @@ const REACH_MM: f64 = 8.0;
 const ON_LEVEL_MM: f64 = 5e-4;
 
 /// How far the distances to known surfaces are told, mm.
-const BAND_MM: f64 = 12.0;
+const BAND_MM: f64 = 8.0;
 
 /// How the surfaces between the voxels are had.
 #[derive(Clone, Copy, Debug)]

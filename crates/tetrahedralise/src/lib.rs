@@ -24,6 +24,8 @@ mod sizing;
 mod smooth;
 mod split;
 mod start;
+#[cfg(test)]
+mod surface_tests;
 mod swap;
 #[cfg(test)]
 mod tests;

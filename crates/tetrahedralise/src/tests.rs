@@ -1,6 +1,6 @@
 //! Tests of the whole on label maps made of formulas.
 
-use crate::fields::Fields;
+use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::start::{faults, start};
@@ -131,7 +131,7 @@ fn every_stage_keeps_the_mesh_whole() {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
         let kinds = labels::kinds(&region, 7.5, &mut Info::new(0)).unwrap();
-        let fields = Fields::new(&kinds, sphere(), 1.5, 1.0).unwrap();
+        let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
         assert_eq!(parts, 0);
         let edge = (CUBE_SHARE * fields.volume / count as f64).cbrt();

@@ -58,6 +58,11 @@ impl SignedDistance {
         &self.values
     }
 
+    /// The distances in units of 1/2000 mm.
+    pub fn into_values(self) -> Volume<i16> {
+        self.values
+    }
+
     /// The grid.
     pub fn grid(&self) -> &Grid {
         self.values.grid()

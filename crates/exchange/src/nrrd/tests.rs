@@ -143,3 +143,22 @@ proptest! {
         let _ = parse(&bytes);
     }
 }
+
+#[test]
+fn a_signed_distance_comes_back() {
+    use crate::{read_signed_distance, write_ct_nrrd, write_signed_distance};
+    use supine_space::{Grid, Matrix, Point, Vector};
+    use supine_volume::SignedDistance;
+    let grid =
+        Grid::new([9, 8, 7], Vector::new(1.0, 1.5, 3.0), Point::origin(), Matrix::identity());
+    let grid = grid.unwrap();
+    let inside = |n: usize| grid.voxel(n)[0] < 4;
+    let distance = SignedDistance::new(&grid, 5.0, inside, |_, _| 0.25);
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("skin.nrrd");
+    write_signed_distance(&distance, &path).unwrap();
+    assert_eq!(read_signed_distance(&path).unwrap(), distance);
+    write_ct_nrrd(distance.values(), &path, "").unwrap();
+    let error = read_signed_distance(&path).unwrap_err().to_string();
+    assert!(error.contains("1/2000 mm"), "{error}");
+}

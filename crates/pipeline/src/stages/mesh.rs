@@ -1,7 +1,7 @@
 //! The mesh of the soft tissue in the sphere.
 
 use super::region::Chosen;
-use super::segment::Facts as SegmentFacts;
+use super::segment::{Facts as SegmentFacts, read_surfaces};
 use crate::bench::{Bench, Done, Made};
 use crate::facts::mesh_facts;
 use crate::{Case, RunError, Stage};
@@ -28,7 +28,11 @@ pub(crate) fn mesh(
         &[&labels.key, &decided],
         |store| Ok(read_vtu(&store.path("mesh/rest.vtu")?).map_err(RunError::Product)?.0),
         |store, progress| {
-            let region = Region::new(&labels.product, region.sphere)?;
+            let surfaces = read_surfaces(store, &labels.product)?;
+            let mut region = Region::new(&labels.product, region.sphere)?;
+            if let Some(surfaces) = &surfaces {
+                region = region.with_surfaces(surfaces)?;
+            }
             let (mesh, info) = supine_tetrahedralise::tetrahedralise(&region, &params, progress)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
             let facts = mesh_facts(&mesh, params.tetrahedra);

@@ -7,11 +7,13 @@ use crate::store::{Store, form, hash_of};
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use supine_exchange::{read_labels, write_labels, write_tenths};
+use supine_exchange::{
+    read_labels, read_signed_distance, write_labels, write_signed_distance, write_tenths,
+};
 use supine_report::Input;
-use supine_segment::Params;
+use supine_segment::{Params, Segmenter};
 use supine_space::Progress;
-use supine_volume::LabelMap;
+use supine_volume::{LabelMap, SignedDistance, Surfaces};
 
 /// What is known of the segmentation beside the labels.
 #[derive(Serialize, Deserialize, Debug, Clone)]
@@ -81,9 +83,40 @@ pub(crate) const DOUBT: &str = "labels-doubt.nrrd";
 
 fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>) -> Result3 {
     let params = Params { seeds: seeds.read()?, ..Params::default() };
-    let (made, info) = supine_segment::segment(&input.input.ct, &params, progress)?;
+    let segmenter = Segmenter::new(&input.input.ct, &params, progress.part(0.0, 0.8))?;
+    let (made, info) = segmenter.segment(&params.seeds, progress.part(0.8, 0.9))?;
+    let surfaces = segmenter.surfaces(&made, progress.part(0.9, 1.0))?;
+    drop(segmenter);
+    write_surfaces(store, &surfaces)?;
     write_tenths(&made.doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
     Ok((made.labels, facts, info.warnings))
+}
+
+const SURFACES: [&str; 2] = [".stages/surfaces/skin.nrrd", ".stages/surfaces/chest_wall.nrrd"];
+
+/// Keeps the surfaces of found labels for the mesher.
+fn write_surfaces(store: &Store, surfaces: &Surfaces) -> Result<(), RunError> {
+    for (name, surface) in SURFACES.into_iter().zip([&surfaces.skin, &surfaces.chest_wall]) {
+        write_signed_distance(surface, &store.path(name)?).map_err(RunError::Product)?;
+    }
+    Ok(())
+}
+
+/// The surfaces of found labels, on the labels' grid to the bit; none of labels brought along.
+pub(crate) fn read_surfaces(
+    store: &Store,
+    labels: &LabelMap,
+) -> Result<Option<Surfaces>, RunError> {
+    let [skin, chest_wall] = SURFACES;
+    if !store.path(skin)?.exists() {
+        return Ok(None);
+    }
+    let read = |name: &str| {
+        let distance = read_signed_distance(&store.path(name)?).map_err(RunError::Product)?;
+        let values = labels.with_data(distance.into_values().into_parts().1);
+        values.map(SignedDistance::from_values).map_err(|_| RunError::OtherGrid)
+    };
+    Ok(Some(Surfaces { skin: read(skin)?, chest_wall: read(chest_wall)? }))
 }

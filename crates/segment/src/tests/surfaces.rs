@@ -8,7 +8,7 @@ use supine_volume::{Ct, LabelMap, Surfaces, label};
 fn run(ct: &Ct, seeds: &Seeds) -> (LabelMap, Surfaces) {
     let segmenter = Segmenter::new(ct, &Params::default(), Progress::none()).unwrap();
     let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
-    let surfaces = segmenter.surfaces(&made);
+    let surfaces = segmenter.surfaces(&made, Progress::none()).unwrap();
     (made.labels, surfaces)
 }
 
