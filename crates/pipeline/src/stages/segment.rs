@@ -13,7 +13,7 @@ use supine_exchange::{
 use supine_report::Input;
 use supine_segment::{Params, Segmenter};
 use supine_space::Progress;
-use supine_volume::{LabelMap, SignedDistance, Surfaces};
+use supine_volume::{LabelMap, RegionError, SignedDistance, Surfaces};
 
 /// What is known of the segmentation beside the labels.
 #[derive(Serialize, Deserialize, Debug, Clone)]
@@ -115,8 +115,11 @@ pub(crate) fn read_surfaces(
     }
     let read = |name: &str| {
         let distance = read_signed_distance(&store.path(name)?).map_err(RunError::Product)?;
-        let values = labels.with_data(distance.into_values().into_parts().1);
-        values.map(SignedDistance::from_values).map_err(|_| RunError::OtherGrid)
+        let (grid, values) = distance.into_values().into_parts();
+        let (surfaces, size) = (grid.size(), labels.grid().size());
+        let values = labels.with_data(values);
+        let values = values.map_err(|_| RegionError::OtherGrid { surfaces, labels: size })?;
+        Ok::<_, RunError>(SignedDistance::from_values(values))
     };
     Ok(Some(Surfaces { skin: read(skin)?, chest_wall: read(chest_wall)? }))
 }
