@@ -20,6 +20,7 @@ mod frame;
 mod implant;
 mod info;
 mod levels;
+mod muscle;
 mod nipple;
 mod paint;
 mod params;

@@ -22,19 +22,35 @@ impl<'a> Outline<'a> {
         Self { scan, radius }
     }
 
+    pub(crate) fn scan(&self) -> Scan<'a> {
+        self.scan
+    }
+
+    pub(crate) fn radius(&self) -> &Sheet {
+        &self.radius
+    }
+
     pub(crate) fn into_radius(self) -> Sheet {
         self.radius
     }
 
     /// How far a voxel (offset in memory) lies outside the surface along its ray, mm.
     #[inline]
-    fn beyond(&self, n: usize) -> f32 {
+    pub(crate) fn beyond(&self, n: usize) -> f32 {
         let Scan { frame, rays, .. } = self.scan;
         let (k, pixel) = (n / frame.plane(), n % frame.plane());
         let (r, turn) = rays.polar(k, frame.position(pixel));
         let p = (turn as usize).min(RAYS - 1);
         let t = turn - p as f32;
         r - (self.radius.at(k, p) * (1.0 - t) + self.radius.at(k, (p + 1) % RAYS) * t)
+    }
+
+    /// The nearest ray to a voxel (offset in memory), counted over all slices.
+    pub(crate) fn ray(&self, n: usize) -> usize {
+        let Scan { frame, rays, .. } = self.scan;
+        let k = n / frame.plane();
+        let (_, turn) = rays.polar(k, frame.position(n % frame.plane()));
+        k * RAYS + turn.round() as usize % RAYS
     }
 
     /// Labels of the voxels whose centres lie inside the body, inside or outside the wall.

@@ -8,7 +8,7 @@ use crate::seeds::{self, Constraints};
 use crate::sheet::Rays;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, implant, info};
+use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, implant, info, muscle};
 use std::borrow::Cow;
 use supine_space::Progress;
 use supine_volume::{Ct, Surfaces};
@@ -48,7 +48,7 @@ impl<'a> Segmenter<'a> {
         let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let reach = params.reach_mm as f32;
-        let search = Search::new(scan, &shell.radius, reach, progress.part(0.8, 1.0))?;
+        let search = Search::new(scan, &shell, reach, progress.part(0.8, 1.0))?;
         Ok(Self { ct, params: params.clone(), frame, body, rays, shell, search })
     }
 
@@ -68,12 +68,14 @@ impl<'a> Segmenter<'a> {
         let constraints = Constraints::new(scan, &marks, shell)?;
         let reach = constraints.highest_mm() + BEYOND_SEED_MM;
         let wider = (reach > self.search.reach_mm())
-            .then(|| Search::new(scan, shell, reach, progress.part(0.0, 0.4)))
+            .then(|| Search::new(scan, &self.shell, reach, progress.part(0.0, 0.4)))
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
         let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
+        let tissue = (search.muscle_voxels.as_slice(), search.levels);
+        muscle::add_beyond(&outline, tissue, (shell, &constraints), &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, (shell, &self.shell.ribless), &wall, &constraints);
         let doubt = confidence::map(scan, shell, &wall, &error);

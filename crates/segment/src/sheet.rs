@@ -72,6 +72,22 @@ impl Sheet {
         self.window(dk, dp, median)
     }
 
+    /// Largest value within `dk` slices and `dp(k, p)` rays.
+    pub(crate) fn widened(&self, dk: usize, dp: impl Fn(usize, usize) -> usize + Sync) -> Self {
+        Self::from_fn(self.slices(), |k, p| {
+            let dp = dp(k, p).min(RAYS / 2);
+            let rows = k.saturating_sub(dk)..(k + dk + 1).min(self.slices());
+            let ring = |d: usize| (p + RAYS + d - dp) % RAYS;
+            rows.flat_map(|row| (0..2 * dp + 1).map(move |d| self.at(row, ring(d))))
+                .fold(f32::NEG_INFINITY, f32::max)
+        })
+    }
+
+    /// Taken as radii (mm): length of a turn by one ray, mm.
+    pub(crate) fn arc(&self, k: usize, p: usize) -> f32 {
+        self.at(k, p).max(1.0) * std::f32::consts::TAU / RAYS as f32
+    }
+
     /// Gaussian (sigma in slices and rays); the first and last slice continue outside.
     pub(crate) fn smooth(&self, slices: f32, rays: f32) -> Self {
         let (kz, kp) = (kernel(slices), kernel(rays));

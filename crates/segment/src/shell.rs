@@ -43,6 +43,8 @@ pub(crate) struct Shell {
     pub(crate) radius: Sheet,
     /// Slices below the ribs: the shell is carried on there at its last distance under the skin.
     pub(crate) ribless: Vec<bool>,
+    /// 1 on the rays that have no rib near them below the lungs, 0 elsewhere.
+    pub(crate) below_ribs: Sheet,
 }
 
 /// Finds the shell.
@@ -78,7 +80,9 @@ pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Err
     }
     progress.at(1.0)?;
     let sigma = (2.5 / frame.spacing[2], 2.0 * RAYS as f32 / 360.0);
-    Ok(Shell { radius: radius.median(1, 2).smooth(sigma.0, sigma.1), ribless })
+    let below_ribs =
+        Sheet { values: expected.values.iter().map(|e| f32::from(!e.is_nan())).collect() };
+    Ok(Shell { radius: radius.median(1, 2).smooth(sigma.0, sigma.1), ribless, below_ribs })
 }
 
 /// 1 where the shell ends on the outer edge of a bone.

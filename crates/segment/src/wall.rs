@@ -6,10 +6,12 @@ use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::levels::noise_hu;
-use crate::plane::{bilinear, kernel, smooth};
+use crate::muscle::true_muscle;
+use crate::plane::bilinear;
 use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
 use crate::sheet::{RAYS, Sheet};
+use crate::shell::Shell;
 use rayon::prelude::*;
 use supine_space::Progress;
 
@@ -19,20 +21,27 @@ pub(crate) const STEP_MM: f32 = 0.5;
 /// Smoothing (sigma) per HU of noise, and its least and most, mm.
 const SMOOTH_MM_PER_HU: f32 = 0.02;
 const SMOOTH_MM: (f32, f32) = (0.4, 1.2);
-/// Cost per mm of fat enclosed beyond the shell; above the cap counted less.
-const FAT: f32 = 0.5;
+/// What differs over the ribs and below them.
+#[derive(Clone, Copy)]
+struct Rule {
+    /// Cost per mm of fat enclosed beyond the shell; above the cap counted less.
+    fat: f32,
+    /// Dense tissue left outside the surface counts within this reach, mm.
+    dense_mm: f32,
+}
+
+const OVER_RIBS: Rule = Rule { fat: 0.5, dense_mm: 8.0 };
+/// There the fat of the belly lies under a thin sheet of muscle, and no gland over it.
+const BELOW_RIBS: Rule = Rule { fat: 0.05, dense_mm: 25.0 };
 const FAT_CAP_MM: f32 = 8.0;
 const FAT_BEYOND_CAP: f32 = 0.3;
 /// Fat is counted from this height on, mm.
 const FAT_FROM_MM: f32 = -2.0;
 /// Cost per mm of dense tissue left just outside the surface.
 const DENSE: f32 = 0.6;
-const DENSE_MM: f32 = 8.0;
 /// Cost per mm of muscle left outside, within this reach.
 const MUSCLE: f32 = 0.5;
 const MUSCLE_MM: f32 = 25.0;
-/// Muscle in front of the ribs is thinner than this, mm.
-const THICKEST_MM: f32 = 24.0;
 /// Reward for a full edge from muscle to fat, and the width it is measured over, mm.
 const EDGE: f32 = 4.0;
 const EDGE_MM: f32 = 2.0;
@@ -47,9 +56,6 @@ const JUMP_MM: f32 = 3.0;
 const BARRED: f32 = 20.0;
 const SKIN_MM: f32 = 2.5;
 const INSIDE: f32 = 3.0;
-/// Smoothing that tells homogeneous muscle from gland: in the slice and across, mm.
-const MUSCLE_SMOOTH_MM: f32 = 2.0;
-const MUSCLE_SMOOTH_Z_MM: f32 = 1.5;
 /// Thickness of a fat plane that shows where the wall ends, mm.
 const PLANE_MM: f32 = 2.0;
 /// The thickness where no plane is seen anywhere, mm.
@@ -109,6 +115,8 @@ pub(crate) struct Wall {
 pub(crate) struct Search {
     band: Band,
     pub(crate) levels: Levels,
+    /// Homogeneous muscle, by voxel.
+    pub(crate) muscle_voxels: Vec<bool>,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
     /// The expected height, mm.
@@ -121,7 +129,7 @@ impl Search {
     /// Prepares the search, from `LOWEST_MM` to `reach_mm` outside the shell.
     pub(crate) fn new(
         scan: Scan<'_>,
-        shell: &Sheet,
+        Shell { radius: shell, below_ribs, .. }: &Shell,
         reach_mm: f32,
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
@@ -129,19 +137,27 @@ impl Search {
         let band = Band::sample(scan, shell, reach_mm);
         progress.at(0.3)?;
         let levels = Levels::measure(&band, scan.rays)?;
-        let muscle = true_muscle(scan, (&band, shell), levels);
+        let (muscle, muscle_voxels) = true_muscle(scan, (&band, shell), levels);
         progress.at(0.5)?;
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
                 let depth = band.depth.ray(k, p);
-                ray_costs(&likeness(&band, levels, k, p), muscle.ray(k, p), depth, out);
+                let rule = if below_ribs.at(k, p) > 0.0 { BELOW_RIBS } else { OVER_RIBS };
+                ray_costs(&likeness(&band, levels, k, p), muscle.ray(k, p), (depth, rule), out);
             }
         });
-        let plane = first_fat_plane(&band, levels, slices);
+        let plane = Sheet::from_fn(slices, |k, p| {
+            let (likeness, depth) = (likeness(&band, levels, k, p), band.depth.ray(k, p));
+            if below_ribs.at(k, p) > 0.0 {
+                outermost_muscle(&likeness, depth)
+            } else {
+                first_fat_plane(&likeness, depth)
+            }
+        });
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
         let free = Sheet::new(slices, 0.0);
-        let mut search = Self { band, levels, costs, expected, free };
+        let mut search = Self { band, levels, muscle_voxels, costs, expected, free };
         // A first solution tells which of the fat planes seen are where the wall ends.
         search.free = search.cheapest(scan, &search.with_prior());
         search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
@@ -241,50 +257,8 @@ fn likeness(band: &Band, levels: Levels, k: usize, p: usize) -> Vec<f32> {
         .collect()
 }
 
-/// Share of homogeneous muscle, by a stronger smoothing: gland is 15-20 HU less dense on average.
-fn true_muscle(scan: Scan<'_>, (band, shell): (&Band, &Sheet), levels: Levels) -> Costs {
-    let (ct, frame) = (scan.ct, scan.frame);
-    let weights = kernel(MUSCLE_SMOOTH_Z_MM / frame.spacing[2]);
-    let (plane, last) = (frame.plane(), frame.size[2] - 1);
-    Costs::new(frame.size[2], band.levels(), |k, out| {
-        let mut image = vec![0.0f32; plane];
-        for (d, w) in weights.iter().enumerate() {
-            let both = [k.saturating_sub(d), (k + d).min(last)];
-            for &from in if d == 0 { &both[..1] } else { &both[..] } {
-                let source = &ct.data()[from * plane..(from + 1) * plane];
-                for (v, &s) in image.iter_mut().zip(source) {
-                    *v += w * f32::from(s.clamp(-1024, 3071));
-                }
-            }
-        }
-        smooth(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], MUSCLE_SMOOTH_MM);
-        scan.along(k, shell, (LOWEST_MM, STEP_MM), out, |at| {
-            bilinear(&image, frame.size[0], at, |v| v)
-        });
-        for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
-            let (hu, depth) = (band.hu.ray(k, p), band.depth.ray(k, p));
-            for (n, v) in out.iter_mut().enumerate() {
-                let known = !hu[n].is_nan() && depth[n] > 4.0;
-                *v = if known { levels.true_muscle(*v) } else { 0.0 };
-            }
-            drop_blobs(out);
-        }
-    })
-}
-
-/// Takes runs of muscle along a ray that are thicker than any muscle in front of the ribs: gland
-/// that takes up contrast is as dense.
-fn drop_blobs(muscle: &mut [f32]) {
-    let thickest = (THICKEST_MM / STEP_MM) as usize;
-    for run in muscle.chunk_by_mut(|a, b| (*a > 0.5) == (*b > 0.5)) {
-        if run[0] > 0.5 && run.len() > thickest {
-            run.fill(0.0);
-        }
-    }
-}
-
 /// The costs of the levels of a ray, but for the expected thickness.
-fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], out: &mut [f32]) {
+fn ray_costs(likeness: &[f32], muscle: &[f32], (depth, rule): (&[f32], Rule), out: &mut [f32]) {
     let n = likeness.len();
     let sums = |values: &[f32]| -> Vec<f32> {
         let mut sum = vec![0.0; n + 1];
@@ -295,7 +269,7 @@ fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], out: &mut [f32]) {
     };
     let (dense, muscle) = (sums(likeness), sums(muscle));
     let steps = |mm: f32| (mm / STEP_MM) as usize;
-    let (near, far, width) = (steps(DENSE_MM), steps(MUSCLE_MM), steps(EDGE_MM));
+    let (near, far, width) = (steps(rule.dense_mm), steps(MUSCLE_MM), steps(EDGE_MM));
     let mut fat = 0.0f32;
     for i in 0..n {
         let h = height(i);
@@ -307,7 +281,7 @@ fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], out: &mut [f32]) {
         let inside = dense[here] - dense[here.saturating_sub(width)];
         let edge = 0.5 * (inside - beyond(&dense, width));
         let enclosed = fat.min(FAT_CAP_MM) + FAT_BEYOND_CAP * (fat - FAT_CAP_MM).max(0.0);
-        out[i] = FAT * enclosed + DENSE * beyond(&dense, near) + MUSCLE * beyond(&muscle, far)
+        out[i] = rule.fat * enclosed + DENSE * beyond(&dense, near) + MUSCLE * beyond(&muscle, far)
             - EDGE * edge.max(0.0)
             + INSIDE * (FAT_FROM_MM - h).max(0.0);
         // Beyond the field nothing bars; the depth is NaN only there.
@@ -318,20 +292,25 @@ fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], out: &mut [f32]) {
 }
 
 /// Height of the first fat plane outside the shell; NaN where there is none within 30 mm.
-fn first_fat_plane(band: &Band, levels: Levels, slices: usize) -> Sheet {
+fn first_fat_plane(likeness: &[f32], depth: &[f32]) -> f32 {
     let need = (PLANE_MM / STEP_MM) as usize;
-    Sheet::from_fn(slices, |k, p| {
-        let m = likeness(band, levels, k, p);
-        let depth = band.depth.ray(k, p);
-        (0..m.len() - need)
-            .find(|&i| {
-                let h = height(i);
-                h >= 0.5 && depth[i] > SKIN_MM && m[i..i + need].iter().all(|&m| m < 0.35)
-            })
-            .map(height)
-            .filter(|&h| h < 30.0)
-            .unwrap_or(f32::NAN)
-    })
+    (0..likeness.len() - need)
+        .find(|&i| {
+            let fat = likeness[i..i + need].iter().all(|&m| m < 0.35);
+            height(i) >= 0.5 && depth[i] > SKIN_MM && fat
+        })
+        .map(height)
+        .filter(|&h| h < 30.0)
+        .unwrap_or(f32::NAN)
+}
+
+/// Height of the outer edge of the first muscle under the skin; NaN where there is none.
+fn outermost_muscle(likeness: &[f32], depth: &[f32]) -> f32 {
+    let need = (PLANE_MM / STEP_MM) as usize;
+    (need..likeness.len())
+        .rev()
+        .find(|&i| depth[i] > SKIN_MM && likeness[i - need..i].iter().all(|&m| m > 0.65))
+        .map_or(f32::NAN, height)
 }
 
 /// The surface where it agrees with the fat plane within 2 mm; NaN elsewhere.
@@ -390,20 +369,4 @@ fn crossing(hu: &[f32], h: f32, level: f32) -> f32 {
         }
     }
     best
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sheet_of_muscle_stays_and_a_blob_goes() {
-        let mut ray = vec![0.0; 100];
-        ray[10..40].fill(1.0);
-        ray[45..45 + (THICKEST_MM / STEP_MM) as usize + 1].fill(0.8);
-        let sheet = ray[..45].to_vec();
-        drop_blobs(&mut ray);
-        assert_eq!(ray[..45], sheet);
-        assert!(ray[45..].iter().all(|&m| m == 0.0));
-    }
 }

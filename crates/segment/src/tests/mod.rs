@@ -2,6 +2,7 @@
 
 mod doubt;
 mod finer;
+mod muscle;
 mod objects;
 mod phantom;
 mod seeds;

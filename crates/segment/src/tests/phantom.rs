@@ -20,6 +20,10 @@ pub(super) struct Thorax {
     pub(super) pocket: bool,
     /// Whether the lungs are joined to the air outside, as in a CT that shows the mouth.
     pub(super) airway: bool,
+    /// Whether the left pectoralis ends free, over the fat of the armpit.
+    pub(super) free_border: bool,
+    /// HU of the gland.
+    pub(super) gland_hu: f64,
     /// Standard deviation of the noise, HU.
     pub(super) noise: f64,
     /// HU of what was put into or onto the patient, where it is; labels are not changed by it.
@@ -28,7 +32,15 @@ pub(super) struct Thorax {
 
 impl Default for Thorax {
     fn default() -> Self {
-        Self { field_radius: None, pocket: false, airway: false, noise: 10.0, object: None }
+        Self {
+            field_radius: None,
+            pocket: false,
+            airway: false,
+            free_border: false,
+            gland_hu: 32.0,
+            noise: 10.0,
+            object: None,
+        }
     }
 }
 
@@ -82,11 +94,18 @@ impl Thorax {
     pub(super) fn truth(&self, p: &Point) -> Truth {
         if Self::skin(p) > 0.0 || self.in_pocket(p) {
             Truth::Outside
-        } else if Self::above_ribs(p) < Self::muscle_mm(p) {
+        } else if Self::above_ribs(p) < Self::muscle_mm(p) || self.in_free_border(p) {
             Truth::Wall
         } else {
             Truth::Soft
         }
+    }
+
+    /// A sheet of muscle 11 mm thick that leaves the ribs to the left.
+    pub(super) fn in_free_border(&self, p: &Point) -> bool {
+        let front = -86.0 - 0.15 * (p.x - 60.0);
+        let sheet = (front..front + 11.0).contains(&p.y) && (60.0..112.0).contains(&p.x);
+        self.free_border && sheet && (0.0..50.0).contains(&p.z)
     }
 
     pub(super) fn is_table_or_wire(&self, p: &Point) -> bool {
@@ -133,7 +152,7 @@ impl Thorax {
             Truth::Outside if p.y > 117.0 && p.y < 135.0 && p.x.abs() < 170.0 => -900.0,
             Truth::Outside => -1000.0,
             Truth::Soft if Self::skin(p) > -2.0 => 20.0,
-            Truth::Soft if Self::is_gland(p) => 32.0,
+            Truth::Soft if Self::is_gland(p) => self.gland_hu,
             Truth::Soft => -100.0,
             Truth::Wall if Self::is_rib(p) => 420.0,
             Truth::Wall if Self::is_lung(p) => -840.0,
