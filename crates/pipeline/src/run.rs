@@ -34,7 +34,7 @@ pub fn run(
     if until(Stage::Segment) {
         return Ok(None);
     }
-    let region = region::region(&mut bench, case, &labels)?;
+    let region = region::region(&mut bench, case, &input, &labels)?;
     if until(Stage::Region) {
         return Ok(None);
     }

@@ -154,7 +154,7 @@ impl Body {
 
 /// The pixels that were reconstructed: not padding, or the inscribed circle when all beyond it has
 /// one value.
-fn field(ct: &Ct, frame: &Frame) -> Vec<bool> {
+pub(crate) fn field(ct: &Ct, frame: &Frame) -> Vec<bool> {
     let (plane, [ni, nj, nk]) = (frame.plane(), frame.size);
     let hu = ct.data();
     if hu.par_iter().any(|&v| v < PADDING_HU) {

@@ -81,6 +81,8 @@ pub(crate) struct Breast {
     reach: f64,
     /// Soft tissue farthest off the wall.
     pub(crate) top: Point,
+    /// Greatest thickness near the first and last slice, as a share of that at the top.
+    pub(crate) at_ends: f64,
 }
 
 /// A point of soft tissue on one side.
@@ -122,7 +124,13 @@ impl Breast {
         let rest = f64::from(median(&mut known)).min(0.5 * top.height);
         let length = labels.grid().size()[2] as f64 * labels.grid().spacing()[2];
         let largest = LARGEST_MM.min(0.5 * length - MARGIN_MM - 2.0 * CLEAR_MM);
-        let mut found = Self { centre: top.point, reach: 0.0, top: top.point };
+        let near_end = |s: &&Spot| {
+            let row = s.cell / SECTORS;
+            (row < ends || row + ends >= rows) && (PEAK_DEG.0..=PEAK_DEG.1).contains(&s.angle)
+        };
+        let at_ends = spots.iter().filter(near_end).map(|s| s.height).fold(0.0, f64::max);
+        let at_ends = at_ends / top.height;
+        let mut found = Self { centre: top.point, reach: 0.0, top: top.point, at_ends };
         for share in RIM_SHARES {
             let part = connected(&map, top.cell, rest + share * (top.height - rest));
             let tissue = || spots.iter().filter(|s| part[s.cell]).map(|s| s.point);

@@ -96,7 +96,7 @@ pub fn doubt(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> Doubt {
 }
 
 /// The part of the grid that holds the sphere, and where it starts.
-fn part(grid: &Grid, region: Sphere) -> Option<([usize; 3], Grid)> {
+pub(crate) fn part(grid: &Grid, region: Sphere) -> Option<([usize; 3], Grid)> {
     let centre = grid.index_from_patient(&region.centre());
     let (mut start, mut size) = ([0; 3], [0; 3]);
     for a in 0..3 {

@@ -26,6 +26,60 @@ pub enum Error {
         /// Extent along i, j, k, mm.
         extent_mm: [f64; 3],
     },
+    /// All voxels hold one value.
+    #[error("the CT is empty: every voxel holds {value}")]
+    Uniform {
+        /// The value.
+        value: i16,
+    },
+    /// The values are not Hounsfield units.
+    #[error(
+        "the values are not Hounsfield units (air -1000, water 0): {why}; apply the rescale slope \
+         and intercept of the images, or export the CT again"
+    )]
+    NotHounsfield {
+        /// What contradicts.
+        why: String,
+    },
+    /// Slices without a patient between slices with one.
+    #[error(
+        "slices {first} to {last} (counted from 0 along the volume) hold no patient, the slices on \
+         both sides do: slices are missing or damaged; export the series again"
+    )]
+    EmptySlices {
+        /// The first of them.
+        first: usize,
+        /// The last of them.
+        last: usize,
+    },
+    /// The patient does not lie on her back.
+    #[error(
+        "the patient seems to lie on her {on}: the table is there and her lungs are not denser \
+         towards the back; a CT of the patient on her back is needed, and one whose directions are \
+         right"
+    )]
+    NotSupine {
+        /// `front`, `left side` or `right side`.
+        on: &'static str,
+    },
+    /// Bone or the like in the breast.
+    #[error(
+        "{bone_cm3:.0} cm³ as dense as bone lie in the soft tissue of the region: an arm before the \
+         breast, or a chest wall that was found inside the ribs; give a CT with the arms raised, or \
+         add chest-wall seeds"
+    )]
+    BoneInBreast {
+        /// Volume, cm³.
+        bone_cm3: f64,
+    },
+    /// The breast is not wholly in the CT.
+    #[error("the {side} breast is not wholly in the CT: {why}; a larger field of view is needed")]
+    BreastCut {
+        /// `left` or `right`.
+        side: &'static str,
+        /// Where it is cut.
+        why: String,
+    },
     /// No voxels above the skin threshold that could be a patient.
     #[error("no body found: the largest object above {skin_hu:.0} HU has {volume_l:.2} litres")]
     NoBody {

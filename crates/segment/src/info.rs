@@ -66,8 +66,9 @@ pub(crate) fn info(
     info
 }
 
-/// Least share of front rays with a visible edge.
-const EDGE_SHARE: f64 = 0.5;
+/// Least share of front rays with a visible edge. Measured: 0.87 to 0.98, and 0.51 where the wall
+/// flooded a breast.
+const EDGE_SHARE: f64 = 0.7;
 
 fn warnings(info: &Info, truncated: usize) -> Vec<String> {
     let mut out = Vec::new();

@@ -3,12 +3,15 @@
 use crate::body::Body;
 use crate::frame::Frame;
 use crate::paint::Outline;
+use crate::posture::Posture;
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
 use crate::sheet::Rays;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, Segmentation, bones, confidence, implant, info, muscle};
+use crate::{
+    Error, Info, Params, Seeds, Segmentation, bones, confidence, hounsfield, implant, info, muscle,
+};
 use std::borrow::Cow;
 use supine_space::Progress;
 use supine_volume::{Ct, Surfaces};
@@ -20,6 +23,7 @@ pub struct Segmenter<'a> {
     params: Params,
     frame: Frame,
     body: Body,
+    posture: Posture,
     rays: Rays,
     shell: Shell,
     search: Search,
@@ -40,7 +44,9 @@ impl<'a> Segmenter<'a> {
     pub fn new(ct: &'a Ct, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
+        hounsfield::check(ct, &frame)?;
         let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.4))?;
+        let posture = Posture::check(ct, &frame, &body)?;
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
         bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
@@ -49,7 +55,7 @@ impl<'a> Segmenter<'a> {
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let reach = params.reach_mm as f32;
         let search = Search::new(scan, &shell, reach, progress.part(0.8, 1.0))?;
-        Ok(Self { ct, params: params.clone(), frame, body, rays, shell, search })
+        Ok(Self { ct, params: params.clone(), frame, body, posture, rays, shell, search })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -82,7 +88,8 @@ impl<'a> Segmenter<'a> {
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let facts = (ribless, marks.len());
-        let info = info::info(&self.params, scan, search.levels, &wall, facts);
+        let mut info = info::info(&self.params, scan, search.levels, &wall, facts);
+        info.warnings.extend(self.posture.warning());
         let made =
             Segmentation { labels, doubt, outline: outline.into_radius(), levels: search.levels };
         Ok((made, info))

@@ -1,5 +1,6 @@
 //! The region: as given, or proposed from the breast; and whether the tumour lies in it.
 
+use super::import::Imported;
 use super::segment::{DOUBT, Facts as SegmentFacts};
 use crate::bench::{Bench, Done};
 use crate::{Case, RunError, Stage};
@@ -29,6 +30,7 @@ pub(crate) struct Chosen {
 pub(crate) fn region(
     bench: &mut Bench<'_>,
     case: &Case,
+    input: &Imported,
     labels: &Done<LabelMap, SegmentFacts>,
 ) -> Result<Chosen, RunError> {
     let doubt = match case.labels {
@@ -42,12 +44,15 @@ pub(crate) fn region(
             None => supine_segment::propose_region(map, case.breast, Some(case.tumour))?,
         };
         Region::new(map, sphere)?;
-        let warnings = check_tumour(map, case.tumour, sphere)?;
+        let mut warnings = check_tumour(map, case.tumour, sphere)?;
         let nipple = supine_segment::nipple(map, case.breast);
         let middle = nipple.unwrap_or(sphere.centre());
-        let within = |doubt| wall_doubt(&supine_segment::doubt(map, doubt, sphere), middle, case);
+        let found = doubt.as_ref().map(|doubt| supine_segment::doubt(map, doubt, sphere));
+        let known = found.as_ref().map(|found| (found, middle));
+        let ct = &input.input.ct;
+        warnings.extend(supine_segment::check_region(ct, map, (sphere, case.breast), known)?);
         let chosen = Chosen {
-            wall_doubt: doubt.as_ref().map(within),
+            wall_doubt: found.map(|found| wall_doubt(&found, middle, case)),
             doubt,
             sphere,
             proposed: case.region.is_none(),

@@ -18,15 +18,19 @@ const STRIPE: usize = 5;
 const DASH: f64 = 8.0;
 /// Step along the line of sight, mm.
 const STEP_MM: f64 = 1.5;
+/// The slope is taken between pixels this far to both sides.
+const NEAR: usize = 4;
 /// Brightness of the wall outside the region.
 const DIM: f64 = 0.35;
 
-/// Draws the boundary of the chest wall: firm where it is sure, dashed where it is not.
+/// Draws the boundary of the chest wall: firm where it is sure, dashed where it is not. Outside the
+/// region nothing depends on it.
 pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, wall: &Volume<u8>) {
     let lines = contour(&plane.sample(wall), plane.width, 0.5);
     let doubtful = |[a, b]: &[Spot; 2]| {
         let middle = [0, 1].map(|n| 0.5 * (a[n] + b[n]));
-        is_doubtful(studio, &plane.patient(middle))
+        let p = plane.patient(middle);
+        studio.scene.sphere.contains(&p) && is_doubtful(studio, &p)
     };
     let (doubtful, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) = lines.into_iter().partition(doubtful);
     canvas.stroke_on_halo(&sure, Pen::new(1.5, colour::CHEST_WALL));
@@ -173,12 +177,14 @@ fn striped(x: usize, y: usize) -> bool {
 fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
     let axis = plane.view.axis();
     let slope = |a: Option<&Option<Point>>, b: Option<&Option<Point>>| match (a, b) {
-        (Some(Some(a)), Some(Some(b))) => (b[axis] - a[axis]).abs() / (2.0 * plane.pixel_mm),
+        (Some(Some(a)), Some(Some(b))) => {
+            (b[axis] - a[axis]).abs() / (2.0 * NEAR as f64 * plane.pixel_mm)
+        }
         _ => 0.0,
     };
-    let across = slope(n.checked_sub(2).and_then(|m| points.get(m)), points.get(n + 2)) / 2.0;
-    let row = 2 * plane.width;
-    let along = slope(n.checked_sub(row).and_then(|m| points.get(m)), points.get(n + row)) / 2.0;
+    let across = slope(n.checked_sub(NEAR).and_then(|m| points.get(m)), points.get(n + NEAR));
+    let row = NEAR * plane.width;
+    let along = slope(n.checked_sub(row).and_then(|m| points.get(m)), points.get(n + row));
     0.15 + 0.8 / (1.0 + across * across + along * along).sqrt()
 }
 
@@ -186,8 +192,8 @@ fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
 fn key(canvas: &mut Canvas, doubtful_mm: f64) {
     let small = 0.8 * LETTER;
     let top = canvas.height() - 52;
-    canvas.rectangle([5, top], [196, 47], colour::PANEL, super::PANEL);
-    let lines = [("sure", false), ("may be off by more", true)];
+    canvas.rectangle([5, top], [190, 47], colour::PANEL, super::PANEL);
+    let lines = [("sure".to_string(), false), (format!("may be off > {doubtful_mm:.0} mm"), true)];
     for (row, (text, doubtful)) in lines.into_iter().enumerate() {
         let y = top + 6 + 20 * row;
         for x in 0..24 {
@@ -201,7 +207,6 @@ fn key(canvas: &mut Canvas, doubtful_mm: f64) {
                 canvas.rectangle([12 + x, y + dy], [1, 1], rgb, 1.0);
             }
         }
-        let text = if doubtful { format!("{text} than {doubtful_mm:.0} mm") } else { text.into() };
         canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, colour::TEXT);
     }
 }

@@ -1,0 +1,156 @@
+//! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
+
+use crate::body::field;
+use crate::breast::Breast;
+use crate::doubt::{Doubt, part};
+use crate::frame::Frame;
+use crate::{DOUBTFUL_MM, Error};
+use supine_space::{Point, Side, Sphere};
+use supine_volume::{Ct, LabelMap, Volume, distance_mm, label};
+
+/// Soft tissue denser than this, this far off the chest wall, is bone or the like. Measured: none
+/// in the breasts of six patients, two of them with contrast.
+const BONE_HU: i16 = 200;
+const OFF_WALL_MM: f32 = 10.0;
+/// Volumes that warn and that refuse, cm³: an arm holds more, a clip, a calcification or a port
+/// less.
+const BONE_WARNS_CM3: f64 = 1.0;
+const BONE_REFUSES_CM3: f64 = 15.0;
+/// Area of the region's tissue at the end of the reconstructed field that warns, cm², and the share
+/// of the sphere's great circle that refuses. Measured: 0.16 where the field clips a flank.
+const CUT_WARNS_CM2: f64 = 1.0;
+const CUT_REFUSES: f64 = 0.3;
+/// Thickness of the breast at the end of the volume, as a share of its greatest, that warns and that
+/// refuses. Measured: 0.74 at most.
+const END_WARNS: f64 = 0.9;
+const END_REFUSES: f64 = 1.0;
+/// Share of the boundary, or area of one place, that may be doubtful before a look is asked for.
+const DOUBTFUL_SHARE: f64 = 0.1;
+const DOUBTFUL_CM2: f64 = 8.0;
+
+/// Checks the breast of `side` within its region; gives what the user should look at.
+///
+/// `doubt` is that of the boundary within the region, where it is known; its places are told from
+/// `middle`, the nipple or the middle of the region.
+///
+/// # Errors
+/// [`Error::BoneInBreast`] and [`Error::BreastCut`].
+pub fn check_region(
+    ct: &Ct,
+    labels: &LabelMap,
+    (region, side): (Sphere, Side),
+    doubt: Option<(&Doubt, Point)>,
+) -> Result<Vec<String>, Error> {
+    let mut out = Vec::new();
+    out.extend(bone(ct, labels, region)?);
+    out.extend(cut_by_field(ct, labels, region, side)?);
+    out.extend(cut_by_end(labels, side)?);
+    out.extend(doubt.and_then(|(found, middle)| doubtful(found, &middle, side)));
+    Ok(out)
+}
+
+fn bone(ct: &Ct, labels: &LabelMap, region: Sphere) -> Result<Option<String>, Error> {
+    let Some((start, grid)) = part(labels.grid(), region) else { return Ok(None) };
+    let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
+    let dense = |v: [usize; 3]| {
+        label::is_soft_tissue(labels.at(whole(v)))
+            && ct.at(whole(v)) > BONE_HU
+            && region.contains(&grid.centre(v))
+    };
+    if !(0..grid.len()).any(|n| dense(grid.voxel(n))) {
+        return Ok(None);
+    }
+    let wall = Volume::from_fn(grid.clone(), |v| label::is_chest_wall(labels.at(whole(v))));
+    let away = distance_mm(&wall);
+    let voxels =
+        (0..grid.len()).filter(|&n| away.data()[n] > OFF_WALL_MM && dense(grid.voxel(n))).count();
+    let bone_cm3 = voxels as f64 * grid.voxel_volume() / 1000.0;
+    if bone_cm3 > BONE_REFUSES_CM3 {
+        return Err(Error::BoneInBreast { bone_cm3 });
+    }
+    Ok((bone_cm3 > BONE_WARNS_CM3).then(|| {
+        format!(
+            "{bone_cm3:.1} cm³ as dense as bone lie in the soft tissue of the region: a device, \
+             calcification, or rib outside the chest wall that was found; check the labels there"
+        )
+    }))
+}
+
+fn name(side: Side) -> &'static str {
+    if side == Side::Left { "left" } else { "right" }
+}
+
+fn cut_by_field(
+    ct: &Ct,
+    labels: &LabelMap,
+    region: Sphere,
+    side: Side,
+) -> Result<Option<String>, Error> {
+    // Labels that were brought may belong to a CT in another direction: its field is not known.
+    let Ok(frame) = Frame::new(ct.grid()) else { return Ok(None) };
+    let (grid, seen) = (labels.grid(), field(ct, &frame));
+    let [ni, nj, _] = frame.size;
+    let at_end = |i: usize, j: usize| {
+        let n = j * ni + i;
+        let border = i == 0 || j == 0 || i + 1 == ni || j + 1 == nj;
+        seen[n] && (border || [n - 1, n + 1, n - ni, n + ni].iter().any(|&m| !seen[m]))
+    };
+    let ends: Vec<[usize; 2]> =
+        (0..ni * nj).map(|n| [n % ni, n / ni]).filter(|&[i, j]| at_end(i, j)).collect();
+    let cut = |k: usize| {
+        let on = |&&[i, j]: &&[usize; 2]| {
+            let v = [i, j, k];
+            label::is_soft_tissue(labels.at(v)) && region.contains(&grid.centre(v))
+        };
+        ends.iter().filter(on).count()
+    };
+    let voxels: usize = (0..frame.size[2]).map(cut).sum();
+    let cm2 = voxels as f64 * f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
+    let great_circle = std::f64::consts::PI * (region.radius() / 10.0).powi(2);
+    if cm2 > CUT_REFUSES * great_circle {
+        let why = format!("{cm2:.0} cm² of the region lie at the end of the reconstructed field");
+        return Err(Error::BreastCut { side: name(side), why });
+    }
+    Ok((cm2 > CUT_WARNS_CM2).then(|| {
+        format!(
+            "the end of the reconstructed field cuts {cm2:.0} cm² of the region's tissue: skin is \
+             missing there; make the region smaller or use a CT with a larger field"
+        )
+    }))
+}
+
+fn cut_by_end(labels: &LabelMap, side: Side) -> Result<Option<String>, Error> {
+    // A side without a breast has nothing to cut.
+    let Ok(breast) = Breast::find(labels, side) else { return Ok(None) };
+    let share = breast.at_ends;
+    let text = |verb: &str| {
+        format!(
+            "at the first or last slice the breast {verb} {:.0} % of its greatest thickness",
+            100.0 * share
+        )
+    };
+    if share > END_REFUSES {
+        return Err(Error::BreastCut { side: name(side), why: text("has") });
+    }
+    Ok((share > END_WARNS).then(|| {
+        let text = text("still has");
+        format!("{text}: it may go on outside the CT; check that the CT holds all of it")
+    }))
+}
+
+fn doubtful(found: &Doubt, middle: &Point, side: Side) -> Option<String> {
+    let first = found.patches.first()?;
+    if found.share() <= DOUBTFUL_SHARE && first.area_cm2 <= DOUBTFUL_CM2 {
+        return None;
+    }
+    Some(format!(
+        "{:.0} cm² ({:.0} %) of the chest wall's boundary in the region may lie more than \
+         {DOUBTFUL_MM:.0} mm off; the largest place has {:.0} cm²: {}, about {:.0} mm; look at it in \
+         the report and add a seed where it is wrong",
+        found.doubtful_cm2,
+        100.0 * found.share(),
+        first.area_cm2,
+        first.place(middle, side),
+        first.error_mm
+    ))
+}

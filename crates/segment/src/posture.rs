@@ -1,0 +1,147 @@
+//! Which side the patient lies on: where the table is, and where her lungs are denser.
+//!
+//! Gravity gathers blood and closes air spaces in the part of the lung that lies lowest. Measured
+//! on six patients on their backs (two real): 28 to 88 HU per 100 mm denser towards the back, 14 at
+//! most to a side; and 237 to 788 cm³ of table behind them, none in front.
+
+use crate::Error;
+use crate::body::{Body, flag};
+use crate::frame::Frame;
+use rayon::prelude::*;
+use supine_volume::Ct;
+
+/// Material outside the patient above this is table, cushion or clothes, HU.
+const TABLE_HU: i16 = -500;
+/// It starts this far off the patient, mm.
+const OFF_MM: f32 = 6.0;
+/// A table cups the patient: what lies this far in front of her back's lowest place still counts
+/// as behind her, mm.
+const CUP_MM: f32 = 30.0;
+/// Least volume of a table, cm³, and how many times more must lie on its side than behind her.
+const TABLE_CM3: f64 = 100.0;
+const TIMES: f64 = 4.0;
+/// Lung: values below, so that vessels and partial volume do not count, HU.
+const LUNG_HU: i16 = -600;
+/// Lung within the patient: a cushion beside her may hold as much air.
+const INNER: u8 = flag::LUNG | flag::BODY;
+/// Lungs this much denser to one side tell that she lies on it, HU per 100 mm.
+const DENSER: f64 = 20.0;
+/// Lungs this much denser towards the back contradict a table in front, HU per 100 mm.
+const CONTRARY: f64 = 10.0;
+
+/// What speaks for a posture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Posture {
+    /// Material beside the patient: in front, behind, at her left, at her right, cm³.
+    table_cm3: [f64; 4],
+    /// How much denser the lungs become towards the back and towards the left, HU per 100 mm.
+    pub(crate) denser: [f64; 2],
+}
+
+impl Posture {
+    /// # Errors
+    /// [`Error::NotSupine`] when table and lungs say so.
+    pub(crate) fn check(ct: &Ct, frame: &Frame, body: &Body) -> Result<Self, Error> {
+        let found = Self { table_cm3: table(ct, frame, body), denser: denser(ct, frame, body) };
+        let [front, back, left, right] = found.table_cm3;
+        let [to_back, to_left] = found.denser;
+        let lies = |on: f64| on > TABLE_CM3 && on > TIMES * back;
+        let on = if lies(front) && to_back < CONTRARY {
+            "front"
+        } else if lies(left) && to_left > DENSER.max(to_back) {
+            "left side"
+        } else if lies(right) && -to_left > DENSER.max(to_back) {
+            "right side"
+        } else {
+            return Ok(found);
+        };
+        Err(Error::NotSupine { on })
+    }
+
+    /// The lungs alone do not refuse: disease makes them denser too.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let [to_back, to_left] = self.denser;
+        let (on, by) = if to_back < -DENSER && -to_back > to_left.abs() {
+            ("in front", -to_back)
+        } else if to_left.abs() > 2.0 * DENSER && to_left.abs() > 2.0 * to_back {
+            (if to_left > 0.0 { "at the left" } else { "at the right" }, to_left.abs())
+        } else {
+            return None;
+        };
+        Some(format!(
+            "the lungs are denser {on} ({by:.0} HU per 100 mm), as in a patient who lies on that \
+             side: check that she lay on her back and that the image is not flipped"
+        ))
+    }
+}
+
+/// Volume of the material beside the patient: in front, behind, at her left, at her right, cm³.
+fn table(ct: &Ct, frame: &Frame, body: &Body) -> [f64; 4] {
+    let plane = frame.plane();
+    let voxels: Vec<[usize; 4]> = (0..frame.size[2])
+        .into_par_iter()
+        .map(|k| {
+            let (hu, flags) = (&ct.data()[k * plane..(k + 1) * plane], body.flags_slice(frame, k));
+            let place = |n: usize| {
+                let [x, y] = frame.position(n);
+                [frame.back, frame.left].map(|d| x * d[0] + y * d[1])
+            };
+            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+            for n in (0..plane).filter(|&n| flags[n] & flag::BODY != 0) {
+                let p = place(n);
+                low = [0, 1].map(|a| low[a].min(p[a]));
+                high = [0, 1].map(|a| high[a].max(p[a]));
+            }
+            let mut out = [0; 4];
+            if low[0] > high[0] {
+                return out;
+            }
+            let table = |n: &usize| flags[*n] & flag::BODY == 0 && hu[*n] > TABLE_HU;
+            for n in (0..plane).filter(table).filter(|&n| body.field[n]) {
+                let [back, left] = place(n);
+                // What lies at a corner is on no side.
+                if (low[1]..=high[1]).contains(&left) {
+                    out[0] += usize::from(back < low[0] - OFF_MM);
+                    out[1] += usize::from(back > high[0] - CUP_MM);
+                } else if (low[0]..=high[0] - CUP_MM).contains(&back) {
+                    out[2] += usize::from(left > high[1] + OFF_MM);
+                    out[3] += usize::from(left < low[1] - OFF_MM);
+                }
+            }
+            out
+        })
+        .collect();
+    [0, 1, 2, 3].map(|a| voxels.iter().map(|v| v[a]).sum::<usize>() as f64 * frame.voxel_cm3())
+}
+
+/// Slope of the lungs' HU towards the back and the left within the slices, per 100 mm, by least
+/// squares.
+fn denser(ct: &Ct, frame: &Frame, body: &Body) -> [f64; 2] {
+    let plane = frame.plane();
+    let sums: Vec<[f64; 5]> = (0..frame.size[2])
+        .into_par_iter()
+        .map(|k| {
+            let (hu, flags) = (&ct.data()[k * plane..(k + 1) * plane], body.flags_slice(frame, k));
+            let lung: Vec<[f64; 3]> = (0..plane)
+                .filter(|&n| flags[n] & INNER == INNER && hu[n] < LUNG_HU)
+                .map(|n| {
+                    let [x, y] = frame.position(n);
+                    let at = |d: [f32; 2]| f64::from(x * d[0] + y * d[1]);
+                    [at(frame.back), at(frame.left), f64::from(hu[n].max(-1024))]
+                })
+                .collect();
+            let mean = [0, 1, 2]
+                .map(|a| lung.iter().map(|v| v[a]).sum::<f64>() / lung.len().max(1) as f64);
+            lung.iter().fold([0.0; 5], |s, v| {
+                let [b, l, h] = [0, 1, 2].map(|a| v[a] - mean[a]);
+                [s[0] + b * b, s[1] + l * l, s[2] + b * l, s[3] + b * h, s[4] + l * h]
+            })
+        })
+        .collect();
+    let [bb, ll, bl, bh, lh] = [0, 1, 2, 3, 4].map(|a| sums.iter().map(|s| s[a]).sum::<f64>());
+    let det = bb * ll - bl * bl;
+    if det <= 0.0 {
+        return [0.0; 2];
+    }
+    [100.0 * (bh * ll - lh * bl) / det, 100.0 * (lh * bb - bh * bl) / det]
+}

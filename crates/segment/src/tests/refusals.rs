@@ -1,0 +1,124 @@
+//! What is refused, with its reason; and what must not be.
+
+use super::phantom::{Thorax, Truth};
+use crate::{Error, Info, Params, check_region, segment};
+use supine_space::{Matrix, Point, Progress, Side, Sphere};
+use supine_volume::{Ct, LabelMap, label};
+
+/// The thorax with the voxels changed by `f`.
+fn changed(f: impl Fn(&Point, i16) -> i16) -> Ct {
+    let mut ct = Thorax::default().ct(Matrix::identity());
+    let grid = ct.grid().clone();
+    for (n, v) in ct.data_mut().iter_mut().enumerate() {
+        *v = f(&grid.centre(grid.voxel(n)), *v);
+    }
+    ct
+}
+
+fn run(ct: &Ct) -> Result<Info, Error> {
+    Ok(segment(ct, &Params::default(), Progress::none())?.1)
+}
+
+/// Lungs denser towards `down`, HU per mm, and the table there instead of behind.
+fn lying(on: fn(&Point) -> f64, per_mm: f64) -> Ct {
+    let thorax = Thorax::default();
+    changed(|p, v| match v {
+        _ if thorax.truth(p) == Truth::Wall && v < -600 => v + (per_mm * on(p)) as i16,
+        _ if p.y > 113.0 => -1000,
+        _ if thorax.truth(p) == Truth::Outside && on(p) > 164.5 && on(p) < 171.0 => 120,
+        _ => v,
+    })
+}
+
+#[test]
+fn values_that_are_not_hounsfield_units_are_refused() {
+    let refused = |f: fn(i16) -> i16| run(&changed(|_, v| f(v))).unwrap_err();
+    assert!(matches!(refused(|_| 0), Error::Uniform { value: 0 }));
+    let wrong: [fn(i16) -> i16; 4] =
+        [|v| v + 1024, |v| v.max(-100), |v| v / 2, |v| (v / 8 + 128).clamp(0, 255)];
+    for f in wrong {
+        let error = refused(f);
+        assert!(matches!(error, Error::NotHounsfield { .. }), "{error}");
+    }
+}
+
+#[test]
+fn slices_without_a_patient_between_others_are_refused() {
+    let error = run(&changed(|p, v| if (p.z - 10.0).abs() < 8.0 { -1000 } else { v })).unwrap_err();
+    assert!(matches!(error, Error::EmptySlices { first: 17, last: 20 }), "{error}");
+    // At the ends of the volume they are nothing but air.
+    assert!(run(&changed(|p, v| if p.z > 76.0 { -1000 } else { v })).is_ok());
+}
+
+#[test]
+fn prone_and_decubitus_are_refused_and_a_sick_lung_is_not() {
+    for (on, name) in [
+        ((|p: &Point| -p.y) as fn(&Point) -> f64, "front"),
+        (|p: &Point| p.x, "left side"),
+        (|p: &Point| -p.x, "right side"),
+    ] {
+        let error = run(&lying(on, 0.5)).unwrap_err();
+        assert!(matches!(error, Error::NotSupine { on } if on == name), "{name}: {error}");
+    }
+    // Denser in front, but the table is behind her: a warning.
+    let thorax = Thorax::default();
+    let sick = changed(|p, v| match v {
+        _ if thorax.truth(p) == Truth::Wall && v < -600 => v - (0.5 * p.y) as i16,
+        _ => v,
+    });
+    let info = run(&sick).unwrap();
+    assert!(info.warnings.iter().any(|w| w.contains("denser in front")), "{:?}", info.warnings);
+}
+
+/// The labels as they truly are, and a region round the left breast.
+fn truth() -> (LabelMap, Sphere) {
+    let thorax = Thorax::default();
+    let ct = thorax.ct(Matrix::identity());
+    let grid = ct.grid();
+    let of = |n: usize| match thorax.truth(&grid.centre(grid.voxel(n))) {
+        Truth::Outside => label::OUTSIDE,
+        Truth::Soft => label::SOFT_TISSUE,
+        Truth::Wall => label::CHEST_WALL,
+    };
+    let labels = ct.with_data((0..grid.len()).map(of).collect()).unwrap();
+    (labels, Sphere::new(Point::new(75.0, -80.0, 0.0), 60.0).unwrap())
+}
+
+fn check(ct: &Ct, region: Sphere) -> Result<Vec<String>, Error> {
+    check_region(ct, &truth().0, (region, Side::Left), None)
+}
+
+#[test]
+fn an_arm_before_the_breast_is_refused_and_a_clip_is_told() {
+    let (_, region) = truth();
+    let plain = check(&changed(|_, v| v), region).unwrap();
+    assert!(plain.is_empty(), "{plain:?}");
+    let bar = |half: f64| {
+        let inside = move |p: &Point| (p.y + 116.0).hypot(p.z) < half && p.x > 30.0;
+        changed(move |p, v| if inside(p) { 900 } else { v })
+    };
+    let error = check(&bar(9.0), region).unwrap_err();
+    assert!(matches!(error, Error::BoneInBreast { bone_cm3 } if bone_cm3 > 15.0), "{error}");
+    let told = check(&bar(4.0), region).unwrap();
+    assert!(told.len() == 1 && told[0].contains("dense as bone"), "{told:?}");
+}
+
+#[test]
+fn a_breast_cut_by_the_field_or_the_end_is_refused() {
+    let (labels, region) = truth();
+    let beyond = |x: f64| changed(move |p, v| if p.x > x { -2048 } else { v });
+    let error = check(&beyond(75.0), region).unwrap_err();
+    assert!(matches!(error, Error::BreastCut { side: "left", .. }), "{error}");
+    let told = check(&beyond(128.0), region).unwrap();
+    assert!(told.len() == 1 && told[0].contains("reconstructed field"), "{told:?}");
+    // The lower half of the volume is not there.
+    let ct = Thorax::default().ct(Matrix::identity());
+    let [ni, nj, nk] = ct.grid().size();
+    let grid = ct.grid().crop([0, 0, 16], [ni, nj, nk - 16]).unwrap();
+    let (ct, labels) = (
+        Ct::new(grid.clone(), ct.data()[16 * ni * nj..].to_vec()).unwrap(),
+        LabelMap::new(grid, labels.data()[16 * ni * nj..].to_vec()).unwrap(),
+    );
+    let error = check_region(&ct, &labels, (region, Side::Left), None).unwrap_err();
+    assert!(matches!(error, Error::BreastCut { .. }), "{error}");
+}
