@@ -6,9 +6,13 @@ use crate::screen::Screen;
 use std::path::Path;
 use supine_exchange::{write_labels, write_tenths};
 use supine_pipeline::{Case, CtInput, LabelOrigin, RunError, Seeds, write_dicom_labels};
-use supine_segment::{Params, TissueShare};
+use supine_segment::{Params, Segmenter, TissueShare};
 use supine_space::Progress;
 use supine_volume::{LabelMap, label};
+
+/// Shares of the work done when the seeds come in, and when the finer labels begin.
+const SEARCH: f64 = 0.7;
+const FOUND: f64 = 0.8;
 
 pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failure> {
     let case = args.case.as_ref().map(|path| Case::read(path).map_err(RunError::from));
@@ -28,20 +32,26 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("segment", share);
-    let (made, mut info) = supine_segment::segment(&input.ct, &params, Progress::new(&watch))
-        .map_err(RunError::from)?;
+    let progress = Progress::new(&watch);
+    let segmenter = Segmenter::new(&input.ct, &params, progress.part(0.0, SEARCH));
+    let segmenter = segmenter.map_err(RunError::from)?;
+    let made = segmenter
+        .segment(&params.seeds, progress.part(SEARCH, if args.tissues { FOUND } else { 1.0 }));
+    let (made, mut info) = made.map_err(RunError::from)?;
+    let doubt = args.doubt.as_ref().map(|path| (segmenter.doubt(&made), path));
+    drop(segmenter);
     let mut labels = made.labels;
     let mut shares = Vec::new();
     if args.tissues {
-        let fine = supine_segment::tissues(&input.ct, &labels, tumour, Progress::none());
+        let fine = supine_segment::tissues(&input.ct, &labels, tumour, progress.part(FOUND, 1.0));
         let (finer, facts) = fine.map_err(RunError::from)?;
         labels = finer;
         info.warnings.extend(facts.warnings);
         shares = facts.shares;
     }
     write(&labels, &input, origin, &args.out)?;
-    if let Some(path) = &args.doubt {
-        write_tenths(&made.doubt, path)?;
+    if let Some((doubt, path)) = doubt {
+        write_tenths(&doubt, path)?;
     }
     screen.warn_all(&info.warnings);
     let ml = |kind: fn(u8) -> bool| {

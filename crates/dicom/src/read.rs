@@ -109,10 +109,9 @@ impl Source {
     }
 }
 
-/// One slice with its HU.
+/// What a slice holds beside its HU.
 struct Decoded {
     source: SourceSlice,
-    hu: Vec<i16>,
     padding: Padding,
     clipped: usize,
 }
@@ -150,7 +149,8 @@ pub(crate) fn read_folder(
     let transfer_syntaxes = transfer_syntaxes(&series);
     let left_out = left_out(&folder, &series);
     let (stack, files) = assemble(&series.head.uid, series.files)?;
-    let slices = decode(&files, progress)?;
+    let mut hu = vec![0; stack.grid.len()];
+    let slices = decode(&files, &mut hu, progress)?;
 
     let mut warnings = std::mem::take(&mut folder.warnings);
     warnings.extend(stack.warnings);
@@ -167,10 +167,8 @@ pub(crate) fn read_folder(
         clipped_voxels: slices.iter().map(|s| s.clipped).sum(),
         hu_range: [0, 0],
     };
-    let mut hu = Vec::with_capacity(stack.grid.len());
     let (mut source, mut padding) = (Vec::new(), Vec::new());
     for slice in slices {
-        hu.extend_from_slice(&slice.hu);
         source.push(slice.source);
         padding.push(slice.padding);
     }
@@ -194,23 +192,34 @@ fn assemble(uid: &str, files: Vec<CtFile>) -> Result<(Stack, Vec<(PathBuf, Slice
     Ok((stack, ordered))
 }
 
-/// Decodes all slices; the first error in the order of the slices wins.
-fn decode(files: &[(PathBuf, Slice)], progress: Progress<'_>) -> Result<Vec<Decoded>, Error> {
+/// Decodes all slices into `hu`; the first error in the order of the slices wins.
+fn decode(
+    files: &[(PathBuf, Slice)],
+    hu: &mut [i16],
+    progress: Progress<'_>,
+) -> Result<Vec<Decoded>, Error> {
     let done = AtomicUsize::new(0);
-    let per_slice = files.first().map_or(0, |(_, slice)| slice.pixels.len());
+    let per_slice = hu.len() / files.len();
     let decoded: Vec<Result<Decoded, Error>> = files
         .par_iter()
+        .zip(hu.par_chunks_mut(per_slice))
         .enumerate()
-        .map(|(k, (path, slice))| {
+        .map(|(k, ((path, slice), hu))| {
             let n = done.fetch_add(1, Ordering::Relaxed);
             progress.at(n as f64 / files.len() as f64)?;
-            decode_slice(path, slice, k * per_slice)
+            decode_slice(path, slice, k * per_slice, hu)
         })
         .collect();
     decoded.into_iter().collect()
 }
 
-fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Error> {
+/// Decodes a slice whose first voxel is `start` into its HU.
+fn decode_slice(
+    path: &Path,
+    slice: &Slice,
+    start: usize,
+    hu: &mut [i16],
+) -> Result<Decoded, Error> {
     let file = &slice.file;
     let opened = |error| match error {
         OpenError::Io(source) => Error::Read { path: path.to_owned(), source },
@@ -225,7 +234,7 @@ fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Err
     let samples = pixels::samples(file, &data, &container.syntax, format)?;
     data.remove(tags::PIXEL_DATA);
     let table = slice.rescale.table(format);
-    let mut hu: Vec<i16> = samples.iter().map(|&s| table[format.pattern(s)]).collect();
+    hu.iter_mut().zip(&samples).for_each(|(hu, &s)| *hu = table[format.pattern(s)]);
     let stored = |n: usize| format.stored(samples[n]);
     // Only values at the ends of the 16 bits can have been clipped.
     let clips = |&n: &usize| {
@@ -234,9 +243,9 @@ fn decode_slice(path: &Path, slice: &Slice, start: usize) -> Result<Decoded, Err
     };
     let clipped = (0..hu.len()).filter(clips).count();
     let marked = |n: usize| slice.padding.is_some_and(|[a, b]| (a..=b).contains(&stored(n)));
-    let padding = Padding::take(start, &mut hu, marked);
+    let padding = Padding::take(start, hu, marked);
     let source = SourceSlice { header: data, slice: slice.clone() };
-    Ok(Decoded { source, hu, padding, clipped })
+    Ok(Decoded { source, padding, clipped })
 }
 
 /// Lowest and highest HU; an error when they cannot be HU of a patient in air.

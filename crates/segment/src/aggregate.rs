@@ -59,19 +59,28 @@ pub(crate) fn aggregate(costs: &Costs, jumps: Jumps) -> Costs {
     for up in [true, false] {
         for turn in [0, 1, RAYS - 1] {
             let rule = if turn == 0 { jumps.slice } else { diagonal };
-            let paths: Vec<Vec<f32>> =
-                (0..RAYS).into_par_iter().map(|p| path(costs, p, up, turn, rule)).collect();
-            sum.values.par_chunks_mut(RAYS * levels).enumerate().for_each(|(k, out)| {
-                let step = if up { k } else { slices - 1 - k };
-                for (p, out) in out.chunks_exact_mut(levels).enumerate() {
-                    let start = (p + RAYS * slices - turn * step % RAYS) % RAYS;
-                    let source = &paths[start][step * levels..(step + 1) * levels];
-                    out.iter_mut().zip(source).for_each(|(o, s)| *o += s);
-                }
-            });
+            add_paths(costs, (up, turn), rule, &mut sum);
         }
     }
     sum
+}
+
+/// Adds the paths from the first slice up (or the last one down) that turn by `turn` rays per slice.
+fn add_paths(costs: &Costs, (up, turn): (bool, usize), rule: (f32, usize), sum: &mut Costs) {
+    let levels = costs.levels;
+    let slices = costs.values.len() / (RAYS * levels);
+    // The walk at place p is on ray p.
+    let mut walks: Vec<Walk> = (0..RAYS).map(|_| Walk::new(levels, rule)).collect();
+    for step in 0..slices {
+        let k = if up { step } else { slices - 1 - step };
+        let out = &mut sum.values[k * RAYS * levels..(k + 1) * RAYS * levels];
+        let rays = walks.par_iter_mut().zip(out.par_chunks_mut(levels));
+        rays.with_min_len(RAYS / 4).enumerate().for_each(|(p, (walk, out))| {
+            walk.step(costs.ray(k, p));
+            out.iter_mut().zip(walk.current()).for_each(|(o, c)| *o += c);
+        });
+        walks.rotate_right(turn);
+    }
 }
 
 /// The cheapest level of every ray, slice after slice.
@@ -103,20 +112,6 @@ fn ring(costs: &Costs, k: usize, forward: bool, rule: (f32, usize), out: &mut [f
             out.iter_mut().zip(walk.current()).for_each(|(o, c)| *o += c);
         }
     }
-}
-
-/// The path that starts at ray p of the first (or last) slice and turns by `turn` rays per slice.
-fn path(costs: &Costs, p: usize, up: bool, turn: usize, rule: (f32, usize)) -> Vec<f32> {
-    let levels = costs.levels;
-    let slices = costs.values.len() / (RAYS * levels);
-    let mut walk = Walk::new(levels, rule);
-    let mut out = Vec::with_capacity(slices * levels);
-    for step in 0..slices {
-        let k = if up { step } else { slices - 1 - step };
-        walk.step(costs.ray(k, (p + turn * step) % RAYS));
-        out.extend_from_slice(walk.current());
-    }
-    out
 }
 
 /// Dynamic programming along one path.

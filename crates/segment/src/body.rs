@@ -3,7 +3,7 @@
 use crate::foreign;
 use crate::frame::Frame;
 use crate::parts::Parts;
-use crate::plane::{fill_holes, keep_joined, squared_distance};
+use crate::plane::{fill_holes, keep_joined, near, squared_distance};
 use crate::{Error, Params};
 use rayon::prelude::*;
 use supine_space::Progress;
@@ -33,8 +33,9 @@ const OPENING_MM: f32 = 3.0;
 /// A way along pixels is at most this much longer than the straight one.
 const WAY: f32 = 1.1;
 
-/// Units of [`Body::depth`] per mm.
+/// Units of [`Body::depth`] per mm, and how far it is measured, mm.
 const DEPTH_PER_MM: f32 = 10.0;
+const DEPTH_MM: f32 = 25.5;
 
 /// The patient.
 pub(crate) struct Body {
@@ -118,7 +119,8 @@ impl Body {
             let flags = &flags[k * plane..(k + 1) * plane];
             let outside: Vec<bool> =
                 flags.iter().zip(field).map(|(f, &seen)| seen && f & flag::BODY == 0).collect();
-            let squared = squared_distance(&outside, frame.size[0], spacing);
+            let reach = DEPTH_MM + frame.pixel();
+            let squared = squared_distance(&outside, frame.size[0], spacing, reach);
             for n in 0..plane {
                 // The skin lies half a pixel before the centre of the first pixel outside.
                 let mm = squared[n].sqrt() - 0.5 * frame.pixel();
@@ -245,9 +247,10 @@ fn open(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f32) {
         let hu = &ct.data()[k * plane..(k + 1) * plane];
         let air: Vec<bool> =
             hu.iter().zip(&*flags).map(|(&v, &f)| !is_tissue(v, f, level)).collect();
-        let away = squared_distance(&air, frame.size[0], [frame.spacing[0], frame.spacing[1]]);
-        for (f, d) in flags.iter_mut().zip(away) {
-            *f |= if d > reach * reach { flag::CORE } else { 0 };
+        let spacing = [frame.spacing[0], frame.spacing[1]];
+        let near = near(&air, frame.size[0], spacing, reach);
+        for (f, near) in flags.iter_mut().zip(near) {
+            *f |= if near { 0 } else { flag::CORE };
         }
     });
 }
@@ -276,10 +279,9 @@ fn grow_back(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f
     flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
         let hu = &ct.data()[k * plane..(k + 1) * plane];
         let core: Vec<bool> = flags.iter().map(|f| f & flag::CORE != 0).collect();
-        let away = squared_distance(&core, ni, spacing);
-        let mut body: Vec<bool> = (0..plane)
-            .map(|n| away[n] <= reach * reach && is_tissue(hu[n], flags[n], level))
-            .collect();
+        let near = near(&core, ni, spacing, reach);
+        let mut body: Vec<bool> =
+            (0..plane).map(|n| near[n] && is_tissue(hu[n], flags[n], level)).collect();
         keep_joined(&mut body, &core, ni, spacing, WAY * reach);
         fill_holes(&mut body, ni);
         for (f, inside) in flags.iter_mut().zip(body) {

@@ -89,7 +89,7 @@ fn steps(height: &Sheet, slice_mm: f32) -> Sheet {
     })
 }
 
-/// Distance along the surface to the nearest known ray, mm; infinite when none is known.
+/// Distance along the surface to the nearest known ray, mm; infinite where it is so far that [`MOST_MM`] is reached.
 fn gaps(known: &[bool], shell: &Sheet, height: &Sheet, slice_mm: f32) -> Vec<f32> {
     let mut radii: Vec<f32> = shell.values.iter().zip(&height.values).map(|(r, h)| r + h).collect();
     let arc = crate::bones::median(&mut radii) * std::f32::consts::TAU / RAYS as f32;
@@ -97,14 +97,14 @@ fn gaps(known: &[bool], shell: &Sheet, height: &Sheet, slice_mm: f32) -> Vec<f32
     let wide = 2 * RAYS;
     let at = |n: usize| n / wide * RAYS + (n % wide + RAYS / 2) % RAYS;
     let ring: Vec<bool> = (0..2 * known.len()).map(|n| known[at(n)]).collect();
-    let squared = squared_distance(&ring, wide, [arc, slice_mm]);
+    let squared = squared_distance(&ring, wide, [arc, slice_mm], MOST_MM / PER_GAP_MM);
     let middle = |n: usize| n / RAYS * wide + n % RAYS + RAYS / 2;
     (0..known.len()).map(|n| squared[middle(n)].sqrt()).collect()
 }
 
 /// The error in tenths of mm (255: 25.5 mm or more) on the voxels of the patient near the
 /// boundary; 0 elsewhere.
-pub(crate) fn map(scan: Scan<'_>, shell: &Sheet, wall: &Wall, error: &Sheet) -> Volume<u8> {
+pub(crate) fn map(scan: Scan<'_>, outline: &Sheet, error: &Sheet) -> Volume<u8> {
     let Scan { ct, frame, body, rays } = scan;
     // At least the voxels on both sides, however large they are.
     let band = BAND_MM.max(1.5 * frame.pixel());
@@ -117,7 +117,7 @@ pub(crate) fn map(scan: Scan<'_>, shell: &Sheet, wall: &Wall, error: &Sheet) -> 
             }
             let (r, turn) = rays.polar(k, frame.position(n));
             let p = turn.round() as usize % RAYS;
-            if (r - shell.at(k, p) - wall.height.at(k, p)).abs() <= band {
+            if (r - outline.at(k, p)).abs() <= band {
                 *out = (error.at(k, p) * PER_MM).round().clamp(1.0, 255.0) as u8;
             }
         }

@@ -3,7 +3,7 @@
 use crate::body::{Body, flag};
 use crate::frame::Frame;
 use crate::parts::Parts;
-use crate::plane::squared_distance;
+use crate::plane::near;
 use rayon::prelude::*;
 use supine_volume::Ct;
 
@@ -97,11 +97,10 @@ fn drop_slivers(frame: &Frame, slices: &[bool], flags: &mut [u8]) {
     flags.par_chunks_mut(plane).enumerate().for_each(|(k, flags)| {
         if slices[k] {
             let off: Vec<bool> = flags.iter().map(|f| f & flag::BODY == 0).collect();
-            let away = squared_distance(&off, ni, spacing);
-            let core: Vec<bool> = away.iter().map(|&d| d > reach * reach).collect();
-            let near = squared_distance(&core, ni, spacing);
-            for (f, d) in flags.iter_mut().zip(near) {
-                if d > reach * reach {
+            let rim = near(&off, ni, spacing, reach);
+            let core: Vec<bool> = rim.iter().map(|rim| !rim).collect();
+            for (f, near) in flags.iter_mut().zip(near(&core, ni, spacing, reach)) {
+                if !near {
                     *f &= !flag::BODY;
                 }
             }

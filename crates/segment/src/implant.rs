@@ -6,8 +6,9 @@
 use crate::body::{Body, flag};
 use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed};
 use crate::frame::Frame;
+use crate::levels::fat_mode;
 use crate::parts::{Parts, Run};
-use crate::plane::squared_distance;
+use crate::plane::near;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use supine_volume::Ct;
@@ -15,8 +16,7 @@ use supine_volume::Ct;
 /// Noise and the texture of gland are smoothed away in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 2.5;
 /// Saline and silicone, HU; muscle, gland and fat lie between and below.
-const SALINE_HU: (f32, f32) = (-15.0, 22.0);
-const SILICONE_HU: (f32, f32) = (78.0, 260.0);
+const RANGES_HU: [(f32, f32); 2] = [(-15.0, 22.0), (78.0, 260.0)];
 /// Half the thickness within the slice, mm: no muscle in front is as thick.
 const HALF_MM: f32 = 9.0;
 /// Greatest standard deviation of the smoothed values in the core, HU.
@@ -41,25 +41,25 @@ const BRIGHTER_HU: f32 = 60.0;
 /// Width of the blurred rim, mm, and the level and smoothing that tell fat beside it.
 const RIM_MM: f32 = 3.0;
 const FATTY_HU: f32 = -40.0;
-/// Where fat is looked for, HU.
-const FAT_HU: (i16, i16) = (-150, -60);
 
 /// The CT in which the implants are filled with this patient's fat; their volume goes into the body.
 pub(crate) fn as_fat<'a>(ct: &'a Ct, frame: &Frame, body: &mut Body) -> Cow<'a, Ct> {
     let hulls = hulls(frame, body);
     let chest = Chest { ct, frame, body, hulls: &hulls };
-    let mut mask = vec![false; ct.data().len()];
+    let slices = chest.slices();
+    let mut implants = Vec::new();
     let mut volume = 0.0;
-    for range in [SALINE_HU, SILICONE_HU] {
-        volume += chest.mark(range, &mut mask);
+    for range in 0..RANGES_HU.len() {
+        volume += chest.find(&slices, range, &mut implants);
     }
     body.implant_ml = volume;
     if body.implant_ml == 0.0 {
         return Cow::Borrowed(ct);
     }
-    let fat = fat_level(ct, body);
+    let voxels = ct.data().iter().zip(&body.flags);
+    let fat = fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(&v, _)| v)) as i16;
     let mut filled = ct.clone();
-    filled.data_mut().iter_mut().zip(mask).for_each(|(v, on)| *v = if on { fat } else { *v });
+    implants.into_iter().for_each(|n| filled.data_mut()[n] = fat);
     Cow::Owned(filled)
 }
 
@@ -72,55 +72,66 @@ struct Chest<'a> {
 }
 
 impl Chest<'_> {
-    /// Marks the implants of a range of HU; gives their volume, ml.
-    fn mark(&self, range: (f32, f32), mask: &mut [bool]) -> f64 {
-        let plane = self.frame.plane();
-        let smooth: Vec<Vec<f32>> = (0..self.hulls.len())
+    /// The pixels of all slices whose surroundings lie within the ranges.
+    fn slices(&self) -> Vec<Cores> {
+        (0..self.hulls.len())
             .into_par_iter()
-            .map(|k| match self.hulls[k] {
-                Some(_) => smoothed(self.ct, self.frame, k, SMOOTH_MM),
-                None => Vec::new(),
+            .map(|k| match &self.hulls[k] {
+                Some(hull) => self.cores(k, hull),
+                None => Cores::default(),
             })
-            .collect();
-        let core: Vec<Vec<bool>> =
-            (0..smooth.len()).into_par_iter().map(|k| self.core(k, &smooth[k], range)).collect();
-        let parts = Parts::new(self.frame.size, |n| core[n / plane][n % plane]);
+            .collect()
+    }
+
+    /// Collects the voxels of the implants of a range of HU; gives their volume, ml.
+    fn find(&self, slices: &[Cores], range: usize, implants: &mut Vec<usize>) -> f64 {
+        let plane = self.frame.plane();
+        let on = |n: usize| {
+            slices[n / plane].within.get(n % plane).is_some_and(|&w| w >> range & 1 == 1)
+        };
+        let parts = Parts::new(self.frame.size, on);
         let mut facts = vec![Facts::default(); parts.voxels.len()];
+        let mut hu = slices.iter().flat_map(|s| s.hu[range].iter().copied());
         for (run, part) in parts.iter() {
-            let k = run.start / plane;
-            for n in run.voxels() {
-                let in_hull = self.hulls[k].as_ref().is_some_and(|h| h.inside[n % plane]);
-                facts[part].add(smooth[k][n % plane], self.body.depth_mm(n), in_hull);
+            let hull = self.hulls[run.start / plane].as_ref();
+            for (n, hu) in run.voxels().zip(&mut hu) {
+                let in_hull = hull.is_some_and(|h| h.inside[n % plane]);
+                facts[part].add(hu, self.body.depth_mm(n), in_hull);
             }
         }
         let mut volume = 0.0;
         let core_voxels = CORE_ML / self.frame.voxel_cm3();
-        let implants = facts.iter().enumerate().filter(|(_, f)| f.is_implant(core_voxels));
-        for (part, facts) in implants {
+        let found = facts.iter().enumerate().filter(|(_, f)| f.is_implant(core_voxels));
+        for (part, facts) in found {
             let grown = self.grow(&parts, part, facts.mean() as f32);
             let ml = grown.len() as f64 * self.frame.voxel_cm3();
             if (LEAST_ML..MOST_ML).contains(&ml) {
                 volume += ml;
-                grown.into_iter().for_each(|n| mask[n] = true);
+                implants.extend(grown);
             }
         }
         volume
     }
 
-    /// The pixels in front whose surroundings lie all within the range.
-    fn core(&self, k: usize, smooth: &[f32], (low, high): (f32, f32)) -> Vec<bool> {
+    /// The pixels in front whose surroundings lie all within a range.
+    fn cores(&self, k: usize, hull: &Hull) -> Cores {
         let (plane, frame) = (self.frame.plane(), self.frame);
-        let Some(hull) = &self.hulls[k] else { return vec![false; plane] };
+        let smooth = smoothed(self.ct, frame, k, SMOOTH_MM);
         let flags = self.body.flags_slice(frame, k);
-        let off: Vec<bool> = (0..plane)
-            .map(|n| {
-                let in_front = to_back(frame, n) < hull.middle;
-                let tissue = flags[n] & flag::BODY != 0 && in_front;
-                !(tissue && (low..=high).contains(&smooth[n]))
-            })
+        let front: Vec<bool> = (0..plane)
+            .map(|n| flags[n] & flag::BODY != 0 && to_back(frame, n) < hull.middle)
             .collect();
-        let away = squared_distance(&off, frame.size[0], [frame.spacing[0], frame.spacing[1]]);
-        away.iter().map(|&d| d > HALF_MM * HALF_MM).collect()
+        let mut cores = Cores { within: vec![0; plane], ..Cores::default() };
+        for (range, (low, high)) in RANGES_HU.into_iter().enumerate() {
+            let off: Vec<bool> =
+                (0..plane).map(|n| !(front[n] && (low..=high).contains(&smooth[n]))).collect();
+            let core = inner(&off, frame, HALF_MM);
+            for n in (0..plane).filter(|&n| core[n]) {
+                cores.within[n] |= 1 << range;
+                cores.hu[range].push(smooth[n]);
+            }
+        }
+        cores
     }
 
     /// The voxels joined to a core on its side of the half-way levels to muscle and fat, by ways
@@ -145,8 +156,7 @@ impl Chest<'_> {
                     tissue && to_back(frame, n) < hull.middle && (low..=high).contains(&smooth[n])
                 };
                 let off: Vec<bool> = (0..plane).map(|n| !on(n)).collect();
-                let away = squared_distance(&off, frame.size[0], spacing);
-                away.iter().map(|&d| d > WAY_MM * WAY_MM).collect()
+                inner(&off, frame, WAY_MM)
             })
             .collect();
         let wide = Parts::new(frame.size, |n| ways[n / plane].get(n % plane) == Some(&true));
@@ -163,18 +173,18 @@ impl Chest<'_> {
         let around = |(k, runs): (usize, Vec<Run>)| {
             let mut on = vec![false; plane];
             runs.iter().flat_map(|r| r.voxels()).for_each(|n| on[n - k * plane] = true);
-            let near = squared_distance(&on, frame.size[0], spacing);
             let fat: Vec<bool> = smoothed(self.ct, frame, k, BONE_SMOOTH_MM)
                 .into_iter()
                 .map(|v| v < FATTY_HU)
                 .collect();
-            let to_fat = squared_distance(&fat, frame.size[0], spacing);
             // The blurred rim of silicone is no sheet of muscle; that of saline does not look like one.
             let dense = mean > MUSCLE_HU;
-            let reach = (WAY_MM + if dense { frame.pixel() } else { 0.0 }).powi(2);
-            let rim = if dense { (WAY_MM + RIM_MM).powi(2) } else { 0.0 };
+            let reach = |mm: f32| near(&on, frame.size[0], spacing, mm);
+            let inside = reach(WAY_MM + if dense { frame.pixel() } else { 0.0 });
+            let rim = if dense { reach(WAY_MM + RIM_MM) } else { vec![false; plane] };
+            let at_fat = near(&fat, frame.size[0], spacing, RIM_MM);
             (0..plane)
-                .filter(|&n| near[n] <= reach || near[n] <= rim && to_fat[n] <= RIM_MM * RIM_MM)
+                .filter(|&n| inside[n] || rim[n] && at_fat[n])
                 .map(|n| k * plane + n)
                 .collect::<Vec<_>>()
         };
@@ -187,10 +197,25 @@ impl Chest<'_> {
     }
 }
 
+/// The pixels of a slice farther than `reach` (mm) from all that are off.
+fn inner(off: &[bool], frame: &Frame, reach: f32) -> Vec<bool> {
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    near(off, frame.size[0], spacing, reach).into_iter().map(|near| !near).collect()
+}
+
 /// Distance of a pixel towards the back, mm.
 fn to_back(frame: &Frame, n: usize) -> f32 {
     let [x, y] = frame.position(n);
     x * frame.back[0] + y * frame.back[1]
+}
+
+/// The cores in a slice, by range.
+#[derive(Default)]
+struct Cores {
+    /// A bit per range; empty where no implants are looked for.
+    within: Vec<u8>,
+    /// Smoothed values of the pixels of each range in their order, HU.
+    hu: [Vec<f32>; RANGES_HU.len()],
 }
 
 /// Sums over a core.
@@ -301,18 +326,4 @@ fn crossing(chain: &[[i64; 2]], row: i64) -> f64 {
         return x1 as f64;
     }
     x0 as f64 + (x1 - x0) as f64 * (row - y0) as f64 / (y1 - y0) as f64
-}
-
-/// Mode of the fat in the body, HU.
-fn fat_level(ct: &Ct, body: &Body) -> i16 {
-    let mut bins = vec![0usize; (FAT_HU.1 - FAT_HU.0) as usize];
-    for (&v, f) in ct.data().iter().zip(&body.flags) {
-        if (FAT_HU.0..FAT_HU.1).contains(&v) && f & flag::BODY != 0 {
-            bins[(v - FAT_HU.0) as usize] += 1;
-        }
-    }
-    let around =
-        |n: usize| -> usize { bins[n.saturating_sub(3)..(n + 4).min(bins.len())].iter().sum() };
-    let best = (0..bins.len()).max_by_key(|&n| (around(n), std::cmp::Reverse(n)));
-    FAT_HU.0 + best.unwrap_or_default() as i16
 }

@@ -103,6 +103,15 @@ pub(crate) fn noise_hu(scan: Scan<'_>) -> f32 {
     median(&mut off) / (0.6745 * 1.5f32.sqrt())
 }
 
+/// Mode of the fat among values (HU).
+pub(crate) fn fat_mode(values: impl Iterator<Item = i16>) -> f32 {
+    let mut bins = vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
+    for value in values.filter(|&v| (FAT_HU.0..FAT_HU.1).contains(&i32::from(v))) {
+        bins[((i32::from(value) - FAT_HU.0) / 2) as usize] += 1.0;
+    }
+    mode(&bins, FAT_HU.0 as f32)
+}
+
 /// Centre of the highest bin (2 HU) after smoothing by 3 bins.
 fn mode(bins: &[f32], from: f32) -> f32 {
     let kernel = crate::plane::kernel(3.0);

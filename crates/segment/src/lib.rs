@@ -54,7 +54,7 @@ pub use supine_volume::{SeedKind, Seeds};
 pub use tissues::{TissueInfo, TissueShare, tissues};
 
 use supine_space::Progress;
-use supine_volume::{Ct, LabelMap, Volume};
+use supine_volume::{Ct, LabelMap};
 
 /// What [`segment`] makes.
 #[derive(Clone, Debug)]
@@ -63,17 +63,15 @@ pub struct Segmentation {
     /// [`supine_volume::label::CHEST_WALL`], which includes lungs, bones and all else within, on the
     /// grid of the CT.
     pub labels: LabelMap,
-    /// How far the boundary of the chest wall may be wrong: the error that 9 of 10 such places do
-    /// not exceed, tenths of mm (255: 25.5 mm or more), on the voxels of the patient within 3 mm of
-    /// the boundary; 0 elsewhere.
-    pub doubt: Volume<u8>,
     /// Outer surface of the chest wall, radius in mm per ray.
     outline: sheet::Sheet,
+    /// Its error that 9 of 10 such places do not exceed, mm.
+    error: sheet::Sheet,
     levels: levels::Levels,
 }
 
 /// Soft tissue and chest wall of a supine chest CT: [`Segmenter::new`] and
-/// [`Segmenter::segment`] in a row; [`Segmenter::surfaces`] gives their surfaces.
+/// [`Segmenter::segment`] in a row; the segmenter gives their surfaces and the doubt about them too.
 ///
 /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
 /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.

@@ -7,7 +7,7 @@ use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::paint::Outline;
 use crate::parts::Parts;
-use crate::plane::{bilinear, kernel, smooth, squared_distance};
+use crate::plane::{self, bilinear, kernel, smooth};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
 use crate::sheet::{RAYS, Sheet};
@@ -125,11 +125,13 @@ pub(crate) fn add_beyond(
     let near = near_steep(scan, outline.radius());
     let beyond = |n: usize| -> Option<f32> {
         let ray = outline.ray(n);
+        if near.values[ray] == 0.0 {
+            return None;
+        }
         let beyond = outline.beyond(n);
         let free = |h: f32| seeds.bound(ray).cost(h - shell.values[ray]) == 0.0;
         let radius = outline.radius().values[ray] + beyond;
-        (near.values[ray] > 0.0 && (-UNDER_MM..BEYOND_MM).contains(&beyond) && free(radius))
-            .then_some(beyond)
+        ((-UNDER_MM..BEYOND_MM).contains(&beyond) && free(radius)).then_some(beyond)
     };
     let parts = Parts::new(frame.size, |n| muscle[n] && beyond(n).is_some());
     let mut under = vec![0usize; parts.voxels.len()];
@@ -149,10 +151,11 @@ pub(crate) fn add_beyond(
         }
         let mut on = vec![false; plane];
         core.iter().for_each(|&n| on[n] = true);
-        let away = squared_distance(&on, frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+        let spacing = [frame.spacing[0], frame.spacing[1]];
+        let rim = plane::near(&on, frame.size[0], spacing, RIM_MM);
         let image = smoothed(scan.ct, frame, k, 0.5 * frame.pixel());
         for n in 0..plane {
-            let rim = away[n] <= RIM_MM * RIM_MM && image[n] > levels.middle();
+            let rim = rim[n] && image[n] > levels.middle();
             let inside = scan.body.flags_slice(frame, k)[n] & flag::BODY != 0;
             if rim && inside && (on[n] || beyond(k * plane + n).is_some()) {
                 out[n] = label::CHEST_WALL;

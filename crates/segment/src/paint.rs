@@ -53,17 +53,26 @@ impl<'a> Outline<'a> {
         k * RAYS + turn.round() as usize % RAYS
     }
 
+    /// Least and greatest radius in a slice, mm.
+    fn extent(&self, k: usize) -> (f32, f32) {
+        let radii = &self.radius.values[k * RAYS..(k + 1) * RAYS];
+        radii.iter().fold((f32::INFINITY, 0.0), |(a, b), &r| (r.min(a), r.max(b)))
+    }
+
     /// Labels of the voxels whose centres lie inside the body, inside or outside the wall.
     pub(crate) fn paint(&self) -> LabelMap {
         let Scan { ct, frame, body, .. } = self.scan;
         let mut labels = ct.map(|_| label::OUTSIDE);
         let plane = frame.plane();
         labels.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+            let (near, far) = self.extent(k);
             for (out, (n, flags)) in
                 out.iter_mut().zip(body.flags_slice(frame, k).iter().enumerate())
             {
                 if flags & flag::BODY != 0 {
-                    let wall = self.beyond(k * plane + n) < 0.0;
+                    let away = self.scan.rays.squared_radius(k, frame.position(n));
+                    let wall =
+                        away < near * near || away < far * far && self.beyond(k * plane + n) < 0.0;
                     *out = if wall { label::CHEST_WALL } else { label::SOFT_TISSUE };
                 }
             }

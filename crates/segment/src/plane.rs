@@ -1,117 +1,77 @@
 //! Operations within one slice.
 
-/// Squared distance (mm²) of every pixel centre to the nearest one where `on` holds; infinite when
-/// it holds nowhere. Exact (lower envelope of parabolas, Felzenszwalb and Huttenlocher 2012).
-pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2]) -> Vec<f32> {
-    let nj = on.len() / ni;
-    // Transposed: the second pass then runs along memory.
-    let mut columns = vec![f32::INFINITY; on.len()];
-    for j in 0..nj {
-        let row = &on[j * ni..(j + 1) * ni];
-        let mut away = f32::INFINITY;
-        for i in 0..ni {
-            away = if row[i] { 0.0 } else { away + spacing[0] };
-            columns[i * nj + j] = away;
-        }
-        away = f32::INFINITY;
-        for i in (0..ni).rev() {
-            away = if row[i] { 0.0 } else { away + spacing[0] };
-            let d = columns[i * nj + j].min(away);
-            columns[i * nj + j] = d * d;
+use crate::parts::Parts;
+
+/// Squared distance (mm²) of every pixel centre to the nearest one where `on` holds; infinite where
+/// that is farther than `reach` (mm).
+///
+/// Exact: the distance along the row, then the least over the rows within reach.
+pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<f32> {
+    let mut along = vec![f32::INFINITY; on.len()];
+    let mut seen = Vec::with_capacity(on.len() / ni);
+    for (row, out) in on.chunks_exact(ni).zip(along.chunks_exact_mut(ni)) {
+        seen.push(row.contains(&true));
+        if seen[seen.len() - 1] {
+            distance_in_row(row, spacing[0], out);
         }
     }
-    let mut envelope = Envelope::default();
-    for column in columns.chunks_exact_mut(nj) {
-        envelope.lower(column, spacing[1]);
-    }
-    let mut out = vec![0.0; on.len()];
-    for j in 0..nj {
-        for i in 0..ni {
-            out[j * ni + i] = columns[i * nj + j];
+    let rows = (reach / spacing[1]) as usize;
+    let mut out = along.clone();
+    for (j, out) in out.chunks_exact_mut(ni).enumerate() {
+        // Between the first and the last pixel that is off.
+        let off = |&on: &bool| !on;
+        let here = &on[j * ni..(j + 1) * ni];
+        let Some(first) = here.iter().position(off) else { continue };
+        let last = here.iter().rposition(off).unwrap_or(first);
+        let out = &mut out[first..=last];
+        for row in j.saturating_sub(rows)..(j + rows + 1).min(seen.len()) {
+            if row == j || !seen[row] {
+                continue;
+            }
+            let across = (row.abs_diff(j) as f32 * spacing[1]).powi(2);
+            let source = &along[row * ni + first..=row * ni + last];
+            out.iter_mut().zip(source).for_each(|(o, a)| *o = o.min(a + across));
         }
+        // Beyond the reach a row may have been left out that is nearer.
+        let most = reach * reach;
+        out.iter_mut().for_each(|o| *o = if *o <= most { *o } else { f32::INFINITY });
     }
     out
 }
 
-#[derive(Default)]
-struct Envelope {
-    apex: Vec<(f32, f32)>,
-    from: Vec<f32>,
+/// Whether each pixel lies within `reach` (mm) of one where `on` holds, centre to centre.
+pub(crate) fn near(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<bool> {
+    squared_distance(on, ni, spacing, reach).iter().map(|d| d.is_finite()).collect()
 }
 
-impl Envelope {
-    /// Replaces f by min over q of f(q) + ((p - q) step)².
-    fn lower(&mut self, f: &mut [f32], step: f32) {
-        self.apex.clear();
-        self.from.clear();
-        for (q, &value) in f.iter().enumerate() {
-            if value.is_infinite() {
-                continue;
-            }
-            let b = q as f32 * step;
-            let start = loop {
-                let Some(&(a, lower)) = self.apex.last() else { break f32::NEG_INFINITY };
-                let cross = 0.5 * ((value - lower) / (b - a) + a + b);
-                if cross > self.from[self.from.len() - 1] {
-                    break cross;
-                }
-                self.apex.pop();
-                self.from.pop();
-            };
-            self.apex.push((b, value));
-            self.from.push(start);
-        }
-        if self.apex.is_empty() {
-            return;
-        }
-        let mut n = 0;
-        for (p, out) in f.iter_mut().enumerate() {
-            let x = p as f32 * step;
-            while n + 1 < self.apex.len() && self.from[n + 1] < x {
-                n += 1;
-            }
-            let (a, value) = self.apex[n];
-            *out = value + (x - a) * (x - a);
-        }
+/// Squared distance (mm²) to the nearest pixel of a row that is on.
+fn distance_in_row(on: &[bool], step: f32, out: &mut [f32]) {
+    let mut away = f32::INFINITY;
+    for (out, &on) in out.iter_mut().zip(on) {
+        away = if on { 0.0 } else { away + step };
+        *out = away;
+    }
+    away = f32::INFINITY;
+    for (out, &on) in out.iter_mut().zip(on).rev() {
+        away = if on { 0.0 } else { away + step };
+        let nearest = out.min(away);
+        *out = nearest * nearest;
     }
 }
 
 /// Sets every hole (off pixels that no path of off pixels joins to the border).
 pub(crate) fn fill_holes(mask: &mut [bool], ni: usize) {
     let nj = mask.len() / ni;
-    let mut outside = vec![false; mask.len()];
-    let mut stack = Vec::new();
-    let mut visit = |n: usize, stack: &mut Vec<usize>| {
-        if !mask[n] && !outside[n] {
-            outside[n] = true;
-            stack.push(n);
-        }
-    };
-    for i in 0..ni {
-        visit(i, &mut stack);
-        visit((nj - 1) * ni + i, &mut stack);
+    let off = Parts::new([ni, nj, 1], |n| !mask[n]);
+    let mut open = vec![false; off.voxels.len()];
+    for (run, part) in off.iter() {
+        let (i, j) = (run.start % ni, run.start / ni);
+        open[part] |= i == 0 || i + run.len == ni || j == 0 || j + 1 == nj;
     }
-    for j in 0..nj {
-        visit(j * ni, &mut stack);
-        visit(j * ni + ni - 1, &mut stack);
-    }
-    while let Some(n) = stack.pop() {
-        let i = n % ni;
-        if i > 0 {
-            visit(n - 1, &mut stack);
+    for (run, part) in off.iter() {
+        if !open[part] {
+            mask[run.voxels()].fill(true);
         }
-        if i + 1 < ni {
-            visit(n + 1, &mut stack);
-        }
-        if n >= ni {
-            visit(n - ni, &mut stack);
-        }
-        if n + ni < mask.len() {
-            visit(n + ni, &mut stack);
-        }
-    }
-    for (m, out) in mask.iter_mut().zip(outside) {
-        *m = !out;
     }
 }
 
@@ -125,8 +85,15 @@ pub(crate) fn keep_joined(
     reach: f32,
 ) {
     let nj = mask.len() / ni;
+    let steps = [0, 1, 2].map(|dj: usize| {
+        [0, 1, 2].map(|di: usize| (di.abs_diff(1) as f32 * si).hypot(dj.abs_diff(1) as f32 * sj))
+    });
     let mut way: Vec<f32> = from.iter().map(|&f| if f { 0.0 } else { f32::INFINITY }).collect();
-    let mut front: Vec<usize> = (0..mask.len()).filter(|&n| from[n]).collect();
+    let inner = |n: usize| {
+        let beside = [n.wrapping_sub(ni), n.wrapping_sub(1), n + 1, n + ni];
+        beside.iter().all(|&m| from.get(m) == Some(&true))
+    };
+    let mut front: Vec<usize> = (0..mask.len()).filter(|&n| from[n] && !inner(n)).collect();
     while !front.is_empty() {
         let mut next = Vec::new();
         for n in front {
@@ -136,7 +103,7 @@ pub(crate) fn keep_joined(
                     continue;
                 }
                 let m = (j + dj - 1) * ni + i + di - 1;
-                let step = (di.abs_diff(1) as f32 * si).hypot(dj.abs_diff(1) as f32 * sj);
+                let step = steps[dj][di];
                 if mask[m] && way[n] + step < way[m].min(reach) {
                     way[m] = way[n] + step;
                     next.push(m);
@@ -158,11 +125,12 @@ pub(crate) fn smooth(image: &mut [f32], ni: usize, spacing: [f32; 2], sigma_mm: 
         padded[..reach].fill(row[0]);
         padded[reach..reach + ni].copy_from_slice(row);
         padded[reach + ni..].fill(row[ni - 1]);
-        for (x, value) in row.iter_mut().enumerate() {
-            *value *= kernel[0];
-            let centre = x + reach;
-            for (d, w) in kernel.iter().enumerate().skip(1) {
-                *value += w * (padded[centre - d] + padded[centre + d]);
+        row.iter_mut().for_each(|v| *v *= kernel[0]);
+        for (d, w) in kernel.iter().enumerate().skip(1) {
+            let before = &padded[reach - d..reach - d + ni];
+            let after = &padded[reach + d..reach + d + ni];
+            for (v, (a, b)) in row.iter_mut().zip(before.iter().zip(after)) {
+                *v += w * (a + b);
             }
         }
     }
@@ -217,7 +185,8 @@ mod tests {
     fn distance_equals_brute_force() {
         let (ni, nj, s) = (17, 12, [0.7f32, 1.3]);
         let on: Vec<bool> = (0..ni * nj).map(|n| n * 37 % 29 == 0).collect();
-        let got = squared_distance(&on, ni, s);
+        let reach = 2.0;
+        let got = squared_distance(&on, ni, s, reach);
         for n in 0..ni * nj {
             let want = (0..ni * nj)
                 .filter(|&m| on[m])
@@ -227,9 +196,11 @@ mod tests {
                     dx * dx + dy * dy
                 })
                 .fold(f32::INFINITY, f32::min);
-            assert!((got[n] - want).abs() < 1e-3, "{n}: {} {want}", got[n]);
+            let want = if want <= reach * reach { want } else { f32::INFINITY };
+            assert!(got[n] == want || (got[n] - want).abs() < 1e-3, "{n}: {} {want}", got[n]);
         }
-        assert!(squared_distance(&[false; 6], 3, s).iter().all(|d| d.is_infinite()));
+        assert!(got.iter().any(|d| d.is_infinite()) && got.iter().any(|d| (1.0..4.0).contains(d)));
+        assert!(squared_distance(&[false; 6], 3, s, 100.0).iter().all(|d| d.is_infinite()));
     }
 
     #[test]

@@ -177,20 +177,54 @@ impl Rays {
         [0, 1].map(|c| (self.axis[k][c] + r * self.directions[p][c]) * self.pixels_per_mm[c])
     }
 
+    /// Squared distance (mm²) of a position (mm) in a slice from the axis.
+    #[inline]
+    pub(crate) fn squared_radius(&self, k: usize, [x, y]: [f32; 2]) -> f32 {
+        (x - self.axis[k][0]).powi(2) + (y - self.axis[k][1]).powi(2)
+    }
+
     /// Radius (mm) and angle (in rays, 0..RAYS) of a position (mm) in a slice.
     #[inline]
     pub(crate) fn polar(&self, k: usize, [x, y]: [f32; 2]) -> (f32, f32) {
         let (x, y) = (x - self.axis[k][0], y - self.axis[k][1]);
         let l = x * self.left[0] + y * self.left[1];
         let b = x * self.back[0] + y * self.back[1];
-        let turn = b.atan2(l) / std::f32::consts::TAU;
-        (l.hypot(b), turn.rem_euclid(1.0) * RAYS as f32)
+        ((l * l + b * b).sqrt(), turn(l, b) * RAYS as f32)
     }
+}
+
+/// Angle of (x, y) in turns, 0..1, to 2e-6 of a turn: the same on every machine, and many times
+/// faster than the library's.
+///
+/// Source: Abramowitz and Stegun, Handbook of Mathematical Functions, 4.4.49.
+#[inline]
+fn turn(x: f32, y: f32) -> f32 {
+    let (along, across) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
+    let t = across / along.max(f32::MIN_POSITIVE);
+    let s = t * t;
+    let series =
+        0.999_866 + s * (-0.330_299_5 + s * (0.180_141 + s * (-0.085_133 + s * 0.020_835_1)));
+    let eighth = t * series / std::f32::consts::TAU;
+    let quarter = if y.abs() > x.abs() { 0.25 - eighth } else { eighth };
+    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
+    let whole = if y < 0.0 { 1.0 - half } else { half };
+    if whole < 1.0 { whole } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turns_agree_with_the_arc_tangent() {
+        for n in 0..7200 {
+            let (y, x) = (f64::from(n) * std::f64::consts::TAU / 7200.0).sin_cos();
+            let got = f64::from(turn(40.0 * x as f32, 40.0 * y as f32));
+            let off = (got - f64::from(n) / 7200.0 + 0.5).rem_euclid(1.0) - 0.5;
+            assert!((0.0..1.0).contains(&got) && off.abs() < 3e-6, "{n}: {got}");
+        }
+        assert!(turn(0.0, 0.0) == 0.0 && turn(1.0, -1e-20) == 0.0);
+    }
 
     #[test]
     fn gaps_are_filled_from_their_surroundings_and_the_ring_closes() {

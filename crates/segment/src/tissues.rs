@@ -4,8 +4,9 @@
 use crate::Error;
 use crate::bones::{median, smoothed};
 use crate::frame::Frame;
+use crate::levels::fat_mode;
 use crate::parts::Parts;
-use crate::plane::{fill_holes, squared_distance};
+use crate::plane::{fill_holes, near, squared_distance};
 use crate::tumour;
 use rayon::prelude::*;
 use supine_space::{Progress, Sphere};
@@ -15,8 +16,6 @@ use supine_volume::{Ct, LabelMap, label};
 const SMOOTH_MM: f32 = 0.8;
 /// Thickness of the skin; gland and fat are measured deeper than twice this, mm.
 const SKIN_MM: f32 = 1.6;
-/// Where fat is looked for, HU.
-const FAT_HU: (i32, i32) = (-150, -60);
 /// Dense tissue lies this far above fat, HU, and gland is measured where it is thicker than twice
 /// this, mm.
 const DENSE_HU: f32 = 60.0;
@@ -89,8 +88,9 @@ pub fn tissues(
     let mut out = labels.clone();
     let plane = frame.plane();
     out.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
-        mark_soft(&smoothed(ct, &frame, k, SMOOTH_MM), &frame, (deep.slice(k), middle), out);
-        mark_bone(&smoothed(ct, &frame, k, SMOOTH_MM), &frame, out);
+        let image = smoothed(ct, &frame, k, SMOOTH_MM);
+        mark_soft(&image, &frame, (deep.slice(k), middle), out);
+        mark_bone(&image, &frame, out);
     });
     progress.at(0.8)?;
     mark_lung(ct, &frame, &mut out);
@@ -125,7 +125,8 @@ fn deep_soft_tissue(labels: &LabelMap, frame: &Frame) -> Deep {
     layer.par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
         let labels = &labels.data()[k * plane..(k + 1) * plane];
         let outside: Vec<bool> = labels.iter().map(|&l| l == label::OUTSIDE).collect();
-        let squared = squared_distance(&outside, frame.size[0], spacing);
+        let reach = 2.0 * SKIN_MM + frame.pixel();
+        let squared = squared_distance(&outside, frame.size[0], spacing, reach);
         for (out, (&l, d)) in out.iter_mut().zip(labels.iter().zip(squared)) {
             if label::is_soft_tissue(l) {
                 // The skin's outside lies half a pixel before the first pixel of air.
@@ -139,16 +140,8 @@ fn deep_soft_tissue(labels: &LabelMap, frame: &Frame) -> Deep {
 
 /// Mode of the fat, HU.
 fn fat_level(ct: &Ct, deep: &Deep) -> f32 {
-    let mut bins = vec![0usize; (FAT_HU.1 - FAT_HU.0) as usize];
-    for (&v, &layer) in ct.data().iter().zip(&deep.layer) {
-        if layer == 3 && (FAT_HU.0..FAT_HU.1).contains(&i32::from(v)) {
-            bins[(i32::from(v) - FAT_HU.0) as usize] += 1;
-        }
-    }
-    let around =
-        |n: usize| -> usize { bins[n.saturating_sub(5)..(n + 6).min(bins.len())].iter().sum() };
-    let best = (0..bins.len()).max_by_key(|&n| (around(n), std::cmp::Reverse(n)));
-    FAT_HU.0 as f32 + best.unwrap_or_default() as f32
+    let voxels = ct.data().iter().zip(&deep.layer);
+    fat_mode(voxels.filter(|(_, layer)| **layer == 3).map(|(&v, _)| v))
 }
 
 /// Median of the gland where it is thick, HU.
@@ -161,11 +154,11 @@ fn gland_level(ct: &Ct, frame: &Frame, deep: &Deep, fat: f32) -> Option<f32> {
             let layer = deep.slice(k);
             let thin: Vec<bool> =
                 (0..image.len()).map(|n| layer[n] < 3 || image[n] < fat + DENSE_HU).collect();
-            let away = squared_distance(&thin, frame.size[0], spacing);
+            let near = near(&thin, frame.size[0], spacing, CORE_MM);
             image
                 .into_iter()
-                .zip(away)
-                .filter(|(_, d)| d.is_finite() && *d > CORE_MM * CORE_MM)
+                .zip(near)
+                .filter(|(_, near)| !near)
                 .map(|(v, _)| v)
                 .collect::<Vec<_>>()
         })
@@ -177,14 +170,14 @@ fn gland_level(ct: &Ct, frame: &Frame, deep: &Deep, fat: f32) -> Option<f32> {
 fn mark_soft(image: &[f32], frame: &Frame, (layer, middle): (&[u8], f32), out: &mut [u8]) {
     let spacing = [frame.spacing[0], frame.spacing[1]];
     let thin: Vec<bool> = (0..image.len()).map(|n| layer[n] < 2 || image[n] < middle).collect();
-    let away = squared_distance(&thin, frame.size[0], spacing);
-    let core: Vec<bool> = away.iter().map(|&d| d > STRAND_MM * STRAND_MM).collect();
-    let near = squared_distance(&core, frame.size[0], spacing);
+    let rim = near(&thin, frame.size[0], spacing, STRAND_MM);
+    let core: Vec<bool> = rim.iter().map(|rim| !rim).collect();
+    let thick = near(&core, frame.size[0], spacing, STRAND_MM + 0.3);
     for n in 0..out.len() {
         out[n] = match layer[n] {
             0 => out[n],
             1 => label::SKIN,
-            _ if !thin[n] && near[n] <= (STRAND_MM + 0.3).powi(2) => label::GLAND,
+            _ if !thin[n] && thick[n] => label::GLAND,
             _ => label::FAT,
         };
     }
@@ -195,10 +188,9 @@ fn mark_bone(image: &[f32], frame: &Frame, out: &mut [u8]) {
     let spacing = [frame.spacing[0], frame.spacing[1]];
     let wall: Vec<bool> = out.iter().map(|&l| label::is_chest_wall(l)).collect();
     let cortex: Vec<bool> = (0..out.len()).map(|n| wall[n] && image[n] > CORTEX_HU).collect();
-    let away = squared_distance(&cortex, frame.size[0], spacing);
-    let mut bone: Vec<bool> = (0..out.len())
-        .map(|n| wall[n] && image[n] > BONE_HU && away[n] <= BONE_MM * BONE_MM)
-        .collect();
+    let near = near(&cortex, frame.size[0], spacing, BONE_MM);
+    let mut bone: Vec<bool> =
+        (0..out.len()).map(|n| wall[n] && image[n] > BONE_HU && near[n]).collect();
     fill_holes(&mut bone, frame.size[0]);
     for n in 0..out.len() {
         if wall[n] {

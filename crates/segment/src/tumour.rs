@@ -28,19 +28,21 @@ pub(crate) fn mark(
 ) -> Option<String> {
     let near = Surroundings::new(ct, frame, sphere, labels);
     let soft = |n: usize, labels: &LabelMap| label::is_soft_tissue(labels.data()[n]);
-    let (chosen, why) = match near.as_ref().map(Surroundings::grow) {
-        Some(Ok(grown)) => (grown, None),
-        Some(Err(why)) => (Vec::new(), Some(why)),
-        None => (Vec::new(), Some("it lies outside the CT".into())),
+    let Some(near) = near else {
+        return Some("nothing is labelled as tumour: its centre lies outside the CT".into());
     };
-    let inside = |n: &usize| sphere.contains(&ct.grid().centre(ct.grid().voxel(*n)));
-    let chosen = if why.is_some() { (0..ct.grid().len()).filter(inside).collect() } else { chosen };
+    let (chosen, warning) = match near.grow() {
+        Ok(grown) => (grown, None),
+        Err(why) => {
+            (near.within(1.0), Some(format!("the tumour's label is the sphere given: {why}")))
+        }
+    };
     for n in chosen {
         if soft(n, labels) {
             labels.data_mut()[n] = label::TUMOUR;
         }
     }
-    why.map(|why| format!("the tumour's label is the sphere given: {why}"))
+    warning
 }
 
 /// The box round the tumour.
@@ -81,6 +83,12 @@ impl Surroundings {
         let grid = self.hu.grid();
         let off = grid.centre(grid.voxel(n)) - self.sphere.centre();
         off.norm() / self.sphere.radius()
+    }
+
+    /// Offsets in the CT of the voxels within this many radii.
+    fn within(&self, radii: f64) -> Vec<usize> {
+        let near = (0..self.offset.data().len()).filter(|&n| self.away(n) <= radii);
+        near.map(|n| self.offset.data()[n]).collect()
     }
 
     fn level(&self, (from, to): (f64, f64)) -> Option<f32> {

@@ -86,9 +86,10 @@ fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>)
     let segmenter = Segmenter::new(&input.input.ct, &params, progress.part(0.0, 0.8))?;
     let (made, info) = segmenter.segment(&params.seeds, progress.part(0.8, 0.9))?;
     let surfaces = segmenter.surfaces(&made, progress.part(0.9, 1.0))?;
+    let doubt = segmenter.doubt(&made);
     drop(segmenter);
     write_surfaces(store, &surfaces)?;
-    write_tenths(&made.doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
+    write_tenths(&doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
     let facts =
         Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
     Ok((made.labels, facts, info.warnings))

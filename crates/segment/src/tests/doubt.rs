@@ -2,7 +2,7 @@
 
 use super::phantom::{Thorax, Truth};
 use super::run;
-use crate::{DOUBTFUL_MM, Params, Seeds, doubt, segment};
+use crate::{DOUBTFUL_MM, Params, Seeds, Segmenter, doubt};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::label;
 
@@ -10,7 +10,9 @@ use supine_volume::label;
 fn the_map_lies_along_the_boundary_and_holds_the_error() {
     let thorax = Thorax::default();
     let ct = thorax.ct(Matrix::identity());
-    let (made, _) = segment(&ct, &Params::default(), Progress::none()).unwrap();
+    let segmenter = Segmenter::new(&ct, &Params::default(), Progress::none()).unwrap();
+    let (made, _) = segmenter.segment(&Seeds::default(), Progress::none()).unwrap();
+    let map = segmenter.doubt(&made);
     let region = Sphere::new(Point::new(75.0, -75.0, 0.0), 75.0).unwrap();
     let grid = made.labels.grid();
     let (mut wrong, mut said) = (0, 0);
@@ -22,11 +24,11 @@ fn the_map_lies_along_the_boundary_and_holds_the_error() {
         }
         if (truth == Truth::Wall) != label::is_chest_wall(got) && region.contains(&p) {
             wrong += 1;
-            said += usize::from(made.doubt.data()[n] > 0);
+            said += usize::from(map.data()[n] > 0);
         }
     }
     assert!(wrong > 50 && said * 10 > wrong * 9, "{said} of {wrong} wrong voxels in the map");
-    let found = doubt(&made.labels, &made.doubt, region);
+    let found = doubt(&made.labels, &map, region);
     assert!((80.0..250.0).contains(&found.boundary_cm2), "{found:?}");
     assert!(found.share() < 0.3, "{}", found.share());
 }
@@ -45,12 +47,13 @@ fn a_boundary_without_an_edge_is_doubtful_until_a_seed_makes_it_sure() {
         }
     }
     let region = Sphere::new(middle, 60.0).unwrap();
-    let with = |seeds: Seeds| {
-        let params = Params { seeds, ..Params::default() };
-        segment(&ct, &params, Progress::none()).unwrap().0
+    let segmenter = Segmenter::new(&ct, &Params::default(), Progress::none()).unwrap();
+    let with = |seeds: &Seeds| {
+        let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
+        (segmenter.doubt(&made), made.labels)
     };
-    let plain = with(Seeds::default());
-    let found = doubt(&plain.labels, &plain.doubt, region);
+    let (plain, labels) = with(&Seeds::default());
+    let found = doubt(&labels, &plain, region);
     let first = found.patches.first().expect("a doubtful place");
     assert!(first.area_cm2 > 8.0 && first.error_mm > DOUBTFUL_MM, "{first:?}");
     let out = Vector::new(first.centre.x, first.centre.y, 0.0).normalize();
@@ -59,9 +62,9 @@ fn a_boundary_without_an_edge_is_doubtful_until_a_seed_makes_it_sure() {
         soft_tissue: vec![first.centre + 4.5 * out],
         ..Seeds::default()
     };
-    let seeded = with(seeds);
+    let (seeded, _) = with(&seeds);
     let here = grid.voxel_at(&first.centre).unwrap();
-    let [before, after] = [&plain, &seeded].map(|s| s.doubt.at(here));
+    let [before, after] = [&plain, &seeded].map(|map| map.at(here));
     assert!(before > 20 && after < 10, "{before} {after}");
 }
 
