@@ -34,6 +34,9 @@ enum Chore {
     Test(test::Options),
     /// Only what `test` installs: the independent readers.
     Readers,
+    /// Times the stages beside the peers, in one run; needs the developers' reference data in
+    /// ../shared.
+    Bench,
     /// Writes docs/VERIFICATION.md and docs/pictures from real runs; needs the developers'
     /// reference data in ../shared.
     Verify,
@@ -66,6 +69,7 @@ fn chore() -> Result<()> {
     match arguments.chore {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
+        Chore::Bench => verify::bench(&house),
         Chore::Verify => verify::verify(&house),
     }
 }

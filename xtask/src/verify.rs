@@ -8,6 +8,7 @@ mod mesh;
 mod page;
 mod patients;
 mod real;
+mod speed;
 mod study;
 mod study_tables;
 
@@ -27,24 +28,37 @@ pub(crate) struct Bench<'a> {
     pub(crate) python: PathBuf,
 }
 
+impl<'a> Bench<'a> {
+    fn open(house: &'a House) -> Result<Self> {
+        let shared = house.root.join("../shared");
+        ensure!(
+            shared.join("cohort/score.py").is_file(),
+            "`cargo xtask verify` and `bench` need the developers' reference data in ../shared"
+        );
+        let python = scorers(house)?;
+        run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
+        let work = house.target.join("verify");
+        std::fs::create_dir_all(&work)?;
+        Ok(Self { house, shared, work, supine: house.target.join("release/supine"), python })
+    }
+}
+
+/// `cargo xtask bench`: time and memory beside the peers', on stdout.
+pub(crate) fn bench(house: &House) -> Result<()> {
+    print!("{}", speed::table(&Bench::open(house)?)?);
+    Ok(())
+}
+
 pub(crate) fn verify(house: &House) -> Result<()> {
-    let shared = house.root.join("../shared");
-    ensure!(
-        shared.join("cohort/score.py").is_file(),
-        "`cargo xtask verify` needs the developers' reference data in ../shared"
-    );
-    let python = scorers(house)?;
-    run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
-    let work = house.target.join("verify");
-    std::fs::create_dir_all(&work)?;
-    let bench = Bench { house, shared, work, supine: house.target.join("release/supine"), python };
+    let bench = Bench::open(house)?;
+    let speed = speed::table(&bench)?;
     let patients = patients::all(&bench)?;
     pictures(&bench)?;
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
     let meshes = mesh::all(&bench)?;
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, &study, &meshes)?;
+    let page = page::page(date.trim(), &patients, &real, (&study, &speed), &meshes)?;
     let path = house.root.join("docs/VERIFICATION.md");
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());

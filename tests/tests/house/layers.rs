@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, u8); 14] = [
+const LAYERS: [(&str, u8); 15] = [
     ("supine-space", 0),
     ("supine-volume", 1),
     ("supine-mesh", 1),
@@ -18,6 +18,7 @@ const LAYERS: [(&str, u8); 14] = [
     ("supine-pipeline", 4),
     ("supine", 6),
     ("supine-tests", HOUSE),
+    ("supine-benches", HOUSE),
     ("xtask", HOUSE),
 ];
 

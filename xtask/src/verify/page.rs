@@ -10,13 +10,14 @@ const HEAD: &str = include_str!("head.md");
 const MESH: &str = include_str!("mesh.md");
 const REAL: &str = include_str!("real.md");
 const STUDY: &str = include_str!("study.md");
+const SPEED: &str = include_str!("speed.md");
 const TESTS: &str = include_str!("tests.md");
 
 pub(crate) fn page(
     date: &str,
     patients: &[patients::Row],
     real: &[real::Row],
-    study: &Study,
+    (study, speed): (&Study, &str),
     meshes: &[mesh::Row],
 ) -> Result<String> {
     let mut page = HEAD.replace("{date}", date);
@@ -25,6 +26,8 @@ pub(crate) fn page(
     page += &real_rows(real)?;
     page += STUDY;
     page += &study_tables::tables(study)?;
+    page += SPEED;
+    page += speed;
     page += MESH;
     page += &mesh_rows(meshes)?;
     page += TESTS;
