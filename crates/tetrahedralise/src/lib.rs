@@ -11,10 +11,12 @@
 mod collapse;
 mod complex;
 mod count;
+mod domain;
 mod error;
 mod fields;
 mod finish;
 mod fit;
+mod info;
 mod labels;
 mod mesher;
 mod patches;
@@ -30,12 +32,11 @@ mod swap;
 #[cfg(test)]
 mod tests;
 
+pub use domain::Domain;
 pub use error::Error;
+pub use info::{Deviation, Info};
 
-use fields::{Fields, Smoothing};
-use mesher::Mesher;
-use sizing::Sizing;
-use supine_mesh::{BoundaryTag, Quality, TetMesh, quality};
+use supine_mesh::TetMesh;
 use supine_space::Progress;
 use supine_volume::Region;
 
@@ -74,133 +75,37 @@ impl Default for Params {
     }
 }
 
-/// How far the faces of one tag lie from the smoothed labels they follow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deviation {
-    /// The tag.
-    pub tag: BoundaryTag,
-    /// Area of its faces, mm².
-    pub area_mm2: f64,
-    /// Mean distance over the area, mm.
-    pub mean_mm: f64,
-    /// Largest distance, mm.
-    pub max_mm: f64,
-}
-
-/// What happened.
-#[derive(Clone, Debug)]
-pub struct Info {
-    /// What the user should know.
-    pub warnings: Vec<String>,
-    /// Tetrahedra asked for.
-    pub asked: usize,
-    /// Tetrahedra made.
-    pub tetrahedra: usize,
-    /// Points made.
-    pub points: usize,
-    /// Shape of the mesh.
-    pub quality: Quality,
-    /// Edge length wanted at the surface, mm.
-    pub edge_mm: f64,
-    /// Separate pieces of soft tissue in the region that were left out.
-    pub dropped_components: usize,
-    /// Their volume, mm³.
-    pub dropped_volume_mm3: f64,
-    /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
-    pub joined_patches: usize,
-    /// Distance of the boundary to the smoothed labels, for each tag that there is.
-    pub deviation: Vec<Deviation>,
-    /// Length of the rims, where two tags meet, mm.
-    pub rim_mm: f64,
-    /// Volume of the mesh, mm³.
-    pub volume_mm3: f64,
-    /// Volume of the voxels of soft tissue in the sphere, without dropped pieces, mm³.
-    pub label_volume_mm3: f64,
-}
-
 /// Fewer tetrahedra than this hold no breast.
 const LEAST: usize = 200;
 /// More than this are not numbered.
 const MOST: usize = 5_000_000;
-/// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
-const CUBE_SHARE: f64 = 8.5;
-/// The start lattice is no coarser than this, mm, or small shapes are lost.
-const COARSEST_MM: f64 = 6.0;
-/// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
-const MARGIN: f64 = 5.0;
-/// Rounds of split, collapse, swap and smooth.
-const ROUNDS: usize = 6;
-/// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
-const GOAL: f64 = 0.562;
-/// A volume this far off the labels' (share) is worth a warning.
-const VOLUME_OFF: f64 = 0.03;
-/// A count this far off (share) is an error.
-const OFF: f64 = 0.05;
 
-/// Meshes the soft tissue inside the region's sphere with the asked number of tetrahedra.
-///
-/// Boundary faces are tagged skin, chest wall or cut; where tags meet, edges of the mesh follow
-/// the rim. Deterministic: the same bits for any number of threads.
+/// Meshes the soft tissue inside the region's sphere with the asked number of tetrahedra:
+/// [`Domain::new`] and [`Domain::mesh`] in a row.
 ///
 /// # Errors
-/// When the number cannot be reached, a setting or a label is not usable, there is nothing to
-/// mesh, or the progress callback says stop.
+/// As these two.
 pub fn tetrahedralise(
     region: &Region<'_>,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(TetMesh, Info), Error> {
-    check(params)?;
-    let mut info = Info::new(params.tetrahedra);
-    progress.at(0.0)?;
-    let spacing = region.labels().grid().spacing();
-    let sigma = params.smoothing_mm.max(0.9 * spacing.max());
-    let kinds = labels::kinds(region, MARGIN * sigma, &mut info)?;
-    progress.at(0.08)?;
-    let smoothing = match region.surfaces() {
-        Some(surfaces) => Smoothing::Known(surfaces, params.surface_smoothing_mm),
-        None => Smoothing::Labels(sigma),
-    };
-    let fields = Fields::new(&kinds, region.sphere(), smoothing, params.least_thickness_mm)?;
-    drop(kinds);
-    progress.at(0.2)?;
-    let mut mesher = first_mesh(&fields, params, &mut info, progress.part(0.2, 0.3))?;
-    let edge = mesher.sizing.base;
-    if edge < spacing.min() {
-        info.warnings.push(format!(
-            "{} tetrahedra make edges of {edge:.2} mm, shorter than a voxel: the surface gains \
-             nothing from them",
-            params.tetrahedra
-        ));
-    }
-    work(&mut mesher, params.tetrahedra, progress.part(0.3, 1.0))?;
-    let reached = mesher.mesh.count();
-    let off = reached as f64 / params.tetrahedra as f64 - 1.0;
-    if off.abs() > OFF {
-        let advice = if off > 0.0 { reached + reached / 5 } else { reached };
-        return Err(Error::Count { asked: params.tetrahedra, reached, advice });
-    }
-    if reached != params.tetrahedra {
-        info.warnings.push(format!(
-            "the mesh has {reached} tetrahedra where {} were asked for",
-            params.tetrahedra
-        ));
-    }
-    let complex = mesher.mesh.compact();
-    let mesh = finish::to_patient(&complex, &fields)?;
-    info.describe(&complex, &mesh, &fields, mesher.sizing.base);
-    progress.at(1.0)?;
-    Ok((mesh, info))
+    let domain = Domain::new(region, params, progress.part(0.0, 0.2))?;
+    domain.mesh(params.tetrahedra, progress.part(0.2, 1.0))
 }
 
-fn check(params: &Params) -> Result<(), Error> {
-    let asked = params.tetrahedra;
+fn check_count(asked: usize) -> Result<(), Error> {
     if asked < LEAST {
         return Err(Error::TooFew { asked, least: LEAST });
     }
     if asked > MOST {
         return Err(Error::TooMany { asked, most: MOST });
     }
+    Ok(())
+}
+
+fn check(params: &Params) -> Result<(), Error> {
+    check_count(params.tetrahedra)?;
     let settings = [
         ("smoothing_mm", params.smoothing_mm, 0.0..=20.0, "0 to 20"),
         ("surface_smoothing_mm", params.surface_smoothing_mm, 0.0..=20.0, "0 to 20"),
@@ -215,112 +120,4 @@ fn check(params: &Params) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// The cut lattice, and the base length that should give the asked count.
-fn first_mesh<'a>(
-    fields: &'a Fields,
-    params: &Params,
-    info: &mut Info,
-    progress: Progress<'_>,
-) -> Result<Mesher<'a>, Error> {
-    let nothing = Error::NothingToMesh { thickness_mm: params.least_thickness_mm };
-    let edge = (CUBE_SHARE * fields.volume / params.tetrahedra as f64).cbrt();
-    if edge.is_nan() || edge <= 0.0 {
-        return Err(nothing);
-    }
-    let cell = edge.min(COARSEST_MM.max(0.4 * edge));
-    let Some((mesh, parts, lost)) = start::start(fields, cell, progress)? else {
-        return Err(nothing);
-    };
-    info.dropped_components += parts;
-    info.dropped_volume_mm3 += lost;
-    let sizing = Sizing::new(fields, params, edge);
-    let mut mesher = Mesher { mesh, sizing };
-    info.joined_patches = mesher.join_small_patches();
-    mesher.settle();
-    mesher.settle();
-    mesher.coarsen(cell.min(edge), progress.part(0.5, 1.0))?;
-    Ok(mesher)
-}
-
-/// From the first mesh to the last.
-fn work(mesher: &mut Mesher<'_>, goal: usize, progress: Progress<'_>) -> Result<(), Error> {
-    mesher.rounds(ROUNDS, goal, progress.part(0.0, 0.5))?;
-    if !mesher.reach(goal, progress.part(0.5, 0.6))? {
-        return Ok(());
-    }
-    mesher.polish(GOAL, 4, progress.part(0.6, 0.7))?;
-    mesher.fit(GOAL, progress.part(0.7, 0.8))?;
-    mesher.polish(GOAL, 12, progress.part(0.8, 0.9))?;
-    mesher.trade(goal, GOAL, 12, progress.part(0.9, 1.0))?;
-    Ok(())
-}
-
-impl Info {
-    fn new(asked: usize) -> Self {
-        let quality = Quality {
-            min_dihedral_deg: 0.0,
-            max_dihedral_deg: 0.0,
-            min_radius_ratio: 0.0,
-            mean_radius_ratio: 0.0,
-            worst: 0,
-            mean_edge: 0.0,
-        };
-        Self {
-            warnings: Vec::new(),
-            asked,
-            tetrahedra: 0,
-            points: 0,
-            quality,
-            edge_mm: 0.0,
-            dropped_components: 0,
-            dropped_volume_mm3: 0.0,
-            joined_patches: 0,
-            deviation: Vec::new(),
-            rim_mm: 0.0,
-            volume_mm3: 0.0,
-            label_volume_mm3: 0.0,
-        }
-    }
-
-    fn describe(
-        &mut self,
-        complex: &complex::Complex,
-        mesh: &TetMesh,
-        fields: &Fields,
-        edge_mm: f64,
-    ) {
-        self.tetrahedra = mesh.tets().len();
-        self.points = mesh.points().len();
-        self.quality = quality(mesh);
-        self.edge_mm = edge_mm;
-        self.deviation = finish::deviations(complex, fields);
-        self.rim_mm = finish::rim_length(complex);
-        (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), fields.volume);
-        let gain = self.volume_mm3 / self.label_volume_mm3 - 1.0;
-        if gain.abs() > VOLUME_OFF {
-            self.warnings.push(format!(
-                "the volume of the mesh is {:+.1} % off that of the labelled soft tissue: thin parts or \
-                 narrow gaps are lost at this number of tetrahedra",
-                100.0 * gain
-            ));
-        }
-        for tag in BoundaryTag::ALL {
-            if self.deviation.iter().all(|d| d.tag != tag) {
-                let what = match tag {
-                    BoundaryTag::ChestWall => ": nothing holds the tissue there",
-                    BoundaryTag::Skin => ": the region lies inside the body",
-                    BoundaryTag::Cut => ": the region holds a whole piece of tissue",
-                };
-                self.warnings.push(format!("the mesh has no {} faces{what}", tag.name()));
-            }
-        }
-        if self.quality.min_dihedral_deg < 10.0 {
-            self.warnings.push(format!(
-                "the worst tetrahedron has a dihedral angle of {:.1}°",
-                self.quality.min_dihedral_deg
-            ));
-        }
-    }
 }

@@ -1,10 +1,11 @@
 //! Tests of the whole on label maps made of formulas.
 
+use crate::domain::CUBE_SHARE;
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::start::{faults, start};
-use crate::{CUBE_SHARE, Error, Info, Params, labels, tetrahedralise};
+use crate::{Domain, Error, Info, Params, labels, tetrahedralise};
 use nalgebra::Rotation3;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
@@ -66,6 +67,21 @@ fn noise(p: &Vector, salt: f64) -> f64 {
 fn mesh_with(labels: &LabelMap, params: &Params) -> Result<(TetMesh, Info), Error> {
     let region = Region::new(labels, sphere()).unwrap();
     tetrahedralise(&region, params, Progress::none())
+}
+
+/// One domain gives any number of meshes, each the same as if made alone.
+#[test]
+fn a_domain_is_meshed_again_and_again() {
+    let labels = labelled(Matrix::identity(), dome);
+    let region = Region::new(&labels, sphere()).unwrap();
+    let domain = Domain::new(&region, &Params::default(), Progress::none()).unwrap();
+    for tetrahedra in [3000, 1200, 3000] {
+        let (again, info) = domain.mesh(tetrahedra, Progress::none()).unwrap();
+        assert_eq!((again.tets().len(), info.asked), (tetrahedra, tetrahedra));
+        assert!(again == mesh(&labels, tetrahedra).0, "{tetrahedra}");
+    }
+    let few = domain.mesh(10, Progress::none());
+    assert!(matches!(few, Err(Error::TooFew { asked: 10, .. })), "{few:?}");
 }
 
 fn mesh(labels: &LabelMap, tetrahedra: usize) -> (TetMesh, Info) {
@@ -130,7 +146,7 @@ fn every_stage_keeps_the_mesh_whole() {
     for (shape, count) in shapes {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
-        let kinds = labels::kinds(&region, 7.5, &mut Info::new(0)).unwrap();
+        let kinds = labels::kinds(&region, 7.5, &mut Info::new()).unwrap();
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
         assert_eq!(parts, 0);

@@ -1,0 +1,145 @@
+//! The soft tissue to be meshed, and its meshes.
+
+use crate::fields::{Fields, Smoothing};
+use crate::mesher::Mesher;
+use crate::sizing::Sizing;
+use crate::{Error, Info, Params, check, check_count, finish, labels, start};
+use supine_mesh::TetMesh;
+use supine_space::Progress;
+use supine_volume::Region;
+
+/// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
+pub(crate) const CUBE_SHARE: f64 = 8.5;
+/// The start lattice is no coarser than this, mm, or small shapes are lost.
+const COARSEST_MM: f64 = 6.0;
+/// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
+const MARGIN: f64 = 5.0;
+/// Rounds of split, collapse, swap and smooth.
+const ROUNDS: usize = 6;
+/// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
+const GOAL: f64 = 0.562;
+/// A count this far off (share) is an error.
+const OFF: f64 = 0.05;
+
+/// The soft tissue inside a sphere as level functions of skin, chest wall and sphere: from it come
+/// meshes of any number of tetrahedra, which all follow the same surfaces.
+#[derive(Debug)]
+pub struct Domain {
+    fields: Fields,
+    params: Params,
+    /// What is known before there is a mesh.
+    info: Info,
+    /// Smallest spacing of the voxels, mm.
+    voxel_mm: f64,
+}
+
+impl Domain {
+    /// Makes the level functions from the labels around the region's sphere.
+    ///
+    /// # Errors
+    /// When a setting or a label is not usable, there is nothing to mesh, or the progress callback
+    /// says stop.
+    pub fn new(
+        region: &Region<'_>,
+        params: &Params,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        check(params)?;
+        let mut info = Info::new();
+        progress.at(0.0)?;
+        let spacing = region.labels().grid().spacing();
+        let sigma = params.smoothing_mm.max(0.9 * spacing.max());
+        let kinds = labels::kinds(region, MARGIN * sigma, &mut info)?;
+        progress.at(0.4)?;
+        let smoothing = match region.surfaces() {
+            Some(surfaces) => Smoothing::Known(surfaces, params.surface_smoothing_mm),
+            None => Smoothing::Labels(sigma),
+        };
+        let fields = Fields::new(&kinds, region.sphere(), smoothing, params.least_thickness_mm)?;
+        progress.at(1.0)?;
+        Ok(Self { fields, params: params.clone(), info, voxel_mm: spacing.min() })
+    }
+
+    /// A mesh of the asked number of tetrahedra, whatever [`Params::tetrahedra`] says.
+    ///
+    /// Boundary faces are tagged skin, chest wall or cut; where tags meet, edges of the mesh follow
+    /// the rim. Deterministic: the same bits for any number of threads.
+    ///
+    /// # Errors
+    /// When the number cannot be reached, there is nothing to mesh, or the progress callback says
+    /// stop.
+    pub fn mesh(
+        &self,
+        tetrahedra: usize,
+        progress: Progress<'_>,
+    ) -> Result<(TetMesh, Info), Error> {
+        check_count(tetrahedra)?;
+        let params = Params { tetrahedra, ..self.params.clone() };
+        let mut info = Info { asked: tetrahedra, ..self.info.clone() };
+        let mut mesher = first_mesh(&self.fields, &params, &mut info, progress.part(0.0, 0.15))?;
+        let edge = mesher.sizing.base;
+        if edge < self.voxel_mm {
+            info.warnings.push(format!(
+                "{tetrahedra} tetrahedra make edges of {edge:.2} mm, shorter than a voxel: the \
+                 surface gains nothing from them"
+            ));
+        }
+        work(&mut mesher, tetrahedra, progress.part(0.15, 1.0))?;
+        let reached = mesher.mesh.count();
+        let off = reached as f64 / tetrahedra as f64 - 1.0;
+        if off.abs() > OFF {
+            let advice = if off > 0.0 { reached + reached / 5 } else { reached };
+            return Err(Error::Count { asked: tetrahedra, reached, advice });
+        }
+        if reached != tetrahedra {
+            info.warnings.push(format!(
+                "the mesh has {reached} tetrahedra where {tetrahedra} were asked for"
+            ));
+        }
+        let complex = mesher.mesh.compact();
+        let mesh = finish::to_patient(&complex, &self.fields)?;
+        info.describe(&complex, &mesh, &self.fields, mesher.sizing.base);
+        progress.at(1.0)?;
+        Ok((mesh, info))
+    }
+}
+
+/// The cut lattice, and the base length that should give the asked count.
+fn first_mesh<'a>(
+    fields: &'a Fields,
+    params: &Params,
+    info: &mut Info,
+    progress: Progress<'_>,
+) -> Result<Mesher<'a>, Error> {
+    let nothing = Error::NothingToMesh { thickness_mm: params.least_thickness_mm };
+    let edge = (CUBE_SHARE * fields.volume / params.tetrahedra as f64).cbrt();
+    if edge.is_nan() || edge <= 0.0 {
+        return Err(nothing);
+    }
+    let cell = edge.min(COARSEST_MM.max(0.4 * edge));
+    let Some((mesh, parts, lost)) = start::start(fields, cell, progress)? else {
+        return Err(nothing);
+    };
+    info.dropped_components += parts;
+    info.dropped_volume_mm3 += lost;
+    let sizing = Sizing::new(fields, params, edge);
+    let mut mesher = Mesher { mesh, sizing };
+    info.joined_patches = mesher.join_small_patches();
+    mesher.settle();
+    mesher.settle();
+    mesher.coarsen(cell.min(edge), progress.part(0.5, 1.0))?;
+    Ok(mesher)
+}
+
+/// From the first mesh to the last.
+fn work(mesher: &mut Mesher<'_>, goal: usize, progress: Progress<'_>) -> Result<(), Error> {
+    mesher.rounds(ROUNDS, goal, progress.part(0.0, 0.5))?;
+    if !mesher.reach(goal, progress.part(0.5, 0.6))? {
+        return Ok(());
+    }
+    mesher.polish(GOAL, 4, progress.part(0.6, 0.7))?;
+    mesher.fit(GOAL, progress.part(0.7, 0.8))?;
+    mesher.polish(GOAL, 12, progress.part(0.8, 0.9))?;
+    mesher.trade(goal, GOAL, 12, progress.part(0.9, 1.0))?;
+    Ok(())
+}

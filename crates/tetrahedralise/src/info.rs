@@ -1,0 +1,121 @@
+//! What is told of a mesh.
+
+use crate::complex::Complex;
+use crate::fields::Fields;
+use crate::finish;
+use supine_mesh::{BoundaryTag, Quality, TetMesh, quality};
+
+/// A volume this far off the labels' (share) is worth a warning.
+const VOLUME_OFF: f64 = 0.03;
+
+/// How far the faces of one tag lie from the smoothed labels they follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// The tag.
+    pub tag: BoundaryTag,
+    /// Area of its faces, mm².
+    pub area_mm2: f64,
+    /// Mean distance over the area, mm.
+    pub mean_mm: f64,
+    /// Largest distance, mm.
+    pub max_mm: f64,
+}
+
+/// What happened.
+#[derive(Clone, Debug)]
+pub struct Info {
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// Tetrahedra asked for.
+    pub asked: usize,
+    /// Tetrahedra made.
+    pub tetrahedra: usize,
+    /// Points made.
+    pub points: usize,
+    /// Shape of the mesh.
+    pub quality: Quality,
+    /// Edge length wanted at the surface, mm.
+    pub edge_mm: f64,
+    /// Separate pieces of soft tissue in the region that were left out.
+    pub dropped_components: usize,
+    /// Their volume, mm³.
+    pub dropped_volume_mm3: f64,
+    /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
+    pub joined_patches: usize,
+    /// Distance of the boundary to the smoothed labels, for each tag that there is.
+    pub deviation: Vec<Deviation>,
+    /// Length of the rims, where two tags meet, mm.
+    pub rim_mm: f64,
+    /// Volume of the mesh, mm³.
+    pub volume_mm3: f64,
+    /// Volume of the voxels of soft tissue in the sphere, without dropped pieces, mm³.
+    pub label_volume_mm3: f64,
+}
+
+impl Info {
+    pub(crate) fn new() -> Self {
+        let quality = Quality {
+            min_dihedral_deg: 0.0,
+            max_dihedral_deg: 0.0,
+            min_radius_ratio: 0.0,
+            mean_radius_ratio: 0.0,
+            worst: 0,
+            mean_edge: 0.0,
+        };
+        Self {
+            warnings: Vec::new(),
+            asked: 0,
+            tetrahedra: 0,
+            points: 0,
+            quality,
+            edge_mm: 0.0,
+            dropped_components: 0,
+            dropped_volume_mm3: 0.0,
+            joined_patches: 0,
+            deviation: Vec::new(),
+            rim_mm: 0.0,
+            volume_mm3: 0.0,
+            label_volume_mm3: 0.0,
+        }
+    }
+
+    pub(crate) fn describe(
+        &mut self,
+        complex: &Complex,
+        mesh: &TetMesh,
+        fields: &Fields,
+        edge_mm: f64,
+    ) {
+        self.tetrahedra = mesh.tets().len();
+        self.points = mesh.points().len();
+        self.quality = quality(mesh);
+        self.edge_mm = edge_mm;
+        self.deviation = finish::deviations(complex, fields);
+        self.rim_mm = finish::rim_length(complex);
+        (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), fields.volume);
+        let gain = self.volume_mm3 / self.label_volume_mm3 - 1.0;
+        if gain.abs() > VOLUME_OFF {
+            self.warnings.push(format!(
+                "the volume of the mesh is {:+.1} % off that of the labelled soft tissue: thin parts or \
+                 narrow gaps are lost at this number of tetrahedra",
+                100.0 * gain
+            ));
+        }
+        for tag in BoundaryTag::ALL {
+            if self.deviation.iter().all(|d| d.tag != tag) {
+                let what = match tag {
+                    BoundaryTag::ChestWall => ": nothing holds the tissue there",
+                    BoundaryTag::Skin => ": the region lies inside the body",
+                    BoundaryTag::Cut => ": the region holds a whole piece of tissue",
+                };
+                self.warnings.push(format!("the mesh has no {} faces{what}", tag.name()));
+            }
+        }
+        if self.quality.min_dihedral_deg < 10.0 {
+            self.warnings.push(format!(
+                "the worst tetrahedron has a dihedral angle of {:.1}°",
+                self.quality.min_dihedral_deg
+            ));
+        }
+    }
+}
