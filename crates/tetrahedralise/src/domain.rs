@@ -5,11 +5,11 @@ use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::{Error, Info, Params, check, check_count, finish, labels, start};
 use supine_mesh::TetMesh;
-use supine_space::Progress;
+use supine_space::{Matrix, Point, Progress};
 use supine_volume::Region;
 
 /// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
-pub(crate) const CUBE_SHARE: f64 = 8.5;
+const CUBE_SHARE: f64 = 8.5;
 /// The start lattice is no coarser than this, mm, or small shapes are lost.
 const COARSEST_MM: f64 = 6.0;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
@@ -85,23 +85,39 @@ impl Domain {
             ));
         }
         work(&mut mesher, tetrahedra, progress.part(0.15, 1.0))?;
-        let reached = mesher.mesh.count();
-        let off = reached as f64 / tetrahedra as f64 - 1.0;
-        if off.abs() > OFF {
-            let advice = if off > 0.0 { reached + reached / 5 } else { reached };
-            return Err(Error::Count { asked: tetrahedra, reached, advice });
-        }
-        if reached != tetrahedra {
-            info.warnings.push(format!(
-                "the mesh has {reached} tetrahedra where {tetrahedra} were asked for"
-            ));
-        }
-        let complex = mesher.mesh.compact();
-        let mesh = finish::to_patient(&complex, &self.fields)?;
-        info.describe(&complex, &mesh, &self.fields, mesher.sizing.base);
+        let mesh = finished(&mesher, self.fields.frame(), self.fields.volume, &mut info)?;
         progress.at(1.0)?;
         Ok((mesh, info))
     }
+}
+
+/// Edge length at which a volume (mm³) comes to that many tetrahedra, mm.
+pub(crate) fn edge_for(volume: f64, tetrahedra: usize) -> f64 {
+    (CUBE_SHARE * volume / tetrahedra as f64).cbrt()
+}
+
+/// The mesh in patient space and what is told of it, when the asked count is reached. `volume`: that
+/// of the tissue it was made of, mm³.
+pub(crate) fn finished(
+    mesher: &Mesher<'_>,
+    frame: &(Point, Matrix),
+    volume: f64,
+    info: &mut Info,
+) -> Result<TetMesh, Error> {
+    let (reached, asked) = (mesher.mesh.count(), info.asked);
+    let off = reached as f64 / asked as f64 - 1.0;
+    if off.abs() > OFF {
+        let advice = if off > 0.0 { reached + reached / 5 } else { reached };
+        return Err(Error::Count { asked, reached, advice });
+    }
+    if reached != asked {
+        let warning = format!("the mesh has {reached} tetrahedra where {asked} were asked for");
+        info.warnings.push(warning);
+    }
+    let complex = mesher.mesh.compact();
+    let mesh = finish::to_patient(&complex, frame)?;
+    info.describe(&complex, &mesh, (mesher.fields(), volume), mesher.sizing.base);
+    Ok(mesh)
 }
 
 /// The cut lattice, and the base length that should give the asked count.
@@ -112,7 +128,7 @@ fn first_mesh<'a>(
     progress: Progress<'_>,
 ) -> Result<Mesher<'a>, Error> {
     let nothing = Error::NothingToMesh { thickness_mm: params.least_thickness_mm };
-    let edge = (CUBE_SHARE * fields.volume / params.tetrahedra as f64).cbrt();
+    let edge = edge_for(fields.volume, params.tetrahedra);
     if edge.is_nan() || edge <= 0.0 {
         return Err(nothing);
     }
@@ -132,7 +148,11 @@ fn first_mesh<'a>(
 }
 
 /// From the first mesh to the last.
-fn work(mesher: &mut Mesher<'_>, goal: usize, progress: Progress<'_>) -> Result<(), Error> {
+pub(crate) fn work(
+    mesher: &mut Mesher<'_>,
+    goal: usize,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     mesher.rounds(ROUNDS, goal, progress.part(0.0, 0.5))?;
     if !mesher.reach(goal, progress.part(0.5, 0.6))? {
         return Ok(());

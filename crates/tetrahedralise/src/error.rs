@@ -19,6 +19,14 @@ pub enum Error {
         /// The smallest sensible number.
         least: usize,
     },
+    /// A mesh is coarsened to fewer tetrahedra only.
+    #[error("the mesh has {has} tetrahedra; {asked} are not fewer: ask for a smaller number")]
+    NotCoarser {
+        /// Tetrahedra asked for.
+        asked: usize,
+        /// Tetrahedra of the mesh.
+        has: usize,
+    },
     /// More tetrahedra were asked for than can be numbered and held.
     #[error("{asked} tetrahedra are too many; ask for {most} or fewer")]
     TooMany {

@@ -3,23 +3,17 @@
 //! Everything here is in the mesher's frame: millimetres along the axes of the voxel grid, origin
 //! at the centre of the sphere. The sphere is a sphere in it, whatever the grid's direction.
 
+use crate::boundary::{Boundary, CUT, SKIN};
 use crate::complex::Class;
 use crate::labels::Kind;
 use rayon::prelude::*;
 use supine_space::{Grid, GridError, Matrix, Sphere, Vector};
 use supine_volume::{SignedDistance, Surfaces, Volume, distance_mm, gaussian};
 
-/// Skin: positive outside the body.
-pub(crate) const SKIN: usize = 0;
-/// Chest wall: positive inside it.
-pub(crate) const WALL: usize = 1;
-/// The sphere: positive outside it.
-pub(crate) const CUT: usize = 2;
-
 /// Beyond this the smoothed mask is flat and says no distance: |2g - 1|.
 const FLAT: f64 = 0.99999;
 /// A point that has to move further than this (mm) to a surface does not belong to it.
-const REACH_MM: f64 = 8.0;
+pub(crate) const REACH_MM: f64 = 8.0;
 /// A point this near (mm) to its level counts as on it.
 const ON_LEVEL_MM: f64 = 5e-4;
 
@@ -158,31 +152,6 @@ impl Fields {
         (value, gradient)
     }
 
-    /// Level of one field at `p`, mm, and its gradient.
-    pub(crate) fn level_gradient(&self, field: usize, p: &Vector) -> (f64, Vector) {
-        if field == CUT {
-            let r = p.norm();
-            return (r - self.radius, if r > 0.0 { p / r } else { Vector::x() });
-        }
-        let ([skin, wall], [skin_g, wall_g]) = self.sample(p);
-        if field == SKIN {
-            return (skin, skin_g);
-        }
-        let (add, slope) = self.blunt(skin);
-        (wall + add, wall_g + skin_g * slope)
-    }
-
-    /// Level of one field at `p`, mm.
-    pub(crate) fn level(&self, field: usize, p: &Vector) -> f64 {
-        self.level_gradient(field, p).0
-    }
-
-    /// Levels of all three fields at `p`, mm.
-    pub(crate) fn levels(&self, p: &Vector) -> [f64; 3] {
-        let ([skin, wall], _) = self.sample(p);
-        [skin, wall + self.blunt(skin).0, p.norm() - self.radius]
-    }
-
     /// What the chest wall gains towards the skin, and its slope.
     ///
     /// Within `thickness` of the skin the wall's level becomes wall + skin + thickness, which is
@@ -201,15 +170,57 @@ impl Fields {
         }
     }
 
+    fn project_one(&self, field: usize, mut p: Vector, level: f64) -> Option<Vector> {
+        let from = p;
+        for _ in 0..10 {
+            let (value, slope) = self.level_gradient(field, &p);
+            let excess = value - level;
+            if excess.abs() < ON_LEVEL_MM {
+                return Some(p);
+            }
+            let steep = slope.norm_squared();
+            if steep < 0.01 {
+                return None;
+            }
+            p -= slope * (excess / steep);
+            if (p - from).norm() > REACH_MM {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+impl Boundary for Fields {
+    /// Level of one field at `p`, mm, and its gradient.
+    fn level_gradient(&self, field: usize, p: &Vector) -> (f64, Vector) {
+        if field == CUT {
+            let r = p.norm();
+            return (r - self.radius, if r > 0.0 { p / r } else { Vector::x() });
+        }
+        let ([skin, wall], [skin_g, wall_g]) = self.sample(p);
+        if field == SKIN {
+            return (skin, skin_g);
+        }
+        let (add, slope) = self.blunt(skin);
+        (wall + add, wall_g + skin_g * slope)
+    }
+
+    /// Levels of all three fields at `p`, mm.
+    fn levels(&self, p: &Vector) -> [f64; 3] {
+        let ([skin, wall], _) = self.sample(p);
+        [skin, wall + self.blunt(skin).0, p.norm() - self.radius]
+    }
+
     /// Thickness of the soft tissue between skin and chest wall at `p`, mm, where it is thin; at
     /// least the distance to which the fields reach where it is not.
-    pub(crate) fn thickness(&self, p: &Vector) -> f64 {
+    fn thickness(&self, p: &Vector) -> f64 {
         let ([skin, wall], _) = self.sample(p);
         -skin - wall
     }
 
     /// Distance from `p` to the boundary of the soft tissue in the sphere, mm; 0 outside.
-    pub(crate) fn depth(&self, p: &Vector) -> f64 {
+    fn depth(&self, p: &Vector) -> f64 {
         let mut index = [0.0; 3];
         for a in 0..3 {
             index[a] = (p[a] - self.low[a]) / (self.spacing[a] * self.depth.step[a] as f64);
@@ -219,7 +230,7 @@ impl Fields {
     }
 
     /// Distance from `p` to the nearest rim, mm, up to the reach of the fields.
-    pub(crate) fn rim_distance(&self, p: &Vector) -> f64 {
+    fn rim_distance(&self, p: &Vector) -> f64 {
         let mut d = self.levels(p).map(f64::abs);
         d.sort_by(f64::total_cmp);
         if d[1] >= self.flat { f64::INFINITY } else { d[0].hypot(d[1]) }
@@ -227,7 +238,7 @@ impl Fields {
 
     /// The point near `p` that lies at `level` (mm) of each field of `class`; `None` when there
     /// is none near. Newton steps along the gradients.
-    pub(crate) fn project(&self, class: Class, p: Vector, level: &[f64; 3]) -> Option<Vector> {
+    fn project(&self, class: Class, p: Vector, level: &[f64; 3]) -> Option<Vector> {
         let from = p;
         let mut p = p;
         let fields: Vec<usize> = (0..3).filter(|f| class >> f & 1 == 1).collect();
@@ -258,26 +269,6 @@ impl Fields {
             for a in 0..fields.len() {
                 p -= slopes[a] * weights[a];
             }
-            if (p - from).norm() > REACH_MM {
-                return None;
-            }
-        }
-        None
-    }
-
-    fn project_one(&self, field: usize, mut p: Vector, level: f64) -> Option<Vector> {
-        let from = p;
-        for _ in 0..10 {
-            let (value, slope) = self.level_gradient(field, &p);
-            let excess = value - level;
-            if excess.abs() < ON_LEVEL_MM {
-                return Some(p);
-            }
-            let steep = slope.norm_squared();
-            if steep < 0.01 {
-                return None;
-            }
-            p -= slope * (excess / steep);
             if (p - from).norm() > REACH_MM {
                 return None;
             }
@@ -402,6 +393,7 @@ fn erf_inverse(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary::WALL;
     use supine_space::Point;
 
     #[test]

@@ -1,15 +1,17 @@
 //! From the mesh under work to the result in patient space.
 
+use crate::boundary::Boundary;
 use crate::complex::Complex;
-use crate::fields::Fields;
 use crate::fit::SAMPLES;
 use crate::{Deviation, Error};
 use supine_mesh::{BoundaryFace, BoundaryTag, TetMesh};
-use supine_space::Vector;
+use supine_space::{Matrix, Point, Vector};
 
 /// The mesh in patient space (LPS, mm), checked.
-pub(crate) fn to_patient(mesh: &Complex, fields: &Fields) -> Result<TetMesh, Error> {
-    let (origin, axes) = fields.frame();
+pub(crate) fn to_patient(
+    mesh: &Complex,
+    (origin, axes): &(Point, Matrix),
+) -> Result<TetMesh, Error> {
     let points = mesh.points.iter().map(|p| origin + axes * p).collect();
     // A left-handed grid turns positive tetrahedra over.
     let mirrored = axes.determinant() < 0.0;
@@ -31,7 +33,7 @@ pub(crate) fn to_patient(mesh: &Complex, fields: &Fields) -> Result<TetMesh, Err
 }
 
 /// Distance of the boundary faces of each tag to the field they follow.
-pub(crate) fn deviations(mesh: &Complex, fields: &Fields) -> Vec<Deviation> {
+pub(crate) fn deviations(mesh: &Complex, fields: &dyn Boundary) -> Vec<Deviation> {
     let mut found = Vec::new();
     for tag in BoundaryTag::ALL {
         let mut deviation = Deviation { tag, area_mm2: 0.0, mean_mm: 0.0, max_mm: 0.0 };

@@ -1,14 +1,15 @@
 //! What is told of a mesh.
 
+use crate::boundary::Boundary;
 use crate::complex::Complex;
-use crate::fields::Fields;
 use crate::finish;
 use supine_mesh::{BoundaryTag, Quality, TetMesh, quality};
 
 /// A volume this far off the labels' (share) is worth a warning.
 const VOLUME_OFF: f64 = 0.03;
 
-/// How far the faces of one tag lie from the smoothed labels they follow.
+/// How far the faces of one tag lie from the surface they follow: that of the smoothed labels, or of
+/// the mesh that was coarsened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// The tag.
@@ -42,13 +43,14 @@ pub struct Info {
     pub dropped_volume_mm3: f64,
     /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
     pub joined_patches: usize,
-    /// Distance of the boundary to the smoothed labels, for each tag that there is.
+    /// Distance of the boundary to the surfaces it follows, for each tag that there is.
     pub deviation: Vec<Deviation>,
     /// Length of the rims, where two tags meet, mm.
     pub rim_mm: f64,
     /// Volume of the mesh, mm³.
     pub volume_mm3: f64,
-    /// Volume of the voxels of soft tissue in the sphere, without dropped pieces, mm³.
+    /// Volume of what it was made of, mm³: the voxels of soft tissue in the sphere, without dropped
+    /// pieces, or the mesh that was coarsened.
     pub label_volume_mm3: f64,
 }
 
@@ -83,20 +85,20 @@ impl Info {
         &mut self,
         complex: &Complex,
         mesh: &TetMesh,
-        fields: &Fields,
+        (boundary, volume): (&dyn Boundary, f64),
         edge_mm: f64,
     ) {
         self.tetrahedra = mesh.tets().len();
         self.points = mesh.points().len();
         self.quality = quality(mesh);
         self.edge_mm = edge_mm;
-        self.deviation = finish::deviations(complex, fields);
+        self.deviation = finish::deviations(complex, boundary);
         self.rim_mm = finish::rim_length(complex);
-        (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), fields.volume);
+        (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), volume);
         let gain = self.volume_mm3 / self.label_volume_mm3 - 1.0;
         if gain.abs() > VOLUME_OFF {
             self.warnings.push(format!(
-                "the volume of the mesh is {:+.1} % off that of the labelled soft tissue: thin parts or \
+                "the volume of the mesh is {:+.1} % off that of the soft tissue it was made of: thin parts or \
                  narrow gaps are lost at this number of tetrahedra",
                 100.0 * gain
             ));

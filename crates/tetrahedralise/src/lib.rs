@@ -8,11 +8,14 @@
 //! All work is done in the mesher's frame: millimetres along the voxel grid's axes from the
 //! sphere's centre. The result is in LPS, mm.
 
+mod boundary;
+mod coarsen;
 mod collapse;
 mod complex;
 mod count;
 mod domain;
 mod error;
+mod faces;
 mod fields;
 mod finish;
 mod fit;
@@ -32,6 +35,7 @@ mod swap;
 #[cfg(test)]
 mod tests;
 
+pub use coarsen::coarsen;
 pub use domain::Domain;
 pub use error::Error;
 pub use info::{Deviation, Info};

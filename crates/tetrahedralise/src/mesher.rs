@@ -1,7 +1,7 @@
 //! The mesh under work together with the fields and sizes that steer it.
 
+use crate::boundary::{Boundary, WALL};
 use crate::complex::Complex;
-use crate::fields::Fields;
 use crate::sizing::Sizing;
 use supine_space::Vector;
 
@@ -23,7 +23,7 @@ const LEAST_SLOPE: f64 = 0.2;
 const LOST: f64 = 2.0;
 
 impl<'a> Mesher<'a> {
-    pub(crate) fn fields(&self) -> &'a Fields {
+    pub(crate) fn fields(&self) -> &'a dyn Boundary {
         self.sizing.fields
     }
 
@@ -35,7 +35,7 @@ impl<'a> Mesher<'a> {
         let normal = (b - a).cross(&(c - a));
         let (level, slope) = self.fields().level_gradient(usize::from(tag - 1), &middle);
         let steep = slope.norm();
-        let tight = if usize::from(tag - 1) == crate::fields::WALL { 0.05 } else { LEAST_SLOPE };
+        let tight = if usize::from(tag - 1) == WALL { 0.05 } else { LEAST_SLOPE };
         if steep < tight {
             return LOST;
         }

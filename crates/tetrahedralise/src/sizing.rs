@@ -1,7 +1,7 @@
 //! How long an edge should be at a place.
 
 use crate::Params;
-use crate::fields::Fields;
+use crate::boundary::Boundary;
 use supine_space::Vector;
 
 /// Soft tissue thinner than this (mm) is not meshed finer, or a wedge would eat the elements.
@@ -17,7 +17,7 @@ const DEEP_MM: f64 = 6.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sizing<'a> {
     /// The fields.
-    pub fields: &'a Fields,
+    pub fields: &'a dyn Boundary,
     /// Edge length at the surface, mm.
     pub base: f64,
     growth: f64,
@@ -26,7 +26,7 @@ pub(crate) struct Sizing<'a> {
 }
 
 impl<'a> Sizing<'a> {
-    pub(crate) fn new(fields: &'a Fields, params: &Params, base: f64) -> Self {
+    pub(crate) fn new(fields: &'a dyn Boundary, params: &Params, base: f64) -> Self {
         let Params { growth, growth_limit, rim_refinement: rim, .. } = *params;
         Self { fields, base, growth, growth_limit, rim }
     }

@@ -6,8 +6,9 @@
 //! the mesh, and keeps sheets thinner than the lattice, since their two sides are zero sets of
 //! different functions.
 
+use crate::boundary::{Boundary, CUT, SKIN, WALL};
 use crate::complex::Complex;
-use crate::fields::{CUT, Fields, SKIN, WALL};
+use crate::fields::Fields;
 use crate::patches::classify;
 use crate::shape::det;
 use supine_space::{Progress, Stopped, Vector};

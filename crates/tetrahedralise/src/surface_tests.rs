@@ -1,6 +1,7 @@
 //! Level functions of surfaces that are known between the voxels.
 
-use crate::fields::{Fields, SKIN, Smoothing, WALL};
+use crate::boundary::{Boundary, SKIN, WALL};
+use crate::fields::{Fields, Smoothing};
 use crate::{Info, labels};
 use supine_space::{Grid, Matrix, Point, Sphere, Vector};
 use supine_volume::{LabelMap, Region, SignedDistance, Surfaces, Volume, label};

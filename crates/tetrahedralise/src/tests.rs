@@ -1,11 +1,11 @@
 //! Tests of the whole on label maps made of formulas.
 
-use crate::domain::CUBE_SHARE;
+use crate::domain::edge_for;
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::start::{faults, start};
-use crate::{Domain, Error, Info, Params, labels, tetrahedralise};
+use crate::{Domain, Error, Info, Params, coarsen, labels, tetrahedralise};
 use nalgebra::Rotation3;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
@@ -84,6 +84,34 @@ fn a_domain_is_meshed_again_and_again() {
     assert!(matches!(few, Err(Error::TooFew { asked: 10, .. })), "{few:?}");
 }
 
+/// A mesh is coarsened on its own surface; tags, volume and rims stay.
+#[test]
+fn a_mesh_is_coarsened_on_its_own_surface() {
+    for shape in [dome as Shape, wedge] {
+        let (fine, before) = mesh(&labelled(Matrix::identity(), shape), 6000);
+        let (coarse, info) = coarsen(&fine, 1200, Progress::none()).unwrap();
+        assert_eq!(coarse.tets().len(), 1200);
+        assert!(info.quality.min_dihedral_deg > 20.0, "{:?}", info.quality);
+        let change = coarse.total_volume() / fine.total_volume() - 1.0;
+        assert!(change.abs() < 0.01, "{change}");
+        assert!(
+            (info.rim_mm / before.rim_mm - 1.0).abs() < 0.03,
+            "{} {}",
+            info.rim_mm,
+            before.rim_mm
+        );
+        assert_eq!(info.deviation.len(), before.deviation.len());
+        for (after, before) in info.deviation.iter().zip(&before.deviation) {
+            assert_eq!(after.tag, before.tag);
+            assert!((after.area_mm2 / before.area_mm2 - 1.0).abs() < 0.03, "{after:?} {before:?}");
+            assert!(after.max_mm < 1.1 && after.mean_mm < 0.2, "{after:?}");
+        }
+        assert!(coarse == coarsen(&fine, 1200, Progress::none()).unwrap().0);
+        let more = coarsen(&fine, 6000, Progress::none());
+        assert!(matches!(more, Err(Error::NotCoarser { asked: 6000, has: 6000 })), "{more:?}");
+    }
+}
+
 fn mesh(labels: &LabelMap, tetrahedra: usize) -> (TetMesh, Info) {
     mesh_with(labels, &Params { tetrahedra, ..Params::default() }).unwrap()
 }
@@ -150,7 +178,7 @@ fn every_stage_keeps_the_mesh_whole() {
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
         assert_eq!(parts, 0);
-        let edge = (CUBE_SHARE * fields.volume / count as f64).cbrt();
+        let edge = edge_for(fields.volume, count);
         let mut m = Mesher { mesh: complex, sizing: Sizing::new(&fields, &params, edge) };
         let whole = |m: &Mesher<'_>, stage: &str| {
             let faults = faults(&m.mesh);

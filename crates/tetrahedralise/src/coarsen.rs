@@ -1,0 +1,78 @@
+//! A given mesh with fewer tetrahedra.
+
+use crate::complex::Complex;
+use crate::domain::{edge_for, finished, work};
+use crate::faces::Faces;
+use crate::mesher::Mesher;
+use crate::patches::classify;
+use crate::sizing::Sizing;
+use crate::{Error, Info, Params, check_count};
+use std::collections::BTreeMap;
+use supine_mesh::{TET_FACES, TetMesh};
+use supine_space::{Matrix, Point, Progress, Vector};
+
+/// A mesh of the asked number of tetrahedra, fewer than `mesh` has, on the same surfaces.
+///
+/// The boundary follows the faces of the given mesh tag by tag; its rims and corners stay where they
+/// are. Of a mesh that was made here, [`crate::Domain::mesh`] makes a coarser one that is nearer to
+/// the patient. Deterministic: the same bits for any number of threads.
+///
+/// # Errors
+/// When the number is not smaller than that of `mesh` or cannot be reached, or the progress callback
+/// says stop.
+pub fn coarsen(
+    mesh: &TetMesh,
+    tetrahedra: usize,
+    progress: Progress<'_>,
+) -> Result<(TetMesh, Info), Error> {
+    check_count(tetrahedra)?;
+    let has = mesh.tets().len();
+    if tetrahedra >= has {
+        return Err(Error::NotCoarser { asked: tetrahedra, has });
+    }
+    let origin = middle(mesh);
+    let mut start = complex(mesh, &origin);
+    classify(&mut start);
+    progress.at(0.0)?;
+    let faces = Faces::new(&start)?;
+    progress.at(0.1)?;
+    let volume = mesh.total_volume();
+    let edge = edge_for(volume, tetrahedra);
+    let sizing = Sizing::new(&faces, &Params::default(), edge);
+    let mut mesher = Mesher { mesh: start, sizing };
+    mesher.coarsen(edge_for(volume, has), progress.part(0.1, 0.4))?;
+    work(&mut mesher, tetrahedra, progress.part(0.4, 1.0))?;
+    let frame = (origin, Matrix::identity());
+    let mut info = Info { asked: tetrahedra, ..Info::new() };
+    let made = finished(&mesher, &frame, volume, &mut info)?;
+    progress.at(1.0)?;
+    Ok((made, info))
+}
+
+/// The middle of the box round a mesh.
+fn middle(mesh: &TetMesh) -> Point {
+    let start = mesh.points()[0];
+    let box_of = |(a, b): (Point, Point), p: &Point| (a.inf(p), b.sup(p));
+    let (low, high) = mesh.points().iter().fold((start, start), box_of);
+    low + 0.5 * (high - low)
+}
+
+/// The mesh under work, in millimetres from `origin`.
+fn complex(mesh: &TetMesh, origin: &Point) -> Complex {
+    let key = |mut face: [u32; 3]| {
+        face.sort_unstable();
+        face
+    };
+    let tags: BTreeMap<[u32; 3], u8> =
+        mesh.boundary().iter().map(|f| (key(f.points), f.tag.number())).collect();
+    let mut complex = Complex::default();
+    for p in mesh.points() {
+        let at: Vector = p - origin;
+        complex.add_vertex(at, 0);
+    }
+    for tet in mesh.tets() {
+        let tag = |face: [usize; 3]| tags.get(&key(face.map(|c| tet[c]))).copied().unwrap_or(0);
+        complex.add(*tet, TET_FACES.map(tag));
+    }
+    complex
+}
