@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Segment(Segment),
     /// Tetrahedra of the soft tissue within a sphere
     Mesh(Mesh),
+    /// Fewer tetrahedra of the same tissue, with the displacement carried over
+    Coarsen(Coarsen),
     /// Displacement of a mesh under gravity
     Solve(Solve),
     /// A CT resampled through a deformed mesh
@@ -144,6 +146,20 @@ pub(crate) struct Mesh {
     #[arg(long, value_enum, default_value = "native")]
     pub(crate) mesher: Mesher,
     /// The mesh (.vtu)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Coarsen {
+    /// A mesh (.vtu) with its boundary tags: coarsened on its own surface; or the folder of a
+    /// finished run: meshed again from its labels, nearer to the patient
+    #[arg(value_name = "MESH.vtu|RUN")]
+    pub(crate) from: PathBuf,
+    /// Number of tetrahedra
+    #[arg(long, value_name = "N")]
+    pub(crate) tetrahedra: NonZeroUsize,
+    /// The coarse mesh (.vtu)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod carry;
+pub(crate) mod coarsen;
 pub(crate) mod demo;
 pub(crate) mod inspect;
 pub(crate) mod manual;

@@ -40,6 +40,7 @@ fn run(cli: Cli, screen: &Screen) -> Result<u8, Failure> {
         Command::Run(args) => commands::run::run(&args, screen),
         Command::Segment(args) => commands::segment::segment(&args, screen),
         Command::Mesh(args) => commands::mesh::mesh(&args, screen),
+        Command::Coarsen(args) => commands::coarsen::coarsen(&args, screen),
         Command::Solve(args) => commands::solve::solve(&args, screen),
         Command::Warp(args) => commands::warp::warp(&args, screen),
         Command::Carry(args) => commands::carry::carry(&args, screen),

@@ -7,9 +7,11 @@ mod edges;
 mod locate;
 mod quality;
 mod tet_mesh;
+mod transfer;
 
 pub use displacement::{Displacement, DisplacementError, Order};
 pub use edges::{Edges, TET_EDGES};
 pub use locate::{Located, Locator};
 pub use quality::{Quality, TetQuality, quality, tet_quality};
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
+pub use transfer::transfer;

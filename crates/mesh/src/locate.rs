@@ -19,6 +19,8 @@ pub struct Located {
 pub struct Locator<'a> {
     mesh: &'a TetMesh,
     tree: Bvh,
+    /// Lowest and highest coordinates of the mesh.
+    extent: (Point, Point),
 }
 
 impl std::fmt::Debug for Locator<'_> {
@@ -34,7 +36,9 @@ impl<'a> Locator<'a> {
     /// Prepares the search in `mesh`.
     pub fn new(mesh: &'a TetMesh) -> Self {
         let boxes: Vec<Aabb> = (0..mesh.tets().len()).map(|t| bounds(mesh, t)).collect();
-        Self { mesh, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+        let first = mesh.points()[0];
+        let extent = mesh.points().iter().fold((first, first), |(a, b), p| (a.inf(p), b.sup(p)));
+        Self { mesh, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), extent }
     }
 
     /// The lowest tetrahedron that holds the point (LPS, mm); `None` outside the mesh.
@@ -47,6 +51,40 @@ impl<'a> Locator<'a> {
             let weights = barycentric(&self.mesh.corners(tet), p);
             weights.iter().all(|&w| w >= -ON_FACE).then_some(Located { tet, weights })
         })
+    }
+
+    /// The tetrahedron that holds the point (LPS, mm), or the one it lies least outside of: by its
+    /// most negative barycentric coordinate, among those near.
+    pub fn nearest(&self, p: &Point) -> Located {
+        if let Some(found) = self.locate(p) {
+            return found;
+        }
+        let (low, high) = self.extent;
+        // Boxes round the point grow until they meet a tetrahedron, and once more, for the nearest
+        // need not be the first.
+        let mut reach = (1e-3 * (high - low).norm()).max(1e-9);
+        let mut met = false;
+        while reach.is_finite() {
+            let around = Aabb::new(
+                Vec3::new(p.x - reach, p.y - reach, p.z - reach),
+                Vec3::new(p.x + reach, p.y + reach, p.z + reach),
+            );
+            let mut tets: Vec<u32> = self.tree.intersect_aabb(&around).collect();
+            tets.sort_unstable();
+            let found = tets.into_iter().map(|tet| {
+                let tet = tet as usize;
+                Located { tet, weights: barycentric(&self.mesh.corners(tet), p) }
+            });
+            let outside = |l: &Located| l.weights.iter().copied().fold(f64::INFINITY, f64::min);
+            let best = found.reduce(|a, b| if outside(&b) > outside(&a) { b } else { a });
+            match best {
+                Some(best) if met => return best,
+                best => met = best.is_some(),
+            }
+            reach *= 2.0;
+        }
+        // Only a point that is not finite comes here.
+        Located { tet: 0, weights: barycentric(&self.mesh.corners(0), p) }
     }
 }
 
@@ -75,6 +113,7 @@ fn barycentric(corners: &[Point; 4], p: &Point) -> [f64; 4] {
 mod tests {
     use super::*;
     use crate::tet_mesh::tests::cube;
+    use supine_space::Vector;
 
     #[test]
     fn points_inside_are_found_and_outside_are_not() {
@@ -90,6 +129,13 @@ mod tests {
                 .fold(Point::origin(), |s, (c, w)| s + c.coords * w);
             assert!((back - p).norm() < 1e-12, "{found:?}");
         }
-        assert!(locator.locate(&Point::new(2.1, 1.0, 1.0)).is_none());
+        let outside = Point::new(2.1, 1.2, 0.9);
+        assert!(locator.locate(&outside).is_none());
+        let near = locator.nearest(&outside);
+        let corners = mesh.corners(near.tet);
+        let back: Vector = corners.iter().zip(near.weights).map(|(c, w)| c.coords * w).sum();
+        assert!((back - outside.coords).norm() < 1e-12);
+        assert!(near.weights.iter().all(|&w| w > -0.2), "{near:?}");
+        assert!(locator.nearest(&Point::new(900.0, 0.0, 0.0)).tet < mesh.tets().len());
     }
 }

@@ -100,6 +100,12 @@ pub enum RunError {
         /// The input.
         path: PathBuf,
     },
+    /// A folder that is not that of a finished run.
+    #[error("{path} is not the folder of a finished run")]
+    Unfinished {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Another run works in the folder.
     #[error("another run is at work in {path}; wait for it or name another --out")]
     Busy {
@@ -129,6 +135,7 @@ impl RunError {
             | Self::File { .. }
             | Self::Missing { .. }
             | Self::Overlap { .. }
+            | Self::Unfinished { .. }
             | Self::Regions(_)
             | Self::Roles(_)
             | Self::Labels(_)

@@ -7,6 +7,7 @@
 
 mod bench;
 mod case;
+mod coarse;
 mod ct;
 mod error;
 mod facts;
@@ -32,6 +33,7 @@ mod stages {
 
 pub use bench::Watch;
 pub use case::{Case, CaseError, MeshWish, Seeds, side};
+pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub use error::RunError;
 pub use labels::{Brought, LabelOrigin, PartNames, RoleError, read_brought, write_dicom_labels};
