@@ -58,15 +58,9 @@ impl Surroundings {
     fn new(ct: &Ct, frame: &Frame, sphere: Sphere, labels: &LabelMap) -> Option<Self> {
         let grid = ct.grid();
         grid.voxel_at(&sphere.centre())?;
-        let index = grid.index_from_patient(&sphere.centre());
-        let (mut start, mut size) = ([0; 3], [0; 3]);
-        for a in 0..3 {
-            let reach = RING.1 * sphere.radius() / grid.spacing()[a] + 1.0;
-            let last = (grid.size()[a] - 1) as f64;
-            start[a] = (index[a] - reach).floor().clamp(0.0, last) as usize;
-            size[a] = (index[a] + reach).ceil().clamp(0.0, last) as usize + 1 - start[a];
-        }
-        let part = grid.crop(start, size).ok()?;
+        let ring = Sphere::new(sphere.centre(), RING.1 * sphere.radius()).ok()?;
+        let (start, part) = grid.around(&ring)?;
+        let size = part.size();
         let offset = Volume::from_fn(part, |[i, j, k]| {
             grid.offset([i + start[0], j + start[1], k + start[2]])
         });

@@ -1,6 +1,6 @@
 //! A regular grid of voxel centres in patient space.
 
-use crate::{Matrix, Point, Vector};
+use crate::{Matrix, Point, Sphere, Vector};
 
 /// Size, spacing, origin and direction of a voxel grid.
 ///
@@ -154,6 +154,24 @@ impl Grid {
         }
         Self::new(size, self.spacing, self.centre(start), self.direction)
     }
+
+    /// The smallest part of the grid that holds its share of the sphere, and the voxel where it
+    /// starts; `None` when the sphere's box lies beside the grid.
+    pub fn around(&self, sphere: &Sphere) -> Option<([usize; 3], Self)> {
+        let centre = self.index_from_patient(&sphere.centre());
+        let (mut start, mut size) = ([0; 3], [0; 3]);
+        for a in 0..3 {
+            let reach = sphere.radius() / self.spacing[a];
+            let first = (centre[a] - reach).floor().max(0.0);
+            let last = (centre[a] + reach).ceil().min((self.size[a] - 1) as f64);
+            if first > last {
+                return None;
+            }
+            start[a] = first as usize;
+            size[a] = (last - first) as usize + 1;
+        }
+        self.crop(start, size).ok().map(|part| (start, part))
+    }
 }
 
 #[cfg(test)]
@@ -184,6 +202,21 @@ mod tests {
         let c = g.crop([1, 2, 3], [2, 3, 4]).unwrap();
         assert!((c.centre([1, 1, 1]) - g.centre([2, 3, 4])).norm() < 1e-12);
         assert!(g.crop([4, 0, 0], [2, 1, 1]).is_err());
+    }
+
+    #[test]
+    fn the_part_around_a_sphere_holds_its_share_of_it() {
+        let g = oblique();
+        for (index, radius) in [([2.0, 3.0, 3.0], 1.3), ([0.2, 5.4, 6.0], 3.0), ([2.0; 3], 90.0)] {
+            let sphere = Sphere::new(g.patient_from_index(index), radius).unwrap();
+            let (start, part) = g.around(&sphere).unwrap();
+            let held =
+                |g: &Grid| (0..g.len()).filter(|&n| sphere.contains(&g.centre(g.voxel(n)))).count();
+            assert_eq!(held(&part), held(&g));
+            assert!((part.origin() - g.centre(start)).norm() < 1e-12);
+        }
+        let beside = Sphere::new(g.patient_from_index([2.0, 3.0, -3.0]), 2.0).unwrap();
+        assert!(g.around(&beside).is_none());
     }
 
     #[test]
