@@ -1,232 +1,282 @@
-//! The breast in the labels: its highest point and the sphere that holds it.
+//! The breast in the labels: where it ends, its highest point, and the sphere that holds it.
 //!
-//! The breast is where the skin of one side stands far off the chest wall. It is looked for on a
-//! coarse lattice along the patient's axes, so labels of any grid will do, the user's own too.
+//! Seen from the front, the breast is the mound of soft tissue of one side between the midline and
+//! the line where the body is widest (about the mid-axillary line).
 
 use crate::Error;
 use crate::bones::median;
-use supine_space::{Grid, Matrix, Point, Side, Sphere, Vector};
-use supine_volume::{LabelMap, Volume, distance_mm, label};
+use crate::front::Front;
+use supine_space::{Grid, Point, Side, Sphere, Vector};
+use supine_volume::{LabelMap, Volume, gaussian, sample_trilinear_at};
 
-/// Distance of lattice points, mm.
-const STEP_MM: f64 = 4.0;
-/// Sectors per turn round the thorax, and rows of the map along the body, mm.
-const SECTORS: usize = 120;
-/// The breast's highest point lies between these angles from the front midline, degrees.
-const PEAK_DEG: (f64, f64) = (15.0, 95.0);
-/// The breast itself may reach between these.
-const BREAST_DEG: (f64, f64) = (-5.0, 115.0);
-/// The highest point is not looked for this close to the ends of the volume, mm.
-const ENDS_MM: f64 = 20.0;
-/// The breast ends where the thickness has fallen to this share between the rest and the peak: the
-/// first share for which the breast does not run on into axilla and flank or out of the volume.
-const RIM_SHARES: [f64; 5] = [0.15, 0.25, 0.35, 0.5, 0.65];
-/// A breast fits into a sphere of this radius, mm.
-const LARGEST_MM: f64 = 105.0;
-/// The sphere holds the breast and this much more, mm.
-const MARGIN_MM: f64 = 15.0;
+/// The mound is looked for at this scale, mm: about half the radius of a small breast.
+const MOUND_MM: f64 = 30.0;
+/// The breast ends where the thickness has fallen to this share between the rest and its peak.
+const RIM_SHARE: f32 = 0.15;
+/// Directions in which the rim is looked for.
+const RAYS: usize = 72;
+/// Step along them, mm.
+const STEP_MM: f64 = 2.0;
+/// Where the skin falls back by more than this between neighbours of the map, it faces the front
+/// no more, mm.
+const STEEP_MM: f64 = 12.0;
+/// No rim lies farther from the middle, mm: the fat of the armpit can go on to the shoulder.
+const FARTHEST_MM: f64 = 90.0;
+/// How near to its middle the tumour of a breast lies (standard deviation), mm.
+const TUMOUR_MM: f64 = 75.0;
+/// Share of the rim that the sphere holds: single rays run on into armpit and flank.
+const HELD: f64 = 0.8;
+/// The sphere holds the breast up to its rim and this much more, mm: what is left of its thickness
+/// at the rim runs out over about 15 mm, and the cut is to lie 15 mm beyond.
+const MARGIN_MM: f64 = 30.0;
+/// Where the slices end the margin may shrink to this before the sphere is moved, mm.
+const LEAST_MARGIN_MM: f64 = 15.0;
 /// The sphere stays this far from the first and last slice, mm.
 const CLEAR_MM: f64 = 1.0;
+/// The highest point is not looked for this close to the first and last slice, mm.
+const ENDS_MM: f64 = 20.0;
+/// What lies this close to the first and last slice tells whether they cut the breast, mm.
+const EDGE_MM: f64 = 8.0;
 /// Least thickness of a breast at its peak, mm.
-const LEAST_MM: f64 = 12.0;
+const LEAST_MM: f32 = 12.0;
 
-/// Sphere round the breast of that side: the whole breast and 15 mm, kept clear of the first and
-/// last slice, and larger where it must be to hold the tumour.
-///
-/// # Errors
-/// [`Error::NoRegion`] when the labels hold no breast on that side, or no sphere within the volume
-/// can hold the tumour.
-pub fn propose_region(
-    labels: &LabelMap,
-    side: Side,
-    tumour: Option<Sphere>,
-) -> Result<Sphere, Error> {
-    let fail = |why: String| Error::NoRegion {
-        side: if side == Side::Left { "left" } else { "right" },
-        why,
-    };
-    let found = Breast::find(labels, side).map_err(|why| fail(why.into()))?;
-    let Breast { centre, reach, .. } = found;
-    let mut radius = reach + MARGIN_MM;
-    if let Some(t) = tumour {
-        radius = radius.max((t.centre() - centre).norm() + t.radius() + MARGIN_MM);
-    }
-    let (centre, radius) = keep_clear(labels.grid(), centre, radius);
-    let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
-    match tumour {
-        Some(t) if (t.centre() - centre).norm() + t.radius() > radius => Err(fail(format!(
-            "the tumour at {:.1?} mm does not fit into a sphere of {radius:.0} mm that stays within \
-             the slices; give the region, or a CT that reaches farther",
-            t.centre().coords.as_slice()
-        ))),
-        _ => Ok(sphere),
-    }
-}
-
-/// The sphere moved along the slices' normal, and if need be shrunk, so that it stays within.
-fn keep_clear(grid: &Grid, centre: Point, radius: f64) -> (Point, f64) {
-    let normal: Vector = grid.direction().column(2).into();
-    let depth = normal.dot(&(centre - grid.origin()));
-    let length = (grid.size()[2] - 1) as f64 * grid.spacing()[2];
-    let radius = radius.min(0.5 * length - CLEAR_MM);
-    let moved = depth.clamp(radius + CLEAR_MM, (length - radius - CLEAR_MM).max(radius + CLEAR_MM));
-    (centre + normal * (moved - depth), radius)
-}
-
-/// Where the breast of one side is.
-pub(crate) struct Breast {
-    /// Middle of the box round its soft tissue.
+/// The breast of one side.
+#[derive(Clone, Debug)]
+pub struct Breast {
+    pub(crate) side: Side,
+    /// Middle of its soft tissue.
     centre: Point,
-    /// Distance of the farthest soft tissue, mm.
-    reach: f64,
-    /// Soft tissue farthest off the wall.
-    pub(crate) top: Point,
-    /// Greatest thickness near the first and last slice, as a share of that at the top.
+    /// The skin along its rim.
+    rim: Vec<Point>,
+    /// Greatest thickness at the first and last slice, as a share of that at the top.
     pub(crate) at_ends: f64,
 }
 
-/// A point of soft tissue on one side.
-struct Spot {
-    point: Point,
-    /// Place in the map of sectors and rows.
-    cell: usize,
-    /// Degrees from the front midline towards the side.
-    angle: f64,
-    /// Distance to the chest wall, mm.
-    height: f64,
+impl Breast {
+    /// The breast of that side; the mound next to the tumour's centre when that is known, since
+    /// elsewhere the tissue may be thicker: in an arm beside the chest, in the armpit, on the belly.
+    ///
+    /// # Errors
+    /// [`Error::NoBreast`] when the labels hold none there.
+    pub fn find(labels: &LabelMap, side: Side, tumour: Option<Point>) -> Result<Self, Error> {
+        let fail = |why: &'static str| Error::NoBreast { side, why };
+        let front = Front::new(labels).ok_or(fail("there is no chest wall in the labels"))?;
+        let (grid, thick) = (front.smooth.grid(), front.smooth.data());
+        let own: Vec<usize> = (0..grid.len())
+            .filter(|&n| {
+                let x = grid.centre(grid.voxel(n)).x;
+                (x - front.midline) * side.sign() > 0.0 && front.places[n].is_some()
+            })
+            .collect();
+        let mut known: Vec<f32> = own.iter().map(|&n| front.thickness.data()[n]).collect();
+        known.retain(|&mm| mm > 0.0);
+        let highest = own.iter().map(|&n| thick[n]).fold(0.0, f32::max);
+        let rest = median(&mut known).min(0.5 * highest);
+        let mut mound = front.smooth.map(|_| 0.0);
+        for &n in &own {
+            mound.data_mut()[n] = (thick[n] - rest).max(0.0);
+        }
+        let middle = summit(&mound, tumour).ok_or(fail("the CT shows nothing of that side"))?;
+        let near = |n: usize| (grid.centre(grid.voxel(n)) - middle).norm() <= FARTHEST_MM;
+        let rows = grid.size()[2];
+        let from_end = |n: usize| grid.voxel(n)[2].min(rows - 1 - grid.voxel(n)[2]);
+        let highest = |from: usize, to: usize| {
+            let there = own.iter().filter(|&&n| near(n) && (from..to).contains(&from_end(n)));
+            there.map(|&n| thick[n]).fold(0.0, f32::max)
+        };
+        let within = |mm: f64| (mm / grid.spacing()[2]) as usize;
+        let top = highest(within(ENDS_MM), rows);
+        if top < LEAST_MM {
+            return Err(fail(
+                "the soft tissue in front of the chest wall is too thin for a breast",
+            ));
+        }
+        let (centre, rim) = outline(&front, &mound, middle, (top - rest) * RIM_SHARE)
+            .ok_or(fail("no mound of soft tissue stands in front of the chest wall"))?;
+        let at_ends = f64::from(highest(0, within(EDGE_MM)) / top);
+        Ok(Self { side, centre, rim, at_ends })
+    }
+
+    /// Middle of its soft tissue, LPS, mm.
+    pub(crate) fn centre(&self) -> Point {
+        self.centre
+    }
+
+    /// Distance from the middle that eight tenths of the rim do not exceed, mm.
+    pub(crate) fn reach(&self) -> f64 {
+        let mut away: Vec<f64> = self.rim.iter().map(|p| (p - self.centre).norm()).collect();
+        away.sort_by(f64::total_cmp);
+        away[((away.len() - 1) as f64 * HELD) as usize]
+    }
+
+    /// Sphere for the simulation: the breast and 15 mm, and the tumour and 15 mm, kept clear of the
+    /// first and last slice. On a CT too short for that it reaches less far beyond the breast, and
+    /// where even the breast is too long for it the sphere is moved along the body.
+    ///
+    /// # Errors
+    /// [`Error::NoRegion`] when no sphere within the volume can hold the tumour.
+    pub fn region(&self, labels: &LabelMap, tumour: Option<Sphere>) -> Result<Sphere, Error> {
+        let fail = |why: String| Error::NoRegion { side: self.side, why };
+        let (mut centre, mut needed) = (self.centre, self.reach());
+        if let Some(t) = tumour {
+            (centre, needed) = enclosing((centre, needed), (t.centre(), t.radius()));
+        }
+        let (centre, radius) = keep_clear(labels.grid(), centre, needed);
+        let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
+        match tumour {
+            Some(t) if sphere.signed_distance(&t.centre()) + t.radius() > 0.0 => {
+                Err(fail(format!(
+                    "the tumour at {:.1?} mm does not fit into a sphere of {radius:.0} mm that \
+                     stays within the slices; give the region, or a CT that reaches farther",
+                    t.centre().coords.as_slice()
+                )))
+            }
+            _ => Ok(sphere),
+        }
+    }
 }
 
-impl Breast {
-    /// The breast of that side, or why there is none.
-    pub(crate) fn find(labels: &LabelMap, side: Side) -> Result<Self, &'static str> {
-        let coarse = coarse(labels);
-        let wall = coarse.map(|&l| label::is_chest_wall(l));
-        let axis = axis(&wall).ok_or("there is no chest wall in the labels")?;
-        let spots = spots(&coarse, &wall, axis, side);
-        let rows = coarse.grid().size()[2];
-        let mut map = vec![0.0f64; SECTORS * rows];
-        for s in &spots {
-            map[s.cell] = map[s.cell].max(s.height);
-        }
-        let ends = (ENDS_MM / STEP_MM) as usize;
-        let top = spots
-            .iter()
-            .filter(|s| {
-                let row = s.cell / SECTORS;
-                row >= ends && row + ends < rows && (PEAK_DEG.0..=PEAK_DEG.1).contains(&s.angle)
-            })
-            .max_by(|a, b| a.height.total_cmp(&b.height))
-            .ok_or("there is no soft tissue in front of the chest wall")?;
-        if top.height < LEAST_MM {
-            return Err("the soft tissue in front of the chest wall is too thin for a breast");
-        }
-        let mut known: Vec<f32> = map.iter().filter(|h| **h > 0.0).map(|&h| h as f32).collect();
-        let rest = f64::from(median(&mut known)).min(0.5 * top.height);
-        let length = labels.grid().size()[2] as f64 * labels.grid().spacing()[2];
-        let largest = LARGEST_MM.min(0.5 * length - MARGIN_MM - 2.0 * CLEAR_MM);
-        let near_end = |s: &&Spot| {
-            let row = s.cell / SECTORS;
-            (row < ends || row + ends >= rows) && (PEAK_DEG.0..=PEAK_DEG.1).contains(&s.angle)
-        };
-        let at_ends = spots.iter().filter(near_end).map(|s| s.height).fold(0.0, f64::max);
-        let at_ends = at_ends / top.height;
-        let mut found = Self { centre: top.point, reach: 0.0, top: top.point, at_ends };
-        for share in RIM_SHARES {
-            let part = connected(&map, top.cell, rest + share * (top.height - rest));
-            let tissue = || spots.iter().filter(|s| part[s.cell]).map(|s| s.point);
-            let low = tissue().fold(top.point, |a, b| a.inf(&b));
-            let high = tissue().fold(top.point, |a, b| a.sup(&b));
-            found.centre = low + 0.5 * (high - low);
-            found.reach = tissue().map(|p| (p - found.centre).norm()).fold(0.0, f64::max);
-            if found.reach < largest {
+/// Where the map has the middle of the highest mound, or of that next to the tumour.
+fn summit(mound: &Volume<f32>, tumour: Option<Point>) -> Option<Point> {
+    let grid = mound.grid();
+    let spread = gaussian(mound, [MOUND_MM, 0.0, MOUND_MM]);
+    let value = |n: usize| {
+        let off = tumour.map_or(Vector::zeros(), |t| grid.centre(grid.voxel(n)) - t);
+        let away = off.x.hypot(off.z) / TUMOUR_MM;
+        f64::from(spread.data()[n]) * (-0.5 * away * away).exp()
+    };
+    let best = (0..grid.len()).max_by(|&a, &b| value(a).total_cmp(&value(b)))?;
+    Some(grid.centre(grid.voxel(best)))
+}
+
+/// Middle of the mound's tissue, and the skin along its rim, where it has sunk to `low`, mm.
+fn outline(
+    front: &Front,
+    mound: &Volume<f32>,
+    from: Point,
+    low: f32,
+) -> Option<(Point, Vec<Point>)> {
+    let grid = mound.grid();
+    let (mut sum, mut area, mut rim) = (Vector::zeros(), 0.0, Vec::new());
+    for ray in 0..RAYS {
+        let (sin, cos) = (std::f64::consts::TAU * ray as f64 / RAYS as f64).sin_cos();
+        let mut last: Option<Point> = None;
+        for step in 0..(FARTHEST_MM / STEP_MM) as usize {
+            let away = step as f64 * STEP_MM;
+            let at = from + Vector::new(away * cos, 0.0, away * sin);
+            let place = grid.voxel_at(&at).and_then(|v| front.places[grid.offset(v)]);
+            let Some([skin, half]) = place.filter(|_| sample_trilinear_at(mound, &at) > low) else {
+                break;
+            };
+            if last.is_some_and(|last| (skin.y - last.y).abs() > STEEP_MM) {
                 break;
             }
+            // A ray's share of the area grows with the distance.
+            sum += (away + 0.5 * STEP_MM) * half.coords;
+            area += away + 0.5 * STEP_MM;
+            last = Some(skin);
         }
-        Ok(found)
+        rim.extend(last);
     }
+    (!rim.is_empty()).then(|| (Point::from(sum / area), rim))
 }
 
-/// The labels on a lattice along the patient's axes.
-fn coarse(labels: &LabelMap) -> LabelMap {
-    let grid = labels.grid();
-    let [i, j, k] = grid.size().map(|n| n - 1);
-    let corners = [0, 1, 2, 3, 4, 5, 6, 7]
-        .map(|c| grid.centre([i * (c & 1), j * (c >> 1 & 1), k * (c >> 2 & 1)]));
-    let low = corners.iter().fold(corners[0], |a, b| a.inf(b));
-    let high = corners.iter().fold(corners[0], |a, b| a.sup(b));
-    let size = [0, 1, 2].map(|a| ((high[a] - low[a]) / STEP_MM) as usize + 1);
-    let lattice = Grid::new(size, Vector::repeat(STEP_MM), low, Matrix::identity());
-    match lattice {
-        Ok(lattice) => Volume::from_fn(lattice.clone(), |v| {
-            grid.voxel_at(&lattice.centre(v)).map_or(label::OUTSIDE, |v| labels.at(v))
-        }),
-        // A lattice inside a valid grid is valid.
-        Err(_) => labels.clone(),
+/// The smallest sphere round two.
+fn enclosing((a, ra): (Point, f64), (b, rb): (Point, f64)) -> (Point, f64) {
+    let away = (b - a).norm();
+    if away + rb <= ra {
+        return (a, ra);
     }
+    if away + ra <= rb {
+        return (b, rb);
+    }
+    let radius = 0.5 * (away + ra + rb);
+    (a + (b - a) * ((radius - ra) / away), radius)
 }
 
-/// x and y of the middle of the chest wall, mm.
-fn axis(wall: &Volume<bool>) -> Option<[f64; 2]> {
-    let [ni, nj, nk] = wall.grid().size();
-    let (mut xs, mut ys) = (Vec::new(), Vec::new());
-    for k in 0..nk {
-        let (mut x, mut y) = ((usize::MAX, 0), (usize::MAX, 0));
-        for j in 0..nj {
-            for i in (0..ni).filter(|&i| wall.at([i, j, k])) {
-                x = (x.0.min(i), x.1.max(i));
-                y = (y.0.min(j), y.1.max(j));
+/// The sphere of that radius and the margin: with less margin, then moved along the slices' normal,
+/// then smaller, where the slices end.
+fn keep_clear(grid: &Grid, centre: Point, needed: f64) -> (Point, f64) {
+    let normal: Vector = grid.direction().column(2).into();
+    let depth = normal.dot(&(centre - grid.origin()));
+    let length = (grid.size()[2] - 1) as f64 * grid.spacing()[2];
+    let needed = (needed + LEAST_MARGIN_MM).min(0.5 * length - CLEAR_MM);
+    let moved = depth.min(length - needed - CLEAR_MM).max(needed + CLEAR_MM);
+    let radius = (needed - LEAST_MARGIN_MM + MARGIN_MM).min(moved.min(length - moved) - CLEAR_MM);
+    (centre + normal * (moved - depth), radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_space::Matrix;
+    use supine_volume::label;
+
+    const BREAST: Point = Point::new(70.0, -80.0, 120.0);
+
+    /// A round chest from z = 0 to `length`, mm: a breast, and farther up a larger mound.
+    fn chest(length: usize) -> LabelMap {
+        let grid = Grid::new(
+            [100, 90, length / 4 + 1],
+            Vector::new(3.0, 3.0, 4.0),
+            Point::new(-150.0, -160.0, 0.0),
+            Matrix::identity(),
+        )
+        .unwrap();
+        let other = Point::new(90.0, -75.0, 320.0);
+        Volume::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let radius = p.x.hypot(p.y);
+            if radius < 100.0 {
+                label::CHEST_WALL
+            } else if radius < 108.0 || (p - BREAST).norm() < 60.0 || (p - other).norm() < 70.0 {
+                label::SOFT_TISSUE
+            } else {
+                label::OUTSIDE
             }
-        }
-        if x.0 < x.1 {
-            let middle = wall.grid().patient_from_index([
-                0.5 * (x.0 + x.1) as f64,
-                0.5 * (y.0 + y.1) as f64,
-                k as f64,
-            ]);
-            xs.push(middle.x as f32);
-            ys.push(middle.y as f32);
-        }
+        })
     }
-    (!xs.is_empty()).then(|| [median(&mut xs).into(), median(&mut ys).into()])
-}
 
-/// The soft tissue of one side, with its place round the thorax.
-fn spots(coarse: &LabelMap, wall: &Volume<bool>, axis: [f64; 2], side: Side) -> Vec<Spot> {
-    let grid = coarse.grid();
-    let height = distance_mm(wall);
-    let mut out = Vec::new();
-    for (n, &l) in coarse.data().iter().enumerate() {
-        if !label::is_soft_tissue(l) {
-            continue;
-        }
-        let voxel = grid.voxel(n);
-        let point = grid.centre(voxel);
-        let (x, y) = ((point.x - axis[0]) * side.sign(), point.y - axis[1]);
-        let angle = x.atan2(-y).to_degrees();
-        if (BREAST_DEG.0..=BREAST_DEG.1).contains(&angle) {
-            let sector = (angle.rem_euclid(360.0) / 360.0 * SECTORS as f64) as usize % SECTORS;
-            let cell = voxel[2] * SECTORS + sector;
-            out.push(Spot { point, cell, angle, height: f64::from(height.data()[n]) });
+    #[test]
+    fn the_mound_next_to_the_tumour_is_the_breast() {
+        let labels = chest(440);
+        let of = |tumour| Breast::find(&labels, Side::Left, tumour).unwrap().centre;
+        assert!((of(None).z - 320.0).abs() < 4.0, "{}", of(None));
+        for off in [Vector::zeros(), Vector::new(30.0, 10.0, 40.0), Vector::new(-30.0, 0.0, -30.0)]
+        {
+            let centre = of(Some(BREAST + off));
+            assert!((centre.z - BREAST.z).abs() < 2.0, "{centre}");
+            assert!((centre.x - BREAST.x).abs() < 8.0, "{centre}");
         }
     }
-    out
-}
 
-/// The cells joined to `from` whose value is above `rim`.
-fn connected(map: &[f64], from: usize, rim: f64) -> Vec<bool> {
-    let mut part = vec![false; map.len()];
-    let mut stack = vec![from];
-    part[from] = true;
-    while let Some(n) = stack.pop() {
-        let (row, sector) = (n / SECTORS * SECTORS, n % SECTORS);
-        let beside =
-            [row + (sector + 1) % SECTORS, row + (sector + SECTORS - 1) % SECTORS, n + SECTORS];
-        for m in beside.into_iter().chain(n.checked_sub(SECTORS)) {
-            if m < map.len() && !part[m] && map[m] > rim {
-                part[m] = true;
-                stack.push(m);
-            }
-        }
+    #[test]
+    fn on_a_short_ct_the_margin_shrinks_before_the_sphere_moves() {
+        let tumour = Sphere::new(BREAST, 5.0).unwrap();
+        let of = |length| {
+            let labels = chest(length);
+            let breast = Breast::find(&labels, Side::Left, Some(BREAST)).unwrap();
+            (breast.reach(), breast.at_ends, breast.region(&labels, Some(tumour)).unwrap())
+        };
+        let (reach, at_ends, whole) = of(440);
+        assert!((whole.radius() - reach - MARGIN_MM).abs() < 1e-9 && at_ends < 0.2);
+        let (_, _, less) = of(208);
+        assert!((less.centre() - whole.centre()).norm() < 2.0, "{less:?}");
+        assert!((less.radius() - (208.0 - less.centre().z - CLEAR_MM)).abs() < 1e-6, "{less:?}");
+        let (reach, at_ends, moved) = of(188);
+        assert!(moved.centre().z < less.centre().z - 3.0, "{moved:?}");
+        assert!((moved.radius() - reach - LEAST_MARGIN_MM).abs() < 1e-6, "{moved:?}");
+        assert!(at_ends < 0.7);
+        // It ends where the breast is thickest.
+        assert!(Breast::find(&chest(120), Side::Left, Some(BREAST)).unwrap().at_ends > 0.9);
     }
-    part
+
+    #[test]
+    fn the_smallest_sphere_round_two() {
+        let a = (Point::origin(), 10.0);
+        assert_eq!(enclosing(a, (Point::new(1.0, 0.0, 0.0), 2.0)), a);
+        assert_eq!(enclosing((Point::origin(), 1.0), (Point::origin(), 2.0)).1, 2.0);
+        let (centre, radius) = enclosing(a, (Point::new(0.0, 20.0, 0.0), 4.0));
+        assert!((centre - Point::new(0.0, 7.0, 0.0)).norm() < 1e-12 && radius == 17.0);
+    }
 }

@@ -65,7 +65,7 @@ impl Patch {
 /// The doubt about the boundary within a sphere. `map` is [`crate::Segmentation::doubt`], on the
 /// grid of the labels.
 pub fn doubt(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> Doubt {
-    let Some((start, part)) = part(labels.grid(), region) else { return Doubt::default() };
+    let Some((start, part)) = labels.grid().around(&region) else { return Doubt::default() };
     let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
     let limit = (DOUBTFUL_MM * f64::from(PER_MM)) as u8;
     let doubtful = components(&Volume::from_fn(part.clone(), |v| {
@@ -93,19 +93,6 @@ pub fn doubt(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> Doubt {
     patches.sort_by(|a, b| b.area_cm2.total_cmp(&a.area_cm2));
     let doubtful_cm2 = patches.iter().map(|p| p.area_cm2).sum();
     Doubt { boundary_cm2: boundary.area_cm2(), doubtful_cm2, patches }
-}
-
-/// The part of the grid that holds the sphere, and where it starts.
-pub(crate) fn part(grid: &Grid, region: Sphere) -> Option<([usize; 3], Grid)> {
-    let centre = grid.index_from_patient(&region.centre());
-    let (mut start, mut size) = ([0; 3], [0; 3]);
-    for a in 0..3 {
-        let reach = region.radius() / grid.spacing()[a];
-        let last = (grid.size()[a] - 1) as f64;
-        start[a] = (centre[a] - reach).floor().clamp(0.0, last) as usize;
-        size[a] = (centre[a] + reach).ceil().clamp(0.0, last) as usize + 1 - start[a];
-    }
-    grid.crop(start, size).ok().map(|part| (start, part))
 }
 
 /// The faces of a voxel that soft tissue touches, as a vector along the grid's axes, mm².

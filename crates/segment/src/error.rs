@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use supine_space::Stopped;
+use supine_space::{Side, Stopped};
 
 /// Why a CT could not be segmented.
 #[derive(Debug, thiserror::Error)]
@@ -75,8 +75,8 @@ pub enum Error {
     /// The breast is not wholly in the CT.
     #[error("the {side} breast is not wholly in the CT: {why}; a larger field of view is needed")]
     BreastCut {
-        /// `left` or `right`.
-        side: &'static str,
+        /// The breast.
+        side: Side,
         /// Where it is cut.
         why: String,
     },
@@ -162,12 +162,23 @@ pub enum Error {
         /// Why both cannot hold.
         why: &'static str,
     },
-    /// No breast on that side from which to propose a region.
+    /// No breast on that side.
+    #[error(
+        "no {side} breast found, so no region can be proposed: {why}; check the side, or give the \
+         region"
+    )]
+    NoBreast {
+        /// The side.
+        side: Side,
+        /// What is missing.
+        why: &'static str,
+    },
+    /// No sphere within the CT can hold the breast's tumour.
     #[error("no region can be proposed for the {side} breast: {why}")]
     NoRegion {
-        /// `left` or `right`.
-        side: &'static str,
-        /// What is missing.
+        /// The breast.
+        side: Side,
+        /// What does not fit.
         why: String,
     },
     /// Labels that do not belong to the CT.

@@ -17,6 +17,7 @@ mod doubt;
 mod error;
 mod foreign;
 mod frame;
+mod front;
 mod gates;
 mod hounsfield;
 mod implant;
@@ -41,13 +42,13 @@ mod wall;
 #[cfg(test)]
 mod tests;
 
-pub use breast::propose_region;
+pub use breast::Breast;
 pub use brought::{LabelsError, take_labels};
 pub use doubt::{DOUBTFUL_MM, Doubt, Patch, doubt};
 pub use error::Error;
 pub use gates::check_region;
 pub use info::Info;
-pub use nipple::nipple;
+pub use nipple::Nipple;
 pub use params::Params;
 pub use segmenter::Segmenter;
 pub use supine_volume::{SeedKind, Seeds};

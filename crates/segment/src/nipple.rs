@@ -1,104 +1,191 @@
 //! Where the nipple seems to be.
 
-use crate::breast::Breast;
-use supine_space::{Grid, Point, Side};
-use supine_volume::{LabelMap, Volume, gaussian, label};
+use crate::Breast;
+use crate::bones::median;
+use crate::front::lattice;
+use supine_space::{Grid, Point, Sphere, Vector};
+use supine_volume::{Ct, LabelMap, Volume, gaussian, label, sample_trilinear_at};
 
-/// The nipple is looked for this near the breast's highest point, mm.
-const REACH_MM: f64 = 60.0;
-/// Scale at which the skin's bend is judged: the size of a nipple, mm.
+/// Distance of the points at which the skin is judged, mm.
+const STEP_MM: f64 = 1.5;
+/// Scale at which the skin is seen with the nipple, mm: the size of one.
 const SCALE_MM: f64 = 4.5;
-/// A bump this sharp is taken for the nipple: share of the body within the Gaussian. Measured: 0.26
-/// to 0.31 at nipples, 0.43 and above on skin without one.
-const SHARP: f32 = 0.38;
+/// Scale at which it is the breast's own, without the nipple, mm.
+const BREAST_MM: f64 = 9.0;
+/// Levels beyond which a tissue counts no more: air in a fold, metal and calcification, HU.
+const TISSUE_HU: (f32, f32) = (-200.0, 150.0);
+/// The skin is judged where the share of the body within the smaller Gaussian is so near one half.
+const SKIN: f32 = 0.15;
+/// A bump this high is a nipple that stands out (see [`Breast::nipple`]). Measured: 0.083 and above
+/// at such, 0.073 at most at flat ones and under a bra.
+const SEEN: f32 = 0.078;
 
-/// An estimate of the nipple of that side, LPS, mm; `None` when there is no breast.
-///
-/// The skin point where the skin bends outwards most, judged by the share of the body within a
-/// Gaussian of 4.5 mm round it: half at a flat skin, less on a bump. On a breast without a bump, as
-/// under a bra, the point that stands farthest off the chest wall.
-pub fn nipple(labels: &LabelMap, side: Side) -> Option<Point> {
-    let top = Breast::find(labels, side).ok()?.top;
-    let (start, part) = surroundings(labels.grid(), &top)?;
-    let whole = |[i, j, k]: [usize; 3]| [i + start[0], j + start[1], k + start[2]];
-    let body = Volume::from_fn(part, |v| f32::from(labels.at(whole(v)) != label::OUTSIDE));
-    let share = gaussian(&body, [SCALE_MM; 3]);
-    let grid = share.grid();
-    (0..grid.len())
-        .map(|n| grid.voxel(n))
-        .filter(|&v| (grid.centre(v) - top).norm() <= REACH_MM && is_skin(labels, whole(v)))
-        .min_by(|&a, &b| share.at(a).total_cmp(&share.at(b)))
-        .map(|v| if share.at(v) < SHARP { grid.centre(v) } else { top })
+/// Where the nipple seems to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nipple {
+    /// Middle of its base on the breast's skin, LPS, mm.
+    pub point: Point,
+    /// Whether it stands out from the breast; else the place is a guess.
+    pub seen: bool,
 }
 
-/// The part of the grid within reach of a point, and where it starts.
-fn surroundings(grid: &Grid, centre: &Point) -> Option<([usize; 3], Grid)> {
-    let index = grid.index_from_patient(centre);
-    let (mut start, mut size) = ([0; 3], [0; 3]);
-    for a in 0..3 {
-        // The Gaussian reaches 4 sigma beyond the farthest skin point that is judged.
-        let reach = (REACH_MM + 4.0 * SCALE_MM) / grid.spacing()[a];
-        let last = (grid.size()[a] - 1) as f64;
-        start[a] = (index[a] - reach).floor().clamp(0.0, last) as usize;
-        size[a] = (index[a] + reach).ceil().clamp(0.0, last) as usize + 1 - start[a];
+impl Breast {
+    /// The nipple: the clearest bump of dense skin on the breast.
+    ///
+    /// The bump is how much the share of the body within a Gaussian of 9 mm falls short of one half
+    /// on the skin as a Gaussian of 4.5 mm shows it: 0 on flat skin. Its clearness is that times the
+    /// density of the body within the smaller Gaussian, less the median over the breast's skin, HU.
+    /// `None` when no skin of the breast is in the labels.
+    pub fn nipple(&self, ct: &Ct, labels: &LabelMap) -> Option<Nipple> {
+        let around = Sphere::new(self.centre(), self.reach()).ok()?;
+        let skin = Skin::new(ct, labels, &around)?;
+        let grid = skin.near.grid();
+        let spots: Vec<usize> = (0..grid.len())
+            .filter(|&n| (skin.near.data()[n] - 0.5).abs() < SKIN)
+            .filter(|&n| around.contains(&grid.centre(grid.voxel(n))))
+            .collect();
+        let usual = median(&mut spots.iter().map(|&n| skin.density(n)).collect::<Vec<f32>>());
+        let clear = |n: usize| (skin.density(n) - usual).max(0.0) * skin.bump(n).max(0.0);
+        let &best = spots.iter().max_by(|&&a, &&b| clear(a).total_cmp(&clear(b)))?;
+        let tip = grid.centre(grid.voxel(best));
+        let (mut sum, mut weight) = (Vector::zeros(), f64::MIN_POSITIVE);
+        for &n in &spots {
+            let off = grid.centre(grid.voxel(n)) - tip;
+            if off.norm() <= BREAST_MM {
+                sum += f64::from(clear(n)) * off;
+                weight += f64::from(clear(n));
+            }
+        }
+        Some(Nipple { point: skin.base(tip + sum / weight), seen: skin.bump(best) >= SEEN })
     }
-    grid.crop(start, size).ok().map(|part| (start, part))
 }
 
-/// Soft tissue with air beside it.
-fn is_skin(labels: &LabelMap, voxel: [usize; 3]) -> bool {
-    let size = labels.grid().size();
-    let air = |v: [usize; 3]| labels.at(v) == label::OUTSIDE;
-    label::is_soft_tissue(labels.at(voxel))
-        && (0..3).any(|a| {
-            let (mut below, mut above) = (voxel, voxel);
-            below[a] = voxel[a].saturating_sub(1);
-            above[a] = (voxel[a] + 1).min(size[a] - 1);
-            air(below) || air(above)
+/// The skin and what lies under it, smoothed, on a lattice round the breast.
+struct Skin {
+    /// Share of the body within the smaller Gaussian.
+    near: Volume<f32>,
+    /// Share of the body within the larger Gaussian.
+    wide: Volume<f32>,
+    /// HU of the body within the smaller Gaussian, times its share.
+    hu: Volume<f32>,
+}
+
+impl Skin {
+    fn new(ct: &Ct, labels: &LabelMap, around: &Sphere) -> Option<Self> {
+        // The smaller Gaussian reaches beyond the farthest skin that is judged.
+        let whole = Sphere::new(around.centre(), around.radius() + 4.0 * SCALE_MM).ok()?;
+        let (start, part) = labels.grid().around(&whole)?;
+        let at = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
+        let body = Volume::from_fn(part.clone(), |v| u8::from(labels.at(at(v)) != label::OUTSIDE));
+        let hu = Volume::from_fn(part, |v| {
+            if body.at(v) == 0 {
+                return 0.0;
+            }
+            f32::from(ct.at(at(v))).clamp(TISSUE_HU.0, TISSUE_HU.1)
+        });
+        let (low, high) = whole.bounds();
+        let grid = lattice(low, high, STEP_MM)?;
+        let body = sampled(&body, &grid);
+        Some(Self {
+            near: gaussian(&body, [SCALE_MM; 3]),
+            wide: gaussian(&body, [BREAST_MM; 3]),
+            hu: gaussian(&sampled(&hu, &grid), [SCALE_MM; 3]),
         })
+    }
+
+    fn density(&self, n: usize) -> f32 {
+        self.hu.data()[n] / self.near.data()[n]
+    }
+
+    /// What the wider Gaussian misses of the body at the skin near by. Across flat skin its share
+    /// changes half as fast as that of the smaller one.
+    fn bump(&self, n: usize) -> f32 {
+        let to_skin = (SCALE_MM / BREAST_MM) as f32 * (self.near.data()[n] - 0.5);
+        0.5 + to_skin - self.wide.data()[n]
+    }
+
+    /// The point under the tip on the breast's own skin.
+    fn base(&self, tip: Point) -> Point {
+        let at = |p: &Point| sample_trilinear_at(&self.wide, p);
+        let mut point = tip;
+        // Not deeper than a nipple is high.
+        for _ in 0..(2.0 * BREAST_MM / STEP_MM) as usize {
+            if at(&point) >= 0.5 {
+                break;
+            }
+            let slope = Vector::from([0, 1, 2].map(|a| {
+                let mut step = Vector::zeros();
+                step[a] = STEP_MM;
+                f64::from(at(&(point + step)) - at(&(point - step)))
+            }));
+            point += slope.try_normalize(0.0).unwrap_or_default() * (0.5 * STEP_MM);
+        }
+        point
+    }
+}
+
+/// The volume on a lattice; beyond its ends it goes on as it ended.
+fn sampled<T: Copy + Into<f32>>(volume: &Volume<T>, lattice: &Grid) -> Volume<f32> {
+    Volume::from_fn(lattice.clone(), |v| sample_trilinear_at(volume, &lattice.centre(v)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use supine_space::{Matrix, Vector};
+    use supine_space::{Matrix, Side};
 
-    /// A round chest with a breast on its left side and a nipple on the breast.
-    fn chest(nipple: Point) -> LabelMap {
+    const BREAST: Point = Point::new(70.0, -75.0, 100.0);
+
+    /// A round chest of fat with a breast on its left side, and on the breast a nipple and a fold.
+    fn chest(nipple: Option<Point>, fold: Point) -> (Ct, LabelMap) {
         let grid = Grid::new(
-            [120, 110, 50],
-            Vector::new(2.5, 2.5, 4.0),
+            [150, 140, 50],
+            Vector::new(2.0, 2.0, 4.0),
             Point::new(-150.0, -160.0, 0.0),
             Matrix::identity(),
         );
-        let breast = Point::new(70.0, -75.0, 100.0);
-        let grid = grid.unwrap();
-        Volume::from_fn(grid.clone(), |v| {
-            let p = grid.centre(v);
+        let is_nipple = |p: &Point| nipple.is_some_and(|nipple| (p - nipple).norm() < 7.0);
+        let labels = Volume::from_fn(grid.unwrap(), |_| 0u8);
+        let of = |f: &dyn Fn(&Point) -> i16| {
+            let grid = labels.grid();
+            (0..grid.len()).map(|n| f(&grid.centre(grid.voxel(n)))).collect::<Vec<i16>>()
+        };
+        let ct = of(&|p| if is_nipple(p) { 30 } else { -100 });
+        let map = of(&|p| {
             let radius = p.x.hypot(p.y);
+            let breast = (p - BREAST).norm() < 60.0 || (p - fold).norm() < 7.0;
             if radius < 100.0 {
-                label::CHEST_WALL
-            } else if radius < 108.0 || (p - breast).norm() < 60.0 || (p - nipple).norm() < 7.0 {
-                label::SOFT_TISSUE
+                label::CHEST_WALL.into()
             } else {
-                label::OUTSIDE
+                i16::from(radius < 108.0 || breast || is_nipple(p))
             }
-        })
+        });
+        let map = map.into_iter().map(|l| l as u8).collect();
+        (labels.with_data(ct).unwrap(), labels.with_data(map).unwrap())
+    }
+
+    fn on_skin(x: f64, y: f64, z: f64) -> Point {
+        BREAST + Vector::new(x, y, z).normalize() * 60.0
     }
 
     #[test]
-    fn the_bump_on_the_breast_is_found() {
-        let breast = Point::new(70.0, -75.0, 100.0);
-        for direction in [Vector::new(1.0, -1.0, 0.0), Vector::new(0.8, -1.0, -0.4)] {
-            let bump = breast + direction.normalize() * 60.0;
-            let found = nipple(&chest(bump), Side::Left).unwrap();
-            assert!((found - bump).norm() < 9.0, "{found} {bump}");
+    fn the_dense_bump_is_found_and_not_the_fold() {
+        for (nipple, fold) in
+            [((1.0, -1.0, 0.0), (0.1, -1.0, 0.4)), ((0.4, -1.0, -0.4), (1.0, -1.0, 0.3))]
+        {
+            let nipple = on_skin(nipple.0, nipple.1, nipple.2);
+            let (ct, labels) = chest(Some(nipple), on_skin(fold.0, fold.1, fold.2));
+            let breast = Breast::find(&labels, Side::Left, None).unwrap();
+            let found = breast.nipple(&ct, &labels).unwrap();
+            assert!(found.seen && (found.point - nipple).norm() < 2.5, "{found:?} {nipple}");
         }
     }
 
     #[test]
-    fn no_breast_has_no_nipple() {
-        let bump = Point::new(0.0, 0.0, 0.0);
-        assert_eq!(nipple(&chest(bump), Side::Right), None);
+    fn without_a_dense_bump_it_is_a_guess() {
+        let (ct, labels) = chest(None, BREAST);
+        let breast = Breast::find(&labels, Side::Left, None).unwrap();
+        let found = breast.nipple(&ct, &labels).unwrap();
+        assert!(!found.seen, "{found:?}");
     }
 }

@@ -6,7 +6,7 @@ use crate::bench::{Bench, Done};
 use crate::{Case, RunError, Stage};
 use supine_exchange::read_tenths;
 use supine_report::{DoubtfulPatch, WallDoubt};
-use supine_segment::{DOUBTFUL_MM, Doubt};
+use supine_segment::{Breast, DOUBTFUL_MM, Doubt, Nipple};
 use supine_space::{Point, Sphere};
 use supine_volume::{LabelMap, Region, Volume, label};
 
@@ -38,19 +38,27 @@ pub(crate) fn region(
         None => Some(read_tenths(&bench.store.path(DOUBT)?).map_err(RunError::Product)?),
     };
     bench.pass(Stage::Region, |_| {
-        let map = &labels.product;
-        let sphere = match case.region {
-            Some(sphere) => sphere,
-            None => supine_segment::propose_region(map, case.breast, Some(case.tumour))?,
+        let (ct, map) = (&input.input.ct, &labels.product);
+        let found = Breast::find(map, case.breast, Some(case.tumour.centre()));
+        let (breast, sphere) = match (found, case.region) {
+            // Labels that were brought need not hold a whole breast when the region is given.
+            (breast, Some(sphere)) => (breast.ok(), sphere),
+            (breast, None) => {
+                let breast = breast?;
+                let sphere = breast.region(map, Some(case.tumour))?;
+                (Some(breast), sphere)
+            }
         };
         Region::new(map, sphere)?;
         let mut warnings = check_tumour(map, case.tumour, sphere)?;
-        let nipple = supine_segment::nipple(map, case.breast);
+        let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
+        warnings.extend(nipple.and_then(guessed));
+        let nipple = nipple.map(|nipple| nipple.point);
         let middle = nipple.unwrap_or(sphere.centre());
         let found = doubt.as_ref().map(|doubt| supine_segment::doubt(map, doubt, sphere));
         let known = found.as_ref().map(|found| (found, middle));
-        let ct = &input.input.ct;
-        warnings.extend(supine_segment::check_region(ct, map, (sphere, case.breast), known)?);
+        let place = (sphere, case.breast);
+        warnings.extend(supine_segment::check_region(ct, map, place, breast.as_ref(), known)?);
         let chosen = Chosen {
             wall_doubt: found.map(|found| wall_doubt(&found, middle, case)),
             doubt,
@@ -61,6 +69,16 @@ pub(crate) fn region(
             nipple,
         };
         Ok((chosen, warnings))
+    })
+}
+
+fn guessed(nipple: Nipple) -> Option<String> {
+    (!nipple.seen).then(|| {
+        format!(
+            "no nipple stands out on the breast: its place, {:.0?} mm, is a guess; only the level \
+             of pictures and its own displacement rest on it",
+            <[f64; 3]>::from(nipple.point.coords)
+        )
     })
 }
 

@@ -9,7 +9,7 @@ mod refusals;
 mod seeds;
 mod surfaces;
 
-use crate::{Error, Params, nipple, propose_region, segment};
+use crate::{Breast, Error, Params, segment};
 use phantom::{Thorax, Truth};
 use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, label};
@@ -155,20 +155,24 @@ fn the_region_holds_the_breast_and_the_tumour() {
         )
         .unwrap();
     for side in [Side::Left, Side::Right] {
-        let top = nipple(&labels, side).unwrap();
+        let breast = Breast::find(&labels, side, None).unwrap();
         let apex = Point::new(side.sign() * phantom::APEX.x, phantom::APEX.y, phantom::APEX.z);
-        assert!((top - apex).norm() < 36.0 && top.z.abs() < 13.0, "{side}: {top} {apex}");
-        let region = propose_region(&labels, side, None).unwrap();
-        assert!(region.contains(&top) && (50.0..95.0).contains(&region.radius()), "{region:?}");
-        assert!(region.signed_distance(&phantom::midline()) > -15.0, "{region:?}");
-        let tumour = Sphere::new(top + Vector::new(0.0, 60.0, 40.0), 10.0).unwrap();
-        let held = propose_region(&labels, side, Some(tumour)).unwrap();
-        assert!(held.signed_distance(&tumour.centre()) <= -tumour.radius());
-        let far = Sphere::new(top + Vector::new(0.0, 0.0, 300.0), 10.0).unwrap();
-        assert!(matches!(propose_region(&labels, side, Some(far)), Err(Error::NoRegion { .. })));
+        let region = breast.region(&labels, None).unwrap();
+        // The mound's axis stands 75 mm beside the middle, its rim 50 mm round that.
+        let off = region.centre() - Point::new(side.sign() * 75.0, -105.0, 0.0);
+        assert!(off.norm() < 12.0 && off.z.abs() < 3.0, "{side}: {region:?}");
+        assert!(region.signed_distance(&apex) < -30.0, "{side}: {region:?}");
+        assert!((65.0..82.0).contains(&region.radius()), "{side}: {region:?}");
+        let tumour = Sphere::new(apex + Vector::new(0.0, 60.0, 40.0), 10.0).unwrap();
+        let held = breast.region(&labels, Some(tumour)).unwrap();
+        assert!(held.signed_distance(&tumour.centre()) <= -tumour.radius() - 10.0, "{held:?}");
+        let far = Sphere::new(apex + Vector::new(0.0, 0.0, 300.0), 10.0).unwrap();
+        assert!(matches!(breast.region(&labels, Some(far)), Err(Error::NoRegion { .. })));
     }
+    let flat = labels.map(|&l| if l == label::SOFT_TISSUE { label::OUTSIDE } else { l });
     let empty = labels.map(|_| label::OUTSIDE);
-    assert!(
-        propose_region(&empty, Side::Left, None).is_err() && nipple(&empty, Side::Left).is_none()
-    );
+    for none in [flat, empty] {
+        let error = Breast::find(&none, Side::Left, None).unwrap_err();
+        assert!(matches!(error, Error::NoBreast { side: Side::Left, .. }), "{error}");
+    }
 }

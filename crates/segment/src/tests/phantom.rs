@@ -49,11 +49,6 @@ pub(super) const POCKET: Point = Point::new(75.0, -118.0, -50.0);
 /// Highest point of the left breast.
 pub(super) const APEX: Point = Point::new(82.0, -127.0, 0.0);
 
-/// A point at the front midline.
-pub(super) fn midline() -> Point {
-    Point::new(0.0, -110.0, 0.0)
-}
-
 /// Radius of the ellipse (a, b) through the point, as a share: below 1 inside.
 fn ellipse(x: f64, y: f64, a: f64, b: f64) -> f64 {
     (x / a).hypot(y / b)

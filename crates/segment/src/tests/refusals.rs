@@ -1,7 +1,7 @@
 //! What is refused, with its reason; and what must not be.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Error, Info, Params, check_region, segment};
+use crate::{Breast, Error, Info, Params, check_region, segment};
 use supine_space::{Matrix, Point, Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, label};
 
@@ -85,7 +85,7 @@ fn truth() -> (LabelMap, Sphere) {
 }
 
 fn check(ct: &Ct, region: Sphere) -> Result<Vec<String>, Error> {
-    check_region(ct, &truth().0, (region, Side::Left), None)
+    check_region(ct, &truth().0, (region, Side::Left), None, None)
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     let (labels, region) = truth();
     let beyond = |x: f64| changed(move |p, v| if p.x > x { -2048 } else { v });
     let error = check(&beyond(75.0), region).unwrap_err();
-    assert!(matches!(error, Error::BreastCut { side: "left", .. }), "{error}");
+    assert!(matches!(error, Error::BreastCut { side: Side::Left, .. }), "{error}");
     let told = check(&beyond(128.0), region).unwrap();
     assert!(told.len() == 1 && told[0].contains("reconstructed field"), "{told:?}");
     // The lower half of the volume is not there.
@@ -119,6 +119,8 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
         Ct::new(grid.clone(), ct.data()[16 * ni * nj..].to_vec()).unwrap(),
         LabelMap::new(grid, labels.data()[16 * ni * nj..].to_vec()).unwrap(),
     );
-    let error = check_region(&ct, &labels, (region, Side::Left), None).unwrap_err();
+    let breast = Breast::find(&labels, Side::Left, None).unwrap();
+    let place = (region, Side::Left);
+    let error = check_region(&ct, &labels, place, Some(&breast), None).unwrap_err();
     assert!(matches!(error, Error::BreastCut { .. }), "{error}");
 }

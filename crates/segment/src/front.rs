@@ -1,0 +1,122 @@
+//! The patient as seen from the front: how thick the soft tissue under the skin is.
+
+use crate::bones::median;
+use supine_space::{Grid, Matrix, Point, Vector};
+use supine_volume::{LabelMap, Volume, distance_mm, gaussian, label};
+
+/// Distance of the map's points, mm.
+const STEP_MM: f64 = 4.0;
+/// The map is smoothed by a Gaussian of this, mm: noise and skin folds, not a breast.
+const SMOOTH_MM: f64 = 8.0;
+
+/// A map over x (to the patient's left) and z (towards the head) of the skin that faces the front.
+///
+/// Labels of any grid will do, the user's own too: they are looked up on a lattice along the
+/// patient's axes.
+pub(crate) struct Front {
+    /// Distance from the skin to the chest wall, mm; 0 where there is no soft tissue. The grid has
+    /// one row along y.
+    pub(crate) thickness: Volume<f32>,
+    /// The same, smoothed within the patient.
+    pub(crate) smooth: Volume<f32>,
+    /// The skin, LPS, mm, and the point half-way to the chest wall; `None` beside the patient.
+    pub(crate) places: Vec<Option<[Point; 2]>>,
+    /// x of the middle of the chest wall, mm.
+    pub(crate) midline: f64,
+}
+
+impl Front {
+    /// `None` without a chest wall.
+    pub(crate) fn new(labels: &LabelMap) -> Option<Self> {
+        let (low, high) = bounds(labels.grid());
+        let lattice = on_lattice(labels, &lattice(low, high, STEP_MM)?);
+        let wall = lattice.map(|&l| label::is_chest_wall(l));
+        let midline = midline(&wall)?;
+        let away = distance_mm(&wall);
+        let [ni, nj, nk] = lattice.grid().size();
+        let grid = lattice.grid().crop([0; 3], [ni, 1, nk]).ok()?;
+        let skin = |[i, _, k]: [usize; 3]| {
+            (0..nj).map(|j| [i, j, k]).find(|&v| lattice.at(v) != label::OUTSIDE)
+        };
+        let skin: Vec<Option<[usize; 3]>> = (0..grid.len()).map(|n| skin(grid.voxel(n))).collect();
+        let thickness = |v: &Option<[usize; 3]>| match v {
+            Some(v) if label::is_soft_tissue(lattice.at(*v)) => away.at(*v),
+            _ => 0.0,
+        };
+        let thickness = Volume::new(grid, skin.iter().map(thickness).collect()).ok()?;
+        let body = Volume::new(
+            thickness.grid().clone(),
+            skin.iter().map(|v| f32::from(v.is_some())).collect(),
+        );
+        let smooth = within(&thickness, &body.ok()?);
+        let place = |v: [usize; 3]| {
+            let skin = lattice.grid().centre(v);
+            [skin, skin + 0.5 * f64::from(away.at(v)) * towards(&away, v)]
+        };
+        let places = skin.into_iter().map(|v| v.map(place)).collect();
+        Some(Self { thickness, smooth, places, midline })
+    }
+}
+
+/// Points at a distance of `step` along the patient's axes, from one corner to about the other.
+pub(crate) fn lattice(low: Point, high: Point, step: f64) -> Option<Grid> {
+    let size = [0, 1, 2].map(|a| ((high[a] - low[a]) / step) as usize + 1);
+    Grid::new(size, Vector::repeat(step), low, Matrix::identity()).ok()
+}
+
+/// The labels there; outside beyond the ends.
+fn on_lattice(labels: &LabelMap, lattice: &Grid) -> LabelMap {
+    Volume::from_fn(lattice.clone(), |v| {
+        labels.grid().voxel_at(&lattice.centre(v)).map_or(label::OUTSIDE, |v| labels.at(v))
+    })
+}
+
+/// Corners of the box along the patient's axes that holds the centres of all voxels.
+fn bounds(grid: &Grid) -> (Point, Point) {
+    let [i, j, k] = grid.size().map(|n| n - 1);
+    let corners = [0, 1, 2, 3, 4, 5, 6, 7]
+        .map(|c| grid.centre([i * (c & 1), j * (c >> 1 & 1), k * (c >> 2 & 1)]));
+    let low = corners.iter().fold(corners[0], |a, b| a.inf(b));
+    (low, corners.iter().fold(corners[0], |a, b| a.sup(b)))
+}
+
+/// x of the middle of the chest wall, mm: the median over the slices.
+fn midline(wall: &Volume<bool>) -> Option<f64> {
+    let [ni, nj, nk] = wall.grid().size();
+    let mut xs = Vec::new();
+    for k in 0..nk {
+        let mut ends: Option<(usize, usize)> = None;
+        for i in (0..ni).filter(|&i| (0..nj).any(|j| wall.at([i, j, k]))) {
+            ends = Some((ends.map_or(i, |e| e.0), i));
+        }
+        if let Some((first, last)) = ends {
+            xs.push(
+                wall.grid().patient_from_index([0.5 * (first + last) as f64, 0.0, 0.0]).x as f32,
+            );
+        }
+    }
+    (!xs.is_empty()).then(|| median(&mut xs).into())
+}
+
+/// The map smoothed where the mask is 1, as if nothing lay beside it.
+fn within(map: &Volume<f32>, mask: &Volume<f32>) -> Volume<f32> {
+    let sigma = [SMOOTH_MM, 0.0, SMOOTH_MM];
+    let (mut sum, weight) = (gaussian(map, sigma), gaussian(mask, sigma));
+    for n in 0..sum.data().len() {
+        let inside = mask.data()[n] > 0.0;
+        sum.data_mut()[n] = if inside { sum.data()[n] / weight.data()[n] } else { 0.0 };
+    }
+    sum
+}
+
+/// The direction in which the distance falls, a unit vector; zero where it is flat.
+fn towards(away: &Volume<f32>, v: [usize; 3]) -> Vector {
+    let size = away.grid().size();
+    let slope = [0, 1, 2].map(|a| {
+        let (mut below, mut above) = (v, v);
+        below[a] = v[a].saturating_sub(1);
+        above[a] = (v[a] + 1).min(size[a] - 1);
+        f64::from(away.at(below) - away.at(above))
+    });
+    Vector::from(slope).try_normalize(0.0).unwrap_or_default()
+}
