@@ -37,6 +37,7 @@ impl From<supine_exchange::Error> for Failure {
         match error.kind() {
             supine_exchange::ErrorKind::Input => Self::input(error.to_string()),
             supine_exchange::ErrorKind::Output => Self::output(error.to_string()),
+            supine_exchange::ErrorKind::Stopped => Self { code: 130, message: error.to_string() },
         }
     }
 }

@@ -4,11 +4,13 @@ use crate::workspace::root;
 use std::path::{Path, PathBuf};
 
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
-/// come as DICOM, `points.csv` is there when points are carried.
-pub const FINAL_NAMES: [&str; 10] = [
+/// come as DICOM, `points.csv` is there when points are carried,
+/// `tissues.seg.nrrd` when they are asked for.
+pub const FINAL_NAMES: [&str; 11] = [
     "labels.seg.nrrd",
     "labels.dcm",
     "labels-doubt.nrrd",
+    "tissues.seg.nrrd",
     "mesh",
     "field",
     "points.csv",

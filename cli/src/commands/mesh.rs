@@ -13,7 +13,8 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     let args::Mesher::Native = args.mesher;
     let sphere = Sphere::new(Point::from(args.centre.0), args.radius)
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
-    let labels = read_labels(&args.labels)?;
+    let watch = |share| screen.share("import", share);
+    let labels = read_labels(&args.labels, Progress::new(&watch))?;
     let region = Region::new(&labels, sphere).map_err(RunError::from)?;
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
     let watch = |share| screen.share("mesh", share);

@@ -28,9 +28,11 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
         Seeds::Automatic => LabelOrigin::Automatic,
         _ => LabelOrigin::Seeded,
     };
-    let params = Params { seeds: given.read()?, ..Params::default() };
     let watch = |share| screen.share("import", share);
-    let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), Progress::new(&watch))?;
+    let progress = Progress::new(&watch);
+    let params = Params { seeds: given.read(progress.part(0.0, 0.2))?, ..Params::default() };
+    let part = progress.part(0.2, 1.0);
+    let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), part)?;
     let watch = |share| screen.share("segment", share);
     let progress = Progress::new(&watch);
     let segmenter = Segmenter::new(&input.ct, &params, progress.part(0.0, SEARCH));
@@ -39,19 +41,23 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
         .segment(&params.seeds, progress.part(SEARCH, if args.tissues { FOUND } else { 1.0 }));
     let (made, mut info) = made.map_err(RunError::from)?;
     let doubt = args.doubt.as_ref().map(|path| (segmenter.doubt(&made), path));
+    let implants = segmenter.implants();
     drop(segmenter);
     let mut labels = made.labels;
     let mut shares = Vec::new();
     if args.tissues {
-        let fine = supine_segment::tissues(&input.ct, &labels, tumour, progress.part(FOUND, 1.0));
+        let (implants, progress) = (implants.as_ref(), progress.part(FOUND, 1.0));
+        let fine = supine_segment::tissues(&input.ct, &labels, implants, tumour, progress);
         let (finer, facts) = fine.map_err(RunError::from)?;
         labels = finer;
         info.warnings.extend(facts.warnings);
         shares = facts.shares;
     }
-    write(&labels, &input, origin, &args.out)?;
+    let watch = |share| screen.share("export", share);
+    let progress = Progress::new(&watch);
+    write(&labels, &input, origin, &args.out, progress)?;
     if let Some((doubt, path)) = doubt {
-        write_tenths(&doubt, path)?;
+        write_tenths(&doubt, path, progress)?;
     }
     screen.warn_all(&info.warnings);
     let ml = |kind: fn(u8) -> bool| {
@@ -78,9 +84,10 @@ fn write(
     input: &CtInput,
     origin: LabelOrigin,
     path: &Path,
+    progress: Progress<'_>,
 ) -> Result<(), Failure> {
     if !path.to_string_lossy().to_lowercase().ends_with(".dcm") {
-        return Ok(write_labels(labels, path)?);
+        return Ok(write_labels(labels, path, progress)?);
     }
     if write_dicom_labels(labels, input, origin, path)? {
         return Ok(());

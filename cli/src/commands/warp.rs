@@ -58,12 +58,14 @@ fn write(
     reach_mm: f64,
     screen: &Screen,
 ) -> Result<(), Failure> {
+    let watch = |share| screen.share("export", share);
+    let progress = Progress::new(&watch);
     let name = args.out.to_string_lossy().to_lowercase();
     if name.ends_with(".nrrd") {
-        return Ok(write_ct_nrrd(warped, &args.out, NOTE)?);
+        return Ok(write_ct_nrrd(warped, &args.out, NOTE, progress)?);
     }
     if name.ends_with(".nii") || name.ends_with(".nii.gz") {
-        return Ok(write_ct_nifti(warped, &args.out, NOTE)?);
+        return Ok(write_ct_nifti(warped, &args.out, NOTE, progress)?);
     }
     let Some((source, _)) = &input.dicom else {
         let message = "--out: the CT did not come as DICOM, so no series can be written; name a \
@@ -87,7 +89,6 @@ fn write(
         identity: *blake3::hash(NOTE.as_bytes()).as_bytes(),
         reach_mm,
     };
-    let watch = |share| screen.share("export", share);
-    supine_dicom::write_series(warped, source, &params, &args.out, Progress::new(&watch))?;
+    supine_dicom::write_series(warped, source, &params, &args.out, progress)?;
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 use supine_mesh::{DisplacementError, MeshError};
-use supine_space::GridError;
+use supine_space::{GridError, Stopped};
 
 /// A file that cannot be used or written.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +41,9 @@ pub enum Error {
         /// Why, and what to do.
         reason: String,
     },
+    /// The user asked to stop; nothing was left under the name of an output.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// Which side of the work failed.
@@ -50,6 +53,8 @@ pub enum ErrorKind {
     Input,
     /// An output cannot be written.
     Output,
+    /// The user stopped it.
+    Stopped,
 }
 
 impl Error {
@@ -58,6 +63,7 @@ impl Error {
         match self {
             Self::Read { .. } | Self::Input { .. } => ErrorKind::Input,
             Self::Write { .. } | Self::Unwritable { .. } => ErrorKind::Output,
+            Self::Stopped(_) => ErrorKind::Stopped,
         }
     }
 }
@@ -177,6 +183,9 @@ pub enum Problem {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 fn named(name: &Option<String>) -> String {
@@ -191,6 +200,9 @@ impl Problem {
 
     /// The error of a file.
     pub(crate) fn of(self, path: &std::path::Path) -> Error {
-        Error::Input { path: path.into(), problem: self }
+        match self {
+            Self::Stopped(stopped) => Error::Stopped(stopped),
+            problem => Error::Input { path: path.into(), problem },
+        }
     }
 }

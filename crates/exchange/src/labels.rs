@@ -9,6 +9,7 @@ use crate::{
 };
 use segments::Segment;
 use std::{collections::BTreeMap, path::Path};
+use supine_space::Progress;
 use supine_volume::{LabelMap, Volume, label};
 
 /// Reads a label map from NRRD, a 3D Slicer segmentation or NIfTI-1.
@@ -22,22 +23,72 @@ use supine_volume::{LabelMap, Volume, label};
 /// # Errors
 /// When the file cannot be read or is damaged, does not say which way its axes point, or holds a
 /// label or segment that is not one of [`supine_volume::label::ALL`].
-pub fn read_labels(path: &Path) -> Result<LabelMap, Error> {
-    let raster = raster::read(path)?;
+pub fn read_labels(path: &Path, progress: Progress<'_>) -> Result<LabelMap, Error> {
+    let raster = raster::read(path, progress)?;
     labels(&raster).map_err(|p| p.of(path))
+}
+
+/// Labels that someone brings along: known by their numbers, or by names that others gave them.
+#[derive(Debug)]
+pub enum BroughtLabels {
+    /// The numbers of [`supine_volume::label`].
+    Numbers(LabelMap),
+    /// Named segments, whatever their names.
+    Segments(Segments),
+}
+
+/// Reads labels as [`read_labels`], but leaves open what segments with names stand for: those of a
+/// 3D Slicer segmentation and those that a NIfTI file names in a header extension.
+///
+/// # Errors
+/// When the file cannot be read or is damaged, does not say which way its axes point, or holds a
+/// number without a name that is not one of [`supine_volume::label::ALL`].
+pub fn read_brought_labels(path: &Path, progress: Progress<'_>) -> Result<BroughtLabels, Error> {
+    let raster = raster::read(path, progress)?;
+    if raster.segments.is_empty() {
+        return labels(&raster).map(BroughtLabels::Numbers).map_err(|p| p.of(path));
+    }
+    let expected = "expected a whole number, the number of a segment";
+    let values = raster.whole::<i16>(expected).map_err(|p| p.of(path))?;
+    Ok(BroughtLabels::Segments(Segments { raster, values }))
+}
+
+/// Named segments of a file.
+#[derive(Debug)]
+pub struct Segments {
+    raster: Raster,
+    values: Vec<i16>,
+}
+
+impl Segments {
+    /// Their names, in the order of the file.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.raster.segments.iter().map(|s| s.name.as_str())
+    }
+
+    /// The voxels of a segment, by its place in the list. What 3D Slicer cropped is put back on the
+    /// grid of its reference image when the file tells it.
+    ///
+    /// # Panics
+    /// When there is no segment at that place.
+    pub fn mask(&self, place: usize) -> Volume<bool> {
+        let segment = &self.raster.segments[place];
+        let grid = &self.raster.grid;
+        let on = |v| self.values[self.raster.place(segment.layer, grid.offset(v))] == segment.value;
+        segments::uncropped(Volume::from_fn(grid.clone(), on), &self.raster.keys)
+    }
 }
 
 fn labels(raster: &Raster) -> Result<LabelMap, Problem> {
     let values = raster.whole::<i16>("expected a whole number, the number of a label")?;
-    let segments = segments::parse(&raster.keys, raster.layers)?;
-    let data = if segments.is_empty() {
+    let data = if raster.segments.is_empty() {
         if raster.layers != 1 {
             let reason = format!("{} values per voxel, a label map has one", raster.layers);
             return Err(Problem::field("sizes", reason));
         }
         by_number(&values)?
     } else {
-        by_segment(raster, &values, &segments)?
+        by_segment(raster, &values, &raster.segments)?
     };
     let labels = Volume::new(raster.grid.clone(), data)
         .map_err(|e| Problem::field("sizes", e.to_string()))?;
@@ -130,16 +181,16 @@ fn refuse_foreign(
 /// # Errors
 /// When the name ends otherwise, a label of a segmentation has no name in
 /// [`supine_volume::label::ALL`] or the file cannot be written.
-pub fn write_labels(labels: &LabelMap, path: &Path) -> Result<(), Error> {
+pub fn write_labels(labels: &LabelMap, path: &Path, progress: Progress<'_>) -> Result<(), Error> {
     let samples = labels.data().iter().copied();
     let refused = |reason| Error::Unwritable { path: path.into(), reason };
     if file::has_suffix(path, ".seg.nrrd") {
         let keys = segments::keys(labels).map_err(refused)?;
-        nrrd::write(path, labels.grid(), &Axis::Scalar, &keys, samples)
+        nrrd::write(path, labels.grid(), &Axis::Scalar, &keys, samples, progress)
     } else if file::has_suffix(path, ".nrrd") {
-        nrrd::write(path, labels.grid(), &Axis::Scalar, &[], samples)
+        nrrd::write(path, labels.grid(), &Axis::Scalar, &[], samples, progress)
     } else if file::has_suffix(path, ".nii") || file::has_suffix(path, ".nii.gz") {
-        nii::write(path, labels, "")
+        nii::write(path, labels, "", progress)
     } else {
         Err(refused("labels are written as .seg.nrrd, .nrrd, .nii or .nii.gz".into()))
     }

@@ -30,7 +30,7 @@ mod volumes;
 mod vtu;
 
 pub use error::{Error, ErrorKind, Problem};
-pub use labels::{read_labels, write_labels};
+pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use volumes::{

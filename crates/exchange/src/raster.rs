@@ -1,8 +1,8 @@
 //! Voxel data as a file holds them, before they become HU or labels.
 
-use crate::{Problem, file, nii, nrrd, scalar::Scalar};
+use crate::{Problem, file, labels::segments::Segment, nii, nrrd, scalar::Scalar};
 use std::{collections::BTreeMap, path::Path};
-use supine_space::Grid;
+use supine_space::{Grid, Progress};
 
 /// Samples on a grid, still in the type of the file.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub(crate) struct Raster {
     pub(crate) intercept: f64,
     /// Key/value pairs of the header.
     pub(crate) keys: BTreeMap<String, String>,
+    /// What the values are called; empty when the file does not say.
+    pub(crate) segments: Vec<Segment>,
 }
 
 /// How far from a whole number a scaled value may lie: f32 slopes leave 1e-4 at 1000 HU.
@@ -77,17 +79,17 @@ impl Raster {
 }
 
 /// The voxel data of a NRRD or NIfTI file.
-pub(crate) fn read(path: &Path) -> Result<Raster, crate::Error> {
+pub(crate) fn read(path: &Path, progress: Progress<'_>) -> Result<Raster, crate::Error> {
     let bytes = file::read(path)?;
-    parse(bytes).map_err(|p| p.of(path))
+    parse(&bytes, progress).map_err(|p| p.of(path))
 }
 
 /// The voxel data of a NRRD or NIfTI file; its first bytes decide which it is.
-pub(crate) fn parse(bytes: Vec<u8>) -> Result<Raster, Problem> {
+pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Problem> {
     if bytes.starts_with(b"NRRD") {
-        nrrd::parse(&bytes)
-    } else if nii::is_nifti(&bytes) {
-        nii::parse(&bytes)
+        nrrd::parse(bytes, progress)
+    } else if nii::is_nifti(bytes) {
+        nii::parse(bytes, progress)
     } else {
         Err(Problem::Format("NRRD (.nrrd) or NIfTI-1 (.nii, .nii.gz)"))
     }

@@ -1,5 +1,7 @@
 //! The scalar types of files and their bytes.
 
+use supine_space::Progress;
+
 /// Type of one sample in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scalar {
@@ -89,17 +91,22 @@ macro_rules! sample {
 }
 sample!(u8, U8; i16, I16; f32, F32; f64, F64; i64, I64);
 
-/// Writes samples, little endian, some thousand at a time.
+/// Writes `count` samples, little endian, some thousand at a time; a stop is an error of the writer.
 pub(crate) fn write_samples<T: Sample>(
     out: &mut impl std::io::Write,
     samples: impl IntoIterator<Item = T>,
+    count: usize,
+    progress: Progress<'_>,
 ) -> std::io::Result<()> {
     const CHUNK: usize = 1 << 16;
     let mut bytes = Vec::with_capacity(CHUNK + 16);
+    let (all, mut written) = ((count * T::SCALAR.size()).max(1), 0);
     for sample in samples {
         sample.push(&mut bytes);
         if bytes.len() >= CHUNK {
             out.write_all(&bytes)?;
+            written += bytes.len();
+            progress.at(written as f64 / all as f64).map_err(std::io::Error::other)?;
             bytes.clear();
         }
     }

@@ -6,6 +6,7 @@ use crate::{
     raster,
 };
 use std::path::Path;
+use supine_space::Progress;
 use supine_volume::{Ct, SignedDistance, Volume};
 
 /// Reads a CT from NRRD (attached data) or NIfTI-1, told apart by their first bytes.
@@ -15,8 +16,8 @@ use supine_volume::{Ct, SignedDistance, Volume};
 /// # Errors
 /// When the file cannot be read, is damaged, does not say which way its axes point, holds several
 /// values per voxel or a value that is no whole HU.
-pub fn read_ct(path: &Path) -> Result<Ct, Error> {
-    let raster = raster::read(path)?;
+pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
+    let raster = raster::read(path, progress)?;
     let ct = || {
         if raster.layers != 1 {
             let reason = format!("{} values per voxel, a CT has one", raster.layers);
@@ -35,8 +36,8 @@ pub fn read_ct(path: &Path) -> Result<Ct, Error> {
 /// # Errors
 /// When the file cannot be read, is damaged, does not say which way its axes point, or holds
 /// anything but one whole number from 0 to 255 per voxel.
-pub fn read_tenths(path: &Path) -> Result<Volume<u8>, Error> {
-    let raster = raster::read(path)?;
+pub fn read_tenths(path: &Path, progress: Progress<'_>) -> Result<Volume<u8>, Error> {
+    let raster = raster::read(path, progress)?;
     let data = if raster.layers == 1 {
         raster.whole::<u8>("expected a whole number of tenths of mm from 0 to 255")
     } else {
@@ -50,11 +51,12 @@ pub fn read_tenths(path: &Path) -> Result<Volume<u8>, Error> {
 /// Writes lengths in tenths of mm as NRRD: 8 bit, gzip, LPS.
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` or the file cannot be written.
-pub fn write_tenths(volume: &Volume<u8>, path: &Path) -> Result<(), Error> {
+/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
+/// stop.
+pub fn write_tenths(volume: &Volume<u8>, path: &Path, progress: Progress<'_>) -> Result<(), Error> {
     only_nrrd(path, "a map of lengths")?;
     let keys = [("sample units".into(), "0.1 mm".into())];
-    nrrd::write(path, volume.grid(), &Axis::Scalar, &keys, volume.data().iter().copied())
+    nrrd::write(path, volume.grid(), &Axis::Scalar, &keys, volume.data().iter().copied(), progress)
 }
 
 /// Writes a CT as NRRD: 16 bit, gzip, LPS.
@@ -63,10 +65,15 @@ pub fn write_tenths(volume: &Volume<u8>, path: &Path) -> Result<(), Error> {
 /// unless it is empty.
 ///
 /// # Errors
-/// When the file cannot be written.
-pub fn write_ct_nrrd(ct: &Ct, path: &Path, note: &str) -> Result<(), Error> {
+/// When the file cannot be written, or the callback asked to stop.
+pub fn write_ct_nrrd(
+    ct: &Ct,
+    path: &Path,
+    note: &str,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     let keys = if note.is_empty() { vec![] } else { vec![("derivation".into(), note.into())] };
-    nrrd::write(path, ct.grid(), &Axis::Scalar, &keys, ct.data().iter().copied())
+    nrrd::write(path, ct.grid(), &Axis::Scalar, &keys, ct.data().iter().copied(), progress)
 }
 
 /// Writes a CT as NIfTI-1 (`.nii`, or `.nii.gz` compressed): 16 bit, sform and qform equal, RAS.
@@ -75,9 +82,15 @@ pub fn write_ct_nrrd(ct: &Ct, path: &Path, note: &str) -> Result<(), Error> {
 /// all of it in a comment extension.
 ///
 /// # Errors
-/// When the name ends otherwise, a dimension exceeds 32,767 or the file cannot be written.
-pub fn write_ct_nifti(ct: &Ct, path: &Path, note: &str) -> Result<(), Error> {
-    nii::write(path, ct, note)
+/// When the name ends otherwise, a dimension exceeds 32,767 the file cannot be written, or the callback asked to
+/// stop.
+pub fn write_ct_nifti(
+    ct: &Ct,
+    path: &Path,
+    note: &str,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    nii::write(path, ct, note, progress)
 }
 
 /// What the vectors of a displacement field lead from and to.
@@ -104,21 +117,32 @@ impl FieldKind {
 /// The key `displacement field type` says which way it leads, as 3D Slicer reads it.
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` or the file cannot be written.
-pub fn write_field(field: &Volume<[f32; 3]>, path: &Path, kind: FieldKind) -> Result<(), Error> {
+/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
+/// stop.
+pub fn write_field(
+    field: &Volume<[f32; 3]>,
+    path: &Path,
+    kind: FieldKind,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     only_nrrd(path, "a displacement field")?;
     let keys = [("displacement field type".into(), kind.name().into())];
     let samples = field.data().iter().flatten().copied();
-    nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples)
+    nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples, progress)
 }
 
 /// Writes a volume of floats (say, the Jacobian) as NRRD.
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` or the file cannot be written.
-pub fn write_scalar(volume: &Volume<f32>, path: &Path) -> Result<(), Error> {
+/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
+/// stop.
+pub fn write_scalar(
+    volume: &Volume<f32>,
+    path: &Path,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     only_nrrd(path, "a volume of floats")?;
-    nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied())
+    nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied(), progress)
 }
 
 /// Unit of the whole numbers of a signed distance, as files name it.
@@ -127,20 +151,25 @@ const DISTANCE_UNIT: (&str, &str) = ("unit", "1/2000 mm");
 /// Writes a signed distance as NRRD: 16 bit, in 1/2000 mm (the key `unit` says so).
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` or the file cannot be written.
-pub fn write_signed_distance(distance: &SignedDistance, path: &Path) -> Result<(), Error> {
+/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
+/// stop.
+pub fn write_signed_distance(
+    distance: &SignedDistance,
+    path: &Path,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     only_nrrd(path, "a signed distance")?;
     let keys = [(DISTANCE_UNIT.0.into(), DISTANCE_UNIT.1.into())];
     let values = distance.values();
-    nrrd::write(path, values.grid(), &Axis::Scalar, &keys, values.data().iter().copied())
+    nrrd::write(path, values.grid(), &Axis::Scalar, &keys, values.data().iter().copied(), progress)
 }
 
 /// Reads what [`write_signed_distance`] wrote.
 ///
 /// # Errors
 /// When the file cannot be read, is damaged or does not hold whole numbers of 1/2000 mm.
-pub fn read_signed_distance(path: &Path) -> Result<SignedDistance, Error> {
-    let raster = raster::read(path)?;
+pub fn read_signed_distance(path: &Path, progress: Progress<'_>) -> Result<SignedDistance, Error> {
+    let raster = raster::read(path, progress)?;
     let values = || {
         let unit = raster.keys.get(DISTANCE_UNIT.0).map(String::as_str);
         if unit != Some(DISTANCE_UNIT.1) || raster.layers != 1 {

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::path::Path;
 use supine_exchange::*;
 use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
-use supine_space::{Grid, Point, Vector};
+use supine_space::{Grid, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, SeedKind, Volume};
 
 fn grid(size: [usize; 3], angles: [f64; 3], spacing: [f64; 3], left_handed: bool) -> Grid {
@@ -53,18 +53,18 @@ proptest! {
             let path = folder.path().join(name);
             let note = "DERIVED from series 1.2.3\nby an example";
             if name.ends_with("nrrd") {
-                write_ct_nrrd(&ct, &path, note).unwrap();
+                write_ct_nrrd(&ct, &path, note, Progress::none()).unwrap();
             } else {
-                write_ct_nifti(&ct, &path, note).unwrap();
+                write_ct_nifti(&ct, &path, note, Progress::none()).unwrap();
             }
-            let back = read_ct(&path).unwrap();
+            let back = read_ct(&path, Progress::none()).unwrap();
             prop_assert_eq!(back.data(), ct.data());
             expect_same(back.grid(), ct.grid(), tolerance);
         }
         for (name, tolerance) in [("l.seg.nrrd", 1e-12), ("l.nrrd", 1e-12), ("l.nii.gz", 5e-5)] {
             let path = folder.path().join(name);
-            write_labels(&labels, &path).unwrap();
-            let back = read_labels(&path).unwrap();
+            write_labels(&labels, &path, Progress::none()).unwrap();
+            let back = read_labels(&path, Progress::none()).unwrap();
             prop_assert_eq!(back.data(), labels.data());
             expect_same(back.grid(), labels.grid(), tolerance);
         }
@@ -79,11 +79,11 @@ fn both_forms_of_nifti_agree() {
         let angles = [0.3 + f64::from(n), -0.2, 3.0 - f64::from(n)];
         let written = ct(grid([3, 4, 5], angles, [0.7, 0.8, 2.5], left_handed));
         let path = folder.path().join("a.nii");
-        write_ct_nifti(&written, &path, "").unwrap();
+        write_ct_nifti(&written, &path, "", Progress::none()).unwrap();
         let mut bytes = std::fs::read(&path).unwrap();
         bytes[254..256].fill(0); // sform_code
         std::fs::write(&path, &bytes).unwrap();
-        expect_same(read_ct(&path).unwrap().grid(), written.grid(), 5e-5);
+        expect_same(read_ct(&path, Progress::none()).unwrap().grid(), written.grid(), 5e-5);
     }
 }
 
@@ -92,8 +92,8 @@ fn decimal_spacings_survive_single_precision() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.nii");
     let written = ct(grid([2, 2, 2], [0.0; 3], [0.7, 0.9765625, 1.25], false));
-    write_ct_nifti(&written, &path, "").unwrap();
-    assert_eq!(read_ct(&path).unwrap().grid(), written.grid());
+    write_ct_nifti(&written, &path, "", Progress::none()).unwrap();
+    assert_eq!(read_ct(&path, Progress::none()).unwrap().grid(), written.grid());
 }
 
 /// A cube of 2 mm made of six tetrahedra, tags in turn.
@@ -147,17 +147,21 @@ fn points_and_seeds_come_back() {
         let path = folder.path().join(name);
         write_points(&points, &path).unwrap();
         assert_eq!(read_points(&path).unwrap(), points);
-        let seeds = read_seeds(&path).unwrap();
+        let seeds = read_seeds(&path, Progress::none()).unwrap();
         assert_eq!(seeds.chest_wall, [points[0].position]);
         assert_eq!(seeds.soft_tissue, [points[1].position]);
         assert_eq!(seeds.exclude, [points[2].position]);
     }
     let path = folder.path().join("soft_tissue.mrk.json");
     write_points(&[point("F-1", 1.0)], &path).unwrap();
-    assert_eq!(read_seeds(&path).unwrap().soft_tissue.len(), 1, "the file's name decides");
+    assert_eq!(
+        read_seeds(&path, Progress::none()).unwrap().soft_tissue.len(),
+        1,
+        "the file's name decides"
+    );
     let path = folder.path().join("list.mrk.json");
     write_points(&[point("F-1", 1.0)], &path).unwrap();
-    let message = read_seeds(&path).unwrap_err().to_string();
+    let message = read_seeds(&path, Progress::none()).unwrap_err().to_string();
     assert!(
         message.contains("point 1 (`F-1`): neither its name nor that of its list"),
         "{message}"
@@ -169,22 +173,22 @@ fn failures_name_the_file_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let written = ct(grid([2, 2, 2], [0.0; 3], [1.0; 3], false));
     let missing = folder.path().join("no/such/folder.nrrd");
-    let error = write_ct_nrrd(&written, &missing, "").unwrap_err();
+    let error = write_ct_nrrd(&written, &missing, "", Progress::none()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Output);
     assert!(error.to_string().contains("folder.nrrd"), "{error}");
-    let error = read_ct(&missing).unwrap_err();
+    let error = read_ct(&missing, Progress::none()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Input);
     assert!(error.to_string().contains("folder.nrrd"), "{error}");
 
     let refused = [
-        write_ct_nifti(&written, &folder.path().join("a.img"), ""),
-        write_labels(&written.map(|_| 1), &folder.path().join("a.mha")),
-        write_labels(&written.map(|_| 99), &folder.path().join("a.seg.nrrd")),
+        write_ct_nifti(&written, &folder.path().join("a.img"), "", Progress::none()),
+        write_labels(&written.map(|_| 1), &folder.path().join("a.mha"), Progress::none()),
+        write_labels(&written.map(|_| 99), &folder.path().join("a.seg.nrrd"), Progress::none()),
         write_points(&[], &folder.path().join("a.txt")),
         write_vtu(&cube(), None, &folder.path().join("a.vtk")),
-        write_scalar(&written.map(|_| 1.0), &folder.path().join("a.nii")),
+        write_scalar(&written.map(|_| 1.0), &folder.path().join("a.nii"), Progress::none()),
         // A folder stands where the file should go.
-        write_ct_nrrd(&written, folder.path(), ""),
+        write_ct_nrrd(&written, folder.path(), "", Progress::none()),
     ];
     for result in refused {
         assert_eq!(result.unwrap_err().kind(), ErrorKind::Output);
@@ -193,7 +197,7 @@ fn failures_name_the_file_and_leave_nothing() {
 
     let other = folder.path().join("a.nrrd");
     std::fs::write(&other, "no volume").unwrap();
-    let error = read_ct(&other).unwrap_err().to_string();
+    let error = read_ct(&other, Progress::none()).unwrap_err().to_string();
     assert!(error.contains("format is not recognised") && error.contains("a.nrrd"), "{error}");
 }
 
@@ -203,7 +207,7 @@ fn fields_are_vectors_with_their_type() {
     let path = folder.path().join("f.nrrd");
     let grid = grid([2, 3, 4], [0.1, 0.2, 0.3], [1.0; 3], false);
     let field = Volume::from_fn(grid.clone(), |[i, j, k]| [i as f32, j as f32, k as f32]);
-    write_field(&field, &path, FieldKind::Modeling).unwrap();
+    write_field(&field, &path, FieldKind::Modeling, Progress::none()).unwrap();
     let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
     for line in [
         "type: float",
@@ -215,7 +219,7 @@ fn fields_are_vectors_with_their_type() {
     ] {
         assert!(text.contains(&format!("\n{line}\n")), "{line}");
     }
-    let error = read_ct(&path).unwrap_err().to_string();
+    let error = read_ct(&path, Progress::none()).unwrap_err().to_string();
     assert!(error.contains("3 values per voxel, a CT has one"), "{error}");
 }
 
@@ -225,7 +229,7 @@ fn the_same_input_gives_the_same_bytes() {
     let written = labels(grid([5, 4, 3], [0.1, 0.2, 0.3], [1.0; 3], true));
     for name in ["a.seg.nrrd", "a.nii.gz"] {
         let bytes = |path: &Path| {
-            write_labels(&written, path).unwrap();
+            write_labels(&written, path, Progress::none()).unwrap();
             std::fs::read(path).unwrap()
         };
         let again = bytes(&folder.path().join(name));
@@ -244,24 +248,70 @@ fn painted_seeds_are_known_by_the_names_of_segments_files_and_numbers() {
         .map(|l| [None, Some(SeedKind::SoftTissue), Some(SeedKind::ChestWall)][usize::from(*l)])
         .collect();
     for name in ["paint.seg.nrrd", "paint.nrrd", "paint.nii.gz"] {
-        write_labels(&labels, &folder.path().join(name)).unwrap();
-        let seeds = read_seeds(&folder.path().join(name)).unwrap();
+        write_labels(&labels, &folder.path().join(name), Progress::none()).unwrap();
+        let seeds = read_seeds(&folder.path().join(name), Progress::none()).unwrap();
         assert_eq!(kinds(&seeds.painted[0]), both, "{name}");
     }
     let cropped = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/slicer_cropped.seg.nrrd");
-    let seeds = read_seeds(Path::new(cropped)).unwrap();
+    let seeds = read_seeds(Path::new(cropped), Progress::none()).unwrap();
     assert_eq!(seeds.painted[0].grid().size(), [3, 5, 4], "on its own grid");
     let masks = folder.path().join("masks");
     std::fs::create_dir(&masks).unwrap();
     let rib = labels.map(|l| u8::from(*l == 2));
-    write_labels(&rib, &masks.join("rib_left_4.nii.gz")).unwrap();
-    write_labels(&labels, &masks.join("adrenal_gland_left.nii.gz")).unwrap();
-    let seeds = read_seeds(&masks).unwrap();
+    write_labels(&rib, &masks.join("rib_left_4.nii.gz"), Progress::none()).unwrap();
+    write_labels(&labels, &masks.join("adrenal_gland_left.nii.gz"), Progress::none()).unwrap();
+    let seeds = read_seeds(&masks, Progress::none()).unwrap();
     let told = |kind| seeds.painted[0].data().iter().filter(|k| **k == Some(kind)).count();
     assert_eq!(told(SeedKind::ChestWall), rib.data().iter().filter(|l| **l == 1).count());
     assert_eq!(told(SeedKind::SoftTissue), 0);
     let other = labels.map(|l| l * 40);
-    write_labels(&other, &folder.path().join("paint.nrrd")).unwrap();
-    let message = read_seeds(&folder.path().join("paint.nrrd")).unwrap_err().to_string();
+    write_labels(&other, &folder.path().join("paint.nrrd"), Progress::none()).unwrap();
+    let message =
+        read_seeds(&folder.path().join("paint.nrrd"), Progress::none()).unwrap_err().to_string();
     assert!(message.contains("label 40 is no kind of seed"), "{message}");
+}
+
+#[test]
+fn masks_of_a_folder_may_be_empty_and_say_nothing_where_they_contradict() {
+    let folder = tempfile::tempdir().unwrap();
+    let on = |name: &str, first: usize, end: usize| {
+        let grid = grid([40, 5, 4], [0.1; 3], [1.0; 3], false);
+        let mask = LabelMap::from_fn(grid, |[i, ..]| u8::from((first..end).contains(&i)));
+        write_labels(&mask, &folder.path().join(name), Progress::none()).unwrap();
+    };
+    on("rib_left_12.nii.gz", 0, 0);
+    let message = read_seeds(folder.path(), Progress::none()).unwrap_err().to_string();
+    assert!(message.contains("its masks are empty"), "{message}");
+    on("rib_left_4.nii.gz", 0, 3);
+    on("pectoralis_minor.nii.gz", 4, 10);
+    on("serratus_anterior.nii.gz", 10, 16);
+    on("breast.nii.gz", 14, 40);
+    on("spleen.nii.gz", 0, 40);
+    std::fs::write(folder.path().join("statistics.json"), "{}").unwrap();
+    let seeds = read_seeds(folder.path(), Progress::none()).unwrap();
+    assert_eq!(seeds.painted.len(), 1);
+    let at = |i| seeds.painted[0].at([i, 2, 2]);
+    let (soft, wall) = (Some(SeedKind::SoftTissue), Some(SeedKind::ChestWall));
+    // Bone to its edge; the muscles as one, and the breast, without theirs.
+    assert_eq!([0, 2, 3].map(at), [wall, wall, None]);
+    assert_eq!([6, 7, 10, 12, 13].map(at), [None, wall, wall, wall, None]);
+    assert_eq!([16, 17, 39].map(at), [None, soft, soft]);
+}
+
+#[test]
+fn a_stop_ends_reading_and_writing_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = labels(grid([64, 64, 40], [0.1; 3], [1.0; 3], false));
+    let stop = |_: f64| false;
+    for name in ["a.seg.nrrd", "a.nrrd", "a.nii.gz"] {
+        let path = folder.path().join(name);
+        let error = write_labels(&written, &path, Progress::new(&stop)).unwrap_err();
+        assert!(matches!(error, Error::Stopped(_)), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{name}");
+    }
+    let path = folder.path().join("a.nrrd");
+    write_labels(&written, &path, Progress::none()).unwrap();
+    let error = read_labels(&path, Progress::new(&stop)).unwrap_err();
+    assert!(matches!(error, Error::Stopped(_)), "{error}");
+    assert_eq!(error.kind(), ErrorKind::Stopped);
 }

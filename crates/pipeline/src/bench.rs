@@ -78,20 +78,21 @@ impl<'a> Bench<'a> {
         &mut self,
         stage: Stage,
         inputs: &[&str],
-        load: impl FnOnce(&Store) -> Result<P, RunError>,
+        load: impl FnOnce(&Store, Progress<'_>) -> Result<P, RunError>,
         make: impl FnOnce(&Store, Progress<'_>) -> Result<Made<P, F>, RunError>,
     ) -> Result<Done<P, F>, RunError> {
         let watch = self.watch;
         let meter = self.begin(stage);
         let key = key(&[&[self.program.as_str(), stage.name()], inputs].concat());
+        let progress = |share| watch.progress(stage, share);
+        let progress = Progress::new(&progress);
         if let Some(record) = self.store.done::<F>(stage, &key) {
-            let product = load(&self.store)?;
+            let product = load(&self.store, progress)?;
             self.end(meter, stage, true, record.warnings)?;
             return Ok(Done { product, facts: record.facts, key });
         }
         self.store.clear_from(stage)?;
-        let progress = |share| watch.progress(stage, share);
-        let made = make(&self.store, Progress::new(&progress))?;
+        let made = make(&self.store, progress)?;
         let record = self.store.keep(stage, &key, made.facts, made.warnings)?;
         self.end(meter, stage, false, record.warnings)?;
         Ok(Done { product: made.product, facts: record.facts, key })

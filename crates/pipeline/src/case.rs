@@ -5,7 +5,7 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use supine_fem::{Cut, RestState, Tissue};
 use supine_mesh::Order;
-use supine_space::{BedPose, Point, Side, Sphere};
+use supine_space::{BedPose, Point, Progress, Side, Sphere};
 
 /// Everything that decides a run, validated. Paths are absolute or relative to the working folder.
 #[derive(Clone, Debug)]
@@ -36,6 +36,8 @@ pub struct Case {
     pub labels: Option<Brought>,
     /// Point lists to carry.
     pub points: Vec<PathBuf>,
+    /// Whether fat, gland and other tissues are labelled too, for the report.
+    pub tissues: bool,
 }
 
 /// What is asked of the mesh.
@@ -63,13 +65,13 @@ impl Seeds {
     /// The seeds themselves, read from their file when there is one.
     ///
     /// # Errors
-    /// When the file cannot be read or holds no seeds.
-    pub fn read(&self) -> Result<supine_segment::Seeds, RunError> {
+    /// When the file cannot be read or holds no seeds, or the callback asked to stop.
+    pub fn read(&self, progress: Progress<'_>) -> Result<supine_segment::Seeds, RunError> {
         match self {
             Self::Automatic => Ok(supine_segment::Seeds::default()),
             Self::Points(seeds) => Ok(seeds.clone()),
-            Self::File(path) => supine_exchange::read_seeds(path)
-                .map_err(|source| RunError::File { role: "`seeds`", source }),
+            Self::File(path) => supine_exchange::read_seeds(path, progress)
+                .map_err(|source| RunError::file("`seeds`", source)),
         }
     }
 }
@@ -120,6 +122,8 @@ struct CaseFile {
     labels: Option<LabelsFile>,
     #[serde(default)]
     carry: CarryFile,
+    #[serde(default)]
+    tissues: bool,
 }
 
 #[derive(Deserialize)]
@@ -261,6 +265,7 @@ impl Case {
             seeds: seeds(file.seeds, base)?,
             labels: file.labels.map(|l| labels(l, base)),
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
+            tissues: file.tissues,
         })
     }
 }

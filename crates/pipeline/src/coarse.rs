@@ -33,16 +33,17 @@ pub fn coarsen_run(
         let error = supine_tetrahedralise::Error::NotCoarser { asked: tetrahedra, has };
         return Err(RunError::Mesh(error));
     }
-    let labels = read_labels(&store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
-    let surfaces = read_surfaces(&store, &labels)?;
+    let labels = read_labels(&store.path("labels.seg.nrrd")?, progress.part(0.0, 0.05))
+        .map_err(RunError::product)?;
+    let surfaces = read_surfaces(&store, &labels, progress.part(0.05, 0.15))?;
     let asked = &summary.parameters.region;
     let sphere = Sphere::new(Point::from(asked.centre_mm), asked.radius_mm);
     let mut region = Region::new(&labels, sphere.map_err(|_| unfinished())?)?;
     if let Some(surfaces) = &surfaces {
         region = region.with_surfaces(surfaces)?;
     }
-    let domain = Domain::new(&region, &Params::default(), progress.part(0.0, 0.4))?;
-    let (mesh, info) = domain.mesh(tetrahedra, progress.part(0.4, 1.0))?;
+    let domain = Domain::new(&region, &Params::default(), progress.part(0.15, 0.45))?;
+    let (mesh, info) = domain.mesh(tetrahedra, progress.part(0.45, 1.0))?;
     let carried = transfer(&fine, &displacement, &mesh).map_err(|_| unfinished())?;
     Ok((mesh, carried, info))
 }

@@ -29,8 +29,8 @@ pub fn read_ct(
     }
     let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
     if [".nrrd", ".nii", ".nii.gz"].iter().any(|end| name.ends_with(end)) {
-        let ct = supine_exchange::read_ct(path)
-            .map_err(|source| RunError::File { role: "`ct`", source })?;
+        let ct = supine_exchange::read_ct(path, progress)
+            .map_err(|source| RunError::file("`ct`", source))?;
         return Ok(CtInput { ct, dicom: None });
     }
     let params = ReadParams { series: series.map(Into::into) };

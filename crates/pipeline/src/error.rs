@@ -127,6 +127,22 @@ impl From<supine_space::Stopped> for RunError {
 }
 
 impl RunError {
+    /// An input or stored product that cannot be read, by the key of the case that names it.
+    pub(crate) fn file(role: &'static str, source: supine_exchange::Error) -> Self {
+        match source {
+            supine_exchange::Error::Stopped(_) => Self::Stopped,
+            source => Self::File { role, source },
+        }
+    }
+
+    /// A product that cannot be written or read back.
+    pub(crate) fn product(error: supine_exchange::Error) -> Self {
+        match error {
+            supine_exchange::Error::Stopped(_) => Self::Stopped,
+            error => Self::Product(error),
+        }
+    }
+
     /// The exit code: 1 input, 3 method, 5 output, 75 worth a retry, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -1,7 +1,8 @@
 //! The summary's figures from the domain types.
 
 use supine_mesh::{BoundaryTag, TetMesh, quality};
-use supine_report::{Mesh, Movement};
+use supine_report::{Gate, Mesh, Movement};
+use supine_segment::Bound;
 use supine_space::Point;
 
 /// The mesh's part of the summary; the unknowns are known only to the solver and stay 0 here.
@@ -20,6 +21,19 @@ pub(crate) fn mesh_facts(mesh: &TetMesh, asked: usize) -> Mesh {
         skin_mm2: mesh.area(BoundaryTag::Skin),
         chest_wall_mm2: mesh.area(BoundaryTag::ChestWall),
         cut_mm2: mesh.area(BoundaryTag::Cut),
+    }
+}
+
+/// A figure and its limits in the words of the summary.
+pub(crate) fn gate(gate: &supine_segment::Gate) -> Gate {
+    Gate {
+        what: gate.what.into(),
+        unit: gate.unit.into(),
+        value: gate.value,
+        at_most: gate.bound == Bound::AtMost,
+        warns: gate.warns,
+        refuses: gate.refuses,
+        jointly: gate.jointly,
     }
 }
 

@@ -25,6 +25,7 @@ const KEYS: &[Key] = &[
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("carry", &["points"]),
+    key("tissues", &[]),
 ];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
@@ -37,6 +38,9 @@ pub(crate) fn first_unknown(case: &Table) -> Option<String> {
         let Some(known) = KEYS.iter().find(|k| k.name == name) else {
             return Some(complain(name, KEYS.iter().map(|k| k.name)));
         };
+        if let Some(complaint) = no_table(known, value) {
+            return Some(complaint);
+        }
         let (Value::Table(table), false) = (value, known.within.is_empty()) else { continue };
         if let Some(inner) = table.keys().find(|k| !known.within.contains(&k.as_str())) {
             let path = format!("{name}.{inner}");
@@ -44,6 +48,20 @@ pub(crate) fn first_unknown(case: &Table) -> Option<String> {
         }
     }
     None
+}
+
+/// What is wrong with a single value where keys within are expected; seeds and labels may also be a
+/// file alone.
+fn no_table(known: &Key, value: &Value) -> Option<String> {
+    let single = known.within.is_empty() || matches!(known.name, "seeds" | "labels");
+    if single || value.is_table() {
+        return None;
+    }
+    let (name, within) = (known.name, known.within.join(", "));
+    let near = |k: &&Key| k.within.is_empty() && strsim::damerau_levenshtein(k.name, name) == 1;
+    let hint = KEYS.iter().find(near).map(|k| format!("; did you mean `{}`?", k.name));
+    let hint = hint.unwrap_or_default();
+    Some(format!("`{name}` takes keys: {name} = {{ ... }} with {within}{hint}"))
 }
 
 fn complain<'a>(path: &str, known: impl Iterator<Item = &'a str>) -> String {
@@ -77,6 +95,15 @@ mod tests {
             Some("unknown key `tissue.yuong`: did you mean `tissue.young`?".into())
         );
         assert_eq!(first("seeds = 'a.mrk.json'\nct = 'x'"), None);
+    }
+
+    #[test]
+    fn a_single_value_for_a_table_is_told_with_its_keys() {
+        let text = first("tissue = true").unwrap();
+        assert!(text.contains("young, poisson") && text.contains("mean `tissues`?"), "{text}");
+        let text = first("bed = [7, 5]").unwrap();
+        assert!(text.ends_with("bed = { ... } with ap, lat"), "{text}");
+        assert_eq!(first("tissues = true\nlabels = 'l.nrrd'\nseeds = 's.csv'"), None);
     }
 
     #[test]

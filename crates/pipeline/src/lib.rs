@@ -28,6 +28,7 @@ mod stages {
     pub(crate) mod report;
     pub(crate) mod segment;
     pub(crate) mod solve;
+    pub(crate) mod tissues;
     pub(crate) mod warp;
 }
 

@@ -1,7 +1,7 @@
 //! The whole flow.
 
 use crate::bench::{Bench, Watch};
-use crate::stages::{export, import, mesh, region, report, segment, solve, warp};
+use crate::stages::{export, import, mesh, region, report, segment, solve, tissues, warp};
 use crate::store::refuse_overlap;
 use crate::{Case, Options, RunError, Stage};
 use std::path::Path;
@@ -38,6 +38,10 @@ pub fn run(
     if until(Stage::Region) {
         return Ok(None);
     }
+    let tissues = tissues::tissues(&mut bench, case, &input, &labels, &region)?;
+    if until(Stage::Tissues) {
+        return Ok(None);
+    }
     let mesh = mesh::mesh(&mut bench, case, &labels, &region)?;
     if until(Stage::Mesh) {
         return Ok(None);
@@ -55,6 +59,6 @@ pub fn run(
     if until(Stage::Export) {
         return Ok(None);
     }
-    let flow = report::Flow { input, labels, region, mesh, solved, warped, export };
+    let flow = report::Flow { input, labels, region, mesh, solved, warped, export, tissues };
     report::report(bench, case, &flow).map(Some)
 }

@@ -9,6 +9,8 @@ pub enum Stage {
     Segment,
     /// Find or check the sphere.
     Region,
+    /// Label the finer tissues for the report, when the case asks for them.
+    Tissues,
     /// Fill the soft tissue in the sphere with tetrahedra.
     Mesh,
     /// Displace them under the table's gravity.
@@ -23,10 +25,11 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Import,
         Self::Segment,
         Self::Region,
+        Self::Tissues,
         Self::Mesh,
         Self::Solve,
         Self::Warp,
@@ -40,6 +43,7 @@ impl Stage {
             Self::Import => "import",
             Self::Segment => "segment",
             Self::Region => "region",
+            Self::Tissues => "tissues",
             Self::Mesh => "mesh",
             Self::Solve => "solve",
             Self::Warp => "warp",
@@ -48,13 +52,25 @@ impl Stage {
         }
     }
 
+    /// Whether redoing this stage makes another one stale: itself and all later ones, but that
+    /// nothing except the report rests on the finer tissues.
+    pub(crate) fn spoils(self, other: Self) -> bool {
+        let rests = self != Self::Tissues || matches!(other, Self::Tissues | Self::Report);
+        other >= self && rests
+    }
+
     /// What the run leaves from this stage, relative to the output folder.
     pub(crate) fn products(self) -> &'static [&'static str] {
         match self {
             Self::Import | Self::Region => &[],
-            Self::Segment => {
-                &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd", ".stages/surfaces"]
-            }
+            Self::Segment => &[
+                "labels.seg.nrrd",
+                "labels.dcm",
+                "labels-doubt.nrrd",
+                ".stages/surfaces",
+                ".stages/implants.nrrd",
+            ],
+            Self::Tissues => &["tissues.seg.nrrd"],
             Self::Mesh => &["mesh/rest.vtu"],
             Self::Solve => &["mesh/deformed.vtu"],
             Self::Warp => &[".stages/warped.nrrd", "field", "points.csv"],

@@ -1,8 +1,8 @@
 //! The stages that are done, by content hash: a second run does nothing.
 //!
 //! A stage is done when its record holds the key of what is asked now and its products still have
-//! the bytes they were recorded with. When one is not, its products and those of all later stages
-//! are removed before it runs, so that a folder never mixes results of two cases.
+//! the bytes they were recorded with. When one is not, its products and those of the stages that
+//! rest on it are removed before it runs, so that a folder never mixes results of two cases.
 
 use crate::{RunError, Stage};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -72,7 +72,7 @@ impl Store {
 
     /// The record of a stage that is done for this key, with all its products as they were.
     pub(crate) fn done<T: DeserializeOwned>(&self, stage: Stage, key: &str) -> Option<Record<T>> {
-        if self.force.is_some_and(|from| stage >= from) {
+        if self.force.is_some_and(|from| from.spoils(stage)) {
             return None;
         }
         let text = fs::read_to_string(self.record(stage)).ok()?;
@@ -84,9 +84,9 @@ impl Store {
         whole.then_some(record)
     }
 
-    /// Removes what this and all later stages left.
+    /// Removes what this stage and those that rest on it left.
     pub(crate) fn clear_from(&self, stage: Stage) -> Result<(), RunError> {
-        for later in Stage::ALL.into_iter().filter(|s| *s >= stage) {
+        for later in Stage::ALL.into_iter().filter(|s| stage.spoils(*s)) {
             remove(&self.record(later))?;
             for product in later.products() {
                 remove(&self.root.join(product))?;
@@ -279,6 +279,21 @@ mod tests {
         assert!(s.done::<()>(Stage::Export, "k").is_none());
         assert!(dir.path().join("mesh/rest.vtu").exists());
         assert!(!dir.path().join("mesh/deformed.vtu").exists());
+    }
+
+    #[test]
+    fn the_finer_tissues_spoil_the_report_alone() {
+        let dir = tempfile::tempdir().unwrap();
+        let s = store(dir.path(), None);
+        for stage in [Stage::Tissues, Stage::Mesh, Stage::Report] {
+            s.keep(stage, "k", (), vec![]).unwrap();
+        }
+        s.clear_from(Stage::Tissues).unwrap();
+        let done = |stage| s.done::<()>(stage, "k").is_some();
+        assert_eq!([Stage::Tissues, Stage::Mesh, Stage::Report].map(done), [false, true, false]);
+        s.keep(Stage::Tissues, "k", (), vec![]).unwrap();
+        s.clear_from(Stage::Mesh).unwrap();
+        assert_eq!([Stage::Tissues, Stage::Mesh].map(done), [true, false]);
     }
 
     #[test]

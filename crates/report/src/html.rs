@@ -34,6 +34,7 @@ struct Shown<'a> {
     /// Shares of the width, so that all pictures of the row have one scale: `520fr 310fr 520fr`.
     columns: String,
     figures: Vec<Figure<'a>>,
+    table: Option<&'a Table>,
 }
 
 /// A picture, embedded.
@@ -69,6 +70,7 @@ pub(crate) fn page(
             pair: row.pair,
             columns: columns(row),
             figures: figures.collect(),
+            table: row.table.as_ref(),
         };
         match sections.last_mut() {
             Some(section) if row.title.is_empty() => section.rows.push(shown),

@@ -17,6 +17,7 @@ pub(crate) struct Phantom {
     pub(crate) deformed: Ct,
     pub(crate) labels: LabelMap,
     pub(crate) doubt: Volume<u8>,
+    pub(crate) tissues: LabelMap,
     pub(crate) mesh: TetMesh,
     pub(crate) displacement: Displacement,
 }
@@ -59,7 +60,13 @@ impl Phantom {
             let near = (p.y - 5.0).abs() < 3.0 && hu(p) > -1000;
             if near && p.x > 0.0 { 40 } else { u8::from(near) }
         });
-        Self { ct, deformed, labels, doubt, mesh, displacement }
+        let tissues = Volume::from_fn(grid.clone(), |v| match labels.at(v) {
+            label::CHEST_WALL => label::MUSCLE,
+            label::SOFT_TISSUE if grid.centre(v).x > 0.0 => label::GLAND,
+            label::SOFT_TISSUE => label::FAT,
+            other => other,
+        });
+        Self { ct, deformed, labels, doubt, tissues, mesh, displacement }
     }
 
     /// The scene with the nipple as focus; no tumour.
@@ -69,6 +76,7 @@ impl Phantom {
             deformed: &self.deformed,
             labels: &self.labels,
             doubt: Some(&self.doubt),
+            tissues: Some(&self.tissues),
             mesh: &self.mesh,
             displacement: &self.displacement,
             sphere: Sphere::new(Point::origin(), 48.0).unwrap(),

@@ -16,6 +16,8 @@ pub struct Scene<'a> {
     /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and 0
     /// elsewhere, on the grid of the labels; `None` when it is not known.
     pub doubt: Option<&'a Volume<u8>>,
+    /// The finer labels, on the grid of the labels; `None` when the case did not ask for them.
+    pub tissues: Option<&'a LabelMap>,
     /// The mesh in the CT shape.
     pub mesh: &'a TetMesh,
     /// Displacement from the CT shape to the operating position.

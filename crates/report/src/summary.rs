@@ -189,6 +189,58 @@ pub struct Segmentation {
     pub chest_wall_ml: f64,
     /// Doubt about the boundary between them; `None` when the labels were brought.
     pub doubt: Option<WallDoubt>,
+    /// What the whole case was judged by, and how near a warning or refusal it was.
+    pub gates: Vec<Gate>,
+    /// Finer tissues; `None` when the case did not ask for them.
+    pub tissues: Option<Tissues>,
+}
+
+/// A figure that the whole case was judged by.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Gate {
+    /// What was measured.
+    pub what: String,
+    /// Its unit.
+    pub unit: String,
+    /// The figure.
+    pub value: f64,
+    /// Whether the limits are the most that is sound (or the least).
+    pub at_most: bool,
+    /// Beyond it there is a warning; `None` when the figure alone never warns.
+    pub warns: Option<f64>,
+    /// Beyond it the case is refused; `None` when the figure alone never refuses.
+    pub refuses: Option<f64>,
+    /// Whether it refuses only together with another figure marked so.
+    pub jointly: bool,
+}
+
+/// Fat, gland and other tissues. Nothing is computed from them.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Tissues {
+    /// Commonest value of the fat, HU.
+    pub fat_hu: f64,
+    /// Median of the gland where it is thick, HU; `None` where none is.
+    pub gland_hu: Option<f64>,
+    /// Whether the tumour was grown from its centre; else it is the sphere of the case.
+    pub tumour_grown: bool,
+    /// Breast density: gland over gland and fat within the region, percent of volume; `None` when
+    /// there is neither.
+    pub density_percent: Option<f64>,
+    /// Each tissue, in the order of its label.
+    pub volumes: Vec<TissueVolume>,
+}
+
+/// How much there is of a tissue.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct TissueVolume {
+    /// Its name, as in the file of labels.
+    pub name: String,
+    /// Volume within the region, ml.
+    pub region_ml: f64,
+    /// Mean of the CT there, HU; `None` when there is none.
+    pub mean_hu: Option<f64>,
+    /// Volume in the whole CT, ml.
+    pub whole_ct_ml: f64,
 }
 
 /// How sure the boundary between chest wall and soft tissue is within the region.

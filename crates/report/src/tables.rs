@@ -1,7 +1,7 @@
 //! The report's tables, as text.
 
 use crate::words::{capital, count, directions, fixed, triple};
-use crate::{Movement, Summary, WallDoubt};
+use crate::{Gate, Movement, Summary, Tissues, WallDoubt};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -184,6 +184,65 @@ fn segmentation(s: &Summary) -> Table {
     t.row("Chest wall in the region", format!("{} ml", fixed(s.segmentation.chest_wall_ml, 0)));
     if let Some(doubt) = &s.segmentation.doubt {
         t.row("Doubtful boundary", doubtful(doubt));
+    }
+    if let Some(tissues) = &s.segmentation.tissues {
+        t.row("Breast density", density(tissues));
+    }
+    t
+}
+
+/// `18 % of gland in gland and fat`.
+fn density(tissues: &Tissues) -> String {
+    let none = || "neither gland nor fat in the region".into();
+    tissues
+        .density_percent
+        .map_or_else(none, |d| format!("{} % of gland in gland and fat", fixed(d, 0)))
+}
+
+/// How near the case was to a warning or refusal; none when nothing was measured.
+pub(crate) fn gates(gates: &[Gate]) -> Option<Table> {
+    let mut t = Table::list(
+        "How near a warning or refusal the whole case was. * refuses only together with another one",
+        &["Measured", "Figure", "Warns", "Refuses"],
+    );
+    for gate in gates {
+        let limit = |limit: Option<f64>| match limit {
+            Some(limit) if gate.at_most => format!("above {}", figure(limit, &gate.unit)),
+            Some(limit) => format!("below {}", figure(limit, &gate.unit)),
+            None => "\u{2013}".into(),
+        };
+        let star = if gate.jointly { " *" } else { "" };
+        t.rows.push(vec![
+            capital(&gate.what),
+            figure(gate.value, &gate.unit),
+            limit(gate.warns),
+            limit(gate.refuses) + star,
+        ]);
+    }
+    (!t.rows.is_empty()).then_some(t)
+}
+
+/// A figure with its unit: one decimal where it is small.
+fn figure(value: f64, unit: &str) -> String {
+    let decimals = usize::from(value.abs() < 9.95 && value.fract().abs() > 1e-9);
+    format!("{} {unit}", fixed(value, decimals))
+}
+
+/// How much there is of each tissue.
+pub(crate) fn tissues(tissues: &Tissues) -> Table {
+    let mut t = Table::list(
+        "Volumes, and means of the CT",
+        &["Tissue", "In the region, ml", "Mean there, HU", "In the whole CT, ml"],
+    );
+    for v in tissues.volumes.iter().filter(|v| v.whole_ct_ml > 0.0) {
+        let mean = v.mean_hu.map_or_else(|| "\u{2013}".into(), |hu| fixed(hu, 0));
+        let decimals = usize::from(v.region_ml < 9.95);
+        t.rows.push(vec![
+            capital(&v.name),
+            fixed(v.region_ml, decimals),
+            mean,
+            fixed(v.whole_ct_ml, 0),
+        ]);
     }
     t
 }

@@ -17,6 +17,7 @@ pub(crate) mod flag {
     /// Air that is joined to the air around the patient.
     pub(crate) const OPEN_AIR: u8 = 8;
     pub(crate) const CORE: u8 = 16;
+    pub(crate) const IMPLANT: u8 = 32;
 }
 
 /// Values below are padding, not air.
@@ -26,7 +27,7 @@ const LUNG_CM3: f64 = 60.0;
 /// ... whose mean lies above that of a pocket of air between patient and table, HU.
 const LUNG_MEAN_HU: f64 = -970.0;
 /// Least volume of the lungs together and of the body, litres.
-const LUNGS_L: f64 = 0.3;
+pub(crate) const LUNGS_L: f64 = 0.3;
 const BODY_L: f64 = 3.0;
 /// Sheets and leads thinner than twice this are taken off the body, mm.
 const OPENING_MM: f32 = 3.0;

@@ -3,6 +3,7 @@
 use crate::body::field;
 use crate::doubt::Doubt;
 use crate::frame::Frame;
+use crate::gate::Gate;
 use crate::{Breast, DOUBTFUL_MM, Error};
 use supine_space::{Point, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Volume, distance_mm, label};
@@ -28,9 +29,19 @@ const END_REFUSES: f64 = 0.9;
 const DOUBTFUL_SHARE: f64 = 0.1;
 const DOUBTFUL_CM2: f64 = 8.0;
 
+/// What [`check_region`] found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RegionCheck {
+    /// What the user should look at.
+    pub warnings: Vec<String>,
+    /// What was measured, and its limits.
+    pub gates: Vec<Gate>,
+}
+
 /// Checks the breast of `side` within its region; gives what the user should look at.
 ///
-/// `breast` is that of the same side, when there is one. `doubt` is that of the boundary within the region, where it is known; its places are told from
+/// `breast` is that of the same side, when there is one. `doubt` is that of the boundary within the
+/// region, where it is known; its places are told from
 /// `middle`, the nipple or the middle of the region.
 ///
 /// # Errors
@@ -41,17 +52,22 @@ pub fn check_region(
     (region, side): (Sphere, Side),
     breast: Option<&Breast>,
     doubt: Option<(&Doubt, Point)>,
-) -> Result<Vec<String>, Error> {
-    let mut out = Vec::new();
-    out.extend(bone(ct, labels, region)?);
-    out.extend(cut_by_field(ct, labels, region, side)?);
-    out.extend(breast.map(cut_by_end).transpose()?.flatten());
-    out.extend(doubt.and_then(|(found, middle)| doubtful(found, &middle, side)));
+) -> Result<RegionCheck, Error> {
+    let mut out = RegionCheck::default();
+    let bone_cm3 = bone_cm3(ct, labels, region);
+    out.warnings.extend(bone(bone_cm3, &mut out.gates)?);
+    out.warnings.extend(cut_by_field(ct, labels, (region, side), &mut out.gates)?);
+    // A side without a breast has nothing to cut.
+    let cut = breast.map(|breast| cut_by_end(breast, &mut out.gates)).transpose()?;
+    out.warnings.extend(cut.flatten());
+    let doubt = doubt.and_then(|(found, middle)| doubtful(found, &middle, side, &mut out.gates));
+    out.warnings.extend(doubt);
     Ok(out)
 }
 
-fn bone(ct: &Ct, labels: &LabelMap, region: Sphere) -> Result<Option<String>, Error> {
-    let Some((start, grid)) = labels.grid().around(&region) else { return Ok(None) };
+/// Volume of what is as dense as bone in the soft tissue, off the chest wall, cm³.
+fn bone_cm3(ct: &Ct, labels: &LabelMap, region: Sphere) -> f64 {
+    let Some((start, grid)) = labels.grid().around(&region) else { return 0.0 };
     let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
     let dense = |v: [usize; 3]| {
         label::is_soft_tissue(labels.at(whole(v)))
@@ -59,13 +75,19 @@ fn bone(ct: &Ct, labels: &LabelMap, region: Sphere) -> Result<Option<String>, Er
             && region.contains(&grid.centre(v))
     };
     if !(0..grid.len()).any(|n| dense(grid.voxel(n))) {
-        return Ok(None);
+        return 0.0;
     }
     let wall = Volume::from_fn(grid.clone(), |v| label::is_chest_wall(labels.at(whole(v))));
     let away = distance_mm(&wall);
     let voxels =
         (0..grid.len()).filter(|&n| away.data()[n] > OFF_WALL_MM && dense(grid.voxel(n))).count();
-    let bone_cm3 = voxels as f64 * grid.voxel_volume() / 1000.0;
+    voxels as f64 * grid.voxel_volume() / 1000.0
+}
+
+fn bone(bone_cm3: f64, gates: &mut Vec<Gate>) -> Result<Option<String>, Error> {
+    let what = "as dense as bone in the region's soft tissue";
+    gates
+        .push(Gate::at_most(what, bone_cm3, "cm³").warns(BONE_WARNS_CM3).refuses(BONE_REFUSES_CM3));
     if bone_cm3 > BONE_REFUSES_CM3 {
         return Err(Error::BoneInBreast { bone_cm3 });
     }
@@ -80,8 +102,8 @@ fn bone(ct: &Ct, labels: &LabelMap, region: Sphere) -> Result<Option<String>, Er
 fn cut_by_field(
     ct: &Ct,
     labels: &LabelMap,
-    region: Sphere,
-    side: Side,
+    (region, side): (Sphere, Side),
+    gates: &mut Vec<Gate>,
 ) -> Result<Option<String>, Error> {
     // Labels that were brought may belong to a CT in another direction: its field is not known.
     let Ok(frame) = Frame::new(ct.grid()) else { return Ok(None) };
@@ -104,7 +126,10 @@ fn cut_by_field(
     let voxels: usize = (0..frame.size[2]).map(cut).sum();
     let cm2 = voxels as f64 * f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
     let great_circle = std::f64::consts::PI * (region.radius() / 10.0).powi(2);
-    if cm2 > CUT_REFUSES * great_circle {
+    let limit = CUT_REFUSES * great_circle;
+    let what = "region's tissue at the end of the reconstructed field";
+    gates.push(Gate::at_most(what, cm2, "cm²").warns(CUT_WARNS_CM2).refuses(limit));
+    if cm2 > limit {
         let why = format!("{cm2:.0} cm² of the region lie at the end of the reconstructed field");
         return Err(Error::BreastCut { side, why });
     }
@@ -116,8 +141,11 @@ fn cut_by_field(
     }))
 }
 
-fn cut_by_end(breast: &Breast) -> Result<Option<String>, Error> {
+fn cut_by_end(breast: &Breast, gates: &mut Vec<Gate>) -> Result<Option<String>, Error> {
     let share = breast.at_ends;
+    let what = "breast at the first or last slice, share of its greatest thickness";
+    let (warns, refuses) = (100.0 * END_WARNS, 100.0 * END_REFUSES);
+    gates.push(Gate::at_most(what, 100.0 * share, "%").warns(warns).refuses(refuses));
     let text = |verb: &str| {
         format!(
             "at the first or last slice the breast {verb} {:.0} % of its greatest thickness",
@@ -133,7 +161,12 @@ fn cut_by_end(breast: &Breast) -> Result<Option<String>, Error> {
     }))
 }
 
-fn doubtful(found: &Doubt, middle: &Point, side: Side) -> Option<String> {
+fn doubtful(found: &Doubt, middle: &Point, side: Side, gates: &mut Vec<Gate>) -> Option<String> {
+    let largest = found.patches.first().map_or(0.0, |patch| patch.area_cm2);
+    let what = "doubtful boundary, share of that in the region";
+    gates.push(Gate::at_most(what, 100.0 * found.share(), "%").warns(100.0 * DOUBTFUL_SHARE));
+    let what = "largest doubtful place of the boundary";
+    gates.push(Gate::at_most(what, largest, "cm²").warns(DOUBTFUL_CM2));
     let first = found.patches.first()?;
     if found.share() <= DOUBTFUL_SHARE && first.area_cm2 <= DOUBTFUL_CM2 {
         return None;

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::frame::Frame;
+use crate::gate::Gate;
 use rayon::prelude::*;
 use supine_volume::Ct;
 
@@ -15,9 +16,11 @@ const AIR_HU: i16 = -700;
 /// A slice with less than this share of the usual tissue between fuller ones is an empty slice.
 const EMPTY_SHARE: f64 = 0.15;
 
+/// Gives what was measured.
+///
 /// # Errors
 /// [`Error::Uniform`], [`Error::NotHounsfield`] or [`Error::EmptySlices`].
-pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<(), Error> {
+pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<Vec<Gate>, Error> {
     let first = ct.data()[0];
     if ct.data().par_iter().all(|&v| v == first) {
         return Err(Error::Uniform { value: first });
@@ -26,8 +29,8 @@ pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<(), Error> {
     let slices: Vec<Slice> = ct.data().par_chunks(plane).map(Slice::new).collect();
     let sum = |of: fn(&Slice) -> usize| slices.iter().map(of).sum::<usize>() as f64;
     let (air, tissue) = (sum(|s| s.air.iter().sum()), sum(|s| s.tissue));
+    let share = 100.0 * air / (air + tissue).max(1.0);
     if air < AIR_SHARE * (air + tissue) {
-        let share = 100.0 * air / (air + tissue).max(1.0);
         return Err(Error::NotHounsfield {
             why: format!("{share:.0} % of the values are those of air or lung"),
         });
@@ -38,7 +41,11 @@ pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<(), Error> {
     if mode >= i32::from(AIR_HU) {
         return Err(Error::NotHounsfield { why: format!("most of the air is at {mode}") });
     }
-    gap(&slices)
+    gap(&slices)?;
+    Ok(vec![
+        Gate::at_least("air and lung, share of the CT", share, "%").refuses(100.0 * AIR_SHARE),
+        Gate::at_most("commonest value of air", mode.into(), "HU").refuses(AIR_HU.into()),
+    ])
 }
 
 /// Slices without a patient between slices with one.

@@ -42,7 +42,8 @@ const BRIGHTER_HU: f32 = 60.0;
 const RIM_MM: f32 = 3.0;
 const FATTY_HU: f32 = -40.0;
 
-/// The CT in which the implants are filled with this patient's fat; their volume goes into the body.
+/// The CT in which the implants are filled with this patient's fat; their volume and voxels go
+/// into the body.
 pub(crate) fn as_fat<'a>(ct: &'a Ct, frame: &Frame, body: &mut Body) -> Cow<'a, Ct> {
     let hulls = hulls(frame, body);
     let chest = Chest { ct, frame, body, hulls: &hulls };
@@ -59,7 +60,10 @@ pub(crate) fn as_fat<'a>(ct: &'a Ct, frame: &Frame, body: &mut Body) -> Cow<'a, 
     let voxels = ct.data().iter().zip(&body.flags);
     let fat = fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(&v, _)| v)) as i16;
     let mut filled = ct.clone();
-    implants.into_iter().for_each(|n| filled.data_mut()[n] = fat);
+    for n in implants {
+        filled.data_mut()[n] = fat;
+        body.flags[n] |= flag::IMPLANT;
+    }
     Cow::Owned(filled)
 }
 

@@ -1,7 +1,9 @@
 //! What was found, and what the user should look at.
 
 use crate::Params;
-use crate::levels::Levels;
+use crate::body::LUNGS_L;
+use crate::gate::Gate;
+use crate::levels::{LEAST_CONTRAST_HU, Levels};
 use crate::scan::Scan;
 use crate::{sheet, wall};
 
@@ -33,6 +35,8 @@ pub struct Info {
     pub ribless_slices: usize,
     /// Voxels of the CT that seeds told of.
     pub seeds_used: usize,
+    /// What the whole case was judged by, and how near a refusal it was.
+    pub gates: Vec<Gate>,
 }
 
 pub(crate) fn info(
@@ -61,7 +65,9 @@ pub(crate) fn info(
         edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
         ribless_slices,
         seeds_used,
+        gates: Vec::new(),
     };
+    info.gates = gates(&info);
     info.warnings = warnings(&info, truncated);
     info
 }
@@ -69,6 +75,30 @@ pub(crate) fn info(
 /// Least share of front rays with a visible edge. Measured: 0.87 to 0.98, and 0.51 where the wall
 /// flooded a breast.
 const EDGE_SHARE: f64 = 0.7;
+
+/// Least distance of the levels that is usual, HU.
+const USUAL_CONTRAST_HU: f64 = 110.0;
+
+fn gates(info: &Info) -> Vec<Gate> {
+    vec![
+        Gate::at_least("air-filled lung", info.lung_l, "litres").refuses(LUNGS_L),
+        Gate::at_least("muscle above fat", info.muscle_hu - info.fat_hu, "HU")
+            .warns(USUAL_CONTRAST_HU)
+            .refuses(LEAST_CONTRAST_HU.into()),
+        Gate::at_least(
+            "fat meets muscle, share of the chest wall's front",
+            100.0 * info.edge_share,
+            "%",
+        )
+        .warns(100.0 * EDGE_SHARE),
+        Gate::at_most(
+            "body cut by the end of the field, share of the slices",
+            100.0 * info.truncated_share,
+            "%",
+        )
+        .warns(0.0),
+    ]
+}
 
 fn warnings(info: &Info, truncated: usize) -> Vec<String> {
     let mut out = Vec::new();
@@ -93,7 +123,8 @@ fn warnings(info: &Info, truncated: usize) -> Vec<String> {
             info.ribless_slices
         ));
     }
-    if !(30.0..=75.0).contains(&info.muscle_hu) || info.muscle_hu - info.fat_hu < 110.0 {
+    if !(30.0..=75.0).contains(&info.muscle_hu) || info.muscle_hu - info.fat_hu < USUAL_CONTRAST_HU
+    {
         out.push(format!(
             "unusual levels: fat {:.0} HU, muscle {:.0} HU; check the boundary of the chest wall",
             info.fat_hu, info.muscle_hu

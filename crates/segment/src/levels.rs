@@ -11,7 +11,7 @@ use rayon::prelude::*;
 const FAT_HU: (i32, i32) = (-160, -50);
 const MUSCLE_HU: (i32, i32) = (15, 110);
 /// Least difference that allows to tell them apart, HU.
-const LEAST_CONTRAST_HU: f32 = 60.0;
+pub(crate) const LEAST_CONTRAST_HU: f32 = 60.0;
 
 /// Where noise is measured: pixels this far apart, in about so many slices, in soft tissue.
 const NOISE_MM: f32 = 2.5;

@@ -7,6 +7,7 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
+use crate::gate::Gate;
 use rayon::prelude::*;
 use supine_volume::Ct;
 
@@ -56,6 +57,25 @@ impl Posture {
             return Ok(found);
         };
         Err(Error::NotSupine { on })
+    }
+
+    /// What was measured. Table and lungs refuse together only.
+    pub(crate) fn gates(&self) -> [Gate; 4] {
+        let [front, back, left, right] = self.table_cm3;
+        let [to_back, to_left] = self.denser;
+        let limit = TABLE_CM3.max(TIMES * back);
+        [
+            Gate::at_most("table or cloth in front of the patient", front, "cm³")
+                .refuses_jointly(limit),
+            Gate::at_most("table or cloth at one side of the patient", left.max(right), "cm³")
+                .refuses_jointly(limit),
+            Gate::at_least("lungs denser towards the back", to_back, "HU per 100 mm")
+                .warns(-DENSER)
+                .refuses_jointly(CONTRARY),
+            Gate::at_most("lungs denser towards one side", to_left.abs(), "HU per 100 mm")
+                .warns(2.0 * DENSER.max(to_back))
+                .refuses_jointly(DENSER.max(to_back)),
+        ]
     }
 
     /// The lungs alone do not refuse: disease makes them denser too.

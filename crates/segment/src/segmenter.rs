@@ -1,7 +1,8 @@
 //! A CT made ready: seeds can be set and changed without starting over.
 
-use crate::body::Body;
+use crate::body::{Body, flag};
 use crate::frame::Frame;
+use crate::gate::Gate;
 use crate::paint::Outline;
 use crate::posture::Posture;
 use crate::scan::Scan;
@@ -14,7 +15,7 @@ use crate::{
 };
 use std::borrow::Cow;
 use supine_space::Progress;
-use supine_volume::{Ct, Surfaces, Volume};
+use supine_volume::{Ct, LabelMap, Surfaces, Volume, label};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter<'a> {
@@ -24,6 +25,8 @@ pub struct Segmenter<'a> {
     frame: Frame,
     body: Body,
     posture: Posture,
+    /// What was measured of the values.
+    gates: Vec<Gate>,
     rays: Rays,
     shell: Shell,
     search: Search,
@@ -44,7 +47,7 @@ impl<'a> Segmenter<'a> {
     pub fn new(ct: &'a Ct, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
-        hounsfield::check(ct, &frame)?;
+        let gates = hounsfield::check(ct, &frame)?;
         let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.4))?;
         let posture = Posture::check(ct, &frame, &body)?;
         let ct = implant::as_fat(ct, &frame, &mut body);
@@ -55,7 +58,7 @@ impl<'a> Segmenter<'a> {
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let reach = params.reach_mm as f32;
         let search = Search::new(scan, &shell, reach, progress.part(0.8, 1.0))?;
-        Ok(Self { ct, params: params.clone(), frame, body, posture, rays, shell, search })
+        Ok(Self { ct, params: params.clone(), frame, body, posture, gates, rays, shell, search })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -89,6 +92,7 @@ impl<'a> Segmenter<'a> {
         let facts = (ribless, marks.len());
         let mut info = info::info(&self.params, scan, search.levels, &wall, facts);
         info.warnings.extend(self.posture.warning());
+        info.gates.splice(0..0, self.gates.iter().cloned().chain(self.posture.gates()));
         let outline = outline.into_radius();
         Ok((Segmentation { labels, outline, error, levels: search.levels }, info))
     }
@@ -111,6 +115,15 @@ impl<'a> Segmenter<'a> {
         let surfaces = outline.surfaces(&made.labels, self.params.skin_hu as f32, made.levels);
         progress.at(1.0)?;
         Ok(surfaces)
+    }
+
+    /// The breast implants that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
+    /// `None` when there are none.
+    pub fn implants(&self) -> Option<LabelMap> {
+        let implant = |f: u8| if f & flag::IMPLANT != 0 { label::IMPLANT } else { label::OUTSIDE };
+        let found = self.body.flags.iter().any(|f| f & flag::IMPLANT != 0);
+        let map = || self.ct.with_data(self.body.flags.iter().map(|&f| implant(f)).collect());
+        found.then(map).and_then(Result::ok)
     }
 
     fn scan(&self) -> Scan<'_> {

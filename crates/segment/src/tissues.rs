@@ -1,5 +1,11 @@
 //! Finer labels: fat, gland, skin and tumour within the soft tissue; lung, bone and muscle within
 //! the chest wall.
+//!
+//! Fat and gland are told apart half-way between their own levels in this scan. Published: skin of
+//! the breast 1.44 mm thick in the mean, 0.87 to 2.34 (Shi et al., Med Phys 40, 2013,
+//! doi:10.1118/1.4793257); gland and skin take 14 to 26 % of the breast in the mean, less than 45 %
+//! in 95 of 100 women (Yaffe et al., Med Phys 36, 2009, PMC2787062). The other figures were tried on
+//! phantoms.
 
 use crate::Error;
 use crate::bones::{median, smoothed};
@@ -9,7 +15,8 @@ use crate::parts::Parts;
 use crate::plane::{fill_holes, near, squared_distance};
 use crate::tumour;
 use rayon::prelude::*;
-use supine_space::{Progress, Sphere};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_space::{Progress, Sphere, Stopped};
 use supine_volume::{Ct, LabelMap, label};
 
 /// Noise is smoothed by this much in the slice before levels are compared, mm.
@@ -32,7 +39,7 @@ const CORTEX_HU: f32 = 250.0;
 const BONE_HU: f32 = 130.0;
 const BONE_MM: f32 = 8.0;
 
-/// A tissue of the finer labels in the whole CT.
+/// A tissue of the finer labels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TissueShare {
     /// One of [`supine_volume::label`].
@@ -54,7 +61,7 @@ pub struct TissueInfo {
     pub gland_hu: Option<f64>,
     /// Whether the tumour was grown from its centre; else it is the sphere given.
     pub tumour_grown: bool,
-    /// Lung, bone, muscle, fat, gland, skin and tumour.
+    /// Lung, bone, muscle, fat, gland, skin, tumour and implant in the whole CT.
     pub shares: Vec<TissueShare>,
 }
 
@@ -63,52 +70,88 @@ pub struct TissueInfo {
 ///
 /// Every voxel stays on its side: soft tissue remains soft tissue by
 /// [`supine_volume::label::is_soft_tissue`], chest wall remains chest wall. The labels may be coarse
-/// or fine, found or brought along, on the grid of the CT (HU). Dense tissue in front of the wall
-/// counts as gland wherever it lies, muscle at the shoulder too; strands thinner than 4 mm count as
-/// fat. The tumour (LPS, mm) is grown where it stands out from its surroundings.
+/// or fine, found or brought along, on the grid of the CT (HU). What they call implant stays so, and
+/// so does soft tissue that `implants` ([`crate::Segmenter::implants`]) call so. Dense tissue in
+/// front of the wall counts as gland wherever it lies, muscle at the shoulder too; strands thinner
+/// than 4 mm count as fat. The tumour (LPS, mm) is grown where it stands out from its surroundings.
 ///
 /// # Errors
 /// When the grids differ, the slices are not axial, or the callback asked to stop.
 pub fn tissues(
     ct: &Ct,
     labels: &LabelMap,
+    implants: Option<&LabelMap>,
     tumour: Option<Sphere>,
     progress: Progress<'_>,
 ) -> Result<(LabelMap, TissueInfo), Error> {
     let frame = Frame::new(ct.grid())?;
-    if labels.grid() != ct.grid() {
-        return Err(Error::OtherGrid { labels: labels.grid().size(), ct: ct.grid().size() });
+    for labels in std::iter::once(labels).chain(implants) {
+        if labels.grid() != ct.grid() {
+            return Err(Error::OtherGrid { labels: labels.grid().size(), ct: ct.grid().size() });
+        }
     }
-    let deep = deep_soft_tissue(labels, &frame);
-    progress.at(0.2)?;
+    let labels = &with_implants(labels, implants);
+    let deep = deep_soft_tissue(labels, &frame, progress.part(0.0, 0.3))?;
     let fat = fat_level(ct, &deep);
-    let gland = gland_level(ct, &frame, &deep, fat);
-    progress.at(0.5)?;
+    let gland = gland_level(ct, &frame, &deep, fat, progress.part(0.3, 0.5))?;
     let middle = fat + 0.5 * (gland.unwrap_or(fat + GLAND_ABOVE_FAT_HU) - fat);
     let mut out = labels.clone();
     let plane = frame.plane();
-    out.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+    let slices = Slices::new(frame.size[2], progress.part(0.5, 0.9));
+    out.data_mut().par_chunks_mut(plane).enumerate().try_for_each(|(k, out)| {
         let image = smoothed(ct, &frame, k, SMOOTH_MM);
         mark_soft(&image, &frame, (deep.slice(k), middle), out);
         mark_bone(&image, &frame, out);
-    });
-    progress.at(0.8)?;
+        slices.one_more()
+    })?;
     mark_lung(ct, &frame, &mut out);
+    progress.at(0.95)?;
     let mut info =
         TissueInfo { fat_hu: fat.into(), gland_hu: gland.map(f64::from), ..TissueInfo::default() };
     if let Some(sphere) = tumour {
         info.warnings.extend(tumour::mark(ct, &frame, sphere, &mut out));
         info.tumour_grown = info.warnings.is_empty();
     }
-    info.shares = shares(ct, &out);
+    let all = out.data().iter().copied().zip(ct.data().iter().copied());
+    info.shares = shares(all, out.grid().voxel_volume() / 1000.0);
     progress.at(1.0)?;
     Ok((out, info))
+}
+
+/// The labels with the implants that lie in their soft tissue.
+fn with_implants(labels: &LabelMap, implants: Option<&LabelMap>) -> LabelMap {
+    let mut out = labels.clone();
+    let found = implants.into_iter().flat_map(|i| i.data()).zip(out.data_mut());
+    for (&found, label) in found {
+        if found == label::IMPLANT && label::is_soft_tissue(*label) {
+            *label = found;
+        }
+    }
+    out
+}
+
+/// Counts slices that are done, in whatever order.
+struct Slices<'a> {
+    done: AtomicUsize,
+    all: usize,
+    progress: Progress<'a>,
+}
+
+impl<'a> Slices<'a> {
+    fn new(all: usize, progress: Progress<'a>) -> Self {
+        Self { done: AtomicUsize::new(0), all, progress }
+    }
+
+    fn one_more(&self) -> Result<(), Stopped> {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.progress.at(done as f64 / self.all as f64)
+    }
 }
 
 /// Distance of soft tissue to the air.
 struct Deep {
     plane: usize,
-    /// 0: no soft tissue, 1: skin, 2: near the skin, 3: deeper.
+    /// 0: no soft tissue, or implant, 1: skin, 2: near the skin, 3: deeper.
     layer: Vec<u8>,
 }
 
@@ -118,24 +161,30 @@ impl Deep {
     }
 }
 
-fn deep_soft_tissue(labels: &LabelMap, frame: &Frame) -> Deep {
+fn deep_soft_tissue(
+    labels: &LabelMap,
+    frame: &Frame,
+    progress: Progress<'_>,
+) -> Result<Deep, Stopped> {
     let plane = frame.plane();
     let spacing = [frame.spacing[0], frame.spacing[1]];
     let mut layer = vec![0u8; labels.data().len()];
-    layer.par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
+    let slices = Slices::new(frame.size[2], progress);
+    layer.par_chunks_mut(plane).enumerate().try_for_each(|(k, out)| {
         let labels = &labels.data()[k * plane..(k + 1) * plane];
         let outside: Vec<bool> = labels.iter().map(|&l| l == label::OUTSIDE).collect();
         let reach = 2.0 * SKIN_MM + frame.pixel();
         let squared = squared_distance(&outside, frame.size[0], spacing, reach);
         for (out, (&l, d)) in out.iter_mut().zip(labels.iter().zip(squared)) {
-            if label::is_soft_tissue(l) {
+            if label::is_soft_tissue(l) && l != label::IMPLANT {
                 // The skin's outside lies half a pixel before the first pixel of air.
                 let mm = d.sqrt() - 0.5 * frame.pixel();
                 *out = 1 + u8::from(mm > SKIN_MM) + u8::from(mm > 2.0 * SKIN_MM);
             }
         }
-    });
-    Deep { plane, layer }
+        slices.one_more()
+    })?;
+    Ok(Deep { plane, layer })
 }
 
 /// Mode of the fat, HU.
@@ -145,25 +194,30 @@ fn fat_level(ct: &Ct, deep: &Deep) -> f32 {
 }
 
 /// Median of the gland where it is thick, HU.
-fn gland_level(ct: &Ct, frame: &Frame, deep: &Deep, fat: f32) -> Option<f32> {
+fn gland_level(
+    ct: &Ct,
+    frame: &Frame,
+    deep: &Deep,
+    fat: f32,
+    progress: Progress<'_>,
+) -> Result<Option<f32>, Stopped> {
     let spacing = [frame.spacing[0], frame.spacing[1]];
-    let mut values: Vec<f32> = (0..frame.size[2])
+    let slices = Slices::new(frame.size[2], progress);
+    let thick: Vec<Vec<f32>> = (0..frame.size[2])
         .into_par_iter()
-        .flat_map_iter(|k| {
+        .map(|k| {
             let image = smoothed(ct, frame, k, SMOOTH_MM);
             let layer = deep.slice(k);
             let thin: Vec<bool> =
                 (0..image.len()).map(|n| layer[n] < 3 || image[n] < fat + DENSE_HU).collect();
             let near = near(&thin, frame.size[0], spacing, CORE_MM);
-            image
-                .into_iter()
-                .zip(near)
-                .filter(|(_, near)| !near)
-                .map(|(v, _)| v)
-                .collect::<Vec<_>>()
+            slices.one_more()?;
+            let thick = image.into_iter().zip(near).filter(|(_, near)| !near);
+            Ok(thick.map(|(v, _)| v).collect())
         })
-        .collect();
-    (!values.is_empty()).then(|| median(&mut values))
+        .collect::<Result<_, Stopped>>()?;
+    let mut values = thick.concat();
+    Ok((!values.is_empty()).then(|| median(&mut values)))
 }
 
 /// Fat, gland and skin of a slice.
@@ -209,17 +263,30 @@ fn mark_lung(ct: &Ct, frame: &Frame, out: &mut LabelMap) {
     }
 }
 
-fn shares(ct: &Ct, labels: &LabelMap) -> Vec<TissueShare> {
+/// Volume and mean of each finer label within a sphere (LPS, mm), labels on the grid of the CT (HU).
+pub fn tissue_shares(ct: &Ct, labels: &LabelMap, within: Sphere) -> Vec<TissueShare> {
+    let Some((start, part)) = labels.grid().around(&within) else {
+        return shares(std::iter::empty(), 0.0);
+    };
+    let inside = (0..part.len()).filter_map(|n| {
+        let voxel = part.voxel(n);
+        let whole = [0, 1, 2].map(|a| voxel[a] + start[a]);
+        within.contains(&part.centre(voxel)).then(|| (labels.at(whole), ct.at(whole)))
+    });
+    shares(inside, labels.grid().voxel_volume() / 1000.0)
+}
+
+/// Volume and mean of the voxels of each label; `ml` is the volume of a voxel.
+fn shares(all: impl Iterator<Item = (u8, i16)>, ml: f64) -> Vec<TissueShare> {
     let (mut voxels, mut sums) = ([0usize; 256], [0i64; 256]);
-    for (&l, &v) in labels.data().iter().zip(ct.data()) {
+    for (l, v) in all {
         voxels[usize::from(l)] += 1;
         sums[usize::from(l)] += i64::from(v);
     }
-    let ml = labels.grid().voxel_volume() / 1000.0;
-    [label::LUNG, label::BONE, label::MUSCLE, label::FAT, label::GLAND, label::SKIN, label::TUMOUR]
-        .map(|label| {
-            let (n, sum) = (voxels[usize::from(label)], sums[usize::from(label)]);
-            TissueShare { label, ml: n as f64 * ml, mean_hu: sum as f64 / n.max(1) as f64 }
-        })
-        .into()
+    let share = |(label, ..): &(u8, &str, [u8; 3])| {
+        let (n, sum) = (voxels[usize::from(*label)], sums[usize::from(*label)]);
+        TissueShare { label: *label, ml: n as f64 * ml, mean_hu: sum as f64 / n.max(1) as f64 }
+    };
+    let coarse = |l: u8| l == label::SOFT_TISSUE || l == label::CHEST_WALL;
+    label::ALL.iter().filter(|(l, ..)| !coarse(*l)).map(share).collect()
 }

@@ -1,8 +1,8 @@
 //! The labels of a [`crate::LabelMap`].
 //!
 //! 1 and 2 are what the mesher and the mechanics need; the finer labels are optional and lie
-//! within them: lung, bone and muscle within the chest wall, fat, gland, skin and tumour within the
-//! soft tissue.
+//! within them: lung, bone and muscle within the chest wall, fat, gland, skin, tumour and implant
+//! within the soft tissue.
 
 /// Air, table, clothes, wires: not the patient.
 pub const OUTSIDE: u8 = 0;
@@ -24,9 +24,11 @@ pub const GLAND: u8 = 7;
 pub const SKIN: u8 = 8;
 /// Tumour, within the soft tissue.
 pub const TUMOUR: u8 = 9;
+/// Breast implant, within the soft tissue.
+pub const IMPLANT: u8 = 10;
 
 /// Every label with its name, as files and reports show it, and its colour (sRGB).
-pub const ALL: [(u8, &str, [u8; 3]); 9] = [
+pub const ALL: [(u8, &str, [u8; 3]); 10] = [
     (SOFT_TISSUE, "soft tissue", [232, 170, 120]),
     (CHEST_WALL, "chest wall", [178, 64, 64]),
     (LUNG, "lung", [120, 170, 220]),
@@ -36,11 +38,12 @@ pub const ALL: [(u8, &str, [u8; 3]); 9] = [
     (GLAND, "gland", [240, 160, 190]),
     (SKIN, "skin", [210, 150, 110]),
     (TUMOUR, "tumour", [220, 40, 160]),
+    (IMPLANT, "implant", [90, 200, 170]),
 ];
 
-/// Whether the label belongs to the soft tissue (1, 6, 7, 8, 9).
+/// Whether the label belongs to the soft tissue (1, 6, 7, 8, 9, 10).
 pub fn is_soft_tissue(label: u8) -> bool {
-    matches!(label, SOFT_TISSUE | FAT | GLAND | SKIN | TUMOUR)
+    matches!(label, SOFT_TISSUE | FAT | GLAND | SKIN | TUMOUR | IMPLANT)
 }
 
 /// Whether the label belongs to the chest wall (2, 3, 4, 5).

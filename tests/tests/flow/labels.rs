@@ -84,6 +84,60 @@ fn segmentations_and_contours_of_others_give_the_labels_they_were_made_from() {
     assert!(said.stderr.contains("Heart") && said.stderr.contains("no contour"), "{}", said.stderr);
 }
 
+/// The labels that the shared run found, with the segments called otherwise.
+fn renamed(folder: &Path) -> PathBuf {
+    let mut bytes = std::fs::read(found()).expect("the labels can be read");
+    for (old, new) in [("soft tissue", "Breast (left)"), ("chest wall", "Cage & muscle")] {
+        let old = format!("_Name:={old}\n").into_bytes();
+        let at = bytes.windows(old.len()).position(|w| w == old).expect("the segment has a name");
+        bytes.splice(at..at + old.len(), format!("_Name:={new}\n").into_bytes());
+    }
+    let path = folder.join("renamed.seg.nrrd");
+    std::fs::write(&path, bytes).expect("the labels can be written");
+    path
+}
+
+#[test]
+fn segments_of_slicer_are_named_in_the_case() {
+    let folder = scratch();
+    renamed(folder.path());
+    let named = |parts: &str| format!("{{ file = 'renamed.seg.nrrd'{parts} }}");
+    let parts = ", soft_tissue = 'breast (LEFT)', chest_wall = ['Cage & muscle']";
+    segmented(&named(parts), folder.path()).success(parts);
+    assert_same_labels(folder.path());
+    for parts in ["", ", chest_wall = 'Wall', soft_tissue = 'Breast (left)'"] {
+        let said = segmented(&named(parts), folder.path());
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        for name in ["\"Breast (left)\"", "\"Cage & muscle\""] {
+            assert!(said.stderr.contains(name), "{parts}: {}", said.stderr);
+        }
+    }
+    // Numbers without names cannot be named.
+    let numbers = folder.path().join("numbers.nii.gz");
+    readers_python("mirror.py", [found(), numbers, "".into()]).success("mirror.py");
+    let said = segmented("{ file = 'numbers.nii.gz', chest_wall = 'Wall' }", folder.path());
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("have no names"), "{}", said.stderr);
+}
+
+#[test]
+fn masks_of_totalsegmentator_are_seeds_as_a_folder_and_as_one_file() {
+    let folder = scratch();
+    let truth = root().join("fixtures/patient/truth/labels.nrrd");
+    readers_python("masks.py", [truth, folder.path().to_owned()]).success("masks.py");
+    let labels = |seeds: &str| {
+        let out = folder.path().join("labels.seg.nrrd");
+        let seeds = folder.path().join(seeds);
+        let said = supine(&[&"segment", &"--ct", &source(), &"--seeds", &seeds, &"--out", &out]);
+        said.success(&seeds.display().to_string());
+        std::fs::read(&out).expect("the labels")
+    };
+    let (folder_of_masks, one_file) = (labels("segmentations"), labels("ml.nii.gz"));
+    assert!(folder_of_masks == one_file, "the same masks, the same labels");
+    let arguments = [found(), folder.path().join("labels.seg.nrrd"), "0.99".into()];
+    readers_python("near_labels.py", arguments).success("near_labels.py");
+}
+
 #[test]
 fn supine_segment_writes_dicom_for_a_dicom_ct_only() {
     let folder = scratch();

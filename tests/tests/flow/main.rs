@@ -8,4 +8,5 @@ mod labels;
 mod readers;
 mod repeat;
 mod shared;
+mod tissues;
 mod tools;

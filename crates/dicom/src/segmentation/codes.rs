@@ -26,11 +26,12 @@ struct Codes {
 
 const TISSUE: (&str, &str) = ("85756007", "Tissue");
 const STRUCTURE: (&str, &str) = ("91723000", "Anatomical Structure");
+const OBJECT: (&str, &str) = ("260787004", "Physical object");
 const ABNORMAL: (&str, &str) = ("49755003", "Morphologically Abnormal Structure");
 /// "Entire body".
 const BODY: &str = "38266002";
 
-const CODES: [Codes; 9] = [
+const CODES: [Codes; 10] = [
     Codes {
         label: label::SOFT_TISSUE,
         category: TISSUE,
@@ -69,6 +70,12 @@ const CODES: [Codes; 9] = [
         category: ABNORMAL,
         kind: ("108369006", "Neoplasm"),
         also: &["372087000"],
+    },
+    Codes {
+        label: label::IMPLANT,
+        category: OBJECT,
+        kind: ("2282003", "Breast implant, type not specified"),
+        also: &[],
     },
 ];
 

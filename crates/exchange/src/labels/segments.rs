@@ -13,10 +13,19 @@ use supine_volume::{LabelMap, Volume, label};
 #[derive(Debug)]
 pub(crate) struct Segment {
     pub(crate) name: String,
+    /// What the program that made it calls it within; the same as the name where it says nothing.
+    pub(crate) id: String,
     pub(crate) layer: usize,
     pub(crate) value: i16,
     /// Our label of that name.
     pub(crate) label: Option<u8>,
+}
+
+impl Segment {
+    pub(crate) fn new(name: &str, id: Option<&str>, layer: usize, value: i16) -> Self {
+        let id = id.unwrap_or(name).into();
+        Self { name: name.into(), id, layer, value, label: label_of(name) }
+    }
 }
 
 /// Largest grid a segmentation is put back on, voxels: 512 x 512 x 2048.
@@ -58,7 +67,7 @@ pub(crate) fn parse(
             return Err(Problem::field(format!("Segment{n}_Layer"), reason));
         }
         let value = i16::try_from(number("LabelValue", n + 1)?).unwrap_or(0);
-        segments.push(Segment { name: name.clone(), layer, value, label: label_of(name) });
+        segments.push(Segment::new(name, get("ID").map(String::as_str), layer, value));
     }
     Ok(segments)
 }
@@ -168,7 +177,10 @@ fn reference_grid(keys: &BTreeMap<String, String>) -> Option<Grid> {
 
 /// The labels on the grid of their reference image, when they are a part of that grid; unchanged
 /// when the file tells no such grid or another one.
-pub(super) fn uncropped(labels: LabelMap, keys: &BTreeMap<String, String>) -> LabelMap {
+pub(super) fn uncropped<T: Copy + Default>(
+    labels: Volume<T>,
+    keys: &BTreeMap<String, String>,
+) -> Volume<T> {
     let Some((grid, start)) = reference_grid(keys).and_then(|g| {
         let start = place_within(labels.grid(), &g)?;
         (g.size() != labels.grid().size()).then_some((g, start))
@@ -176,7 +188,7 @@ pub(super) fn uncropped(labels: LabelMap, keys: &BTreeMap<String, String>) -> La
         return labels;
     };
     let [ni, nj, nk] = labels.grid().size();
-    let mut data = vec![label::OUTSIDE; grid.len()];
+    let mut data = vec![T::default(); grid.len()];
     for k in 0..nk {
         for j in 0..nj {
             let from = labels.grid().offset([0, j, k]);

@@ -5,6 +5,7 @@
 //! Format: <https://nifti.nimh.nih.gov/nifti-1>, `nifti1.h`.
 
 mod affine;
+mod names;
 mod read;
 mod write;
 

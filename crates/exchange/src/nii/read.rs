@@ -1,9 +1,11 @@
 //! Reading NIfTI-1.
 
 use super::affine::{self, decimal};
+use super::names;
 use crate::{Problem, file, raster::Raster, scalar::Scalar};
 use nifti::{Endianness, NiftiHeader, NiftiType};
 use std::collections::BTreeMap;
+use supine_space::Progress;
 
 /// Bytes of a NIfTI-1 header.
 const HEADER: usize = 348;
@@ -26,7 +28,7 @@ fn first(bytes: &[u8], count: usize) -> Result<Vec<u8>, Problem> {
 }
 
 /// The volume of a NIfTI-1 file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
+pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Problem> {
     let header = header(&first(bytes, HEADER)?)?;
     let size = size(&header)?;
     let grid = affine::grid(&header, size)?;
@@ -35,7 +37,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
     let offset = offset(&header)?;
     let end = offset.saturating_add(wanted);
     let mut bytes = if file::is_gzip(bytes) {
-        file::gunzip(bytes, end)?.0
+        file::gunzip(bytes, end, progress)?.0
     } else {
         bytes[..end.min(bytes.len())].to_vec()
     };
@@ -43,18 +45,21 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
         let (wanted, found) = (end as u128, bytes.len() as u128);
         return Err(Problem::Truncated { wanted, found });
     }
-    bytes.drain(..offset);
+    let ahead: Vec<u8> = bytes.drain(..offset).collect();
     let (slope, intercept) = scaling(&header)?;
+    let big_endian = matches!(header.endianness, Endianness::Big);
+    let segments = names::segments(&ahead, big_endian)?;
     Ok(Raster {
         grid,
         layers: 1,
         layers_first: false,
         scalar,
-        big_endian: matches!(header.endianness, Endianness::Big),
+        big_endian,
         bytes,
         slope,
         intercept,
         keys: BTreeMap::new(),
+        segments,
     })
 }
 

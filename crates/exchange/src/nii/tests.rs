@@ -1,23 +1,25 @@
 use super::*;
 use crate::Problem;
 use proptest::prelude::*;
+use supine_space::Progress;
 
-const FILES: [&[u8]; 4] = [
+const FILES: [&[u8]; 5] = [
     include_bytes!("../../tests/data/sitk.nii.gz"),
     include_bytes!("../../tests/data/nibabel_qform.nii.gz"),
     include_bytes!("../../tests/data/nibabel_qform_left_handed.nii.gz"),
     include_bytes!("../../tests/data/nibabel_sform_big_scaled.nii.gz"),
+    include_bytes!("../../tests/data/totalsegmentator_ml.nii.gz"),
 ];
 
 fn plain(file: usize) -> Vec<u8> {
-    crate::file::gunzip(FILES[file], 1 << 20).unwrap().0
+    crate::file::gunzip(FILES[file], 1 << 20, Progress::none()).unwrap().0
 }
 
 /// The first file with some bytes of its little-endian header changed.
 fn changed(at: usize, bytes: &[u8]) -> Result<crate::raster::Raster, Problem> {
     let mut file = plain(0);
     file[at..at + bytes.len()].copy_from_slice(bytes);
-    parse(&file)
+    parse(&file, Progress::none())
 }
 
 #[test]
@@ -60,11 +62,11 @@ fn scaling_and_units_are_applied() {
 fn a_file_cut_anywhere_is_refused() {
     for (n, file) in FILES.iter().enumerate() {
         for end in 0..file.len() {
-            assert!(parse(&file[..end]).is_err(), "cut at {end}");
+            assert!(parse(&file[..end], Progress::none()).is_err(), "cut at {end}");
         }
         let plain = plain(n);
         for end in 0..plain.len() {
-            assert!(parse(&plain[..end]).is_err(), "cut at {end}");
+            assert!(parse(&plain[..end], Progress::none()).is_err(), "cut at {end}");
         }
     }
 }
@@ -77,13 +79,35 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8),
     ) {
         let mut bytes = if gzip { FILES[file].to_vec() } else { plain(file) };
-        let range = if gzip { bytes.len() } else { 352 };
+        let range = if gzip { bytes.len() } else { 352.max(bytes.len() - 500) };
         for (at, value) in changes {
             bytes[at.index(range)] = value;
         }
-        if let Ok(raster) = parse(&bytes) {
+        if let Ok(raster) = parse(&bytes, Progress::none()) {
             prop_assert_eq!(raster.bytes.len(), raster.grid.len() * raster.scalar.size());
             let _ = raster.whole::<i16>("");
         }
     }
+}
+
+#[test]
+fn a_damaged_table_of_labels_is_refused_by_name() {
+    let whole = plain(4);
+    let place = |what: &[u8]| whole.windows(what.len()).position(|w| w == what).unwrap();
+    for (what, with, expected) in [
+        (&b"</LabelTable>"[..], &b"<!LabelTable>"[..], "malformed XML"),
+        (b"Key=\"92\"", b"Key=\"xx\"", "the key `xx` is not a number"),
+        (b"</Label>", b"</Lobel>", "malformed XML"),
+    ] {
+        let mut file = whole.clone();
+        let at = place(what);
+        file[at..at + with.len()].copy_from_slice(with);
+        let message = parse(&file, Progress::none()).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    // Another kind of extension is not looked at.
+    let mut file = whole.clone();
+    let at = place(b"<LabelTable");
+    file[at + 1] = b'X';
+    assert!(parse(&file, Progress::none()).unwrap().segments.is_empty());
 }

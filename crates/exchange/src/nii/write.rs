@@ -8,11 +8,16 @@ use crate::{
 };
 use flate2::write::GzEncoder;
 use std::{io::Write, path::Path};
-use supine_space::Grid;
+use supine_space::{Grid, Progress};
 use supine_volume::Volume;
 
 /// Writes a volume; `note` goes to `descrip` (79 bytes) and, whole, to a comment extension.
-pub(crate) fn write<T: Sample>(path: &Path, volume: &Volume<T>, note: &str) -> Result<(), Error> {
+pub(crate) fn write<T: Sample>(
+    path: &Path,
+    volume: &Volume<T>,
+    note: &str,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     let compressed = file::has_suffix(path, ".nii.gz");
     if !compressed && !file::has_suffix(path, ".nii") {
         let reason = "the name of a NIfTI file ends in .nii or .nii.gz".into();
@@ -31,12 +36,12 @@ pub(crate) fn write<T: Sample>(path: &Path, volume: &Volume<T>, note: &str) -> R
             let mut gzip = GzEncoder::new(out, COMPRESSION);
             gzip.write_all(&header)?;
             gzip.write_all(&extension)?;
-            write_samples(&mut gzip, samples)?;
+            write_samples(&mut gzip, samples, grid.len(), progress)?;
             gzip.finish().map(drop)
         } else {
             out.write_all(&header)?;
             out.write_all(&extension)?;
-            write_samples(out, samples)
+            write_samples(out, samples, grid.len(), progress)
         }
     })
 }

@@ -2,6 +2,7 @@
 
 use super::header::Header;
 use crate::{Problem, file, scalar::Scalar};
+use supine_space::Progress;
 
 /// Samples as bytes of one type.
 #[derive(Debug)]
@@ -15,8 +16,8 @@ pub(super) struct Stored {
 pub(super) fn decode(
     header: &Header,
     scalar: Scalar,
-    data: &[u8],
-    wanted: usize,
+    (data, wanted): (&[u8], usize),
+    progress: Progress<'_>,
 ) -> Result<Stored, Problem> {
     for name in ["data file", "datafile"] {
         if let Some(file) = header.field(name) {
@@ -34,7 +35,7 @@ pub(super) fn decode(
         "raw" => exact(skip_bytes(data.to_vec(), skip, wanted)?, wanted)?,
         "gz" | "gzip" if skip >= 0 => {
             let ahead = usize::try_from(skip).unwrap_or(usize::MAX);
-            let (bytes, more) = file::gunzip(data, wanted.saturating_add(ahead))?;
+            let (bytes, more) = file::gunzip(data, wanted.saturating_add(ahead), progress)?;
             if more > 0 {
                 return Err(Problem::Excess { wanted });
             }

@@ -10,18 +10,19 @@ mod write;
 
 pub(crate) use write::{Axis, write};
 
-use crate::{Problem, raster::Raster};
+use crate::{Problem, labels::segments, raster::Raster};
 use header::Header;
+use supine_space::Progress;
 
 /// The volume of a NRRD file with attached data.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
+pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Problem> {
     let (header, data) = Header::parse(bytes)?;
     let scalar = header.scalar()?;
     let layout = geometry::layout(&header)?;
     let samples = layout.grid.len().checked_mul(layout.layers);
     let wanted = samples.and_then(|n| n.checked_mul(scalar.size()));
     let wanted = wanted.ok_or_else(|| Problem::field("sizes", "more samples than can be"))?;
-    let stored = data::decode(&header, scalar, data, wanted)?;
+    let stored = data::decode(&header, scalar, (data, wanted), progress)?;
     Ok(Raster {
         grid: layout.grid,
         layers: layout.layers,
@@ -31,6 +32,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Raster, Problem> {
         bytes: stored.bytes,
         slope: 1.0,
         intercept: 0.0,
+        segments: segments::parse(&header.keys, layout.layers)?,
         keys: header.keys,
     })
 }

@@ -1,5 +1,6 @@
 use super::*;
 use proptest::prelude::*;
+use supine_space::Progress;
 
 const FILES: [&[u8]; 6] = [
     include_bytes!("../../tests/data/sitk.nrrd"),
@@ -28,7 +29,7 @@ fn changed(field: &str, line: &str) -> Result<Raster, Problem> {
         text += if known.is_empty() { "" } else { "\r\n" };
     }
     text += "\r\n\x01\x02";
-    parse(text.as_bytes())
+    parse(text.as_bytes(), Progress::none())
 }
 
 #[test]
@@ -86,7 +87,11 @@ fn a_file_cut_anywhere_is_refused() {
         // A cut in the last number of a text cannot be seen.
         let text = file.windows(5).any(|w| w == b"ascii");
         for end in 0..file.len() - if text { 4 } else { 0 } {
-            assert!(parse(&file[..end]).is_err(), "cut at {end} of {}", file.len());
+            assert!(
+                parse(&file[..end], Progress::none()).is_err(),
+                "cut at {end} of {}",
+                file.len()
+            );
         }
     }
 }
@@ -102,12 +107,12 @@ fn unusable_values_are_refused_with_their_voxel() {
         ("inf 1", "voxel (0, 0, 0) has the value inf"),
         ("-1e300 1", "voxel (0, 0, 0) has the value -1"),
     ] {
-        let raster = parse(format!("{text}{numbers}\n").as_bytes()).unwrap();
+        let raster = parse(format!("{text}{numbers}\n").as_bytes(), Progress::none()).unwrap();
         let message = raster.whole::<i16>("expected HU").unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");
     }
-    assert!(parse(format!("{text}1 x\n").as_bytes()).is_err());
-    assert!(parse(format!("{text}1\n").as_bytes()).is_err());
+    assert!(parse(format!("{text}1 x\n").as_bytes(), Progress::none()).is_err());
+    assert!(parse(format!("{text}1\n").as_bytes(), Progress::none()).is_err());
 }
 
 proptest! {
@@ -124,7 +129,7 @@ proptest! {
             let at = at.index(range);
             bytes[at] = value;
         }
-        if let Ok(raster) = parse(&bytes) {
+        if let Ok(raster) = parse(&bytes, Progress::none()) {
             prop_assert_eq!(raster.bytes.len(), raster.grid.len() * raster.layers * raster.scalar.size());
             let _ = raster.whole::<i16>("");
         }
@@ -140,7 +145,7 @@ proptest! {
         let numbers: Vec<usize> = (0..head).filter(|&n| FILES[file][n].is_ascii_digit()).collect();
         let mut bytes = FILES[file].to_vec();
         bytes.splice(numbers[at.index(numbers.len())]..=numbers[at.index(numbers.len())], digits.bytes());
-        let _ = parse(&bytes);
+        let _ = parse(&bytes, Progress::none());
     }
 }
 
@@ -156,9 +161,9 @@ fn a_signed_distance_comes_back() {
     let distance = SignedDistance::new(&grid, 5.0, inside, |_, _| 0.25);
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("skin.nrrd");
-    write_signed_distance(&distance, &path).unwrap();
-    assert_eq!(read_signed_distance(&path).unwrap(), distance);
-    write_ct_nrrd(distance.values(), &path, "").unwrap();
-    let error = read_signed_distance(&path).unwrap_err().to_string();
+    write_signed_distance(&distance, &path, Progress::none()).unwrap();
+    assert_eq!(read_signed_distance(&path, Progress::none()).unwrap(), distance);
+    write_ct_nrrd(distance.values(), &path, "", Progress::none()).unwrap();
+    let error = read_signed_distance(&path, Progress::none()).unwrap_err().to_string();
     assert!(error.contains("1/2000 mm"), "{error}");
 }

@@ -7,7 +7,7 @@ use crate::{
 };
 use flate2::write::GzEncoder;
 use std::{fmt::Write as _, path::Path};
-use supine_space::Grid;
+use supine_space::{Grid, Progress};
 
 /// What a voxel holds.
 #[derive(Clone, Copy, Debug)]
@@ -25,12 +25,14 @@ pub(crate) fn write<T: Sample>(
     axis: &Axis,
     keys: &[(String, String)],
     samples: impl Iterator<Item = T>,
+    progress: Progress<'_>,
 ) -> Result<(), Error> {
     let header = header(grid, axis, keys, T::SCALAR);
+    let count = grid.len() * if matches!(axis, Axis::Vector) { 3 } else { 1 };
     file::write(path, |out| {
         std::io::Write::write_all(out, header.as_bytes())?;
         let mut gzip = GzEncoder::new(out, COMPRESSION);
-        write_samples(&mut gzip, samples)?;
+        write_samples(&mut gzip, samples, count, progress)?;
         gzip.finish()?;
         Ok(())
     })

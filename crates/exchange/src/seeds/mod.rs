@@ -1,10 +1,12 @@
 //! Seeds of the segmentation, placed or painted by the user.
 
+mod masks;
 mod names;
 mod painted;
 
 use crate::{Error, NamedPoint, Problem, file, markups, points};
 use std::path::Path;
+use supine_space::Progress;
 use supine_volume::Seeds;
 
 /// Reads seeds: points from 3D Slicer markups (`.mrk.json`) or CSV `name,x,y,z`, painted voxels
@@ -22,19 +24,22 @@ use supine_volume::Seeds;
 /// - Label maps: the file's name, when it says one; else the numbers of [`supine_volume::label`],
 ///   and 255 for exclude.
 /// - Folders: every mask whose name begins with `rib`, `sternum`, `costal`, `intercostal`,
-///   `pectoral`, `chest wall` or `breast`, as TotalSegmentator names them; others are passed over.
+///   `pectoral`, `serratus`, `chest wall` or `breast`, as TotalSegmentator names them; others are
+///   passed over, and empty ones. The same holds for a file of all classes that names them in its
+///   header (NIfTI) or by the IDs of its segments (`.seg.nrrd`). Of masks other than bone, cartilage
+///   and intercostals, 3 mm along the edge say nothing, nor do voxels that two kinds claim.
 ///
 /// Maps keep the grid of their file, which need not be that of the CT.
 ///
 /// # Errors
 /// When a file cannot be read or is damaged, a point, a segment with voxels or a label belongs to
 /// none of the three, a voxel belongs to two of them, or nothing is found.
-pub fn read_seeds(path: &Path) -> Result<Seeds, Error> {
+pub fn read_seeds(path: &Path, progress: Progress<'_>) -> Result<Seeds, Error> {
     if path.is_dir() {
-        return painted::read_folder(path);
+        return painted::read_folder(path, progress);
     }
     if [".nrrd", ".nii", ".nii.gz"].iter().any(|s| file::has_suffix(path, s)) {
-        return Ok(Seeds { painted: vec![painted::read(path)?], ..Seeds::default() });
+        return Ok(Seeds { painted: vec![painted::read(path, progress)?], ..Seeds::default() });
     }
     let bytes = file::read(path)?;
     let lists = if points::is_markups(path) {

@@ -14,6 +14,7 @@ const WORDS: [(SeedKind, &[&str]); 3] = [
             "costal",
             "intercostal",
             "pectoral",
+            "serratus",
             "bone",
             "lung",
         ],
@@ -24,8 +25,8 @@ const WORDS: [(SeedKind, &[&str]); 3] = [
 
 /// The words that stand for a tissue among the masks of a segmentation of the whole body, where
 /// `gland`, `fat` or `muscle` may be any.
-const MASKS: [&str; 7] =
-    ["rib", "sternum", "costal", "intercostal", "pectoral", "chest wall", "breast"];
+const MASKS: [&str; 8] =
+    ["rib", "sternum", "costal", "intercostal", "pectoral", "serratus", "chest wall", "breast"];
 
 fn plain(name: &str) -> String {
     let name = name.trim().to_lowercase().replace(['_', '-'], " ");
@@ -40,10 +41,24 @@ pub(super) fn kind(name: &str) -> Option<SeedKind> {
     WORDS.iter().find(|(_, words)| begins(words)).map(|(kind, _)| *kind)
 }
 
-/// The tissue a mask among others stands for.
-pub(super) fn mask_kind(name: &str) -> Option<SeedKind> {
+/// The tissue a mask among others stands for, and whether it lies deep within it. The edges of the
+/// others are where soft tissue and chest wall meet.
+pub(super) fn mask_kind(name: &str) -> Option<(SeedKind, bool)> {
     let plain = plain(name);
-    MASKS.iter().any(|w| plain.starts_with(w)).then(|| kind(name)).flatten()
+    let word = MASKS.iter().find(|w| plain.starts_with(**w))?;
+    let deep = matches!(*word, "rib" | "sternum" | "costal" | "intercostal");
+    kind(name).map(|kind| (kind, deep))
+}
+
+/// Whether a name is one by which TotalSegmentator calls a mask of the thorax: the others of the file
+/// are then those of the whole body.
+pub(super) fn is_of_whole_body(name: &str) -> bool {
+    let rib = name.strip_prefix("rib_left_").or_else(|| name.strip_prefix("rib_right_"));
+    rib.is_some_and(|n| n.parse::<u8>().is_ok())
+        || matches!(name, "sternum" | "costal_cartilages")
+        || name.starts_with("vertebrae_")
+        || name.starts_with("lung_") && name.contains("_lobe_")
+        || name.starts_with("pectoralis_m")
 }
 
 /// All words, for messages.
@@ -79,15 +94,37 @@ mod tests {
     }
 
     #[test]
+    fn a_segmentation_of_the_whole_body_is_known_by_its_names() {
+        for (name, expected) in [
+            ("rib_left_4", true),
+            ("costal_cartilages", true),
+            ("lung_upper_lobe_left", true),
+            ("pectoralis_major_left", true),
+            ("rib", false),
+            ("rib_left_side", false),
+            ("Segment_1", false),
+            ("chest wall", false),
+        ] {
+            assert_eq!(is_of_whole_body(name), expected, "{name}");
+        }
+    }
+
+    #[test]
     fn among_masks_only_those_of_the_breast_and_its_wall_count() {
         for (name, expected) in [
             ("rib_left_4.nii.gz", Some(SeedKind::ChestWall)),
             ("costal_cartilages.nii.gz", Some(SeedKind::ChestWall)),
             ("breast.nii.gz", Some(SeedKind::SoftTissue)),
+            ("pectoralis_major_left.nii.gz", Some(SeedKind::ChestWall)),
+            ("serratus_anterior_right.nii.gz", Some(SeedKind::ChestWall)),
+            ("skeletal_muscle.nii.gz", None),
+            ("subcutaneous_fat.nii.gz", None),
             ("adrenal_gland_left.nii.gz", None),
             ("lung_upper_lobe_left.nii.gz", None),
         ] {
-            assert_eq!(mask_kind(name), expected, "{name}");
+            assert_eq!(mask_kind(name).map(|(kind, _)| kind), expected, "{name}");
+            let deep = name.starts_with("rib") || name.starts_with("costal");
+            assert!(mask_kind(name).is_none_or(|(_, d)| d == deep), "{name}");
         }
     }
 }

@@ -1,27 +1,50 @@
-//! Painted seeds: segmentations, label maps and folders of masks.
+//! Painted seeds from files: segmentations, label maps, and masks in folders or one file.
 
+use super::masks::{Masks, RIM_MM};
 use super::names;
-use crate::labels::segments;
 use crate::raster::{self, Raster};
 use crate::{Error, Problem};
 use std::{collections::BTreeMap, path::Path};
+use supine_space::Progress;
 use supine_volume::{SeedKind, Seeds, Volume, label};
 
-type Map = Volume<Option<SeedKind>>;
+pub(super) type Map = Volume<Option<SeedKind>>;
 
 /// The number that stands for exclude in a label map.
 const EXCLUDE: i16 = 255;
 
-/// Reads a painted map.
-pub(super) fn read(path: &Path) -> Result<Map, Error> {
+/// Reads a painted map, or the masks of the thorax among those of a whole body.
+pub(super) fn read(path: &Path, progress: Progress<'_>) -> Result<Map, Error> {
     let name = path.file_name().map(|n| n.to_string_lossy());
     let of_file = name.as_deref().and_then(names::kind);
-    let raster = raster::read(path)?;
-    map(&raster, of_file).map_err(|p| p.of(path))
+    let raster = raster::read(path, progress)?;
+    let whole_body = raster.segments.iter().any(|s| names::is_of_whole_body(&s.id));
+    let map = if whole_body { of_whole_body(&raster) } else { map(&raster, of_file) };
+    map.and_then(|map| {
+        if map.data().iter().all(Option::is_none) {
+            return Err(Problem::field("segments", "nothing is painted"));
+        }
+        Ok(map)
+    })
+    .map_err(|p| p.of(path))
+}
+
+const WHOLE: &str = "expected a whole number, the number of a label";
+
+fn of_whole_body(raster: &Raster) -> Result<Map, Problem> {
+    let values = raster.whole::<i16>(WHOLE)?;
+    let mut masks = Masks::new(raster.grid.clone());
+    for segment in &raster.segments {
+        if let Some(kind) = names::mask_kind(&segment.id) {
+            let place = |n| raster.place(segment.layer, n);
+            masks.add(kind, |n| values[place(n)] == segment.value);
+        }
+    }
+    Ok(masks.into_map())
 }
 
 /// Reads every mask of a folder whose name tells its tissue; masks on one grid become one map.
-pub(super) fn read_folder(folder: &Path) -> Result<Seeds, Error> {
+pub(super) fn read_folder(folder: &Path, progress: Progress<'_>) -> Result<Seeds, Error> {
     let unread = |cause| Error::Read { path: folder.into(), cause };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(unread)? {
@@ -32,34 +55,34 @@ pub(super) fn read_folder(folder: &Path) -> Result<Seeds, Error> {
             files.push((path, kind));
         }
     }
-    files.sort();
-    let mut painted: Vec<Map> = Vec::new();
-    for (path, kind) in files {
-        let raster = raster::read(&path)?;
-        let mask = map(&raster, Some(kind)).map_err(|p| p.of(&path))?;
-        match painted.iter_mut().find(|m| m.grid() == mask.grid()) {
-            Some(whole) => merge(whole, &mask).map_err(|p| p.of(&path))?,
-            None => painted.push(mask),
-        }
-    }
-    if painted.is_empty() {
+    if files.is_empty() {
         let reason = format!("no mask (.nii.gz, .nrrd) begins with {}", names::accepted_masks());
         return Err(Problem::field("folder", reason).of(folder));
     }
-    Ok(Seeds { painted, ..Seeds::default() })
-}
-
-/// Adds a map to another one on the same grid.
-fn merge(whole: &mut Map, more: &Map) -> Result<(), Problem> {
-    let grid = more.grid();
-    for (n, (w, &m)) in whole.data_mut().iter_mut().zip(more.data()).enumerate() {
-        match (*w, m) {
-            (_, None) => {}
-            (Some(a), Some(b)) if a != b => return Err(overlap(grid, n, a, b)),
-            _ => *w = m,
+    files.sort();
+    let mut all: Vec<Masks> = Vec::new();
+    let count = files.len() as f64;
+    for (n, (path, kind)) in files.into_iter().enumerate() {
+        let part = progress.part(n as f64 / count, (n + 1) as f64 / count);
+        let raster = raster::read(&path, part)?;
+        let values = raster.whole::<i16>(WHOLE).map_err(|p| p.of(&path))?;
+        let on = |n| (0..raster.layers).any(|l| values[raster.place(l, n)] != 0);
+        match all.iter_mut().find(|m| m.grid == raster.grid) {
+            Some(masks) => masks.add(kind, on),
+            None => {
+                let mut masks = Masks::new(raster.grid.clone());
+                masks.add(kind, on);
+                all.push(masks);
+            }
         }
     }
-    Ok(())
+    let said = |map: &Map| map.data().iter().any(Option::is_some);
+    let painted: Vec<Map> = all.into_iter().map(Masks::into_map).filter(said).collect();
+    if painted.is_empty() {
+        let reason = format!("its masks are empty, or nowhere thicker than {:.0} mm", 2.0 * RIM_MM);
+        return Err(Problem::field("folder", reason).of(folder));
+    }
+    Ok(Seeds { painted, ..Seeds::default() })
 }
 
 fn overlap(grid: &supine_space::Grid, n: usize, a: SeedKind, b: SeedKind) -> Problem {
@@ -77,8 +100,8 @@ fn overlap(grid: &supine_space::Grid, n: usize, a: SeedKind, b: SeedKind) -> Pro
 
 /// The kinds of the voxels of a file whose name may say what all of them are.
 fn map(raster: &Raster, of_file: Option<SeedKind>) -> Result<Map, Problem> {
-    let values = raster.whole::<i16>("expected a whole number, the number of a label")?;
-    let segments = segments::parse(&raster.keys, raster.layers)?;
+    let values = raster.whole::<i16>(WHOLE)?;
+    let segments = &raster.segments;
     let known: BTreeMap<(usize, i16), Option<SeedKind>> =
         segments.iter().map(|s| ((s.layer, s.value), names::kind(&s.name))).collect();
     let name = |key: &(usize, i16)| {
@@ -113,9 +136,6 @@ fn map(raster: &Raster, of_file: Option<SeedKind>) -> Result<Map, Problem> {
                 _ => *out = Some(kind),
             }
         }
-    }
-    if data.iter().all(Option::is_none) {
-        return Err(Problem::field("segments", "nothing is painted"));
     }
     Volume::new(raster.grid.clone(), data).map_err(|e| Problem::field("sizes", e.to_string()))
 }

@@ -3,13 +3,16 @@
 use super::roles::{Candidate, Outer, Plan};
 use crate::RunError;
 use supine_dicom::{Segmentation, Structures};
+use supine_exchange::Segments;
 use supine_space::{Grid, Progress};
 use supine_volume::{LabelMap, Volume, label};
 
-/// The regions of a DICOM object.
+/// The named regions of a file.
 pub(super) enum Regions {
     Segmentation(Box<Segmentation>),
     Structures(Structures),
+    /// Of a label map whose numbers have names.
+    Segments(Box<Segments>),
 }
 
 impl Regions {
@@ -26,6 +29,9 @@ impl Regions {
                 .iter()
                 .map(|r| Candidate { name: r.name.clone(), meaning: r.meaning() })
                 .collect(),
+            Self::Segments(s) => {
+                s.names().map(|n| Candidate { name: n.into(), meaning: None }).collect()
+            }
         }
     }
 
@@ -39,6 +45,7 @@ impl Regions {
     ) -> Result<Volume<bool>, RunError> {
         let (mask, told) = match self {
             Self::Segmentation(s) => (s.mask(s.segments()[n].number), s.warnings().to_vec()),
+            Self::Segments(s) => (s.mask(n), vec![]),
             Self::Structures(s) => {
                 s.mask(&s.rois()[n], grid, frame_of_reference).map_err(RunError::Regions)?
             }
@@ -60,6 +67,12 @@ pub(super) fn compose(
     frame_of_reference: Option<&str>,
     progress: Progress<'_>,
 ) -> Result<(LabelMap, Vec<String>), RunError> {
+    // A label map has a grid of its own, which is compared with the CT's when it is complete.
+    let own = match regions {
+        Regions::Segments(s) => Some(s.mask(0).grid().clone()),
+        Regions::Segmentation(_) | Regions::Structures(_) => None,
+    };
+    let grid = own.as_ref().unwrap_or(grid);
     let mut layers = Layers::new(grid);
     let mut warnings = Vec::new();
     let mask =

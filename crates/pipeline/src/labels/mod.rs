@@ -12,7 +12,8 @@ use compose::{Regions, compose};
 use roles::{Candidate, plan};
 use std::path::PathBuf;
 use supine_dicom::{RegionObject, read_segmentation, read_structures, region_object};
-use supine_space::Progress;
+use supine_exchange::{BroughtLabels, read_brought_labels};
+use supine_space::{Grid, Progress};
 use supine_volume::LabelMap;
 
 /// A segmentation brought along.
@@ -20,7 +21,7 @@ use supine_volume::LabelMap;
 pub struct Brought {
     /// Label map (NRRD, NIfTI, .seg.nrrd), DICOM segmentation or RT structure set.
     pub file: PathBuf,
-    /// Which regions of a DICOM object are which part.
+    /// Which regions are which part, in a file that names its regions.
     pub names: PartNames,
 }
 
@@ -42,25 +43,11 @@ pub fn read_brought(
     let grid = input.ct.grid();
     let frame = input.dicom.as_ref().map(|(source, _)| source.frame_of_reference_uid());
     let frame = frame.as_deref();
-    let regions = match region_object(path).map_err(RunError::Regions)? {
-        None if brought.names.given() => return Err(RoleError::NotDicom.into()),
-        None => None,
-        Some(RegionObject::Segmentation) => {
-            let read = read_segmentation(path, grid, frame).map_err(RunError::Regions)?;
-            Some(Regions::Segmentation(Box::new(read)))
-        }
-        Some(RegionObject::Structures) => {
-            Some(Regions::Structures(read_structures(path).map_err(RunError::Regions)?))
-        }
-    };
+    let opened = open(brought, grid, frame, progress.part(0.0, 0.2))?;
     progress.at(0.2)?;
-    let (labels, mut warnings) = match regions {
-        None => {
-            let read = supine_exchange::read_labels(path)
-                .map_err(|source| RunError::File { role: "`labels`", source })?;
-            (read, vec![])
-        }
-        Some(regions) => {
+    let (labels, mut warnings) = match opened {
+        Opened::Numbers(labels) => (labels, vec![]),
+        Opened::Regions(regions) => {
             let candidates: Vec<Candidate> = regions.candidates();
             let plan = plan(&candidates, &brought.names)?;
             compose(&regions, &plan, grid, frame, progress.part(0.2, 0.8))?
@@ -70,4 +57,40 @@ pub fn read_brought(
     warnings.extend(doubts);
     progress.at(1.0)?;
     Ok((labels, warnings))
+}
+
+/// What a file of labels holds.
+enum Opened {
+    /// The numbers of [`supine_volume::label`].
+    Numbers(LabelMap),
+    /// Regions by name.
+    Regions(Regions),
+}
+
+fn open(
+    brought: &Brought,
+    grid: &Grid,
+    frame: Option<&str>,
+    progress: Progress<'_>,
+) -> Result<Opened, RunError> {
+    let path = &brought.file;
+    Ok(Opened::Regions(match region_object(path).map_err(RunError::Regions)? {
+        Some(RegionObject::Segmentation) => {
+            let read = read_segmentation(path, grid, frame).map_err(RunError::Regions)?;
+            Regions::Segmentation(Box::new(read))
+        }
+        Some(RegionObject::Structures) => {
+            Regions::Structures(read_structures(path).map_err(RunError::Regions)?)
+        }
+        None => {
+            let read = read_brought_labels(path, progress);
+            match read.map_err(|source| RunError::file("`labels`", source))? {
+                BroughtLabels::Segments(segments) => Regions::Segments(Box::new(segments)),
+                BroughtLabels::Numbers(_) if brought.names.given() => {
+                    return Err(RoleError::Nameless.into());
+                }
+                BroughtLabels::Numbers(labels) => return Ok(Opened::Numbers(labels)),
+            }
+        }
+    }))
 }

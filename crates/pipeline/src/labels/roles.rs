@@ -1,4 +1,4 @@
-//! Which region of a DICOM object is which part of the patient.
+//! Which region of a file is which part of the patient.
 
 use supine_dicom::Meaning;
 use supine_volume::label;
@@ -73,10 +73,10 @@ pub enum RoleError {
     BodyAndSoftTissue,
     /// Names for a file that has no named regions.
     #[error(
-        "names of regions belong to DICOM segmentations and structure sets; the labels of this \
-         file are known by number or by the names of docs/CONVENTIONS.md"
+        "the labels of this file have no names, only numbers (those of docs/CONVENTIONS.md): leave \
+         the names away, or give a file with names: .seg.nrrd, DICOM, or NIfTI with a table of labels"
     )]
-    NotDicom,
+    Nameless,
 }
 
 fn quoted(names: &[String]) -> String {
@@ -181,7 +181,10 @@ pub(super) fn plan(candidates: &[Candidate], names: &PartNames) -> Result<Plan, 
     }
     let once =
         |wanted| candidates.iter().filter(|c| label_of(&c.name) == Some(wanted)).count() == 1;
-    if !names.given() && once(label::SOFT_TISSUE) && once(label::CHEST_WALL) {
+    // Fat and muscle among nothing but labels of ours are the finer ones, which fill the parts.
+    let all_known = candidates.iter().all(|c| label_of(&c.name).is_some());
+    let fine = all_known && once(label::FAT) && once(label::MUSCLE);
+    if !names.given() && (once(label::SOFT_TISSUE) && once(label::CHEST_WALL) || fine) {
         let known = |(n, c): (usize, &Candidate)| label_of(&c.name).map(|label| (n, label));
         let left = candidates.iter().filter(|c| label_of(&c.name).is_none());
         return Ok(Plan::Labels {
@@ -311,6 +314,14 @@ mod tests {
         let plan = automatic(&["soft tissue", "Heart", "Chest_Wall", "skin", "Tumour"]).unwrap();
         let labels = vec![(0, 1), (2, 2), (3, 8), (4, 9)];
         assert_eq!(plan, Plan::Labels { labels, left_out: vec!["Heart".into()] });
+    }
+
+    #[test]
+    fn our_finer_labels_alone_are_labels_and_those_of_others_are_not() {
+        let plan = automatic(&["lung", "bone", "muscle", "fat", "gland", "skin"]).unwrap();
+        assert!(matches!(plan, Plan::Labels { labels, .. } if labels.len() == 6));
+        let found = parts(automatic(&["Body", "Fat", "Muscle", "Chest wall"]).unwrap());
+        assert_eq!(found, (Outer::Body(vec![0]), vec![3], 0));
     }
 
     #[test]

@@ -22,13 +22,13 @@ pub(crate) fn export(
     bench.stage(
         Stage::Export,
         &[&warped.key, &texts::derivation(case), &texts::series_description(case)],
-        |_| Ok(()),
+        |_, _| Ok(()),
         |store, progress| match &input.input.dicom {
             Some((source, info)) => {
                 let series = Series { case, source, info, warped, reach_mm };
                 series.write(store, progress)
             }
-            None => without_dicom(case, store, &warped.product),
+            None => without_dicom(case, store, &warped.product, progress),
         },
     )
 }
@@ -38,9 +38,10 @@ fn without_dicom(
     case: &Case,
     store: &Store,
     warped: &Ct,
+    progress: Progress<'_>,
 ) -> Result<Made<(), Option<Export>>, RunError> {
-    supine_exchange::write_ct_nrrd(warped, &store.path("ct.nrrd")?, &texts::derivation(case))
-        .map_err(RunError::Product)?;
+    let (path, note) = (store.path("ct.nrrd")?, texts::derivation(case));
+    supine_exchange::write_ct_nrrd(warped, &path, &note, progress).map_err(RunError::product)?;
     let warning = "the CT did not come as DICOM, so there is no patient to export a series for: \
                    the deformed CT is ct.nrrd";
     Ok(Made { product: (), facts: None, warnings: vec![warning.into()] })

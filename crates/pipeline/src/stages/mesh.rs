@@ -26,13 +26,14 @@ pub(crate) fn mesh(
     bench.stage(
         Stage::Mesh,
         &[&labels.key, &decided],
-        |store| Ok(read_vtu(&store.path("mesh/rest.vtu")?).map_err(RunError::Product)?.0),
+        |store, _| Ok(read_vtu(&store.path("mesh/rest.vtu")?).map_err(RunError::Product)?.0),
         |store, progress| {
-            let surfaces = read_surfaces(store, &labels.product)?;
+            let surfaces = read_surfaces(store, &labels.product, progress.part(0.0, 0.1))?;
             let mut region = Region::new(&labels.product, region.sphere)?;
             if let Some(surfaces) = &surfaces {
                 region = region.with_surfaces(surfaces)?;
             }
+            let progress = progress.part(0.1, 1.0);
             let (mesh, info) = supine_tetrahedralise::tetrahedralise(&region, &params, progress)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
             let facts = mesh_facts(&mesh, params.tetrahedra);

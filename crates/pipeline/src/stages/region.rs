@@ -3,9 +3,10 @@
 use super::import::Imported;
 use super::segment::{DOUBT, Facts as SegmentFacts};
 use crate::bench::{Bench, Done};
+use crate::facts::gate;
 use crate::{Case, RunError, Stage};
 use supine_exchange::read_tenths;
-use supine_report::{DoubtfulPatch, WallDoubt};
+use supine_report::{DoubtfulPatch, Gate, WallDoubt};
 use supine_segment::{Breast, DOUBTFUL_MM, Doubt, Nipple};
 use supine_space::{Point, Sphere};
 use supine_volume::{LabelMap, Region, Volume, label};
@@ -25,6 +26,8 @@ pub(crate) struct Chosen {
     pub(crate) doubt: Option<Volume<u8>>,
     /// The same within the region.
     pub(crate) wall_doubt: Option<WallDoubt>,
+    /// What the region was judged by.
+    pub(crate) gates: Vec<Gate>,
 }
 
 pub(crate) fn region(
@@ -35,9 +38,11 @@ pub(crate) fn region(
 ) -> Result<Chosen, RunError> {
     let doubt = match case.labels {
         Some(_) => None,
-        None => Some(read_tenths(&bench.store.path(DOUBT)?).map_err(RunError::Product)?),
+        None => Some(bench.store.path(DOUBT)?),
     };
-    bench.pass(Stage::Region, |_| {
+    bench.pass(Stage::Region, |progress| {
+        let read = |path| read_tenths(path, progress.part(0.0, 0.2)).map_err(RunError::product);
+        let doubt = doubt.as_deref().map(read).transpose()?;
         let (ct, map) = (&input.input.ct, &labels.product);
         let found = Breast::find(map, case.breast, Some(case.tumour.centre()));
         let (breast, sphere) = match (found, case.region) {
@@ -50,15 +55,20 @@ pub(crate) fn region(
             }
         };
         Region::new(map, sphere)?;
+        progress.at(0.4)?;
         let mut warnings = check_tumour(map, case.tumour, sphere)?;
         let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
         warnings.extend(nipple.and_then(guessed));
         let nipple = nipple.map(|nipple| nipple.point);
         let middle = nipple.unwrap_or(sphere.centre());
+        progress.at(0.5)?;
         let found = doubt.as_ref().map(|doubt| supine_segment::doubt(map, doubt, sphere));
+        progress.at(0.6)?;
         let known = found.as_ref().map(|found| (found, middle));
         let place = (sphere, case.breast);
-        warnings.extend(supine_segment::check_region(ct, map, place, breast.as_ref(), known)?);
+        let checked = supine_segment::check_region(ct, map, place, breast.as_ref(), known)?;
+        warnings.extend(checked.warnings);
+        progress.at(0.8)?;
         let chosen = Chosen {
             wall_doubt: found.map(|found| wall_doubt(&found, middle, case)),
             doubt,
@@ -67,7 +77,9 @@ pub(crate) fn region(
             soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
             chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
             nipple,
+            gates: checked.gates.iter().map(gate).collect(),
         };
+        progress.at(1.0)?;
         Ok((chosen, warnings))
     })
 }

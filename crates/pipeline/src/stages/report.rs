@@ -5,6 +5,7 @@ use super::import::Imported;
 use super::region::Chosen;
 use super::segment::Facts as SegmentFacts;
 use super::solve::Facts as SolveFacts;
+use super::tissues::Labelled;
 use super::warp::Facts as WarpFacts;
 use crate::bench::{Bench, Done, Made};
 use crate::store::{form, hash_of};
@@ -26,6 +27,7 @@ pub(crate) struct Flow {
     pub(crate) solved: Done<Displacement, SolveFacts>,
     pub(crate) warped: Done<Ct, WarpFacts>,
     pub(crate) export: Exported,
+    pub(crate) tissues: Labelled,
 }
 
 /// Writes the report, then the summary, which is the last file of a run: where it is, the run is
@@ -35,8 +37,8 @@ pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<S
     let decided = summary.to_json();
     bench.stage(
         Stage::Report,
-        &[&flow.export.key, &flow.labels.key, &decided],
-        |_| Ok(()),
+        &[&flow.export.key, &flow.labels.key, &flow.tissues.key, &decided],
+        |_, _| Ok(()),
         |store, progress| {
             let folder = store.path("report")?;
             let info = supine_report::write(&summary, &scene(case, flow), &folder, progress)?;
@@ -62,6 +64,7 @@ fn scene<'a>(case: &Case, flow: &'a Flow) -> Scene<'a> {
         deformed: &flow.warped.product,
         labels: &flow.labels.product,
         doubt: flow.region.doubt.as_ref(),
+        tissues: flow.tissues.product.as_ref(),
         mesh: &flow.mesh.product,
         displacement: &flow.solved.product,
         sphere: flow.region.sphere,
@@ -97,6 +100,8 @@ fn summarise(bench: &Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, Run
             soft_tissue_ml: flow.region.soft_tissue_ml,
             chest_wall_ml: flow.region.chest_wall_ml,
             doubt: flow.region.wall_doubt.clone(),
+            gates: flow.labels.facts.gates.iter().chain(&flow.region.gates).cloned().collect(),
+            tissues: flow.tissues.facts.clone(),
         },
         mesh,
         solve: flow.solved.facts.solve.clone(),

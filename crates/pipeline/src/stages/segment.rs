@@ -2,6 +2,7 @@
 
 use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
+use crate::facts::gate;
 use crate::labels::{LabelOrigin, read_brought, write_dicom_labels};
 use crate::store::{Store, form, hash_of};
 use crate::{Case, RunError, Seeds, Stage};
@@ -10,16 +11,18 @@ use std::path::Path;
 use supine_exchange::{
     read_labels, read_signed_distance, write_labels, write_signed_distance, write_tenths,
 };
-use supine_report::Input;
+use supine_report::{Gate, Input};
 use supine_segment::{Params, Segmenter};
 use supine_space::Progress;
 use supine_volume::{LabelMap, RegionError, SignedDistance, Surfaces};
 
 /// What is known of the segmentation beside the labels.
-#[derive(Serialize, Deserialize, Debug, Clone)]
+#[derive(Serialize, Deserialize, Debug, Clone, Default)]
 pub(crate) struct Facts {
     pub(crate) fat_hu: Option<f64>,
     pub(crate) muscle_hu: Option<f64>,
+    /// What the whole CT was judged by; nothing when labels were brought.
+    pub(crate) gates: Vec<Gate>,
     /// Files of the case that went in: labels or seeds.
     pub(crate) inputs: Vec<Input>,
 }
@@ -45,23 +48,28 @@ pub(crate) fn segment(
     bench.stage(
         Stage::Segment,
         &[&input.key, &decided],
-        |store| read_labels(&store.path("labels.seg.nrrd")?).map_err(RunError::Product),
+        |store, progress| {
+            read_labels(&store.path("labels.seg.nrrd")?, progress).map_err(RunError::product)
+        },
         |store, progress| {
             let (labels, mut facts, warnings) = match &case.labels {
                 Some(labels) => {
-                    let (labels, warnings) = read_brought(labels, &input.input, progress)?;
-                    (labels, Facts { fat_hu: None, muscle_hu: None, inputs: vec![] }, warnings)
+                    let part = progress.part(0.0, 0.9);
+                    let (labels, warnings) = read_brought(labels, &input.input, part)?;
+                    (labels, Facts::default(), warnings)
                 }
-                None => found(store, input, &case.seeds, progress)?,
+                None => found(store, input, &case.seeds, progress.part(0.0, 0.9))?,
             };
             facts.inputs = inputs.clone();
-            write_labels(&labels, &store.path("labels.seg.nrrd")?).map_err(RunError::Product)?;
+            write_labels(&labels, &store.path("labels.seg.nrrd")?, progress.part(0.9, 0.95))
+                .map_err(RunError::product)?;
             let origin = match (&case.labels, &case.seeds) {
                 (Some(_), _) => LabelOrigin::Brought,
                 (None, Seeds::Automatic) => LabelOrigin::Automatic,
                 (None, _) => LabelOrigin::Seeded,
             };
             write_dicom_labels(&labels, &input.input, origin, &store.path("labels.dcm")?)?;
+            progress.at(1.0)?;
             Ok(Made { product: labels, facts, warnings })
         },
     )
@@ -82,45 +90,66 @@ type Result3 = Result<(LabelMap, Facts, Vec<String>), RunError>;
 pub(crate) const DOUBT: &str = "labels-doubt.nrrd";
 
 fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>) -> Result3 {
-    let params = Params { seeds: seeds.read()?, ..Params::default() };
-    let segmenter = Segmenter::new(&input.input.ct, &params, progress.part(0.0, 0.8))?;
-    let (made, info) = segmenter.segment(&params.seeds, progress.part(0.8, 0.9))?;
-    let surfaces = segmenter.surfaces(&made, progress.part(0.9, 1.0))?;
-    let doubt = segmenter.doubt(&made);
+    let params = Params { seeds: seeds.read(progress.part(0.0, 0.05))?, ..Params::default() };
+    let segmenter = Segmenter::new(&input.input.ct, &params, progress.part(0.05, 0.65))?;
+    let (made, info) = segmenter.segment(&params.seeds, progress.part(0.65, 0.75))?;
+    let surfaces = segmenter.surfaces(&made, progress.part(0.75, 0.85))?;
+    let (doubt, implants) = (segmenter.doubt(&made), segmenter.implants());
     drop(segmenter);
-    write_surfaces(store, &surfaces)?;
-    write_tenths(&doubt, &store.path(DOUBT)?).map_err(RunError::Product)?;
-    let facts =
-        Facts { fat_hu: Some(info.fat_hu), muscle_hu: Some(info.muscle_hu), inputs: vec![] };
+    if let Some(implants) = implants {
+        write_labels(&implants, &store.path(IMPLANTS)?, progress.part(0.85, 0.87))
+            .map_err(RunError::product)?;
+    }
+    write_surfaces(store, &surfaces, progress.part(0.87, 0.97))?;
+    write_tenths(&doubt, &store.path(DOUBT)?, progress.part(0.97, 1.0))
+        .map_err(RunError::product)?;
+    let facts = Facts {
+        fat_hu: Some(info.fat_hu),
+        muscle_hu: Some(info.muscle_hu),
+        gates: info.gates.iter().map(gate).collect(),
+        inputs: vec![],
+    };
     Ok((made.labels, facts, info.warnings))
 }
+
+/// The implants that were found, when there are any: for the finer labels.
+pub(crate) const IMPLANTS: &str = ".stages/implants.nrrd";
 
 const SURFACES: [&str; 2] = [".stages/surfaces/skin.nrrd", ".stages/surfaces/chest_wall.nrrd"];
 
 /// Keeps the surfaces of found labels for the mesher.
-fn write_surfaces(store: &Store, surfaces: &Surfaces) -> Result<(), RunError> {
-    for (name, surface) in SURFACES.into_iter().zip([&surfaces.skin, &surfaces.chest_wall]) {
-        write_signed_distance(surface, &store.path(name)?).map_err(RunError::Product)?;
-    }
-    Ok(())
+fn write_surfaces(
+    store: &Store,
+    surfaces: &Surfaces,
+    progress: Progress<'_>,
+) -> Result<(), RunError> {
+    let [skin, chest_wall] = SURFACES;
+    let write = |surface, name: &str, progress| {
+        write_signed_distance(surface, &store.path(name)?, progress).map_err(RunError::product)
+    };
+    write(&surfaces.skin, skin, progress.part(0.0, 0.5))?;
+    write(&surfaces.chest_wall, chest_wall, progress.part(0.5, 1.0))
 }
 
 /// The surfaces of found labels, on the labels' grid to the bit; none of labels brought along.
 pub(crate) fn read_surfaces(
     store: &Store,
     labels: &LabelMap,
+    progress: Progress<'_>,
 ) -> Result<Option<Surfaces>, RunError> {
     let [skin, chest_wall] = SURFACES;
     if !store.path(skin)?.exists() {
         return Ok(None);
     }
-    let read = |name: &str| {
-        let distance = read_signed_distance(&store.path(name)?).map_err(RunError::Product)?;
+    let read = |name: &str, progress| {
+        let distance =
+            read_signed_distance(&store.path(name)?, progress).map_err(RunError::product)?;
         let (grid, values) = distance.into_values().into_parts();
         let (surfaces, size) = (grid.size(), labels.grid().size());
         let values = labels.with_data(values);
         let values = values.map_err(|_| RegionError::OtherGrid { surfaces, labels: size })?;
         Ok::<_, RunError>(SignedDistance::from_values(values))
     };
-    Ok(Some(Surfaces { skin: read(skin)?, chest_wall: read(chest_wall)? }))
+    let skin = read(skin, progress.part(0.0, 0.5))?;
+    Ok(Some(Surfaces { skin, chest_wall: read(chest_wall, progress.part(0.5, 1.0))? }))
 }

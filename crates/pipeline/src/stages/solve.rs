@@ -33,7 +33,7 @@ pub(crate) fn solve(
     bench.stage(
         Stage::Solve,
         &[&mesh.key, &decided],
-        |store| {
+        |store, _| {
             let path = store.path("mesh/deformed.vtu")?;
             let (_, displacement) = read_vtu(&path).map_err(RunError::Product)?;
             displacement.ok_or(RunError::NoDisplacement { path })

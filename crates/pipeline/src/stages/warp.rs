@@ -40,16 +40,18 @@ pub(crate) fn warp(
     bench.stage(
         Stage::Warp,
         &[&input.key, &solved.key, &decided],
-        |store| exchange::read_ct(&store.path(VOLUME)?).map_err(RunError::Product),
+        |store, progress| {
+            exchange::read_ct(&store.path(VOLUME)?, progress).map_err(RunError::product)
+        },
         |store, progress| {
             let (mesh, field) = (&mesh.product, &solved.product);
             let ct = &input.input.ct;
             let (warped, info) =
                 supine_warp::warp(ct, mesh, field, &params, progress.part(0.0, 0.4))?;
             let note = texts::derivation(case);
-            exchange::write_ct_nrrd(&warped, &store.path(VOLUME)?, &note)
-                .map_err(RunError::Product)?;
-            write_fields(store, ct, mesh, field, progress.part(0.4, 1.0))?;
+            exchange::write_ct_nrrd(&warped, &store.path(VOLUME)?, &note, progress.part(0.4, 0.5))
+                .map_err(RunError::product)?;
+            write_fields(store, ct, mesh, field, progress.part(0.5, 1.0))?;
             let positions: Vec<_> = points.iter().map(|p| p.position).collect();
             let after = supine_warp::carry_points(mesh, field, &params, &positions)?;
             let facts = facts(case, &info, &points, &after);
@@ -88,14 +90,18 @@ fn write_fields(
     progress: Progress<'_>,
 ) -> Result<(), RunError> {
     let params = supine_warp::Params::default();
-    let fields = supine_warp::fields(ct.grid(), mesh, displacement, &params, progress)?;
+    let part = progress.part(0.0, 0.4);
+    let fields = supine_warp::fields(ct.grid(), mesh, displacement, &params, part)?;
     let path = |name: &str| store.path(&format!("field/{name}.nrrd"));
-    let product = RunError::Product;
-    exchange::write_field(&fields.deformed_to_ct, &path("deformed_to_ct")?, FieldKind::Resampling)
-        .map_err(product)?;
-    exchange::write_field(&fields.ct_to_deformed, &path("ct_to_deformed")?, FieldKind::Modeling)
-        .map_err(product)?;
-    exchange::write_scalar(&fields.jacobian, &path("jacobian")?).map_err(product)
+    for (field, name, kind, from) in [
+        (&fields.deformed_to_ct, "deformed_to_ct", FieldKind::Resampling, 0.4),
+        (&fields.ct_to_deformed, "ct_to_deformed", FieldKind::Modeling, 0.65),
+    ] {
+        exchange::write_field(field, &path(name)?, kind, progress.part(from, from + 0.25))
+            .map_err(RunError::product)?;
+    }
+    exchange::write_scalar(&fields.jacobian, &path("jacobian")?, progress.part(0.9, 1.0))
+        .map_err(RunError::product)
 }
 
 fn facts(

@@ -104,6 +104,7 @@ fn compare(studio: &Studio<'_>, summary: &Summary, plane: &Plane, prefix: &str) 
             picture("after", "On the operating table (simulated)", after),
             picture("change", "Change: red denser, blue less dense", change),
         ],
+        table: None,
     }
 }
 

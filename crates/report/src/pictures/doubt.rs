@@ -115,6 +115,7 @@ pub(super) fn row(
         text: sentence(doubt),
         pair: false,
         pictures,
+        table: None,
     })
 }
 

@@ -46,6 +46,7 @@ pub(super) fn row(
             .into(),
         pair: false,
         pictures,
+        table: None,
     })
 }
 

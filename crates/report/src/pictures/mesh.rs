@@ -39,6 +39,7 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
         text: text.into(),
         pair: false,
         pictures,
+        table: None,
     };
     Ok(vec![
         row(

@@ -5,11 +5,13 @@ mod doubt;
 mod labels;
 mod mesh;
 mod motion;
+mod tissues;
 
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::colour;
 use crate::lettering::{Align, text_width};
 use crate::plane::{Plane, View};
+use crate::tables::{self, Table};
 use crate::{Error, Scene, Summary};
 use supine_mesh::Edges;
 use supine_space::{Point, Progress, Vector};
@@ -44,6 +46,8 @@ pub(crate) struct Row {
     pub(crate) pair: bool,
     /// The pictures.
     pub(crate) pictures: Vec<Picture>,
+    /// Figures below the pictures.
+    pub(crate) table: Option<Table>,
 }
 
 /// What all pictures of a scene share.
@@ -130,11 +134,16 @@ pub(crate) fn rows(
     let studio = Studio::new(scene, doubt.map_or(f64::INFINITY, |d| d.limit_mm));
     let mut rows = compare::rows(&studio, summary, progress.part(0.0, 0.4))?;
     let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-    rows.push(labels::row(&studio, &wall, progress.part(0.4, 0.5))?);
+    let mut segmentation = labels::row(&studio, &wall, progress.part(0.4, 0.5))?;
+    segmentation.table = tables::gates(&summary.segmentation.gates);
+    rows.push(segmentation);
     if let Some(doubt) = doubt {
-        rows.push(doubt::row(&studio, doubt, &wall, progress.part(0.5, 0.6))?);
+        rows.push(doubt::row(&studio, doubt, &wall, progress.part(0.5, 0.55))?);
     }
     drop(wall);
+    if let (Some(found), Some(labels)) = (&summary.segmentation.tissues, scene.tissues) {
+        rows.push(tissues::row(&studio, labels, found, progress.part(0.55, 0.6))?);
+    }
     rows.extend(mesh::rows(&studio, progress.part(0.6, 0.8))?);
     rows.extend(motion::rows(&studio, progress.part(0.8, 1.0))?);
     Ok(rows)

@@ -95,6 +95,7 @@ fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
         ),
         pair: false,
         pictures: planes.iter().map(draw).collect(),
+        table: None,
     }
 }
 
@@ -162,6 +163,7 @@ fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
             .into(),
         pair: false,
         pictures: planes.iter().zip(&changes).map(draw).collect(),
+        table: None,
     }
 }
 

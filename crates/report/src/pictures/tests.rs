@@ -44,6 +44,30 @@ fn rotation(angle: f64, axis: Vector) -> Matrix {
 }
 
 #[test]
+fn tissues_have_their_colours_in_their_places() {
+    let phantom = Phantom::new(oblique(), Vector::zeros());
+    let (scene, summary) = (phantom.scene(), example());
+    let studio = Studio::new(&scene, 2.0);
+    let found = summary.segmentation.tissues.as_ref().unwrap();
+    let row = tissues::row(&studio, &phantom.tissues, found, Progress::none()).unwrap();
+    assert!(row.text.contains("18 %") && row.table.is_some(), "{}", row.text);
+    let canvas = find(&row.pictures, "axial_tissues");
+    let px = 2.0 * 1.08 * 48.0 / SIZE;
+    let at = |x: f64, y: f64| {
+        let middle = [canvas.width(), canvas.height()].map(|n| n as f64 / 2.0);
+        canvas.at((middle[0] + x / px) as usize, (middle[1] + y / px) as usize)
+    };
+    // Grey 128 of 0 HU under half of the colour.
+    let half = |l: u8| {
+        let (.., rgb) = label::ALL.iter().find(|(n, ..)| *n == l).unwrap();
+        rgb.map(|c| ((128.0 + f64::from(c)) / 2.0).round() as u8)
+    };
+    assert_eq!(at(12.0, -8.0), half(label::GLAND));
+    assert_eq!(at(-12.0, -8.0), half(label::FAT));
+    assert_eq!(at(0.0, 20.0), half(label::MUSCLE));
+}
+
+#[test]
 fn left_front_and_head_are_in_their_places_whatever_the_grid() {
     let feet_first = Matrix::from_columns(&[Vector::x(), Vector::y(), -Vector::z()]);
     let sagittal = Matrix::from_columns(&[Vector::y(), -Vector::z(), -Vector::x()]);

@@ -60,6 +60,46 @@ pub(crate) fn example() -> Summary {
                     place: "upper outer quadrant".into(),
                 }),
             }),
+            gates: vec![
+                Gate {
+                    what: "air and lung, share of the CT".into(),
+                    unit: "%".into(),
+                    value: 61.25,
+                    at_most: false,
+                    warns: None,
+                    refuses: Some(5.0),
+                    jointly: false,
+                },
+                Gate {
+                    what: "table or cloth <in> front of the patient".into(),
+                    unit: "cm³".into(),
+                    value: 12.0,
+                    at_most: true,
+                    warns: None,
+                    refuses: Some(100.0),
+                    jointly: true,
+                },
+            ],
+            tissues: Some(Tissues {
+                fat_hu: -101.0,
+                gland_hu: Some(38.5),
+                tumour_grown: true,
+                density_percent: Some(17.5),
+                volumes: vec![
+                    TissueVolume {
+                        name: "fat".into(),
+                        region_ml: 560.0,
+                        mean_hu: Some(-99.5),
+                        whole_ct_ml: 3120.0,
+                    },
+                    TissueVolume {
+                        name: "implant".into(),
+                        region_ml: 0.0,
+                        mean_hu: None,
+                        whole_ct_ml: 0.0,
+                    },
+                ],
+            }),
         },
         mesh: Mesh {
             asked: 5000,

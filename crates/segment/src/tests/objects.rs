@@ -2,7 +2,8 @@
 
 use super::phantom::{APEX, Thorax};
 use super::{at, dice, run};
-use supine_space::{Matrix, Point};
+use crate::{Params, Segmenter};
+use supine_space::{Matrix, Point, Progress};
 use supine_volume::{LabelMap, label};
 
 /// The labels, the facts, and the Dice of soft tissue and wall.
@@ -46,6 +47,29 @@ fn a_muscle_over_an_implant_is_soft_tissue_too() {
     let (labels, _, dice) = with(object);
     assert_eq!(at(&labels, &Point::new(68.0, -100.0, 0.0)), label::SOFT_TISSUE);
     assert!(dice[0] > 0.92 && dice[1] > 0.95, "{dice:?}");
+}
+
+#[test]
+fn the_implants_voxels_are_told() {
+    let object: fn(&Point) -> Option<f64> = |p| in_implant(p).then_some(105.0);
+    let thorax = Thorax { object: Some(object), ..Thorax::default() };
+    let ct = thorax.ct(Matrix::identity());
+    let segmenter = Segmenter::new(&ct, &Params::default(), Progress::none()).unwrap();
+    let implants = segmenter.implants().unwrap();
+    let grid = ct.grid();
+    let [mut both, mut found, mut there] = [0usize; 3];
+    for (n, &l) in implants.data().iter().enumerate() {
+        let truth = in_implant(&grid.centre(grid.voxel(n)));
+        assert!(l == label::IMPLANT || l == label::OUTSIDE);
+        found += usize::from(l == label::IMPLANT);
+        there += usize::from(truth);
+        both += usize::from(truth && l == label::IMPLANT);
+    }
+    let dice = 2.0 * both as f64 / (found + there) as f64;
+    assert!(dice > 0.85, "{dice}");
+    let plain = Thorax::default().ct(Matrix::identity());
+    let none = Segmenter::new(&plain, &Params::default(), Progress::none()).unwrap();
+    assert!(none.implants().is_none());
 }
 
 #[test]

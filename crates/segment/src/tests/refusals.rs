@@ -1,7 +1,7 @@
 //! What is refused, with its reason; and what must not be.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Breast, Error, Info, Params, check_region, segment};
+use crate::{Bound, Breast, Error, Gate, Info, Params, check_region, segment};
 use supine_space::{Matrix, Point, Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, label};
 
@@ -85,7 +85,9 @@ fn truth() -> (LabelMap, Sphere) {
 }
 
 fn check(ct: &Ct, region: Sphere) -> Result<Vec<String>, Error> {
-    check_region(ct, &truth().0, (region, Side::Left), None, None)
+    let checked = check_region(ct, &truth().0, (region, Side::Left), None, None)?;
+    assert_eq!(checked.gates.len(), 2, "{checked:?}");
+    Ok(checked.warnings)
 }
 
 #[test]
@@ -123,4 +125,39 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     let place = (region, Side::Left);
     let error = check_region(&ct, &labels, place, Some(&breast), None).unwrap_err();
     assert!(matches!(error, Error::BreastCut { .. }), "{error}");
+}
+
+#[test]
+fn the_figures_of_a_sound_case_lie_within_their_limits_and_those_of_a_bad_one_near_them() {
+    let gate = |gates: &[Gate], what: &str| {
+        gates.iter().find(|g| g.what.contains(what)).unwrap_or_else(|| panic!("{what}")).clone()
+    };
+    let (_, info) = segment(&changed(|_, v| v), &Params::default(), Progress::none()).unwrap();
+    for g in &info.gates {
+        let within = |limit: Option<f64>| {
+            limit.is_none_or(|limit| match g.bound {
+                Bound::AtMost => g.value <= limit,
+                Bound::AtLeast => g.value >= limit,
+            })
+        };
+        // The phantom's lungs are equally dense everywhere; alone this does not refuse.
+        assert!(within(g.warns) && (g.jointly || within(g.refuses)), "{g:?}");
+    }
+    let lung = gate(&info.gates, "air-filled lung");
+    assert!((lung.value - info.lung_l).abs() < 1e-9, "{lung:?}");
+    let (_, region) = truth();
+    let measured = |ct: &Ct, what: &str| {
+        let checked = check_region(ct, &truth().0, (region, Side::Left), None, None).unwrap();
+        gate(&checked.gates, what)
+    };
+    let clip = |half: f64| {
+        let inside = move |p: &Point| (p.y + 116.0).hypot(p.z) < half && p.x > 30.0;
+        changed(move |p, v| if inside(p) { 900 } else { v })
+    };
+    let (none, some) = (changed(|_, v| v), clip(4.0));
+    assert!(measured(&none, "dense as bone").value < 1.0);
+    let bone = measured(&some, "dense as bone");
+    assert!(bone.warns.is_some_and(|w| bone.value > w), "{bone:?}");
+    assert!(bone.refuses.is_some_and(|r| bone.value < r), "{bone:?}");
+    assert!(measured(&none, "reconstructed field").value < 1.0);
 }
