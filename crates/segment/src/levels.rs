@@ -13,6 +13,9 @@ const MUSCLE_HU: (i32, i32) = (15, 110);
 /// Least difference that allows to tell them apart, HU.
 pub(crate) const LEAST_CONTRAST_HU: f32 = 60.0;
 
+/// No muscle is denser than its mode by more than this, HU.
+const DENSEST_HU: f32 = 60.0;
+
 /// Where noise is measured: pixels this far apart, in about so many slices, in soft tissue.
 const NOISE_MM: f32 = 2.5;
 const NOISE_SLICES: usize = 20;
@@ -68,9 +71,19 @@ impl Levels {
         ((hu - self.fat) / (self.muscle - self.fat)).clamp(0.0, 1.0)
     }
 
+    /// HU of dense soft tissue: no fat, no bone.
+    pub(crate) fn dense(self) -> std::ops::Range<i16> {
+        self.middle() as i16..(self.muscle + DENSEST_HU) as i16
+    }
+
+    /// 1 up to -20 HU of the muscle, falling to 0 at -10 HU.
+    pub(crate) fn gland(self, hu: f32) -> f32 {
+        ((self.muscle - 10.0 - hu) / 10.0).clamp(0.0, 1.0)
+    }
+
     /// 1 within -6..+60 HU of the muscle, falling to 0 at -16 HU.
     pub(crate) fn true_muscle(self, hu: f32) -> f32 {
-        if hu < self.muscle + 60.0 {
+        if hu < self.muscle + DENSEST_HU {
             ((hu - self.muscle + 16.0) / 10.0).clamp(0.0, 1.0)
         } else {
             0.0

@@ -18,6 +18,10 @@ use supine_volume::{Ct, LabelMap, label};
 /// Smoothing that tells homogeneous muscle from gland: in the slice and across, mm.
 const SMOOTH_MM: f32 = 2.0;
 const SMOOTH_Z_MM: f32 = 1.5;
+/// Least share of dense tissue (Gaussian weights) that has a mean.
+const LEAST_SHARE: f32 = 0.05;
+/// Share of muscle around a voxel (Gaussian weights) that makes it muscle.
+const MOSTLY: f32 = 0.6;
 /// Muscle in front of the ribs is thinner than this, mm.
 const THICKEST_MM: f32 = 24.0;
 /// So far around a blob that is thicker no muscle is believed, mm.
@@ -37,56 +41,88 @@ const BEYOND_MM: f32 = 25.0;
 /// It must be joined to this much muscle under the surface, cm³, no deeper than `UNDER_MM`.
 const JOINED_CM3: f64 = 0.5;
 const UNDER_MM: f32 = 6.0;
+/// A free border is longer along the body than this, mm; gland that touches the wall is not.
+const LONG_MM: f32 = 16.0;
 /// What the smoothing takes off the outside of a muscle, mm.
 const RIM_MM: f32 = 2.5;
 
-/// A slice smoothed in all directions.
-fn smoothed_3d(ct: &Ct, frame: &Frame, k: usize) -> Vec<f32> {
+/// Mean HU of the dense tissue around (Gaussian weights) in a slice: fat and bone beside a muscle do
+/// not count, so it tells muscle from gland up to their borders. NaN where there is none.
+fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
     let weights = kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
-    let mut image = vec![0.0f32; plane];
+    let (mut sum, mut share) = (vec![0.0f32; plane], vec![0.0f32; plane]);
+    let dense = levels.dense();
     for (d, w) in weights.iter().enumerate() {
         let both = [k.saturating_sub(d), (k + d).min(last)];
         for &from in if d == 0 { &both[..1] } else { &both[..] } {
             let source = &ct.data()[from * plane..(from + 1) * plane];
-            for (v, &s) in image.iter_mut().zip(source) {
-                *v += w * f32::from(s.clamp(-1024, 3071));
+            for ((sum, share), &hu) in sum.iter_mut().zip(&mut share).zip(source) {
+                let w = if dense.contains(&hu) { *w } else { 0.0 };
+                *sum += w * f32::from(hu);
+                *share += w;
             }
         }
     }
-    smooth(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], SMOOTH_MM);
-    image
+    let (ni, spacing) = (frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+    smooth(&mut sum, ni, spacing, SMOOTH_MM);
+    smooth(&mut share, ni, spacing, SMOOTH_MM);
+    let mean = |(sum, share): (f32, f32)| if share > LEAST_SHARE { sum / share } else { f32::NAN };
+    sum.into_iter().zip(share).map(mean).collect()
 }
 
-/// Share of homogeneous muscle along the rays, by a stronger smoothing: gland is 15-20 HU less
-/// dense on average. And the voxels that are muscle, blobs included.
-pub(crate) fn true_muscle(
-    scan: Scan<'_>,
-    (band, shell): (&Band, &Sheet),
-    levels: Levels,
-) -> (Costs, Vec<bool>) {
-    let (frame, plane, n_levels) = (scan.frame, scan.frame.plane(), band.levels());
-    let mut along = Costs::new(frame.size[2], n_levels, |_, _| ());
-    let mut voxels = vec![false; plane * frame.size[2]];
-    let slices = along.values.par_chunks_mut(RAYS * n_levels).zip(voxels.par_chunks_mut(plane));
-    slices.enumerate().for_each(|(k, (out, voxels))| {
-        let image = smoothed_3d(scan.ct, frame, k);
-        for (n, (v, &hu)) in voxels.iter_mut().zip(&image).enumerate() {
-            *v = levels.true_muscle(hu) > 0.5 && scan.body.depth_mm(k * plane + n) > DEPTH_MM;
-        }
-        scan.along(k, shell, (LOWEST_MM, STEP_MM), out, |at| {
-            bilinear(&image, frame.size[0], at, |v| v)
-        });
-        for (p, out) in out.chunks_exact_mut(n_levels).enumerate() {
-            let (hu, depth) = (band.hu.ray(k, p), band.depth.ray(k, p));
-            for (n, v) in out.iter_mut().enumerate() {
-                let known = !hu[n].is_nan() && depth[n] > DEPTH_MM;
-                *v = if known { levels.true_muscle(*v) } else { 0.0 };
+/// What dense tissue is, told by its mean HU around: muscle is 15-20 HU denser than gland.
+pub(crate) struct Dense {
+    /// Likeness to homogeneous muscle along the rays, 0..=1; blobs left out.
+    pub(crate) muscle: Costs,
+    /// Likeness to gland along the rays, 0..=1.
+    pub(crate) gland: Costs,
+    /// The voxels that lie in homogeneous muscle, blobs included.
+    pub(crate) voxels: Vec<bool>,
+}
+
+impl Dense {
+    pub(crate) fn find(scan: Scan<'_>, (band, shell): (&Band, &Sheet), levels: Levels) -> Self {
+        let (frame, plane, n_levels) = (scan.frame, scan.frame.plane(), band.levels());
+        let mut muscle = Costs::new(frame.size[2], n_levels, |_, _| ());
+        let mut gland = Costs::new(frame.size[2], n_levels, |_, _| ());
+        let mut voxels = vec![false; plane * frame.size[2]];
+        let size = RAYS * n_levels;
+        let rays = muscle.values.par_chunks_mut(size).zip(gland.values.par_chunks_mut(size));
+        let slices = rays.zip(voxels.par_chunks_mut(plane)).enumerate();
+        slices.for_each(|(k, ((muscle, gland), voxels))| {
+            let image = dense_mean(scan.ct, frame, k, levels);
+            mark(scan, k, &image, levels, voxels);
+            scan.along(k, shell, (LOWEST_MM, STEP_MM), muscle, |at| {
+                bilinear(&image, frame.size[0], at, |v| v)
+            });
+            let start = k * size;
+            for (n, (muscle, gland)) in muscle.iter_mut().zip(gland).enumerate() {
+                let (hu, depth) = (band.hu.values[start + n], band.depth.values[start + n]);
+                let mean = *muscle;
+                let known = !hu.is_nan() && !mean.is_nan() && depth > DEPTH_MM;
+                let dense = if known { levels.likeness(hu) } else { 0.0 };
+                *muscle = if known { dense * levels.true_muscle(mean) } else { 0.0 };
+                *gland = if known { dense * levels.gland(mean) } else { 0.0 };
             }
-        }
-    });
-    drop_blobs(scan, shell, &mut along);
-    (along, voxels)
+        });
+        drop_blobs(scan, shell, &mut muscle);
+        Self { muscle, gland, voxels }
+    }
+}
+
+/// Marks the voxels of a slice most of whose surroundings are muscle by their mean: the noise of
+/// gland makes it as dense in spots.
+fn mark(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, out: &mut [bool]) {
+    let (frame, start) = (scan.frame, k * scan.frame.plane());
+    let is_muscle = |n: usize| {
+        levels.true_muscle(mean[n]) > 0.5
+            && levels.dense().contains(&scan.ct.data()[start + n])
+            && scan.body.depth_mm(start + n) > DEPTH_MM
+    };
+    let mut share: Vec<f32> = (0..mean.len()).map(|n| f32::from(is_muscle(n))).collect();
+    smooth(&mut share, frame.size[0], [frame.spacing[0], frame.spacing[1]], SMOOTH_MM);
+    out.iter_mut().zip(&share).for_each(|(out, share)| *out = *share > MOSTLY);
 }
 
 /// Takes muscle off the rays on and near which it is thicker than any muscle in front of the ribs:
@@ -138,13 +174,13 @@ pub(crate) fn add_beyond(
     for (run, part) in parts.iter() {
         under[part] += run.voxels().filter(|&n| outline.beyond(n) < 0.0).count();
     }
-    let mut core = vec![Vec::new(); frame.size[2]];
+    let mut outside = vec![false; muscle.len()];
     for (run, part) in parts.iter() {
         if under[part] as f64 * frame.voxel_cm3() > JOINED_CM3 {
-            let outside = run.voxels().filter(|&n| outline.beyond(n) >= 0.0);
-            core[run.start / plane].extend(outside.map(|n| n % plane));
+            run.voxels().for_each(|n| outside[n] = outline.beyond(n) >= 0.0);
         }
     }
+    let core = long(&outside, frame);
     labels.data_mut().par_chunks_mut(plane).zip(&core).enumerate().for_each(|(k, (out, core))| {
         if core.is_empty() {
             return;
@@ -162,6 +198,25 @@ pub(crate) fn add_beyond(
             }
         }
     });
+}
+
+/// The parts of a mask that are long enough along the body for a muscle, as pixels per slice.
+fn long(mask: &[bool], frame: &Frame) -> Vec<Vec<usize>> {
+    let plane = frame.plane();
+    let parts = Parts::new(frame.size, |n| mask[n]);
+    let mut ends = vec![(usize::MAX, 0); parts.voxels.len()];
+    for (run, part) in parts.iter() {
+        let k = run.start / plane;
+        ends[part] = (k.min(ends[part].0), k.max(ends[part].1));
+    }
+    let mut pixels = vec![Vec::new(); frame.size[2]];
+    for (run, part) in parts.iter() {
+        let (first, last) = ends[part];
+        if (last + 1 - first) as f32 * frame.spacing[2] > LONG_MM {
+            pixels[run.start / plane].extend(run.voxels().map(|n| n % plane));
+        }
+    }
+    pixels
 }
 
 /// 1 on the rays near to a place where the surface is steep, in front and at the sides.

@@ -6,7 +6,7 @@ use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::levels::noise_hu;
-use crate::muscle::true_muscle;
+use crate::muscle::Dense;
 use crate::plane::bilinear;
 use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
@@ -49,6 +49,9 @@ const EDGE_MM: f32 = 2.0;
 const THICKNESS: f32 = 0.1;
 const THICKNESS_SLACK_MM: f32 = 2.0;
 const THICKNESS_CAP_MM: f32 = 8.0;
+/// Cost per mm of gland enclosed beyond the expected thickness and this slack.
+const GLAND: f32 = 0.4;
+const GLAND_SLACK_MM: f32 = 4.0;
 /// Cost per mm of jump between rays 1 degree apart, and mm allowed.
 const JUMP: f32 = 0.6;
 const JUMP_MM: f32 = 3.0;
@@ -124,6 +127,10 @@ pub(crate) struct Search {
     pub(crate) muscle_voxels: Vec<bool>,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
+    /// Likeness to gland along the rays.
+    gland: Costs,
+    /// 1 where no rib is near.
+    below_ribs: Sheet,
     /// The expected height, mm.
     expected: Sheet,
     /// The height of the surface without seeds, to the step, mm.
@@ -142,7 +149,7 @@ impl Search {
         let band = Band::sample(scan, shell, reach_mm);
         progress.at(0.3)?;
         let levels = Levels::measure(&band, scan.rays)?;
-        let (muscle, muscle_voxels) = true_muscle(scan, (&band, shell), levels);
+        let Dense { muscle, gland, voxels } = Dense::find(scan, (&band, shell), levels);
         progress.at(0.5)?;
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
@@ -162,7 +169,9 @@ impl Search {
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
         let free = Sheet::new(slices, 0.0);
-        let mut search = Self { band, levels, muscle_voxels, costs, expected, free };
+        let below_ribs = below_ribs.clone();
+        let mut search =
+            Self { band, levels, muscle_voxels: voxels, costs, gland, below_ribs, expected, free };
         // A first solution tells which of the fat planes seen are where the wall ends.
         search.free = search.cheapest(scan, &search.with_prior());
         search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
@@ -207,9 +216,15 @@ impl Search {
             out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
             for (p, out) in out.chunks_exact_mut(levels).enumerate() {
                 let goal = self.expected.at(k, p);
+                let (gland, over_ribs) = (self.gland.ray(k, p), self.below_ribs.at(k, p) == 0.0);
+                let mut enclosed = 0.0;
                 for (level, cost) in out.iter_mut().enumerate() {
-                    let off = (height(level) - goal).abs() - THICKNESS_SLACK_MM;
-                    *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM);
+                    let above = height(level) - goal;
+                    if over_ribs && above > GLAND_SLACK_MM {
+                        enclosed += gland[level] * STEP_MM;
+                    }
+                    let off = above.abs() - THICKNESS_SLACK_MM;
+                    *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM) + GLAND * enclosed;
                 }
             }
         })
