@@ -127,10 +127,8 @@ pub(crate) struct Search {
     pub(crate) muscle_voxels: Vec<bool>,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
-    /// Likeness to gland along the rays.
+    /// Likeness to gland along the rays in front, over the ribs.
     gland: Costs,
-    /// 1 where no rib is near.
-    below_ribs: Sheet,
     /// The expected height, mm.
     expected: Sheet,
     /// The height of the surface without seeds, to the step, mm.
@@ -149,7 +147,11 @@ impl Search {
         let band = Band::sample(scan, shell, reach_mm);
         progress.at(0.3)?;
         let levels = Levels::measure(&band, scan.rays)?;
-        let Dense { muscle, gland, voxels } = Dense::find(scan, (&band, shell), levels);
+        let Dense { muscle, mut gland, voxels } = Dense::find(scan, (&band, shell), levels);
+        // There is none at the back, where muscle may be as soft, nor below the ribs.
+        let none = |n: usize| scan.rays.to_back[n % RAYS] >= FRONT || below_ribs.values[n] > 0.0;
+        let rays = gland.values.par_chunks_mut(band.levels()).enumerate();
+        rays.filter(|(n, _)| none(*n)).for_each(|(_, ray)| ray.fill(0.0));
         progress.at(0.5)?;
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
@@ -169,9 +171,7 @@ impl Search {
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
         let free = Sheet::new(slices, 0.0);
-        let below_ribs = below_ribs.clone();
-        let mut search =
-            Self { band, levels, muscle_voxels: voxels, costs, gland, below_ribs, expected, free };
+        let mut search = Self { band, levels, muscle_voxels: voxels, costs, gland, expected, free };
         // A first solution tells which of the fat planes seen are where the wall ends.
         search.free = search.cheapest(scan, &search.with_prior());
         search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
@@ -216,11 +216,11 @@ impl Search {
             out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
             for (p, out) in out.chunks_exact_mut(levels).enumerate() {
                 let goal = self.expected.at(k, p);
-                let (gland, over_ribs) = (self.gland.ray(k, p), self.below_ribs.at(k, p) == 0.0);
+                let gland = self.gland.ray(k, p);
                 let mut enclosed = 0.0;
                 for (level, cost) in out.iter_mut().enumerate() {
                     let above = height(level) - goal;
-                    if over_ribs && above > GLAND_SLACK_MM {
+                    if above > GLAND_SLACK_MM {
                         enclosed += gland[level] * STEP_MM;
                     }
                     let off = above.abs() - THICKNESS_SLACK_MM;
