@@ -159,7 +159,19 @@ pub(crate) fn add_beyond(
     let scan = outline.scan();
     let (frame, plane) = (scan.frame, scan.frame.plane());
     let near = near_steep(scan, outline.radius());
+    // No voxel nearer to the axis or farther from it counts in a slice, mm².
+    let extents: Vec<(f32, f32)> = (0..frame.size[2])
+        .map(|k| {
+            let (least, most) = outline.extent(k);
+            ((least - UNDER_MM).max(0.0).powi(2), (most + BEYOND_MM).powi(2))
+        })
+        .collect();
     let beyond = |n: usize| -> Option<f32> {
+        let (least, most) = extents[n / plane];
+        let away = scan.rays.squared_radius(n / plane, frame.position(n % plane));
+        if away < least || away > most {
+            return None;
+        }
         let ray = outline.ray(n);
         if near.values[ray] == 0.0 {
             return None;

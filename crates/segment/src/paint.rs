@@ -54,7 +54,7 @@ impl<'a> Outline<'a> {
     }
 
     /// Least and greatest radius in a slice, mm.
-    fn extent(&self, k: usize) -> (f32, f32) {
+    pub(crate) fn extent(&self, k: usize) -> (f32, f32) {
         let radii = &self.radius.values[k * RAYS..(k + 1) * RAYS];
         radii.iter().fold((f32::INFINITY, 0.0), |(a, b), &r| (r.min(a), r.max(b)))
     }
