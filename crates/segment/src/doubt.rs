@@ -62,7 +62,7 @@ impl Patch {
     }
 }
 
-/// The doubt about the boundary within a sphere. `map` is [`crate::Segmentation::doubt`], on the
+/// The doubt about the boundary within a sphere. `map` is [`crate::Segmenter::doubt`], on the
 /// grid of the labels.
 pub fn doubt(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> Doubt {
     let Some((start, part)) = labels.grid().around(&region) else { return Doubt::default() };

@@ -209,6 +209,14 @@ pub(crate) fn add_beyond(
                 out[n] = label::CHEST_WALL;
             }
         }
+        // What lies between the muscle added and the rest of the wall is held on all sides.
+        let mut wall: Vec<bool> = out.iter().map(|&l| l == label::CHEST_WALL).collect();
+        plane::fill_holes(&mut wall, frame.size[0]);
+        for (out, wall) in out.iter_mut().zip(wall) {
+            if wall && *out == label::SOFT_TISSUE {
+                *out = label::CHEST_WALL;
+            }
+        }
     });
 }
 
