@@ -75,6 +75,9 @@ pub enum Error {
         /// A number that should work.
         advice: usize,
     },
+    /// The region's sphere lies beside the label map.
+    #[error("the region lies beside the label map; move it")]
+    Beside,
     /// The part of the label map around the region cannot be taken.
     #[error("the label map cannot be cropped to the region: {0}")]
     Crop(#[from] GridError),

@@ -41,15 +41,9 @@ pub(crate) fn kinds(
 
 /// The part of the grid that holds the sphere's box and a margin.
 fn crop(grid: &Grid, sphere: Sphere, margin_mm: f64) -> Result<Grid, Error> {
-    let centre = grid.index_from_patient(&sphere.centre());
-    let (mut start, mut size) = ([0; 3], [0; 3]);
-    for a in 0..3 {
-        let reach = (sphere.radius() + margin_mm) / grid.spacing()[a];
-        let last = (grid.size()[a] - 1) as f64;
-        start[a] = (centre[a] - reach).floor().clamp(0.0, last) as usize;
-        size[a] = (centre[a] + reach).ceil().clamp(0.0, last) as usize + 1 - start[a];
-    }
-    Ok(grid.crop(start, size)?)
+    let wider = Sphere::new(sphere.centre(), sphere.radius() + margin_mm);
+    let part = wider.ok().and_then(|wider| grid.around(&wider));
+    part.map(|(_, part)| part).ok_or(Error::Beside)
 }
 
 fn read(region: &Region<'_>, grid: Grid) -> Result<Volume<Kind>, Error> {
