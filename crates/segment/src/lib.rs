@@ -36,6 +36,7 @@ mod seeds;
 mod segmenter;
 mod sheet;
 mod shell;
+mod spikes;
 mod tissues;
 mod tumour;
 mod wall;

@@ -12,6 +12,7 @@ use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
 use crate::sheet::{RAYS, Sheet};
 use crate::shell::Shell;
+use crate::spikes;
 use rayon::prelude::*;
 use supine_space::Progress;
 
@@ -55,11 +56,8 @@ const GLAND_SLACK_MM: f32 = 4.0;
 /// Cost per mm of jump between rays 1 degree apart, and mm allowed.
 const JUMP: f32 = 0.6;
 const JUMP_MM: f32 = 3.0;
-/// A muscle is at least twice this long; what is shorter stands out no more than the height, mm.
-const SPIKE_MM: f32 = 8.0;
-const SPIKE_HEIGHT_MM: f32 = 8.0;
 /// Rays in front: the sine of their angle to the side is below this.
-const FRONT: f32 = 0.2;
+pub(crate) const FRONT: f32 = 0.2;
 /// Cost of coming closer to the skin than this (mm), and per mm of lying inside the shell.
 const BARRED: f32 = 20.0;
 const SKIN_MM: f32 = 2.5;
@@ -202,7 +200,7 @@ impl Search {
         progress.at(0.1)?;
         self.add_seeds(&mut costs, seeds, shell, scan.frame.spacing[2]);
         progress.at(0.2)?;
-        let surface = without_spikes(&self.cheapest(scan, &costs), scan);
+        let surface = spikes::lowered(&self.cheapest(scan, &costs), shell, scan);
         progress.at(0.8)?;
         let (height, edge) = refine(&surface, &self.band, self.levels, (scan.frame, seeds));
         progress.at(1.0)?;
@@ -249,19 +247,6 @@ impl Search {
             }
         });
     }
-}
-
-/// Lowers what stands out of its surroundings in front and is shorter along the body than any muscle
-/// there: gland that touches the wall draws it out into the breast over a few slices. A
-/// grey-scale opening.
-fn without_spikes(surface: &Sheet, scan: Scan<'_>) -> Sheet {
-    let dk = (SPIKE_MM / scan.frame.spacing[2]).round().max(1.0) as usize;
-    let negative = |sheet: &Sheet| Sheet { values: sheet.values.iter().map(|v| -v).collect() };
-    let opened = negative(&negative(surface).widened(dk, |_, _| 0)).widened(dk, |_, _| 0);
-    Sheet::from_fn(surface.slices(), |k, p| {
-        let (h, long) = (surface.at(k, p), opened.at(k, p));
-        if scan.rays.to_back[p] < FRONT && h > long + SPIKE_HEIGHT_MM { long } else { h }
-    })
 }
 
 fn jumps(frame: &Frame) -> Jumps {

@@ -1,0 +1,73 @@
+//! What stands out of the wall in front and is no muscle: gland that touches the wall draws the surface
+//! out into the breast. Grey-scale openings along lines tell it: a ridge of muscle, such as its free
+//! border, is long in one direction at least.
+
+use crate::scan::Scan;
+use crate::sheet::{RAYS, Sheet};
+use crate::wall::FRONT;
+use std::f32::consts::FRAC_PI_4;
+
+/// A muscle is at least twice this long along the body; what is shorter stands out no more than the
+/// height, mm.
+const SPIKE_MM: f32 = 8.0;
+const SPIKE_HEIGHT_MM: f32 = 8.0;
+/// A muscle is at least twice this long in one direction; what is shorter in all of them stands out no
+/// more than the height, mm.
+const NUB_MM: f32 = 5.0;
+const NUB_HEIGHT_MM: f32 = 1.0;
+/// Places on a line are no farther apart than this, mm.
+const APART_MM: f32 = 1.25;
+
+/// The surface (height above the shell, mm) without what stands out of it.
+pub(crate) fn lowered(surface: &Sheet, shell: &Sheet, scan: Scan<'_>) -> Sheet {
+    let line = |reach_mm, angle| Line { reach_mm, angle, shell, slice_mm: scan.frame.spacing[2] };
+    let along = line(SPIKE_MM, 2.0 * FRAC_PI_4).opened(surface);
+    let any: Vec<Sheet> =
+        (0..4u8).map(|n| line(NUB_MM, f32::from(n) * FRAC_PI_4).opened(surface)).collect();
+    Sheet::from_fn(surface.slices(), |k, p| {
+        let (h, along) = (surface.at(k, p), along.at(k, p));
+        let any = any.iter().map(|sheet| sheet.at(k, p)).fold(f32::NEG_INFINITY, f32::max);
+        if scan.rays.to_back[p] >= FRONT {
+            h
+        } else if h > along + SPIKE_HEIGHT_MM {
+            along
+        } else if h > any + NUB_HEIGHT_MM {
+            any
+        } else {
+            h
+        }
+    })
+}
+
+/// A straight line on the shell, this far to both sides of its middle.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    reach_mm: f32,
+    /// From the direction of the rays to that of the slices, radians.
+    angle: f32,
+    shell: &'a Sheet,
+    slice_mm: f32,
+}
+
+impl Line<'_> {
+    /// Lowers what holds no such line.
+    fn opened(self, surface: &Sheet) -> Sheet {
+        self.fold(&self.fold(surface, f32::INFINITY, f32::min), f32::NEG_INFINITY, f32::max)
+    }
+
+    fn fold(self, surface: &Sheet, start: f32, with: fn(f32, f32) -> f32) -> Sheet {
+        let steps = (self.reach_mm / APART_MM).ceil() as i16;
+        let (sin, cos) = self.angle.sin_cos();
+        Sheet::from_fn(surface.slices(), |k, p| {
+            let arc = self.shell.arc(k, p);
+            let at = |n: i16| {
+                let mm = f32::from(n) * self.reach_mm / f32::from(steps);
+                let row = k as isize + (mm * sin / self.slice_mm).round() as isize;
+                let ray = p as isize + (mm * cos / arc).round() as isize;
+                let row = row.clamp(0, surface.slices() as isize - 1) as usize;
+                surface.at(row, ray.rem_euclid(RAYS as isize) as usize)
+            };
+            (-steps..=steps).map(at).fold(start, with)
+        })
+    }
+}
