@@ -126,6 +126,9 @@ pub(crate) struct Segment {
     /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)
     #[arg(long, value_name = "FILE")]
     pub(crate) doubt: Option<PathBuf>,
+    /// Skin and chest wall between the voxels: signed distances, 1/2000 mm, negative inside
+    #[arg(long, value_name = "DIR")]
+    pub(crate) surfaces: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

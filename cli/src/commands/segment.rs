@@ -5,13 +5,17 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
 use supine_exchange::{write_labels, write_tenths};
-use supine_pipeline::{Case, CtInput, LabelOrigin, RunError, Seeds, write_dicom_labels};
+use supine_pipeline::{
+    Case, CtInput, LabelOrigin, RunError, Seeds, write_dicom_labels, write_surfaces,
+};
 use supine_segment::{Params, Segmenter, TissueShare};
 use supine_space::Progress;
 use supine_volume::{LabelMap, label};
 
-/// Shares of the work done when the seeds come in, and when the finer labels begin.
+/// Shares of the work done when the seeds come in, when the labels are made, and when the finer labels
+/// begin.
 const SEARCH: f64 = 0.7;
+const MADE: f64 = 0.75;
 const FOUND: f64 = 0.8;
 
 pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failure> {
@@ -37,10 +41,14 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let progress = Progress::new(&watch);
     let segmenter = Segmenter::new(&input.ct, &params, progress.part(0.0, SEARCH));
     let segmenter = segmenter.map_err(RunError::from)?;
-    let made = segmenter
-        .segment(&params.seeds, progress.part(SEARCH, if args.tissues { FOUND } else { 1.0 }));
+    let made = segmenter.segment(&params.seeds, progress.part(SEARCH, MADE));
     let (made, mut info) = made.map_err(RunError::from)?;
     let doubt = args.doubt.as_ref().map(|path| (segmenter.doubt(&made), path));
+    let surfaces = args.surfaces.as_ref().map(|folder| {
+        let made = segmenter.surfaces(&made, progress.part(MADE, FOUND));
+        made.map(|surfaces| (surfaces, folder)).map_err(RunError::from)
+    });
+    let surfaces = surfaces.transpose()?;
     let implants = segmenter.implants();
     drop(segmenter);
     let mut labels = made.labels;
@@ -58,6 +66,9 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     write(&labels, &input, origin, &args.out, progress)?;
     if let Some((doubt, path)) = doubt {
         write_tenths(&doubt, path, progress)?;
+    }
+    if let Some((surfaces, folder)) = surfaces {
+        write_surfaces(&surfaces, folder, progress)?;
     }
     screen.warn_all(&info.warnings);
     let ml = |kind: fn(u8) -> bool| {

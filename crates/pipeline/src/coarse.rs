@@ -1,8 +1,9 @@
 //! A coarser mesh from what a run left.
 
 use crate::RunError;
-use crate::stages::segment::read_surfaces;
+use crate::stages::segment::SURFACES;
 use crate::store::Store;
+use crate::surfaces::read_surfaces;
 use std::path::Path;
 use supine_exchange::{read_labels, read_vtu};
 use supine_mesh::{Displacement, TetMesh, transfer};
@@ -35,7 +36,7 @@ pub fn coarsen_run(
     }
     let labels = read_labels(&store.path("labels.seg.nrrd")?, progress.part(0.0, 0.05))
         .map_err(RunError::product)?;
-    let surfaces = read_surfaces(&store, &labels, progress.part(0.05, 0.15))?;
+    let surfaces = read_surfaces(&store.path(SURFACES)?, &labels, progress.part(0.05, 0.15))?;
     let asked = &summary.parameters.region;
     let sphere = Sphere::new(Point::from(asked.centre_mm), asked.radius_mm);
     let mut region = Region::new(&labels, sphere.map_err(|_| unfinished())?)?;

@@ -18,6 +18,7 @@ mod options;
 mod run;
 mod stage;
 mod store;
+mod surfaces;
 mod texts;
 
 mod stages {
@@ -42,3 +43,4 @@ pub use options::Options;
 pub use run::run;
 pub use stage::Stage;
 pub use supine_report::Summary;
+pub use surfaces::write_surfaces;

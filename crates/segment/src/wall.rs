@@ -58,7 +58,8 @@ const JUMP: f32 = 0.6;
 const JUMP_MM: f32 = 3.0;
 /// Rays in front: the sine of their angle to the side is below this.
 pub(crate) const FRONT: f32 = 0.2;
-/// Cost of coming closer to the skin than this (mm), and per mm of lying inside the shell.
+/// Cost of coming closer to the skin than this (mm), and per mm of dense tissue between the surface and
+/// the shell outside it: the shell bridges dips, such as that beside the costal arch.
 const BARRED: f32 = 20.0;
 const SKIN_MM: f32 = 2.5;
 const INSIDE: f32 = 3.0;
@@ -288,6 +289,7 @@ fn ray_costs(likeness: &[f32], muscle: &[f32], (depth, rule): (&[f32], Rule), ou
     let (dense, muscle) = (sums(likeness), sums(muscle));
     let steps = |mm: f32| (mm / STEP_MM) as usize;
     let (near, far, width) = (steps(rule.dense_mm), steps(MUSCLE_MM), steps(EDGE_MM));
+    let shell = steps(FAT_FROM_MM - LOWEST_MM);
     let mut fat = 0.0f32;
     for i in 0..n {
         let h = height(i);
@@ -301,7 +303,7 @@ fn ray_costs(likeness: &[f32], muscle: &[f32], (depth, rule): (&[f32], Rule), ou
         let enclosed = fat.min(FAT_CAP_MM) + FAT_BEYOND_CAP * (fat - FAT_CAP_MM).max(0.0);
         out[i] = rule.fat * enclosed + DENSE * beyond(&dense, near) + MUSCLE * beyond(&muscle, far)
             - EDGE * edge.max(0.0)
-            + INSIDE * (FAT_FROM_MM - h).max(0.0);
+            + INSIDE * (dense[shell.max(i)] - dense[i]);
         // Beyond the field nothing bars; the depth is NaN only there.
         if depth[i] < SKIN_MM {
             out[i] += BARRED;

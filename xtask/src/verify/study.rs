@@ -120,11 +120,12 @@ fn cell(bench: &Bench<'_>, patient: &Patient, name: &str, repeat: bool) -> Resul
     let labels = variant.join("labels.nrrd");
     let mut segment = Command::new(&bench.supine);
     segment.arg("segment").arg("--ct").arg(variant.join("ct.nrrd"));
-    run(segment.arg("--out").arg(&labels).arg("--no-progress"))?;
+    segment.arg("--out").arg(&labels).arg("--surfaces").arg(&variant);
+    run(segment.arg("--no-progress"))?;
     let mut cell = measured(bench, patient, &variant, &labels, SAME_PLACE.contains(&name))?;
     if repeat {
         let mut moved = script(bench, "moved.py");
-        moved.arg(variants.join("as it is/labels.nrrd")).arg(&labels);
+        moved.arg(variants.join("as it is")).arg(&variant);
         moved.arg(&patient.sphere.0).arg(patient.sphere.1.to_string());
         cell.moved = Some(serde_json::from_str(&output(&mut moved)?)?);
     }

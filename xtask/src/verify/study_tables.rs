@@ -10,8 +10,8 @@ const SPREAD: &str = "
 The same on variants of every patient: noise added, kernels, slices, tube voltage, sizes, shapes. Dice:
 the lowest of the four synthetic patients; distances: the largest of them. `breast-flt013`: clear
 parts mean / 95 % / max, bias; unclear parts mean / 95 %; where the variant moves the anatomy there are
-no contours. \"Boundary moves\": mean distance to the boundary found in the CT as it is, within the
-breast's sphere, the largest of all five. Bent and shifted variants are interpolated, their truth too.
+no contours. \"Boundary moves\": mean distance, both ways, between the wall's surface (known between the
+voxels) and that found in the CT as it is, within the breast's sphere, the largest of all five. Bent and shifted variants are interpolated, their truth too.
 
 | variant | Dice soft | Dice wall | surface mean / 95 % / max | real: clear | real: unclear | skin | \
 boundary moves |

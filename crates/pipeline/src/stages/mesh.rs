@@ -1,9 +1,10 @@
 //! The mesh of the soft tissue in the sphere.
 
 use super::region::Chosen;
-use super::segment::{Facts as SegmentFacts, read_surfaces};
+use super::segment::{Facts as SegmentFacts, SURFACES};
 use crate::bench::{Bench, Done, Made};
 use crate::facts::mesh_facts;
+use crate::surfaces::read_surfaces;
 use crate::{Case, RunError, Stage};
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::TetMesh;
@@ -28,7 +29,8 @@ pub(crate) fn mesh(
         &[&labels.key, &decided],
         |store, _| Ok(read_vtu(&store.path("mesh/rest.vtu")?).map_err(RunError::Product)?.0),
         |store, progress| {
-            let surfaces = read_surfaces(store, &labels.product, progress.part(0.0, 0.1))?;
+            let surfaces =
+                read_surfaces(&store.path(SURFACES)?, &labels.product, progress.part(0.0, 0.1))?;
             let mut region = Region::new(&labels.product, region.sphere)?;
             if let Some(surfaces) = &surfaces {
                 region = region.with_surfaces(surfaces)?;

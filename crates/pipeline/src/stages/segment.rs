@@ -5,16 +5,15 @@ use crate::bench::{Bench, Done, Made};
 use crate::facts::gate;
 use crate::labels::{LabelOrigin, read_brought, write_dicom_labels};
 use crate::store::{Store, form, hash_of};
+use crate::surfaces::write_surfaces;
 use crate::{Case, RunError, Seeds, Stage};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use supine_exchange::{
-    read_labels, read_signed_distance, write_labels, write_signed_distance, write_tenths,
-};
+use supine_exchange::{read_labels, write_labels, write_tenths};
 use supine_report::{Gate, Input};
 use supine_segment::{Params, Segmenter};
 use supine_space::Progress;
-use supine_volume::{LabelMap, RegionError, SignedDistance, Surfaces};
+use supine_volume::LabelMap;
 
 /// What is known of the segmentation beside the labels.
 #[derive(Serialize, Deserialize, Debug, Clone, Default)]
@@ -100,7 +99,7 @@ fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>)
         write_labels(&implants, &store.path(IMPLANTS)?, progress.part(0.85, 0.87))
             .map_err(RunError::product)?;
     }
-    write_surfaces(store, &surfaces, progress.part(0.87, 0.97))?;
+    write_surfaces(&surfaces, &store.path(SURFACES)?, progress.part(0.87, 0.97))?;
     write_tenths(&doubt, &store.path(DOUBT)?, progress.part(0.97, 1.0))
         .map_err(RunError::product)?;
     let facts = Facts {
@@ -115,41 +114,5 @@ fn found(store: &Store, input: &Imported, seeds: &Seeds, progress: Progress<'_>)
 /// The implants that were found, when there are any: for the finer labels.
 pub(crate) const IMPLANTS: &str = ".stages/implants.nrrd";
 
-const SURFACES: [&str; 2] = [".stages/surfaces/skin.nrrd", ".stages/surfaces/chest_wall.nrrd"];
-
-/// Keeps the surfaces of found labels for the mesher.
-fn write_surfaces(
-    store: &Store,
-    surfaces: &Surfaces,
-    progress: Progress<'_>,
-) -> Result<(), RunError> {
-    let [skin, chest_wall] = SURFACES;
-    let write = |surface, name: &str, progress| {
-        write_signed_distance(surface, &store.path(name)?, progress).map_err(RunError::product)
-    };
-    write(&surfaces.skin, skin, progress.part(0.0, 0.5))?;
-    write(&surfaces.chest_wall, chest_wall, progress.part(0.5, 1.0))
-}
-
-/// The surfaces of found labels, on the labels' grid to the bit; none of labels brought along.
-pub(crate) fn read_surfaces(
-    store: &Store,
-    labels: &LabelMap,
-    progress: Progress<'_>,
-) -> Result<Option<Surfaces>, RunError> {
-    let [skin, chest_wall] = SURFACES;
-    if !store.path(skin)?.exists() {
-        return Ok(None);
-    }
-    let read = |name: &str, progress| {
-        let distance =
-            read_signed_distance(&store.path(name)?, progress).map_err(RunError::product)?;
-        let (grid, values) = distance.into_values().into_parts();
-        let (surfaces, size) = (grid.size(), labels.grid().size());
-        let values = labels.with_data(values);
-        let values = values.map_err(|_| RegionError::OtherGrid { surfaces, labels: size })?;
-        Ok::<_, RunError>(SignedDistance::from_values(values))
-    };
-    let skin = read(skin, progress.part(0.0, 0.5))?;
-    Ok(Some(Surfaces { skin, chest_wall: read(chest_wall, progress.part(0.5, 1.0))? }))
-}
+/// Skin and chest wall between the voxels, for the mesher.
+pub(crate) const SURFACES: &str = ".stages/surfaces";
