@@ -127,6 +127,9 @@ impl Sheet {
         };
         let mut out = Self::new(nz, f32::NAN);
         for rays in [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0f32] {
+            if !out.values.iter().any(|v| v.is_nan()) {
+                break;
+            }
             let rays = rays * RAYS as f32 / 360.0;
             let slices = rays * 2.5 / slice_mm;
             let (w, v) = (weight.smooth(slices, rays), value.smooth(slices, rays));
