@@ -13,7 +13,7 @@ const CUBE_SHARE: f64 = 8.5;
 /// The start lattice is no coarser than this, mm, or small shapes are lost.
 const COARSEST_MM: f64 = 6.0;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
-const MARGIN: f64 = 5.0;
+const MARGIN: f64 = 4.0;
 /// Rounds of split, collapse, swap and smooth.
 const ROUNDS: usize = 6;
 /// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
@@ -160,6 +160,7 @@ pub(crate) fn work(
     mesher.polish(GOAL, 4, progress.part(0.6, 0.7))?;
     mesher.fit(GOAL, progress.part(0.7, 0.8))?;
     mesher.polish(GOAL, 12, progress.part(0.8, 0.9))?;
-    mesher.trade(goal, GOAL, 12, progress.part(0.9, 1.0))?;
+    mesher.trade(goal, GOAL, 12, progress.part(0.9, 0.97))?;
+    mesher.close(GOAL + 0.02, progress.part(0.97, 1.0))?;
     Ok(())
 }

@@ -6,19 +6,14 @@
 use crate::boundary::{Boundary, CUT, SKIN};
 use crate::complex::Class;
 use crate::labels::Kind;
-use rayon::prelude::*;
+use crate::levels::{BAND_MM, flat_mm, known_level, smoothed_level};
 use supine_space::{Grid, GridError, Matrix, Sphere, Vector};
-use supine_volume::{SignedDistance, Surfaces, Volume, distance_mm, gaussian};
+use supine_volume::{Surfaces, Volume, distance_mm};
 
-/// Beyond this the smoothed mask is flat and says no distance: |2g - 1|.
-const FLAT: f64 = 0.99999;
 /// A point that has to move further than this (mm) to a surface does not belong to it.
 pub(crate) const REACH_MM: f64 = 8.0;
 /// A point this near (mm) to its level counts as on it.
 const ON_LEVEL_MM: f64 = 5e-4;
-
-/// How far the distances to known surfaces are told, mm.
-const BAND_MM: f64 = 8.0;
 
 /// How the surfaces between the voxels are had.
 #[derive(Clone, Copy, Debug)]
@@ -277,49 +272,6 @@ impl Boundary for Fields {
     }
 }
 
-/// Beyond this a smoothed mask says no distance, mm.
-fn flat_mm(sigma: f64) -> f64 {
-    sigma * std::f64::consts::SQRT_2 * erf_inverse(FLAT)
-}
-
-/// Level of the smoothed mask, positive inside it, mm.
-fn smoothed_level(kinds: &Volume<Kind>, mask: fn(Kind) -> bool, sigma: f64) -> Vec<f32> {
-    let flat = flat_mm(sigma);
-    let smooth = gaussian(&kinds.map(|&k| f32::from(u8::from(mask(k)))), [sigma; 3]);
-    let (_, mut data) = smooth.into_parts();
-    data.par_iter_mut().for_each(|g| {
-        let x = 2.0 * f64::from(*g) - 1.0;
-        *g = if x.abs() >= FLAT {
-            flat.copysign(x) as f32
-        } else {
-            (sigma * std::f64::consts::SQRT_2 * erf_inverse(x)) as f32
-        };
-    });
-    data
-}
-
-/// Level of the mask, positive inside it, mm: the distance to the known surface where that parts
-/// the mask from the rest, else to the middle between their voxels.
-fn known_level(
-    kinds: &Volume<Kind>,
-    mask: fn(Kind) -> bool,
-    surface: &SignedDistance,
-    sigma: f64,
-) -> Vec<f32> {
-    let (grid, whole) = (kinds.grid(), surface.grid());
-    let first = whole.index_from_patient(&grid.origin()).map(|x| x.round() as usize);
-    let place = |n: usize| {
-        let v = grid.voxel(n);
-        whole.offset([0, 1, 2].map(|a| v[a] + first[a]))
-    };
-    let inside = |n: usize| mask(kinds.data()[n]);
-    let crossing = |n, m| surface.crossing(place(n), place(m));
-    let distance = SignedDistance::new(grid, BAND_MM, inside, crossing);
-    let per_mm = SignedDistance::PER_MM as f32;
-    let levels = distance.values().map(|&d| -f32::from(d) / per_mm);
-    gaussian(&levels, [sigma; 3]).into_parts().1
-}
-
 impl Depth {
     /// About this far apart are the samples, mm.
     const STEP_MM: f64 = 2.4;
@@ -358,38 +310,6 @@ fn soft_volume(kinds: &Volume<Kind>, low: Vector, radius: f64) -> f64 {
     voxels as f64 * grid.voxel_volume()
 }
 
-/// Inverse of the error function for |x| < 1, to about 4e-7 relative.
-///
-/// Source: M. Giles, "Approximating the erfinv function", GPU Computing Gems 2 (2011), the
-/// single-precision polynomials.
-fn erf_inverse(x: f64) -> f64 {
-    const CENTRAL: [f64; 9] = [
-        2.810_226_36e-8,
-        3.432_739_39e-7,
-        -3.523_387_7e-6,
-        -4.391_506_54e-6,
-        0.000_218_580_87,
-        -0.001_253_725_03,
-        -0.004_177_681_64,
-        0.246_640_727,
-        1.501_409_41,
-    ];
-    const TAIL: [f64; 9] = [
-        -0.000_200_214_257,
-        0.000_100_950_558,
-        0.001_349_343_22,
-        -0.003_673_428_44,
-        0.005_739_507_73,
-        -0.007_622_461_3,
-        0.009_438_870_47,
-        1.001_674_06,
-        2.832_976_82,
-    ];
-    let w = -((1.0 - x) * (1.0 + x)).ln();
-    let (w, series) = if w < 5.0 { (w - 2.5, &CENTRAL) } else { (w.sqrt() - 3.0, &TAIL) };
-    series.iter().fold(0.0, |sum, c| sum * w + c) * x
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -415,14 +335,5 @@ mod tests {
         }
         assert!(fields.level(WALL, &Vector::zeros()) < -4.0);
         assert!((fields.level(CUT, &Vector::new(0.0, 3.0, 4.0)) + 5.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_inverse_error_function_is_right() {
-        // erf(0.5), erf(1), erf(2)
-        for (x, y) in [(0.520_499_877_8, 0.5), (0.842_700_792_9, 1.0), (0.995_322_265, 2.0)] {
-            assert!((erf_inverse(x) - y).abs() < 2e-6, "{x}");
-            assert!((erf_inverse(-x) + y).abs() < 2e-6, "{x}");
-        }
     }
 }

@@ -5,6 +5,7 @@
 //! mean of the field over its triangles vanishes; on a rim, the mean over both its triangles and
 //! its rim edges.
 
+use crate::count::NONE;
 use crate::mesher::Mesher;
 use supine_space::{Progress, Stopped, Vector};
 
@@ -31,7 +32,7 @@ pub(crate) const SAMPLES: [[f64; 3]; 6] = [
 ];
 
 /// Weight of the rim edges against the triangles at a vertex on a rim.
-const RIM_SHARE: f64 = 0.6;
+const RIM_SHARE: f64 = 0.45;
 /// Shares of a rim edge where its distance to the fields is sampled.
 const RIM_SAMPLES: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
 
@@ -40,18 +41,37 @@ impl Mesher<'_> {
     pub(crate) fn fit(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
         for sweep in 0..SWEEPS {
             progress.at(sweep as f64 / SWEEPS as f64)?;
-            let mut error = self.mean_errors();
-            self.mean_rim_errors(&mut error);
-            for v in 0..self.mesh.points.len() as u32 {
-                if self.mesh.class[v as usize] != 0 && !self.mesh.star[v as usize].is_empty() {
-                    self.shift(v, &error[v as usize]);
-                }
-            }
+            self.shift_all(|before| GOOD.min(before) - BEARABLE);
             if sweep + 1 < SWEEPS {
+                self.follow(threshold, &NONE);
                 self.smooth_all(threshold, 3);
             }
         }
         Ok(())
+    }
+
+    /// Fits the boundary to the fields in the mean where the tetrahedra stay better than
+    /// `threshold` or get no worse.
+    pub(crate) fn close(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
+        for sweep in 0..SWEEPS {
+            progress.at(sweep as f64 / SWEEPS as f64)?;
+            self.shift_all(|before| threshold.min(before));
+            self.follow(threshold, &NONE);
+        }
+        self.shift_all(|before| threshold.min(before));
+        Ok(())
+    }
+
+    /// Shifts the levels of all boundary vertices against the mean errors; `least`: quality that
+    /// the tetrahedra must keep, from their worst before.
+    fn shift_all(&mut self, least: impl Fn(f64) -> f64) {
+        let mut error = self.mean_errors();
+        self.mean_rim_errors(&mut error);
+        for v in 0..self.mesh.points.len() as u32 {
+            if self.mesh.class[v as usize] != 0 && !self.mesh.star[v as usize].is_empty() {
+                self.shift(v, &error[v as usize], &least);
+            }
+        }
     }
 
     /// Area-weighted mean level of each field over the triangles of each vertex, mm.
@@ -115,7 +135,7 @@ impl Mesher<'_> {
     }
 
     /// Shifts the levels of a vertex against the mean error, if its tetrahedra bear it.
-    fn shift(&mut self, v: u32, error: &[f64; 3]) {
+    fn shift(&mut self, v: u32, error: &[f64; 3], least: impl Fn(f64) -> f64) {
         let class = self.mesh.class[v as usize];
         let limit = if class.count_ones() > 1 { RIM_LEVEL_MM } else { LEVEL * self.size_at(v) };
         let old = self.mesh.level[v as usize];
@@ -127,7 +147,7 @@ impl Mesher<'_> {
         let Some(to) = self.fields().project(class, from, &level) else { return };
         let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
         self.mesh.move_vertex(v, to);
-        if self.mesh.worst_of(&self.mesh.star[v as usize]) < GOOD.min(before) - BEARABLE {
+        if self.mesh.worst_of(&self.mesh.star[v as usize]) < least(before) {
             self.mesh.move_vertex(v, from);
         } else {
             self.mesh.level[v as usize] = level;

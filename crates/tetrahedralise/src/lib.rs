@@ -19,8 +19,10 @@ mod faces;
 mod fields;
 mod finish;
 mod fit;
+mod follow;
 mod info;
 mod labels;
+mod levels;
 mod mesher;
 mod patches;
 mod remesh;
@@ -69,11 +71,11 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             tetrahedra: 5000,
-            smoothing_mm: 1.5,
+            smoothing_mm: 1.7,
             surface_smoothing_mm: 1.0,
             growth: 0.4,
             growth_limit: 1.7,
-            rim_refinement: 0.62,
+            rim_refinement: 0.58,
             least_thickness_mm: 1.0,
         }
     }

@@ -159,7 +159,7 @@ impl Mesher<'_> {
     }
 
     /// Takes from the slopes what leads off the surfaces of the class.
-    fn keep_tangential(&self, class: Class, at: &Vector, slopes: &mut [Vector]) {
+    pub(crate) fn keep_tangential(&self, class: Class, at: &Vector, slopes: &mut [Vector]) {
         let mut normals: Vec<Vector> = Vec::new();
         for f in (0..3).filter(|f| class >> f & 1 == 1) {
             let (_, mut normal) = self.fields().level_gradient(f, at);

@@ -49,10 +49,49 @@ impl Mesher<'_> {
             return false;
         }
         let least = self.mesh.worst_of(&ring.tets) + gain;
-        let Some(filling) = self.fill(a, b, &ring, least.max(0.0)) else { return false };
+        self.replace(a, b, &ring, least)
+    }
+
+    /// Flips the boundary edge ab when all its new tetrahedra are better than `least` of the worst
+    /// old one, the count changes by a number in `delta`, and `wanted` says so: tag, the two faces
+    /// before and the two after, corners outwards.
+    pub(crate) fn flip_edge(
+        &mut self,
+        [a, b]: [u32; 2],
+        delta: &RangeInclusive<i64>,
+        least: impl Fn(f64) -> f64,
+        wanted: impl Fn(&Self, u8, [[Vector; 3]; 2], [[Vector; 3]; 2]) -> bool,
+    ) -> bool {
+        let Some(ring) = self.ordered_ring(a, b) else { return false };
+        let Some(tag) = ring.tag else { return false };
+        let change = ring.vertices.len() as i64 - 3;
+        if !delta.contains(&change) {
+            return false;
+        }
+        let [before, after] = self.flipped_faces(a, b, &ring);
+        if !wanted(self, tag, before, after) || !self.may_flip(a, b, &ring) {
+            return false;
+        }
+        let least = least(self.mesh.worst_of(&ring.tets));
+        self.replace(a, b, &ring, least)
+    }
+
+    /// Fills the ring of ab without that edge when all is better than `least`.
+    fn replace(&mut self, a: u32, b: u32, ring: &Ring, least: f64) -> bool {
+        let Some(filling) = self.fill(a, b, ring, least.max(0.0)) else { return false };
         debug_assert!(filling.quality > least);
-        self.refill(a, b, &ring, &filling);
+        self.refill(a, b, ring, &filling);
         true
+    }
+
+    /// The two faces at the boundary edge ab and the two that would be in their place, corners
+    /// outwards.
+    fn flipped_faces(&self, a: u32, b: u32, ring: &Ring) -> [[[Vector; 3]; 2]; 2] {
+        let (first, last) = (ring.vertices[0], ring.vertices[ring.vertices.len() - 1]);
+        // (a, b, first, ...) is positive: seen from outside, a, first, b turn counter-clockwise
+        // around the first face.
+        let faces = [[[a, first, b], [a, b, last]], [[a, first, last], [b, last, first]]];
+        faces.map(|pair| pair.map(|face| face.map(|v| self.mesh.points[v as usize])))
     }
 
     fn ordered_ring(&self, a: u32, b: u32) -> Option<Ring> {
@@ -99,14 +138,12 @@ impl Mesher<'_> {
         if self.mesh.neighbours(first).binary_search(&last).is_ok() {
             return false;
         }
-        let p = |v: u32| self.mesh.points[v as usize];
-        // (a, b, first, ...) is positive: seen from outside, a, first, b turn counter-clockwise
-        // around the first face.
-        let faults = |faces: [[u32; 3]; 2]| {
-            faces.map(|f| self.face_fault(tag, &f.map(p))).into_iter().fold(0.0, f64::max)
+        let faults = |faces: [[Vector; 3]; 2]| {
+            faces.map(|f| self.face_fault(tag, &f)).into_iter().fold(0.0, f64::max)
         };
-        let after = faults([[a, first, last], [b, last, first]]);
-        after == 0.0 || after <= faults([[a, first, b], [a, b, last]])
+        let [before, after] = self.flipped_faces(a, b, ring);
+        let fault = faults(after);
+        fault == 0.0 || fault <= faults(before)
     }
 
     /// The best filling, if it is better than `least` everywhere.
