@@ -13,6 +13,9 @@ use supine_space::{Progress, Stopped, Vector};
 const SWEEPS: usize = 6;
 /// Share of the mean error that a sweep takes away.
 const SHARE: f64 = 0.9;
+/// Share of its level that a vertex keeps: levels of neighbours that lie on opposite sides cancel in
+/// the mean and would grow.
+const KEPT: f64 = 0.93;
 /// Vertices may leave their surfaces this far in units of the edge length.
 const LEVEL: f64 = 0.15;
 /// Vertices on rims may leave their surfaces this far, mm.
@@ -135,22 +138,37 @@ impl Mesher<'_> {
     }
 
     /// Shifts the levels of a vertex against the mean error, if its tetrahedra bear it.
-    fn shift(&mut self, v: u32, error: &[f64; 3], least: impl Fn(f64) -> f64) {
+    fn shift(&mut self, v: u32, error: &[f64; 3], least: &impl Fn(f64) -> f64) {
         let class = self.mesh.class[v as usize];
         let limit = if class.count_ones() > 1 { RIM_LEVEL_MM } else { LEVEL * self.size_at(v) };
         let old = self.mesh.level[v as usize];
         let mut level = old;
         for f in (0..3).filter(|f| class >> f & 1 == 1) {
-            level[f] = (old[f] - SHARE * error[f]).clamp(-limit, limit);
+            level[f] = (KEPT * old[f] - SHARE * error[f]).clamp(-limit, limit);
         }
         let from = self.mesh.points[v as usize];
         let Some(to) = self.fields().project(class, from, &level) else { return };
-        let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
-        self.mesh.move_vertex(v, to);
-        if self.mesh.worst_of(&self.mesh.star[v as usize]) < least(before) {
-            self.mesh.move_vertex(v, from);
-        } else {
+        if self.bears(v, to, least, false) || self.bears(v, to, least, true) {
             self.mesh.level[v as usize] = level;
         }
+    }
+
+    /// Moves a vertex when the tetrahedra bear it, if asked for with its neighbours making way.
+    fn bears(&mut self, v: u32, to: Vector, least: &impl Fn(f64) -> f64, way: bool) -> bool {
+        self.mesh.begin();
+        self.mesh.move_vertex(v, to);
+        if way {
+            for w in self.mesh.neighbours(v) {
+                self.smooth(w, 2);
+            }
+        }
+        let (before, after) = self.mesh.effect();
+        let keep = after >= least(before);
+        if keep {
+            self.mesh.commit()
+        } else {
+            self.mesh.rollback()
+        }
+        keep
     }
 }

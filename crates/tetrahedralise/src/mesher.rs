@@ -17,6 +17,8 @@ const NORMAL_COSINE: f64 = 0.78;
 const SAG: f64 = 0.09;
 /// ... plus this, mm, before it counts.
 const SAG_MM: f64 = 0.05;
+/// An edge whose middle lies this share of the wanted length off its surface is long enough.
+const BRIDGED: f64 = 0.06;
 /// Where a field has less slope than this there is no surface of it.
 const LEAST_SLOPE: f64 = 0.2;
 /// The fault of a face where its field has no surface.
@@ -74,16 +76,28 @@ impl<'a> Mesher<'a> {
         self.sizing.at(&self.mesh.points[v as usize])
     }
 
-    /// All edges with their length in units of the wanted one, shortest first.
+    /// All edges with their length in units of the wanted one, shortest first. An edge that bridges
+    /// a hollow or a ridge counts as longer than it is.
     pub(crate) fn edges_by_length(&self) -> Vec<(f64, [u32; 2])> {
-        let mut edges: Vec<(f64, [u32; 2])> = self
-            .mesh
-            .edges()
-            .into_iter()
-            .map(|e| (self.mesh.length(e) / self.sizing.at(&self.mesh.middle(e)), e))
-            .collect();
+        let length = |e| {
+            let middle = self.mesh.middle(e);
+            let size = self.sizing.at(&middle);
+            let bridged = (self.bridged(e, &middle) / (BRIDGED * size)).sqrt();
+            ((self.mesh.length(e) / size).max(bridged), e)
+        };
+        let mut edges: Vec<(f64, [u32; 2])> = self.mesh.edges().into_iter().map(length).collect();
         edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges
+    }
+
+    /// How far the middle of an edge along a surface lies off it, beside what its ends do, mm.
+    fn bridged(&self, [a, b]: [u32; 2], middle: &Vector) -> f64 {
+        let both = self.mesh.class[a as usize] & self.mesh.class[b as usize];
+        let off = |field: usize| {
+            let ends = [a, b].map(|v| self.mesh.level[v as usize][field]);
+            (self.fields().level(field, middle) - 0.5 * (ends[0] + ends[1])).abs()
+        };
+        (0..3).filter(|f| both >> f & 1 == 1).map(off).fold(0.0, f64::max)
     }
 
     /// Tetrahedra worse than `threshold`, worst first.
