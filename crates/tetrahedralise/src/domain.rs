@@ -11,11 +11,11 @@ use supine_volume::Region;
 /// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
 const CUBE_SHARE: f64 = 8.5;
 /// The start lattice is no coarser than this, mm, or small shapes are lost.
-const COARSEST_MM: f64 = 6.0;
+const COARSEST_MM: f64 = 8.0;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
 const MARGIN: f64 = 4.0;
-/// Rounds of split, collapse, swap and smooth.
-const ROUNDS: usize = 6;
+/// Least rounds of split, collapse, swap and smooth.
+const ROUNDS: usize = 4;
 /// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
 const GOAL: f64 = 0.562;
 /// A count this far off (share) is an error.

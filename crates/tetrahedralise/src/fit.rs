@@ -11,6 +11,8 @@ use supine_space::{Progress, Stopped, Vector};
 
 /// Sweeps of levels and smoothing.
 const SWEEPS: usize = 6;
+/// Sweeps at the end.
+const CLOSING: usize = 4;
 /// Share of the mean error that a sweep takes away.
 const SHARE: f64 = 0.9;
 /// Share of its level that a vertex keeps: levels of neighbours that lie on opposite sides cancel in
@@ -56,8 +58,8 @@ impl Mesher<'_> {
     /// Fits the boundary to the fields in the mean where the tetrahedra stay better than
     /// `threshold` or get no worse.
     pub(crate) fn close(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
-        for sweep in 0..SWEEPS {
-            progress.at(sweep as f64 / SWEEPS as f64)?;
+        for sweep in 0..CLOSING {
+            progress.at(sweep as f64 / CLOSING as f64)?;
             self.shift_all(|before| threshold.min(before));
             self.follow(threshold, &NONE);
         }

@@ -12,6 +12,8 @@ use supine_space::Vector;
 
 /// A change must take away this share of the distance's integral.
 const GAIN: f64 = 0.05;
+/// Faces this near to their surface are left alone, mm: no labels tell more.
+const NEAR_MM: f64 = 0.03;
 /// First step of a slide as a share of the wanted edge length.
 const STEP: f64 = 0.15;
 /// Halvings of a step before a slide is given up.
@@ -23,11 +25,8 @@ impl Mesher<'_> {
     /// Flips and slides over the whole boundary; tetrahedra stay better than `threshold`, or get
     /// no worse, and the count changes at each flip by a number in `delta`.
     pub(crate) fn follow(&mut self, threshold: f64, delta: &RangeInclusive<i64>) {
-        for [a, b] in self.mesh.edges() {
-            let both = self.mesh.class[a as usize] & self.mesh.class[b as usize];
-            if both != 0 {
-                self.flip_nearer([a, b], threshold, delta);
-            }
+        for edge in self.surface_edges() {
+            self.flip_nearer(edge, threshold, delta);
         }
         for v in 0..self.mesh.points.len() as u32 {
             let on_surface = self.mesh.class[v as usize].count_ones() == 1;
@@ -35,6 +34,21 @@ impl Mesher<'_> {
                 self.slide(v, threshold);
             }
         }
+    }
+
+    /// Edges of the boundary, lower vertex first, sorted.
+    fn surface_edges(&self) -> Vec<[u32; 2]> {
+        let mesh = &self.mesh;
+        let mut edges = Vec::new();
+        for id in mesh.ids() {
+            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] != 0) {
+                let [a, b, c] = mesh.face(id, corner);
+                edges.extend([[a, b], [b, c], [a, c]].map(|[p, q]| [p.min(q), p.max(q)]));
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        edges
     }
 
     /// Flips a boundary edge when that brings the two faces nearer to their surface.
@@ -45,7 +59,8 @@ impl Mesher<'_> {
             let error = |faces: [[Vector; 3]; 2]| {
                 faces.iter().map(|face| face_error(m.fields(), field, face)).sum::<f64>()
             };
-            error(after) < (1.0 - GAIN) * error(before)
+            let now = error(before);
+            now > before.iter().map(near).sum() && error(after) < (1.0 - GAIN) * now
         })
     }
 
@@ -67,6 +82,9 @@ impl Mesher<'_> {
         let start = mesh.points[v as usize];
         let size = self.size_at(v);
         let now = error(&start);
+        if now < faces.iter().map(|[p, q]| near(&[start, *p, *q])).sum() {
+            return false;
+        }
         let probe = PROBE * size;
         let mut slope = Vector::from_fn(|axis, _| {
             let mut at = start;
@@ -93,6 +111,11 @@ impl Mesher<'_> {
         }
         false
     }
+}
+
+/// What the integral is over a face that is near enough to its surface, mm⁶.
+fn near([a, b, c]: &[Vector; 3]) -> f64 {
+    0.5 * (b - a).cross(&(c - a)).norm() * NEAR_MM.powi(4)
 }
 
 /// Integral over a face of the fourth power of its distance to its field, mm⁶.

@@ -71,7 +71,7 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             tetrahedra: 5000,
-            smoothing_mm: 1.7,
+            smoothing_mm: 1.9,
             surface_smoothing_mm: 1.0,
             growth: 0.4,
             growth_limit: 1.7,

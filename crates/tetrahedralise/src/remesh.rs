@@ -29,6 +29,10 @@ const GAIN: f64 = 2e-3;
 const FLAT: f64 = 1e-3;
 /// After an operation, tetrahedra worse than this are swapped.
 const UNTIDY: f64 = 0.45;
+/// The base length has settled when the cube root of the count is within this share of the goal's.
+const SETTLED: f64 = 0.012;
+/// Rounds after which the count has to be reached otherwise.
+const MOST_ROUNDS: usize = 12;
 /// Any change of the count.
 pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
 
@@ -117,15 +121,16 @@ impl Mesher<'_> {
         splits
     }
 
-    /// Rounds of split, collapse, swap and smooth, with the base length led to `count`.
+    /// At least `rounds` rounds of split, collapse, swap and smooth, with the base length led to
+    /// `count`; more where thin parts make the length slow to settle.
     pub(crate) fn rounds(
         &mut self,
         rounds: usize,
         count: usize,
         progress: Progress<'_>,
     ) -> Result<(), Stopped> {
-        for round in 0..rounds {
-            let at = |part: f64| (round as f64 + part) / rounds as f64;
+        for round in 0..MOST_ROUNDS.max(rounds) {
+            let at = |part: f64| (round as f64 + part) / MOST_ROUNDS.max(rounds) as f64;
             progress.at(at(0.0))?;
             self.split_long(LONG, 0.1);
             self.collapse_short(SHORT, 0.2);
@@ -141,6 +146,9 @@ impl Mesher<'_> {
             let excess = (self.mesh.count() as f64 / count as f64).cbrt();
             self.sizing.base *= excess.clamp(0.9, 1.1);
             self.mesh = self.mesh.compact();
+            if round + 1 >= rounds && (excess - 1.0).abs() < SETTLED {
+                break;
+            }
         }
         Ok(())
     }
