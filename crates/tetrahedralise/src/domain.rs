@@ -14,6 +14,13 @@ const CUBE_SHARE: f64 = 8.5;
 const COARSEST_MM: f64 = 8.0;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
 const MARGIN: f64 = 4.0;
+/// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that the
+/// mesh jams, another is tried.
+const LATTICES: [f64; 3] = [1.0, 0.91, 0.83];
+/// A mesh with a tetrahedron worse than this (sine of 20°) has jammed.
+const JAMMED: f64 = 0.342;
+/// Passes that bring the boundary of the cut lattice onto its surfaces.
+const SETTLING: usize = 2;
 /// Least rounds of split, collapse, swap and smooth.
 const ROUNDS: usize = 4;
 /// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
@@ -75,8 +82,7 @@ impl Domain {
     ) -> Result<(TetMesh, Info), Error> {
         check_count(tetrahedra)?;
         let params = Params { tetrahedra, ..self.params.clone() };
-        let mut info = Info { asked: tetrahedra, ..self.info.clone() };
-        let mut mesher = first_mesh(&self.fields, &params, &mut info, progress.part(0.0, 0.15))?;
+        let (mesher, mut info) = self.attempts(&params, progress)?;
         let edge = mesher.sizing.base;
         if edge < self.voxel_mm {
             info.warnings.push(format!(
@@ -84,10 +90,36 @@ impl Domain {
                  surface gains nothing from them"
             ));
         }
-        work(&mut mesher, tetrahedra, progress.part(0.15, 1.0))?;
         let mesh = finished(&mesher, self.fields.frame(), self.fields.volume, &mut info)?;
         progress.at(1.0)?;
         Ok((mesh, info))
+    }
+
+    /// The best of the meshes from the lattices that had to be tried.
+    fn attempts(
+        &self,
+        params: &Params,
+        progress: Progress<'_>,
+    ) -> Result<(Mesher<'_>, Info), Error> {
+        let goal = params.tetrahedra;
+        let mut best: Option<(Mesher<'_>, Info)> = None;
+        for (attempt, scale) in LATTICES.into_iter().enumerate() {
+            let (from, to) = if attempt == 0 { (0.0, 0.9) } else { (0.9, 1.0) };
+            let part = progress.part(from, to);
+            let mut info = Info { asked: goal, ..self.info.clone() };
+            let mut mesher =
+                first_mesh(&self.fields, params, scale, &mut info, part.part(0.0, 0.15))?;
+            work(&mut mesher, goal, part.part(0.15, 1.0))?;
+            let rank = |m: &Mesher<'_>| (m.mesh.count() == goal, m.mesh.worst());
+            let (exact, worst) = rank(&mesher);
+            if best.as_ref().is_none_or(|(best, _)| (exact, worst) > rank(best)) {
+                best = Some((mesher, info));
+            }
+            if exact && worst >= JAMMED {
+                break;
+            }
+        }
+        best.ok_or(Error::NothingToMesh { thickness_mm: params.least_thickness_mm })
     }
 }
 
@@ -120,10 +152,12 @@ pub(crate) fn finished(
     Ok(mesh)
 }
 
-/// The cut lattice, and the base length that should give the asked count.
+/// The cut lattice, with cells of `scale` times the usual size, and the base length that should give
+/// the asked count.
 fn first_mesh<'a>(
     fields: &'a Fields,
     params: &Params,
+    scale: f64,
     info: &mut Info,
     progress: Progress<'_>,
 ) -> Result<Mesher<'a>, Error> {
@@ -132,7 +166,7 @@ fn first_mesh<'a>(
     if edge.is_nan() || edge <= 0.0 {
         return Err(nothing);
     }
-    let cell = edge.min(COARSEST_MM.max(0.4 * edge));
+    let cell = scale * edge.min(COARSEST_MM.max(0.4 * edge));
     let Some((mesh, parts, lost)) = start::start(fields, cell, progress)? else {
         return Err(nothing);
     };
@@ -141,7 +175,11 @@ fn first_mesh<'a>(
     let sizing = Sizing::new(fields, params, edge);
     let mut mesher = Mesher { mesh, sizing };
     info.joined_patches = mesher.join_small_patches();
-    mesher.settle();
+    for _ in 0..SETTLING {
+        mesher.settle();
+        mesher.unfold_rims();
+        mesher.relax_rims();
+    }
     mesher.settle();
     mesher.coarsen(cell.min(edge), progress.part(0.5, 1.0))?;
     Ok(mesher)

@@ -37,7 +37,7 @@ impl Mesher<'_> {
     }
 
     /// Edges of the boundary, lower vertex first, sorted.
-    fn surface_edges(&self) -> Vec<[u32; 2]> {
+    pub(crate) fn surface_edges(&self) -> Vec<[u32; 2]> {
         let mesh = &self.mesh;
         let mut edges = Vec::new();
         for id in mesh.ids() {

@@ -16,16 +16,23 @@ mod count;
 mod domain;
 mod error;
 mod faces;
+#[cfg(test)]
+mod faults;
 mod fields;
 mod finish;
 mod fit;
 mod follow;
+#[cfg(test)]
+mod fuzz_tests;
 mod info;
 mod labels;
 mod levels;
 mod mesher;
+#[cfg(test)]
+mod operation_tests;
 mod patches;
 mod remesh;
+mod rims;
 mod shape;
 mod sizing;
 mod smooth;

@@ -5,7 +5,7 @@ use crate::collapse::CollapseRule;
 use crate::complex::EDGES;
 use crate::mesher::Mesher;
 use std::ops::RangeInclusive;
-use supine_space::{Progress, Stopped};
+use supine_space::{Progress, Stopped, Vector};
 
 /// Coarsening proceeds in steps of this factor in edge length.
 const COARSENING: f64 = 1.4;
@@ -43,17 +43,23 @@ impl Mesher<'_> {
             if self.mesh.class[v as usize] == 0 || self.mesh.star[v as usize].is_empty() {
                 continue;
             }
-            let from = self.mesh.points[v as usize];
-            let Some(to) = self.project(v, from) else { continue };
-            let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
-            let bearable = (0.5 * before).min(0.05);
-            let taken = [1.0, 0.5, 0.25].into_iter().any(|share| {
-                self.mesh.move_vertex(v, from + (to - from) * share);
-                self.mesh.worst_of(&self.mesh.star[v as usize]) > bearable
-            });
-            if !taken {
-                self.mesh.move_vertex(v, from);
+            if let Some(to) = self.project(v, self.mesh.points[v as usize]) {
+                self.draw(v, to);
             }
+        }
+    }
+
+    /// Moves a vertex towards `to` as far as the tetrahedra bear it.
+    pub(crate) fn draw(&mut self, v: u32, to: Vector) {
+        let from = self.mesh.points[v as usize];
+        let before = self.mesh.worst_of(&self.mesh.star[v as usize]);
+        let bearable = (0.5 * before).min(0.05);
+        let taken = [1.0, 0.5, 0.25].into_iter().any(|share| {
+            self.mesh.move_vertex(v, from + (to - from) * share);
+            self.mesh.worst_of(&self.mesh.star[v as usize]) > bearable
+        });
+        if !taken {
+            self.mesh.move_vertex(v, from);
         }
     }
 
@@ -132,6 +138,7 @@ impl Mesher<'_> {
         for round in 0..MOST_ROUNDS.max(rounds) {
             let at = |part: f64| (round as f64 + part) / MOST_ROUNDS.max(rounds) as f64;
             progress.at(at(0.0))?;
+            self.unfold_rims();
             self.split_long(LONG, 0.1);
             self.collapse_short(SHORT, 0.2);
             self.swap_all(GOOD, &ANY);

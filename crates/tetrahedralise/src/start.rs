@@ -245,35 +245,3 @@ fn tag_left_over(mesh: &mut Complex, fields: &Fields) {
         }
     }
 }
-
-/// Faults of a tagged complex: faces whose tag and place disagree, boundary edges that do not
-/// have exactly two faces, and tetrahedra without volume.
-#[cfg(test)]
-pub(crate) fn faults(mesh: &Complex) -> Vec<String> {
-    let mut faults = Vec::new();
-    let mut edges: std::collections::BTreeMap<[u32; 2], usize> = Default::default();
-    for id in mesh.ids() {
-        if mesh.quality[id as usize] <= 0.0 {
-            faults.push(format!("tetrahedron {id} is flat or inverted"));
-        }
-        for corner in 0..4 {
-            let tag = mesh.tags[id as usize][corner];
-            if (tag != 0) == mesh.across(id, corner).is_some() {
-                faults.push(format!("face {:?} has tag {tag}", mesh.face(id, corner)));
-            }
-            if tag != 0 {
-                let face = mesh.face(id, corner);
-                for [a, b] in [[0, 1], [1, 2], [0, 2]].map(|e| e.map(|c: usize| face[c])) {
-                    *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
-                    if (mesh.class[a as usize] & mesh.class[b as usize]) >> (tag - 1) & 1 == 0 {
-                        faults.push(format!("edge {a} {b} lacks the class of tag {tag}"));
-                    }
-                }
-            }
-        }
-    }
-    faults.extend(
-        edges.iter().filter(|(_, n)| **n != 2).map(|(e, n)| format!("edge {e:?} has {n} faces")),
-    );
-    faults
-}

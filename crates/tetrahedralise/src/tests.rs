@@ -1,10 +1,11 @@
 //! Tests of the whole on label maps made of formulas.
 
 use crate::domain::edge_for;
+use crate::faults::faults;
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
-use crate::start::{faults, start};
+use crate::start::start;
 use crate::{Domain, Error, Info, Params, coarsen, labels, tetrahedralise};
 use nalgebra::Rotation3;
 use supine_mesh::{BoundaryTag, TetMesh};
@@ -12,7 +13,7 @@ use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::{LabelMap, Region, Volume, label};
 
 /// Labels by position.
-type Shape = fn(&Vector) -> u8;
+pub(crate) type Shape = fn(&Vector) -> u8;
 
 /// Radius of the test region, mm.
 const RADIUS: f64 = 30.0;
@@ -25,17 +26,17 @@ fn grid(direction: Matrix) -> Grid {
 }
 
 /// Labels by a function of the position relative to the region's centre, mm.
-fn labelled(direction: Matrix, at: impl Fn(&Vector) -> u8) -> LabelMap {
+pub(crate) fn labelled(direction: Matrix, at: impl Fn(&Vector) -> u8) -> LabelMap {
     let grid = grid(direction);
     Volume::from_fn(grid.clone(), |v| at(&(grid.centre(v) - CENTRE)))
 }
 
-fn sphere() -> Sphere {
+pub(crate) fn sphere() -> Sphere {
     Sphere::new(CENTRE, RADIUS).unwrap()
 }
 
 /// A dome of soft tissue on a wavy slab; the patient's front is -y.
-fn dome(p: &Vector) -> u8 {
+pub(crate) fn dome(p: &Vector) -> u8 {
     let wall = 10.0 + 0.6 * (p.z / 4.0).sin();
     let skin = 1.0 - 16.0 * (-(p.x * p.x + p.z * p.z) / 300.0).exp();
     if p.y > wall {
@@ -48,7 +49,7 @@ fn dome(p: &Vector) -> u8 {
 }
 
 /// Soft tissue that thins out to nothing towards +x.
-fn wedge(p: &Vector) -> u8 {
+pub(crate) fn wedge(p: &Vector) -> u8 {
     if p.y > 5.0 {
         label::CHEST_WALL
     } else if p.y > 5.0 - (0.4 * (12.0 - p.x)).clamp(0.0, 14.0) {
@@ -59,7 +60,7 @@ fn wedge(p: &Vector) -> u8 {
 }
 
 /// A repeatable number in 0..1 for a position.
-fn noise(p: &Vector, salt: f64) -> f64 {
+pub(crate) fn noise(p: &Vector, salt: f64) -> f64 {
     let x = (p.x * 12.9898 + p.y * 78.233 + p.z * 37.719 + salt).sin() * 43_758.545;
     x - x.floor()
 }
@@ -125,7 +126,7 @@ fn voxel_volume(labels: &LabelMap) -> f64 {
 }
 
 /// Euler number of the boundary, after checking that each of its edges has two faces.
-fn euler(mesh: &TetMesh) -> i64 {
+pub(crate) fn euler(mesh: &TetMesh) -> i64 {
     let mut edges: Vec<[u32; 2]> = Vec::new();
     let mut points: Vec<u32> = Vec::new();
     for face in mesh.boundary() {
