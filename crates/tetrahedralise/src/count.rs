@@ -27,6 +27,8 @@ const LEAST: f64 = 0.02;
 const NARROW: f64 = 0.01;
 /// ... and gives up when this much did not help.
 const WIDE: f64 = 0.03;
+/// A trade may leave faces this far off their surface in units of the edge length there.
+const OFF: f64 = 0.07;
 /// After a trade, tetrahedra this much better than the worst are polished.
 const NEARLY_WORST: f64 = 0.05;
 /// No change of the count.
@@ -192,7 +194,7 @@ impl Mesher<'_> {
     }
 
     /// Betters the worst tetrahedra by operations that change the count, and restores the count
-    /// elsewhere; kept when the worst of all got better. At most `rounds` times, until all are
+    /// elsewhere; kept when the worst of all got better and no face lies far off. At most `rounds` times, until all are
     /// better than `threshold`.
     pub(crate) fn trade(
         &mut self,
@@ -208,11 +210,12 @@ impl Mesher<'_> {
             if worst >= threshold {
                 break;
             }
+            let off = self.furthest().max(OFF * self.sizing.base);
             let saved = self.mesh.clone();
             self.rework((worst + reach).min(threshold), part.part(0.0, 0.2))?;
             let reached = self.reach(goal, part.part(0.2, 0.4))?;
             self.polish((worst + NEARLY_WORST).min(threshold), 3, part.part(0.4, 0.6))?;
-            if reached && self.mesh.worst() > worst + 1e-4 {
+            if reached && self.mesh.worst() > worst + 1e-4 && self.furthest() <= off {
                 reach = NARROW;
             } else {
                 self.mesh = saved;

@@ -36,6 +36,23 @@ impl Mesher<'_> {
         }
     }
 
+    /// The largest distance of a face to its surface, mm.
+    pub(crate) fn furthest(&self) -> f64 {
+        let mesh = &self.mesh;
+        let mut furthest = 0.0f64;
+        for id in mesh.ids() {
+            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] != 0) {
+                let field = usize::from(mesh.tags[id as usize][corner] - 1);
+                let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
+                for weights in SAMPLES {
+                    let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
+                    furthest = furthest.max(self.fields().level(field, &at).abs());
+                }
+            }
+        }
+        furthest
+    }
+
     /// Edges of the boundary, lower vertex first, sorted.
     pub(crate) fn surface_edges(&self) -> Vec<[u32; 2]> {
         let mesh = &self.mesh;

@@ -59,7 +59,8 @@ pub struct Params {
     /// Tetrahedra asked for.
     pub tetrahedra: usize,
     /// Standard deviation of the Gaussian that smooths the labels where their surfaces are not
-    /// known between the voxels, mm; never below 0.9 of the largest voxel spacing.
+    /// known between the voxels, mm; never below 0.9 of the largest voxel spacing. Labels rougher
+    /// than voxels of a smooth shape are smoothed more widely, up to twice.
     pub smoothing_mm: f64,
     /// Standard deviation of the Gaussian that smooths the distances to known surfaces, mm.
     pub surface_smoothing_mm: f64,

@@ -82,7 +82,7 @@ impl<'a> Mesher<'a> {
         let length = |e| {
             let middle = self.mesh.middle(e);
             let size = self.sizing.at(&middle);
-            let bridged = (self.bridged(e, &middle) / (BRIDGED * size)).sqrt();
+            let bridged = (self.bridged(e) / (BRIDGED * size)).sqrt();
             ((self.mesh.length(e) / size).max(bridged), e)
         };
         let mut edges: Vec<(f64, [u32; 2])> = self.mesh.edges().into_iter().map(length).collect();
@@ -90,12 +90,20 @@ impl<'a> Mesher<'a> {
         edges
     }
 
+    /// Whether one edge bridges no more than is well, or than another did in its place.
+    pub(crate) fn bridges_no_more(&self, new: [u32; 2], old: [u32; 2]) -> bool {
+        let well = BRIDGED * self.sizing.at(&self.mesh.middle(new));
+        let off = self.bridged(new);
+        off <= well || off <= self.bridged(old)
+    }
+
     /// How far the middle of an edge along a surface lies off it, beside what its ends do, mm.
-    fn bridged(&self, [a, b]: [u32; 2], middle: &Vector) -> f64 {
+    fn bridged(&self, [a, b]: [u32; 2]) -> f64 {
         let both = self.mesh.class[a as usize] & self.mesh.class[b as usize];
+        let middle = self.mesh.middle([a, b]);
         let off = |field: usize| {
             let ends = [a, b].map(|v| self.mesh.level[v as usize][field]);
-            (self.fields().level(field, middle) - 0.5 * (ends[0] + ends[1])).abs()
+            (self.fields().level(field, &middle) - 0.5 * (ends[0] + ends[1])).abs()
         };
         (0..3).filter(|f| both >> f & 1 == 1).map(off).fold(0.0, f64::max)
     }

@@ -138,6 +138,9 @@ impl Mesher<'_> {
         if self.mesh.neighbours(first).binary_search(&last).is_ok() {
             return false;
         }
+        if !self.bridges_no_more([first, last], [a, b]) {
+            return false;
+        }
         let faults = |faces: [[Vector; 3]; 2]| {
             faces.map(|f| self.face_fault(tag, &f)).into_iter().fold(0.0, f64::max)
         };
