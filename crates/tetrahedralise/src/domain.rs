@@ -29,6 +29,8 @@ const GOAL: f64 = 0.562;
 const MARGIN_CLOSING: f64 = 0.02;
 /// Most passes of the last betterment and fit.
 const FINISHES: usize = 3;
+/// Another pass is worth its time when the last bettered the worst tetrahedron by this much.
+const FINISH_GAIN: f64 = 0.01;
 /// A count this far off (share) is an error.
 const OFF: f64 = 0.05;
 
@@ -204,10 +206,12 @@ pub(crate) fn work(
     // Each betters what the other leaves: other angles, other places.
     for finish in 0..FINISHES {
         let part = progress.part(0.8 + 0.2 * finish as f64 / FINISHES as f64, 1.0);
+        let before = mesher.mesh.worst();
         mesher.polish(GOAL, 12, part.part(0.0, 0.2))?;
         mesher.trade(goal, GOAL, 12, part.part(0.2, 0.4))?;
         mesher.close(GOAL + MARGIN_CLOSING, part.part(0.4, 0.5))?;
-        if mesher.mesh.worst() >= GOAL {
+        let worst = mesher.mesh.worst();
+        if worst >= GOAL || worst < before + FINISH_GAIN {
             break;
         }
     }
