@@ -30,8 +30,8 @@ pub fn coarsen(
     if tetrahedra >= has {
         return Err(Error::NotCoarser { asked: tetrahedra, has });
     }
-    let origin = middle(mesh);
-    let mut start = complex(mesh, &origin);
+    let frame = (middle(mesh), Matrix::identity());
+    let mut start = complex(mesh, &frame);
     classify(&mut start);
     progress.at(0.0)?;
     let faces = Faces::new(&start)?;
@@ -42,7 +42,6 @@ pub fn coarsen(
     let mut mesher = Mesher { mesh: start, sizing };
     mesher.coarsen(edge_for(volume, has), progress.part(0.1, 0.4))?;
     work(&mut mesher, tetrahedra, progress.part(0.4, 1.0))?;
-    let frame = (origin, Matrix::identity());
     let mut info = Info { asked: tetrahedra, ..Info::new() };
     let made = finished(&mesher, &frame, volume, &mut info)?;
     progress.at(1.0)?;
@@ -57,8 +56,8 @@ fn middle(mesh: &TetMesh) -> Point {
     low + 0.5 * (high - low)
 }
 
-/// The mesh under work, in millimetres from `origin`.
-fn complex(mesh: &TetMesh, origin: &Point) -> Complex {
+/// The mesh under work, in millimetres from the origin of a frame along its axes.
+pub(crate) fn complex(mesh: &TetMesh, (origin, axes): &(Point, Matrix)) -> Complex {
     let key = |mut face: [u32; 3]| {
         face.sort_unstable();
         face
@@ -67,12 +66,17 @@ fn complex(mesh: &TetMesh, origin: &Point) -> Complex {
         mesh.boundary().iter().map(|f| (key(f.points), f.tag.number())).collect();
     let mut complex = Complex::default();
     for p in mesh.points() {
-        let at: Vector = p - origin;
-        complex.add_vertex(at, 0);
+        let away: Vector = p - origin;
+        complex.add_vertex(axes.tr_mul(&away), 0);
     }
-    for tet in mesh.tets() {
+    // A left-handed frame turns positive tetrahedra over.
+    let mirrored = axes.determinant() < 0.0;
+    for mut tet in mesh.tets().iter().copied() {
+        if mirrored {
+            tet.swap(2, 3);
+        }
         let tag = |face: [usize; 3]| tags.get(&key(face.map(|c| tet[c]))).copied().unwrap_or(0);
-        complex.add(*tet, TET_FACES.map(tag));
+        complex.add(tet, TET_FACES.map(tag));
     }
     complex
 }

@@ -1,5 +1,10 @@
 //! The soft tissue to be meshed, and its meshes.
 
+mod peers;
+mod rims;
+
+pub use peers::Shell;
+
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;

@@ -16,20 +16,27 @@ pub(crate) fn to_patient(
     // A left-handed grid turns positive tetrahedra over.
     let mirrored = axes.determinant() < 0.0;
     let mut tets = Vec::with_capacity(mesh.count());
-    let mut boundary = Vec::new();
     for id in mesh.ids() {
         let mut tet = mesh.tets[id as usize];
         if mirrored {
             tet.swap(2, 3);
         }
         tets.push(tet);
+    }
+    Ok(TetMesh::new(points, tets, outer_faces(mesh))?)
+}
+
+/// The tagged faces, outwards in the mesher's frame.
+pub(crate) fn outer_faces(mesh: &Complex) -> Vec<BoundaryFace> {
+    let mut faces = Vec::new();
+    for id in mesh.ids() {
         for corner in 0..4 {
             if let Some(tag) = BoundaryTag::from_number(mesh.tags[id as usize][corner]) {
-                boundary.push(BoundaryFace { points: mesh.face(id, corner), tag });
+                faces.push(BoundaryFace { points: mesh.face(id, corner), tag });
             }
         }
     }
-    Ok(TetMesh::new(points, tets, boundary)?)
+    faces
 }
 
 /// Distance of the boundary faces of each tag to the field they follow.

@@ -31,6 +31,8 @@ mod mesher;
 #[cfg(test)]
 mod operation_tests;
 mod patches;
+#[cfg(test)]
+mod peer_tests;
 mod remesh;
 mod rims;
 mod shape;
@@ -45,7 +47,7 @@ mod swap;
 mod tests;
 
 pub use coarsen::coarsen;
-pub use domain::Domain;
+pub use domain::{Domain, Shell};
 pub use error::Error;
 pub use info::{Deviation, Info};
 

@@ -195,7 +195,7 @@ fn root(from: f64, to: f64, level: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Drops all but the largest part by volume; returns how many parts and what volume went.
-fn keep_largest(mesh: &mut Complex) -> (usize, f64) {
+pub(crate) fn keep_largest(mesh: &mut Complex) -> (usize, f64) {
     let mut part = vec![u32::MAX; mesh.tets.len()];
     let mut volumes: Vec<f64> = Vec::new();
     let ids: Vec<u32> = mesh.ids().collect();
