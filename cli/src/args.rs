@@ -65,6 +65,10 @@ pub(crate) enum Command {
     Carry(Carry),
     /// What no validator notices about an exported series
     VerifyExport(VerifyExport),
+    /// The process in which TetGen runs; started by `mesh` and `run`
+    #[cfg(feature = "tetgen")]
+    #[command(hide = true, name = supine_pipeline::TETGEN_WORKER)]
+    TetgenWorker,
     /// Completions for a shell, on stdout
     Completions {
         /// The shell
@@ -171,6 +175,20 @@ pub(crate) struct Coarsen {
 pub(crate) enum Mesher {
     /// Our own
     Native,
+    /// CGAL (GPL), in programs built with the feature `cgal`
+    Cgal,
+    /// TetGen (AGPL), in programs built with the feature `tetgen`
+    Tetgen,
+}
+
+impl From<Mesher> for supine_pipeline::Mesher {
+    fn from(named: Mesher) -> Self {
+        match named {
+            Mesher::Native => Self::Native,
+            Mesher::Cgal => Self::Cgal,
+            Mesher::Tetgen => Self::Tetgen,
+        }
+    }
 }
 
 #[derive(Args, Debug)]

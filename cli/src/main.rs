@@ -45,6 +45,8 @@ fn run(cli: Cli, screen: &Screen) -> Result<u8, Failure> {
         Command::Warp(args) => commands::warp::warp(&args, screen),
         Command::Carry(args) => commands::carry::carry(&args, screen),
         Command::VerifyExport(args) => commands::verify_export::verify_export(&args, screen),
+        #[cfg(feature = "tetgen")]
+        Command::TetgenWorker => commands::mesh::tetgen_worker(),
         Command::Completions { shell } => commands::manual::completions(shell),
         Command::Man { out } => commands::manual::man(&out),
     }

@@ -9,6 +9,7 @@
     reason = "a chore talks to the developer, times its steps and touches files under target/"
 )]
 
+mod meshers;
 mod readers;
 mod steps;
 mod test;

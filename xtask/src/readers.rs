@@ -56,7 +56,11 @@ fn succeeds(command: &mut Command) -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-fn install_debian(packages: &[&str]) -> Result<()> {
+/// Installs Debian packages and says so.
+///
+/// # Errors
+/// When that is not possible; the message says what to do by hand.
+pub(crate) fn install_debian(packages: &[&str]) -> Result<()> {
     let names = packages.join(" ");
     println!("installing Debian packages, once: {names}");
     let by_hand = || format!("install by hand: apt-get install {names}");

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, cheap steps first.
 
 use crate::steps::{Steps, run};
-use crate::{House, readers};
+use crate::{House, meshers, readers};
 use anyhow::Result;
 use std::ffi::OsString;
 use std::process::Command;
@@ -41,6 +41,14 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     // The tests run the binary; built here, its compilation does not count as a test's time.
     steps.run("binary", || run(cargo(house).args(["build", "--package", "supine"])));
     steps.run("tests", || run(cargo(house).args(["test", "--workspace", "--no-fail-fast"])));
+    // Last: it leaves a binary with the features behind, which the tests above must not judge.
+    match meshers::install() {
+        Ok(()) => steps.run("other meshers", || meshers::test(|| cargo(house), !options.fast)),
+        Err(why) => {
+            println!("{why:#}");
+            steps.skip("other meshers", "libcgal-dev and libtet1.5-dev cannot be installed");
+        }
+    }
     steps.finish()
 }
 

@@ -4,13 +4,14 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use supine_exchange::{read_labels, write_vtu};
-use supine_pipeline::RunError;
+use supine_pipeline::{RunError, mesh_region};
 use supine_space::{Point, Progress, Sphere};
 use supine_tetrahedralise::Params;
 use supine_volume::Region;
 
 pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
-    let args::Mesher::Native = args.mesher;
+    let mesher = supine_pipeline::Mesher::from(args.mesher);
+    mesher.check_built()?;
     let sphere = Sphere::new(Point::from(args.centre.0), args.radius)
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
     let watch = |share| screen.share("import", share);
@@ -18,14 +19,12 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     let region = Region::new(&labels, sphere).map_err(RunError::from)?;
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
     let watch = |share| screen.share("mesh", share);
-    let (mesh, info) =
-        supine_tetrahedralise::tetrahedralise(&region, &params, Progress::new(&watch))
-            .map_err(RunError::from)?;
+    let (mesh, info) = mesh_region(&region, &params, mesher, Progress::new(&watch))?;
     write_vtu(&mesh, None, &args.out)?;
     screen.warn_all(&info.warnings);
     let q = supine_mesh::quality(&mesh);
     let json = serde_json::json!({
-        "mesh": args.out, "asked": info.asked, "tetrahedra": mesh.tets().len(),
+        "mesh": args.out, "mesher": mesher.name(), "asked": info.asked, "tetrahedra": mesh.tets().len(),
         "points": mesh.points().len(), "volume_ml": mesh.total_volume() / 1000.0,
         "min_dihedral_deg": q.min_dihedral_deg, "max_dihedral_deg": q.max_dihedral_deg,
         "min_radius_ratio": q.min_radius_ratio, "warnings": info.warnings,
@@ -40,4 +39,11 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     );
     screen.result(&json, &text);
     Ok(0)
+}
+
+/// The hidden command: TetGen on a surface from stdin, since TetGen may end its process.
+#[cfg(feature = "tetgen")]
+pub(crate) fn tetgen_worker() -> Result<u8, Failure> {
+    let failed = |message| Failure { code: 3, message };
+    supine_pipeline::tetgen_work().map(|()| 0).map_err(failed)
 }

@@ -1,6 +1,6 @@
 //! The case file (TOML): as typed, and validated.
 
-use crate::{Brought, PartNames, RunError, keys};
+use crate::{Brought, Mesher, PartNames, RunError, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use supine_fem::{Cut, RestState, Tissue};
@@ -47,6 +47,8 @@ pub struct MeshWish {
     pub tetrahedra: usize,
     /// Order of the displacement within them.
     pub order: Order,
+    /// What makes them.
+    pub mesher: Mesher,
 }
 
 /// Where the seeds come from.
@@ -311,7 +313,7 @@ fn sphere(key: &'static str, file: &SphereFile) -> Result<Sphere, CaseError> {
 }
 
 fn mesh_wish(file: &MeshFile) -> Result<MeshWish, CaseError> {
-    one_of("mesh.mesher", file.mesher.as_deref(), &[("native", ())])?;
+    let mesher = mesher("mesh.mesher", file.mesher.as_deref())?;
     let order = match file.order {
         None | Some(2) => Order::Quadratic,
         Some(1) => Order::Linear,
@@ -320,12 +322,19 @@ fn mesh_wish(file: &MeshFile) -> Result<MeshWish, CaseError> {
     let asked =
         file.tetrahedra.unwrap_or(supine_tetrahedralise::Params::default().tetrahedra as i64);
     match usize::try_from(asked) {
-        Ok(tetrahedra) if tetrahedra > 0 => Ok(MeshWish { tetrahedra, order }),
+        Ok(tetrahedra) if tetrahedra > 0 => Ok(MeshWish { tetrahedra, order, mesher }),
         _ => Err(value(
             "mesh.tetrahedra",
             format!("{asked} tetrahedra cannot be made: ask for 1000 to 100000"),
         )),
     }
+}
+
+/// The mesher of a name, if this program was built with it.
+fn mesher(key: &'static str, name: Option<&str>) -> Result<Mesher, CaseError> {
+    let mesher = one_of(key, name, &Mesher::ALL.map(|m| (m.name(), m)))?;
+    mesher.check_built().map_err(|e| value(key, e.to_string()))?;
+    Ok(mesher)
 }
 
 fn tissue(tissue: Tissue) -> Result<Tissue, CaseError> {
@@ -411,6 +420,20 @@ mod tests {
         assert_eq!(named.names.chest_wall, ["A", "B"]);
         let error = read(&format!("{MINIMAL}labels = {{ file = 'x', chestwall = 'A' }}\n"));
         assert!(error.unwrap_err().to_string().contains("`labels.chest_wall`"));
+    }
+
+    #[test]
+    fn a_mesher_that_was_not_built_in_is_refused_with_what_to_do() {
+        for mesher in Mesher::ALL {
+            let case = read(&format!("{MINIMAL}mesh = {{ mesher = '{}' }}\n", mesher.name()));
+            if mesher.check_built().is_ok() {
+                assert_eq!(case.unwrap().mesh.mesher, mesher);
+            } else {
+                let error = case.unwrap_err().to_string();
+                let build = format!("--features {}", mesher.name());
+                assert!(error.contains("`mesh.mesher`") && error.contains(&build), "{error}");
+            }
+        }
     }
 
     #[test]

@@ -52,6 +52,23 @@ pub enum RunError {
     /// Meshing.
     #[error("meshing: {0}")]
     Mesh(supine_tetrahedralise::Error),
+    /// A mesher that this program was built without.
+    #[error(
+        "this program was built without the mesher {mesher}; use native, or build it with `cargo \
+         build --release --features {mesher}` (README, \"Other meshers\")"
+    )]
+    NotBuilt {
+        /// Its name.
+        mesher: &'static str,
+    },
+    /// Meshing by CGAL.
+    #[cfg(feature = "cgal")]
+    #[error("meshing: {0}")]
+    Cgal(supine_tetrahedralise_cgal::Error),
+    /// Meshing by TetGen.
+    #[cfg(feature = "tetgen")]
+    #[error("meshing: {0}")]
+    Tetgen(supine_tetrahedralise_tetgen::Error),
     /// Mechanics.
     #[error("mechanics: {0}")]
     Solve(supine_fem::Error),
@@ -143,7 +160,7 @@ impl RunError {
         }
     }
 
-    /// The exit code: 1 input, 3 method, 5 output, 75 worth a retry, 130 interrupted.
+    /// The exit code: 1 input, 2 usage, 3 method, 5 output, 75 worth a retry, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Case(_)
@@ -157,6 +174,11 @@ impl RunError {
             | Self::Labels(_)
             | Self::Region(_)
             | Self::Tumour(_) => 1,
+            Self::NotBuilt { .. } => 2,
+            #[cfg(feature = "cgal")]
+            Self::Cgal(_) => 3,
+            #[cfg(feature = "tetgen")]
+            Self::Tetgen(_) => 3,
             Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
             Self::Export(error) | Self::DicomLabels(error) => output_code(error),
             Self::Product(error) => output_code(error),
@@ -193,6 +215,10 @@ macro_rules! from_stage {
     )*};
 }
 
+#[cfg(feature = "cgal")]
+from_stage! { supine_tetrahedralise_cgal => Cgal }
+#[cfg(feature = "tetgen")]
+from_stage! { supine_tetrahedralise_tetgen => Tetgen }
 from_stage! {
     supine_segment => Segment,
     supine_tetrahedralise => Mesh,

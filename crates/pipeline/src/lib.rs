@@ -13,9 +13,12 @@ mod error;
 mod facts;
 mod keys;
 mod labels;
+mod mesher;
 mod meter;
 mod options;
 mod run;
+#[cfg(any(feature = "cgal", feature = "tetgen"))]
+mod search;
 mod stage;
 mod store;
 mod surfaces;
@@ -39,8 +42,15 @@ pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub use error::RunError;
 pub use labels::{Brought, LabelOrigin, PartNames, RoleError, read_brought, write_dicom_labels};
+#[cfg(feature = "cgal")]
+pub use mesher::by_cgal;
+pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
+#[cfg(feature = "tetgen")]
+pub use mesher::{by_tetgen, tetgen_work};
 pub use options::Options;
 pub use run::run;
+#[cfg(any(feature = "cgal", feature = "tetgen"))]
+pub use search::{Found, Try};
 pub use stage::Stage;
 pub use supine_report::Summary;
 pub use surfaces::write_surfaces;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, u8); 15] = [
+const LAYERS: [(&str, u8); 17] = [
     ("supine-space", 0),
     ("supine-volume", 1),
     ("supine-mesh", 1),
@@ -12,6 +12,8 @@ const LAYERS: [(&str, u8); 15] = [
     ("supine-exchange", 2),
     ("supine-segment", 2),
     ("supine-tetrahedralise", 2),
+    ("supine-tetrahedralise-cgal", 2),
+    ("supine-tetrahedralise-tetgen", 2),
     ("supine-fem", 2),
     ("supine-warp", 2),
     ("supine-report", 3),

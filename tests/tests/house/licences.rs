@@ -1,7 +1,7 @@
 //! Every dependency of the binary is under a permissive licence: those allowed in deny.toml.
 
 use spdx::{Expression, LicenseItem, LicenseReq, ParseMode};
-use supine_tests::{Outcome, root};
+use supine_tests::{Outcome, metadata, root};
 
 /// The licences that deny.toml allows.
 fn allowed() -> Vec<String> {
@@ -28,6 +28,21 @@ fn the_allowed_licences_are_no_copyleft() {
     for name in allowed() {
         let id = spdx::license_id(&name).unwrap_or_else(|| panic!("{name} is no SPDX licence"));
         assert!(!id.is_copyleft(), "deny.toml allows {name}, which is copyleft");
+    }
+}
+
+/// The crates that bind programs under copyleft, and their licences; all others are the house's own.
+const BINDINGS: [(&str, &str); 2] = [
+    ("supine-tetrahedralise-cgal", "GPL-3.0-or-later"),
+    ("supine-tetrahedralise-tetgen", "AGPL-3.0-or-later"),
+];
+
+#[test]
+fn every_crate_states_its_licence() {
+    for package in metadata().workspace_packages() {
+        let bound = BINDINGS.iter().find(|(name, _)| *name == package.name.as_str());
+        let licence = bound.map_or("MIT OR Apache-2.0", |(_, licence)| licence);
+        assert_eq!(package.license.as_deref(), Some(licence), "{}", package.name);
     }
 }
 

@@ -5,7 +5,7 @@ use super::segment::{Facts as SegmentFacts, SURFACES};
 use crate::bench::{Bench, Done, Made};
 use crate::facts::mesh_facts;
 use crate::surfaces::read_surfaces;
-use crate::{Case, RunError, Stage};
+use crate::{Case, RunError, Stage, mesh_region};
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::TetMesh;
 use supine_volume::{LabelMap, Region};
@@ -23,7 +23,7 @@ pub(crate) fn mesh(
         tetrahedra: case.mesh.tetrahedra,
         ..supine_tetrahedralise::Params::default()
     };
-    let decided = format!("{params:?} {:?}", region.sphere);
+    let decided = format!("{params:?} {:?} {:?}", case.mesh.mesher, region.sphere);
     bench.stage(
         Stage::Mesh,
         &[&labels.key, &decided],
@@ -36,7 +36,7 @@ pub(crate) fn mesh(
                 region = region.with_surfaces(surfaces)?;
             }
             let progress = progress.part(0.1, 1.0);
-            let (mesh, info) = supine_tetrahedralise::tetrahedralise(&region, &params, progress)?;
+            let (mesh, info) = mesh_region(&region, &params, case.mesh.mesher, progress)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
             let facts = mesh_facts(&mesh, params.tetrahedra);
             let mut warnings = info.warnings;

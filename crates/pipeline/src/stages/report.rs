@@ -150,7 +150,10 @@ fn parameters(case: &Case, flow: &Flow) -> Parameters {
             order: case.mesh.order.number(),
             cut: texts::cut_name(case.cut).into(),
         },
-        mesh: MeshParameters { tetrahedra: case.mesh.tetrahedra, mesher: "native".into() },
+        mesh: MeshParameters {
+            tetrahedra: case.mesh.tetrahedra,
+            mesher: case.mesh.mesher.name().into(),
+        },
         region: RegionParameters {
             centre_mm: region.centre_mm,
             radius_mm: region.radius_mm,
