@@ -35,9 +35,13 @@ enum Chore {
     Test(test::Options),
     /// Only what `test` installs: the independent readers.
     Readers,
-    /// Times the stages beside the peers, in one run; needs the developers' reference data in
+    /// Runs the stages beside the peers, in one run; needs the developers' reference data in
     /// ../shared.
-    Bench,
+    Bench {
+        /// One stage alone
+        #[arg(value_enum)]
+        stage: Option<verify::Measured>,
+    },
     /// Writes docs/VERIFICATION.md and docs/pictures from real runs; needs the developers'
     /// reference data in ../shared.
     Verify,
@@ -70,7 +74,7 @@ fn chore() -> Result<()> {
     match arguments.chore {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
-        Chore::Bench => verify::bench(&house),
+        Chore::Bench { stage } => verify::bench(&house, stage),
         Chore::Verify => verify::verify(&house),
     }
 }

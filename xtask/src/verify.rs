@@ -7,6 +7,7 @@
 mod mesh;
 mod page;
 mod patients;
+mod peers;
 mod real;
 mod speed;
 mod study;
@@ -35,7 +36,7 @@ impl<'a> Bench<'a> {
             shared.join("cohort/score.py").is_file(),
             "`cargo xtask verify` and `bench` need the developers' reference data in ../shared"
         );
-        let python = scorers(house)?;
+        let python = environment(house, "scorers")?;
         run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
         let work = house.target.join("verify");
         std::fs::create_dir_all(&work)?;
@@ -43,9 +44,24 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// `cargo xtask bench`: time and memory beside the peers', on stdout.
-pub(crate) fn bench(house: &House) -> Result<()> {
-    print!("{}", speed::table(&Bench::open(house)?)?);
+/// What `cargo xtask bench` can measure.
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+pub(crate) enum Measured {
+    /// Time and memory of the segmentation beside a script.
+    Segment,
+    /// The mesher beside CGAL, gmsh and MMG; installs them.
+    Mesh,
+}
+
+/// `cargo xtask bench`: ours beside the peers, on stdout; all when nothing is named.
+pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
+    let bench = Bench::open(house)?;
+    if measured != Some(Measured::Mesh) {
+        print!("{}", speed::table(&bench)?);
+    }
+    if measured != Some(Measured::Segment) {
+        print!("{}", peers::beside(&bench)?);
+    }
     Ok(())
 }
 
@@ -56,9 +72,9 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     pictures(&bench)?;
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
-    let meshes = mesh::all(&bench)?;
+    let meshes = (mesh::all(&bench)?, peers::chosen(&bench)? + &peers::beside(&bench)?);
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, (&study, &speed), &meshes)?;
+    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes.0, &meshes.1))?;
     let path = house.root.join("docs/VERIFICATION.md");
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());
@@ -76,15 +92,15 @@ fn pictures(bench: &Bench<'_>) -> Result<()> {
     Ok(())
 }
 
-/// The Python environment of the scoring scripts, made once.
-fn scorers(house: &House) -> Result<PathBuf> {
-    let environment = house.target.join("scorers");
+/// The Python of an environment under target/, made once from the list `xtask/NAME.txt`.
+fn environment(house: &House, name: &str) -> Result<PathBuf> {
+    let environment = house.target.join(name);
     let python = environment.join("bin/python");
     if !environment.join("made").is_file() {
         run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
         let mut pip = Command::new(&python);
         pip.args(["-m", "pip", "install", "--quiet", "--requirement"]);
-        run(pip.arg(house.root.join("xtask/scorers.txt")))?;
+        run(pip.arg(house.root.join(format!("xtask/{name}.txt"))))?;
         std::fs::write(environment.join("made"), "")?;
     }
     Ok(python)

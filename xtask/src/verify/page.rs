@@ -18,7 +18,7 @@ pub(crate) fn page(
     patients: &[patients::Row],
     real: &[real::Row],
     (study, speed): (&Study, &str),
-    meshes: &[mesh::Row],
+    (meshes, others): (&[mesh::Row], &str),
 ) -> Result<String> {
     let mut page = HEAD.replace("{date}", date);
     page += &patient_rows(patients)?;
@@ -29,7 +29,10 @@ pub(crate) fn page(
     page += SPEED;
     page += speed;
     page += MESH;
-    page += &mesh_rows(meshes)?;
+    for row in meshes {
+        page += &mesh::line("", row)?;
+    }
+    page += others;
     page += TESTS;
     Ok(page)
 }
@@ -104,35 +107,4 @@ fn run_row(name: &str, summary: &Value) -> Result<String> {
         n("/run/peak_memory_mb")?,
         summary["warnings"].as_array().map_or(0, Vec::len),
     ))
-}
-
-fn mesh_rows(rows: &[mesh::Row]) -> Result<String> {
-    let mut table = String::new();
-    for row in rows {
-        let s = |pointer: &str| number(&row.score, pointer);
-        let triple = |name: &str| -> Result<String> {
-            let [a, b, c] = [0, 1, 2].map(|n| s(&format!("/{name}/mesh_to_truth/{n}")));
-            Ok(format!("{:.3} / {:.2} / {:.2}", a?, b?, c?))
-        };
-        writeln!(
-            table,
-            "| {} | {} | {} | {:.1}-{:.1} | {:.2} | {} | {} | {} | {:+.2} % | {:.2}, {:.2} | {} | \
-             {:.1} |",
-            row.labels,
-            row.asked,
-            s("/tets")?,
-            s("/dihedral_min")?,
-            s("/dihedral_max")?,
-            s("/radius_ratio_min")?,
-            triple("skin")?,
-            triple("chest_wall")?,
-            triple("cut")?,
-            s("/volume_error_pct")?,
-            s("/rim_skin-cut/mesh_to_truth/0")?,
-            s("/rim_chest_wall-cut/mesh_to_truth/0")?,
-            s("/boundary_euler")?,
-            row.seconds,
-        )?;
-    }
-    Ok(table)
 }
