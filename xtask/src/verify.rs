@@ -68,13 +68,14 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
 pub(crate) fn verify(house: &House) -> Result<()> {
     let bench = Bench::open(house)?;
     let speed = speed::table(&bench)?;
+    let chosen = peers::chosen(&bench)?;
     let patients = patients::all(&bench)?;
     pictures(&bench)?;
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
-    let meshes = (mesh::all(&bench)?, peers::chosen(&bench)? + &peers::beside(&bench)?);
+    let meshes = mesh::all(&bench)?;
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes.0, &meshes.1))?;
+    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes, &chosen))?;
     let path = house.root.join("docs/VERIFICATION.md");
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());
