@@ -17,8 +17,6 @@ const FEATURES: &str = "supine-tetrahedralise-cgal/cgal,supine-tetrahedralise-te
 /// The tests of what they compile. The whole workspace is named and these tests picked from it, so that
 /// cargo resolves all other crates as it did before and compiles none of them again.
 const TESTS: [&str; 6] = ["--test", "layer", "--test", "worker", "--test", "meshers"];
-/// The modules with tests of their own that only the features compile.
-const MODULES: [&str; 2] = ["search::", "wire::"];
 
 /// Installs what is missing.
 ///
@@ -51,11 +49,7 @@ pub(crate) fn test(cargo: impl Fn() -> Command, lints: bool) -> Result<()> {
         clippy.arg("clippy").args(workspace).args(["--all-targets", "--", "-D", "warnings"]);
         run(&mut clippy)?;
     }
-    let test = || {
-        let mut test = cargo();
-        test.arg("test").args(workspace).arg("--no-fail-fast");
-        test
-    };
-    run(test().args(TESTS))?;
-    run(test().args(["--lib", "--"]).args(MODULES))
+    let mut test = cargo();
+    test.arg("test").args(workspace).args(TESTS).arg("--no-fail-fast");
+    run(&mut test)
 }

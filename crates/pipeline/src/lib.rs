@@ -17,7 +17,7 @@ mod mesher;
 mod meter;
 mod options;
 mod run;
-#[cfg(any(feature = "cgal", feature = "tetgen"))]
+#[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
 mod stage;
 mod store;
@@ -49,7 +49,7 @@ pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
 pub use mesher::{by_tetgen, tetgen_work};
 pub use options::Options;
 pub use run::run;
-#[cfg(any(feature = "cgal", feature = "tetgen"))]
+#[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Found, Try};
 pub use stage::Stage;
 pub use supine_report::Summary;

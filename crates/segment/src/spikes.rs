@@ -71,3 +71,61 @@ impl Line<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Slices of 2.5 mm, rays 1.75 mm apart.
+    const SLICE_MM: f32 = 2.5;
+    const RADIUS_MM: f32 = 100.0;
+
+    /// The flat surface, with what `height(along, across)` (mm from the middle) says on top, opened by
+    /// the four lines.
+    fn opened(height: impl Fn(f32, f32) -> f32 + Sync) -> (Sheet, Sheet) {
+        let shell = Sheet::new(41, RADIUS_MM);
+        let surface = Sheet::from_fn(41, |k, p| {
+            height((k as f32 - 20.0) * SLICE_MM, (p as f32 - 100.0) * shell.arc(k, p))
+        });
+        let line = |n: u8| Line {
+            reach_mm: NUB_MM,
+            angle: f32::from(n) * FRAC_PI_4,
+            shell: &shell,
+            slice_mm: SLICE_MM,
+        };
+        let lines: Vec<Sheet> = (0..4).map(|n| line(n).opened(&surface)).collect();
+        let most = Sheet::from_fn(41, |k, p| {
+            lines.iter().map(|l| l.at(k, p)).fold(f32::NEG_INFINITY, f32::max)
+        });
+        (surface, most)
+    }
+
+    #[test]
+    fn a_nub_is_lowered_whatever_its_height() {
+        for high in [2.0, 6.0, 20.0] {
+            let (_, opened) = opened(|z, x| if z.hypot(x) < 4.0 { high } else { 0.0 });
+            assert!(opened.values.iter().all(|&h| h == 0.0), "{high} mm");
+        }
+    }
+
+    #[test]
+    fn a_ridge_is_kept_whichever_way_it_runs() {
+        for n in 0..4u8 {
+            let (sin, cos) = (f32::from(n) * FRAC_PI_4).sin_cos();
+            let across = |z: f32, x: f32| z * cos - x * sin;
+            let (surface, opened) = opened(|z, x| if across(z, x).abs() < 4.0 { 9.0 } else { 0.0 });
+            let inner = (8..33).flat_map(|k| (80..120).map(move |p| (k, p)));
+            let lost = inner.clone().filter(|&(k, p)| opened.at(k, p) < surface.at(k, p)).count();
+            let ridge = inner.filter(|&(k, p)| surface.at(k, p) > 0.0).count();
+            assert!(ridge > 50 && 20 * lost <= ridge, "{n}: {lost} of {ridge}");
+        }
+    }
+
+    #[test]
+    fn a_slope_and_its_foot_stay_where_they_are() {
+        let (surface, opened) = opened(|z, x| (0.8 * x + 0.3 * z).clamp(0.0, 25.0));
+        let off = |(a, b): (&f32, &f32)| a - b;
+        let most = surface.values.iter().zip(&opened.values).map(off).fold(0.0, f32::max);
+        assert!(most <= NUB_HEIGHT_MM, "{most}");
+    }
+}

@@ -20,7 +20,7 @@
 mod bridge;
 #[cfg(feature = "tetgen")]
 mod fill;
-#[cfg(feature = "tetgen")]
+#[cfg(any(feature = "tetgen", test))]
 mod wire;
 #[cfg(feature = "tetgen")]
 mod worker;

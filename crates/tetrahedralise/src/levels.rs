@@ -40,8 +40,8 @@ pub(crate) fn smoothed_level(kinds: &Volume<Kind>, mask: fn(Kind) -> bool, sigma
 /// Distance for a plane: sigma sqrt2 erfinv(2g - 1) of the smoothed mask g, mm.
 fn level_of(mask: &Volume<f32>, sigma: f64) -> Volume<f32> {
     let flat = flat_mm(sigma);
-    let (grid, mut data) = gaussian(mask, [sigma; 3]).into_parts();
-    data.par_iter_mut().for_each(|g| {
+    let mut level = gaussian(mask, [sigma; 3]);
+    level.data_mut().par_iter_mut().for_each(|g| {
         let x = 2.0 * f64::from(*g) - 1.0;
         *g = if x.abs() >= FLAT {
             flat.copysign(x) as f32
@@ -49,7 +49,7 @@ fn level_of(mask: &Volume<f32>, sigma: f64) -> Volume<f32> {
             (sigma * std::f64::consts::SQRT_2 * erf_inverse(x)) as f32
         };
     });
-    Volume::from_fn(grid.clone(), |v| data[grid.offset(v)])
+    level
 }
 
 /// The level without the shift that smoothing gives a curved surface.
@@ -66,8 +66,8 @@ fn unbent(level: Volume<f32>, clean: f64, sigma: f64) -> Volume<f32> {
         (0.5 * (clean / way).powi(2)) as f32
     });
     let (d, sigma) = (level.data(), sigma as f32);
-    let mut data = d.to_vec();
-    data.par_chunks_mut(ni * nj).enumerate().for_each(|(k, slice)| {
+    let mut unbent = level.clone();
+    unbent.data_mut().par_chunks_mut(ni * nj).enumerate().for_each(|(k, slice)| {
         for (at, out) in slice.iter_mut().enumerate() {
             let n = k * ni * nj + at;
             let near = (2.0 - d[n].abs() / sigma).min(1.0);
@@ -83,7 +83,7 @@ fn unbent(level: Volume<f32>, clean: f64, sigma: f64) -> Volume<f32> {
             }
         }
     });
-    Volume::from_fn(grid.clone(), |v| data[grid.offset(v)])
+    unbent
 }
 
 /// How far the voxels of a mask stand off its smooth boundary, in units of what voxels of a smooth

@@ -21,6 +21,7 @@ mod faults;
 mod fields;
 mod finish;
 mod fit;
+mod folds;
 mod follow;
 #[cfg(test)]
 mod fuzz_tests;
@@ -34,7 +35,6 @@ mod patches;
 #[cfg(test)]
 mod peer_tests;
 mod remesh;
-mod rims;
 mod shape;
 mod sizing;
 mod smooth;

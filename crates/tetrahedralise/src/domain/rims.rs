@@ -11,18 +11,9 @@ const STEP_MM: f64 = 1.0;
 /// The rims of a mesh as chains of points on the surfaces, in the mesher's frame. They end where
 /// three tags meet; closed ones end where they begin.
 pub(super) fn rims(mesher: &Mesher<'_>) -> Vec<Vec<Vector>> {
-    let edges = edges(mesher);
+    let edges = mesher.rim_edges();
     let chains = chains(&edges, |v| mesher.mesh.class[v as usize].count_ones() > 2);
     chains.iter().map(|chain| refined(mesher, &edges, chain)).collect()
-}
-
-/// The edges between two tags, lower vertex first, with the class of both.
-fn edges(mesher: &Mesher<'_>) -> BTreeMap<[u32; 2], Class> {
-    let mesh = &mesher.mesh;
-    let on_rim = |v: u32| mesh.class[v as usize].count_ones() > 1;
-    let both = mesh.edges().into_iter().filter(|e| e.iter().all(|&v| on_rim(v)));
-    let class = |[a, b]: [u32; 2]| mesh.edge_class(&mesh.ring(a, b), a, b).0;
-    both.map(|e| (e, class(e))).filter(|(_, class)| class.count_ones() == 2).collect()
 }
 
 /// The edges as chains of vertices that end at `corner`s and where not just two edges meet.

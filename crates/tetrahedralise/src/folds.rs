@@ -4,6 +4,7 @@
 //! No move of a single vertex betters such a fold, and every tetrahedron at it stays bad.
 
 use crate::collapse::CollapseRule;
+use crate::complex::Class;
 use crate::mesher::Mesher;
 use std::collections::BTreeMap;
 
@@ -50,18 +51,20 @@ impl Mesher<'_> {
 
     /// The vertices joined to each vertex of a rim by edges of the rim.
     fn rim_neighbours(&self) -> BTreeMap<u32, Vec<u32>> {
-        let mesh = &self.mesh;
         let mut near: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for [a, b] in self.surface_edges() {
-            if (mesh.class[a as usize] & mesh.class[b as usize]).count_ones() < 2 {
-                continue;
-            }
-            let (class, _) = mesh.edge_class(&mesh.ring(a, b), a, b);
-            if class.count_ones() > 1 {
-                near.entry(a).or_default().push(b);
-                near.entry(b).or_default().push(a);
-            }
+        for [a, b] in self.rim_edges().into_keys() {
+            near.entry(a).or_default().push(b);
+            near.entry(b).or_default().push(a);
         }
         near
+    }
+
+    /// The edges between two tags, lower vertex first, with the class of both.
+    pub(crate) fn rim_edges(&self) -> BTreeMap<[u32; 2], Class> {
+        let mesh = &self.mesh;
+        let both = |[a, b]: [u32; 2]| mesh.class[a as usize] & mesh.class[b as usize];
+        let edges = self.surface_edges().into_iter().filter(|&e| both(e).count_ones() > 1);
+        let class = |[a, b]: [u32; 2]| mesh.edge_class(&mesh.ring(a, b), a, b).0;
+        edges.map(|e| (e, class(e))).filter(|(_, class)| class.count_ones() > 1).collect()
     }
 }
