@@ -152,9 +152,24 @@ pub(crate) struct Mesh {
     /// Which mesher
     #[arg(long, value_enum, default_value = "native")]
     pub(crate) mesher: Mesher,
+    /// Finer in and around a ball: its centre and radius, mm (LPS); the number stays the one asked for
+    #[arg(
+        long, value_name = "X,Y,Z,R", value_parser = four, allow_hyphen_values = true,
+        requires = "finer_edge"
+    )]
+    pub(crate) finer_in: Option<Four>,
+    /// Longest edges wanted in that ball, mm
+    #[arg(long, value_name = "MM", requires = "finer_in")]
+    pub(crate) finer_edge: Option<f64>,
+    /// Growth of that length with the distance from the ball, mm per mm
+    #[arg(long, value_name = "G", default_value_t = 0.5)]
+    pub(crate) finer_growth: f64,
     /// The mesh (.vtu)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// A page on the mesh's quality with its pictures, in this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]
@@ -169,6 +184,9 @@ pub(crate) struct Coarsen {
     /// The coarse mesh (.vtu)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// A page on the mesh's quality with its pictures, in this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -310,12 +328,20 @@ pub(crate) struct VerifyExport {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Three(pub(crate) [f64; 3]);
 
+/// Four numbers of one argument.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Four(pub(crate) [f64; 4]);
+
 /// Two numbers of one argument.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Two(pub(crate) [f64; 2]);
 
 fn three(text: &str) -> Result<Three, String> {
     numbers(text).map(Three)
+}
+
+fn four(text: &str) -> Result<Four, String> {
+    numbers(text).map(Four)
 }
 
 fn two(text: &str) -> Result<Two, String> {

@@ -9,6 +9,7 @@ mod page;
 mod patients;
 mod peers;
 mod real;
+mod refine;
 mod speed;
 mod study;
 mod study_tables;
@@ -74,8 +75,9 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
     let meshes = mesh::all(&bench)?;
+    let more = [chosen, mesh::coarsened(&bench)?, refine::table(&bench)?].concat();
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes, &chosen))?;
+    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes, &more))?;
     let path = house.root.join("docs/VERIFICATION.md");
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());

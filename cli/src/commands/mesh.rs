@@ -3,10 +3,12 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use std::path::Path;
 use supine_exchange::{read_labels, write_vtu};
-use supine_pipeline::{RunError, mesh_region};
+use supine_mesh::TetMesh;
+use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region};
 use supine_space::{Point, Progress, Sphere};
-use supine_tetrahedralise::Params;
+use supine_tetrahedralise::{Info, Near, Params};
 use supine_volume::Region;
 
 pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
@@ -14,31 +16,67 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     mesher.check_built()?;
     let sphere = Sphere::new(Point::from(args.centre.0), args.radius)
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
+    let refine = refine(args)?;
+    mesher.check_refines(&refine)?;
     let watch = |share| screen.share("import", share);
     let labels = read_labels(&args.labels, Progress::new(&watch))?;
     let region = Region::new(&labels, sphere).map_err(RunError::from)?;
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
     let watch = |share| screen.share("mesh", share);
-    let (mesh, info) = mesh_region(&region, &params, mesher, Progress::new(&watch))?;
+    let (mesh, info) = mesh_region(&region, &params, (mesher, &refine), Progress::new(&watch))?;
     write_vtu(&mesh, None, &args.out)?;
+    let more = serde_json::json!({ "mesher": mesher.name() });
+    tell(&mesh, &info, (&args.out, args.report.as_deref()), more, screen)
+}
+
+/// Says what a mesh is like, and writes the page on it when one is asked for. `more` joins what is said
+/// in JSON.
+pub(crate) fn tell(
+    mesh: &TetMesh,
+    info: &Info,
+    (out, report): (&Path, Option<&Path>),
+    more: serde_json::Value,
+    screen: &Screen,
+) -> Result<u8, Failure> {
     screen.warn_all(&info.warnings);
-    let q = supine_mesh::quality(&mesh);
-    let json = serde_json::json!({
-        "mesh": args.out, "mesher": mesher.name(), "asked": info.asked, "tetrahedra": mesh.tets().len(),
-        "points": mesh.points().len(), "volume_ml": mesh.total_volume() / 1000.0,
-        "min_dihedral_deg": q.min_dihedral_deg, "max_dihedral_deg": q.max_dihedral_deg,
-        "min_radius_ratio": q.min_radius_ratio, "warnings": info.warnings,
-    });
+    let facts = mesh_facts(mesh, info);
+    if let Some(folder) = report {
+        let watch = |share| screen.share("report", share);
+        supine_report::write_mesh(mesh, &facts, &info.warnings, folder, Progress::new(&watch))
+            .map_err(RunError::from)?;
+    }
+    let mut json = serde_json::json!({ "mesh": out, "warnings": info.warnings, "report": report });
+    let facts_json = serde_json::to_value(&facts).unwrap_or_default();
+    for part in [facts_json, more] {
+        let (Some(json), serde_json::Value::Object(part)) = (json.as_object_mut(), part) else {
+            continue;
+        };
+        json.extend(part);
+    }
+    // Nothing is solved here.
+    json.as_object_mut().map(|json| json.remove("unknowns"));
+    let far = facts.surfaces.iter().map(|s| s.max_mm).fold(0.0, f64::max);
     let text = format!(
-        "{}: {} tetrahedra, dihedral angles {:.1} to {:.1} degrees, {:.1} ml",
-        args.out.display(),
-        mesh.tets().len(),
-        q.min_dihedral_deg,
-        q.max_dihedral_deg,
-        mesh.total_volume() / 1000.0
+        "{}: {} tetrahedra, dihedral angles {:.1} to {:.1} degrees, {:.1} ml, surface within {far:.2} mm",
+        out.display(),
+        facts.tetrahedra,
+        facts.min_dihedral_deg,
+        facts.max_dihedral_deg,
+        facts.volume_ml
     );
     screen.result(&json, &text);
     Ok(0)
+}
+
+/// Where the mesh is to be finer.
+fn refine(args: &args::Mesh) -> Result<Refine, Failure> {
+    let (Some(args::Four([x, y, z, radius])), Some(edge_mm)) = (args.finer_in, args.finer_edge)
+    else {
+        return Ok(Refine::Nowhere);
+    };
+    let place = Sphere::new(Point::new(x, y, z), radius);
+    let place = place.map_err(|e| Failure::usage(format!("--finer-in: {e}")))?;
+    Ok(Refine::Near(Near { place, edge_mm, growth: args.finer_growth }))
 }
 
 /// The hidden command: TetGen on a surface from stdin, since TetGen may end its process.

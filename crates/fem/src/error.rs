@@ -95,6 +95,19 @@ pub enum Error {
         /// A modulus at which this shape has one, kPa, when one was found.
         exists_from_kpa: Option<f64>,
     },
+    /// The stiffness at the solution has no factor.
+    #[error(
+        "the stiffness is singular: part of the mesh may hang by a single point or edge; mesh again"
+    )]
+    Singular,
+    /// The place whose displacement is wanted lies outside the mesh.
+    #[error(
+        "no tissue of the mesh lies within the goal at {centre:?} (LPS, mm): check its place and the region"
+    )]
+    GoalOutside {
+        /// Its centre, LPS, mm.
+        centre: [f64; 3],
+    },
     /// There is not enough memory.
     #[error("not enough memory for the factor of {unknowns} unknowns: use fewer tetrahedra")]
     Memory {

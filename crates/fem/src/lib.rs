@@ -14,6 +14,7 @@
 
 mod element;
 mod error;
+mod goal;
 mod inverse;
 mod krylov;
 mod linear;
@@ -30,6 +31,7 @@ mod support;
 mod test_mesh;
 
 pub use error::Error;
+pub use goal::error_shares;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};

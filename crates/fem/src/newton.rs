@@ -283,18 +283,25 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         Some(State { u, potential: energy - work, work, out_of_balance: forces, residual })
     }
 
-    /// The Newton direction of all nodes, mm: with the exact stiffness, or the lifted one where the
-    /// exact one is not positive definite. `None` when neither has a factor.
+    /// The Newton direction of all nodes, mm.
     fn direction(&mut self, state: &State) -> Option<Vec<Vector>> {
+        let mut direction = self.linearised(&state.u, &state.out_of_balance)?;
+        direction.iter_mut().for_each(|d| *d = -*d);
+        Some(direction)
+    }
+
+    /// The linear answer of all nodes at displacement `u` to nodal values `q` (those of held nodes count
+    /// for nothing): with the exact stiffness, or the lifted one where the exact one is not positive
+    /// definite. `None` when neither has a factor.
+    pub(crate) fn linearised(&mut self, u: &[Vector], q: &[Vector]) -> Option<Vec<Vector>> {
         for floor in [None, Some(FLOOR * self.model.material.mu)] {
-            if self.model.stiffness(&state.u, floor, self.pattern, &mut self.values).is_err() {
+            if self.model.stiffness(u, floor, self.pattern, &mut self.values).is_err() {
                 return None;
             }
             if self.cholesky.factorise(self.pattern, &self.values) {
-                let mut direction = self.pattern.gather(&state.out_of_balance);
-                direction.iter_mut().for_each(|r| *r = -*r);
-                if self.cholesky.solve(&mut direction) {
-                    return Some(self.pattern.scatter(&direction));
+                let mut answer = self.pattern.gather(q);
+                if self.cholesky.solve(&mut answer) {
+                    return Some(self.pattern.scatter(&answer));
                 }
             }
             self.effort.indefinite += usize::from(floor.is_none());

@@ -221,7 +221,7 @@ fn thickness(job: &Job<'_>) -> f64 {
 }
 
 impl Job<'_> {
-    fn newton<'m, const N: usize, const Q: usize>(
+    pub(crate) fn newton<'m, const N: usize, const Q: usize>(
         &self,
         model: &'m Model<N, Q>,
         pattern: &'m Pattern,
@@ -252,7 +252,7 @@ impl Job<'_> {
         })
     }
 
-    fn halted<const N: usize, const Q: usize>(
+    pub(crate) fn halted<const N: usize, const Q: usize>(
         &self,
         halt: Halt,
         effort: Effort,

@@ -12,6 +12,9 @@ mod transfer;
 pub use displacement::{Displacement, DisplacementError, Order};
 pub use edges::{Edges, TET_EDGES};
 pub use locate::{Located, Locator};
-pub use quality::{Quality, TetQuality, quality, tet_quality};
+pub use quality::{
+    DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
+    tet_quality,
+};
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
 pub use transfer::transfer;

@@ -61,6 +61,14 @@ pub enum RunError {
         /// Its name.
         mesher: &'static str,
     },
+    /// The mesher cannot make a mesh finer in some places.
+    #[error(
+        "the mesher {mesher} cannot make the mesh finer near a place: use the mesher native, or leave the refinement out"
+    )]
+    NotRefined {
+        /// Its name.
+        mesher: &'static str,
+    },
     /// Meshing by CGAL.
     #[cfg(feature = "cgal")]
     #[error("meshing: {0}")]
@@ -174,7 +182,7 @@ impl RunError {
             | Self::Labels(_)
             | Self::Region(_)
             | Self::Tumour(_) => 1,
-            Self::NotBuilt { .. } => 2,
+            Self::NotBuilt { .. } | Self::NotRefined { .. } => 2,
             #[cfg(feature = "cgal")]
             Self::Cgal(_) => 3,
             #[cfg(feature = "tetgen")]

@@ -20,7 +20,7 @@ const KEYS: &[Key] = &[
     key("bed", &["ap", "lat"]),
     key("tumour", &["centre", "radius"]),
     key("region", &["centre", "radius"]),
-    key("mesh", &["tetrahedra", "order", "mesher"]),
+    key("mesh", &["tetrahedra", "order", "mesher", "refine", "tumour_edge", "tumour_growth"]),
     key("tissue", &["young", "poisson", "density", "rest", "cut"]),
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),

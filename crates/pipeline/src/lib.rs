@@ -16,6 +16,7 @@ mod labels;
 mod mesher;
 mod meter;
 mod options;
+mod refine;
 mod run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
@@ -37,10 +38,11 @@ mod stages {
 }
 
 pub use bench::Watch;
-pub use case::{Case, CaseError, MeshWish, Seeds, side};
+pub use case::{Case, CaseError, MeshWish, RefineWish, Seeds, side};
 pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub use error::RunError;
+pub use facts::mesh_facts;
 pub use labels::{Brought, LabelOrigin, PartNames, RoleError, read_brought, write_dicom_labels};
 #[cfg(feature = "cgal")]
 pub use mesher::by_cgal;
@@ -48,9 +50,10 @@ pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
 #[cfg(feature = "tetgen")]
 pub use mesher::{by_tetgen, tetgen_work};
 pub use options::Options;
+pub use refine::{Goal, Refine};
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Found, Try};
 pub use stage::Stage;
 pub use supine_report::Summary;
-pub use surfaces::write_surfaces;
+pub use surfaces::{read_surfaces, write_surfaces};

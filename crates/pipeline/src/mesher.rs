@@ -1,8 +1,8 @@
 //! The meshers a case can ask for, and one call for all.
 
-use crate::RunError;
 #[cfg(any(feature = "cgal", feature = "tetgen"))]
 use crate::search::{Found, search};
+use crate::{Refine, RunError};
 use supine_mesh::TetMesh;
 use supine_space::Progress;
 use supine_tetrahedralise::{Domain, Info, Params};
@@ -53,25 +53,39 @@ impl Mesher {
         let mesher = self.name();
         if built { Ok(()) } else { Err(RunError::NotBuilt { mesher }) }
     }
+
+    /// Whether it can make the mesh finer where it is asked to.
+    ///
+    /// # Errors
+    /// When not: only our own can.
+    pub fn check_refines(self, refine: &Refine) -> Result<(), RunError> {
+        match (self, refine) {
+            (Self::Native, _) | (_, Refine::Nowhere) => Ok(()),
+            (Self::Cgal | Self::Tetgen, _) => Err(RunError::NotRefined { mesher: self.name() }),
+        }
+    }
 }
 
 /// Meshes the soft tissue inside the region's sphere with the asked number of tetrahedra.
 ///
 /// Another mesher than our own is asked for meshes of several edge lengths until one is near the
-/// number; that one is bettered and brought to the number by our own.
+/// number; that one is bettered and brought to the number by our own. Only our own can `refine`.
 ///
 /// # Errors
-/// When this program was built without the mesher, the mesher fails, the number cannot be reached, or
-/// the progress callback says stop.
+/// When this program was built without the mesher or it cannot refine, the mesher fails, the number
+/// cannot be reached, or the progress callback says stop.
 pub fn mesh_region(
     region: &Region<'_>,
     params: &Params,
-    mesher: Mesher,
+    (mesher, refine): (Mesher, &Refine),
     progress: Progress<'_>,
 ) -> Result<(TetMesh, Info), RunError> {
     mesher.check_built()?;
+    mesher.check_refines(refine)?;
     let domain = Domain::new(region, params, progress.part(0.0, 0.2))?;
-    let progress = progress.part(0.2, 1.0);
+    let refinement = refine.of(&domain, params.tetrahedra, progress.part(0.2, 0.4))?;
+    let domain = domain.refined(refinement)?;
+    let progress = progress.part(0.4, 1.0);
     match mesher {
         Mesher::Native => Ok(domain.mesh(params.tetrahedra, progress)?),
         #[cfg(feature = "cgal")]

@@ -29,7 +29,10 @@ pub fn write_surfaces(
 }
 
 /// The surfaces in a folder, on the labels' grid to the bit; none when there is no such folder.
-pub(crate) fn read_surfaces(
+///
+/// # Errors
+/// When a file cannot be read, is of another grid, or the callback asked to stop.
+pub fn read_surfaces(
     folder: &Path,
     labels: &LabelMap,
     progress: Progress<'_>,

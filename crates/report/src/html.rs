@@ -3,7 +3,7 @@
 use crate::pictures::Row;
 use crate::tables::{self, Table};
 use crate::verdict::Verdict;
-use crate::{Summary, words};
+use crate::{Mesh, Summary, words};
 use askama::Template;
 use base64::Engine;
 
@@ -55,6 +55,47 @@ pub(crate) fn page(
     rows: &[Row],
     pngs: &[Vec<u8>],
 ) -> Result<String, askama::Error> {
+    Page {
+        summary,
+        breast: words::capital(&summary.case.breast),
+        verdict: Verdict::new(summary),
+        key: tables::key(summary),
+        tables: tables::stages(summary),
+        points: tables::points(summary),
+        files: tables::files(summary),
+        sections: sections(rows, pngs),
+    }
+    .render()
+}
+
+/// The page of a mesh alone as the template sees it.
+#[derive(Template)]
+#[template(path = "mesh.html")]
+struct MeshPage<'a> {
+    title: String,
+    warnings: &'a [String],
+    version: &'static str,
+    table: Table,
+    sections: Vec<Section<'a>>,
+}
+
+/// The page of a mesh alone.
+///
+/// # Errors
+/// What the template engine says.
+pub(crate) fn mesh_page(
+    (facts, warnings): (&Mesh, &[String]),
+    rows: &[Row],
+    pngs: &[Vec<u8>],
+) -> Result<String, askama::Error> {
+    let version = env!("CARGO_PKG_VERSION");
+    let title = format!("Mesh of {} tetrahedra", words::count(facts.tetrahedra));
+    let (table, sections) = (tables::shape(facts), sections(rows, pngs));
+    MeshPage { title, warnings, version, table, sections }.render()
+}
+
+/// The rows under their headings, with their pictures in order.
+fn sections<'a>(rows: &'a [Row], pngs: &[Vec<u8>]) -> Vec<Section<'a>> {
     let mut pngs = pngs.iter();
     let mut sections: Vec<Section<'_>> = Vec::new();
     for row in rows {
@@ -77,17 +118,7 @@ pub(crate) fn page(
             _ => sections.push(Section { title: &row.title, rows: vec![shown] }),
         }
     }
-    Page {
-        summary,
-        breast: words::capital(&summary.case.breast),
-        verdict: Verdict::new(summary),
-        key: tables::key(summary),
-        tables: tables::stages(summary),
-        points: tables::points(summary),
-        files: tables::files(summary),
-        sections,
-    }
-    .render()
+    sections
 }
 
 fn columns(row: &Row) -> String {

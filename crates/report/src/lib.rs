@@ -7,6 +7,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod body;
 mod canvas;
 mod colour;
 mod error;
@@ -29,4 +30,4 @@ pub use error::Error;
 pub use files::write_summary;
 pub use scene::Scene;
 pub use summary::*;
-pub use write::{Info, write};
+pub use write::{Info, write, write_mesh};

@@ -137,6 +137,9 @@ pub struct MeshParameters {
     pub tetrahedra: usize,
     /// `native`, `cgal` or `tetgen`.
     pub mesher: String,
+    /// Where the mesh was to be finer: `none`, `tumour` or `goal`.
+    #[serde(default)]
+    pub refine: String,
 }
 
 /// The spherical region.
@@ -296,6 +299,51 @@ pub struct Mesh {
     pub chest_wall_mm2: f64,
     /// Area of the cut, mm².
     pub cut_mm2: f64,
+    /// Volume of what it was made of, ml: the soft tissue of the labels in the region, without dropped
+    /// pieces, or the mesh that was coarsened.
+    #[serde(default)]
+    pub source_volume_ml: f64,
+    /// How far each part of the boundary lies from what it follows.
+    #[serde(default)]
+    pub surfaces: Vec<SurfaceFit>,
+    /// Number of dihedral angles (six per tetrahedron) in classes of 5 degrees from 0 to 180.
+    #[serde(default)]
+    pub dihedral_angles: Vec<usize>,
+    /// Number of tetrahedra by radius ratio in classes of 0.05 from 0 to 1.
+    #[serde(default)]
+    pub radius_ratios: Vec<usize>,
+    /// The tetrahedra with the smallest dihedral angles, worst first.
+    #[serde(default)]
+    pub worst: Vec<WorstTet>,
+}
+
+/// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the labels,
+/// the sphere, or the surface of the mesh that was coarsened.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct SurfaceFit {
+    /// The tag: `skin`, `chest_wall` or `cut`.
+    pub tag: String,
+    /// Mean distance over the area, mm.
+    pub mean_mm: f64,
+    /// Distance that 95 % of the area keep within, mm.
+    pub p95_mm: f64,
+    /// Largest distance, mm.
+    pub max_mm: f64,
+}
+
+/// A tetrahedron of poor shape.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct WorstTet {
+    /// Its number in the mesh, from 0.
+    pub tet: usize,
+    /// Its middle, LPS, mm.
+    pub place_mm: [f64; 3],
+    /// Smallest dihedral angle, degrees.
+    pub min_dihedral_deg: f64,
+    /// Largest dihedral angle, degrees.
+    pub max_dihedral_deg: f64,
+    /// Radius ratio (3 r_in / R_circ; 1 is best).
+    pub radius_ratio: f64,
 }
 
 /// Result of the mechanics.

@@ -1,7 +1,7 @@
 //! The report's tables, as text.
 
 use crate::words::{capital, count, directions, fixed, triple};
-use crate::{Gate, Movement, Summary, Tissues, WallDoubt};
+use crate::{Gate, Mesh, Movement, Summary, Tissues, WallDoubt};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -258,19 +258,57 @@ fn doubtful(doubt: &WallDoubt) -> String {
 }
 
 fn mesh(s: &Summary) -> Table {
-    let mut t = Table::facts("Mesh");
     let m = &s.mesh;
-    t.row("Tetrahedra", format!("{} (asked: {})", count(m.tetrahedra), count(m.asked)));
-    t.row("Mesher", s.parameters.mesh.mesher.clone());
-    t.row("Points", count(m.points));
+    let mut t = shape(m);
+    let asked = &s.parameters.mesh;
+    t.row("Mesher", asked.mesher.clone());
+    match asked.refine.as_str() {
+        "tumour" => t.row("Finer", "in and around the tumour".into()),
+        "goal" => t.row("Finer", "where the tumour's displacement depends on it".into()),
+        _ => {}
+    }
     t.row("Unknowns", count(m.unknowns));
+    t
+}
+
+/// What is said of any mesh.
+pub(crate) fn shape(m: &Mesh) -> Table {
+    let mut t = Table::facts("Mesh");
+    t.row("Tetrahedra", format!("{} (asked: {})", count(m.tetrahedra), count(m.asked)));
+    t.row("Points", count(m.points));
     let (low, high) = (fixed(m.min_dihedral_deg, 1), fixed(m.max_dihedral_deg, 1));
     t.row("Dihedral angles", format!("{low}° to {high}°"));
     let (low, mean) = (fixed(m.min_radius_ratio, 2), fixed(m.mean_radius_ratio, 2));
     t.row("Radius ratio", format!("{low} smallest, {mean} mean (1 is best)"));
-    t.row("Volume", format!("{} ml", fixed(m.volume_ml, 0)));
+    let off = 100.0 * (m.volume_ml / m.source_volume_ml - 1.0);
+    let (volume, source) = (fixed(m.volume_ml, 1), fixed(m.source_volume_ml, 1));
+    t.row("Volume", format!("{volume} ml; what it follows {source} ml ({off:+.2} %)"));
     let areas = [m.skin_mm2, m.chest_wall_mm2, m.cut_mm2].map(|a| fixed(a / 100.0, 0));
     t.row("Skin, chest wall, cut", format!("{} cm²", areas.join(", ")));
+    for fit in &m.surfaces {
+        let figures = [fit.mean_mm, fit.p95_mm, fit.max_mm].map(|d| fixed(d, 2));
+        let [mean, p95, max] = figures;
+        let name = format!("Distance, {}", fit.tag.replace('_', " "));
+        t.row(&name, format!("{mean} mm mean, {p95} for 95 %, {max} largest"));
+    }
+    t
+}
+
+/// The worst tetrahedra.
+pub(crate) fn worst(m: &Mesh) -> Table {
+    let mut t = Table::list(
+        "Worst tetrahedra",
+        &["Number", "Middle, mm (LPS)", "Dihedral angles", "Radius ratio"],
+    );
+    for w in &m.worst {
+        let (low, high) = (fixed(w.min_dihedral_deg, 1), fixed(w.max_dihedral_deg, 1));
+        t.rows.push(vec![
+            w.tet.to_string(),
+            triple(w.place_mm, 1),
+            format!("{low}° to {high}°"),
+            fixed(w.radius_ratio, 2),
+        ]);
+    }
     t
 }
 

@@ -1,11 +1,12 @@
 //! The report's folder.
 
 use crate::files::{builder, replace_folder};
-use crate::pictures::Picture;
-use crate::{Error, Scene, Summary, html, pictures};
+use crate::pictures::{Picture, Row};
+use crate::{Error, Mesh, Scene, Summary, html, pictures};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use supine_space::Progress;
+use supine_mesh::TetMesh;
+use supine_space::{Point, Progress, Vector};
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,31 +32,65 @@ pub fn write(
     progress: Progress<'_>,
 ) -> Result<Info, Error> {
     let rows = pictures::rows(summary, scene, progress.part(0.0, 0.7))?;
+    let pngs = encoded(&rows, progress.part(0.7, 0.95))?;
+    let page = html::page(summary, &rows, &pngs)?;
+    progress.at(0.95)?;
+    let files = write_folder(&page, &rows, &pngs, dir)?;
+    Ok(Info { files, warnings: missing(scene) })
+}
+
+/// Writes `dir/index.html`, a page on a mesh alone, and its pictures as `dir/*.png`, as [`write()`] does.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_mesh(
+    mesh: &TetMesh,
+    facts: &Mesh,
+    warnings: &[String],
+    dir: &Path,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let middle =
+        mesh.points().iter().map(|p| p.coords).sum::<Vector>() / mesh.points().len() as f64;
+    let rows = pictures::of_mesh(mesh, facts, &Point::from(middle), progress.part(0.0, 0.6))?;
+    let pngs = encoded(&rows, progress.part(0.6, 0.95))?;
+    let page = html::mesh_page((facts, warnings), &rows, &pngs)?;
+    write_folder(&page, &rows, &pngs, dir)?;
+    Ok(())
+}
+
+/// The pictures as PNG files, row by row.
+fn encoded(rows: &[Row], progress: Progress<'_>) -> Result<Vec<Vec<u8>>, Error> {
     let all: Vec<_> = rows.iter().flat_map(|row| &row.pictures).collect();
-    let encoding = progress.part(0.7, 0.95);
     let encode = |(n, picture): (usize, &&Picture)| {
-        encoding.at(n as f64 / all.len() as f64)?;
+        progress.at(n as f64 / all.len() as f64)?;
         let fail = |source| Error::Picture { name: picture.name.clone(), source };
         picture.canvas.png().map_err(fail)
     };
-    let pngs: Vec<Vec<u8>> =
-        all.par_iter().enumerate().map(encode).collect::<Result<_, Error>>()?;
-    let page = html::page(summary, &rows, &pngs)?;
-    progress.at(0.95)?;
+    all.par_iter().enumerate().map(encode).collect()
+}
 
+/// The page and its pictures in a temporary folder that then takes the place of `dir`; the files,
+/// relative to it.
+fn write_folder(
+    page: &str,
+    rows: &[Row],
+    pngs: &[Vec<u8>],
+    dir: &Path,
+) -> Result<Vec<PathBuf>, Error> {
     let parent = dir.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let fail = |source| Error::Write { path: dir.to_path_buf(), source };
     std::fs::create_dir_all(parent).map_err(fail)?;
     let fresh = builder(0o777).tempdir_in(parent).map_err(fail)?;
-    let mut files = Vec::with_capacity(1 + all.len());
-    let names = all.iter().map(|p| format!("{}.png", p.name));
+    let mut files = Vec::with_capacity(1 + pngs.len());
+    let names = rows.iter().flat_map(|row| &row.pictures).map(|p| format!("{}.png", p.name));
     let pages = std::iter::once(("index.html".to_string(), page.as_bytes()));
     for (name, bytes) in pages.chain(names.zip(pngs.iter().map(Vec::as_slice))) {
         std::fs::write(fresh.path().join(&name), bytes).map_err(fail)?;
         files.push(PathBuf::from(name));
     }
     replace_folder(fresh, dir).map_err(fail)?;
-    Ok(Info { files, warnings: missing(scene) })
+    Ok(files)
 }
 
 /// What the pictures could not show.

@@ -35,6 +35,11 @@ pub(crate) trait Boundary: std::fmt::Debug + Sync {
     /// Distance from `p` to the nearest rim, mm, where it is near.
     fn rim_distance(&self, p: &Vector) -> f64;
 
+    /// Edge length wanted at `p` where `usual` is that by the surfaces, mm.
+    fn refined(&self, usual: f64, _p: &Vector) -> f64 {
+        usual
+    }
+
     /// The point near `p` that lies at `level` (mm) of each surface of `class`; `None` when there
     /// is none near.
     fn project(&self, class: Class, p: Vector, level: &[f64; 3]) -> Option<Vector>;

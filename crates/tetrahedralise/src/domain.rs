@@ -7,6 +7,7 @@ pub use peers::Shell;
 
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
+use crate::refinement::{Refinement, base_length};
 use crate::sizing::Sizing;
 use crate::{Error, Info, Params, check, check_count, finish, labels, start};
 use supine_mesh::TetMesh;
@@ -76,6 +77,16 @@ impl Domain {
         let fields = Fields::new(&kinds, region.sphere(), smoothing, params.least_thickness_mm)?;
         progress.at(1.0)?;
         Ok(Self { fields, params: params.clone(), info, voxel_mm: spacing.min() })
+    }
+
+    /// The same tissue, to be meshed finer in some places.
+    ///
+    /// # Errors
+    /// When a number of the refinement is out of range.
+    pub fn refined(mut self, refinement: Refinement) -> Result<Self, Error> {
+        refinement.check()?;
+        self.fields.refinement = refinement;
+        Ok(self)
     }
 
     /// A mesh of the asked number of tetrahedra, whatever [`Params::tetrahedra`] says.
@@ -177,6 +188,7 @@ fn first_mesh<'a>(
     if edge.is_nan() || edge <= 0.0 {
         return Err(nothing);
     }
+    let edge = base_length(fields, params, edge)?;
     let cell = scale * edge.min(COARSEST_MM.max(0.4 * edge));
     let Some((mesh, parts, lost)) = start::start(fields, cell, progress)? else {
         return Err(nothing);

@@ -35,6 +35,17 @@ pub enum Error {
         /// The largest number.
         most: usize,
     },
+    /// The refined place leaves too few tetrahedra for the rest.
+    #[error(
+        "{asked} tetrahedra are too few for edges so short at the place to be refined; ask for {needed} or \
+         more, or for longer edges or faster growth there"
+    )]
+    TooFine {
+        /// Tetrahedra asked for.
+        asked: usize,
+        /// A number that should do.
+        needed: usize,
+    },
     /// A setting is out of its range.
     #[error("the mesh setting {name} = {value} must be {range}")]
     Setting {

@@ -7,6 +7,7 @@ use crate::boundary::{Boundary, CUT, SKIN};
 use crate::complex::Class;
 use crate::labels::Kind;
 use crate::levels::{BAND_MM, flat_mm, known_level, smoothed_level};
+use crate::refinement::Refinement;
 use supine_space::{Grid, GridError, Matrix, Sphere, Vector};
 use supine_volume::{Surfaces, Volume, distance_mm};
 
@@ -45,6 +46,8 @@ pub(crate) struct Fields {
     frame: (supine_space::Point, Matrix),
     /// Volume of the soft tissue inside the sphere by voxels, mm³.
     pub(crate) volume: f64,
+    /// Where the mesh is finer than the surfaces ask for.
+    pub(crate) refinement: Refinement,
 }
 
 /// Distance to the nearest voxel that is not soft tissue, mm, on a coarse grid.
@@ -92,6 +95,7 @@ impl Fields {
             flat,
             frame: (sphere.centre(), *grid.direction()),
             volume: soft_volume(kinds, low, sphere.radius()),
+            refinement: Refinement::None,
         })
     }
 
@@ -229,6 +233,11 @@ impl Boundary for Fields {
         let mut d = self.levels(p).map(f64::abs);
         d.sort_by(f64::total_cmp);
         if d[1] >= self.flat { f64::INFINITY } else { d[0].hypot(d[1]) }
+    }
+
+    fn refined(&self, usual: f64, p: &Vector) -> f64 {
+        let (origin, axes) = &self.frame;
+        self.refinement.length(usual, || origin + axes * p)
     }
 
     /// The point near `p` that lies at `level` (mm) of each field of `class`; `None` when there

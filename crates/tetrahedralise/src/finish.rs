@@ -41,28 +41,38 @@ pub(crate) fn outer_faces(mesh: &Complex) -> Vec<BoundaryFace> {
 
 /// Distance of the boundary faces of each tag to the field they follow.
 pub(crate) fn deviations(mesh: &Complex, fields: &dyn Boundary) -> Vec<Deviation> {
-    let mut found = Vec::new();
-    for tag in BoundaryTag::ALL {
-        let mut deviation = Deviation { tag, area_mm2: 0.0, mean_mm: 0.0, max_mm: 0.0 };
-        for id in mesh.ids() {
-            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] == tag.number()) {
-                let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
-                let area = 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).norm();
-                deviation.area_mm2 += area;
-                for weights in SAMPLES {
-                    let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
-                    let level = fields.level(usize::from(tag.number() - 1), &at).abs();
-                    deviation.mean_mm += area * level / SAMPLES.len() as f64;
-                    deviation.max_mm = deviation.max_mm.max(level);
-                }
+    BoundaryTag::ALL.into_iter().filter_map(|tag| deviation(mesh, fields, tag)).collect()
+}
+
+fn deviation(mesh: &Complex, fields: &dyn Boundary, tag: BoundaryTag) -> Option<Deviation> {
+    // Distance and the area it stands for.
+    let mut samples: Vec<(f64, f64)> = Vec::new();
+    for id in mesh.ids() {
+        for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] == tag.number()) {
+            let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
+            let area = 0.5 * (p[1] - p[0]).cross(&(p[2] - p[0])).norm();
+            for weights in SAMPLES {
+                let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
+                let level = fields.level(usize::from(tag.number() - 1), &at).abs();
+                samples.push((level, area / SAMPLES.len() as f64));
             }
         }
-        if deviation.area_mm2 > 0.0 {
-            deviation.mean_mm /= deviation.area_mm2;
-            found.push(deviation);
-        }
     }
-    found
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let area_mm2: f64 = samples.iter().map(|s| s.1).sum();
+    let max_mm = samples.last()?.0;
+    let mut below = 0.0;
+    let p95 = samples.iter().find(|s| {
+        below += s.1;
+        below >= 0.95 * area_mm2
+    });
+    Some(Deviation {
+        tag,
+        area_mm2,
+        mean_mm: samples.iter().map(|s| s.0 * s.1).sum::<f64>() / area_mm2,
+        p95_mm: p95.map_or(max_mm, |s| s.0),
+        max_mm,
+    })
 }
 
 /// Length of the edges where two tags meet, mm.

@@ -18,6 +18,8 @@ pub struct Deviation {
     pub area_mm2: f64,
     /// Mean distance over the area, mm.
     pub mean_mm: f64,
+    /// Distance that 95 % of the area keep within, mm.
+    pub p95_mm: f64,
     /// Largest distance, mm.
     pub max_mm: f64,
 }

@@ -8,6 +8,7 @@
 //! All work is done in the mesher's frame: millimetres along the voxel grid's axes from the
 //! sphere's centre. The result is in LPS, mm.
 
+mod balance;
 mod boundary;
 mod coarsen;
 mod collapse;
@@ -34,6 +35,9 @@ mod operation_tests;
 mod patches;
 #[cfg(test)]
 mod peer_tests;
+mod refinement;
+#[cfg(test)]
+mod refinement_tests;
 mod remesh;
 mod shape;
 mod sizing;
@@ -50,6 +54,7 @@ pub use coarsen::coarsen;
 pub use domain::{Domain, Shell};
 pub use error::Error;
 pub use info::{Deviation, Info};
+pub use refinement::{Near, Refinement};
 
 use supine_mesh::TetMesh;
 use supine_space::Progress;

@@ -33,6 +33,11 @@ impl<'a> Sizing<'a> {
 
     /// Edge length wanted at `p`, mm.
     pub(crate) fn at(&self, p: &Vector) -> f64 {
+        self.fields.refined(self.at_surfaces(p), p)
+    }
+
+    /// That without refinement.
+    pub(crate) fn at_surfaces(&self, p: &Vector) -> f64 {
         let depth = self.fields.depth(p);
         let mut size = self.base * (1.0 + self.growth * depth / self.base).min(self.growth_limit);
         let reach = self.base.min(RIM_REACH_MM);

@@ -169,7 +169,7 @@ fn a_run_and_its_mesh_are_coarsened_with_their_displacement() {
         let said = said.success("supine coarsen");
         let facts: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON");
         assert_eq!((&facts["tetrahedra"], &facts["displacement"]), (&800.into(), &true.into()));
-        let before = facts["volume_before_ml"].as_f64().expect("a volume");
+        let before = facts["source_volume_ml"].as_f64().expect("a volume");
         assert!((volume(&facts) / before - 1.0).abs() < 0.02, "{facts}");
         // The coarse mesh with its displacement is one that the next command takes.
         let again = folder.path().join("again.vtu");

@@ -87,6 +87,24 @@ pub(crate) fn all(bench: &Bench<'_>) -> Result<Vec<Row>> {
     MESHES.iter().map(row).collect()
 }
 
+/// The mesh of so many tetrahedra that is coarsened, and to how many: the paper's.
+const COARSENED: (usize, usize) = (11_828, 1581);
+
+/// One of the meshes of [`all`] coarsened on its own surface: text and table.
+pub(crate) fn coarsened(bench: &Bench<'_>) -> Result<String> {
+    let (from, to) = COARSENED;
+    let reference = Reference::open(bench, "dome")?;
+    let out = bench.work.join("coarsened.vtu");
+    let mut coarsen = Command::new(&bench.supine);
+    coarsen.arg("coarsen").arg(bench.work.join(format!("dome-{from}.vtu")));
+    coarsen.arg(format!("--tetrahedra={to}")).arg("--out").arg(&out).arg("--quiet");
+    let start = Instant::now();
+    run(&mut coarsen)?;
+    let (seconds, score) = (start.elapsed().as_secs_f64(), reference.score(&out, to)?);
+    let row = Row { labels: "dome".into(), asked: to, seconds, score };
+    Ok(format!("{}{}", include_str!("coarsen.md"), line("", &row)?))
+}
+
 /// The columns from skin to rims of a score.
 pub(crate) fn surfaces(score: &Value) -> Result<String> {
     let s = |pointer: &str| number(score, pointer);

@@ -5,9 +5,10 @@ use super::segment::{Facts as SegmentFacts, SURFACES};
 use crate::bench::{Bench, Done, Made};
 use crate::facts::mesh_facts;
 use crate::surfaces::read_surfaces;
-use crate::{Case, RunError, Stage, mesh_region};
+use crate::{Case, Goal, Refine, RefineWish, RunError, Stage, mesh_region};
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::TetMesh;
+use supine_tetrahedralise::Near;
 use supine_volume::{LabelMap, Region};
 
 /// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees.
@@ -23,7 +24,8 @@ pub(crate) fn mesh(
         tetrahedra: case.mesh.tetrahedra,
         ..supine_tetrahedralise::Params::default()
     };
-    let decided = format!("{params:?} {:?} {:?}", case.mesh.mesher, region.sphere);
+    let refine = refine(case);
+    let decided = format!("{params:?} {:?} {refine:?} {:?}", case.mesh.mesher, region.sphere);
     bench.stage(
         Stage::Mesh,
         &[&labels.key, &decided],
@@ -36,9 +38,10 @@ pub(crate) fn mesh(
                 region = region.with_surfaces(surfaces)?;
             }
             let progress = progress.part(0.1, 1.0);
-            let (mesh, info) = mesh_region(&region, &params, case.mesh.mesher, progress)?;
+            let (mesh, info) =
+                mesh_region(&region, &params, (case.mesh.mesher, &refine), progress)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
-            let facts = mesh_facts(&mesh, params.tetrahedra);
+            let facts = mesh_facts(&mesh, &info);
             let mut warnings = info.warnings;
             if facts.min_dihedral_deg < POOR_DIHEDRAL_DEG {
                 warnings.push(format!(
@@ -50,4 +53,20 @@ pub(crate) fn mesh(
             Ok(Made { product: mesh, facts, warnings })
         },
     )
+}
+
+/// Where the mesh is to be finer.
+fn refine(case: &Case) -> Refine {
+    match case.mesh.refine {
+        RefineWish::Nowhere => Refine::Nowhere,
+        RefineWish::Tumour { edge_mm, growth } => {
+            Refine::Near(Near { place: case.tumour, edge_mm, growth })
+        }
+        RefineWish::Goal => Refine::Goal(Goal {
+            place: case.tumour,
+            tissue: case.tissue,
+            load: case.load(),
+            solver: case.solver(),
+        }),
+    }
 }

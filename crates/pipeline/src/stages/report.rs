@@ -153,6 +153,7 @@ fn parameters(case: &Case, flow: &Flow) -> Parameters {
         mesh: MeshParameters {
             tetrahedra: case.mesh.tetrahedra,
             mesher: case.mesh.mesher.name().into(),
+            refine: case.mesh.refine.name().into(),
         },
         region: RegionParameters {
             centre_mm: region.centre_mm,

@@ -4,7 +4,6 @@ use crate::bench::{Bench, Done, Made};
 use crate::{Case, RunError, Stage};
 use serde::{Deserialize, Serialize};
 use supine_exchange::{read_vtu, write_vtu};
-use supine_fem::Load;
 use supine_mesh::{Displacement, TetMesh};
 
 /// What is known of the solution beside the displacement.
@@ -22,13 +21,7 @@ pub(crate) fn solve(
     case: &Case,
     mesh: &Done<TetMesh, supine_report::Mesh>,
 ) -> Result<Done<Displacement, Facts>, RunError> {
-    let params = supine_fem::Params {
-        order: case.mesh.order,
-        rest: case.rest,
-        cut: case.cut,
-        ..supine_fem::Params::default()
-    };
-    let load = Load { ct: supine_space::supine(), target: case.bed.gravity() };
+    let (params, load) = (case.solver(), case.load());
     let decided = format!("{params:?} {load:?} {:?}", case.tissue);
     bench.stage(
         Stage::Solve,

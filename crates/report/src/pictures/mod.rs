@@ -5,6 +5,7 @@ mod doubt;
 mod labels;
 mod mesh;
 mod motion;
+mod shape;
 mod tissues;
 
 use crate::canvas::{Canvas, Pen, Rgb};
@@ -12,8 +13,8 @@ use crate::colour;
 use crate::lettering::{Align, text_width};
 use crate::plane::{Plane, View};
 use crate::tables::{self, Table};
-use crate::{Error, Scene, Summary};
-use supine_mesh::Edges;
+use crate::{Error, Mesh, Scene, Summary};
+use supine_mesh::{Edges, TetMesh};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::label;
 
@@ -144,9 +145,24 @@ pub(crate) fn rows(
     if let (Some(found), Some(labels)) = (&summary.segmentation.tissues, scene.tissues) {
         rows.push(tissues::row(&studio, labels, found, progress.part(0.55, 0.6))?);
     }
-    rows.extend(mesh::rows(&studio, progress.part(0.6, 0.8))?);
+    rows.extend(mesh::rows(&studio, progress.part(0.6, 0.7))?);
+    rows.extend(of_mesh(scene.mesh, &summary.mesh, &studio.focus, progress.part(0.7, 0.8))?);
     rows.extend(motion::rows(&studio, progress.part(0.8, 1.0))?);
     Ok(rows)
+}
+
+/// The rows that show a mesh alone; the sections go through `focus` (LPS, mm).
+///
+/// # Errors
+/// [`Error::Stopped`] when the user asked to stop.
+pub(crate) fn of_mesh(
+    mesh: &TetMesh,
+    facts: &Mesh,
+    focus: &Point,
+    progress: Progress<'_>,
+) -> Result<[Row; 2], Error> {
+    let body = shape::body(mesh, progress.part(0.0, 0.5))?;
+    Ok([body, shape::quality(mesh, facts, focus, progress.part(0.5, 1.0))?])
 }
 
 /// A circle where the plane cuts a sphere; a small cross where its centre lies.
@@ -222,7 +238,7 @@ impl Legend<'_> {
     /// the free part's left end.
     fn draw(&self, canvas: &mut Canvas, above: usize) -> [f64; 2] {
         let small = 0.75 * LETTER;
-        let width = (BAR + 24).max(text_width(self.title, small) as usize + 14);
+        let width = (BAR + 24).max(text_width(self.title, small) as usize + 24);
         let height = 50 + above;
         let (left, top) = (5, canvas.height() - height - 5);
         canvas.rectangle([left, top], [width, height], colour::PANEL, PANEL);

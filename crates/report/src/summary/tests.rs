@@ -27,7 +27,11 @@ pub(crate) fn example() -> Summary {
                 order: 2,
                 cut: "free".into(),
             },
-            mesh: MeshParameters { tetrahedra: 5000, mesher: "native".into() },
+            mesh: MeshParameters {
+                tetrahedra: 5000,
+                mesher: "native".into(),
+                refine: "none".into(),
+            },
             region: RegionParameters {
                 centre_mm: [40.0, -20.0, 5.0],
                 radius_mm: 45.0,
@@ -114,6 +118,24 @@ pub(crate) fn example() -> Summary {
             skin_mm2: 41_234.0,
             chest_wall_mm2: 20_111.0,
             cut_mm2: 12_345.0,
+            source_volume_ml: 729.3,
+            surfaces: vec![SurfaceFit {
+                tag: "skin".into(),
+                mean_mm: 0.04,
+                p95_mm: 0.11,
+                max_mm: 0.31,
+            }],
+            dihedral_angles: (0..36)
+                .map(|n| if (3..30).contains(&n) { 40 * n } else { 0 })
+                .collect(),
+            radius_ratios: (0..20).map(|n| if n > 6 { 30 * n } else { 0 }).collect(),
+            worst: vec![WorstTet {
+                tet: 17,
+                place_mm: [31.0, -24.0, 9.0],
+                min_dihedral_deg: 14.2,
+                max_dihedral_deg: 151.8,
+                radius_ratio: 0.31,
+            }],
         },
         solve: Solve {
             iterations: 6,

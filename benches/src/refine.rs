@@ -1,0 +1,129 @@
+//! The error of the tumour's displacement by where a mesh is fine, on the labels of a finished run:
+//! `bench-refine RUN N...`, JSON on stdout.
+//!
+//! The error is that of the mesh alone: against the same tissue meshed with several times as many
+//! tetrahedra, fine where the displacement depends on it.
+#![expect(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a measurement reads its input and tells its result"
+)]
+
+use anyhow::{Context, Result, ensure};
+use std::path::Path;
+use supine_fem::{Load, Params as SolverParams, Tissue, solve};
+use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
+use supine_pipeline::{Goal, Mesher, Refine, Summary, mesh_region, read_surfaces};
+use supine_space::{Point, Progress, Sphere, Vector};
+use supine_tetrahedralise::Params;
+use supine_volume::Region;
+
+/// Tetrahedra of the mesh whose displacement counts as the true one.
+const TRUE: usize = 20_000;
+/// Meshes of nearly the same number, so that no single mesh decides.
+const MESHES: usize = 3;
+/// Samples along the tumour's radius.
+const SAMPLES: i32 = 6;
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    ensure!(words.len() >= 2, "bench-refine RUN N...");
+    let problem = Problem::read(Path::new(&words[0]))?;
+    let fine = problem.mesh(TRUE, Some(Order::Quadratic))?;
+    let truth = problem.moved(&fine, Order::Quadratic)?;
+    let mut rows = Vec::new();
+    for n in &words[1..] {
+        let n: usize = n.parse()?;
+        for order in [Order::Linear, Order::Quadratic] {
+            for goal in [None, Some(order)] {
+                let (mut square, mut worst) = (0.0, f64::INFINITY);
+                for mesh in 0..MESHES {
+                    let mesh = problem.mesh(n + n * mesh / 20, goal)?;
+                    let error = problem.moved(&mesh, order)? - truth;
+                    square += error.norm_squared() / MESHES as f64;
+                    worst = worst.min(supine_mesh::quality(&mesh).min_dihedral_deg);
+                }
+                rows.push(serde_json::json!({
+                    "tetrahedra": n, "order": order.number(), "goal": goal.is_some(),
+                    "error_mm": square.sqrt(), "min_dihedral_deg": worst,
+                }));
+            }
+        }
+    }
+    let moved = serde_json::json!({ "moved_mm": truth.norm(), "rows": rows });
+    println!("{moved}");
+    Ok(())
+}
+
+/// The tissue, the tumour and what moves it.
+struct Problem {
+    region: (supine_volume::LabelMap, Option<supine_volume::Surfaces>, Sphere),
+    tumour: Sphere,
+    tissue: Tissue,
+    load: Load,
+}
+
+impl Problem {
+    fn read(run: &Path) -> Result<Self> {
+        let summary = std::fs::read_to_string(run.join("summary.json"))?;
+        let summary: Summary = serde_json::from_str(&summary)?;
+        let labels = supine_exchange::read_labels(&run.join("labels.seg.nrrd"), Progress::none())?;
+        let surfaces = read_surfaces(&run.join(".stages/surfaces"), &labels, Progress::none())?;
+        let region = &summary.parameters.region;
+        let sphere = Sphere::new(Point::from(region.centre_mm), region.radius_mm)?;
+        let tumour = summary.case.tumour.as_ref().context("no tumour")?;
+        let gravity = Vector::from(summary.case.bed.gravity);
+        Ok(Self {
+            region: (labels, surfaces, sphere),
+            tumour: Sphere::new(Point::from(tumour.centre_mm), tumour.radius_mm)?,
+            tissue: Tissue::default(),
+            load: Load { ct: supine_space::supine(), target: gravity.normalize() },
+        })
+    }
+
+    /// A mesh, fine where the displacement of elements of that order depends on it.
+    fn mesh(&self, tetrahedra: usize, goal: Option<Order>) -> Result<TetMesh> {
+        let (labels, surfaces, sphere) = &self.region;
+        let mut region = Region::new(labels, *sphere)?;
+        if let Some(surfaces) = surfaces {
+            region = region.with_surfaces(surfaces)?;
+        }
+        let params = Params { tetrahedra, ..Params::default() };
+        let refine = goal.map_or(Refine::Nowhere, |order| {
+            Refine::Goal(Goal {
+                place: self.tumour,
+                tissue: self.tissue,
+                load: self.load,
+                solver: solver(order),
+            })
+        });
+        let mesher = (Mesher::Native, &refine);
+        let (mesh, _) = mesh_region(&region, &params, mesher, Progress::none())?;
+        ensure!(mesh.tets().len() == tetrahedra, "{} tetrahedra", mesh.tets().len());
+        Ok(mesh)
+    }
+
+    /// Mean displacement of the tumour, mm.
+    fn moved(&self, mesh: &TetMesh, order: Order) -> Result<Vector> {
+        let (u, _) = solve(mesh, &self.tissue, &self.load, &solver(order), Progress::none())?;
+        Ok(mean(mesh, &u, &self.tumour))
+    }
+}
+
+fn solver(order: Order) -> SolverParams {
+    SolverParams { order, ..SolverParams::default() }
+}
+
+fn mean(mesh: &TetMesh, u: &Displacement, place: &Sphere) -> Vector {
+    let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+    let step = place.radius() / f64::from(SAMPLES);
+    let along = || (-SAMPLES..=SAMPLES).map(|n| f64::from(n) * step);
+    let found: Vec<_> = along()
+        .flat_map(|z| along().flat_map(move |y| along().map(move |x| Vector::new(x, y, z))))
+        .map(|offset| place.centre() + offset)
+        .filter(|p| place.contains(p))
+        .filter_map(|p| locator.locate(&p))
+        .collect();
+    let sum: Vector = found.iter().map(|l| u.at(mesh, &edges, l.tet, l.weights)).sum();
+    sum / found.len() as f64
+}

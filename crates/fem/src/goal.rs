@@ -1,0 +1,238 @@
+//! Where a mesh should be finer for the displacement at one place.
+//!
+//! The error of a quantity J(u) is about Σ_T η_T with η_T the error of the solution in tetrahedron T
+//! weighted by that of the adjoint solution z, K(u) z = ∂J/∂u (Becker and Rannacher, Acta Numerica
+//! 2001). Both errors are taken from the gradients: what a gradient lacks to the continuous one that
+//! is recovered from the tetrahedra around each point (Zienkiewicz and Zhu 1987).
+
+use crate::element::{Elements, element_nodes, parent_map, parent_slopes, shape};
+use crate::material::{NeoHookean, cofactor};
+use crate::model::Model;
+use crate::pattern::{Pattern, Storage};
+use crate::{Error, Job, Load, Params, RestState, Tissue, support};
+use supine_mesh::{Edges, Locator, Order, TetMesh};
+use supine_space::{Matrix, Point, Progress, Sphere, Vector};
+
+/// Samples of the goal across its diameter.
+const ACROSS: usize = 5;
+
+/// What each tetrahedron adds to the error of the mean displacement of the tissue within `goal` (LPS,
+/// mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and on coarse
+/// meshes the recovered gradients are far off themselves.
+///
+/// The CT shape is taken for free of stress whatever `params.rest` says: where the mesh should be fine
+/// hardly depends on it.
+///
+/// # Errors
+/// As [`crate::solve`]; [`Error::GoalOutside`] when no tissue of the mesh lies within `goal`.
+pub fn error_shares(
+    mesh: &TetMesh,
+    tissue: &Tissue,
+    load: &Load,
+    params: &Params,
+    goal: &Sphere,
+    progress: Progress<'_>,
+) -> Result<Vec<f64>, Error> {
+    tissue.check()?;
+    load.check()?;
+    params.check()?;
+    let edges = Edges::new(mesh);
+    let params = Params { rest: RestState::Net, ..*params };
+    let job = Job { mesh, edges: &edges, tissue, load, params: &params };
+    match params.order {
+        Order::Linear => job.shares::<4, 1>(goal, progress),
+        Order::Quadratic => job.shares::<10, 4>(goal, progress),
+    }
+}
+
+impl Job<'_> {
+    fn shares<const N: usize, const Q: usize>(
+        &self,
+        goal: &Sphere,
+        progress: Progress<'_>,
+    ) -> Result<Vec<f64>, Error> {
+        let positions = self.positions::<N>();
+        let held = support::held_nodes(self.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(self.mesh, &held)?;
+        let nodes = element_nodes::<N>(self.mesh, self.edges);
+        let means = self.means(goal, &nodes, positions.len())?;
+        let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
+        let pattern = Pattern::new(&elements.nodes, &held, Storage::Lower);
+        let model = Model { elements, material: NeoHookean::new(self.tissue) };
+        let force = (self.load.target - self.load.ct) * self.tissue.weight();
+        let load = model.load(held.len(), force);
+        let zero = vec![Vector::zeros(); held.len()];
+        let mut newton = self.newton(&model, &pattern, &held)?;
+        let found = newton
+            .equilibrium(&load, &zero, (&zero, &zero), self.params.tolerance, progress)
+            .map_err(|halt| self.halted(halt, newton.effort, &model, &pattern))?;
+        let lack = |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.mesh, field);
+        let own = lack(&found.u);
+        let mut theirs = Vec::new();
+        for mean in &means {
+            let adjoint = newton.linearised(&found.u, mean).ok_or(Error::Singular)?;
+            theirs.push(lack(&adjoint));
+        }
+        let weight = 2.0 * model.material.mu;
+        let share = |t: usize| {
+            let of_adjoints = theirs.iter().map(|z| z[t] * z[t]).sum::<f64>().sqrt();
+            weight * own[t] * of_adjoints
+        };
+        Ok((0..self.mesh.tets().len()).map(share).collect())
+    }
+
+    /// The mean displacement within `goal` in each direction as nodal weights.
+    fn means<const N: usize>(
+        &self,
+        goal: &Sphere,
+        elements: &[[u32; N]],
+        nodes: usize,
+    ) -> Result<[Vec<Vector>; 3], Error> {
+        let locator = Locator::new(self.mesh);
+        let found: Vec<_> = samples(goal).filter_map(|p| locator.locate(&p)).collect();
+        if found.is_empty() {
+            return Err(Error::GoalOutside { centre: goal.centre().coords.into() });
+        }
+        let mut weights = vec![0.0; nodes];
+        for place in &found {
+            for (node, value) in elements[place.tet].iter().zip(shape::<N>(place.weights)) {
+                weights[*node as usize] += value / found.len() as f64;
+            }
+        }
+        let along = |axis: Vector| weights.iter().map(|w| axis * *w).collect();
+        Ok([Vector::x(), Vector::y(), Vector::z()].map(along))
+    }
+}
+
+/// Places spread evenly within a sphere.
+fn samples(sphere: &Sphere) -> impl Iterator<Item = Point> {
+    let step = 2.0 * sphere.radius() / ACROSS as f64;
+    let middle = (ACROSS / 2) as f64;
+    let along = move |n: usize| (n as f64 - middle) * step;
+    (0..ACROSS.pow(3))
+        .map(move |n| [n % ACROSS, n / ACROSS % ACROSS, n / ACROSS / ACROSS].map(along))
+        .map(|offset| sphere.centre() + Vector::from(offset))
+        .filter(|p| sphere.contains(p))
+}
+
+/// L2 norm over each tetrahedron of what the gradient of a field lacks to the recovered one.
+fn lacking<const N: usize>(
+    positions: &[Vector],
+    elements: &[[u32; N]],
+    mesh: &TetMesh,
+    field: &[Vector],
+) -> Vec<f64> {
+    let corners: [[f64; 4]; 4] =
+        std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
+    let slopes = corners.map(parent_slopes::<N>);
+    let gradient = |element: &[u32; N], slopes: &[Vector; N]| {
+        let map = parent_map(positions, element, slopes);
+        let inverse_transpose = cofactor(&map) / map.determinant();
+        let own = element.iter().zip(slopes);
+        own.map(|(n, s)| field[*n as usize] * (inverse_transpose * s).transpose()).sum::<Matrix>()
+    };
+    let own: Vec<[Matrix; 4]> =
+        elements.iter().map(|e| slopes.each_ref().map(|s| gradient(e, s))).collect();
+    let volumes: Vec<f64> = (0..elements.len()).map(|t| mesh.volume(t)).collect();
+    let mut recovered = vec![(Matrix::zeros(), 0.0); mesh.points().len()];
+    for ((tet, own), volume) in mesh.tets().iter().zip(&own).zip(&volumes) {
+        for (p, g) in tet.iter().zip(own) {
+            let (sum, whole) = &mut recovered[*p as usize];
+            *sum += g * *volume;
+            *whole += volume;
+        }
+    }
+    let lack = |t: usize| {
+        let of = |(p, g): (&u32, &Matrix)| {
+            let (sum, whole) = &recovered[*p as usize];
+            (sum / *whole - g).norm_squared()
+        };
+        let mean = mesh.tets()[t].iter().zip(&own[t]).map(of).sum::<f64>() / 4.0;
+        (mean * volumes[t]).sqrt()
+    };
+    (0..elements.len()).map(lack).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve;
+    use crate::test_mesh::block;
+
+    const SIDE_MM: f64 = 60.0;
+
+    fn load() -> Load {
+        Load { ct: Vector::y(), target: Vector::new(0.5, 0.75f64.sqrt(), 0.0) }
+    }
+
+    /// So stiff that the answer is nearly linear.
+    fn tissue() -> Tissue {
+        Tissue { young_kpa: 12.0, ..Tissue::default() }
+    }
+
+    fn goal() -> Sphere {
+        Sphere::new(Point::new(20.0, 30.0, 40.0), 8.0).unwrap()
+    }
+
+    fn solver(order: Order) -> Params {
+        Params { order, ..Params::default() }
+    }
+
+    /// A cube held at z = 0, with so many cells along each side.
+    fn cube(cells: usize) -> TetMesh {
+        block([cells; 3], SIDE_MM / cells as f64, 0.1)
+    }
+
+    fn shares(mesh: &TetMesh, order: Order) -> Vec<f64> {
+        error_shares(mesh, &tissue(), &load(), &solver(order), &goal(), Progress::none()).unwrap()
+    }
+
+    /// Mean displacement at the goal's samples.
+    fn mean(mesh: &TetMesh, order: Order) -> Vector {
+        let (u, _) = solve(mesh, &tissue(), &load(), &solver(order), Progress::none()).unwrap();
+        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+        let found: Vec<_> = samples(&goal()).filter_map(|p| locator.locate(&p)).collect();
+        let sum: Vector = found.iter().map(|l| u.at(mesh, &edges, l.tet, l.weights)).sum();
+        sum / found.len() as f64
+    }
+
+    #[test]
+    fn the_estimate_is_near_the_error_and_falls_with_it() {
+        let truth = mean(&cube(6), Order::Quadratic);
+        let [coarse, fine] = [4, 8].map(cube);
+        let estimate = |mesh: &TetMesh| shares(mesh, Order::Linear).iter().sum::<f64>();
+        let (before, after) = (estimate(&coarse), estimate(&fine));
+        for (mesh, estimate) in [(&coarse, before), (&fine, after)] {
+            let error = (mean(mesh, Order::Linear) - truth).norm();
+            assert!(0.5 * error < estimate && estimate < 10.0 * error, "{error} {estimate}");
+        }
+        // The edge of the wall limits how fast.
+        assert!(before / after > 1.4, "{before} {after}");
+        assert!(shares(&coarse, Order::Quadratic).iter().sum::<f64>() < 0.5 * before);
+    }
+
+    #[test]
+    fn shares_are_larger_near_the_goal_and_the_wall_than_in_a_far_corner() {
+        let mesh = cube(8);
+        let shares = shares(&mesh, Order::Linear);
+        let mean_near = |p: Point| {
+            let near = |t: &usize| {
+                let middle = mesh.corners(*t).iter().map(|c| c.coords).sum::<Vector>() / 4.0;
+                (middle - p.coords).norm() < 12.0
+            };
+            let near: Vec<f64> = (0..shares.len()).filter(near).map(|t| shares[t]).collect();
+            near.iter().sum::<f64>() / near.len() as f64
+        };
+        let far = mean_near(Point::new(55.0, 55.0, 55.0));
+        let (goal, wall) = (mean_near(goal().centre()), mean_near(Point::new(5.0, 30.0, 3.0)));
+        assert!(goal > 3.0 * far && wall > 3.0 * far, "{goal} {wall} {far}");
+    }
+
+    #[test]
+    fn a_goal_outside_the_mesh_is_refused() {
+        let away = Sphere::new(Point::new(200.0, 0.0, 0.0), 5.0).unwrap();
+        let found =
+            error_shares(&cube(2), &tissue(), &load(), &Params::default(), &away, Progress::none());
+        assert!(matches!(found, Err(Error::GoalOutside { .. })), "{found:?}");
+    }
+}

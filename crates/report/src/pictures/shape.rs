@@ -1,0 +1,200 @@
+//! The mesh as a body, and the shapes of its tetrahedra.
+
+use super::{EDGE, LETTER, Legend, Picture, Row};
+use crate::body::{Camera, Side};
+use crate::canvas::{Canvas, Pen, Rgb};
+use crate::lettering::Align;
+use crate::plane::{Plane, View};
+use crate::section::{Faces, below};
+use crate::{Error, Mesh, colour, tables};
+use supine_mesh::{
+    BoundaryTag, DIHEDRAL_CLASS_DEG, Edges, RADIUS_RATIO_CLASS, TetMesh, tet_quality,
+};
+use supine_space::{Point, Progress, Vector};
+
+/// Pixels across each picture.
+const SIZE: usize = 520;
+/// Smallest dihedral angles, degrees, at the ends of the colour scale; a regular tetrahedron has 70.5.
+const SCALE_DEG: [f64; 2] = [20.0, 70.0];
+/// Below this, degrees, a tetrahedron is drawn in red.
+const POOR_DEG: f64 = 20.0;
+/// The pictures show this much more than the mesh.
+const AROUND: f64 = 1.12;
+
+/// The boundary by tag from three sides.
+pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error> {
+    let (centre, extent) = extent(mesh);
+    // The outer side of the breast is the one farther from the patient's middle.
+    let outer = if centre.x >= 0.0 { Side::Left } else { Side::Right };
+    let mut pictures = Vec::new();
+    for (n, side) in [Side::Front, outer, Side::Back].into_iter().enumerate() {
+        progress.at(n as f64 / 3.0)?;
+        let camera = Camera { side, centre, pixel_mm: AROUND * extent / SIZE as f64, size: SIZE };
+        let faces = mesh
+            .boundary()
+            .iter()
+            .map(|f| (f.points.map(|p| mesh.points()[p as usize]), colour::tag(f.tag)));
+        let mut canvas = camera.picture(faces);
+        let letters = side.letters();
+        frame(&mut canvas, letters);
+        let name = side.name();
+        pictures.push(Picture {
+            name: format!("mesh_{name}"),
+            caption: format!("Boundary of the mesh in the CT, seen from the {name}"),
+            canvas,
+        });
+    }
+    Ok(Row {
+        title: "Shape of the mesh".into(),
+        text: "Skin cyan, chest wall red, cut green; where two colours meet the rims must be smooth curves."
+            .into(),
+        pair: false,
+        pictures,
+        table: None,
+    })
+}
+
+/// Sections coloured by the smallest dihedral angle, the angles' histogram, and the worst.
+pub(super) fn quality(
+    mesh: &TetMesh,
+    facts: &Mesh,
+    focus: &Point,
+    progress: Progress<'_>,
+) -> Result<Row, Error> {
+    let (centre, extent) = extent(mesh);
+    let angles: Vec<f64> =
+        (0..mesh.tets().len()).map(|t| tet_quality(&mesh.corners(t)).min_dihedral_deg).collect();
+    let (edges, faces) = (Edges::new(mesh), Faces::new(mesh));
+    let half = Vector::repeat(0.5 * AROUND * extent);
+    let mut pictures = Vec::new();
+    for (n, view) in [View::Axial, View::Sagittal].into_iter().enumerate() {
+        progress.at(0.4 * n as f64)?;
+        let pixel = AROUND * extent / SIZE as f64;
+        let plane = Plane::new(view, focus, [centre - half, centre + half], pixel);
+        let mut canvas = Canvas::new(plane.width, plane.height);
+        for (n, tet) in below(mesh, &plane).into_iter().enumerate() {
+            let rgb = tet.map_or(colour::NOTHING, |(t, _)| by_angle(angles[t]));
+            canvas.mix(n, rgb, 1.0);
+        }
+        let cuts = faces.cut(&edges, None, &plane);
+        let lines: Vec<_> = cuts.iter().map(|c| c.segment).collect();
+        canvas.stroke(&lines, Pen::new(0.9, [0; 3]).alpha(0.6));
+        for tag in BoundaryTag::ALL {
+            let own = cuts.iter().filter(|c| c.tag == Some(tag)).map(|c| c.segment);
+            canvas.stroke_on_halo(&own.collect::<Vec<_>>(), Pen::new(1.8, colour::tag(tag)));
+        }
+        super::dress(&mut canvas, &plane, "");
+        legend(&mut canvas);
+        let name = view.name();
+        pictures.push(Picture {
+            name: format!("{name}_mesh_quality"),
+            caption: format!("Smallest dihedral angle of each tetrahedron, {name}"),
+            canvas,
+        });
+    }
+    progress.at(0.8)?;
+    pictures.push(Picture {
+        name: "mesh_histograms".into(),
+        caption: "How the shapes are spread".into(),
+        canvas: histograms(facts),
+    });
+    Ok(Row {
+        title: String::new(),
+        text: format!(
+            "Shapes of the tetrahedra: the regular one has angles of 70.5 degrees and a radius ratio of 1. Red: \
+             below {POOR_DEG} degrees, where the mechanics lose accuracy."
+        ),
+        pair: false,
+        pictures,
+        table: Some(tables::worst(facts)),
+    })
+}
+
+/// The middle of the box round the mesh (LPS, mm), and its longest side, mm.
+fn extent(mesh: &TetMesh) -> (Point, f64) {
+    let first = mesh.points()[0];
+    let (low, high) = mesh.points().iter().fold((first, first), |(a, b), p| (a.inf(p), b.sup(p)));
+    (low + 0.5 * (high - low), (high - low).max())
+}
+
+fn by_angle(angle: f64) -> Rgb {
+    if angle < POOR_DEG {
+        return colour::CHEST_WALL;
+    }
+    let [low, high] = SCALE_DEG;
+    colour::on_scale(&colour::RISING, (angle - low) / (high - low))
+}
+
+fn legend(canvas: &mut Canvas) {
+    let [low, high] = SCALE_DEG;
+    let middle = 0.5 * (low + high);
+    let legend = Legend {
+        colour: &|share| colour::on_scale(&colour::RISING, share),
+        ticks: [low, middle, high].map(|t| format!("{t:.0}°")),
+        title: "smallest dihedral angle",
+    };
+    legend.draw(canvas, 0);
+}
+
+fn frame(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
+    let (w, h) = (canvas.width() as f64, canvas.height() as f64);
+    let middle = (h + LETTER) / 2.0;
+    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
+    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
+    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
+    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
+}
+
+/// Both histograms, one above the other.
+fn histograms(facts: &Mesh) -> Canvas {
+    let mut canvas = Canvas::new(SIZE, SIZE);
+    canvas.rectangle([0, 0], [SIZE, SIZE], colour::NOTHING, 1.0);
+    let angle = |n: usize| format!("{:.0}°", n as f64 * DIHEDRAL_CLASS_DEG);
+    let ratio = |n: usize| format!("{:.1}", n as f64 * RADIUS_RATIO_CLASS);
+    let angles = Bars { counts: &facts.dihedral_angles, every: 6, tick: &angle };
+    angles.draw(&mut canvas, 0, "dihedral angles, share of all");
+    let ratios = Bars { counts: &facts.radius_ratios, every: 4, tick: &ratio };
+    ratios.draw(&mut canvas, SIZE / 2, "radius ratio, share of tetrahedra");
+    canvas
+}
+
+/// A histogram.
+struct Bars<'a> {
+    counts: &'a [usize],
+    /// A tick below every so many classes, ...
+    every: usize,
+    /// ... which says this at the lower end of class n.
+    tick: &'a dyn Fn(usize) -> String,
+}
+
+impl Bars<'_> {
+    /// Draws into the half of the canvas that begins at row `top`.
+    fn draw(&self, canvas: &mut Canvas, top: usize, title: &str) {
+        let small = 0.8 * LETTER;
+        let (left, right) = (52, SIZE - 28);
+        let (upper, base) = (top + 40, top + SIZE / 2 - 34);
+        let whole = self.counts.iter().sum::<usize>().max(1) as f64;
+        let most = self.counts.iter().copied().max().unwrap_or(0) as f64 / whole;
+        let scale = super::round_up(most.max(1e-6));
+        canvas.text(title, [left as f64, (top + 26) as f64], Align::Left, small, colour::TEXT);
+        for share in [0.0, 0.5, 1.0] {
+            let y = base as f64 - share * (base - upper) as f64;
+            let line = [[left as f64, y], [right as f64, y]];
+            canvas.stroke(&[line], Pen::new(1.0, colour::TEXT).alpha(0.25));
+            let label = format!("{:.0} %", 100.0 * share * scale);
+            canvas.text(&label, [left as f64 - 6.0, y + 4.0], Align::Right, small, colour::TEXT);
+        }
+        let x = |n: usize| left + (right - left) * n / self.counts.len();
+        for (n, count) in self.counts.iter().enumerate() {
+            let tall = *count as f64 / whole / scale * (base - upper) as f64;
+            // What there is at all is seen.
+            let tall = if *count > 0 { tall.max(1.0) } else { 0.0 } as usize;
+            let size = [(x(n + 1) - x(n)).saturating_sub(1), tall];
+            canvas.rectangle([x(n), base - tall], size, colour::SKIN, 1.0);
+        }
+        for n in (0..=self.counts.len()).step_by(self.every) {
+            let spot = [x(n) as f64, base as f64 + 6.0 + small];
+            canvas.text(&(self.tick)(n), spot, Align::Centre, small, colour::TEXT);
+        }
+    }
+}
