@@ -152,7 +152,7 @@ pub(crate) struct Mesh {
     /// Which mesher
     #[arg(long, value_enum, default_value = "native")]
     pub(crate) mesher: Mesher,
-    /// The mesh (.vtu)
+    /// The mesh (.vtu, .msh; .feb, .inp: with the default tissue, under its weight)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
@@ -166,7 +166,7 @@ pub(crate) struct Coarsen {
     /// Number of tetrahedra
     #[arg(long, value_name = "N")]
     pub(crate) tetrahedra: NonZeroUsize,
-    /// The coarse mesh (.vtu)
+    /// The coarse mesh (.vtu, .msh, .feb, .inp)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
@@ -227,7 +227,10 @@ pub(crate) struct Solve {
     /// What holds the cut
     #[arg(long, value_enum, default_value = "free")]
     pub(crate) cut: Cut,
-    /// The deformed mesh (.vtu)
+    /// The same problem for another solver (.feb, .inp), before it is solved; with --rest net
+    #[arg(long, value_name = "FILE")]
+    pub(crate) problem: Option<PathBuf>,
+    /// The deformed mesh (.vtu, .msh)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }
