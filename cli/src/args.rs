@@ -164,7 +164,7 @@ pub(crate) struct Mesh {
     /// Growth of that length with the distance from the ball, mm per mm
     #[arg(long, value_name = "G", default_value_t = 0.5)]
     pub(crate) finer_growth: f64,
-    /// The mesh (.vtu)
+    /// The mesh (.vtu, .msh; .feb, .inp: with the default tissue, under its weight)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// A page on the mesh's quality with its pictures, in this folder
@@ -181,7 +181,7 @@ pub(crate) struct Coarsen {
     /// Number of tetrahedra
     #[arg(long, value_name = "N")]
     pub(crate) tetrahedra: NonZeroUsize,
-    /// The coarse mesh (.vtu)
+    /// The coarse mesh (.vtu, .msh, .feb, .inp)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// A page on the mesh's quality with its pictures, in this folder
@@ -245,7 +245,10 @@ pub(crate) struct Solve {
     /// What holds the cut
     #[arg(long, value_enum, default_value = "free")]
     pub(crate) cut: Cut,
-    /// The deformed mesh (.vtu)
+    /// The same problem for another solver (.feb, .inp), before it is solved; with --rest net
+    #[arg(long, value_name = "FILE")]
+    pub(crate) problem: Option<PathBuf>,
+    /// The deformed mesh (.vtu, .msh)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
 }

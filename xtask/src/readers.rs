@@ -1,4 +1,4 @@
-//! The independent readers: DICOM validators from Debian and Python packages in `target/readers`.
+//! The independent readers: DICOM validators and a solver from Debian, Python packages in `target/readers`.
 //!
 //! Both are installed once: what is there already is left alone, and what is installed is said.
 
@@ -9,11 +9,12 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 5] = [
+const BINARIES: [(&str, &str); 6] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
     ("dcmftest", "dcmtk"),
+    ("ccx", "calculix-ccx"),
     ("python3", "python3"),
 ];
 

@@ -3,11 +3,12 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{read_vtu, write_vtu};
+use supine_exchange::{MeshFile, read_vtu};
 use supine_pipeline::{RunError, coarsen_run};
 use supine_space::Progress;
 
 pub(crate) fn coarsen(args: &args::Coarsen, screen: &Screen) -> Result<u8, Failure> {
+    MeshFile::of(&args.out)?;
     let watch = |share| screen.share("coarsen", share);
     let (progress, tetrahedra) = (Progress::new(&watch), args.tetrahedra.get());
     let (mesh, displacement, info) = if args.from.is_dir() {
@@ -21,7 +22,7 @@ pub(crate) fn coarsen(args: &args::Coarsen, screen: &Screen) -> Result<u8, Failu
         let carried = carried.map_err(|e| Failure::input(format!("{}: {e}", args.from.display())));
         (mesh, carried?, info)
     };
-    write_vtu(&mesh, displacement.as_ref(), &args.out)?;
+    super::mesh::write(&mesh, displacement.as_ref(), &args.out, screen)?;
     let more = serde_json::json!({ "displacement": displacement.is_some() });
     super::mesh::tell(&mesh, &info, (&args.out, args.report.as_deref()), more, screen)
 }

@@ -4,9 +4,10 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
-use supine_exchange::{read_labels, write_vtu};
-use supine_mesh::TetMesh;
-use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region};
+use supine_exchange::{MeshFile, read_labels, write_mesh, write_problem};
+use supine_fem::{Cut, Tissue};
+use supine_mesh::{Displacement, Order, TetMesh};
+use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region, statics};
 use supine_space::{Point, Progress, Sphere};
 use supine_tetrahedralise::{Info, Near, Params};
 use supine_volume::Region;
@@ -14,6 +15,7 @@ use supine_volume::Region;
 pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     let mesher = supine_pipeline::Mesher::from(args.mesher);
     mesher.check_built()?;
+    MeshFile::of(&args.out)?;
     let sphere = Sphere::new(Point::from(args.centre.0), args.radius)
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
     let refine = refine(args)?;
@@ -24,7 +26,7 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
     let watch = |share| screen.share("mesh", share);
     let (mesh, info) = mesh_region(&region, &params, (mesher, &refine), Progress::new(&watch))?;
-    write_vtu(&mesh, None, &args.out)?;
+    write(&mesh, None, &args.out, screen)?;
     let more = serde_json::json!({ "mesher": mesher.name() });
     tell(&mesh, &info, (&args.out, args.report.as_deref()), more, screen)
 }
@@ -77,6 +79,28 @@ fn refine(args: &args::Mesh) -> Result<Refine, Failure> {
     let place = Sphere::new(Point::new(x, y, z), radius);
     let place = place.map_err(|e| Failure::usage(format!("--finer-in: {e}")))?;
     Ok(Refine::Near(Near { place, edge_mm, growth: args.finer_growth }))
+}
+
+/// Writes a mesh in the format its name ends in; as a problem for another solver with the default
+/// tissue and the weight of a patient on her back.
+pub(crate) fn write(
+    mesh: &TetMesh,
+    displacement: Option<&Displacement>,
+    out: &Path,
+    screen: &Screen,
+) -> Result<(), Failure> {
+    match MeshFile::of(out)? {
+        MeshFile::Result => write_mesh(mesh, displacement, out)?,
+        MeshFile::Problem => {
+            let gravity = supine_space::supine();
+            let problem = statics(&Tissue::default(), gravity, Order::Linear, Cut::Free);
+            write_problem(mesh, &problem, out)?;
+            if displacement.is_some() {
+                screen.warn_all(&[format!("{}: holds no displacement", out.display())]);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The hidden command: TetGen on a surface from stdin, since TetGen may end its process.

@@ -3,15 +3,20 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{read_vtu, write_vtu};
+use supine_exchange::{read_vtu, write_mesh, write_problem};
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
 use supine_mesh::Order;
-use supine_pipeline::RunError;
+use supine_pipeline::{RunError, statics};
 use supine_space::{BedPose, Progress, Vector};
 
 pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> {
     let (mesh, _) = read_vtu(&args.mesh)?;
     let tissue = tissue(args)?;
+    if args.problem.is_some() && matches!(args.rest, args::Rest::Unloaded) {
+        return Err(Failure::usage(
+            "--problem: the mesh is the stress-free shape with --rest net only",
+        ));
+    }
     let load = Load { ct: supine_space::supine(), target: gravity(args)? };
     let params = Params {
         order: if args.order == 1 { Order::Linear } else { Order::Quadratic },
@@ -25,11 +30,15 @@ pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> 
         },
         ..Params::default()
     };
+    if let Some(path) = &args.problem {
+        let net = load.target - load.ct;
+        write_problem(&mesh, &statics(&tissue, net, params.order, params.cut), path)?;
+    }
     let watch = |share| screen.share("solve", share);
     let (displacement, info) =
         supine_fem::solve(&mesh, &tissue, &load, &params, Progress::new(&watch))
             .map_err(RunError::from)?;
-    write_vtu(&mesh, Some(&displacement), &args.out)?;
+    write_mesh(&mesh, Some(&displacement), &args.out)?;
     screen.warn_all(&info.warnings);
     let gravity: [f64; 3] = load.target.into();
     let json = serde_json::json!({

@@ -1,4 +1,4 @@
-//! File formats beside DICOM: NRRD, NIfTI, VTU, Slicer markups and point lists.
+//! File formats beside DICOM: NRRD, NIfTI, meshes, Slicer markups and point lists.
 //!
 //! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file
 //! that does not say which way its axes point is refused, for left and right cannot be guessed.
@@ -11,16 +11,23 @@
 //! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`] | [`write_labels`] |
 //! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`] | [`write_ct_nifti`], [`write_labels`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
+//! | Gmsh MSH 4.1 (`.msh`) | | [`write_mesh`] |
+//! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
 mod error;
+mod feb;
 mod file;
+mod inp;
 mod labels;
 mod markups;
+mod meshes;
+mod msh;
 mod nii;
+mod nodes;
 mod nrrd;
 mod points;
 mod raster;
@@ -31,6 +38,7 @@ mod vtu;
 
 pub use error::{Error, ErrorKind, Problem};
 pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
+pub use meshes::{MeshFile, Statics, write_mesh, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use volumes::{

@@ -7,7 +7,7 @@ use nalgebra::Rotation3;
 use proptest::prelude::*;
 use std::path::Path;
 use supine_exchange::*;
-use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
 use supine_space::{Grid, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, SeedKind, Volume};
 
@@ -131,6 +131,44 @@ fn meshes_come_back_bit_for_bit() {
         write_vtu(&mesh, displacement.as_ref(), &path).unwrap();
         assert_eq!(read_vtu(&path).unwrap(), (mesh.clone(), displacement));
     }
+}
+
+#[test]
+fn problems_hold_what_is_fixed_and_the_load() {
+    let folder = tempfile::tempdir().unwrap();
+    let (feb, inp) = (folder.path().join("a.feb"), folder.path().join("a.inp"));
+    let statics = Statics {
+        young_kpa: 1.5,
+        poisson: 0.25,
+        density_kg_m3: 1000.0,
+        acceleration_m_s2: Vector::new(0.0, 0.0, -9.81),
+        order: Order::Quadratic,
+        cut_held: true,
+    };
+    let text = |path: &Path, statics: &Statics| {
+        write_problem(&cube(), statics, path).unwrap();
+        std::fs::read_to_string(path).unwrap()
+    };
+    let written = text(&feb, &statics);
+    assert_eq!(written, text(&feb, &statics));
+    assert!(written.contains("<density>1e-6</density>"), "kg/mm³");
+    assert!(written.contains(",9810.0</force>"), "FEBio's sign");
+    assert!(written.contains("node_set=\"cut\"") && written.contains("<tri6 id=\"1\">"));
+    let written = text(&inp, &statics);
+    // C10 = E / 4 (1 + nu), D1 = 6 (1 - 2 nu) / E.
+    assert!(written.contains("\n3.0000000000e-1, 2.0000000000e0\n"), "{written}");
+    assert!(written.contains("\ncut, 1, 3\n") && written.contains("TYPE=C3D10"));
+    let rest = Statics {
+        acceleration_m_s2: Vector::zeros(),
+        order: Order::Linear,
+        cut_held: false,
+        ..statics
+    };
+    let written = text(&inp, &rest);
+    assert!(written.contains("GRAV, 0.00000000, 0.0"), "a direction without a load: {written}");
+    assert!(!written.contains("\ncut, 1, 3\n") && written.contains("TYPE=C3D4,"));
+    let refused = write_problem(&cube(), &rest, &folder.path().join("a.bdf")).unwrap_err();
+    assert!(refused.to_string().contains(".inp"), "{refused}");
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
 mod stage;
+mod statics;
 mod store;
 mod surfaces;
 mod texts;
@@ -55,5 +56,6 @@ pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Found, Try};
 pub use stage::Stage;
+pub use statics::statics;
 pub use supine_report::Summary;
 pub use surfaces::{read_surfaces, write_surfaces};

@@ -1,14 +1,14 @@
 //! Writing VTU: inline base64, zlib.
 
 use super::cell;
-use crate::{Error, file, scalar::Sample};
+use crate::{Error, file, nodes::Nodes, scalar::Sample};
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
 use std::{
     io::{self, Write},
     path::Path,
 };
-use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_mesh::{Displacement, TetMesh};
 
 /// Bytes of a block that is compressed by itself; what VTK uses.
 const BLOCK: usize = 1 << 15;
@@ -21,7 +21,7 @@ const COMMENT: &str = "Points: CT shape, patient coordinates LPS, mm. Point data
 /// Writes a mesh at the CT shape (LPS, mm) with its boundary and, if given, its displacement (mm).
 ///
 /// Points come first in the order of the mesh; a quadratic displacement adds the mid-side nodes in
-/// the order of [`Edges`]. Tetrahedra come before triangles.
+/// the order of [`supine_mesh::Edges`]. Tetrahedra come before triangles.
 ///
 /// # Errors
 /// When the name does not end in `.vtu`, the displacement is of another mesh or the file cannot be
@@ -35,33 +35,25 @@ pub fn write_vtu(
     if !file::has_suffix(path, ".vtu") {
         return Err(refused("the name of a mesh ends in .vtu"));
     }
-    let quadratic = displacement.is_some_and(|d| d.order() == Order::Quadratic);
-    let edges = quadratic.then(|| Edges::new(mesh));
-    let nodes = mesh.points().len() + edges.as_ref().map_or(0, |e| e.ends().len());
-    if displacement.is_some_and(|d| d.values().len() != nodes) {
-        return Err(refused("the displacement belongs to another mesh"));
-    }
-    file::write(path, |out| compose(out, mesh, edges.as_ref(), displacement))
+    let nodes = Nodes::carrying(mesh, displacement);
+    let nodes = nodes.ok_or_else(|| refused("the displacement belongs to another mesh"))?;
+    file::write(path, |out| compose(out, mesh, &nodes, displacement))
 }
 
 fn compose(
     out: &mut impl Write,
     mesh: &TetMesh,
-    edges: Option<&Edges>,
+    nodes: &Nodes<'_>,
     displacement: Option<&Displacement>,
 ) -> io::Result<()> {
-    let middle = |e: &[u32; 2]| {
-        let [a, b] = e.map(|p| mesh.points()[p as usize]);
-        nalgebra::center(&a, &b)
-    };
-    let middles = edges.into_iter().flat_map(|e| e.ends().iter().map(middle));
-    let nodes: Vec<_> = mesh.points().iter().copied().chain(middles).collect();
     let (tets, faces) = (mesh.tets().len(), mesh.boundary().len());
-    let (connectivity, tet_nodes, face_nodes) = connectivity(mesh, edges);
-    let (tet_type, face_type) = match edges {
-        None => (cell::TETRA, cell::TRIANGLE),
-        Some(_) => (cell::QUADRATIC_TETRA, cell::QUADRATIC_TRIANGLE),
+    let (tet_type, face_type, tet_nodes, face_nodes) = if nodes.quadratic() {
+        (cell::QUADRATIC_TETRA, cell::QUADRATIC_TRIANGLE, 10, 6)
+    } else {
+        (cell::TETRA, cell::TRIANGLE, 4, 3)
     };
+    let connectivity = (0..tets).flat_map(|n| nodes.tet(n));
+    let connectivity = connectivity.chain(mesh.boundary().iter().flat_map(|f| nodes.face(f)));
     let offsets = (1..=tets)
         .map(|n| n * tet_nodes)
         .chain((1..=faces).map(|n| tets * tet_nodes + n * face_nodes))
@@ -89,35 +81,18 @@ fn compose(
     writeln!(out, "</PointData>\n<CellData>")?;
     array(out, "UInt8", "boundary", 1, tags)?;
     writeln!(out, "</CellData>\n<Points>")?;
-    array(out, "Float64", "Points", 3, nodes.iter().flat_map(|p| <[f64; 3]>::from(p.coords)))?;
+    array(
+        out,
+        "Float64",
+        "Points",
+        3,
+        nodes.positions().iter().flat_map(|p| <[f64; 3]>::from(p.coords)),
+    )?;
     writeln!(out, "</Points>\n<Cells>")?;
-    array(out, "Int64", "connectivity", 1, connectivity)?;
+    array(out, "Int64", "connectivity", 1, connectivity.map(i64::from))?;
     array(out, "Int64", "offsets", 1, offsets)?;
     array(out, "UInt8", "types", 1, types)?;
     writeln!(out, "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
-}
-
-/// Nodes of all cells, and how many a tetrahedron and a triangle have.
-fn connectivity(mesh: &TetMesh, edges: Option<&Edges>) -> (Vec<i64>, usize, usize) {
-    let mut nodes: Vec<i64> = Vec::new();
-    let corners = mesh.points().len() as i64;
-    for (at, tet) in mesh.tets().iter().enumerate() {
-        nodes.extend(tet.iter().map(|&p| i64::from(p)));
-        if let Some(edges) = edges {
-            nodes.extend(edges.of_tets()[at].iter().map(|&e| corners + i64::from(e)));
-        }
-    }
-    for face in mesh.boundary() {
-        let [a, b, c] = face.points;
-        nodes.extend([a, b, c].map(i64::from));
-        if let Some(edges) = edges {
-            let sides = [(a, b), (b, c), (c, a)].into_iter();
-            // A face of the boundary is a face of a tetrahedron: its edges exist.
-            let sides = sides.filter_map(|(p, q)| edges.between(p, q));
-            nodes.extend(sides.map(|e| corners + i64::from(e)));
-        }
-    }
-    if edges.is_some() { (nodes, 10, 6) } else { (nodes, 4, 3) }
 }
 
 /// One array: number of blocks, their size, size of a shorter last one, compressed sizes; blocks.

@@ -1,0 +1,76 @@
+//! Meshes for other programs, as those read and solve them.
+
+use crate::shared::{scratch, shared};
+use std::process::Command;
+use supine_tests::{Outcome, readers_python, supine};
+
+#[test]
+fn one_mesh_in_four_formats_is_read_the_same() {
+    let (scratch, run) = (scratch(), shared());
+    let to = |name: &str| scratch.path().join(name);
+    let labels = run.out.join("labels.seg.nrrd");
+    for name in ["a.vtu", "a.msh", "a.feb", "a.inp"] {
+        let [centre, radius] = ["--centre=99,-236.5,-612.5", "--radius=96"];
+        let arguments: &[&dyn AsRef<std::ffi::OsStr>] =
+            &[&"mesh", &"--labels", &labels, &centre, &radius, &"--tetrahedra=1200", &"--out"];
+        supine(&[arguments, &[&to(name)]].concat()).success("supine mesh");
+    }
+    let files = ["a.vtu", "a.msh", "a.feb", "a.inp"].map(to);
+    readers_python("formats.py", &files).success("formats.py, a mesh");
+    let again = to("again.feb");
+    let out = supine(&[&"coarsen", &files[0], &"--tetrahedra", &"800", &"--out", &again]);
+    out.success("supine coarsen to .feb");
+    let text = std::fs::read_to_string(again).expect("the problem is text");
+    assert!(text.contains("<elem id=\"800\">") && !text.contains("<elem id=\"801\">"));
+    let said = supine(&[&"coarsen", &files[0], &"--tetrahedra", &"800", &"--out", &to("b.stl")]);
+    assert_eq!(said.code, Some(5), "{}", said.stderr);
+    assert!(said.stderr.contains(".feb"), "the endings are listed: {}", said.stderr);
+}
+
+#[test]
+fn calculix_solves_the_problem_as_we_do() {
+    let scratch = scratch();
+    let to = |name: &str| scratch.path().join(name);
+    let mesh = shared().out.join("mesh/rest.vtu");
+    for (order, files) in [("1", ["1.vtu", "1.feb", "1.inp"]), ("2", ["2.vtu", "2.feb", "2.inp"])] {
+        let [vtu, feb, inp] = files.map(to);
+        let msh = vtu.with_extension("msh");
+        for (out, problem) in [(&vtu, &feb), (&msh, &inp)] {
+            supine(&[
+                &"solve",
+                &"--mesh",
+                &mesh,
+                &"--bed",
+                &"7,5",
+                &"--order",
+                &order,
+                &"--out",
+                out,
+                &"--problem",
+                problem,
+            ])
+            .success("supine solve --problem");
+        }
+        readers_python("formats.py", [&vtu, &msh, &feb, &inp]).success("formats.py, solved");
+        // It leaves a file in the folder that it is started in.
+        let job = inp.with_extension("");
+        Outcome::of(Command::new("ccx").current_dir(scratch.path()).arg(job)).success("ccx");
+        let frd = inp.with_extension("frd");
+        readers_python("calculix.py", [&vtu, &frd]).success("calculix.py");
+    }
+    let unloaded = [to("u.vtu"), to("u.feb")];
+    let said = supine(&[
+        &"solve",
+        &"--mesh",
+        &mesh,
+        &"--sitting",
+        &"--rest",
+        &"unloaded",
+        &"--out",
+        &unloaded[0],
+        &"--problem",
+        &unloaded[1],
+    ]);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
+    assert!(!unloaded[1].exists());
+}
