@@ -7,6 +7,7 @@
 mod formats;
 mod labels;
 mod readers;
+mod refine;
 mod repeat;
 mod shared;
 mod tissues;
