@@ -10,6 +10,8 @@
 
 mod balance;
 mod boundary;
+#[cfg(test)]
+mod carry_tests;
 mod coarsen;
 mod collapse;
 mod complex;
