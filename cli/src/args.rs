@@ -137,9 +137,19 @@ pub(crate) struct Segment {
 
 #[derive(Args, Debug)]
 pub(crate) struct Mesh {
-    /// Labels (.seg.nrrd, .nrrd, .nii.gz)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) labels: PathBuf,
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz); or --skin and --chest-wall
+    #[arg(long, value_name = "FILE", required_unless_present = "skin",
+          conflicts_with_all = ["skin", "chest_wall"])]
+    pub(crate) labels: Option<PathBuf>,
+    /// Closed surface of the body, or of its soft tissue alone (.stl, .ply, .obj; mm)
+    #[arg(long, value_name = "FILE", requires = "chest_wall")]
+    pub(crate) skin: Option<PathBuf>,
+    /// Closed surface of the chest wall (.stl, .ply, .obj; mm)
+    #[arg(long, value_name = "FILE", requires = "skin")]
+    pub(crate) chest_wall: Option<PathBuf>,
+    /// Frame of surfaces whose files do not say it (3D Slicer's do)
+    #[arg(long, value_enum, default_value = "lps", requires = "skin")]
+    pub(crate) frame: Frame,
     /// Centre of the sphere, mm (LPS)
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
     pub(crate) centre: Three,
@@ -187,6 +197,14 @@ pub(crate) struct Coarsen {
     /// A page on the mesh's quality with its pictures, in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Frame {
+    /// Left, posterior, superior
+    Lps,
+    /// Right, anterior, superior
+    Ras,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

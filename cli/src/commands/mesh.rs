@@ -4,13 +4,15 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
-use supine_exchange::{MeshFile, read_labels, write_mesh, write_problem};
+use supine_exchange::{
+    MeshFile, SurfaceFrame, read_labels, read_surface, write_mesh, write_problem,
+};
 use supine_fem::{Cut, Tissue};
-use supine_mesh::{Displacement, Order, TetMesh};
+use supine_mesh::{Displacement, Order, TetMesh, TriSurface};
 use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region, statics};
 use supine_space::{Point, Progress, Sphere};
-use supine_tetrahedralise::{Info, Near, Params};
-use supine_volume::Region;
+use supine_tetrahedralise::{Info, Near, Params, Solids};
+use supine_volume::{LabelMap, Region, Surfaces};
 
 pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     let mesher = supine_pipeline::Mesher::from(args.mesher);
@@ -20,12 +22,15 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
     let refine = refine(args)?;
     mesher.check_refines(&refine)?;
-    let watch = |share| screen.share("import", share);
-    let labels = read_labels(&args.labels, Progress::new(&watch))?;
-    let region = Region::new(&labels, sphere).map_err(RunError::from)?;
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
+    let source = source(args, sphere, &params, screen)?;
+    let mut region = Region::new(&source.labels, sphere).map_err(RunError::from)?;
+    if let Some(surfaces) = &source.surfaces {
+        region = region.with_surfaces(surfaces).map_err(RunError::from)?;
+    }
     let watch = |share| screen.share("mesh", share);
-    let (mesh, info) = mesh_region(&region, &params, (mesher, &refine), Progress::new(&watch))?;
+    let (mesh, mut info) = mesh_region(&region, &params, (mesher, &refine), Progress::new(&watch))?;
+    info.warnings.splice(0..0, source.warnings);
     write(&mesh, None, &args.out, screen)?;
     let more = serde_json::json!({ "mesher": mesher.name() });
     tell(&mesh, &info, (&args.out, args.report.as_deref()), more, screen)
@@ -79,6 +84,62 @@ fn refine(args: &args::Mesh) -> Result<Refine, Failure> {
     let place = Sphere::new(Point::new(x, y, z), radius);
     let place = place.map_err(|e| Failure::usage(format!("--finer-in: {e}")))?;
     Ok(Refine::Near(Near { place, edge_mm, growth: args.finer_growth }))
+}
+
+/// What is meshed.
+struct Source {
+    labels: LabelMap,
+    /// Skin and chest wall where they are known between the voxels.
+    surfaces: Option<Surfaces>,
+    /// What was taken for granted.
+    warnings: Vec<String>,
+}
+
+/// The labels, or the surfaces on a grid around the sphere.
+fn source(
+    args: &args::Mesh,
+    sphere: Sphere,
+    params: &Params,
+    screen: &Screen,
+) -> Result<Source, Failure> {
+    let watch = |share| screen.share("import", share);
+    let progress = Progress::new(&watch);
+    if let Some(labels) = &args.labels {
+        let labels = read_labels(labels, progress)?;
+        return Ok(Source { labels, surfaces: None, warnings: vec![] });
+    }
+    let (Some(skin), Some(chest_wall)) = (&args.skin, &args.chest_wall) else {
+        return Err(Failure::usage("--labels, or --skin and --chest-wall, are needed"));
+    };
+    let mut warnings = Vec::new();
+    let skin = surface(skin, args.frame, &mut warnings)?;
+    let chest_wall = surface(chest_wall, args.frame, &mut warnings)?;
+    let solids = Solids::new(&skin, &chest_wall, sphere, params, progress);
+    let Solids { labels, surfaces, warnings: more } = solids.map_err(RunError::from)?;
+    warnings.extend(more);
+    Ok(Source { labels, surfaces: Some(surfaces), warnings })
+}
+
+/// A surface in LPS; warns of what was taken for granted about it.
+fn surface(
+    path: &Path,
+    frame: args::Frame,
+    warnings: &mut Vec<String>,
+) -> Result<TriSurface, Failure> {
+    let frame = match frame {
+        args::Frame::Lps => SurfaceFrame::Lps,
+        args::Frame::Ras => SurfaceFrame::Ras,
+    };
+    let (surface, said) = read_surface(path, frame)?;
+    let name = path.display();
+    if said.is_none() {
+        let frame = frame.name();
+        warnings.push(format!("{name} does not say its frame: taken as {frame} (--frame)"));
+    }
+    if surface.was_inside_out() {
+        warnings.push(format!("{name} was inside out and was turned"));
+    }
+    Ok(surface)
 }
 
 /// Writes a mesh in the format its name ends in; as a problem for another solver with the default

@@ -1,7 +1,7 @@
 //! What can go wrong with a file.
 
 use std::{io, path::PathBuf};
-use supine_mesh::{DisplacementError, MeshError};
+use supine_mesh::{DisplacementError, MeshError, SurfaceError};
 use supine_space::{GridError, Stopped};
 
 /// A file that cannot be used or written.
@@ -151,6 +151,9 @@ pub enum Problem {
     /// The mesh makes no sense.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// The surface bounds nothing.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// The displacement makes no sense.
     #[error(transparent)]
     Displacement(#[from] DisplacementError),

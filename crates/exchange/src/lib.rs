@@ -13,6 +13,7 @@
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
 //! | Gmsh MSH 4.1 (`.msh`) | | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
+//! | Closed surfaces: STL, PLY, OBJ | [`read_surface`] | |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
 
@@ -33,6 +34,7 @@ mod points;
 mod raster;
 mod scalar;
 mod seeds;
+mod surfaces;
 mod volumes;
 mod vtu;
 
@@ -41,6 +43,7 @@ pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, writ
 pub use meshes::{MeshFile, Statics, write_mesh, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
+pub use surfaces::{SurfaceFrame, read_surface};
 pub use volumes::{
     FieldKind, read_ct, read_signed_distance, read_tenths, write_ct_nifti, write_ct_nrrd,
     write_field, write_scalar, write_signed_distance, write_tenths,

@@ -8,6 +8,7 @@ mod locate;
 mod quality;
 mod tet_mesh;
 mod transfer;
+mod tri_surface;
 
 pub use displacement::{Displacement, DisplacementError, Order};
 pub use edges::{Edges, TET_EDGES};
@@ -18,3 +19,4 @@ pub use quality::{
 };
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
 pub use transfer::transfer;
+pub use tri_surface::{SurfaceError, TriSurface};

@@ -187,6 +187,7 @@ impl RunError {
             Self::Cgal(_) => 3,
             #[cfg(feature = "tetgen")]
             Self::Tetgen(_) => 3,
+            Self::Mesh(supine_tetrahedralise::Error::Solid(_)) => 1,
             Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
             Self::Export(error) | Self::DicomLabels(error) => output_code(error),
             Self::Product(error) => output_code(error),

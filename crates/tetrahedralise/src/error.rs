@@ -1,5 +1,6 @@
 //! Why no mesh can be made.
 
+use crate::SolidError;
 use supine_mesh::MeshError;
 use supine_space::{GridError, Stopped};
 use supine_volume::VolumeError;
@@ -95,6 +96,9 @@ pub enum Error {
     /// The part of the label map around the region cannot be filled.
     #[error("the label map cannot be cropped to the region: {0}")]
     Fill(#[from] VolumeError),
+    /// The surfaces it is to be made of cannot be used.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
     /// The result is not a mesh.
     #[error("the mesher made a broken mesh, please report this with the labels: {0}")]
     Broken(#[from] MeshError),

@@ -44,6 +44,9 @@ mod remesh;
 mod shape;
 mod sizing;
 mod smooth;
+mod solids;
+#[cfg(test)]
+mod solids_tests;
 mod split;
 mod start;
 #[cfg(test)]
@@ -51,12 +54,14 @@ mod surface_tests;
 mod swap;
 #[cfg(test)]
 mod tests;
+mod winding;
 
 pub use coarsen::coarsen;
 pub use domain::{Domain, Shell};
 pub use error::Error;
 pub use info::{Deviation, Info};
 pub use refinement::{Near, Refinement};
+pub use solids::{SolidError, Solids};
 
 use supine_mesh::TetMesh;
 use supine_space::Progress;
