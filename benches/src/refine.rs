@@ -84,10 +84,7 @@ impl Problem {
     /// A mesh, fine where the displacement of elements of that order depends on it.
     fn mesh(&self, tetrahedra: usize, goal: Option<Order>) -> Result<TetMesh> {
         let (labels, surfaces, sphere) = &self.region;
-        let mut region = Region::new(labels, *sphere)?;
-        if let Some(surfaces) = surfaces {
-            region = region.with_surfaces(surfaces)?;
-        }
+        let region = Region::new(labels, *sphere)?.with_surfaces(surfaces.as_ref())?;
         let params = Params { tetrahedra, ..Params::default() };
         let refine = goal.map_or(Refine::Nowhere, |order| {
             Refine::Goal(Goal {

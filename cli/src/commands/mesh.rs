@@ -24,10 +24,9 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
     mesher.check_refines(&refine)?;
     let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
     let source = source(args, sphere, &params, screen)?;
-    let mut region = Region::new(&source.labels, sphere).map_err(RunError::from)?;
-    if let Some(surfaces) = &source.surfaces {
-        region = region.with_surfaces(surfaces).map_err(RunError::from)?;
-    }
+    let region = Region::new(&source.labels, sphere)
+        .and_then(|region| region.with_surfaces(source.surfaces.as_ref()))
+        .map_err(RunError::from)?;
     let watch = |share| screen.share("mesh", share);
     let (mesh, mut info) = mesh_region(&region, &params, (mesher, &refine), Progress::new(&watch))?;
     info.warnings.splice(0..0, source.warnings);

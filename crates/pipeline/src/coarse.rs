@@ -39,10 +39,8 @@ pub fn coarsen_run(
     let surfaces = read_surfaces(&store.path(SURFACES)?, &labels, progress.part(0.05, 0.15))?;
     let asked = &summary.parameters.region;
     let sphere = Sphere::new(Point::from(asked.centre_mm), asked.radius_mm);
-    let mut region = Region::new(&labels, sphere.map_err(|_| unfinished())?)?;
-    if let Some(surfaces) = &surfaces {
-        region = region.with_surfaces(surfaces)?;
-    }
+    let region = Region::new(&labels, sphere.map_err(|_| unfinished())?)?;
+    let region = region.with_surfaces(surfaces.as_ref())?;
     let domain = Domain::new(&region, &Params::default(), progress.part(0.15, 0.45))?;
     let (mesh, info) = domain.mesh(tetrahedra, progress.part(0.45, 1.0))?;
     let carried = transfer(&fine, &displacement, &mesh).map_err(|_| unfinished())?;

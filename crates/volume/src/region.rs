@@ -68,8 +68,8 @@ impl<'a> Region<'a> {
     /// The region of a sphere in a label map.
     ///
     /// # Errors
-    /// When soft tissue or chest wall inside the sphere is cut by the end of the volume, or one of
-    /// the two is missing inside the sphere.
+    /// When soft tissue inside the sphere is cut by the end of the volume, or no soft tissue
+    /// lies inside the sphere.
     pub fn new(labels: &'a LabelMap, sphere: Sphere) -> Result<Self, RegionError> {
         let (centre, radius) = (sphere.centre().coords.into(), sphere.radius());
         let grid = labels.grid();
@@ -86,27 +86,42 @@ impl<'a> Region<'a> {
                 }
             }
         }
-        let inside = |test: fn(u8) -> bool| {
-            labels
-                .data()
-                .iter()
-                .enumerate()
-                .any(|(n, &l)| test(l) && sphere.contains(&grid.centre(grid.voxel(n))))
-        };
-        if !inside(label::is_soft_tissue) {
-            return Err(RegionError::NoSoftTissue { centre, radius });
+        let region = Self { labels, surfaces: None, sphere };
+        if region.holds(label::is_soft_tissue) {
+            Ok(region)
+        } else {
+            Err(RegionError::NoSoftTissue { centre, radius })
         }
-        if !inside(label::is_chest_wall) {
-            return Err(RegionError::NoChestWall { centre, radius });
-        }
-        Ok(Self { labels, surfaces: None, sphere })
     }
 
-    /// The region with the surfaces of its labels, known between the voxels.
+    /// Checks that there is chest wall to hold the soft tissue, as its mechanics need.
+    ///
+    /// # Errors
+    /// [`RegionError::NoChestWall`].
+    pub fn check_held(&self) -> Result<(), RegionError> {
+        if self.holds(label::is_chest_wall) {
+            return Ok(());
+        }
+        let (centre, radius) = (self.sphere.centre().coords.into(), self.sphere.radius());
+        Err(RegionError::NoChestWall { centre, radius })
+    }
+
+    /// Whether a voxel within the sphere has such a label.
+    fn holds(&self, test: fn(u8) -> bool) -> bool {
+        let (grid, labels) = (self.labels.grid(), self.labels.data().iter().enumerate());
+        let within = |n: usize| self.sphere.contains(&grid.centre(grid.voxel(n)));
+        labels.into_iter().any(|(n, &l)| test(l) && within(n))
+    }
+
+    /// The region with the surfaces of its labels where they are known between the voxels.
     ///
     /// # Errors
     /// When they lie on another grid than the labels.
-    pub fn with_surfaces(self, surfaces: &'a Surfaces) -> Result<Self, RegionError> {
+    pub fn with_surfaces(
+        self,
+        surfaces: impl Into<Option<&'a Surfaces>>,
+    ) -> Result<Self, RegionError> {
+        let Some(surfaces) = surfaces.into() else { return Ok(self) };
         let labels = self.labels.grid();
         for grid in [surfaces.skin.grid(), surfaces.chest_wall.grid()] {
             if grid != labels {
@@ -146,4 +161,37 @@ fn touches_end(labels: &LabelMap, sphere: Sphere, axis: usize, upper: bool) -> b
             label::is_soft_tissue(labels.at(voxel)) && sphere.contains(&grid.centre(voxel))
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Volume;
+    use supine_space::{Grid, Matrix, Point, Vector};
+
+    /// Air below y = 10 mm, soft tissue up to 30 mm, chest wall above.
+    fn labels() -> LabelMap {
+        let grid = Grid::new([41; 3], Vector::repeat(1.0), Point::origin(), Matrix::identity());
+        Volume::from_fn(grid.unwrap(), |[_, j, _]| match j {
+            0..10 => label::OUTSIDE,
+            10..30 => label::SOFT_TISSUE,
+            _ => label::CHEST_WALL,
+        })
+    }
+
+    fn sphere(y: f64, radius: f64) -> Sphere {
+        Sphere::new(Point::new(20.0, y, 20.0), radius).unwrap()
+    }
+
+    #[test]
+    fn a_region_has_soft_tissue_and_is_told_when_nothing_holds_it() {
+        let labels = labels();
+        assert!(Region::new(&labels, sphere(25.0, 8.0)).unwrap().check_held().is_ok());
+        let free = Region::new(&labels, sphere(15.0, 8.0)).unwrap();
+        assert!(matches!(free.check_held(), Err(RegionError::NoChestWall { .. })));
+        let air = Region::new(&labels, sphere(4.0, 3.0));
+        assert!(matches!(air, Err(RegionError::NoSoftTissue { .. })));
+        let cut = Region::new(&labels, sphere(18.0, 21.0)).map(|_| ()).unwrap_err().to_string();
+        assert!(cut.contains("reaches 1.0 mm beyond"), "{cut}");
+    }
 }

@@ -33,10 +33,8 @@ pub(crate) fn mesh(
         |store, progress| {
             let surfaces =
                 read_surfaces(&store.path(SURFACES)?, &labels.product, progress.part(0.0, 0.1))?;
-            let mut region = Region::new(&labels.product, region.sphere)?;
-            if let Some(surfaces) = &surfaces {
-                region = region.with_surfaces(surfaces)?;
-            }
+            let region = Region::new(&labels.product, region.sphere)?;
+            let region = region.with_surfaces(surfaces.as_ref())?;
             let progress = progress.part(0.1, 1.0);
             let (mesh, info) =
                 mesh_region(&region, &params, (case.mesh.mesher, &refine), progress)?;

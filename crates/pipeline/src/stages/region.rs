@@ -54,7 +54,7 @@ pub(crate) fn region(
                 (Some(breast), sphere)
             }
         };
-        Region::new(map, sphere)?;
+        Region::new(map, sphere)?.check_held()?;
         progress.at(0.4)?;
         let mut warnings = check_tumour(map, case.tumour, sphere)?;
         let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
