@@ -184,9 +184,9 @@ pub(crate) struct Mesh {
 
 #[derive(Args, Debug)]
 pub(crate) struct Coarsen {
-    /// A mesh (.vtu) with its boundary tags: coarsened on its own surface; or the folder of a
+    /// A mesh (.vtu, .msh) with its boundary tags: coarsened on its own surface; or the folder of a
     /// finished run: meshed again from its labels, nearer to the patient
-    #[arg(value_name = "MESH.vtu|RUN")]
+    #[arg(value_name = "MESH|RUN")]
     pub(crate) from: PathBuf,
     /// Number of tetrahedra
     #[arg(long, value_name = "N")]
@@ -230,7 +230,7 @@ impl From<Mesher> for supine_pipeline::Mesher {
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("gravity_given").required(true)))]
 pub(crate) struct Solve {
-    /// The mesh (.vtu) with its boundary tags
+    /// The mesh (.vtu, .msh) with its boundary tags
     #[arg(long, value_name = "FILE")]
     pub(crate) mesh: PathBuf,
     /// The table's tilt, degrees
@@ -295,7 +295,7 @@ pub(crate) struct Warp {
     /// Series Instance UID, when the folder holds several
     #[arg(long, value_name = "UID")]
     pub(crate) series: Option<String>,
-    /// The deformed mesh (.vtu): CT shape with point data `displacement`
+    /// The deformed mesh (.vtu, .msh): CT shape with point data `displacement`
     #[arg(long, value_name = "FILE")]
     pub(crate) mesh: PathBuf,
     /// Between voxels

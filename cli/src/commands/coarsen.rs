@@ -3,7 +3,7 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{MeshFile, read_vtu};
+use supine_exchange::{MeshFile, read_mesh};
 use supine_pipeline::{RunError, coarsen_run};
 use supine_space::Progress;
 
@@ -15,7 +15,7 @@ pub(crate) fn coarsen(args: &args::Coarsen, screen: &Screen) -> Result<u8, Failu
         let (mesh, displacement, info) = coarsen_run(&args.from, tetrahedra, progress)?;
         (mesh, Some(displacement), info)
     } else {
-        let (fine, displacement) = read_vtu(&args.from)?;
+        let (fine, displacement) = read_mesh(&args.from)?;
         let coarse = supine_tetrahedralise::coarsen(&fine, tetrahedra, progress);
         let (mesh, info) = coarse.map_err(RunError::from)?;
         let carried = displacement.map(|u| supine_mesh::transfer(&fine, &u, &mesh)).transpose();

@@ -3,14 +3,14 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{read_vtu, write_mesh, write_problem};
+use supine_exchange::{read_mesh, write_mesh, write_problem};
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
 use supine_mesh::Order;
 use supine_pipeline::{RunError, statics};
 use supine_space::{BedPose, Progress, Vector};
 
 pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> {
-    let (mesh, _) = read_vtu(&args.mesh)?;
+    let (mesh, _) = read_mesh(&args.mesh)?;
     let tissue = tissue(args)?;
     if args.problem.is_some() && matches!(args.rest, args::Rest::Unloaded) {
         return Err(Failure::usage(

@@ -4,7 +4,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use supine_dicom::ExportParams;
-use supine_exchange::{read_vtu, write_ct_nifti, write_ct_nrrd};
+use supine_exchange::{read_mesh, write_ct_nifti, write_ct_nrrd};
 use supine_pipeline::{CtInput, RunError};
 use supine_space::{Progress, Side};
 use supine_volume::Ct;
@@ -18,7 +18,7 @@ const NOTE: &str = concat!(
 
 pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
     let args::Interpolation::Linear = args.interpolation;
-    let (mesh, displacement) = read_vtu(&args.mesh)?;
+    let (mesh, displacement) = read_mesh(&args.mesh)?;
     let displacement = displacement.ok_or_else(|| {
         Failure::input(format!(
             "{} holds no point data `displacement` (mm): make it with `supine solve`",

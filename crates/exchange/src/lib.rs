@@ -11,7 +11,7 @@
 //! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`] | [`write_labels`] |
 //! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`] | [`write_ct_nifti`], [`write_labels`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
-//! | Gmsh MSH 4.1 (`.msh`) | | [`write_mesh`] |
+//! | Gmsh MSH 4.1 (`.msh`) | [`read_mesh`] | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
 //! | Closed surfaces: STL, PLY, OBJ | [`read_surface`] | |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
@@ -19,6 +19,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod elements;
 mod error;
 mod feb;
 mod file;
@@ -40,7 +41,7 @@ mod vtu;
 
 pub use error::{Error, ErrorKind, Problem};
 pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
-pub use meshes::{MeshFile, Statics, write_mesh, write_problem};
+pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use surfaces::{SurfaceFrame, read_surface};

@@ -1,6 +1,6 @@
 //! Meshes in the formats of other programs.
 
-use crate::{Error, feb, file, inp, msh, write_vtu};
+use crate::{Error, feb, file, inp, msh, read_vtu, write_vtu};
 use std::path::Path;
 use supine_mesh::{Displacement, Order, TetMesh};
 use supine_space::Vector;
@@ -62,6 +62,20 @@ impl MeshFile {
                           .inp (Abaqus, CalculiX)";
             Err(Error::Unwritable { path: path.into(), reason: reason.into() })
         }
+    }
+}
+
+/// Reads a mesh at the CT shape (LPS, mm) and, if the file holds one, its displacement (mm): `.msh` as
+/// Gmsh 4.1, text, with the boundary in physical groups `skin`, `chest_wall` and `cut`; all else as
+/// [`read_vtu`] does.
+///
+/// # Errors
+/// As [`read_vtu`].
+pub fn read_mesh(path: &Path) -> Result<(TetMesh, Option<Displacement>), Error> {
+    if file::has_suffix(path, ".msh") {
+        msh::parse(&file::read(path)?).map_err(|p| p.of(path))
+    } else {
+        read_vtu(path)
     }
 }
 

@@ -129,7 +129,15 @@ fn meshes_come_back_bit_for_bit() {
     for displacement in [None, Some(vectors(points)), Some(vectors(all))] {
         let displacement = displacement.map(|v| Displacement::new(&mesh, &edges, v).unwrap());
         write_vtu(&mesh, displacement.as_ref(), &path).unwrap();
-        assert_eq!(read_vtu(&path).unwrap(), (mesh.clone(), displacement));
+        assert_eq!(read_vtu(&path).unwrap(), (mesh.clone(), displacement.clone()));
+        // In Gmsh's files the faces stand by their tags.
+        let msh = folder.path().join("a.msh");
+        write_mesh(&mesh, displacement.as_ref(), &msh).unwrap();
+        let (read, carried) = read_mesh(&msh).unwrap();
+        let mut faces = mesh.boundary().to_vec();
+        faces.sort_by_key(|f| f.tag);
+        assert_eq!((read.points(), read.tets()), (mesh.points(), mesh.tets()));
+        assert_eq!((read.boundary(), carried), (&faces[..], displacement));
     }
 }
 
