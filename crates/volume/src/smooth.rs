@@ -44,14 +44,18 @@ fn kernel(sigma: f64) -> Vec<f32> {
     half.iter().map(|w| (w / sum) as f32).collect()
 }
 
+/// The ends of the row are continued by copies, so that all weights are applied to whole slices.
 fn convolve_row(row: &[f32], kernel: &[f32], out: &mut [f32]) {
-    let last = row.len() - 1;
-    for (i, value) in out.iter_mut().enumerate() {
-        let mut sum = kernel[0] * row[i];
-        for (x, w) in kernel.iter().enumerate().skip(1) {
-            sum += w * (row[i.saturating_sub(x)] + row[(i + x).min(last)]);
+    let (n, reach) = (row.len(), kernel.len() - 1);
+    let mut padded = vec![row[0]; n + 2 * reach];
+    padded[reach..reach + n].copy_from_slice(row);
+    padded[reach + n..].fill(row[n - 1]);
+    out.iter_mut().zip(row).for_each(|(out, value)| *out = kernel[0] * value);
+    for (x, w) in kernel.iter().enumerate().skip(1) {
+        let (below, above) = (&padded[reach - x..][..n], &padded[reach + x..][..n]);
+        for (out, (a, b)) in out.iter_mut().zip(below.iter().zip(above)) {
+            *out += w * (a + b);
         }
-        *value = sum;
     }
 }
 
