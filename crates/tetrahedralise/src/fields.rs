@@ -3,11 +3,12 @@
 //! Everything here is in the mesher's frame: millimetres along the axes of the voxel grid, origin
 //! at the centre of the sphere. The sphere is a sphere in it, whatever the grid's direction.
 
-use crate::boundary::{Boundary, CUT, SKIN};
+use crate::boundary::{Boundary, CUT, SKIN, WALL};
 use crate::complex::Class;
 use crate::labels::Kind;
-use crate::levels::{BAND_MM, flat_mm, known_level, smoothed_level};
+use crate::levels::{BAND_MM, flat_mm, known_levels, smoothed_levels};
 use crate::refinement::Refinement;
+use crate::samples::Samples;
 use supine_space::{Grid, GridError, Matrix, Sphere, Vector};
 use supine_volume::{Surfaces, Volume, distance_mm};
 
@@ -15,6 +16,8 @@ use supine_volume::{Surfaces, Volume, distance_mm};
 pub(crate) const REACH_MM: f64 = 8.0;
 /// A point this near (mm) to its level counts as on it.
 const ON_LEVEL_MM: f64 = 5e-4;
+/// About this far apart is the depth sampled, mm.
+const DEPTH_STEP_MM: f64 = 2.4;
 
 /// How the surfaces between the voxels are had.
 #[derive(Clone, Copy, Debug)]
@@ -34,11 +37,10 @@ pub(crate) enum Smoothing<'a> {
 /// level is the distance to them; where the voxels' kinds depart from them, the kinds win.
 #[derive(Debug)]
 pub(crate) struct Fields {
-    size: [usize; 3],
-    spacing: Vector,
-    low: Vector,
-    levels: Vec<[f32; 2]>,
-    depth: Depth,
+    /// Skin and plain chest wall.
+    levels: Samples<2>,
+    /// Distance to the nearest voxel that is not soft tissue, mm.
+    depth: Samples<1>,
     radius: f64,
     thickness: f64,
     flat: f64,
@@ -48,13 +50,6 @@ pub(crate) struct Fields {
     pub(crate) volume: f64,
     /// Where the mesh is finer than the surfaces ask for.
     pub(crate) refinement: Refinement,
-}
-
-/// Distance to the nearest voxel that is not soft tissue, mm, on a coarse grid.
-#[derive(Debug)]
-struct Depth {
-    values: Volume<f32>,
-    step: [usize; 3],
 }
 
 impl Fields {
@@ -67,34 +62,21 @@ impl Fields {
         thickness: f64,
     ) -> Result<Self, GridError> {
         let grid = kinds.grid();
-        let (is_air, is_wall) = (|k| k == Kind::Air, |k| k == Kind::Wall);
-        let ((air, wall), flat) = match smoothing {
-            Smoothing::Labels(sigma) => {
-                let level = |mask| smoothed_level(kinds, mask, sigma);
-                ((level(is_air), level(is_wall)), flat_mm(sigma))
-            }
-            Smoothing::Known(surfaces, sigma) => {
-                let level = |mask, surface| known_level(kinds, mask, surface, sigma);
-                let both = rayon::join(
-                    || level(is_air, &surfaces.skin),
-                    || level(is_wall, &surfaces.chest_wall),
-                );
-                (both, BAND_MM)
-            }
+        let ([air, wall], flat) = match smoothing {
+            Smoothing::Labels(sigma) => (smoothed_levels(kinds, sigma)?, flat_mm(sigma)),
+            Smoothing::Known(surfaces, sigma) => (known_levels(kinds, surfaces, sigma)?, BAND_MM),
         };
-        let levels = air.into_iter().zip(wall).map(|(s, c)| [s, c]).collect();
-        let low = grid.direction().tr_mul(&(grid.origin() - sphere.centre()));
+        let place = |grid: &Grid| grid.direction().tr_mul(&(grid.origin() - sphere.centre()));
+        let (points, air) = air.into_parts();
+        let levels = air.into_iter().zip(wall.into_parts().1).map(|(s, c)| [s, c]).collect();
         Ok(Self {
-            size: grid.size(),
-            spacing: grid.spacing(),
-            low,
-            levels,
-            depth: Depth::new(kinds)?,
+            levels: Samples::new(points.size(), points.spacing(), place(&points), levels),
+            depth: depth(kinds, place(grid))?,
             radius: sphere.radius(),
             thickness,
             flat,
             frame: (sphere.centre(), *grid.direction()),
-            volume: soft_volume(kinds, low, sphere.radius()),
+            volume: soft_volume(kinds, place(grid), sphere.radius()),
             refinement: Refinement::None,
         })
     }
@@ -107,48 +89,6 @@ impl Fields {
     /// The frame: patient position of its origin (LPS, mm) and the directions of its axes.
     pub(crate) fn frame(&self) -> &(supine_space::Point, Matrix) {
         &self.frame
-    }
-
-    /// Levels and gradients of skin and plain chest wall at `p`, trilinear.
-    fn sample(&self, p: &Vector) -> ([f64; 2], [Vector; 2]) {
-        let mut base = 0;
-        let mut step = [0usize; 3];
-        let mut t = [0f64; 3];
-        let mut inside = [false; 3];
-        let mut stride = 1;
-        for a in 0..3 {
-            let last = (self.size[a] - 1) as f64;
-            let raw = (p[a] - self.low[a]) / self.spacing[a];
-            let q = raw.clamp(0.0, last);
-            let cell = (q as usize).min(self.size[a].saturating_sub(2));
-            inside[a] = raw == q && last > 0.0;
-            base += cell * stride;
-            step[a] = if last > 0.0 { stride } else { 0 };
-            t[a] = q - cell as f64;
-            stride *= self.size[a];
-        }
-        let v = |n: usize| -> [f64; 2] { self.levels[n].map(f64::from) };
-        let mut value = [0.0; 2];
-        let mut gradient = [Vector::zeros(); 2];
-        let corner =
-            |x: usize, y: usize, z: usize| v(base + x * step[0] + y * step[1] + z * step[2]);
-        let c: [[f64; 2]; 8] = std::array::from_fn(|n| corner(n & 1, n >> 1 & 1, n >> 2));
-        for f in 0..2 {
-            let x = |n: usize| c[n][f] + (c[n + 1][f] - c[n][f]) * t[0];
-            let (x0, x1, x2, x3) = (x(0), x(2), x(4), x(6));
-            let (y0, y1) = (x0 + (x1 - x0) * t[1], x2 + (x3 - x2) * t[1]);
-            value[f] = y0 + (y1 - y0) * t[2];
-            let dx = |n: usize| c[n + 1][f] - c[n][f];
-            let (d0, d1) = (dx(0) + (dx(2) - dx(0)) * t[1], dx(4) + (dx(6) - dx(4)) * t[1]);
-            let slope =
-                [d0 + (d1 - d0) * t[2], (x1 - x0) + ((x3 - x2) - (x1 - x0)) * t[2], y1 - y0];
-            for a in 0..3 {
-                if inside[a] {
-                    gradient[f][a] = slope[a] / self.spacing[a];
-                }
-            }
-        }
-        (value, gradient)
     }
 
     /// What the chest wall gains towards the skin, and its slope.
@@ -197,35 +137,39 @@ impl Boundary for Fields {
             let r = p.norm();
             return (r - self.radius, if r > 0.0 { p / r } else { Vector::x() });
         }
-        let ([skin, wall], [skin_g, wall_g]) = self.sample(p);
+        let (skin, skin_slope) = self.levels.value_gradient(SKIN, p);
         if field == SKIN {
-            return (skin, skin_g);
+            return (skin, skin_slope);
         }
+        let (wall, wall_slope) = self.levels.value_gradient(WALL, p);
         let (add, slope) = self.blunt(skin);
-        (wall + add, wall_g + skin_g * slope)
+        (wall + add, wall_slope + skin_slope * slope)
+    }
+
+    /// Level of one field at `p`, mm.
+    fn level(&self, field: usize, p: &Vector) -> f64 {
+        match field {
+            CUT => p.norm() - self.radius,
+            SKIN => self.levels.value(SKIN, p),
+            _ => self.levels.value(WALL, p) + self.blunt(self.levels.value(SKIN, p)).0,
+        }
     }
 
     /// Levels of all three fields at `p`, mm.
     fn levels(&self, p: &Vector) -> [f64; 3] {
-        let ([skin, wall], _) = self.sample(p);
+        let (skin, wall) = (self.levels.value(SKIN, p), self.levels.value(WALL, p));
         [skin, wall + self.blunt(skin).0, p.norm() - self.radius]
     }
 
     /// Thickness of the soft tissue between skin and chest wall at `p`, mm, where it is thin; at
     /// least the distance to which the fields reach where it is not.
     fn thickness(&self, p: &Vector) -> f64 {
-        let ([skin, wall], _) = self.sample(p);
-        -skin - wall
+        -self.levels.value(SKIN, p) - self.levels.value(WALL, p)
     }
 
     /// Distance from `p` to the boundary of the soft tissue in the sphere, mm; 0 outside.
     fn depth(&self, p: &Vector) -> f64 {
-        let mut index = [0.0; 3];
-        for a in 0..3 {
-            index[a] = (p[a] - self.low[a]) / (self.spacing[a] * self.depth.step[a] as f64);
-        }
-        let depth = f64::from(supine_volume::sample_trilinear(&self.depth.values, index));
-        depth.min(self.radius - p.norm()).max(0.0)
+        self.depth.value(0, p).min(self.radius - p.norm()).max(0.0)
     }
 
     /// Distance from `p` to the nearest rim, mm, up to the reach of the fields.
@@ -281,23 +225,17 @@ impl Boundary for Fields {
     }
 }
 
-impl Depth {
-    /// About this far apart are the samples, mm.
-    const STEP_MM: f64 = 2.4;
-
-    fn new(kinds: &Volume<Kind>) -> Result<Self, GridError> {
-        let grid = kinds.grid();
-        let step: [usize; 3] =
-            std::array::from_fn(|a| ((Self::STEP_MM / grid.spacing()[a]) as usize).max(1));
-        let size: [usize; 3] = std::array::from_fn(|a| (grid.size()[a] - 1) / step[a] + 1);
-        let spacing = Vector::from_fn(|a, _| grid.spacing()[a] * step[a] as f64);
-        let outside = |v: [usize; 3]| {
-            let fine: [usize; 3] = std::array::from_fn(|a| v[a] * step[a]);
-            kinds.at(fine) != Kind::Soft
-        };
-        let coarse = Grid::new(size, spacing, grid.origin(), *grid.direction())?;
-        Ok(Self { values: distance_mm(&Volume::from_fn(coarse, outside)), step })
-    }
+/// Distance to the nearest voxel that is not soft tissue, mm, at points about [`DEPTH_STEP_MM`] apart;
+/// `low`: where the first voxel lies in the mesher's frame.
+fn depth(kinds: &Volume<Kind>, low: Vector) -> Result<Samples<1>, GridError> {
+    let grid = kinds.grid();
+    let step = [0, 1, 2].map(|a| ((DEPTH_STEP_MM / grid.spacing()[a]).round() as usize).max(1));
+    let size = [0, 1, 2].map(|a| (grid.size()[a] - 1) / step[a] + 1);
+    let spacing = Vector::from_fn(|a, _| grid.spacing()[a] * step[a] as f64);
+    let coarse = Grid::new(size, spacing, grid.origin(), *grid.direction())?;
+    let outside = |v: [usize; 3]| kinds.at([0, 1, 2].map(|a| v[a] * step[a])) != Kind::Soft;
+    let (_, depth) = distance_mm(&Volume::from_fn(coarse, outside)).into_parts();
+    Ok(Samples::new(size, spacing, low, depth.into_iter().map(|d| [d]).collect()))
 }
 
 /// Volume of the soft voxels whose centre lies inside the sphere, mm³.
@@ -322,7 +260,6 @@ fn soft_volume(kinds: &Volume<Kind>, low: Vector, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::WALL;
     use supine_space::Point;
 
     #[test]

@@ -117,6 +117,9 @@ fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
 
 /// Leaves as air only what lies outside the body.
 fn enclose_air(kinds: &mut Volume<Kind>, air: &Components, info: &mut Info) {
+    if air.sizes.len() <= 2 {
+        return;
+    }
     let contacts = contacts(air, kinds);
     let outside = (1..contacts.len()).max_by_key(|&id| {
         let [_, soft, _] = contacts[id].faces;
@@ -160,27 +163,27 @@ struct Contact {
 fn contacts(parts: &Components, kinds: &Volume<Kind>) -> Vec<Contact> {
     let size = kinds.grid().size();
     let stride = [1, size[0], size[0] * size[1]];
-    let ids = parts.ids.data();
+    let (ids, kinds) = (parts.ids.data(), kinds.data());
     let mut contacts = vec![Contact::default(); parts.sizes.len()];
-    let mut n = 0;
-    for k in 0..size[2] {
-        for j in 0..size[1] {
-            for i in 0..size[0] {
-                let id = ids[n];
-                if id != 0 {
-                    let contact = &mut contacts[id as usize];
-                    let voxel = [i, j, k];
-                    for a in 0..3 {
-                        let (low, high) = (voxel[a] == 0, voxel[a] + 1 == size[a]);
-                        contact.border |= low || high;
-                        let near = [(!low).then(|| n - stride[a]), (!high).then(|| n + stride[a])];
-                        for m in near.into_iter().flatten().filter(|&m| ids[m] != id) {
-                            contact.faces[kinds.data()[m] as usize] += 1;
-                        }
-                    }
-                }
-                n += 1;
+    for (row, here) in ids.chunks(size[0]).enumerate() {
+        let (start, [j, k]) = (row * size[0], [row % size[1], row / size[1]]);
+        let mut meet = |n: usize, m: usize| {
+            if ids[n] != ids[m] {
+                contacts[ids[n] as usize].faces[kinds[m] as usize] += 1;
+                contacts[ids[m] as usize].faces[kinds[n] as usize] += 1;
             }
+        };
+        (start + 1..start + size[0]).for_each(|n| meet(n - 1, n));
+        for (at, stride) in [(j, stride[1]), (k, stride[2])] {
+            if at > 0 {
+                (start..start + size[0]).for_each(|n| meet(n - stride, n));
+            }
+        }
+        if [(j, size[1]), (k, size[2])].iter().any(|&(at, size)| at == 0 || at + 1 == size) {
+            here.iter().for_each(|&id| contacts[id as usize].border = true);
+        }
+        for end in [0, size[0] - 1] {
+            contacts[here[end] as usize].border = true;
         }
     }
     contacts

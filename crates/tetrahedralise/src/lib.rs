@@ -41,6 +41,7 @@ mod refinement;
 #[cfg(test)]
 mod refinement_tests;
 mod remesh;
+mod samples;
 mod shape;
 mod sizing;
 mod smooth;
