@@ -17,7 +17,7 @@ use supine_volume::Region;
 /// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
 const CUBE_SHARE: f64 = 8.5;
 /// The start lattice is no coarser than this, mm, or small shapes are lost.
-const COARSEST_MM: f64 = 8.0;
+const COARSEST_MM: f64 = 12.0;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
 const MARGIN: f64 = 4.0;
 /// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that the
@@ -28,9 +28,9 @@ const JAMMED: f64 = 0.342;
 /// Passes that bring the boundary of the cut lattice onto its surfaces.
 const SETTLING: usize = 2;
 /// Least rounds of split, collapse, swap and smooth.
-const ROUNDS: usize = 4;
-/// Tetrahedra worse than this (sine of 34.2°) are worked on to the end.
-const GOAL: f64 = 0.562;
+const ROUNDS: usize = 3;
+/// Tetrahedra worse than this (sine of 33.6°) are worked on to the end.
+const GOAL: f64 = 0.553;
 /// The last fit keeps tetrahedra this much better than the goal.
 const MARGIN_CLOSING: f64 = 0.02;
 /// Most passes of the last betterment and fit.
@@ -204,7 +204,8 @@ fn first_mesh<'a>(
         mesher.relax_rims();
     }
     mesher.settle();
-    mesher.coarsen(cell.min(edge), progress.part(0.5, 1.0))?;
+    mesher.aim(params.tetrahedra);
+    mesher.coarsen(cell.min(mesher.sizing.base), progress.part(0.5, 1.0))?;
     Ok(mesher)
 }
 

@@ -4,6 +4,7 @@
 use crate::collapse::CollapseRule;
 use crate::complex::EDGES;
 use crate::mesher::Mesher;
+use crate::shape::det;
 use std::ops::RangeInclusive;
 use supine_space::{Progress, Stopped, Vector};
 
@@ -29,10 +30,24 @@ const GAIN: f64 = 2e-3;
 const FLAT: f64 = 1e-3;
 /// After an operation, tetrahedra worse than this are swapped.
 const UNTIDY: f64 = 0.45;
+/// Splits of long edges leave tetrahedra of at least this quality in the first round, ...
+const FLOOR: f64 = 0.1;
+/// ... this much better ones in each further round, so that sizes that cannot be had do not break again
+/// and again what was bettered, ...
+const FLOOR_RISE: f64 = 0.06;
+/// ... up to this.
+const HIGHEST_FLOOR: f64 = 0.4;
+/// Collapses of short edges leave tetrahedra this much better than splits of long ones.
+const COLLAPSE_FLOOR: f64 = 0.1;
 /// The base length has settled when the cube root of the count is within this share of the goal's.
-const SETTLED: f64 = 0.012;
+const SETTLED: f64 = 0.02;
 /// Rounds after which the count has to be reached otherwise.
 const MOST_ROUNDS: usize = 12;
+/// A mesh after few rounds has about so many tetrahedra in the cube of the wanted edge length.
+const PER_CUBE: f64 = 12.0;
+/// Tetrahedra that are looked at to tell what number the sizes come to, and how often.
+const SAMPLED: usize = 4000;
+const AIMINGS: usize = 4;
 /// Any change of the count.
 pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
 
@@ -127,6 +142,27 @@ impl Mesher<'_> {
         splits
     }
 
+    /// Sets the base length with which the wanted sizes come to `count` tetrahedra.
+    pub(crate) fn aim(&mut self, count: usize) {
+        for _ in 0..AIMINGS {
+            self.sizing.base *= (self.expected() / count as f64).cbrt();
+        }
+    }
+
+    /// Number of tetrahedra that the wanted sizes come to, told from some of the mesh.
+    fn expected(&self) -> f64 {
+        let mesh = &self.mesh;
+        let (mut sum, mut volume) = (0.0, 0.0);
+        let sparse = (mesh.count() / SAMPLED).max(1);
+        let det_of = |id: u32| det(&mesh.corners(mesh.tets[id as usize]));
+        for id in mesh.ids().step_by(sparse) {
+            let middle = mesh.corners(mesh.tets[id as usize]).iter().sum::<Vector>() / 4.0;
+            sum += det_of(id) / self.sizing.at(&middle).powi(3);
+            volume += det_of(id);
+        }
+        PER_CUBE / 6.0 * sum / volume * mesh.ids().map(det_of).sum::<f64>()
+    }
+
     /// At least `rounds` rounds of split, collapse, swap and smooth, with the base length led to
     /// `count`; more where thin parts make the length slow to settle.
     pub(crate) fn rounds(
@@ -139,8 +175,9 @@ impl Mesher<'_> {
             let at = |part: f64| (round as f64 + part) / MOST_ROUNDS.max(rounds) as f64;
             progress.at(at(0.0))?;
             self.unfold_rims();
-            self.split_long(LONG, 0.1);
-            self.collapse_short(SHORT, 0.2);
+            let floor = (FLOOR + FLOOR_RISE * round as f64).min(HIGHEST_FLOOR);
+            self.split_long(LONG, floor);
+            self.collapse_short(SHORT, floor + COLLAPSE_FLOOR);
             self.swap_all(GOOD, &ANY);
             progress.at(at(0.4))?;
             self.smooth_all(GOOD, 3);
