@@ -2,11 +2,12 @@
 
 use crate::complex::Complex;
 use crate::domain::{edge_for, finished, work};
+use crate::exactly::exactly;
 use crate::faces::Faces;
 use crate::mesher::Mesher;
 use crate::patches::classify;
 use crate::sizing::Sizing;
-use crate::{Error, Info, Params, check_count};
+use crate::{Error, Info, Params};
 use std::collections::BTreeMap;
 use supine_mesh::{TET_FACES, TetMesh};
 use supine_space::{Matrix, Point, Progress, Vector};
@@ -25,7 +26,6 @@ pub fn coarsen(
     tetrahedra: usize,
     progress: Progress<'_>,
 ) -> Result<(TetMesh, Info), Error> {
-    check_count(tetrahedra)?;
     let has = mesh.tets().len();
     if tetrahedra >= has {
         return Err(Error::NotCoarser { asked: tetrahedra, has });
@@ -37,11 +37,17 @@ pub fn coarsen(
     let faces = Faces::new(&start)?;
     progress.at(0.1)?;
     let volume = mesh.total_volume();
-    let edge = edge_for(volume, tetrahedra);
-    let sizing = Sizing::new(&faces, &Params::default(), edge);
-    let mut mesher = Mesher { mesh: start, sizing };
-    mesher.coarsen(edge_for(volume, has), progress.part(0.1, 0.4))?;
-    work(&mut mesher, tetrahedra, progress.part(0.4, 1.0))?;
+    let (mesher, _) = exactly(tetrahedra, progress.part(0.1, 1.0), |tetrahedra, progress| {
+        if tetrahedra >= has {
+            return Err(Error::NotCoarser { asked: tetrahedra, has });
+        }
+        let edge = edge_for(volume, tetrahedra);
+        let sizing = Sizing::new(&faces, &Params::default(), edge);
+        let mut mesher = Mesher { mesh: start.clone(), sizing };
+        mesher.coarsen(edge_for(volume, has), progress.part(0.0, 0.4))?;
+        work(&mut mesher, tetrahedra, progress.part(0.4, 1.0))?;
+        Ok((mesher, Info::new()))
+    })?;
     let mut info = Info { asked: tetrahedra, ..Info::new() };
     let made = finished(&mesher, &frame, volume, &mut info)?;
     progress.at(1.0)?;

@@ -1,6 +1,6 @@
 //! Tetrahedra that can be changed one by one, with undo.
 
-use crate::shape::shape;
+use crate::shape::{det, shape};
 use supine_space::Vector;
 
 /// The tags a vertex or edge touches, one bit each: 1 skin, 2 chest wall, 4 cut.
@@ -225,14 +225,16 @@ impl Complex {
 
     /// Worst quality, before and after, of what the running transaction changed.
     pub(crate) fn effect(&self) -> (f64, f64) {
-        let mut after = f64::INFINITY;
-        for change in &self.changes {
-            let (Change::Add(id) | Change::Quality { id, .. }) = *change else { continue };
-            if self.live[id as usize] {
-                after = after.min(self.quality[id as usize]);
-            }
-        }
-        (self.before, after)
+        let quality = |id: u32| self.quality[id as usize];
+        (self.before, self.changed().map(quality).fold(f64::INFINITY, f64::min))
+    }
+
+    /// The tetrahedra that the running transaction made or changed, some more than once.
+    pub(crate) fn changed(&self) -> impl Iterator<Item = u32> + '_ {
+        self.changes.iter().filter_map(|change| match *change {
+            Change::Add(id) | Change::Quality { id, .. } if self.live[id as usize] => Some(id),
+            _ => None,
+        })
     }
 
     /// Tetrahedra at the edge ab.
@@ -298,6 +300,11 @@ impl Complex {
     /// Which corner of a tetrahedron a vertex is.
     pub(crate) fn corner_of(&self, id: u32, v: u32) -> usize {
         self.tets[id as usize].iter().position(|&w| w == v).unwrap_or(0)
+    }
+
+    /// Volume of all, mm³.
+    pub(crate) fn volume(&self) -> f64 {
+        self.ids().map(|t| det(&self.corners(self.tets[t as usize])) / 6.0).sum()
     }
 
     /// Worst quality among the tetrahedra.

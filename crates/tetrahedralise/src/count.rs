@@ -2,6 +2,7 @@
 
 use crate::collapse::CollapseRule;
 use crate::mesher::Mesher;
+use crate::remesh::MOST_REWORKED;
 use std::collections::BTreeMap;
 use supine_space::{Progress, Stopped};
 
@@ -9,6 +10,9 @@ use supine_space::{Progress, Stopped};
 const NEAR: i64 = 8;
 /// Candidates of each kind that are tried for the last steps.
 const CANDIDATES: usize = 80;
+/// So many when those offer nothing of this quality.
+const MORE_CANDIDATES: usize = 320;
+const FAIR: f64 = 0.45;
 /// Best candidates kept for each change of the count.
 const KEPT: usize = 4;
 /// Qualities that single operations must reach, tried in this order.
@@ -26,7 +30,7 @@ const LEAST: f64 = 0.02;
 /// The trade works on tetrahedra that are this much better than the worst at most, ...
 const NARROW: f64 = 0.01;
 /// ... and gives up when this much did not help.
-const WIDE: f64 = 0.03;
+const WIDE: f64 = 0.031;
 /// A trade may leave faces this far off their surface in units of the edge length there.
 const OFF: f64 = 0.07;
 /// After a trade, tetrahedra this much better than the worst are polished.
@@ -49,8 +53,14 @@ struct Tried {
 }
 
 impl Mesher<'_> {
-    /// Brings the count to `goal`; false when it could not.
-    pub(crate) fn reach(&mut self, goal: usize, progress: Progress<'_>) -> Result<bool, Stopped> {
+    /// Brings the count to `goal`, in the last steps without faces more than `off` (mm) from their
+    /// surface; false when it could not.
+    pub(crate) fn reach(
+        &mut self,
+        goal: usize,
+        off: f64,
+        progress: Progress<'_>,
+    ) -> Result<bool, Stopped> {
         let missing = |m: &Self| goal as i64 - m.mesh.count() as i64;
         for (n, floor) in FLOORS.into_iter().enumerate() {
             progress.at(0.5 * n as f64 / FLOORS.len() as f64)?;
@@ -63,7 +73,7 @@ impl Mesher<'_> {
                 return Ok(true);
             }
             progress.at(0.5 + 0.5 * pass as f64 / PASSES as f64)?;
-            if !self.step_towards(missing(self)) {
+            if !self.step_towards(missing(self), off) {
                 return Ok(false);
             }
         }
@@ -116,26 +126,21 @@ impl Mesher<'_> {
 
     /// Does the best one or two steps found that bring the count by `missing` to the goal, or the
     /// best that leads nearer.
-    fn step_towards(&mut self, missing: i64) -> bool {
-        let options = self.options();
-        let mut plans: Vec<Vec<Tried>> = Vec::new();
-        for (&delta, tried) in &options {
-            if delta == missing {
-                plans.push(vec![tried[0]]);
-            }
-            let others = options.get(&(missing - delta)).map_or(&[][..], |others| &others[..]);
-            for &first in tried {
-                let second = others.iter().find(|o| !shares(o.step, first.step));
-                plans.extend(second.map(|&second| vec![first, second]));
-            }
-        }
-        if plans.is_empty() {
-            let nearer = options.iter().filter(|(d, _)| (missing - **d).abs() < missing.abs());
-            plans.extend(nearer.map(|(_, tried)| vec![tried[0]]));
-        }
+    fn step_towards(&mut self, missing: i64, off: f64) -> bool {
         let quality =
             |plan: &Vec<Tried>| plan.iter().map(|t| t.quality).fold(f64::INFINITY, f64::min);
-        let best = plans.into_iter().reduce(|a, b| if quality(&b) > quality(&a) { b } else { a });
+        let mut best: Option<Vec<Tried>> = None;
+        for candidates in [CANDIDATES, MORE_CANDIDATES] {
+            if candidates > CANDIDATES && missing.abs() > NEAR {
+                break;
+            }
+            let options = self.options(candidates, off);
+            let found = plans(&options, missing);
+            best = found.into_iter().reduce(|a, b| if quality(&b) > quality(&a) { b } else { a });
+            if best.as_ref().is_some_and(|best| quality(best) >= FAIR) {
+                break;
+            }
+        }
         let Some(best) = best else { return false };
         for tried in best {
             self.mesh.begin();
@@ -148,18 +153,20 @@ impl Mesher<'_> {
         true
     }
 
-    /// The best steps for each change of the count, among the shortest and longest edges.
-    fn options(&mut self) -> BTreeMap<i64, Vec<Tried>> {
+    /// The best steps for each change of the count, among so many of the shortest and of the longest
+    /// edges, that leave no face further than `off` (mm) from its surface.
+    fn options(&mut self, candidates: usize, off: f64) -> BTreeMap<i64, Vec<Tried>> {
         let edges = self.edges_by_length();
-        let short = edges.iter().take(CANDIDATES).map(|e| Step::Collapse(e.1));
-        let long = edges.iter().rev().take(CANDIDATES).map(|e| Step::Split(e.1));
+        let short = edges.iter().take(candidates).map(|e| Step::Collapse(e.1));
+        let long = edges.iter().rev().take(candidates).map(|e| Step::Split(e.1));
         let mut options: BTreeMap<i64, Vec<Tried>> = BTreeMap::new();
         for step in short.chain(long) {
             self.mesh.begin();
             let delta = self.take(step, LEAST);
             let (_, quality) = self.mesh.effect();
+            let good = quality > 0.0 && self.stays_near(off);
             self.mesh.rollback();
-            if let Some(delta) = delta.filter(|_| quality > 0.0) {
+            if let Some(delta) = delta.filter(|_| good) {
                 options.entry(delta).or_default().push(Tried { step, quality });
             }
         }
@@ -168,6 +175,12 @@ impl Mesher<'_> {
             tried.truncate(KEPT);
         }
         options
+    }
+
+    /// Whether what the running transaction changed has no face further than `off` (mm) from its
+    /// surface.
+    pub(crate) fn stays_near(&self, off: f64) -> bool {
+        off.is_infinite() || self.mesh.changed().all(|id| self.off(id) <= off)
     }
 
     /// Betters the tetrahedra worse than `threshold` without change of the count until the worst
@@ -194,8 +207,8 @@ impl Mesher<'_> {
     }
 
     /// Betters the worst tetrahedra by operations that change the count, and restores the count
-    /// elsewhere; kept when the worst of all got better and no face lies far off. At most `rounds` times, until all are
-    /// better than `threshold`.
+    /// elsewhere; kept when the worst of all got better and no face lies far off. At most `rounds`
+    /// times, until all are better than `threshold`.
     pub(crate) fn trade(
         &mut self,
         goal: usize,
@@ -212,21 +225,44 @@ impl Mesher<'_> {
             }
             let off = self.furthest().max(OFF * self.sizing.base);
             let saved = self.mesh.clone();
-            self.rework((worst + reach).min(threshold), part.part(0.0, 0.2))?;
-            let reached = self.reach(goal, part.part(0.2, 0.4))?;
+            self.rework((worst + reach).min(threshold), off, part.part(0.0, 0.2))?;
+            let reached = self.reach(goal, off, part.part(0.2, 0.4))?;
             self.polish((worst + NEARLY_WORST).min(threshold), 3, part.part(0.4, 0.6))?;
             if reached && self.mesh.worst() > worst + 1e-4 && self.furthest() <= off {
                 reach = NARROW;
-            } else {
-                self.mesh = saved;
-                if reach >= WIDE {
-                    break;
-                }
-                reach *= 3.0;
+                continue;
+            }
+            self.mesh = saved;
+            // More of the bad ones may help, if there are more that can be taken on.
+            let taken = self.bad((worst + reach).min(threshold)).len();
+            reach *= 3.0;
+            let more = self.bad((worst + reach).min(threshold)).len();
+            if reach > WIDE || taken >= MOST_REWORKED || more == taken {
+                break;
             }
         }
         Ok(())
     }
+}
+
+/// The ways to change the count by `missing` in one or two steps, or else in one to come nearer.
+fn plans(options: &BTreeMap<i64, Vec<Tried>>, missing: i64) -> Vec<Vec<Tried>> {
+    let mut plans: Vec<Vec<Tried>> = Vec::new();
+    for (&delta, tried) in options {
+        if delta == missing {
+            plans.push(vec![tried[0]]);
+        }
+        let others = options.get(&(missing - delta)).map_or(&[][..], |others| &others[..]);
+        for &first in tried {
+            let second = others.iter().find(|o| !shares(o.step, first.step));
+            plans.extend(second.map(|&second| vec![first, second]));
+        }
+    }
+    if plans.is_empty() {
+        let nearer = options.iter().filter(|(d, _)| (missing - **d).abs() < missing.abs());
+        plans.extend(nearer.map(|(_, tried)| vec![tried[0]]));
+    }
+    plans
 }
 
 fn shares(a: Step, b: Step) -> bool {

@@ -5,11 +5,12 @@ mod rims;
 
 pub use peers::Shell;
 
+use crate::exactly::exactly;
 use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::refinement::{Refinement, base_length};
 use crate::sizing::Sizing;
-use crate::{Error, Info, Params, check, check_count, finish, labels, start};
+use crate::{Error, Info, Params, check, finish, labels, start};
 use supine_mesh::TetMesh;
 use supine_space::{Matrix, Point, Progress};
 use supine_volume::Region;
@@ -18,6 +19,11 @@ use supine_volume::Region;
 const CUBE_SHARE: f64 = 8.5;
 /// The start lattice is no coarser than this, mm, or small shapes are lost.
 const COARSEST_MM: f64 = 12.0;
+/// A lattice coarser than this (mm) whose cut is off the labels' volume by this share has missed
+/// shapes: one finer by this factor is taken.
+const FINER_MM: f64 = 6.0;
+const MISSED: f64 = 0.01;
+const FINER: f64 = 1.5;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
 const MARGIN: f64 = 4.0;
 /// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that the
@@ -37,8 +43,6 @@ const MARGIN_CLOSING: f64 = 0.02;
 const FINISHES: usize = 3;
 /// Another pass is worth its time when the last bettered the worst tetrahedron by this much.
 const FINISH_GAIN: f64 = 0.01;
-/// A count this far off (share) is an error.
-const OFF: f64 = 0.05;
 
 /// The soft tissue inside a sphere as level functions of skin, chest wall and sphere: from it come
 /// meshes of any number of tetrahedra, which all follow the same surfaces.
@@ -95,16 +99,17 @@ impl Domain {
     /// the rim. Deterministic: the same bits for any number of threads.
     ///
     /// # Errors
-    /// When the number cannot be reached, there is nothing to mesh, or the progress callback says
-    /// stop.
+    /// When the number is too small for the shape (the error names the smallest found that works), there
+    /// is nothing to mesh, or the progress callback says stop.
     pub fn mesh(
         &self,
         tetrahedra: usize,
         progress: Progress<'_>,
     ) -> Result<(TetMesh, Info), Error> {
-        check_count(tetrahedra)?;
-        let params = Params { tetrahedra, ..self.params.clone() };
-        let (mesher, mut info) = self.attempts(&params, progress)?;
+        let attempt = |tetrahedra, progress: Progress<'_>| {
+            self.attempts(&Params { tetrahedra, ..self.params.clone() }, progress)
+        };
+        let (mesher, mut info) = exactly(tetrahedra, progress.part(0.0, 0.99), attempt)?;
         let edge = mesher.sizing.base;
         if edge < self.voxel_mm {
             info.warnings.push(format!(
@@ -150,24 +155,13 @@ pub(crate) fn edge_for(volume: f64, tetrahedra: usize) -> f64 {
     (CUBE_SHARE * volume / tetrahedra as f64).cbrt()
 }
 
-/// The mesh in patient space and what is told of it, when the asked count is reached. `volume`: that
-/// of the tissue it was made of, mm³.
+/// The mesh in patient space and what is told of it. `volume`: that of the tissue it was made of, mm³.
 pub(crate) fn finished(
     mesher: &Mesher<'_>,
     frame: &(Point, Matrix),
     volume: f64,
     info: &mut Info,
 ) -> Result<TetMesh, Error> {
-    let (reached, asked) = (mesher.mesh.count(), info.asked);
-    let off = reached as f64 / asked as f64 - 1.0;
-    if off.abs() > OFF {
-        let advice = if off > 0.0 { reached + reached / 5 } else { reached };
-        return Err(Error::Count { asked, reached, advice });
-    }
-    if reached != asked {
-        let warning = format!("the mesh has {reached} tetrahedra where {asked} were asked for");
-        info.warnings.push(warning);
-    }
     let complex = mesher.mesh.compact();
     let mesh = finish::to_patient(&complex, frame)?;
     info.describe(&complex, &mesh, (mesher.fields(), volume), mesher.sizing.base);
@@ -189,9 +183,16 @@ fn first_mesh<'a>(
         return Err(nothing);
     }
     let edge = base_length(fields, params, edge)?;
-    let cell = scale * edge.min(COARSEST_MM.max(0.4 * edge));
-    let Some((mesh, parts, lost)) = start::start(fields, cell, progress)? else {
-        return Err(nothing);
+    let mut cell = scale * edge.min(COARSEST_MM.max(0.4 * edge));
+    let (mesh, parts, lost) = loop {
+        let Some((mesh, parts, lost)) = start::start(fields, cell, progress.part(0.0, 0.5))? else {
+            return Err(nothing);
+        };
+        let whole = (mesh.volume() + lost) / fields.volume;
+        if cell < FINER_MM || (whole - 1.0).abs() < MISSED {
+            break (mesh, parts, lost);
+        }
+        cell /= FINER;
     };
     info.dropped_components += parts;
     info.dropped_volume_mm3 += lost;
@@ -216,7 +217,7 @@ pub(crate) fn work(
     progress: Progress<'_>,
 ) -> Result<(), Error> {
     mesher.rounds(ROUNDS, goal, progress.part(0.0, 0.5))?;
-    if !mesher.reach(goal, progress.part(0.5, 0.6))? {
+    if !mesher.reach(goal, f64::INFINITY, progress.part(0.5, 0.6))? {
         return Ok(());
     }
     mesher.polish(GOAL, 4, progress.part(0.6, 0.7))?;

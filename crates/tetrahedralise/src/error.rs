@@ -17,7 +17,7 @@ pub enum Error {
     TooFew {
         /// Tetrahedra asked for.
         asked: usize,
-        /// The smallest sensible number.
+        /// The smallest number found that works.
         least: usize,
     },
     /// A mesh is coarsened to fewer tetrahedra only.
@@ -74,18 +74,18 @@ pub enum Error {
         /// Least thickness that is meshed, mm.
         thickness_mm: f64,
     },
-    /// The asked number could not be reached.
+    /// Neither the asked number nor a larger one could be reached.
     #[error(
-        "the mesh of this region came to {reached} tetrahedra where {asked} were asked for; ask \
-         for {advice}"
+        "the mesh of this region came to {reached} tetrahedra where {asked} were asked for, and no \
+         number tried up to {tried} could be met; look at the labels in the region or move it"
     )]
     Count {
         /// Tetrahedra asked for.
         asked: usize,
         /// Tetrahedra reached.
         reached: usize,
-        /// A number that should work.
-        advice: usize,
+        /// The largest number tried.
+        tried: usize,
     },
     /// The region's sphere lies beside the label map.
     #[error("the region lies beside the label map; move it")]

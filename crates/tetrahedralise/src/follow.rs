@@ -38,16 +38,19 @@ impl Mesher<'_> {
 
     /// The largest distance of a face to its surface, mm.
     pub(crate) fn furthest(&self) -> f64 {
+        self.mesh.ids().map(|id| self.off(id)).fold(0.0, f64::max)
+    }
+
+    /// The largest distance to their surface of the faces of one tetrahedron, mm; 0 inside.
+    pub(crate) fn off(&self, id: u32) -> f64 {
         let mesh = &self.mesh;
         let mut furthest = 0.0f64;
-        for id in mesh.ids() {
-            for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] != 0) {
-                let field = usize::from(mesh.tags[id as usize][corner] - 1);
-                let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
-                for weights in SAMPLES {
-                    let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
-                    furthest = furthest.max(self.fields().level(field, &at).abs());
-                }
+        for corner in (0..4).filter(|&c| mesh.tags[id as usize][c] != 0) {
+            let field = usize::from(mesh.tags[id as usize][corner] - 1);
+            let p = mesh.face(id, corner).map(|v| mesh.points[v as usize]);
+            for weights in SAMPLES {
+                let at: Vector = p.iter().zip(weights).map(|(p, w)| p * w).sum();
+                furthest = furthest.max(self.fields().level(field, &at).abs());
             }
         }
         furthest

@@ -50,7 +50,7 @@ fn any_labels_give_a_mesh_or_an_error() {
                 // Panics at an edge of the boundary that has not two faces.
                 prop_assert_eq!(euler(&mesh) % 2, 0);
             }
-            Err(Error::NothingToMesh { .. } | Error::Count { .. }) => {}
+            Err(Error::NothingToMesh { .. } | Error::TooFew { .. }) => {}
             Err(other) => return Err(TestCaseError::fail(other.to_string())),
         }
         Ok(())

@@ -18,6 +18,7 @@ mod complex;
 mod count;
 mod domain;
 mod error;
+mod exactly;
 mod faces;
 #[cfg(test)]
 mod faults;
@@ -40,6 +41,8 @@ mod peer_tests;
 mod refinement;
 #[cfg(test)]
 mod refinement_tests;
+#[cfg(test)]
+mod region_tests;
 mod remesh;
 mod samples;
 mod shape;
@@ -104,8 +107,6 @@ impl Default for Params {
     }
 }
 
-/// Fewer tetrahedra than this hold no breast.
-const LEAST: usize = 200;
 /// More than this are not numbered.
 const MOST: usize = 5_000_000;
 
@@ -123,18 +124,7 @@ pub fn tetrahedralise(
     domain.mesh(params.tetrahedra, progress.part(0.2, 1.0))
 }
 
-fn check_count(asked: usize) -> Result<(), Error> {
-    if asked < LEAST {
-        return Err(Error::TooFew { asked, least: LEAST });
-    }
-    if asked > MOST {
-        return Err(Error::TooMany { asked, most: MOST });
-    }
-    Ok(())
-}
-
 fn check(params: &Params) -> Result<(), Error> {
-    check_count(params.tetrahedra)?;
     let settings = [
         ("smoothing_mm", params.smoothing_mm, 0.0..=20.0, "0 to 20"),
         ("surface_smoothing_mm", params.surface_smoothing_mm, 0.0..=20.0, "0 to 20"),

@@ -21,7 +21,7 @@ const LONGEST: f64 = 1.5;
 /// Tetrahedra better than this are left alone.
 const GOOD: f64 = 0.62;
 /// Most tetrahedra that one rework takes on.
-const MOST_REWORKED: usize = 6;
+pub(crate) const MOST_REWORKED: usize = 6;
 /// A swap may first make this much worse what smoothing then betters.
 const LENIENCE: f64 = 0.25;
 /// An operation must better the worst tetrahedron by this much.
@@ -41,6 +41,8 @@ const HIGHEST_FLOOR: f64 = 0.4;
 const COLLAPSE_FLOOR: f64 = 0.1;
 /// The base length has settled when the cube root of the count is within this share of the goal's.
 const SETTLED: f64 = 0.02;
+/// Rounds after which the base length follows the count more boldly.
+const PATIENT: usize = 4;
 /// Rounds after which the count has to be reached otherwise.
 const MOST_ROUNDS: usize = 12;
 /// A mesh after few rounds has about so many tetrahedra in the cube of the wanted edge length.
@@ -50,6 +52,14 @@ const SAMPLED: usize = 4000;
 const AIMINGS: usize = 4;
 /// Any change of the count.
 pub(crate) const ANY: RangeInclusive<i64> = -99..=99;
+
+/// What an operation must respect to be kept.
+struct Keep {
+    /// Change of the count.
+    delta: RangeInclusive<i64>,
+    /// Faces lie no further from their surface, mm.
+    off: f64,
+}
 
 impl Mesher<'_> {
     /// Puts the boundary vertices onto their surfaces, as far as the tetrahedra bear it.
@@ -188,7 +198,8 @@ impl Mesher<'_> {
                 self.repair(0.5, &ANY);
             }
             let excess = (self.mesh.count() as f64 / count as f64).cbrt();
-            self.sizing.base *= excess.clamp(0.9, 1.1);
+            let hurry = if round < PATIENT { 1.0 } else { 2.0 };
+            self.sizing.base *= excess.powf(hurry).clamp(0.9, 1.1);
             self.mesh = self.mesh.compact();
             if round + 1 >= rounds && (excess - 1.0).abs() < SETTLED {
                 break;
@@ -201,6 +212,7 @@ impl Mesher<'_> {
     /// what betters the worst tetrahedron concerned and changes the count by a number in
     /// `delta`. Returns how many were bettered.
     pub(crate) fn repair(&mut self, threshold: f64, delta: &RangeInclusive<i64>) -> usize {
+        let rule = Keep { delta: delta.clone(), off: f64::INFINITY };
         let mut repaired = 0;
         for id in self.bad(threshold) {
             let n = id as usize;
@@ -213,23 +225,22 @@ impl Mesher<'_> {
             }
             let better = self.mesh.quality[n] > before + 0.02
                 || self.swap_at(id, delta)
-                || self.collapse_at(tet, delta)
-                || self.split_at(tet, delta);
+                || (delta.contains(&-1) && self.collapse_at(tet, &rule))
+                || (delta.contains(&1) && self.split_at(tet, &rule));
             repaired += usize::from(better);
         }
         repaired
     }
 
     /// A collapse at a tetrahedron that betters the worst one concerned.
-    fn collapse_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
-        EDGES.iter().any(|&[p, q]| self.attempt_collapse([tet[p], tet[q]], delta))
+    fn collapse_at(&mut self, tet: [u32; 4], rule: &Keep) -> bool {
+        EDGES.iter().any(|&[p, q]| self.attempt_collapse([tet[p], tet[q]], rule))
     }
 
-    fn attempt_collapse(&mut self, edge: [u32; 2], delta: &RangeInclusive<i64>) -> bool {
-        let rule =
-            CollapseRule { floor: 0.05, longest: 1.7 * self.sizing.at(&self.mesh.middle(edge)) };
-        self.attempt(delta, |m| {
-            let done = m.collapse_edge(edge, rule);
+    fn attempt_collapse(&mut self, edge: [u32; 2], rule: &Keep) -> bool {
+        let longest = 1.7 * self.sizing.at(&self.mesh.middle(edge));
+        self.attempt(rule, |m| {
+            let done = m.collapse_edge(edge, CollapseRule { floor: 0.05, longest });
             let kept = edge.into_iter().find(|&v| !m.mesh.star[v as usize].is_empty());
             if let Some(v) = kept.filter(|_| done) {
                 m.tidy(v);
@@ -253,14 +264,14 @@ impl Mesher<'_> {
     }
 
     /// A split at a tetrahedron that, smoothed, betters the worst one concerned.
-    fn split_at(&mut self, tet: [u32; 4], delta: &RangeInclusive<i64>) -> bool {
+    fn split_at(&mut self, tet: [u32; 4], rule: &Keep) -> bool {
         let mut edges = EDGES.map(|[p, q]| [tet[p], tet[q]]);
         edges.sort_by(|a, b| self.mesh.length(*b).total_cmp(&self.mesh.length(*a)));
-        edges.into_iter().take(4).any(|edge| self.attempt_split(edge, delta))
+        edges.into_iter().take(4).any(|edge| self.attempt_split(edge, rule))
     }
 
-    fn attempt_split(&mut self, [a, b]: [u32; 2], delta: &RangeInclusive<i64>) -> bool {
-        self.attempt(delta, |m| {
+    fn attempt_split(&mut self, [a, b]: [u32; 2], rule: &Keep) -> bool {
+        self.attempt(rule, |m| {
             let new = m.split(a, b, FLAT);
             if let Some(v) = new {
                 m.tidy(v);
@@ -270,25 +281,32 @@ impl Mesher<'_> {
     }
 
     /// Tries every operation on every edge that meets a tetrahedron worse than `threshold`, worst
-    /// first, with smoothing, keeping what betters the worst tetrahedron concerned.
-    pub(crate) fn rework(&mut self, threshold: f64, progress: Progress<'_>) -> Result<(), Stopped> {
+    /// first, with smoothing, keeping what betters the worst tetrahedron concerned and leaves no face
+    /// further than `off` (mm) from its surface.
+    pub(crate) fn rework(
+        &mut self,
+        threshold: f64,
+        off: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Stopped> {
         let bad = self.bad(threshold);
         for (n, &id) in bad.iter().enumerate().take(MOST_REWORKED) {
             progress.at(n as f64 / bad.len() as f64)?;
             if self.mesh.live[id as usize] && self.mesh.quality[id as usize] < threshold {
-                self.rework_one(self.mesh.tets[id as usize]);
+                self.rework_one(self.mesh.tets[id as usize], off);
             }
         }
         Ok(())
     }
 
-    fn rework_one(&mut self, tet: [u32; 4]) -> bool {
-        if self.collapse_at(tet, &ANY) || self.split_at(tet, &ANY) {
+    fn rework_one(&mut self, tet: [u32; 4], off: f64) -> bool {
+        let rule = Keep { delta: ANY, off };
+        if self.collapse_at(tet, &rule) || self.split_at(tet, &rule) {
             return true;
         }
         let edges = self.edges_around(tet);
         for &[a, b] in &edges {
-            let done = self.attempt(&ANY, |m| {
+            let done = self.attempt(&rule, |m| {
                 let around: Vec<u32> =
                     m.mesh.ring(a, b).iter().flat_map(|&t| m.mesh.tets[t as usize]).collect();
                 m.remove_edge(a, b, -LENIENCE, &ANY) && {
@@ -304,7 +322,7 @@ impl Mesher<'_> {
         }
         edges
             .iter()
-            .any(|&edge| self.attempt_collapse(edge, &ANY) || self.attempt_split(edge, &ANY))
+            .any(|&edge| self.attempt_collapse(edge, &rule) || self.attempt_split(edge, &rule))
     }
 
     /// The edges that meet a vertex of the tetrahedron.
@@ -318,19 +336,18 @@ impl Mesher<'_> {
         edges
     }
 
-    /// Keeps an operation only when it betters the worst tetrahedron that it concerns and changes
-    /// the count by a number in `delta`.
-    fn attempt(
-        &mut self,
-        delta: &RangeInclusive<i64>,
-        operation: impl FnOnce(&mut Self) -> bool,
-    ) -> bool {
+    /// Keeps an operation only when it betters the worst tetrahedron that it concerns and the rule
+    /// allows it.
+    fn attempt(&mut self, rule: &Keep, operation: impl FnOnce(&mut Self) -> bool) -> bool {
         let count = self.mesh.count() as i64;
         self.mesh.begin();
         let done = operation(self);
         let (before, after) = self.mesh.effect();
         let change = self.mesh.count() as i64 - count;
-        let keep = done && after > before + GAIN && delta.contains(&change);
+        let keep = done
+            && after > before + GAIN
+            && rule.delta.contains(&change)
+            && self.stays_near(rule.off);
         if keep {
             self.mesh.commit()
         } else {

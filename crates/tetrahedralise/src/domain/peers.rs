@@ -4,12 +4,13 @@ use super::rims::rims;
 use super::{Domain, LATTICES, edge_for, finished, first_mesh, work};
 use crate::boundary::Boundary;
 use crate::coarsen::complex;
+use crate::exactly::{LEAST, exactly};
 use crate::finish::outer_faces;
 use crate::mesher::Mesher;
 use crate::patches::classify;
 use crate::sizing::Sizing;
 use crate::start::keep_largest;
-use crate::{Error, Info, Params, check_count};
+use crate::{Error, Info, Params};
 use std::collections::BTreeMap;
 use supine_mesh::{BoundaryFace, BoundaryTag, TetMesh};
 use supine_space::{Point, Progress, Vector};
@@ -48,7 +49,7 @@ impl Domain {
     /// # Errors
     /// When there is nothing to mesh or the progress callback says stop.
     pub fn shell(&self, tetrahedra: usize, progress: Progress<'_>) -> Result<Shell, Error> {
-        check_count(tetrahedra)?;
+        let tetrahedra = tetrahedra.max(LEAST);
         let params = Params { tetrahedra, ..self.params.clone() };
         let mut info = self.info.clone();
         let part = progress.part(0.0, 0.5);
@@ -83,8 +84,6 @@ impl Domain {
         tetrahedra: usize,
         progress: Progress<'_>,
     ) -> Result<(TetMesh, Info), Error> {
-        check_count(tetrahedra)?;
-        let params = Params { tetrahedra, ..self.params.clone() };
         let mut info = Info { asked: tetrahedra, ..self.info.clone() };
         let mut start = complex(mesh, self.fields.frame());
         let (parts, lost) = keep_largest(&mut start);
@@ -92,11 +91,17 @@ impl Domain {
         info.dropped_volume_mm3 += lost;
         let mut start = start.compact();
         classify(&mut start);
-        let sizing = Sizing::new(&self.fields, &params, edge_for(self.fields.volume, tetrahedra));
-        let mut mesher = Mesher { mesh: start, sizing };
-        info.joined_patches = mesher.join_small_patches();
-        mesher.settle();
-        work(&mut mesher, tetrahedra, progress)?;
+        let (mesher, joined) = exactly(tetrahedra, progress, |tetrahedra, progress| {
+            let params = Params { tetrahedra, ..self.params.clone() };
+            let edge = edge_for(self.fields.volume, tetrahedra);
+            let sizing = Sizing::new(&self.fields, &params, edge);
+            let mut mesher = Mesher { mesh: start.clone(), sizing };
+            let joined_patches = mesher.join_small_patches();
+            mesher.settle();
+            work(&mut mesher, tetrahedra, progress)?;
+            Ok((mesher, Info { joined_patches, ..Info::new() }))
+        })?;
+        info.joined_patches = joined.joined_patches;
         let made = finished(&mesher, self.fields.frame(), self.fields.volume, &mut info)?;
         progress.at(1.0)?;
         Ok((made, info))
