@@ -10,10 +10,14 @@ use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::time::Instant;
 use supine_exchange::{read_labels, write_vtu};
-use supine_pipeline::by_cgal;
+use supine_pipeline::{Effort, by_cgal};
 use supine_space::{Point, Progress, Sphere};
 use supine_tetrahedralise::{Domain, Params};
 use supine_volume::Region;
+
+/// How near CGAL's count must come, as those who need a number would ask, in so many meshes.
+const NEAR: f64 = 0.002;
+const TRIES: usize = 8;
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -29,7 +33,8 @@ fn main() -> Result<()> {
     let fields_s = start.elapsed().as_secs_f64();
     let (native, _) = domain.mesh(tetrahedra, Progress::none())?;
     let native_s = start.elapsed().as_secs_f64();
-    let cgal = by_cgal(&domain, &region, tetrahedra, Progress::none())?;
+    let asked = (tetrahedra, Effort { tries: TRIES, near: NEAR });
+    let cgal = by_cgal(&domain, &region, asked, Progress::none())?;
     let count = cgal.mesh.tets().len();
     let best = cgal.tries.iter().find(|t| t.tetrahedra == count).context("no try")?;
     write_vtu(&native, None, &folder.join("native.vtu"))?;

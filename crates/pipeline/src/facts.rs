@@ -27,6 +27,7 @@ pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {
         chest_wall_mm2: mesh.area(BoundaryTag::ChestWall),
         cut_mm2: mesh.area(BoundaryTag::Cut),
         source_volume_ml: info.label_volume_mm3 / 1000.0,
+        joined_patches: info.joined_patches,
         surfaces: info.deviation.iter().map(surface_fit).collect(),
         dihedral_angles: spread.dihedral.to_vec(),
         radius_ratios: spread.radius_ratio.to_vec(),

@@ -54,7 +54,7 @@ pub use options::Options;
 pub use refine::{Goal, Refine};
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
-pub use search::{Found, Try};
+pub use search::{Effort, Found, Try};
 pub use stage::Stage;
 pub use statics::statics;
 pub use supine_report::Summary;

@@ -1,7 +1,7 @@
 //! The meshers a case can ask for, and one call for all.
 
 #[cfg(any(feature = "cgal", feature = "tetgen"))]
-use crate::search::{Found, search};
+use crate::search::{Effort, Found, search};
 use crate::{Refine, RunError};
 use supine_mesh::TetMesh;
 use supine_space::Progress;
@@ -90,7 +90,12 @@ pub fn mesh_region(
         Mesher::Native => Ok(domain.mesh(params.tetrahedra, progress)?),
         #[cfg(feature = "cgal")]
         Mesher::Cgal => {
-            let found = by_cgal(&domain, region, params.tetrahedra, progress.part(0.0, 0.6))?;
+            let found = by_cgal(
+                &domain,
+                region,
+                (params.tetrahedra, Effort::default()),
+                progress.part(0.0, 0.6),
+            )?;
             Ok(domain.improve(&found.mesh, params.tetrahedra, progress.part(0.6, 1.0))?)
         }
         #[cfg(feature = "tetgen")]
@@ -111,14 +116,15 @@ pub fn mesh_region(
 pub fn by_cgal(
     domain: &Domain,
     region: &Region<'_>,
-    tetrahedra: usize,
+    (tetrahedra, effort): (usize, Effort),
     progress: Progress<'_>,
 ) -> Result<Found, RunError> {
     use supine_tetrahedralise_cgal::{Params, Solid, tetrahedralise};
     let shell = domain.shell(tetrahedra, progress.part(0.0, 0.1))?;
     let beyond = |p: &supine_space::Point| domain.beyond(p);
     let solid = Solid { beyond: &beyond, sphere: region.sphere(), rims: &shell.rims };
-    search(domain.volume_mm3(), tetrahedra, progress.part(0.1, 1.0), |edge_mm, progress| {
+    let asked = (tetrahedra, effort);
+    search(domain.volume_mm3(), asked, progress.part(0.1, 1.0), |edge_mm, progress| {
         Ok(tetrahedralise(&solid, &Params { edge_mm, ..Params::default() }, progress)?)
     })
 }
@@ -137,7 +143,8 @@ pub fn by_tetgen(
     use supine_tetrahedralise_tetgen::{Error, Params, fill};
     let program = std::env::current_exe().map_err(Error::Start)?;
     let shell = domain.shell(tetrahedra, progress.part(0.0, 0.1))?;
-    search(domain.volume_mm3(), tetrahedra, progress.part(0.1, 1.0), |edge_mm, progress| {
+    let asked = (tetrahedra, Effort::default());
+    search(domain.volume_mm3(), asked, progress.part(0.1, 1.0), |edge_mm, progress| {
         let params = Params {
             // The volume of a regular tetrahedron with that edge, and what the largest exceeds it by.
             max_volume_mm3: 1.6 * edge_mm.powi(3) / 72f64.sqrt(),

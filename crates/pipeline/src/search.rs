@@ -5,12 +5,24 @@ use std::time::Instant;
 use supine_mesh::TetMesh;
 use supine_space::Progress;
 
-/// Meshes made at most.
-const TRIES: usize = 5;
-/// A count this far off (share) is near enough: our own mesher does the rest.
-const NEAR: f64 = 0.02;
 /// A step of the search changes the edge length by this factor at most.
 const STEP: f64 = 1.5;
+
+/// When a search ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Meshes made at most; 1 or more.
+    pub tries: usize,
+    /// A count this far off (share) is near enough.
+    pub near: f64,
+}
+
+/// Near enough for our own mesher to do the rest.
+impl Default for Effort {
+    fn default() -> Self {
+        Self { tries: 5, near: 0.02 }
+    }
+}
 
 /// What a search found.
 #[derive(Clone, Debug)]
@@ -32,11 +44,11 @@ pub struct Try {
     pub seconds: f64,
 }
 
-/// Asks for meshes by edge length (mm) until one has about the asked number of tetrahedra, at most
-/// five, and returns the nearest. `volume`: of what is meshed, mm³.
+/// Asks for meshes by edge length (mm) until one has about the asked number of tetrahedra, and returns
+/// the nearest. `volume`: of what is meshed, mm³.
 pub(crate) fn search(
     volume: f64,
-    asked: usize,
+    (asked, effort): (usize, Effort),
     progress: Progress<'_>,
     mut mesh: impl FnMut(f64, Progress<'_>) -> Result<TetMesh, RunError>,
 ) -> Result<Found, RunError> {
@@ -44,7 +56,7 @@ pub(crate) fn search(
     let mut edge = (72f64.sqrt() * volume / asked as f64).cbrt();
     let mut tries: Vec<Try> = Vec::new();
     let mut nearest: Option<TetMesh> = None;
-    for n in 0..TRIES {
+    for n in 0..effort.tries.max(1) {
         let start = Instant::now();
         let made = mesh(edge, progress.part(share(n), share(n + 1)))?;
         let (count, seconds) = (made.tets().len(), start.elapsed().as_secs_f64());
@@ -52,7 +64,7 @@ pub(crate) fn search(
         if nearest.as_ref().is_none_or(|near| off(count).abs() < off(near.tets().len()).abs()) {
             nearest = Some(made);
         }
-        if off(count).abs() <= NEAR {
+        if off(count).abs() <= effort.near {
             break;
         }
         edge = next(&tries, off);
@@ -111,7 +123,8 @@ mod tests {
     /// A mesher whose count follows a power of the edge length.
     fn by_power(scale: f64, power: f64) -> Found {
         let count = |edge: f64| (scale * edge.powf(-power)).round().max(1.0) as usize;
-        search(8000.0, 400, Progress::none(), |edge, _| Ok(many(count(edge)))).unwrap()
+        search(8000.0, (400, Effort::default()), Progress::none(), |edge, _| Ok(many(count(edge))))
+            .unwrap()
     }
 
     #[test]
@@ -120,7 +133,7 @@ mod tests {
             let found = by_power(scale, power);
             let got = found.mesh.tets().len();
             assert!((392..=408).contains(&got), "{scale} {power}: {:?}", found.tries);
-            assert!(found.tries.len() <= TRIES);
+            assert!(found.tries.len() <= Effort::default().tries);
         }
     }
 
@@ -129,7 +142,7 @@ mod tests {
         let found = by_power(5000.0, 0.2);
         let off = |count: usize| (count as f64 / 400.0).ln().abs();
         let least = found.tries.iter().map(|t| off(t.tetrahedra)).fold(f64::INFINITY, f64::min);
-        assert_eq!(found.tries.len(), TRIES);
+        assert_eq!(found.tries.len(), Effort::default().tries);
         assert!((off(found.mesh.tets().len()) - least).abs() < 1e-12, "{:?}", found.tries);
     }
 }

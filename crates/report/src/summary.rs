@@ -303,6 +303,9 @@ pub struct Mesh {
     /// pieces, or the mesh that was coarsened.
     #[serde(default)]
     pub source_volume_ml: f64,
+    /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
+    #[serde(default)]
+    pub joined_patches: usize,
     /// How far each part of the boundary lies from what it follows.
     #[serde(default)]
     pub surfaces: Vec<SurfaceFit>,

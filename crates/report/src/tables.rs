@@ -285,6 +285,12 @@ pub(crate) fn shape(m: &Mesh) -> Table {
     t.row("Volume", format!("{volume} ml; what it follows {source} ml ({off:+.2} %)"));
     let areas = [m.skin_mm2, m.chest_wall_mm2, m.cut_mm2].map(|a| fixed(a / 100.0, 0));
     t.row("Skin, chest wall, cut", format!("{} cm²", areas.join(", ")));
+    if m.joined_patches > 0 {
+        t.row(
+            "Patches smaller than a face",
+            format!("{}, given their neighbour's tag", m.joined_patches),
+        );
+    }
     for fit in &m.surfaces {
         let figures = [fit.mean_mm, fit.p95_mm, fit.max_mm].map(|d| fixed(d, 2));
         let [mean, p95, max] = figures;

@@ -119,6 +119,7 @@ pub(crate) fn example() -> Summary {
             chest_wall_mm2: 20_111.0,
             cut_mm2: 12_345.0,
             source_volume_ml: 729.3,
+            joined_patches: 2,
             surfaces: vec![SurfaceFit {
                 tag: "skin".into(),
                 mean_mm: 0.04,
