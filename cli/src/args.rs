@@ -162,6 +162,9 @@ pub(crate) struct Mesh {
     /// Which mesher
     #[arg(long, value_enum, default_value = "native")]
     pub(crate) mesher: Mesher,
+    /// Which of several separate pieces of soft tissue in the sphere
+    #[arg(long, value_enum, default_value = "largest")]
+    pub(crate) piece: Piece,
     /// Finer in and around a ball: its centre and radius, mm (LPS); the number stays the one asked for
     #[arg(
         long, value_name = "X,Y,Z,R", value_parser = four, allow_hyphen_values = true,
@@ -205,6 +208,14 @@ pub(crate) enum Frame {
     Lps,
     /// Right, anterior, superior
     Ras,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Piece {
+    /// The largest
+    Largest,
+    /// The one that holds the centre
+    Centre,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

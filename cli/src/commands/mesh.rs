@@ -11,7 +11,7 @@ use supine_fem::{Cut, Tissue};
 use supine_mesh::{Displacement, Order, TetMesh, TriSurface};
 use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region, statics};
 use supine_space::{Point, Progress, Sphere};
-use supine_tetrahedralise::{Info, Near, Params, Solids};
+use supine_tetrahedralise::{Info, Near, Params, Piece, Solids};
 use supine_volume::{LabelMap, Region, Surfaces};
 
 pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
@@ -22,7 +22,11 @@ pub(crate) fn mesh(args: &args::Mesh, screen: &Screen) -> Result<u8, Failure> {
         .map_err(|e| Failure::usage(format!("--centre, --radius: {e}")))?;
     let refine = refine(args)?;
     mesher.check_refines(&refine)?;
-    let params = Params { tetrahedra: args.tetrahedra.get(), ..Params::default() };
+    let piece = match args.piece {
+        args::Piece::Largest => Piece::Largest,
+        args::Piece::Centre => Piece::Centre,
+    };
+    let params = Params { tetrahedra: args.tetrahedra.get(), piece, ..Params::default() };
     let source = source(args, sphere, &params, screen)?;
     let region = Region::new(&source.labels, sphere)
         .and_then(|region| region.with_surfaces(source.surfaces.as_ref()))

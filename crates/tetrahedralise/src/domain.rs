@@ -72,7 +72,7 @@ impl Domain {
         progress.at(0.0)?;
         let spacing = region.labels().grid().spacing();
         let sigma = params.smoothing_mm.max(0.9 * spacing.max());
-        let kinds = labels::kinds(region, MARGIN * sigma, &mut info)?;
+        let kinds = labels::kinds(region, params.piece, MARGIN * sigma, &mut info)?;
         progress.at(0.4)?;
         let smoothing = match region.surfaces() {
             Some(surfaces) => Smoothing::Known(surfaces, params.surface_smoothing_mm),

@@ -87,6 +87,9 @@ pub enum Error {
         /// The largest number tried.
         tried: usize,
     },
+    /// The piece at the sphere's centre is asked for, and there is none.
+    #[error("no soft tissue lies at the centre of the region: move it, or take the largest piece")]
+    NotAtCentre,
     /// The region's sphere lies beside the label map.
     #[error("the region lies beside the label map; move it")]
     Beside,

@@ -1,6 +1,6 @@
 //! What each voxel around the region counts as: outside air, soft tissue or chest wall.
 
-use crate::{Error, Info};
+use crate::{Error, Info, Piece};
 use supine_space::{Grid, Sphere};
 use supine_volume::{Components, Region, Volume, components, label};
 
@@ -21,19 +21,20 @@ const POCKET_MM3: f64 = 100.0;
 const DROPPED_SHARE: f64 = 0.002;
 
 /// The voxels in the box of the region's sphere and `margin_mm` around it, as far as the label map
-/// goes, cleaned: the soft tissue in the sphere is one face-connected piece, and air is only that
+/// goes, cleaned: the soft tissue in the sphere is one face-connected `piece`, and air is only that
 /// outside the body.
 ///
 /// Air that meets mostly chest wall is lung or trachea and counts as chest wall; air enclosed by
 /// soft tissue counts as soft tissue.
 pub(crate) fn kinds(
     region: &Region<'_>,
+    piece: Piece,
     margin_mm: f64,
     info: &mut Info,
 ) -> Result<Volume<Kind>, Error> {
     let grid = crop(region.labels().grid(), region.sphere(), margin_mm)?;
     let mut kinds = read(region, grid)?;
-    drop_islands(&mut kinds, region.sphere(), info);
+    drop_islands(&mut kinds, region.sphere(), piece, info)?;
     let air = components(&kinds.map(|&k| k == Kind::Air));
     enclose_air(&mut kinds, &air, info);
     Ok(kinds)
@@ -70,8 +71,13 @@ fn read(region: &Region<'_>, grid: Grid) -> Result<Volume<Kind>, Error> {
     Ok(Volume::new(grid, data)?)
 }
 
-/// Keeps the largest piece of soft tissue inside the sphere; others become what they touch most.
-fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
+/// Keeps one piece of soft tissue inside the sphere; others become what they touch most.
+fn drop_islands(
+    kinds: &mut Volume<Kind>,
+    sphere: Sphere,
+    piece: Piece,
+    info: &mut Info,
+) -> Result<(), Error> {
     let grid = kinds.grid().clone();
     let reach = sphere.radius() + grid.spacing().max();
     let centre = sphere.centre();
@@ -89,10 +95,18 @@ fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
         }
     }
     let islands = components(&inside);
-    let Some(kept) = islands.largest() else { return };
+    let at_centre = || {
+        let voxel = grid.voxel_at(&centre).map(|v| islands.ids.at(v));
+        voxel.filter(|&id| id != 0).ok_or(Error::NotAtCentre)
+    };
+    let kept = match (piece, islands.largest()) {
+        (_, None) => return Ok(()),
+        (Piece::Largest, Some(largest)) => largest,
+        (Piece::Centre, Some(_)) => at_centre()?,
+    };
     info.dropped_components = islands.sizes.len() - 2;
     if info.dropped_components == 0 {
-        return;
+        return Ok(());
     }
     let contacts = contacts(&islands, kinds);
     let mut dropped = 0usize;
@@ -113,6 +127,7 @@ fn drop_islands(kinds: &mut Volume<Kind>, sphere: Sphere, info: &mut Info) {
             info.dropped_volume_mm3 / 1000.0
         ));
     }
+    Ok(())
 }
 
 /// Leaves as air only what lies outside the body.

@@ -91,6 +91,18 @@ pub struct Params {
     /// Soft tissue between chest wall and skin that is thinner than this counts as chest wall,
     /// mm: wedges end in a face of this height with the tag of the chest wall.
     pub least_thickness_mm: f64,
+    /// Which piece is meshed when there are several.
+    pub piece: Piece,
+}
+
+/// Which of several separate pieces of soft tissue in the region is meshed; the others are told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Piece {
+    /// The largest.
+    #[default]
+    Largest,
+    /// The one that holds the sphere's centre.
+    Centre,
 }
 
 impl Default for Params {
@@ -103,6 +115,7 @@ impl Default for Params {
             growth_limit: 1.7,
             rim_refinement: 0.58,
             least_thickness_mm: 1.0,
+            piece: Piece::Largest,
         }
     }
 }

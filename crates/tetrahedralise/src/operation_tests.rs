@@ -87,7 +87,7 @@ fn every_operation_leaves_a_mesh_and_is_undone_to_the_bit() {
     for (shape, seed) in [(dome as Shape, 1), (wedge, 2), (dome, 3)] {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
-        let kinds = labels::kinds(&region, 7.5, &mut Info::new()).unwrap();
+        let kinds = labels::kinds(&region, crate::Piece::Largest, 7.5, &mut Info::new()).unwrap();
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, _, _) = start(&fields, 11.0, Progress::none()).unwrap().unwrap();
         let edge = edge_for(fields.volume, 300);

@@ -80,7 +80,7 @@ fn levels_lie_on_known_surfaces() {
     let surfaces = surfaces();
     let labels = labelled(&surfaces);
     let region = Region::new(&labels, sphere()).unwrap();
-    let kinds = labels::kinds(&region, 12.0, &mut Info::new()).unwrap();
+    let kinds = labels::kinds(&region, crate::Piece::Largest, 12.0, &mut Info::new()).unwrap();
     let fields = |smoothing| Fields::new(&kinds, sphere(), smoothing, 1.0).unwrap();
     let known = off(&fields(Smoothing::Known(&surfaces, 1.0)));
     let smoothed = off(&fields(Smoothing::Labels(2.7)));
@@ -95,7 +95,7 @@ fn what_the_voxels_became_wins_over_the_surfaces() {
     let here = |p: &Point| grid().offset(grid().voxel_at(p).unwrap());
     assert!(surfaces.skin.is_inside(here(&ISLAND)) && !surfaces.skin.is_inside(here(&BUBBLE)));
     let region = Region::new(&labels, sphere()).unwrap();
-    let kinds = labels::kinds(&region, 12.0, &mut Info::new()).unwrap();
+    let kinds = labels::kinds(&region, crate::Piece::Largest, 12.0, &mut Info::new()).unwrap();
     let fields = Fields::new(&kinds, sphere(), Smoothing::Known(&surfaces, 1.0), 1.0).unwrap();
     assert!(fields.level(SKIN, &ISLAND.coords) > 2.0, "the lump was dropped");
     assert!(fields.level(SKIN, &BUBBLE.coords) < -2.0, "the bubble was filled");

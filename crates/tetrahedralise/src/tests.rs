@@ -6,7 +6,7 @@ use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::start::start;
-use crate::{Domain, Error, Info, Params, coarsen, labels, tetrahedralise};
+use crate::{Domain, Error, Info, Params, Piece, coarsen, labels, tetrahedralise};
 use nalgebra::Rotation3;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
@@ -175,7 +175,7 @@ fn every_stage_keeps_the_mesh_whole() {
     for (shape, count) in shapes {
         let labels = labelled(Matrix::identity(), shape);
         let region = Region::new(&labels, sphere()).unwrap();
-        let kinds = labels::kinds(&region, 7.5, &mut Info::new()).unwrap();
+        let kinds = labels::kinds(&region, Piece::Largest, 7.5, &mut Info::new()).unwrap();
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
         assert_eq!(parts, 0);
@@ -280,6 +280,30 @@ fn other_parts_gas_and_lung_are_told_apart() {
         let y = face.points.map(|p| mesh.points()[p as usize].y - CENTRE.y);
         assert!(y.iter().all(|&y| y < 4.0), "skin behind the wall: {y:?}");
     }
+}
+
+#[test]
+fn the_piece_at_the_centre_can_be_asked_for() {
+    // Two pieces apart: the smaller holds the centre.
+    let shape = |p: &Vector| match p {
+        p if p.y > 10.0 => label::CHEST_WALL,
+        p if p.norm() < 9.0 || p.x > 12.0 => label::SOFT_TISSUE,
+        _ => label::OUTSIDE,
+    };
+    let labels = labelled(Matrix::identity(), shape);
+    let volume = |piece| {
+        let params = Params { tetrahedra: 1500, piece, ..Params::default() };
+        let (mesh, info) = mesh_with(&labels, &params).unwrap();
+        assert_eq!(info.dropped_components, 1);
+        mesh.total_volume()
+    };
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * 9f64.powi(3);
+    assert!((volume(Piece::Centre) / ball - 1.0).abs() < 0.05);
+    assert!(volume(Piece::Largest) > 3.0 * ball);
+    let empty = |p: &Vector| if p.norm() < 6.0 { label::OUTSIDE } else { shape(p) };
+    let params = Params { piece: Piece::Centre, ..Params::default() };
+    let found = mesh_with(&labelled(Matrix::identity(), empty), &params);
+    assert!(matches!(found, Err(Error::NotAtCentre)), "{found:?}");
 }
 
 #[test]
