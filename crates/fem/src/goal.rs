@@ -68,11 +68,9 @@ impl Job<'_> {
             .map_err(|halt| self.halted(halt, newton.effort, &model, &pattern))?;
         let lack = |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.mesh, field);
         let own = lack(&found.u);
-        let mut theirs = Vec::new();
-        for mean in &means {
-            let adjoint = newton.linearised(&found.u, mean).ok_or(Error::Singular)?;
-            theirs.push(lack(&adjoint));
-        }
+        let means = means.each_ref().map(Vec::as_slice);
+        let adjoints = newton.linearised(&found.u, means).ok_or(Error::Singular)?;
+        let theirs = adjoints.map(|adjoint| lack(&adjoint));
         let weight = 2.0 * model.material.mu;
         let share = |t: usize| {
             let of_adjoints = theirs.iter().map(|z| z[t] * z[t]).sum::<f64>().sqrt();

@@ -285,23 +285,27 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
 
     /// The Newton direction of all nodes, mm.
     fn direction(&mut self, state: &State) -> Option<Vec<Vector>> {
-        let mut direction = self.linearised(&state.u, &state.out_of_balance)?;
+        let [mut direction] = self.linearised(&state.u, [&state.out_of_balance])?;
         direction.iter_mut().for_each(|d| *d = -*d);
         Some(direction)
     }
 
-    /// The linear answer of all nodes at displacement `u` to nodal values `q` (those of held nodes count
+    /// The linear answers of all nodes at displacement `u` to nodal values `q` (those of held nodes count
     /// for nothing): with the exact stiffness, or the lifted one where the exact one is not positive
     /// definite. `None` when neither has a factor.
-    pub(crate) fn linearised(&mut self, u: &[Vector], q: &[Vector]) -> Option<Vec<Vector>> {
+    pub(crate) fn linearised<const K: usize>(
+        &mut self,
+        u: &[Vector],
+        q: [&[Vector]; K],
+    ) -> Option<[Vec<Vector>; K]> {
         for floor in [None, Some(FLOOR * self.model.material.mu)] {
             if self.model.stiffness(u, floor, self.pattern, &mut self.values).is_err() {
                 return None;
             }
             if self.cholesky.factorise(self.pattern, &self.values) {
-                let mut answer = self.pattern.gather(q);
-                if self.cholesky.solve(&mut answer) {
-                    return Some(self.pattern.scatter(&answer));
+                let mut answers = q.map(|q| self.pattern.gather(q));
+                if answers.iter_mut().all(|answer| self.cholesky.solve(answer)) {
+                    return Some(answers.map(|answer| self.pattern.scatter(&answer)));
                 }
             }
             self.effort.indefinite += usize::from(floor.is_none());

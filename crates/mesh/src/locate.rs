@@ -36,9 +36,11 @@ impl<'a> Locator<'a> {
     /// Prepares the search in `mesh`.
     pub fn new(mesh: &'a TetMesh) -> Self {
         let boxes: Vec<Aabb> = (0..mesh.tets().len()).map(|t| bounds(mesh, t)).collect();
-        let first = mesh.points()[0];
-        let extent = mesh.points().iter().fold((first, first), |(a, b), p| (a.inf(p), b.sup(p)));
-        Self { mesh, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), extent }
+        Self {
+            mesh,
+            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            extent: mesh.bounds(),
+        }
     }
 
     /// The lowest tetrahedron that holds the point (LPS, mm); `None` outside the mesh.

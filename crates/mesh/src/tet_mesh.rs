@@ -216,6 +216,12 @@ impl TetMesh {
         self.tets[tet].map(|p| self.points[p as usize])
     }
 
+    /// Lower and upper corner of the axis-aligned box, LPS, mm.
+    pub fn bounds(&self) -> (Point, Point) {
+        let start = (self.points[0], self.points[0]);
+        self.points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
+    }
+
     /// Volume of a tetrahedron, mm³.
     pub fn volume(&self, tet: usize) -> f64 {
         signed_volume(&self.corners(tet))

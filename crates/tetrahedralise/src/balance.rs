@@ -25,12 +25,11 @@ impl Refinement {
     pub fn balanced(mesh: &TetMesh, shares: &[f64], order: Order) -> Result<Self, Error> {
         let power = 2.0 * f64::from(order.number());
         let volumes: Vec<f64> = (0..shares.len()).map(|t| mesh.volume(t)).collect();
-        // The new length over the old one, with h³ ∝ V: only the share counts.
-        let logs: Vec<f64> =
-            shares.iter().map(|share| -share.max(f64::MIN_POSITIVE).ln() / (power + 3.0)).collect();
-        // The new length over the mean one.
-        let logs: Vec<f64> =
-            logs.iter().zip(&volumes).map(|(log, volume)| log + volume.ln() / 3.0).collect();
+        // With h³ ∝ V the new length over the old one depends on the share alone.
+        let log = |(share, volume): (&f64, &f64)| {
+            -share.max(f64::MIN_POSITIVE).ln() / (power + 3.0) + volume.ln() / 3.0
+        };
+        let logs: Vec<f64> = shares.iter().zip(&volumes).map(log).collect();
         let whole: f64 = volumes.iter().sum();
         let mean = logs.iter().zip(&volumes).map(|(log, volume)| log * volume).sum::<f64>() / whole;
         let edge = supine_mesh::quality(mesh).mean_edge;
@@ -55,8 +54,7 @@ impl Refinement {
 
 /// A grid that holds the mesh with a margin (mm).
 fn around(mesh: &TetMesh, margin: f64) -> Result<Grid, GridError> {
-    let first = mesh.points()[0];
-    let (low, high) = mesh.points().iter().fold((first, first), |(a, b), p| (a.inf(p), b.sup(p)));
+    let (low, high) = mesh.bounds();
     let low = low - Vector::repeat(margin);
     let size = (high - low).add_scalar(margin) / SPACING_MM;
     let size = std::array::from_fn(|a| size[a].ceil() as usize + 1);

@@ -56,9 +56,7 @@ pub fn coarsen(
 
 /// The middle of the box round a mesh.
 fn middle(mesh: &TetMesh) -> Point {
-    let start = mesh.points()[0];
-    let box_of = |(a, b): (Point, Point), p: &Point| (a.inf(p), b.sup(p));
-    let (low, high) = mesh.points().iter().fold((start, start), box_of);
+    let (low, high) = mesh.bounds();
     low + 0.5 * (high - low)
 }
 

@@ -187,18 +187,23 @@ fn paint(plane: &Plane, samples: &[f32], light: f64) -> Canvas {
 
 /// Letters of the patient's directions, scale bar, where the plane lies and what is shown.
 fn dress(canvas: &mut Canvas, plane: &Plane, what: &str) {
-    let (w, h) = (plane.width as f64, plane.height as f64);
-    let [left, right, top, bottom] = plane.view.letters();
-    let middle = (h + LETTER) / 2.0;
-    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
-    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
-    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
-    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
+    letter(canvas, plane.view.letters());
+    let w = plane.width as f64;
     let small = 0.8 * LETTER;
     let title = format!("{} {}", plane.view.name(), plane.position());
     canvas.text(&title, [EDGE, EDGE + small], Align::Left, small, colour::TEXT);
     canvas.text(what, [w - EDGE, EDGE + small], Align::Right, small, colour::TEXT);
     scale_bar(canvas, plane);
+}
+
+/// Letters of the patient's directions at the left, right, upper and lower edge.
+fn letter(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
+    let (w, h) = (canvas.width() as f64, canvas.height() as f64);
+    let middle = (h + LETTER) / 2.0;
+    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
+    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
+    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
+    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
 }
 
 /// A bar of 50 mm at the lower right.

@@ -1,6 +1,6 @@
 //! The mesh as a body, and the shapes of its tetrahedra.
 
-use super::{EDGE, LETTER, Legend, Picture, Row};
+use super::{LETTER, Legend, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::lettering::Align;
@@ -35,8 +35,7 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
             .iter()
             .map(|f| (f.points.map(|p| mesh.points()[p as usize]), colour::tag(f.tag)));
         let mut canvas = camera.picture(faces);
-        let letters = side.letters();
-        frame(&mut canvas, letters);
+        letter(&mut canvas, side.letters());
         let name = side.name();
         pictures.push(Picture {
             name: format!("mesh_{name}"),
@@ -112,8 +111,7 @@ pub(super) fn quality(
 
 /// The middle of the box round the mesh (LPS, mm), and its longest side, mm.
 fn extent(mesh: &TetMesh) -> (Point, f64) {
-    let first = mesh.points()[0];
-    let (low, high) = mesh.points().iter().fold((first, first), |(a, b), p| (a.inf(p), b.sup(p)));
+    let (low, high) = mesh.bounds();
     (low + 0.5 * (high - low), (high - low).max())
 }
 
@@ -134,15 +132,6 @@ fn legend(canvas: &mut Canvas) {
         title: "smallest dihedral angle",
     };
     legend.draw(canvas, 0);
-}
-
-fn frame(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
-    let (w, h) = (canvas.width() as f64, canvas.height() as f64);
-    let middle = (h + LETTER) / 2.0;
-    canvas.text(left, [EDGE, middle], Align::Left, LETTER, colour::TEXT);
-    canvas.text(right, [w - EDGE, middle], Align::Right, LETTER, colour::TEXT);
-    canvas.text(top, [w / 2.0, EDGE + LETTER], Align::Centre, LETTER, colour::TEXT);
-    canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
 }
 
 /// Both histograms, one above the other.
