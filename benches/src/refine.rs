@@ -11,7 +11,7 @@
 
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
-use supine_fem::{Load, Params as SolverParams, Tissue, solve};
+use supine_fem::{Body, Load, Params as SolverParams, Tissue, solve};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
 use supine_pipeline::{Goal, Mesher, Refine, Summary, mesh_region, read_surfaces};
 use supine_space::{Point, Progress, Sphere, Vector};
@@ -102,7 +102,8 @@ impl Problem {
 
     /// Mean displacement of the tumour, mm.
     fn moved(&self, mesh: &TetMesh, order: Order) -> Result<Vector> {
-        let (u, _) = solve(mesh, &self.tissue, &self.load, &solver(order), Progress::none())?;
+        let (u, _) =
+            solve(&Body::new(mesh, &self.tissue), &self.load, &solver(order), Progress::none())?;
         Ok(mean(mesh, &u, &self.tumour))
     }
 }

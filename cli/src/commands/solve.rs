@@ -4,7 +4,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use supine_exchange::{read_mesh, write_mesh, write_problem};
-use supine_fem::{Cut, Load, Params, RestState, Tissue};
+use supine_fem::{Body, Cut, Load, Params, RestState, Tissue};
 use supine_mesh::Order;
 use supine_pipeline::{RunError, statics};
 use supine_space::{BedPose, Progress, Vector};
@@ -36,7 +36,7 @@ pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> 
     }
     let watch = |share| screen.share("solve", share);
     let (displacement, info) =
-        supine_fem::solve(&mesh, &tissue, &load, &params, Progress::new(&watch))
+        supine_fem::solve(&Body::new(&mesh, &tissue), &load, &params, Progress::new(&watch))
             .map_err(RunError::from)?;
     write_mesh(&mesh, Some(&displacement), &args.out)?;
     screen.warn_all(&info.warnings);

@@ -119,6 +119,21 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
         Ok(Self { nodes, gradients, weights, values: points.map(shape::<N>) })
     }
 
+    /// Nodal forces (mN) of a dead load `force` (kPa/mm) per volume of the shape, on `nodes` nodes.
+    ///
+    /// f_a = Σ_q w_q N_a force.
+    pub(crate) fn load(&self, nodes: usize, force: Vector) -> Vec<Vector> {
+        let mut load = vec![Vector::zeros(); nodes];
+        for (element, weights) in self.nodes.iter().zip(&self.weights) {
+            for (weight, values) in weights.iter().zip(&self.values) {
+                for (node, value) in element.iter().zip(values) {
+                    load[*node as usize] += force * (weight * value);
+                }
+            }
+        }
+        load
+    }
+
     /// grad u at a quadrature point: Σ u_a (grad N_a)ᵀ.
     pub(crate) fn gradient(&self, element: usize, q: usize, u: &[Vector]) -> Matrix {
         let gradients = &self.gradients[element][q];

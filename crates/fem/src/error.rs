@@ -19,6 +19,14 @@ pub enum Error {
         /// What is allowed.
         range: &'static str,
     },
+    /// There are not as many moduli as tetrahedra.
+    #[error("{moduli} moduli were given for {tets} tetrahedra: one for each is needed")]
+    Moduli {
+        /// Moduli given.
+        moduli: usize,
+        /// Tetrahedra of the mesh.
+        tets: usize,
+    },
     /// A gravity direction is not a unit vector.
     #[error(
         "the {which} gravity direction ({0}, {1}, {2}) has length {length}, but a direction of \

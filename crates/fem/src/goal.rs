@@ -6,10 +6,10 @@
 //! is recovered from the tetrahedra around each point (Zienkiewicz and Zhu 1987).
 
 use crate::element::{Elements, element_nodes, parent_map, parent_slopes, shape};
-use crate::material::{NeoHookean, cofactor};
+use crate::material::cofactor;
 use crate::model::Model;
 use crate::pattern::{Pattern, Storage};
-use crate::{Error, Job, Load, Params, RestState, Tissue, support};
+use crate::{Body, Error, Job, Load, Params, RestState, support};
 use supine_mesh::{Edges, Locator, Order, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 
@@ -26,19 +26,18 @@ const ACROSS: usize = 5;
 /// # Errors
 /// As [`crate::solve`]; [`Error::GoalOutside`] when no tissue of the mesh lies within `goal`.
 pub fn error_shares(
-    mesh: &TetMesh,
-    tissue: &Tissue,
+    body: &Body<'_>,
     load: &Load,
     params: &Params,
     goal: &Sphere,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Error> {
-    tissue.check()?;
+    body.check()?;
     load.check()?;
     params.check()?;
-    let edges = Edges::new(mesh);
+    let edges = Edges::new(body.mesh);
     let params = Params { rest: RestState::Net, ..*params };
-    let job = Job { mesh, edges: &edges, tissue, load, params: &params };
+    let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0 };
     match params.order {
         Order::Linear => job.shares::<4, 1>(goal, progress),
         Order::Quadratic => job.shares::<10, 4>(goal, progress),
@@ -52,31 +51,33 @@ impl Job<'_> {
         progress: Progress<'_>,
     ) -> Result<Vec<f64>, Error> {
         let positions = self.positions::<N>();
-        let held = support::held_nodes(self.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(self.mesh, &held)?;
-        let nodes = element_nodes::<N>(self.mesh, self.edges);
+        let held =
+            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(self.body.mesh, &held)?;
+        let nodes = element_nodes::<N>(self.body.mesh, self.edges);
         let means = self.means(goal, &nodes, positions.len())?;
         let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
         let pattern = Pattern::new(&elements.nodes, &held, Storage::Lower);
-        let model = Model { elements, material: NeoHookean::new(self.tissue) };
-        let force = (self.load.target - self.load.ct) * self.tissue.weight();
-        let load = model.load(held.len(), force);
+        let model = Model { elements, materials: self.body.materials(self.stiffer) };
+        let force = (self.load.target - self.load.ct) * self.body.tissue.weight();
+        let load = model.elements.load(held.len(), force);
         let zero = vec![Vector::zeros(); held.len()];
         let mut newton = self.newton(&model, &pattern, &held)?;
         let found = newton
             .equilibrium(&load, &zero, (&zero, &zero), self.params.tolerance, progress)
             .map_err(|halt| self.halted(halt, newton.effort, &model, &pattern))?;
-        let lack = |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.mesh, field);
+        let lack =
+            |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.body.mesh, field);
         let own = lack(&found.u);
         let means = means.each_ref().map(Vec::as_slice);
         let adjoints = newton.linearised(&found.u, means).ok_or(Error::Singular)?;
         let theirs = adjoints.map(|adjoint| lack(&adjoint));
-        let weight = 2.0 * model.material.mu;
+        let weight = |t: usize| 2.0 * model.materials[t].mu;
         let share = |t: usize| {
             let of_adjoints = theirs.iter().map(|z| z[t] * z[t]).sum::<f64>().sqrt();
-            weight * own[t] * of_adjoints
+            weight(t) * own[t] * of_adjoints
         };
-        Ok((0..self.mesh.tets().len()).map(share).collect())
+        Ok((0..self.body.mesh.tets().len()).map(share).collect())
     }
 
     /// The mean displacement within `goal` in each direction as nodal weights.
@@ -86,7 +87,7 @@ impl Job<'_> {
         elements: &[[u32; N]],
         nodes: usize,
     ) -> Result<[Vec<Vector>; 3], Error> {
-        let locator = Locator::new(self.mesh);
+        let locator = Locator::new(self.body.mesh);
         let found: Vec<_> = samples(goal).filter_map(|p| locator.locate(&p)).collect();
         if found.is_empty() {
             return Err(Error::GoalOutside { centre: goal.centre().coords.into() });
@@ -154,8 +155,8 @@ fn lacking<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve;
     use crate::test_mesh::block;
+    use crate::{Tissue, solve};
 
     const SIDE_MM: f64 = 60.0;
 
@@ -182,12 +183,20 @@ mod tests {
     }
 
     fn shares(mesh: &TetMesh, order: Order) -> Vec<f64> {
-        error_shares(mesh, &tissue(), &load(), &solver(order), &goal(), Progress::none()).unwrap()
+        error_shares(
+            &Body::new(mesh, &tissue()),
+            &load(),
+            &solver(order),
+            &goal(),
+            Progress::none(),
+        )
+        .unwrap()
     }
 
     /// Mean displacement at the goal's samples.
     fn mean(mesh: &TetMesh, order: Order) -> Vector {
-        let (u, _) = solve(mesh, &tissue(), &load(), &solver(order), Progress::none()).unwrap();
+        let (u, _) =
+            solve(&Body::new(mesh, &tissue()), &load(), &solver(order), Progress::none()).unwrap();
         let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
         let found: Vec<_> = samples(&goal()).filter_map(|p| locator.locate(&p)).collect();
         let sum: Vector = found.iter().map(|l| u.at(mesh, &edges, l.tet, l.weights)).sum();
@@ -230,8 +239,13 @@ mod tests {
     #[test]
     fn a_goal_outside_the_mesh_is_refused() {
         let away = Sphere::new(Point::new(200.0, 0.0, 0.0), 5.0).unwrap();
-        let found =
-            error_shares(&cube(2), &tissue(), &load(), &Params::default(), &away, Progress::none());
+        let found = error_shares(
+            &Body::new(&cube(2), &tissue()),
+            &load(),
+            &Params::default(),
+            &away,
+            Progress::none(),
+        );
         assert!(matches!(found, Err(Error::GoalOutside { .. })), "{found:?}");
     }
 }

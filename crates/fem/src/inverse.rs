@@ -29,8 +29,8 @@ const KRYLOV_STEPS: usize = 120;
 pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     /// Elements on the loaded shape.
     pub(crate) loaded: &'a Elements<N, Q>,
-    /// What the body is made of.
-    pub(crate) material: NeoHookean,
+    /// What each element is made of.
+    pub(crate) materials: &'a [NeoHookean],
     /// The load, kPa/mm per stress-free volume.
     pub(crate) force: Vector,
     /// Positions of the nodes of the loaded shape, mm.
@@ -76,8 +76,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// When an element of X is turned inside out.
     pub(crate) fn derivative(&self, y: &[Vector], values: &mut [f64]) -> Result<(), Folded> {
         values.fill(0.0);
-        let NeoHookean { mu, lambda } = self.material;
         for (e, nodes) in self.loaded.nodes.iter().enumerate() {
+            let NeoHookean { mu, lambda } = self.materials[e];
             let mut blocks = [[Matrix::zeros(); N]; N];
             for q in 0..Q {
                 let Point { f, b, j, stress } = self.point(e, q, y)?;
@@ -107,7 +107,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         let back = Deformation::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
         let f = back.inverse_transpose.transpose();
         let b = f * f.transpose();
-        let NeoHookean { mu, lambda } = self.material;
+        let NeoHookean { mu, lambda } = self.materials[e];
         let pressure = Matrix::identity() * (mu + lambda * back.ln_j);
         Ok(Point { f, b, j: back.j, stress: (b * mu - pressure) * back.j })
     }
@@ -146,7 +146,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
-        Some(Model { elements, material: self.material })
+        Some(Model { elements, materials: self.materials.to_vec() })
     }
 }
 
@@ -219,7 +219,7 @@ impl Solver {
         let body = problem.body(y)?;
         let back: Vec<Vector> = y.iter().map(|y| -y).collect();
         let mut stiffness = vec![0.0; problem.lower.entries()];
-        let floors = [None, Some(FLOOR * problem.material.mu)];
+        let floors = [None, Some(FLOOR)];
         floors.into_iter().find(|&floor| {
             body.stiffness(&back, floor, problem.lower, &mut stiffness).is_ok()
                 && self.cholesky.factorise(problem.lower, &stiffness)

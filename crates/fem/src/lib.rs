@@ -12,6 +12,7 @@
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
 
+mod body;
 mod element;
 mod error;
 mod goal;
@@ -30,15 +31,16 @@ mod support;
 #[cfg(test)]
 mod test_mesh;
 
+pub use body::Body;
 pub use error::Error;
 pub use goal::error_shares;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
-use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_mesh::{Displacement, Edges, Order};
 use supine_space::{Progress, Vector};
 
-/// Displacement of `mesh` (its CT shape) when gravity turns from `load.ct` to `load.target`, mm.
+/// Displacement of `body` (from its CT shape) when gravity turns from `load.ct` to `load.target`, mm.
 ///
 /// The displacement is measured from the CT shape whatever the rest state; its order is that of
 /// `params`. Same input, same bytes.
@@ -47,22 +49,21 @@ use supine_space::{Progress, Vector};
 /// When a number is out of range, nothing holds the tissue, no equilibrium or no usable unloaded
 /// shape is found, memory is short, or the user stops.
 pub fn solve(
-    mesh: &TetMesh,
-    tissue: &Tissue,
+    body: &Body<'_>,
     load: &Load,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Displacement, Info), Error> {
-    tissue.check()?;
+    body.check()?;
     load.check()?;
     params.check()?;
-    let edges = Edges::new(mesh);
-    let job = Job { mesh, edges: &edges, tissue, load, params };
+    let edges = Edges::new(body.mesh);
+    let job = Job { body, edges: &edges, load, params, stiffer: 1.0 };
     let (values, mut info) = match params.order {
         Order::Linear => job.run::<4, 1>(progress)?,
         Order::Quadratic => job.run::<10, 4>(progress)?,
     };
-    let displacement = Displacement::new(mesh, &edges, values)?;
+    let displacement = Displacement::new(body.mesh, &edges, values)?;
     info.max_displacement_mm = displacement.max_norm();
     Ok((displacement, info))
 }
@@ -70,11 +71,12 @@ pub fn solve(
 /// What is asked.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
-    pub(crate) mesh: &'a TetMesh,
+    pub(crate) body: &'a Body<'a>,
     pub(crate) edges: &'a Edges,
-    pub(crate) tissue: &'a Tissue,
     pub(crate) load: &'a Load,
     pub(crate) params: &'a Params,
+    /// Factor of all moduli.
+    pub(crate) stiffer: f64,
 }
 
 impl Job<'_> {
@@ -84,9 +86,10 @@ impl Job<'_> {
         progress: Progress<'_>,
     ) -> Result<(Vec<Vector>, Info), Error> {
         let positions = self.positions::<N>();
-        let held = support::held_nodes(self.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(self.mesh, &held)?;
-        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.mesh, self.edges))
+        let held =
+            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(self.body.mesh, &held)?;
+        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.body.mesh, self.edges))
             .map_err(Error::flat)?;
         let (values, mut info) = match self.params.rest {
             RestState::Net => rest::net(self, shape, &held, progress)?,
@@ -98,7 +101,7 @@ impl Job<'_> {
 
     /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.
     fn positions<const N: usize>(&self) -> Vec<Vector> {
-        let mut positions: Vec<Vector> = self.mesh.points().iter().map(|p| p.coords).collect();
+        let mut positions: Vec<Vector> = self.body.mesh.points().iter().map(|p| p.coords).collect();
         if N == 10 {
             for [a, b] in self.edges.ends() {
                 positions.push((positions[*a as usize] + positions[*b as usize]) / 2.0);
@@ -109,7 +112,7 @@ impl Job<'_> {
 
     /// Says what a user should know of a result.
     fn warn<const N: usize>(&self, positions: &[Vector], u: &[Vector], info: &mut Info) {
-        let nodes = element_nodes::<N>(self.mesh, self.edges);
+        let nodes = element_nodes::<N>(self.body.mesh, self.edges);
         let moved: Vec<Vector> = positions.iter().zip(u).map(|(x, u)| x + u).collect();
         let corners = node_coordinates::<N>().map(parent_slopes::<N>);
         let folded = |element: &&[u32; N]| {
@@ -135,10 +138,10 @@ impl Job<'_> {
                 info.load_steps
             ));
         }
-        if self.tissue.poisson > 0.49 {
+        if self.body.tissue.poisson > 0.49 {
             info.warnings.push(format!(
                 "a Poisson ratio of {} makes tetrahedra too stiff (volumetric locking)",
-                self.tissue.poisson
+                self.body.tissue.poisson
             ));
         }
     }

@@ -5,13 +5,13 @@ use crate::material::{Deformation, NeoHookean};
 use crate::pattern::Pattern;
 use supine_space::{Matrix, Vector};
 
-/// A body of one material on its stress-free shape.
+/// A body on its stress-free shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Model<const N: usize, const Q: usize> {
     /// Its elements.
     pub(crate) elements: Elements<N, Q>,
-    /// What it is made of.
-    pub(crate) material: NeoHookean,
+    /// What each element is made of.
+    pub(crate) materials: Vec<NeoHookean>,
 }
 
 /// Volume ratio det F over all quadrature points.
@@ -38,26 +38,12 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         (0..self.elements.nodes.len()).flat_map(|e| (0..Q).map(move |q| (e, q)))
     }
 
-    /// Nodal forces (mN) of a dead load `force` (kPa/mm) per stress-free volume, on `nodes` nodes.
-    ///
-    /// f_a = Σ_q w_q N_a force.
-    pub(crate) fn load(&self, nodes: usize, force: Vector) -> Vec<Vector> {
-        let mut load = vec![Vector::zeros(); nodes];
-        for (e, q) in self.points() {
-            let weight = self.elements.weights[e][q];
-            for (node, value) in self.elements.nodes[e].iter().zip(self.elements.values[q]) {
-                load[*node as usize] += force * (weight * value);
-            }
-        }
-        load
-    }
-
     /// Elastic energy ∫ Ψ, mN mm; infinite where an element is turned inside out.
     pub(crate) fn energy(&self, u: &[Vector]) -> f64 {
         let mut energy = 0.0;
         for (e, q) in self.points() {
             let Some(d) = self.deformation(e, q, u) else { return f64::INFINITY };
-            energy += self.elements.weights[e][q] * self.material.energy(&d);
+            energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
         }
         energy
     }
@@ -70,7 +56,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         let mut forces = vec![Vector::zeros(); u.len()];
         for (e, q) in self.points() {
             let d = self.deformation(e, q, u).ok_or(Folded(e))?;
-            let stress = self.material.stress(&d) * self.elements.weights[e][q];
+            let stress = self.materials[e].stress(&d) * self.elements.weights[e][q];
             for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
                 forces[*node as usize] += stress * g;
             }
@@ -81,7 +67,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// Fills `values` with the stiffness ∂f/∂u, mN/mm, on the places of `pattern`.
     ///
     /// K_ab = Σ_q w_q [ μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ ], g_a = grad N_a,
-    /// h_a = F^-T g_a, c = λ ln J − μ. With a `floor` (kPa) the eigenvalues of the material tangent
+    /// h_a = F^-T g_a, c = λ ln J − μ. With a `floor` (a share of μ) the eigenvalues of the material tangent
     /// are lifted to it at every quadrature point, which makes the stiffness positive definite.
     ///
     /// # Errors
@@ -94,16 +80,18 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         values: &mut [f64],
     ) -> Result<(), Folded> {
         values.fill(0.0);
-        let lambda = self.material.lambda;
         for e in 0..self.elements.nodes.len() {
+            let material = &self.materials[e];
+            let lambda = material.lambda;
             let mut blocks = [[Matrix::zeros(); N]; N];
             for q in 0..Q {
                 let d = self.deformation(e, q, u).ok_or(Folded(e))?;
                 let weight = self.elements.weights[e][q];
                 let g = &self.elements.gradients[e][q];
                 let h = g.map(|g| d.inverse_transpose * g);
-                let (mu, c) = (weight * self.material.mu, weight * self.material.c(&d));
-                let lifts = floor.map_or_else(Vec::new, |floor| self.material.lift(&d, floor));
+                let (mu, c) = (weight * material.mu, weight * material.c(&d));
+                let lifts =
+                    floor.map_or_else(Vec::new, |floor| material.lift(&d, floor * material.mu));
                 for (a, b) in pairs::<N>(pattern, e) {
                     let block = &mut blocks[a][b];
                     *block += h[a] * (h[b] * (weight * lambda)).transpose();

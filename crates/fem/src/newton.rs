@@ -298,7 +298,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         u: &[Vector],
         q: [&[Vector]; K],
     ) -> Option<[Vec<Vector>; K]> {
-        for floor in [None, Some(FLOOR * self.model.material.mu)] {
+        for floor in [None, Some(FLOOR)] {
             if self.model.stiffness(u, floor, self.pattern, &mut self.values).is_err() {
                 return None;
             }

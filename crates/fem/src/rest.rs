@@ -2,7 +2,6 @@
 
 use crate::element::Elements;
 use crate::inverse::Inverse;
-use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
@@ -31,8 +30,9 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<(Vec<Vector>, Info), Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
-    let model = Model { elements: shape, material: NeoHookean::new(job.tissue) };
-    let load = model.load(held.len(), (job.load.target - job.load.ct) * job.tissue.weight());
+    let model = Model { elements: shape, materials: job.body.materials(job.stiffer) };
+    let load =
+        model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); held.len()];
     let mut newton = job.newton(&model, &pattern, held)?;
     let found = newton
@@ -64,7 +64,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         Ok(found) => found,
         Err(problem) => {
             return Err(Error::NoUnloadedShape {
-                young_kpa: job.tissue.young_kpa,
+                young_kpa: job.body.mean_young_kpa(),
                 problem,
                 exists_from_kpa: search_modulus(
                     job,
@@ -77,8 +77,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         }
     };
     let Rest { model, to_ct } = rest;
-    let load = model.load(held.len(), job.load.target * job.tissue.weight());
-    let ct_load = model.load(held.len(), job.load.ct * job.tissue.weight());
+    let load = model.elements.load(held.len(), job.load.target * job.body.tissue.weight());
+    let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
     let mut newton = job.newton(&model, &pattern, held)?;
     let goal = job.params.tolerance;
     let found = newton
@@ -86,7 +86,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let mut info = job.info(&found, newton.effort, &model, &pattern)?;
     info.unloading = Some(unloading);
-    let softness = job.tissue.weight() * thickness(job) / job.tissue.young_kpa;
+    let softness = job.body.tissue.weight() * thickness(job) / job.body.mean_young_kpa();
     if softness > SOFTNESS_LIMIT {
         info.warnings.push(format!(
             "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
@@ -114,15 +114,15 @@ fn unload<const N: usize, const Q: usize>(
     smallest_step: f64,
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
-    let material = NeoHookean::new(job.tissue);
-    let force = job.load.ct * job.tissue.weight();
+    let materials = job.body.materials(job.stiffer);
+    let force = job.load.ct * job.body.tissue.weight();
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
     let inverse = Inverse {
         loaded: shape,
-        material,
+        materials: &materials,
         force,
         positions,
-        weight: norm(&Model { elements: shape.clone(), material }.load(held.len(), force)),
+        weight: norm(&shape.load(held.len(), force)),
         full: &full,
         lower: pattern,
     };
@@ -172,7 +172,7 @@ fn reload<const N: usize, const Q: usize>(
     model: &Model<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Option<Vec<Vector>>, Error> {
-    let load = model.load(newton.nodes(), job.load.ct * job.tissue.weight());
+    let load = model.elements.load(newton.nodes(), job.load.ct * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); newton.nodes()];
     match newton.equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress) {
         Ok(found) => Ok(Some(found.u)),
@@ -191,13 +191,13 @@ fn search_modulus<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Option<f64>, Error> {
     let (factor, trials) = SEARCH;
-    let mut tissue = *job.tissue;
+    let mut stiffer = job.stiffer;
     for trial in 0..trials {
-        tissue.young_kpa *= factor;
+        stiffer *= factor;
         let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
-        let stiffer = Job { tissue: &tissue, ..*job };
-        if unload(&stiffer, positions, shape, held, 1.0, progress.part(from, to))?.is_ok() {
-            return Ok(Some(tissue.young_kpa));
+        let trial = Job { stiffer, ..*job };
+        if unload(&trial, positions, shape, held, 1.0, progress.part(from, to))?.is_ok() {
+            return Ok(Some(stiffer * job.body.mean_young_kpa()));
         }
     }
     Ok(None)
@@ -207,11 +207,11 @@ fn search_modulus<const N: usize, const Q: usize>(
 /// mm.
 fn thickness(job: &Job<'_>) -> f64 {
     let of = |tag: BoundaryTag| -> Vec<Vector> {
-        let faces = job.mesh.boundary().iter().filter(|f| f.tag == tag);
+        let faces = job.body.mesh.boundary().iter().filter(|f| f.tag == tag);
         let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
         points.sort_unstable();
         points.dedup();
-        points.iter().map(|&p| job.mesh.points()[p as usize].coords).collect()
+        points.iter().map(|&p| job.body.mesh.points()[p as usize].coords).collect()
     };
     let (skin, wall) = (of(BoundaryTag::Skin), of(BoundaryTag::ChestWall));
     skin.iter()
@@ -227,7 +227,7 @@ impl Job<'_> {
         pattern: &'m Pattern,
         held: &'m [bool],
     ) -> Result<Newton<'m, N, Q>, Error> {
-        let gravity = model.load(held.len(), self.load.ct * self.tissue.weight());
+        let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
         Newton::new(model, pattern, held, norm(&gravity), self.params.max_iterations)
             .map_err(|_| Error::Memory { unknowns: pattern.unknowns() })
     }

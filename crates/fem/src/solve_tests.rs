@@ -1,7 +1,7 @@
 //! The whole solver on blocks of tetrahedra: known solutions, refusals, and hard cases.
 
 use crate::test_mesh::block;
-use crate::{Cut, Error, Load, Params, RestState, Tissue, solve};
+use crate::{Body, Cut, Error, Load, Params, RestState, Tissue, solve};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
@@ -46,7 +46,7 @@ fn a_column_stretches_as_the_closed_solution_says() {
     // A layer's points do not share its load evenly: a linear element answers with some shear.
     for (order, share, sideways) in [(Order::Linear, 1e-2, 6e-2), (Order::Quadratic, 1e-3, 5e-3)] {
         let params = params(order, RestState::Net);
-        let (u, _) = solve(&mesh, &tissue, &load, &params, Progress::none()).unwrap();
+        let (u, _) = solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap();
         let most = u.values().iter().map(|u| u.xy().norm()).fold(0.0, f64::max);
         assert!(most < sideways * top, "{order:?}: sideways {most} of {top}");
         let both = mesh.points().iter().zip(u.values());
@@ -62,11 +62,13 @@ fn no_change_of_gravity_moves_nothing() {
     for order in BOTH {
         let p = params(order, RestState::Net);
         let (u, info) =
-            solve(&mesh, &Tissue::default(), &to(supine()), &p, Progress::none()).unwrap();
+            solve(&Body::new(&mesh, &Tissue::default()), &to(supine()), &p, Progress::none())
+                .unwrap();
         assert_eq!((u.max_norm(), info.iterations), (0.0, 0));
         let p = params(order, RestState::Unloaded);
         let (u, info) =
-            solve(&mesh, &Tissue::default(), &to(supine()), &p, Progress::none()).unwrap();
+            solve(&Body::new(&mesh, &Tissue::default()), &to(supine()), &p, Progress::none())
+                .unwrap();
         assert!(u.max_norm() < 1e-9, "{}", u.max_norm());
         assert!(info.unloading.unwrap().max_distance_mm > 0.1);
     }
@@ -79,7 +81,8 @@ fn the_order_is_as_asked() {
     for order in BOTH {
         let p = params(order, RestState::Net);
         let (u, _) =
-            solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap();
+            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
+                .unwrap();
         let edges = if order == Order::Linear { 0 } else { Edges::new(&mesh).ends().len() };
         assert_eq!(u.values().len(), mesh.points().len() + edges);
     }
@@ -105,7 +108,8 @@ fn a_mid_side_between_wall_points_may_move() {
             },
         );
     let p = params(Order::Quadratic, RestState::Net);
-    let (u, _) = solve(&held, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap();
+    let (u, _) =
+        solve(&Body::new(&held, &Tissue::default()), &to(sitting()), &p, Progress::none()).unwrap();
     let edges = Edges::new(&held);
     let points = held.points().len();
     let (mut free, mut fixed) = (0, 0);
@@ -136,7 +140,8 @@ fn a_fixed_cut_is_held() {
     let cut_moves = |cut: Cut| {
         let p = Params { cut, ..Params::default() };
         let (u, _) =
-            solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap();
+            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
+                .unwrap();
         let faces = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut);
         faces.flat_map(|f| f.points).map(|p| u.values()[p as usize].norm()).fold(0.0, f64::max)
     };
@@ -148,7 +153,7 @@ fn a_fixed_cut_is_held() {
 fn numbers_out_of_range_are_named() {
     let mesh = block([1, 1, 1], 10.0, 0.0);
     let refused = |tissue: Tissue, load: Load, params: Params| {
-        solve(&mesh, &tissue, &load, &params, Progress::none()).unwrap_err().to_string()
+        solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap_err().to_string()
     };
     let (t, l, p) = (Tissue::default(), to(sitting()), Params::default());
     let says = |message: String, words: &[&str]| {
@@ -169,12 +174,14 @@ fn a_body_without_support_is_refused() {
     for rest in [RestState::Net, RestState::Unloaded] {
         let p = params(Order::Quadratic, rest);
         let error =
-            solve(&loose, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap_err();
+            solve(&Body::new(&loose, &Tissue::default()), &to(sitting()), &p, Progress::none())
+                .unwrap_err();
         assert!(matches!(error, Error::NoSupport { tets: 48, of: 48, tet: 0 }), "{error}");
     }
     let all = tagged(&block([1, 1, 1], 10.0, 0.0), |_| BoundaryTag::ChestWall);
     let p = params(Order::Linear, RestState::Net);
-    let error = solve(&all, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap_err();
+    let error = solve(&Body::new(&all, &Tissue::default()), &to(sitting()), &p, Progress::none())
+        .unwrap_err();
     assert!(matches!(error, Error::NothingFree), "{error}");
 }
 
@@ -193,7 +200,8 @@ fn a_separate_piece_is_refused() {
     }));
     let mesh = TetMesh::new(points, tets, boundary).unwrap();
     let p = Params::default();
-    let error = solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap_err();
+    let error = solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
+        .unwrap_err();
     assert!(matches!(error, Error::NoSupport { tets: 6, of: 12, tet: 6 }), "{error}");
 }
 
@@ -201,7 +209,8 @@ fn a_separate_piece_is_refused() {
 fn a_load_that_is_not_solved_is_an_error_with_figures() {
     let mesh = block([2, 2, 4], 10.0, 0.1);
     let p = Params { max_iterations: 1, ..Params::default() };
-    let error = solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap_err();
+    let error = solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
+        .unwrap_err();
     let message = error.to_string();
     let Error::NonConvergence { iterations, residual, tet, load_share, .. } = error else {
         panic!("{message}");
@@ -216,7 +225,7 @@ fn load_steps_are_the_last_resort_and_are_told() {
     let mesh = block([2, 2, 3], 10.0, 0.1);
     let run = |max_iterations| {
         let p = Params { max_iterations, ..params(Order::Linear, RestState::Net) };
-        solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::none()).unwrap()
+        solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none()).unwrap()
     };
     let (direct, info) = run(60);
     assert_eq!(info.load_steps, 1);
@@ -239,7 +248,7 @@ fn a_stop_is_obeyed_at_every_call() {
             true
         };
         let run = |sink: &(dyn Fn(f64) -> bool + Sync)| {
-            solve(&mesh, &Tissue::default(), &to(sitting()), &p, Progress::new(sink))
+            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::new(sink))
         };
         run(&count).unwrap();
         let all = calls.load(Ordering::Relaxed);
@@ -259,7 +268,8 @@ fn the_same_input_gives_the_same_bits() {
     for rest in [RestState::Net, RestState::Unloaded] {
         let p = params(Order::Quadratic, rest);
         let tissue = Tissue { young_kpa: 2.0, ..Tissue::default() };
-        let run = || solve(&mesh, &tissue, &to(sitting()), &p, Progress::none()).unwrap();
+        let run =
+            || solve(&Body::new(&mesh, &tissue), &to(sitting()), &p, Progress::none()).unwrap();
         assert_eq!(run(), run());
     }
 }
@@ -284,7 +294,7 @@ proptest! {
         let rest = if unloaded { RestState::Unloaded } else { RestState::Net };
         let tissue = Tissue { young_kpa, poisson, ..Tissue::default() };
         let load = to(BedPose { ap_deg, lat_deg }.gravity());
-        match solve(&mesh, &tissue, &load, &params(order, rest), Progress::none()) {
+        match solve(&Body::new(&mesh, &tissue), &load, &params(order, rest), Progress::none()) {
             Ok((u, info)) => {
                 prop_assert!(info.residual <= 1e-10 && info.min_det_f > 0.0);
                 let wall = mesh.points().iter().zip(u.values()).filter(|(p, _)| p.z == 0.0);

@@ -8,7 +8,7 @@
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use std::fs::File;
-use supine_fem::{Cut, Error, Info, Load, Params, RestState, Tissue, solve};
+use supine_fem::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, solve};
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
 
@@ -60,7 +60,8 @@ impl Case {
         let tissue = Tissue { young_kpa, ..Tissue::default() };
         let load = Load { ct: supine(), target };
         let params = Params { order: self.order, ..params };
-        let (u, info) = solve(&mesh(self.name), &tissue, &load, &params, Progress::none()).unwrap();
+        let (u, info) =
+            solve(&Body::new(&mesh(self.name), &tissue), &load, &params, Progress::none()).unwrap();
         assert_eq!(u.order(), self.order);
         (u.values().to_vec(), info)
     }
@@ -157,7 +158,7 @@ fn tissue_too_soft_for_an_unloaded_shape_is_refused_with_a_modulus_that_is_not()
     let load = Load { ct: supine(), target: tilt() };
     let at = |young_kpa: f64| {
         let tissue = Tissue { young_kpa, ..Tissue::default() };
-        solve(&mesh("1.6k"), &tissue, &load, &params, Progress::none())
+        solve(&Body::new(&mesh("1.6k"), &tissue), &load, &params, Progress::none())
     };
     let refused = at(0.2).unwrap_err();
     let Error::NoUnloadedShape { young_kpa, exists_from_kpa, .. } = refused else {

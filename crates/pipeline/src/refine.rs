@@ -1,7 +1,7 @@
 //! Where a mesh is to be finer.
 
 use crate::RunError;
-use supine_fem::{Load, Tissue, error_shares};
+use supine_fem::{Body, Load, Tissue, error_shares};
 use supine_space::{Progress, Sphere};
 use supine_tetrahedralise::{Domain, Near, Refinement};
 
@@ -54,7 +54,8 @@ impl Refine {
                 let (first, _) = domain.mesh(tetrahedra.min(FIRST), progress.part(0.0, 0.6))?;
                 let Goal { place, tissue, load, solver } = goal;
                 let progress = progress.part(0.6, 1.0);
-                let shares = error_shares(&first, tissue, load, solver, place, progress)?;
+                let shares =
+                    error_shares(&Body::new(&first, tissue), load, solver, place, progress)?;
                 Ok(Refinement::balanced(&first, &shares, solver.order)?)
             }
         }

@@ -4,6 +4,7 @@ use crate::bench::{Bench, Done, Made};
 use crate::{Case, RunError, Stage};
 use serde::{Deserialize, Serialize};
 use supine_exchange::{read_vtu, write_vtu};
+use supine_fem::Body;
 use supine_mesh::{Displacement, TetMesh};
 
 /// What is known of the solution beside the displacement.
@@ -32,8 +33,12 @@ pub(crate) fn solve(
             displacement.ok_or(RunError::NoDisplacement { path })
         },
         |store, progress| {
-            let (displacement, info) =
-                supine_fem::solve(&mesh.product, &case.tissue, &load, &params, progress)?;
+            let (displacement, info) = supine_fem::solve(
+                &Body::new(&mesh.product, &case.tissue),
+                &load,
+                &params,
+                progress,
+            )?;
             let path = store.path("mesh/deformed.vtu")?;
             write_vtu(&mesh.product, Some(&displacement), &path).map_err(RunError::Product)?;
             let solve = supine_report::Solve {

@@ -1,0 +1,60 @@
+//! What is deformed.
+
+use crate::material::NeoHookean;
+use crate::{Error, Tissue};
+use supine_mesh::TetMesh;
+
+/// A meshed body and what it is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Body<'a> {
+    /// Its shape in the CT.
+    pub mesh: &'a TetMesh,
+    /// Its tissue; the modulus counts where `young_kpa` gives none.
+    pub tissue: &'a Tissue,
+    /// Young's modulus of each tetrahedron, kPa, in place of that of `tissue`.
+    pub young_kpa: Option<&'a [f64]>,
+}
+
+impl<'a> Body<'a> {
+    /// A body of one tissue.
+    pub fn new(mesh: &'a TetMesh, tissue: &'a Tissue) -> Self {
+        Self { mesh, tissue, young_kpa: None }
+    }
+
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] names the value and its range, [`Error::Moduli`] says that there are not as
+    /// many moduli as tetrahedra.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        self.tissue.check()?;
+        let Some(moduli) = self.young_kpa else { return Ok(()) };
+        if moduli.len() != self.mesh.tets().len() {
+            return Err(Error::Moduli { moduli: moduli.len(), tets: self.mesh.tets().len() });
+        }
+        moduli.iter().try_for_each(|&young_kpa| Tissue { young_kpa, ..*self.tissue }.check())
+    }
+
+    /// The law of each tetrahedron, its moduli taken `factor` times.
+    pub(crate) fn materials(&self, factor: f64) -> Vec<NeoHookean> {
+        let of = |young_kpa: f64| {
+            NeoHookean::new(&Tissue { young_kpa: young_kpa * factor, ..*self.tissue })
+        };
+        match self.young_kpa {
+            Some(moduli) => moduli.iter().map(|e| of(*e)).collect(),
+            None => vec![of(self.tissue.young_kpa); self.mesh.tets().len()],
+        }
+    }
+
+    /// Mean modulus over the volume, kPa.
+    pub(crate) fn mean_young_kpa(&self) -> f64 {
+        let Some(moduli) = self.young_kpa else { return self.tissue.young_kpa };
+        let (mut sum, mut whole) = (0.0, 0.0);
+        for (t, e) in moduli.iter().enumerate() {
+            let volume = self.mesh.volume(t);
+            sum += e * volume;
+            whole += volume;
+        }
+        sum / whole
+    }
+}
