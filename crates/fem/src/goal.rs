@@ -58,7 +58,7 @@ impl Job<'_> {
         let means = self.means(goal, &nodes, positions.len())?;
         let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
         let pattern = Pattern::new(&elements.nodes, &held, Storage::Lower);
-        let model = Model { elements, materials: self.body.materials(self.stiffer) };
+        let model = Model::new(elements, self.body.materials(self.stiffer));
         let force = (self.load.target - self.load.ct) * self.body.tissue.weight();
         let load = model.elements.load(held.len(), force);
         let zero = vec![Vector::zeros(); held.len()];
@@ -70,7 +70,10 @@ impl Job<'_> {
             |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.body.mesh, field);
         let own = lack(&found.u);
         let means = means.each_ref().map(Vec::as_slice);
-        let adjoints = newton.linearised(&found.u, means).ok_or(Error::Singular)?;
+        let adjoints = newton
+            .linearised(&found.u, means)
+            .map_err(|_| Error::Memory { unknowns: newton.unknowns() })?
+            .ok_or(Error::Singular)?;
         let theirs = adjoints.map(|adjoint| lack(&adjoint));
         let weight = |t: usize| 2.0 * model.materials[t].mu;
         let share = |t: usize| {

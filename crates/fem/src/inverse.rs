@@ -8,11 +8,11 @@
 
 use crate::element::Elements;
 use crate::krylov::{gmres, norm};
-use crate::linear::Cholesky;
 use crate::material::{Deformation, NeoHookean};
-use crate::model::{Folded, Model, pairs};
-use crate::newton::{FLOOR, Halt};
-use crate::pattern::Pattern;
+use crate::model::{Folded, Model};
+use crate::newton::Halt;
+use crate::pattern::{Block, Pattern, Storage, block, pairs};
+use crate::tangent::Tangent;
 use supine_space::{Matrix, Progress, Vector};
 
 /// Steps are shortened at most so often.
@@ -74,9 +74,9 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     ///
     /// # Errors
     /// When an element of X is turned inside out.
-    pub(crate) fn derivative(&self, y: &[Vector], values: &mut [f64]) -> Result<(), Folded> {
-        values.fill(0.0);
-        for (e, nodes) in self.loaded.nodes.iter().enumerate() {
+    pub(crate) fn derivative(&self, y: &[Vector], values: &mut [Block]) -> Result<(), Folded> {
+        values.fill([0.0; 9]);
+        for e in 0..self.loaded.nodes.len() {
             let NeoHookean { mu, lambda } = self.materials[e];
             let mut blocks = [[Matrix::zeros(); N]; N];
             for q in 0..Q {
@@ -89,15 +89,15 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                     (stress * g[a] - g[a] * (j * lambda) - body) * weight
                 });
                 let shear = weight * j * mu;
-                for (a, c) in pairs::<N>(self.full, e) {
+                for (a, c) in pairs(N, Storage::Full) {
                     let block = &mut blocks[a][c];
                     *block += left[a] * t[c].transpose();
                     *block -= f * (shear * g[a].dot(&bg[c]));
                     *block -= bg[c] * (t[a] * shear).transpose();
                 }
             }
-            for (a, c) in pairs::<N>(self.full, e) {
-                self.full.add(nodes, (e, a, c), &blocks[a][c], values);
+            for ((a, c), place) in pairs(N, Storage::Full).zip(self.full.places::<N>(e)) {
+                place.add(&block(&blocks[a][c]), values);
             }
         }
         Ok(())
@@ -126,7 +126,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         smallest_step: f64,
         progress: Progress<'_>,
     ) -> Result<(Option<Vec<Vector>>, usize), Halt> {
-        let mut solver = Solver { cholesky: Cholesky::new(self.lower)?, iterations: 0 };
+        let mut solver = Solver { tangent: Tangent::new(self.lower)?, iterations: 0 };
         let mut y = vec![Vector::zeros(); self.positions.len()];
         let (mut share, mut step) = (0.0f64, 1.0);
         while share < 1.0 {
@@ -146,7 +146,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
-        Some(Model { elements, materials: self.materials.to_vec() })
+        Some(Model::new(elements, self.materials.to_vec()))
     }
 }
 
@@ -162,12 +162,12 @@ struct Point {
     stress: Matrix,
 }
 
-struct Solver {
-    cholesky: Cholesky,
+struct Solver<'a> {
+    tangent: Tangent<'a>,
     iterations: usize,
 }
 
-impl Solver {
+impl Solver<'_> {
     fn newton<const N: usize, const Q: usize>(
         &mut self,
         problem: &Inverse<'_, N, Q>,
@@ -187,7 +187,7 @@ impl Solver {
             self.iterations += 1;
             // No more digits than the next iteration can keep.
             let digits = relative.min(1e-2).max(0.1 * goal / relative);
-            let Some(direction) = self.direction(problem, &y, &r, digits) else {
+            let Some(direction) = self.direction(problem, &y, &r, digits)? else {
                 return Ok(None);
             };
             let next = (0..SHORTENINGS).find_map(|shortening| {
@@ -213,25 +213,24 @@ impl Solver {
         y: &[Vector],
         r: &[f64],
         digits: f64,
-    ) -> Option<Vec<Vector>> {
-        let mut values = vec![0.0; problem.full.entries()];
-        problem.derivative(y, &mut values).ok()?;
-        let body = problem.body(y)?;
+    ) -> Result<Option<Vec<Vector>>, Halt> {
+        let mut values = problem.full.zeros()?;
+        if problem.derivative(y, &mut values).is_err() {
+            return Ok(None);
+        }
+        let Some(body) = problem.body(y) else { return Ok(None) };
         let back: Vec<Vector> = y.iter().map(|y| -y).collect();
-        let mut stiffness = vec![0.0; problem.lower.entries()];
-        let floors = [None, Some(FLOOR)];
-        floors.into_iter().find(|&floor| {
-            body.stiffness(&back, floor, problem.lower, &mut stiffness).is_ok()
-                && self.cholesky.factorise(problem.lower, &stiffness)
-        })?;
+        if !self.tangent.renew(&body, &back)? {
+            return Ok(None);
+        }
         let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
         let direction = gmres(
-            |x| problem.full.multiply(&values, x),
-            |x| self.cholesky.solve(x),
+            |x, product| problem.full.multiply(&values, x, product),
+            |x| self.tangent.apply_factor(x),
             &wanted,
             digits,
             KRYLOV_STEPS,
-        )?;
-        Some(problem.full.scatter(&direction))
+        );
+        Ok(direction.map(|direction| problem.full.scatter(&direction)))
     }
 }

@@ -12,6 +12,7 @@
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
 
+mod batch;
 mod body;
 mod element;
 mod error;
@@ -22,12 +23,14 @@ mod linear;
 mod material;
 mod model;
 mod newton;
+mod pack;
 mod params;
 mod pattern;
 mod rest;
 #[cfg(test)]
 mod solve_tests;
 mod support;
+mod tangent;
 #[cfg(test)]
 mod test_mesh;
 

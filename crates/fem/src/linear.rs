@@ -1,12 +1,17 @@
 //! The sparse direct solver.
 
-use crate::pattern::Pattern;
+use crate::pattern::{Block, Pattern};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::PermRef;
+use faer::sparse::SparseColMatRef;
+use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
+use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side};
 
 /// There is not enough memory for the factors.
@@ -20,23 +25,42 @@ fn buffer(request: StackReq) -> Result<MemBuffer, OutOfMemory> {
     MemBuffer::try_new(request).map_err(|_| OutOfMemory)
 }
 
-fn finite(x: &[f64]) -> bool {
-    x.iter().all(|v| v.is_finite())
+/// Digits in which a factor is computed.
+pub(crate) trait Digits: RealField + Copy {
+    /// Rounds to these digits.
+    fn of(value: f64) -> Self;
+    /// The value.
+    fn value(self) -> f64;
 }
 
-/// Cholesky factor L Lᵀ of the symmetric matrices of one pattern (lower half stored).
-///
-/// The pattern is analysed once and factorised many times, on one thread: several threads were never
-/// faster at these sizes, and one thread gives the same bytes everywhere.
-pub(crate) struct Cholesky {
+impl Digits for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn value(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Digits for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+}
+
+/// What the factors of all matrices of one pattern (lower half stored) share.
+#[derive(Debug)]
+pub(crate) struct Analysis {
+    columns: SymbolicSparseColMat<usize>,
     symbolic: SymbolicCholesky<usize>,
-    factor: Vec<f64>,
-    work: MemBuffer,
-    solve_work: MemBuffer,
 }
 
-impl Cholesky {
-    /// Analyses the pattern (minimum-degree ordering).
+impl Analysis {
+    /// Orders the unknowns by minimum degree, node by node (Amestoy, Davis and Duff 1996), and finds the
+    /// entries of the factor.
     ///
     /// # Errors
     /// When there is not enough memory.
@@ -50,26 +74,92 @@ impl Cholesky {
             supernodal_flop_ratio_threshold: threshold,
             ..Default::default()
         };
-        let columns = pattern.columns().as_ref();
-        let ordering = SymmetricOrdering::Amd;
-        let symbolic = factorize_symbolic_cholesky(columns, Side::Lower, ordering, parameters)
-            .map_err(|_| OutOfMemory)?;
-        let work = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let solve_work = symbolic.solve_in_place_scratch::<f64>(1, Par::Seq);
-        let mut factor = Vec::new();
-        factor.try_reserve_exact(symbolic.len_val()).map_err(|_| OutOfMemory)?;
-        factor.resize(symbolic.len_val(), 0.0);
-        Ok(Self { symbolic, factor, work: buffer(work)?, solve_work: buffer(solve_work)? })
+        let (order, inverse) = minimum_degree(pattern)?;
+        let ordering =
+            SymmetricOrdering::Custom(PermRef::new_checked(&order, &inverse, order.len()));
+        let columns = pattern.scalar_columns();
+        let symbolic =
+            factorize_symbolic_cholesky(columns.as_ref(), Side::Lower, ordering, parameters)
+                .map_err(|_| OutOfMemory)?;
+        Ok(Self { columns, symbolic })
     }
 
-    /// Factorises; false when the matrix is not positive definite.
-    pub(crate) fn factorise(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
-        if !finite(values) {
+    /// Stored entries of a factor.
+    pub(crate) fn entries(&self) -> usize {
+        self.symbolic.len_val()
+    }
+
+    /// Unknowns.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.columns.ncols()
+    }
+}
+
+/// The elimination order of the unknowns and its inverse.
+fn minimum_degree(pattern: &Pattern) -> Result<(Vec<usize>, Vec<usize>), OutOfMemory> {
+    let graph = pattern.graph();
+    let nodes = graph.ncols();
+    let (mut order, mut inverse) = (vec![0; nodes], vec![0; nodes]);
+    let mut work = buffer(amd::order_scratch::<usize>(nodes, graph.compute_nnz()))?;
+    let control = amd::Control::default();
+    amd::order(&mut order, &mut inverse, graph.as_ref(), control, MemStack::new(&mut work))
+        .map_err(|_| OutOfMemory)?;
+    let each =
+        |nodes: Vec<usize>| nodes.iter().flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+    Ok((each(order), each(inverse)))
+}
+
+/// Cholesky factor L Lᵀ of a symmetric matrix, in the digits of `T`.
+///
+/// Computed on one thread: several were never faster at these sizes, and one gives the same bytes
+/// everywhere.
+pub(crate) struct Factor<T> {
+    /// The matrix, as [`Pattern::scalars`] gives it.
+    values: Vec<T>,
+    entries: Vec<T>,
+    right: Vec<T>,
+    work: MemBuffer,
+    solve_work: MemBuffer,
+}
+
+impl<T: Digits> Factor<T> {
+    /// Room for a factor.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn new(analysis: &Analysis) -> Result<Self, OutOfMemory> {
+        let symbolic = &analysis.symbolic;
+        let work = symbolic.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
+        let solve_work = symbolic.solve_in_place_scratch::<T>(1, Par::Seq);
+        let zeros = |n: usize| -> Result<Vec<T>, OutOfMemory> {
+            let mut values = Vec::new();
+            values.try_reserve_exact(n).map_err(|_| OutOfMemory)?;
+            values.resize(n, T::of(0.0));
+            Ok(values)
+        };
+        Ok(Self {
+            values: zeros(analysis.columns.compute_nnz())?,
+            entries: zeros(symbolic.len_val())?,
+            right: zeros(analysis.unknowns())?,
+            work: buffer(work)?,
+            solve_work: buffer(solve_work)?,
+        })
+    }
+
+    /// Factorises; false when the matrix is not positive definite in these digits.
+    pub(crate) fn factorise(
+        &mut self,
+        analysis: &Analysis,
+        pattern: &Pattern,
+        blocks: &[Block],
+    ) -> bool {
+        if !blocks.iter().flatten().all(|v| v.is_finite()) {
             return false;
         }
-        let outcome = self.symbolic.factorize_numeric_llt::<f64>(
-            &mut self.factor,
-            pattern.matrix(values),
+        pattern.scalars(blocks, T::of, &mut self.values);
+        let outcome = analysis.symbolic.factorize_numeric_llt::<T>(
+            &mut self.entries,
+            SparseColMatRef::new(analysis.columns.as_ref(), &self.values),
             Side::Lower,
             Default::default(),
             Par::Seq,
@@ -80,14 +170,22 @@ impl Cholesky {
     }
 
     /// Solves in place with the last factor; false when the result is not finite.
-    pub(crate) fn solve(&mut self, x: &mut [f64]) -> bool {
+    pub(crate) fn solve(&mut self, analysis: &Analysis, x: &mut [f64]) -> bool {
+        // A vector of any size fits the digits.
+        let scale = x.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        if scale == 0.0 {
+            return true;
+        }
+        self.right.clear();
+        self.right.extend(x.iter().map(|v| T::of(v / scale)));
         let rows = x.len();
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+        LltRef::new(&analysis.symbolic, &self.entries).solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(x, rows, 1),
+            MatMut::from_column_major_slice_mut(&mut self.right, rows, 1),
             Par::Seq,
             MemStack::new(&mut self.solve_work),
         );
-        finite(x)
+        x.iter_mut().zip(&self.right).for_each(|(x, v)| *x = v.value() * scale);
+        x.iter().all(|v| v.is_finite())
     }
 }

@@ -70,6 +70,7 @@ impl NeoHookean {
     }
 
     /// Energy Ψ per stress-free volume, kPa.
+    #[cfg(test)]
     pub(crate) fn energy(&self, d: &Deformation) -> f64 {
         // tr FᵀF − 3 by way of grad u, without the cancellation.
         let stretch = 2.0 * d.gradient.trace() + d.gradient.norm_squared();
@@ -84,6 +85,7 @@ impl NeoHookean {
     /// First Piola-Kirchhoff stress P = μ F + (λ ln J − μ) F^-T, kPa.
     ///
     /// Row = current axis, column = stress-free axis.
+    #[cfg(test)]
     pub(crate) fn stress(&self, d: &Deformation) -> Matrix {
         d.f() * self.mu + d.inverse_transpose * self.c(d)
     }

@@ -1,8 +1,9 @@
 //! Energy, forces and stiffness of a meshed body.
 
+use crate::batch::Batches;
 use crate::element::Elements;
 use crate::material::{Deformation, NeoHookean};
-use crate::pattern::Pattern;
+use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use supine_space::{Matrix, Vector};
 
 /// A body on its stress-free shape.
@@ -12,6 +13,7 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     pub(crate) elements: Elements<N, Q>,
     /// What each element is made of.
     pub(crate) materials: Vec<NeoHookean>,
+    batches: Batches<N, Q>,
 }
 
 /// Volume ratio det F over all quadrature points.
@@ -30,6 +32,12 @@ pub(crate) struct VolumeRatio {
 pub(crate) struct Folded(pub(crate) usize);
 
 impl<const N: usize, const Q: usize> Model<N, Q> {
+    /// `elements` made of `materials`.
+    pub(crate) fn new(elements: Elements<N, Q>, materials: Vec<NeoHookean>) -> Self {
+        let batches = Batches::new(&elements, &materials);
+        Self { elements, materials, batches }
+    }
+
     fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Deformation> {
         Deformation::new(self.elements.gradient(e, q, u))
     }
@@ -38,76 +46,86 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         (0..self.elements.nodes.len()).flat_map(|e| (0..Q).map(move |q| (e, q)))
     }
 
-    /// Elastic energy ∫ Ψ, mN mm; infinite where an element is turned inside out.
-    pub(crate) fn energy(&self, u: &[Vector]) -> f64 {
-        let mut energy = 0.0;
-        for (e, q) in self.points() {
-            let Some(d) = self.deformation(e, q, u) else { return f64::INFINITY };
-            energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
-        }
-        energy
-    }
-
-    /// Internal nodal forces ∫ P grad N_a, mN.
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN) one element after the other.
     ///
     /// # Errors
     /// When an element is turned inside out.
-    pub(crate) fn forces(&self, u: &[Vector]) -> Result<Vec<Vector>, Folded> {
+    #[cfg(test)]
+    pub(crate) fn plain(&self, u: &[Vector]) -> Result<(f64, Vec<Vector>), Folded> {
+        let mut energy = 0.0;
         let mut forces = vec![Vector::zeros(); u.len()];
         for (e, q) in self.points() {
             let d = self.deformation(e, q, u).ok_or(Folded(e))?;
+            energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
             let stress = self.materials[e].stress(&d) * self.elements.weights[e][q];
             for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
                 forces[*node as usize] += stress * g;
             }
         }
-        Ok(forces)
+        Ok((energy, forces))
     }
 
-    /// Fills `values` with the stiffness ∂f/∂u, mN/mm, on the places of `pattern`.
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN).
     ///
-    /// K_ab = Σ_q w_q [ μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ ], g_a = grad N_a,
-    /// h_a = F^-T g_a, c = λ ln J − μ. With a `floor` (a share of μ) the eigenvalues of the material tangent
-    /// are lifted to it at every quadrature point, which makes the stiffness positive definite.
+    /// `None` when an element is turned inside out.
+    pub(crate) fn evaluate(&self, u: &[Vector]) -> Option<(f64, Vec<Vector>)> {
+        let mut forces = vec![Vector::zeros(); u.len()];
+        let energy = self.batches.evaluate(u, &mut forces)?;
+        Some((energy, forces))
+    }
+
+    /// Fills `blocks` with the stiffness
     ///
-    /// # Errors
-    /// When an element is turned inside out.
+    /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
+    /// c = λ ln J − μ.
+    ///
+    /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
         &self,
         u: &[Vector],
-        floor: Option<f64>,
         pattern: &Pattern,
-        values: &mut [f64],
-    ) -> Result<(), Folded> {
-        values.fill(0.0);
+        blocks: &mut [Block],
+    ) -> Option<()> {
+        self.batches.stiffness(u, pattern, blocks)
+    }
+
+    /// Fills `blocks` with the stiffness whose material tangent has its eigenvalues raised to `floor` (a
+    /// share of μ) at every quadrature point, which makes it positive definite.
+    ///
+    /// `None` when an element is turned inside out.
+    pub(crate) fn lifted_stiffness(
+        &self,
+        u: &[Vector],
+        floor: f64,
+        pattern: &Pattern,
+        blocks: &mut [Block],
+    ) -> Option<()> {
+        blocks.fill([0.0; 9]);
         for e in 0..self.elements.nodes.len() {
             let material = &self.materials[e];
-            let lambda = material.lambda;
-            let mut blocks = [[Matrix::zeros(); N]; N];
+            let mut own = [[Matrix::zeros(); N]; N];
             for q in 0..Q {
-                let d = self.deformation(e, q, u).ok_or(Folded(e))?;
+                let d = self.deformation(e, q, u)?;
                 let weight = self.elements.weights[e][q];
                 let g = &self.elements.gradients[e][q];
                 let h = g.map(|g| d.inverse_transpose * g);
                 let (mu, c) = (weight * material.mu, weight * material.c(&d));
-                let lifts =
-                    floor.map_or_else(Vec::new, |floor| material.lift(&d, floor * material.mu));
-                for (a, b) in pairs::<N>(pattern, e) {
-                    let block = &mut blocks[a][b];
-                    *block += h[a] * (h[b] * (weight * lambda)).transpose();
+                let lifts = material.lift(&d, floor * material.mu);
+                for (a, b) in pairs(N, Storage::Lower) {
+                    let block = &mut own[a][b];
+                    *block += h[a] * (h[b] * (weight * material.lambda)).transpose();
                     *block -= h[b] * (h[a] * c).transpose();
-                    let own = mu * g[a].dot(&g[b]);
-                    (0..3).for_each(|i| block[(i, i)] += own);
+                    *block += Matrix::from_diagonal_element(mu * g[a].dot(&g[b]));
                     for (lift, m) in &lifts {
                         *block += (m * g[a]) * (m * g[b] * (weight * lift)).transpose();
                     }
                 }
             }
-            for (a, b) in pairs::<N>(pattern, e) {
-                pattern.add(&self.elements.nodes[e], (e, a, b), &blocks[a][b], values);
+            for ((a, b), place) in pairs(N, Storage::Lower).zip(pattern.places::<N>(e)) {
+                place.add(&block(&own[a][b]), blocks);
             }
         }
-        Ok(())
+        Some(())
     }
 
     /// Range of det F.
@@ -125,16 +143,6 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         }
         Ok(range)
     }
-}
-
-/// The node pairs (row, column) of an element whose blocks are stored.
-pub(crate) fn pairs<const N: usize>(
-    pattern: &Pattern,
-    element: usize,
-) -> impl Iterator<Item = (usize, usize)> {
-    (0..N)
-        .flat_map(|a| (0..N).map(move |b| (a, b)))
-        .filter(move |&(a, b)| pattern.holds::<N>(element, a, b))
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! Newton's method for the minimum of the potential energy.
 
-use crate::linear::{Cholesky, OutOfMemory};
+use crate::linear::OutOfMemory;
 use crate::model::Model;
 use crate::pattern::Pattern;
+use crate::tangent::{Answer, Tangent};
 use supine_space::{Progress, Stopped, Vector};
 
-/// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
-pub(crate) const FLOOR: f64 = 1e-3;
 /// Share of the promised decrease of energy that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Steps are shortened at most so often.
@@ -19,6 +18,14 @@ const SMALL_LOAD: f64 = 1e-4;
 const STEP_GOAL: f64 = 1e-6;
 /// Smallest load step.
 const SMALLEST_STEP: f64 = 1.0 / 32.0;
+/// Share of the residual that may remain of the first direction, the most of a later one, and of one that
+/// counts as the exact answer. In between it falls with the residual, so that Newton's method stays
+/// quadratic: Eisenstat and Walker, SIAM J. Sci. Comput. 17, 1996, choice 2.
+const FIRST_DIGITS: f64 = 0.03;
+const FEWEST_DIGITS: f64 = 0.1;
+const ALL_DIGITS: f64 = 1e-11;
+/// The last direction leaves this share of the goal.
+const SPARE: f64 = 0.3;
 /// Iterations of a load step: one that needs more is cut.
 const STEP_ITERATIONS: usize = 20;
 
@@ -96,8 +103,7 @@ pub(crate) struct Newton<'a, const N: usize, const Q: usize> {
     model: &'a Model<N, Q>,
     pattern: &'a Pattern,
     held: &'a [bool],
-    cholesky: Cholesky,
-    values: Vec<f64>,
+    tangent: Tangent<'a>,
     /// Norm of the nodal forces of full gravity, mN.
     weight: f64,
     max_iterations: usize,
@@ -144,10 +150,9 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         weight: f64,
         max_iterations: usize,
     ) -> Result<Self, OutOfMemory> {
-        let cholesky = Cholesky::new(pattern)?;
-        let values = vec![0.0; pattern.entries()];
+        let tangent = Tangent::new(pattern)?;
         let effort = Effort::default();
-        Ok(Self { model, pattern, held, cholesky, values, weight, max_iterations, effort })
+        Ok(Self { model, pattern, held, tangent, weight, max_iterations, effort })
     }
 
     /// The equilibrium under `load` (mN per node): in one go from `start` (mm), and if that fails
@@ -224,6 +229,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             return stall(Cause::Start, f64::INFINITY, u);
         };
         let (first, mut share) = (state.residual, 0f64);
+        let mut digits = FIRST_DIGITS;
         for _ in 0..most {
             if state.residual <= goal {
                 return Ok(Equilibrium { u: state.u, residual: state.residual });
@@ -231,11 +237,15 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             share = share.max((first / state.residual).ln() / (first / goal).ln());
             progress.at(share)?;
             self.effort.iterations += 1;
-            let Some(direction) = self.direction(&state) else {
+            let least = (SPARE * goal / state.residual).min(FIRST_DIGITS);
+            let Some(direction) = self.direction(&state, digits.max(least))? else {
                 return stall(Cause::Singular, state.residual, state.u);
             };
             match self.search(&state, &direction, load) {
-                Some(next) => state = next,
+                Some(next) => {
+                    digits = FEWEST_DIGITS.min(0.9 * (next.residual / state.residual).powi(2));
+                    state = next;
+                }
                 None => return stall(Cause::NoDescent, state.residual, state.u),
             }
         }
@@ -256,18 +266,16 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     }
 
     /// Whether the body is stable at `u`: its exact stiffness is positive definite.
-    pub(crate) fn is_stable(&mut self, u: &[Vector]) -> bool {
-        self.model.stiffness(u, None, self.pattern, &mut self.values).is_ok()
-            && self.cholesky.factorise(self.pattern, &self.values)
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn is_stable(&mut self, u: &[Vector]) -> Result<bool, OutOfMemory> {
+        self.tangent.is_definite(self.model, u)
     }
 
     /// The state with displacement `u`; `None` when an element is turned inside out.
     fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State> {
-        let energy = self.model.energy(&u);
-        if !energy.is_finite() {
-            return None;
-        }
-        let mut forces = self.model.forces(&u).ok()?;
+        let (energy, mut forces) = self.model.evaluate(&u)?;
         let mut reactions = 0.0;
         for ((force, load), held) in forces.iter_mut().zip(load).zip(self.held) {
             if *held {
@@ -283,34 +291,36 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         Some(State { u, potential: energy - work, work, out_of_balance: forces, residual })
     }
 
-    /// The Newton direction of all nodes, mm.
-    fn direction(&mut self, state: &State) -> Option<Vec<Vector>> {
-        let [mut direction] = self.linearised(&state.u, [&state.out_of_balance])?;
-        direction.iter_mut().for_each(|d| *d = -*d);
-        Some(direction)
+    /// The Newton direction of all nodes, mm, to `digits`; `None` when the stiffness is singular.
+    fn direction(
+        &mut self,
+        state: &State,
+        digits: f64,
+    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
+        let right: Vec<f64> =
+            self.pattern.gather(&state.out_of_balance).iter().map(|r| -r).collect();
+        let found = self.tangent.answers(self.model, &state.u, [&right], digits)?;
+        Ok(found.map(|[Answer { x, exact }]| {
+            self.effort.indefinite += usize::from(!exact);
+            self.pattern.scatter(&x)
+        }))
     }
 
     /// The linear answers of all nodes at displacement `u` to nodal values `q` (those of held nodes count
     /// for nothing): with the exact stiffness, or the lifted one where the exact one is not positive
     /// definite. `None` when neither has a factor.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
     pub(crate) fn linearised<const K: usize>(
         &mut self,
         u: &[Vector],
         q: [&[Vector]; K],
-    ) -> Option<[Vec<Vector>; K]> {
-        for floor in [None, Some(FLOOR)] {
-            if self.model.stiffness(u, floor, self.pattern, &mut self.values).is_err() {
-                return None;
-            }
-            if self.cholesky.factorise(self.pattern, &self.values) {
-                let mut answers = q.map(|q| self.pattern.gather(q));
-                if answers.iter_mut().all(|answer| self.cholesky.solve(answer)) {
-                    return Some(answers.map(|answer| self.pattern.scatter(&answer)));
-                }
-            }
-            self.effort.indefinite += usize::from(floor.is_none());
-        }
-        None
+    ) -> Result<Option<[Vec<Vector>; K]>, OutOfMemory> {
+        let right = q.map(|q| self.pattern.gather(q));
+        let right = right.each_ref().map(Vec::as_slice);
+        let found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+        Ok(found.map(|answers| answers.map(|answer| self.pattern.scatter(&answer.x))))
     }
 
     /// The first state along `direction` that lowers the potential enough, from the full step down.

@@ -1,6 +1,7 @@
-//! Which entries the stiffness matrix has, and where an element's blocks go.
+//! Which blocks the stiffness matrix has, and where an element's blocks go.
 
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use crate::linear::OutOfMemory;
+use faer::sparse::SymbolicSparseColMat;
 use supine_space::{Matrix, Vector};
 
 /// No place: the block belongs to a held node, or to the half that is not stored.
@@ -15,17 +16,54 @@ pub(crate) enum Storage {
     Full,
 }
 
-/// Compressed columns of a matrix over the free nodes, three unknowns each.
+/// A 3 × 3 block, one row after the other.
+pub(crate) type Block = [f64; 9];
+
+/// Where the block of a pair of an element's nodes is added.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place(u32);
+
+impl Place {
+    /// Adds a block (row node, column node) to the blocks of the matrix.
+    #[inline(always)]
+    pub(crate) fn add(self, block: &Block, blocks: &mut [Block]) {
+        if self.0 == NONE {
+            return;
+        }
+        let own = &mut blocks[(self.0 >> 1) as usize];
+        if self.0 & 1 == 0 {
+            own.iter_mut().zip(block).for_each(|(own, b)| *own += b);
+        } else {
+            for i in 0..3 {
+                for k in 0..3 {
+                    own[3 * k + i] += block[3 * i + k];
+                }
+            }
+        }
+    }
+}
+
+/// Columns of 3 × 3 blocks over the free nodes.
 #[derive(Debug)]
 pub(crate) struct Pattern {
     storage: Storage,
     /// The free nodes in ascending order.
     free: Vec<u32>,
-    /// Per node its position in `free`, or `NONE`.
-    number: Vec<u32>,
-    columns: SymbolicSparseColMat<usize>,
-    /// Per element, row node and column node: position of the block in its column.
-    place: Vec<u32>,
+    /// Number of nodes, held ones included.
+    nodes: usize,
+    /// Per free node where its column begins.
+    starts: Vec<usize>,
+    /// Row of each block; the diagonal one first where only the lower half is stored.
+    rows: Vec<u32>,
+    /// Per element and pair of its nodes, in the order of [`pairs`].
+    places: Vec<Place>,
+}
+
+/// The pairs (row, column) of an element's `nodes` nodes whose blocks it adds: each once, the row not
+/// before the column, where the matrix is symmetric.
+pub(crate) fn pairs(nodes: usize, storage: Storage) -> impl Iterator<Item = (usize, usize)> {
+    let last = move |a: usize| if storage == Storage::Full { nodes } else { a + 1 };
+    (0..nodes).flat_map(move |a| (0..last(a)).map(move |b| (a, b)))
 }
 
 impl Pattern {
@@ -41,34 +79,53 @@ impl Pattern {
         let stored = |row: u32, column: u32| {
             row != NONE && column != NONE && (storage == Storage::Full || row >= column)
         };
-        let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); free.len()];
-        for element in elements {
-            for column in element.map(|n| number[n as usize]) {
-                for row in element.map(|n| number[n as usize]) {
-                    if stored(row, column) {
-                        neighbours[column as usize].push(row);
+        // The elements around each free node, one node after the other.
+        let mut next = vec![0usize; free.len() + 1];
+        let of_free = |element: &[u32; N]| element.map(|n| number[n as usize]);
+        for column in elements.iter().flat_map(of_free).filter(|&n| n != NONE) {
+            next[column as usize + 1] += 1;
+        }
+        (0..free.len()).for_each(|n| next[n + 1] += next[n]);
+        let (first, mut around) = (next.clone(), vec![0; next[free.len()]]);
+        for (e, element) in elements.iter().enumerate() {
+            for column in of_free(element).into_iter().filter(|&n| n != NONE) {
+                around[next[column as usize]] = e;
+                next[column as usize] += 1;
+            }
+        }
+        // The rows of each column, each once.
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        let mut seen = vec![NONE; free.len()];
+        for column in 0..free.len() as u32 {
+            let begin = rows.len();
+            for &e in &around[first[column as usize]..first[column as usize + 1]] {
+                for row in of_free(&elements[e]) {
+                    if stored(row, column) && seen[row as usize] != column {
+                        seen[row as usize] = column;
+                        rows.push(row);
                     }
                 }
             }
+            rows[begin..].sort_unstable();
+            starts.push(rows.len());
         }
-        for rows in &mut neighbours {
-            rows.sort_unstable();
-            rows.dedup();
-        }
-        let mut place = Vec::with_capacity(elements.len() * N * N);
-        for element in elements {
-            for row in element.map(|n| number[n as usize]) {
-                for column in element.map(|n| number[n as usize]) {
-                    place.push(if stored(row, column) {
-                        neighbours[column as usize].partition_point(|&r| r < row) as u32
-                    } else {
-                        NONE
-                    });
-                }
+        let place = |row: u32, column: u32| {
+            if row == NONE || column == NONE {
+                return Place(NONE);
             }
+            let turned = storage == Storage::Lower && row < column;
+            let (row, column) = if turned { (column, row) } else { (row, column) };
+            let start = starts[column as usize];
+            let within = &rows[start..starts[column as usize + 1]];
+            let block = start + within.partition_point(|&r| r < row);
+            Place((block as u32) << 1 | u32::from(turned))
+        };
+        let mut places = Vec::new();
+        for element in elements {
+            let own = element.map(|n| number[n as usize]);
+            places.extend(pairs(N, storage).map(|(a, b)| place(own[a], own[b])));
         }
-        let columns = compressed_columns(&neighbours, storage);
-        Self { storage, free, number, columns, place }
+        Self { storage, free, nodes: fixed.len(), starts, rows, places }
     }
 
     /// Number of unknowns: three per free node.
@@ -76,62 +133,91 @@ impl Pattern {
         3 * self.free.len()
     }
 
-    /// Number of stored entries.
-    pub(crate) fn entries(&self) -> usize {
-        self.columns.row_idx().len()
+    /// A matrix of this pattern, all zero.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn zeros(&self) -> Result<Vec<Block>, OutOfMemory> {
+        let mut blocks = Vec::new();
+        blocks.try_reserve_exact(self.rows.len()).map_err(|_| OutOfMemory)?;
+        blocks.resize(self.rows.len(), [0.0; 9]);
+        Ok(blocks)
     }
 
-    /// The columns, for a symbolic factorisation.
-    pub(crate) fn columns(&self) -> &SymbolicSparseColMat<usize> {
-        &self.columns
+    /// Where the pairs of `element`'s nodes are added, in the order of [`pairs`].
+    pub(crate) fn places<const N: usize>(&self, element: usize) -> &[Place] {
+        let each = if self.storage == Storage::Full { N * N } else { N * (N + 1) / 2 };
+        &self.places[element * each..][..each]
     }
 
-    /// The matrix with these entries.
-    pub(crate) fn matrix<'a>(&'a self, values: &'a [f64]) -> SparseColMatRef<'a, usize, f64> {
-        SparseColMatRef::new(self.columns.as_ref(), values)
+    /// Rows of the blocks in the column of a free node.
+    fn column(&self, column: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let range = self.starts[column]..self.starts[column + 1];
+        range.map(|block| (block, self.rows[block] as usize))
     }
 
-    /// The matrix with these entries times x.
-    pub(crate) fn multiply(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
-        let (starts, rows) = (self.columns.col_ptr(), self.columns.row_idx());
-        let mut product = vec![0.0; x.len()];
-        for (column, x) in x.iter().enumerate() {
-            let range = starts[column]..starts[column + 1];
-            for (&row, value) in rows[range.clone()].iter().zip(&values[range]) {
-                product[row] += value * x;
+    /// The pattern node by node.
+    pub(crate) fn graph(&self) -> SymbolicSparseColMat<usize> {
+        let rows = self.rows.iter().map(|&r| r as usize).collect();
+        SymbolicSparseColMat::new_checked(
+            self.free.len(),
+            self.free.len(),
+            self.starts.clone(),
+            None,
+            rows,
+        )
+    }
+
+    /// The pattern unknown by unknown.
+    pub(crate) fn scalar_columns(&self) -> SymbolicSparseColMat<usize> {
+        let (mut starts, mut rows) = (vec![0], Vec::with_capacity(9 * self.rows.len()));
+        self.each_entry(|row, _| rows.push(row), |end| starts.push(end));
+        SymbolicSparseColMat::new_checked(self.unknowns(), self.unknowns(), starts, None, rows)
+    }
+
+    /// The entries in the order of [`Self::scalar_columns`].
+    pub(crate) fn scalars<T>(&self, blocks: &[Block], to: impl Fn(f64) -> T, out: &mut Vec<T>) {
+        out.clear();
+        self.each_entry(|_, (block, entry)| out.push(to(blocks[block][entry])), |_| ());
+    }
+
+    /// Visits every stored entry (row; block and place in it) and the end of every column.
+    fn each_entry(&self, mut entry: impl FnMut(usize, (usize, usize)), mut end: impl FnMut(usize)) {
+        let mut count = 0;
+        for column in 0..self.free.len() {
+            for k in 0..3 {
+                for (block, row) in self.column(column) {
+                    let own = self.storage == Storage::Lower && row == column;
+                    for i in (if own { k } else { 0 })..3 {
+                        entry(3 * row + i, (block, 3 * i + k));
+                        count += 1;
+                    }
+                }
+                end(count);
             }
         }
-        product
     }
 
-    /// Whether the block of two nodes (row, column) of an element is stored.
-    pub(crate) fn holds<const N: usize>(&self, element: usize, row: usize, column: usize) -> bool {
-        self.place[(element * N + row) * N + column] != NONE
-    }
-
-    /// Adds the 3 × 3 block of two nodes (row, column) of an element to the entries.
-    pub(crate) fn add<const N: usize>(
-        &self,
-        element: &[u32; N],
-        at: (usize, usize, usize),
-        block: &Matrix,
-        values: &mut [f64],
-    ) {
-        let (index, row, column) = at;
-        let place = self.place[(index * N + row) * N + column];
-        if place == NONE {
-            return;
-        }
-        let first_column = 3 * self.number[element[column] as usize] as usize;
-        let lower = self.storage == Storage::Lower;
-        for k in 0..3 {
-            // A lower column starts at its own diagonal entry.
-            let skipped = if lower { k } else { 0 };
-            let first = if place == 0 { skipped } else { 0 };
-            let start = self.columns.col_ptr()[first_column + k] + 3 * place as usize;
-            for i in first..3 {
-                values[start + i - skipped] += block[(i, k)];
+    /// The matrix with these blocks times x.
+    pub(crate) fn multiply(&self, blocks: &[Block], x: &[f64], product: &mut [f64]) {
+        product.fill(0.0);
+        for column in 0..self.free.len() {
+            let own: [f64; 3] = [0, 1, 2].map(|k| x[3 * column + k]);
+            let mut sum = [0.0; 3];
+            for (block, row) in self.column(column) {
+                let b = &blocks[block];
+                let to = &mut product[3 * row..3 * row + 3];
+                for i in 0..3 {
+                    to[i] += b[3 * i] * own[0] + b[3 * i + 1] * own[1] + b[3 * i + 2] * own[2];
+                }
+                if self.storage == Storage::Lower && row != column {
+                    let other = &x[3 * row..3 * row + 3];
+                    for k in 0..3 {
+                        sum[k] += b[k] * other[0] + b[3 + k] * other[1] + b[6 + k] * other[2];
+                    }
+                }
             }
+            (0..3).for_each(|k| product[3 * column + k] += sum[k]);
         }
     }
 
@@ -142,7 +228,7 @@ impl Pattern {
 
     /// The vector of unknowns as vectors of all nodes, zero at held ones.
     pub(crate) fn scatter(&self, unknowns: &[f64]) -> Vec<Vector> {
-        let mut nodes = vec![Vector::zeros(); self.number.len()];
+        let mut nodes = vec![Vector::zeros(); self.nodes];
         for (v, &n) in unknowns.chunks_exact(3).zip(&self.free) {
             nodes[n as usize] = Vector::new(v[0], v[1], v[2]);
         }
@@ -150,19 +236,7 @@ impl Pattern {
     }
 }
 
-fn compressed_columns(neighbours: &[Vec<u32>], storage: Storage) -> SymbolicSparseColMat<usize> {
-    let size = 3 * neighbours.len();
-    let mut starts = vec![0];
-    let mut rows = Vec::new();
-    for (node, near) in neighbours.iter().enumerate() {
-        for k in 0..3 {
-            for &row in near {
-                let own = storage == Storage::Lower && row as usize == node;
-                let first = if own { k } else { 0 };
-                rows.extend((first..3).map(|i| 3 * row as usize + i));
-            }
-            starts.push(rows.len());
-        }
-    }
-    SymbolicSparseColMat::new_checked(size, size, starts, None, rows)
+/// A matrix as a block.
+pub(crate) fn block(m: &Matrix) -> Block {
+    std::array::from_fn(|n| m[(n / 3, n % 3)])
 }

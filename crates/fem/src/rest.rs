@@ -30,7 +30,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<(Vec<Vector>, Info), Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
-    let model = Model { elements: shape, materials: job.body.materials(job.stiffer) };
+    let model = Model::new(shape, job.body.materials(job.stiffer));
     let load =
         model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); held.len()];
@@ -140,7 +140,9 @@ fn unload<const N: usize, const Q: usize>(
     };
     let to_ct: Vec<Vector> = to_rest.iter().map(|y| -y).collect();
     let mut newton = job.newton(&model, pattern, held)?;
-    if !newton.is_stable(&to_ct) {
+    let stable =
+        newton.is_stable(&to_ct).map_err(|_| Error::Memory { unknowns: pattern.unknowns() })?;
+    if !stable {
         return Ok(Err("the CT shape would not be a stable position of the tissue".into()));
     }
     let back = reload(job, &mut newton, &model, progress.part(0.6, 1.0))?;

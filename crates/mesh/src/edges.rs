@@ -19,11 +19,35 @@ impl Edges {
             let (a, b) = (tet[a], tet[b]);
             [a.min(b), a.max(b)]
         };
-        let mut ends: Vec<[u32; 2]> =
-            mesh.tets().iter().flat_map(|t| TET_EDGES.map(|e| edge(t, e))).collect();
-        ends.sort_unstable();
-        ends.dedup();
-        let index = |key: [u32; 2]| ends.partition_point(|e| *e < key) as u32;
+        // The higher ends of each point's edges, one point after the other.
+        let points = mesh.points().len();
+        let mut next = vec![0usize; points + 1];
+        for [low, _] in mesh.tets().iter().flat_map(|t| TET_EDGES.map(|e| edge(t, e))) {
+            next[low as usize + 1] += 1;
+        }
+        (0..points).for_each(|p| next[p + 1] += next[p]);
+        let mut high = vec![0; next[points]];
+        let first = next.clone();
+        for [low, other] in mesh.tets().iter().flat_map(|t| TET_EDGES.map(|e| edge(t, e))) {
+            high[next[low as usize]] = other;
+            next[low as usize] += 1;
+        }
+        let (mut ends, mut starts) = (Vec::new(), vec![0u32]);
+        for (low, range) in first.windows(2).enumerate() {
+            let own = &mut high[range[0]..range[1]];
+            own.sort_unstable();
+            let mut last = None;
+            for &other in own.iter() {
+                if last.replace(other) != Some(other) {
+                    ends.push([low as u32, other]);
+                }
+            }
+            starts.push(ends.len() as u32);
+        }
+        let index = |[low, high]: [u32; 2]| {
+            let own = starts[low as usize] as usize..starts[low as usize + 1] as usize;
+            (own.start + ends[own].partition_point(|e| e[1] < high)) as u32
+        };
         let of_tets = mesh.tets().iter().map(|t| TET_EDGES.map(|e| index(edge(t, e)))).collect();
         Self { ends, of_tets }
     }

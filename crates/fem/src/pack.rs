@@ -1,0 +1,133 @@
+//! Arithmetic on several elements at once.
+//!
+//! Plain loops over fixed arrays, which the compiler turns into vector instructions where
+//! [`pulp`] dispatches to them. No operation is fused, so every machine gives the same digits.
+
+use std::ops::{Add, AddAssign, Div, Mul, Sub};
+
+/// Elements worked on at once.
+pub(crate) const LANES: usize = 8;
+
+/// One number of each of several elements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub(crate) struct Pack(pub(crate) [f64; LANES]);
+
+macro_rules! lanewise {
+    ($trait:ident, $function:ident, $op:tt) => {
+        impl $trait for Pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(mut self, other: Self) -> Self {
+                for (a, b) in self.0.iter_mut().zip(other.0) {
+                    *a = *a $op b;
+                }
+                self
+            }
+        }
+    };
+}
+
+lanewise!(Add, add, +);
+lanewise!(Sub, sub, -);
+lanewise!(Mul, mul, *);
+lanewise!(Div, div, /);
+
+impl AddAssign for Pack {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Pack {
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+
+    /// The same number for each.
+    #[inline(always)]
+    pub(crate) fn all(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    /// ln (1 + x) for x > −1, to two units of the last digit.
+    ///
+    /// 1 + x = 2^k m with m in [√½, √2); ln m = 2 artanh(f / (2 + f)), f = m − 1, by its series' best
+    /// polynomial, and what rounding took from 1 + x is given back. Source: FreeBSD msun `e_log.c`,
+    /// `s_log1p.c` (Sun Microsystems 1993).
+    #[inline(always)]
+    pub(crate) fn ln_1p(self) -> Self {
+        const LN2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
+        const SERIES: [f64; 7] = [
+            6.666_666_666_666_735e-1,
+            3.999_999_999_940_942e-1,
+            2.857_142_874_366_239e-1,
+            2.222_219_843_214_978_4e-1,
+            1.818_357_216_161_805e-1,
+            1.531_383_769_920_937_3e-1,
+            1.479_819_860_511_658_6e-1,
+        ];
+        /// Bits of √½: subtracted, they leave the exponent k.
+        const ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
+        const MANTISSA: u64 = (1 << 52) - 1;
+        let mut out = [0.0; LANES];
+        for (out, x) in out.iter_mut().zip(self.0) {
+            let whole = 1.0 + x;
+            let bits = whole.to_bits().wrapping_sub(ROOT);
+            // An arithmetic shift of 64 bits has no vector instruction before AVX-512.
+            let exponent = ((bits >> 52) as i32) << 20 >> 20;
+            let m = f64::from_bits((bits & MANTISSA).wrapping_add(ROOT));
+            let k = f64::from(exponent);
+            let lost = (x - (whole - 1.0)) / whole;
+            let f = m - 1.0;
+            let s = f / (2.0 + f);
+            let z = s * s;
+            let mut r = SERIES[6];
+            for c in SERIES[..6].iter().rev() {
+                r = r * z + c;
+            }
+            let half = 0.5 * f * f;
+            let small = s * (half + z * r) + (k * LN2[1] + lost);
+            *out = k * LN2[0] - ((half - small) - f);
+        }
+        Self(out)
+    }
+
+    /// Whether each is above 0 and finite.
+    #[inline(always)]
+    pub(crate) fn all_positive(self) -> bool {
+        let mut all = true;
+        for v in self.0 {
+            all &= v > 0.0 && v < f64::INFINITY;
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_logarithm_is_that_of_the_library(exponent in -40.0..6.0f64, below in any::<bool>()) {
+            let size = 2f64.powf(exponent);
+            let x = if below { -(size.min(0.999_999)) } else { size };
+            let (ours, theirs) = (Pack::all(x).ln_1p(), x.ln_1p());
+            prop_assert!(ours.0.iter().all(|v| v.to_bits() == ours.0[0].to_bits()));
+            prop_assert!((ours.0[0] - theirs).abs() <= 4.0 * f64::EPSILON * theirs.abs(),
+                "{x}: {} {theirs}", ours.0[0]);
+        }
+    }
+
+    #[test]
+    fn nothing_has_no_logarithm() {
+        assert_eq!(Pack::ZERO.ln_1p(), Pack::ZERO);
+        assert!(Pack::all(1e-300).all_positive());
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let mut pack = Pack::all(1.0);
+            pack.0[5] = bad;
+            assert!(!pack.all_positive(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Linear answers with the stiffness at a displacement.
+
+use crate::krylov::conjugate_gradients;
+use crate::linear::{Analysis, Factor, OutOfMemory};
+use crate::model::Model;
+use crate::pattern::{Block, Pattern};
+use supine_space::Vector;
+
+/// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
+pub(crate) const FLOOR: f64 = 1e-3;
+/// Steps of the iteration when the factor is that of the matrix itself; two or three are usual.
+const FRESH_STEPS: usize = 25;
+
+/// A factor whose product undoes that of the matrix nearly.
+enum Preconditioner {
+    /// Half the memory and time, seven digits.
+    Single(Factor<f32>),
+    Double(Factor<f64>),
+}
+
+/// The stiffness of one body, and a factor of it or of a former one.
+///
+/// Systems are solved by conjugate gradients (Hestenes and Stiefel 1952) on the exact stiffness; the factor
+/// is only their preconditioner. It may be rounded, and serves until the iteration becomes slow.
+pub(crate) struct Tangent<'a> {
+    pattern: &'a Pattern,
+    analysis: Analysis,
+    blocks: Vec<Block>,
+    preconditioner: Preconditioner,
+    /// There is a factor.
+    factorised: bool,
+    /// Factorisations so far.
+    pub(crate) factors: usize,
+}
+
+/// The answer of the linear system.
+pub(crate) struct Answer {
+    pub(crate) x: Vec<f64>,
+    /// That of the exact stiffness, not of the lifted one.
+    pub(crate) exact: bool,
+}
+
+impl<'a> Tangent<'a> {
+    /// Analyses the pattern (lower half stored).
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn new(pattern: &'a Pattern) -> Result<Self, OutOfMemory> {
+        let analysis = Analysis::new(pattern)?;
+        let preconditioner = Preconditioner::Single(Factor::new(&analysis)?);
+        let blocks = pattern.zeros()?;
+        Ok(Self { pattern, analysis, blocks, preconditioner, factorised: false, factors: 0 })
+    }
+
+    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, or with the lifted
+    /// stiffness where the exact one is not positive definite.
+    ///
+    /// `None` when an element is turned inside out at `u` or neither has a factor.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn answers<const N: usize, const Q: usize, const K: usize>(
+        &mut self,
+        model: &Model<N, Q>,
+        u: &[Vector],
+        right: [&[f64]; K],
+        goal: f64,
+    ) -> Result<Option<[Answer; K]>, OutOfMemory> {
+        if model.stiffness(u, self.pattern, &mut self.blocks).is_none() {
+            return Ok(None);
+        }
+        if self.factorised
+            && let Some(found) = self.iterate(right, goal, self.patience())
+        {
+            return Ok(Some(found));
+        }
+        loop {
+            if self.factorise()
+                && let Some(found) = self.iterate(right, goal, FRESH_STEPS)
+            {
+                return Ok(Some(found));
+            }
+            if model.lifted_stiffness(u, FLOOR, self.pattern, &mut self.blocks).is_none() {
+                return Ok(None);
+            }
+            if self.factorise() {
+                let answers = right.map(|right| {
+                    let mut x = right.to_vec();
+                    self.apply_factor(&mut x).then_some(Answer { x, exact: false })
+                });
+                return Ok(all(answers));
+            }
+            if !self.more_digits()? || model.stiffness(u, self.pattern, &mut self.blocks).is_none()
+            {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Whether the exact stiffness at `u` is positive definite.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn is_definite<const N: usize, const Q: usize>(
+        &mut self,
+        model: &Model<N, Q>,
+        u: &[Vector],
+    ) -> Result<bool, OutOfMemory> {
+        if model.stiffness(u, self.pattern, &mut self.blocks).is_none() {
+            return Ok(false);
+        }
+        Ok(self.factorise() || (self.more_digits()? && self.factorise()))
+    }
+
+    /// Replaces `x` by what the factor makes of it.
+    pub(crate) fn apply_factor(&mut self, x: &mut [f64]) -> bool {
+        match &mut self.preconditioner {
+            Preconditioner::Single(factor) => factor.solve(&self.analysis, x),
+            Preconditioner::Double(factor) => factor.solve(&self.analysis, x),
+        }
+    }
+
+    /// Makes the factor that of the exact stiffness of `model` at `u`, or of the lifted one.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn renew<const N: usize, const Q: usize>(
+        &mut self,
+        model: &Model<N, Q>,
+        u: &[Vector],
+    ) -> Result<bool, OutOfMemory> {
+        loop {
+            let blocks = &mut self.blocks;
+            if model.stiffness(u, self.pattern, blocks).is_none() {
+                return Ok(false);
+            }
+            if self.factorise() {
+                return Ok(true);
+            }
+            let blocks = &mut self.blocks;
+            if model.lifted_stiffness(u, FLOOR, self.pattern, blocks).is_none() {
+                return Ok(false);
+            }
+            if self.factorise() {
+                return Ok(true);
+            }
+            if !self.more_digits()? {
+                return Ok(false);
+            }
+        }
+    }
+
+    fn factorise(&mut self) -> bool {
+        self.factors += 1;
+        self.factorised = match &mut self.preconditioner {
+            Preconditioner::Single(f) => f.factorise(&self.analysis, self.pattern, &self.blocks),
+            Preconditioner::Double(f) => f.factorise(&self.analysis, self.pattern, &self.blocks),
+        };
+        self.factorised
+    }
+
+    /// Changes to a factor in all digits; false when it is one already.
+    fn more_digits(&mut self) -> Result<bool, OutOfMemory> {
+        if matches!(self.preconditioner, Preconditioner::Double(_)) {
+            return Ok(false);
+        }
+        self.preconditioner = Preconditioner::Double(Factor::new(&self.analysis)?);
+        Ok(true)
+    }
+
+    /// Steps of the iteration that cost about as much as a new factor: the operations of a factorisation
+    /// grow with the square of the entries in a column, those of a step with their number, and memory
+    /// slows the step down.
+    fn patience(&self) -> usize {
+        let entries_per_column = self.analysis.entries() / self.analysis.unknowns().max(1);
+        (entries_per_column / 32).clamp(6, 30)
+    }
+
+    fn iterate<const K: usize>(
+        &mut self,
+        right: [&[f64]; K],
+        goal: f64,
+        most: usize,
+    ) -> Option<[Answer; K]> {
+        let answers = right.map(|right| {
+            let (pattern, blocks, analysis) = (self.pattern, &self.blocks, &self.analysis);
+            let preconditioner = &mut self.preconditioner;
+            let x = conjugate_gradients(
+                |x, product| pattern.multiply(blocks, x, product),
+                |x| match preconditioner {
+                    Preconditioner::Single(factor) => factor.solve(analysis, x),
+                    Preconditioner::Double(factor) => factor.solve(analysis, x),
+                },
+                right,
+                goal,
+                most,
+            )?;
+            Some(Answer { x, exact: true })
+        });
+        all(answers)
+    }
+}
+
+/// All values, if each is one.
+fn all<T, const K: usize>(values: [Option<T>; K]) -> Option<[T; K]> {
+    let values: Option<Vec<T>> = values.into_iter().collect();
+    values.and_then(|values| values.try_into().ok())
+}
