@@ -1,7 +1,7 @@
 //! Displacement of a mesh.
 
 use crate::{Edges, TetMesh};
-use supine_space::Vector;
+use supine_space::{Matrix, Vector};
 
 /// Polynomial order of the displacement within a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,16 +64,19 @@ impl Displacement {
         edges: &Edges,
         values: Vec<Vector>,
     ) -> Result<Self, DisplacementError> {
-        let (points, n_edges) = (mesh.points().len(), edges.ends().len());
-        let order = match values.len() {
-            n if n == points => Order::Linear,
-            n if n == points + n_edges => Order::Quadratic,
-            n => return Err(DisplacementError::Count { values: n, points, edges: n_edges }),
-        };
+        let order = order_of(mesh, edges, values.len())?;
         match values.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
             Some(n) => Err(DisplacementError::NotFinite(n)),
             None => Ok(Self { order, values }),
         }
+    }
+
+    /// Checks that this is a displacement of `mesh`.
+    ///
+    /// # Errors
+    /// [`DisplacementError::Count`] when it has another number of vectors.
+    pub fn check(&self, mesh: &TetMesh, edges: &Edges) -> Result<(), DisplacementError> {
+        order_of(mesh, edges, self.values.len()).map(|_| ())
     }
 
     /// No displacement.
@@ -111,9 +114,39 @@ impl Displacement {
         }
     }
 
+    /// Derivative of the displacement within tetrahedron `tet` at barycentric coordinates `l`, without
+    /// unit: row = component of the displacement, column = axis of the CT.
+    ///
+    /// Σ u_n (grad N_n)ᵀ with the N of [`Self::at`].
+    pub fn gradient(&self, mesh: &TetMesh, edges: &Edges, tet: usize, l: [f64; 4]) -> Matrix {
+        let slopes = mesh.slopes(tet);
+        let corner = mesh.tets()[tet].map(|p| self.values[p as usize]);
+        if self.order == Order::Linear {
+            return (0..4).map(|a| corner[a] * slopes[a].transpose()).sum();
+        }
+        let n = mesh.points().len();
+        let corners: Matrix =
+            (0..4).map(|a| corner[a] * slopes[a].transpose() * (4.0 * l[a] - 1.0)).sum();
+        let sides = crate::TET_EDGES.iter().zip(edges.of_tets()[tet]).map(|(&[a, b], e)| {
+            let slope = slopes[b] * l[a] + slopes[a] * l[b];
+            self.values[n + e as usize] * slope.transpose() * 4.0
+        });
+        corners + sides.sum::<Matrix>()
+    }
+
     /// Largest norm, mm.
     pub fn max_norm(&self) -> f64 {
         self.values.iter().map(|v| v.norm()).fold(0.0, f64::max)
+    }
+}
+
+/// The order whose nodes number `values`.
+fn order_of(mesh: &TetMesh, edges: &Edges, values: usize) -> Result<Order, DisplacementError> {
+    let (points, edges) = (mesh.points().len(), edges.ends().len());
+    match values {
+        n if n == points => Ok(Order::Linear),
+        n if n == points + edges => Ok(Order::Quadratic),
+        values => Err(DisplacementError::Count { values, points, edges }),
     }
 }
 

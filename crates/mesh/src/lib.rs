@@ -1,10 +1,12 @@
-//! Tetrahedral meshes with tagged boundary, displacements, quality and point location.
+//! Tetrahedral meshes with tagged boundary, displacements at any point, quality and point location.
 //!
 //! Knows no voxels, no material and no file.
 
 mod displacement;
 mod edges;
+mod embedding;
 mod locate;
+mod motion;
 mod quality;
 mod tet_mesh;
 mod transfer;
@@ -12,7 +14,9 @@ mod tri_surface;
 
 pub use displacement::{Displacement, DisplacementError, Order};
 pub use edges::{Edges, TET_EDGES};
+pub use embedding::{Beside, Embedding, Place};
 pub use locate::{Located, Locator};
+pub use motion::{Motion, Surround};
 pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,

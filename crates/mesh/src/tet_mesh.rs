@@ -1,7 +1,7 @@
 //! The tetrahedral mesh.
 
 use std::collections::BTreeMap;
-use supine_space::Point;
+use supine_space::{Point, Vector};
 
 /// What a boundary face is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -220,6 +220,15 @@ impl TetMesh {
     pub fn bounds(&self) -> (Point, Point) {
         let start = (self.points[0], self.points[0]);
         self.points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
+    }
+
+    /// Gradients of the four barycentric coordinates of a tetrahedron, 1/mm.
+    pub fn slopes(&self, tet: usize) -> [Vector; 4] {
+        let [a, b, c, d] = self.corners(tet);
+        let (u, v, w) = (b - a, c - a, d - a);
+        let volume = u.dot(&v.cross(&w));
+        let (sb, sc, sd) = (v.cross(&w) / volume, w.cross(&u) / volume, u.cross(&v) / volume);
+        [-(sb + sc + sd), sb, sc, sd]
     }
 
     /// Volume of a tetrahedron, mm³.

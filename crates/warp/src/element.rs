@@ -1,8 +1,8 @@
 //! The deformation gradient of a mesh under its displacement.
 
 use rayon::prelude::*;
-use supine_mesh::{Displacement, Edges, Order, TET_EDGES, TetMesh};
-use supine_space::{Matrix, Vector};
+use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_space::Matrix;
 
 /// The deformation gradient F within one tetrahedron, d(deformed)/d(CT), without unit.
 ///
@@ -12,31 +12,16 @@ use supine_space::{Matrix, Vector};
 pub(crate) struct Gradient([Matrix; 4]);
 
 impl Gradient {
-    /// F = I + Σ u_n ⊗ ∇N_n; N_a = l_a (linear), or l_a (2 l_a - 1) and 4 l_a l_b (quadratic).
+    /// F = I + grad u.
     pub(crate) fn new(
         mesh: &TetMesh,
         edges: &Edges,
         displacement: &Displacement,
         tet: usize,
     ) -> Self {
-        let slopes = barycentric_slopes(mesh, tet);
-        let corners = mesh.tets()[tet].map(|p| displacement.values()[p as usize]);
-        if displacement.order() == Order::Linear {
-            let sum: Matrix = (0..4).map(|a| corners[a] * slopes[a].transpose()).sum();
-            return Self([Matrix::identity() + sum; 4]);
-        }
-        let points = mesh.points().len();
-        let sides = edges.of_tets()[tet].map(|e| displacement.values()[points + e as usize]);
         Self([0, 1, 2, 3].map(|at| {
-            let l = |a: usize| if a == at { 1.0 } else { 0.0 };
-            let mut f = Matrix::identity();
-            for a in 0..4 {
-                f += corners[a] * slopes[a].transpose() * (4.0 * l(a) - 1.0);
-            }
-            for ([a, b], u) in TET_EDGES.into_iter().zip(sides) {
-                f += u * (slopes[b] * l(a) + slopes[a] * l(b)).transpose() * 4.0;
-            }
-            f
+            let corner = [0, 1, 2, 3].map(|a| if a == at { 1.0 } else { 0.0 });
+            Matrix::identity() + displacement.gradient(mesh, edges, tet, corner)
         }))
     }
 
@@ -45,15 +30,6 @@ impl Gradient {
         let f: Matrix = (0..4).map(|a| self.0[a] * l[a]).sum();
         f.determinant()
     }
-}
-
-/// Gradients of the four barycentric coordinates in patient space, 1/mm.
-fn barycentric_slopes(mesh: &TetMesh, tet: usize) -> [Vector; 4] {
-    let [a, b, c, d] = mesh.corners(tet);
-    let (u, v, w) = (b - a, c - a, d - a);
-    let volume = u.dot(&v.cross(&w));
-    let (sb, sc, sd) = (v.cross(&w) / volume, w.cross(&u) / volume, u.cross(&v) / volume);
-    [-(sb + sc + sd), sb, sc, sd]
 }
 
 /// Points at which det F of a tetrahedron is looked at: the centre alone for linear displacement,

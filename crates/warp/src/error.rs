@@ -1,5 +1,6 @@
 //! What can go wrong.
 
+use supine_mesh::DisplacementError;
 use supine_space::Stopped;
 
 /// Why a volume, field or list of points could not be warped.
@@ -7,18 +8,8 @@ use supine_space::Stopped;
 #[non_exhaustive]
 pub enum Error {
     /// The displacement belongs to another mesh.
-    #[error(
-        "the displacement holds {values} vectors, but the mesh has {points} points and {edges} \
-         edges: it belongs to another mesh"
-    )]
-    Displacement {
-        /// Vectors of the displacement.
-        values: usize,
-        /// Points of the mesh.
-        points: usize,
-        /// Edges of the mesh.
-        edges: usize,
-    },
+    #[error("the displacement belongs to another mesh: {0}")]
+    Displacement(#[from] DisplacementError),
     /// An axis of the volume has a single voxel: nothing can be interpolated along it.
     #[error("the volume has {size:?} voxels; interpolation needs 2 or more along each axis")]
     Thin {

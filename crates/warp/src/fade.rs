@@ -56,7 +56,7 @@ pub(crate) fn fade_towards_cut(
     let at_width = |width: f64| -> Result<Displacement, Error> {
         let values = displacement.values().iter().zip(&depths);
         let values = values.map(|(u, depth)| u * share(depth / width)).collect();
-        rebuild(mesh, edges, values)
+        Ok(Displacement::new(mesh, edges, values)?)
     };
     match params.fade_mm {
         Some(0.0) => return Ok(left_alone),
@@ -103,19 +103,6 @@ pub(crate) fn fade_towards_cut(
 fn share(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
-}
-
-fn rebuild(
-    mesh: &TetMesh,
-    edges: &Edges,
-    values: Vec<supine_space::Vector>,
-) -> Result<Displacement, Error> {
-    let count = values.len();
-    Displacement::new(mesh, edges, values).map_err(|_| Error::Displacement {
-        values: count,
-        points: mesh.points().len(),
-        edges: edges.ends().len(),
-    })
 }
 
 fn cut_surface(mesh: &TetMesh) -> Option<TriMesh> {

@@ -2,7 +2,7 @@
 
 use crate::predicate::Index;
 use crate::{Error, Params, collar::Collar, fade::fade_towards_cut, pieces::Pieces};
-use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_mesh::{Displacement, Edges, TetMesh};
 use supine_space::Grid;
 
 /// Tetrahedra in the index space of a grid, before and after deformation.
@@ -51,15 +51,7 @@ impl Prepared {
     ) -> Result<Self, Error> {
         params.check()?;
         let edges = Edges::new(mesh);
-        let (points, n_edges) = (mesh.points().len(), edges.ends().len());
-        let want = match displacement.order() {
-            Order::Linear => points,
-            Order::Quadratic => points + n_edges,
-        };
-        let values = displacement.values().len();
-        if values != want {
-            return Err(Error::Displacement { values, points, edges: n_edges });
-        }
+        displacement.check(mesh, &edges)?;
         let faded = fade_towards_cut(mesh, &edges, displacement, params)?;
         Ok(Self {
             edges,
