@@ -274,6 +274,13 @@ pub(crate) struct Solve {
     /// What holds the cut
     #[arg(long, value_enum, default_value = "free")]
     pub(crate) cut: Cut,
+    /// Also how the displacement depends on the modulus: the field `displacement_per_kpa`
+    #[arg(long)]
+    pub(crate) sensitivity: bool,
+    /// Also the displacement at both ends of an interval of moduli, kPa: the fields
+    /// `displacement_low_modulus` and `displacement_high_modulus`
+    #[arg(long, value_name = "LOW,HIGH", value_parser = two)]
+    pub(crate) young_interval: Option<Two>,
     /// The same problem for another solver (.feb, .inp), before it is solved; with --rest net
     #[arg(long, value_name = "FILE")]
     pub(crate) problem: Option<PathBuf>,

@@ -267,6 +267,7 @@ fn wrong_usage() {
         &["solve", "--mesh", "m.vtu", "--out", "d.vtu"],
         &["solve", "--mesh", "m.vtu", "--bed", "7", "--out", "d.vtu"],
         &["solve", "--mesh", "m.vtu", "--bed", "7,5", "--sitting", "--out", "d.vtu"],
+        &["solve", "--mesh", "m.vtu", "--sitting", "--young-interval", "2", "--out", "d.vtu"],
         &["mesh", "--labels", "l.nrrd", "--centre", "1,2", "--radius", "9", "--tetrahedra", "9"],
         &["run", "case.toml", "--out", "out", "--until", "lunch"],
         &["run", "case.toml", "--out", "out", "--threads", "many"],

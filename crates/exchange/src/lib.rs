@@ -41,7 +41,7 @@ mod vtu;
 
 pub use error::{Error, ErrorKind, Problem};
 pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
-pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_problem};
+pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use surfaces::{SurfaceFrame, read_surface};

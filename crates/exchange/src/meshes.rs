@@ -1,6 +1,6 @@
 //! Meshes in the formats of other programs.
 
-use crate::{Error, feb, file, inp, msh, read_vtu, write_vtu};
+use crate::{Error, feb, file, inp, msh, read_vtu, vtu};
 use std::path::Path;
 use supine_mesh::{Displacement, Order, TetMesh};
 use supine_space::Vector;
@@ -80,7 +80,7 @@ pub fn read_mesh(path: &Path) -> Result<(TetMesh, Option<Displacement>), Error> 
 }
 
 /// Writes a mesh at the CT shape (LPS, mm) with its boundary and, if given, its displacement (mm):
-/// `.vtu` as [`write_vtu`] does, `.msh` as Gmsh 4.1.
+/// `.vtu` as [`crate::write_vtu`] does, `.msh` as Gmsh 4.1.
 ///
 /// # Errors
 /// When the name ends otherwise, the displacement is of another mesh or the file cannot be written.
@@ -89,10 +89,24 @@ pub fn write_mesh(
     displacement: Option<&Displacement>,
     path: &Path,
 ) -> Result<(), Error> {
+    let fields: Vec<_> = displacement.map(|u| ("displacement", u)).into_iter().collect();
+    write_mesh_fields(mesh, &fields, path)
+}
+
+/// As [`write_mesh`], with named vector fields of one order at the nodes; only one called `displacement`
+/// is read back.
+///
+/// # Errors
+/// When the name ends otherwise, a field is of another mesh or order, or the file cannot be written.
+pub fn write_mesh_fields(
+    mesh: &TetMesh,
+    fields: &[(&str, &Displacement)],
+    path: &Path,
+) -> Result<(), Error> {
     if file::has_suffix(path, ".msh") {
-        msh::write(mesh, displacement, path)
+        msh::write(mesh, fields, path)
     } else {
-        write_vtu(mesh, displacement, path)
+        vtu::write(mesh, fields, path)
     }
 }
 

@@ -18,10 +18,12 @@ impl<'a> Nodes<'a> {
         Self { mesh, edges: (order == Order::Quadratic).then(|| Edges::new(mesh)) }
     }
 
-    /// Those that carry a displacement, or the points alone; `None` when it is of another mesh.
-    pub(crate) fn carrying(mesh: &'a TetMesh, displacement: Option<&Displacement>) -> Option<Self> {
-        let nodes = Self::new(mesh, displacement.map_or(Order::Linear, Displacement::order));
-        let fits = displacement.is_none_or(|d| d.values().len() == nodes.len());
+    /// Those that carry named fields, or the points alone; `None` when one is of another mesh or the
+    /// orders differ.
+    pub(crate) fn carrying(mesh: &'a TetMesh, fields: &[(&str, &Displacement)]) -> Option<Self> {
+        let order = fields.first().map_or(Order::Linear, |(_, field)| field.order());
+        let nodes = Self::new(mesh, order);
+        let fits = fields.iter().all(|(_, field)| field.values().len() == nodes.len());
         fits.then_some(nodes)
     }
 

@@ -37,7 +37,7 @@ pub fn error_shares(
     params.check()?;
     let edges = Edges::new(body.mesh);
     let params = Params { rest: RestState::Net, ..*params };
-    let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0 };
+    let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0, slope: false };
     match params.order {
         Order::Linear => job.shares::<4, 1>(goal, progress),
         Order::Quadratic => job.shares::<10, 4>(goal, progress),

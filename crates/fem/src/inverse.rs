@@ -8,6 +8,7 @@
 
 use crate::element::Elements;
 use crate::krylov::{gmres, norm};
+use crate::linear::OutOfMemory;
 use crate::material::{Deformation, NeoHookean};
 use crate::model::{Folded, Model};
 use crate::newton::Halt;
@@ -23,6 +24,8 @@ const ITERATIONS: usize = 20;
 const STEP_GOAL: f64 = 1e-6;
 /// Steps of the linear iteration; ten to twenty are usual, a hundred near the limit of existence.
 const KRYLOV_STEPS: usize = 120;
+/// Residual goal of linear answers that are results.
+const LINEAR_GOAL: f64 = 1e-11;
 
 /// The inverse problem of one body.
 #[derive(Clone, Copy)]
@@ -142,6 +145,38 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         Ok((Some(y), solver.iterations))
     }
 
+    /// (dR/dX)⁻¹ `q` at X = x + `y`; `None` when the iteration does not get there.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn linearised(
+        &self,
+        y: &[Vector],
+        q: &[Vector],
+    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
+        let mut solver = Solver { tangent: Tangent::new(self.lower)?, iterations: 0 };
+        let negative = solver.direction(self, y, &self.full.gather(q), LINEAR_GOAL)?;
+        Ok(negative.map(|d| d.into_iter().map(|v: Vector| -v).collect()))
+    }
+
+    /// dR/dX times `z` at X = x + `y`; `None` when an element of X is turned inside out.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn times_derivative(
+        &self,
+        y: &[Vector],
+        z: &[Vector],
+    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
+        let mut values = self.full.zeros()?;
+        if self.derivative(y, &mut values).is_err() {
+            return Ok(None);
+        }
+        let mut product = vec![0.0; self.full.unknowns()];
+        self.full.multiply(&values, &self.full.gather(z), &mut product);
+        Ok(Some(self.full.scatter(&product)))
+    }
+
     /// The body on the stress-free shape x + `y`; `None` when that is folded.
     pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
@@ -213,7 +248,7 @@ impl Solver<'_> {
         y: &[Vector],
         r: &[f64],
         digits: f64,
-    ) -> Result<Option<Vec<Vector>>, Halt> {
+    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
         let mut values = problem.full.zeros()?;
         if problem.derivative(y, &mut values).is_err() {
             return Ok(None);

@@ -3,8 +3,9 @@
 /// Solves A x = b to |A x − b| ≤ `goal` |b|; `None` when `most` steps do not suffice.
 ///
 /// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A up to sign and scale.
-/// Right-preconditioned GMRES without restart: Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986.
-/// Memory: `most` vectors at the worst.
+/// Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) that
+/// keeps the preconditioned vectors, so that an M⁻¹ that rounds costs no digits (Saad, SIAM J. Sci. Comput.
+/// 14, 1993). Memory: two times `most` vectors at the worst.
 pub(crate) fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]) -> bool,
@@ -17,6 +18,7 @@ pub(crate) fn gmres(
         return Some(b.to_vec());
     }
     let mut basis = vec![b.iter().map(|v| v / scale).collect::<Vec<f64>>()];
+    let mut preconditioned: Vec<Vec<f64>> = Vec::new();
     let mut triangle = Triangle { columns: Vec::new(), turns: Vec::new(), right: vec![scale] };
     for step in 0..most {
         let mut z = basis[step].clone();
@@ -25,6 +27,7 @@ pub(crate) fn gmres(
         }
         let mut w = vec![0.0; b.len()];
         apply(&z, &mut w);
+        preconditioned.push(z);
         let mut column: Vec<f64> = Vec::with_capacity(step + 2);
         for v in &basis {
             let part = dot(&w, v);
@@ -39,10 +42,10 @@ pub(crate) fn gmres(
         let residual = triangle.push(column);
         if residual <= goal * scale || length == 0.0 {
             let mut x = vec![0.0; b.len()];
-            for (weight, v) in triangle.solve().into_iter().zip(&basis) {
-                x.iter_mut().zip(v).for_each(|(x, v)| *x += weight * v);
+            for (weight, z) in triangle.solve().into_iter().zip(&preconditioned) {
+                x.iter_mut().zip(z).for_each(|(x, z)| *x += weight * z);
             }
-            return precondition(&mut x).then_some(x);
+            return Some(x);
         }
         w.iter_mut().for_each(|v| *v /= length);
         basis.push(w);

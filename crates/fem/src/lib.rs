@@ -27,6 +27,7 @@ mod pack;
 mod params;
 mod pattern;
 mod rest;
+mod sensitivity;
 #[cfg(test)]
 mod solve_tests;
 mod support;
@@ -38,6 +39,8 @@ pub use body::Body;
 pub use error::Error;
 pub use goal::error_shares;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
+
+pub use sensitivity::{Between, between, sensitivity};
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
 use supine_mesh::{Displacement, Edges, Order};
@@ -57,18 +60,42 @@ pub fn solve(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Displacement, Info), Error> {
+    let (displacement, _, info) = answer(body, load, params, (1.0, false), progress)?;
+    Ok((displacement, info))
+}
+
+/// As [`solve`], with all moduli taken `stiffer` times, and when asked with the derivative of the
+/// displacement per kPa of their mean.
+fn answer(
+    body: &Body<'_>,
+    load: &Load,
+    params: &Params,
+    (stiffer, slope): (f64, bool),
+    progress: Progress<'_>,
+) -> Result<(Displacement, Option<Displacement>, Info), Error> {
     body.check()?;
     load.check()?;
     params.check()?;
     let edges = Edges::new(body.mesh);
-    let job = Job { body, edges: &edges, load, params, stiffer: 1.0 };
-    let (values, mut info) = match params.order {
+    let job = Job { body, edges: &edges, load, params, stiffer, slope };
+    let Solved { u, slope, mut info } = match params.order {
         Order::Linear => job.run::<4, 1>(progress)?,
         Order::Quadratic => job.run::<10, 4>(progress)?,
     };
-    let displacement = Displacement::new(body.mesh, &edges, values)?;
+    let displacement = Displacement::new(body.mesh, &edges, u)?;
     info.max_displacement_mm = displacement.max_norm();
-    Ok((displacement, info))
+    let slope = slope.map(|s| Displacement::new(body.mesh, &edges, s)).transpose()?;
+    Ok((displacement, slope, info))
+}
+
+/// What was found, one vector per node.
+pub(crate) struct Solved {
+    /// Displacement from the CT shape, mm.
+    pub(crate) u: Vec<Vector>,
+    /// Its derivative by the mean modulus, mm/kPa, when asked for.
+    pub(crate) slope: Option<Vec<Vector>>,
+    /// How it was found.
+    pub(crate) info: Info,
 }
 
 /// What is asked.
@@ -80,26 +107,30 @@ pub(crate) struct Job<'a> {
     pub(crate) params: &'a Params,
     /// Factor of all moduli.
     pub(crate) stiffer: f64,
+    /// Whether the derivative by the modulus is wanted.
+    pub(crate) slope: bool,
 }
 
 impl Job<'_> {
     /// Solves with elements of `N` nodes and `Q` quadrature points.
-    fn run<const N: usize, const Q: usize>(
-        &self,
-        progress: Progress<'_>,
-    ) -> Result<(Vec<Vector>, Info), Error> {
+    fn run<const N: usize, const Q: usize>(&self, progress: Progress<'_>) -> Result<Solved, Error> {
         let positions = self.positions::<N>();
         let held =
             support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
         support::check_support(self.body.mesh, &held)?;
         let shape = Elements::<N, Q>::new(&positions, element_nodes(self.body.mesh, self.edges))
             .map_err(Error::flat)?;
-        let (values, mut info) = match self.params.rest {
+        let mut solved = match self.params.rest {
             RestState::Net => rest::net(self, shape, &held, progress)?,
             RestState::Unloaded => rest::unloaded(self, &positions, &shape, &held, progress)?,
         };
-        self.warn::<N>(&positions, &values, &mut info);
-        Ok((values, info))
+        self.warn::<N>(&positions, &solved.u, &mut solved.info);
+        Ok(solved)
+    }
+
+    /// Mean modulus over the volume, kPa.
+    pub(crate) fn young_kpa(&self) -> f64 {
+        self.stiffer * self.body.mean_young_kpa()
     }
 
     /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.

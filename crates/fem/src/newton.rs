@@ -255,6 +255,11 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         stall(Cause::Iterations, state.residual, state.u)
     }
 
+    /// The body.
+    pub(crate) fn model(&self) -> &'a Model<N, Q> {
+        self.model
+    }
+
     /// Number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.held.len()
@@ -320,7 +325,10 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let right = q.map(|q| self.pattern.gather(q));
         let right = right.each_ref().map(Vec::as_slice);
         let found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
-        Ok(found.map(|answers| answers.map(|answer| self.pattern.scatter(&answer.x))))
+        Ok(found.map(|answers| {
+            self.effort.indefinite += usize::from(answers.iter().any(|answer| !answer.exact));
+            answers.map(|answer| self.pattern.scatter(&answer.x))
+        }))
     }
 
     /// The first state along `direction` that lowers the potential enough, from the full step down.

@@ -2,10 +2,11 @@
 
 use crate::element::Elements;
 use crate::inverse::Inverse;
+use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
-use crate::{Error, Info, Job, Unloading};
+use crate::{Error, Info, Job, Solved, Unloading, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_space::{Progress, Vector};
 
@@ -28,7 +29,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     shape: Elements<N, Q>,
     held: &[bool],
     progress: Progress<'_>,
-) -> Result<(Vec<Vector>, Info), Error> {
+) -> Result<Solved, Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
     let model = Model::new(shape, job.body.materials(job.stiffer));
     let load =
@@ -39,7 +40,8 @@ pub(crate) fn net<const N: usize, const Q: usize>(
         .equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress)
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let info = job.info(&found, newton.effort, &model, &pattern)?;
-    Ok((found.u, info))
+    let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
+    Ok(Solved { u: found.u, slope, info })
 }
 
 /// Displacement from the CT shape when the shape without gravity is stress-free.
@@ -56,7 +58,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     shape: &Elements<N, Q>,
     held: &[bool],
     progress: Progress<'_>,
-) -> Result<(Vec<Vector>, Info), Error> {
+) -> Result<Solved, Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
     let found =
         unload(job, positions, shape, (held, &pattern), SMALLEST_STEP, progress.part(0.0, 0.6))?;
@@ -64,7 +66,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         Ok(found) => found,
         Err(problem) => {
             return Err(Error::NoUnloadedShape {
-                young_kpa: job.body.mean_young_kpa(),
+                young_kpa: job.young_kpa(),
                 problem,
                 exists_from_kpa: search_modulus(
                     job,
@@ -86,15 +88,20 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let mut info = job.info(&found, newton.effort, &model, &pattern)?;
     info.unloading = Some(unloading);
-    let softness = job.body.tissue.weight() * thickness(job) / job.body.mean_young_kpa();
+    let softness = job.body.tissue.weight() * thickness(job) / job.young_kpa();
     if softness > SOFTNESS_LIMIT {
         info.warnings.push(format!(
             "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
              {SOFTNESS_LIMIT}): from the unloaded shape small tilts give large motions"
         ));
     }
-    let from_ct = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
-    Ok((from_ct, info))
+    let slope = job.slope.then(|| {
+        let full = Pattern::new(&shape.nodes, held, Storage::Full);
+        let inverse = job.inverse(positions, shape, &model.materials, (&full, &pattern));
+        sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
+    });
+    let u = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
+    Ok(Solved { u, slope: slope.transpose()?, info })
 }
 
 /// A stress-free shape.
@@ -115,17 +122,8 @@ fn unload<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
     let materials = job.body.materials(job.stiffer);
-    let force = job.load.ct * job.body.tissue.weight();
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
-    let inverse = Inverse {
-        loaded: shape,
-        materials: &materials,
-        force,
-        positions,
-        weight: norm(&shape.load(held.len(), force)),
-        full: &full,
-        lower: pattern,
-    };
+    let inverse = job.inverse(positions, shape, &materials, (&full, pattern));
     let (to_rest, iterations) =
         match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
@@ -223,6 +221,19 @@ fn thickness(job: &Job<'_>) -> f64 {
 }
 
 impl Job<'_> {
+    /// The search for the shape without the CT's gravity.
+    fn inverse<'m, const N: usize, const Q: usize>(
+        &self,
+        positions: &'m [Vector],
+        loaded: &'m Elements<N, Q>,
+        materials: &'m [NeoHookean],
+        (full, lower): (&'m Pattern, &'m Pattern),
+    ) -> Inverse<'m, N, Q> {
+        let force = self.load.ct * self.body.tissue.weight();
+        let weight = norm(&loaded.load(positions.len(), force));
+        Inverse { loaded, materials, force, positions, weight, full, lower }
+    }
+
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
         &self,
         model: &'m Model<N, Q>,

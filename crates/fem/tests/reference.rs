@@ -8,7 +8,7 @@
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use std::fs::File;
-use supine_fem::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, solve};
+use supine_fem::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, sensitivity, solve};
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
 
@@ -116,6 +116,42 @@ fn net_with_fixed_cut_agrees() {
         let fixed = Params { cut: Cut::Fixed, ..Params::default() };
         assert!(case.difference("net_tilt_cutfixed", tilt(), E, fixed) < CLOSE_MM);
         assert!(case.difference("net_sit_cutfixed", sitting(), E, fixed) < CLOSE_MM);
+    }
+}
+
+/// The stored derivative agrees with central differences of the reference solver to 3e-8.
+#[test]
+fn the_derivative_by_the_modulus_agrees() {
+    for case in BOTH {
+        let (shape, tissue) = (mesh(case.name), Tissue::default());
+        let params = Params { order: case.order, ..Params::default() };
+        let load = Load { ct: supine(), target: sitting() };
+        let body = Body::new(&shape, &tissue);
+        let (_, slope, _) = sensitivity(&body, &load, &params, Progress::none()).unwrap();
+        let stored = case.stored("net_sit_dxdE");
+        let off = largest_difference(slope.values(), &stored) / slope.max_norm();
+        assert!(off < 1e-6, "{:?}: {off:e}", case.order);
+    }
+}
+
+/// Central differences through both rest states, on a breast.
+#[test]
+fn the_derivative_is_that_of_the_displacement() {
+    for case in BOTH {
+        for params in [Params::default(), UNLOADED] {
+            let params = Params { order: case.order, tolerance: 1e-12, ..params };
+            let (shape, load) = (mesh(case.name), Load { ct: supine(), target: tilt() });
+            let tissue = |young_kpa| Tissue { young_kpa, ..Tissue::default() };
+            let own = tissue(E);
+            let body = Body::new(&shape, &own);
+            let (_, slope, _) = sensitivity(&body, &load, &params, Progress::none()).unwrap();
+            let step = 1e-4;
+            let [up, down] = [E + step, E - step].map(|e| case.solve(tilt(), e, params).0);
+            let differences: Vec<Vector> =
+                up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect();
+            let off = largest_difference(slope.values(), &differences) / slope.max_norm();
+            assert!(off < 1e-5, "{:?} {:?}: {off:e}", case.order, params.rest);
+        }
     }
 }
 

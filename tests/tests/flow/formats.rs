@@ -27,6 +27,42 @@ fn one_mesh_in_four_formats_is_read_the_same() {
 }
 
 #[test]
+fn what_the_modulus_decides_is_told_and_written() {
+    let scratch = scratch();
+    let mesh = shared().out.join("mesh/rest.vtu");
+    for name in ["a.vtu", "a.msh"] {
+        let out = scratch.path().join(name);
+        let said = supine(&[
+            &"solve",
+            &"--mesh",
+            &mesh,
+            &"--bed",
+            &"7,5",
+            &"--order",
+            &"1",
+            &"--sensitivity",
+            &"--young-interval",
+            &"0.5,0.7",
+            &"--json",
+            &"--out",
+            &out,
+        ]);
+        let said = said.success("supine solve --sensitivity");
+        let told: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+        let most = |of: &serde_json::Value| of.as_f64().unwrap();
+        let ends = &told["young_interval"]["max_displacement_mm"];
+        let (low, high) = (most(&ends[0]), most(&ends[1]));
+        assert!(low > most(&told["max_displacement_mm"]) && high < low, "{told}");
+        let slope = most(&told["max_displacement_mm_per_kpa"]);
+        assert!((slope - (low - high) / 0.2).abs() < 0.2 * slope, "{told}");
+        let text = std::fs::read_to_string(&out).unwrap();
+        for field in ["displacement", "displacement_per_kpa", "displacement_low_modulus"] {
+            assert!(text.contains(&format!("\"{field}\"")), "{name}: {field}");
+        }
+    }
+}
+
+#[test]
 fn calculix_solves_the_problem_as_we_do() {
     let scratch = scratch();
     let to = |name: &str| scratch.path().join(name);

@@ -7,24 +7,24 @@ use std::path::Path;
 use supine_mesh::{BoundaryTag, Displacement, TetMesh};
 use supine_space::Point;
 
-/// Writes a mesh (LPS, mm) and, if given, its displacement (mm).
+/// Writes a mesh (LPS, mm) with vector fields of one order as node data.
 pub(crate) fn write(
     mesh: &TetMesh,
-    displacement: Option<&Displacement>,
+    fields: &[(&str, &Displacement)],
     path: &Path,
 ) -> Result<(), Error> {
-    let nodes = Nodes::carrying(mesh, displacement).ok_or_else(|| Error::Unwritable {
+    let nodes = Nodes::carrying(mesh, fields).ok_or_else(|| Error::Unwritable {
         path: path.into(),
         reason: "the displacement belongs to another mesh".into(),
     })?;
-    file::write(path, |out| compose(out, mesh, &nodes, displacement))
+    file::write(path, |out| compose(out, mesh, &nodes, fields))
 }
 
 fn compose(
     out: &mut impl Write,
     mesh: &TetMesh,
     nodes: &Nodes<'_>,
-    displacement: Option<&Displacement>,
+    fields: &[(&str, &Displacement)],
 ) -> io::Result<()> {
     let on = |tag: &BoundaryTag| mesh.boundary().iter().any(|f| f.tag == *tag);
     let tags: Vec<BoundaryTag> = BoundaryTag::ALL.into_iter().filter(on).collect();
@@ -49,9 +49,9 @@ fn compose(
     writeln!(out, "$EndNodes")?;
     elements(out, mesh, nodes, &tags)?;
 
-    if let Some(displacement) = displacement {
-        writeln!(out, "$NodeData\n1\n\"displacement\"\n1\n0.0\n3\n0\n3\n{n}")?;
-        for (at, v) in displacement.values().iter().enumerate() {
+    for (name, field) in fields {
+        writeln!(out, "$NodeData\n1\n\"{name}\"\n1\n0.0\n3\n0\n3\n{n}")?;
+        for (at, v) in field.values().iter().enumerate() {
             writeln!(out, "{} {:?} {:?} {:?}", at + 1, v.x, v.y, v.z)?;
         }
         writeln!(out, "$EndNodeData")?;

@@ -43,6 +43,7 @@ fn parse(bytes: &[u8]) -> Result<(TetMesh, Option<Displacement>), Problem> {
     mesh::assemble(&document::Document::parse(bytes)?)
 }
 
+pub(crate) use write::write;
 pub use write::write_vtu;
 
 #[cfg(test)]

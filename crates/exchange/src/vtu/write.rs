@@ -31,20 +31,30 @@ pub fn write_vtu(
     displacement: Option<&Displacement>,
     path: &Path,
 ) -> Result<(), Error> {
+    let fields: Vec<_> = displacement.map(|u| ("displacement", u)).into_iter().collect();
+    write(mesh, &fields, path)
+}
+
+/// As [`write_vtu`], with vector fields of one order as point data.
+pub(crate) fn write(
+    mesh: &TetMesh,
+    fields: &[(&str, &Displacement)],
+    path: &Path,
+) -> Result<(), Error> {
     let refused = |reason: &str| Error::Unwritable { path: path.into(), reason: reason.into() };
     if !file::has_suffix(path, ".vtu") {
         return Err(refused("the name of a mesh ends in .vtu"));
     }
-    let nodes = Nodes::carrying(mesh, displacement);
+    let nodes = Nodes::carrying(mesh, fields);
     let nodes = nodes.ok_or_else(|| refused("the displacement belongs to another mesh"))?;
-    file::write(path, |out| compose(out, mesh, &nodes, displacement))
+    file::write(path, |out| compose(out, mesh, &nodes, fields))
 }
 
 fn compose(
     out: &mut impl Write,
     mesh: &TetMesh,
     nodes: &Nodes<'_>,
-    displacement: Option<&Displacement>,
+    fields: &[(&str, &Displacement)],
 ) -> io::Result<()> {
     let (tets, faces) = (mesh.tets().len(), mesh.boundary().len());
     let (tet_type, face_type, tet_nodes, face_nodes) = if nodes.quadratic() {
@@ -74,9 +84,9 @@ fn compose(
         tets + faces
     )?;
     writeln!(out, "<PointData>")?;
-    if let Some(displacement) = displacement {
-        let values = displacement.values().iter().flat_map(|v| <[f64; 3]>::from(*v));
-        array(out, "Float64", "displacement", 3, values)?;
+    for (name, field) in fields {
+        let values = field.values().iter().flat_map(|v| <[f64; 3]>::from(*v));
+        array(out, "Float64", name, 3, values)?;
     }
     writeln!(out, "</PointData>\n<CellData>")?;
     array(out, "UInt8", "boundary", 1, tags)?;

@@ -1,0 +1,113 @@
+use super::*;
+use crate::test_mesh::block;
+use crate::{RestState, Tissue, solve};
+use proptest::prelude::*;
+use supine_mesh::{Order, TetMesh};
+use supine_space::{BedPose, sitting, supine};
+
+fn rows(mesh: &TetMesh) -> Vec<f64> {
+    (0..mesh.tets().len()).map(|t| 2.0 + (t % 5) as f64).collect()
+}
+
+/// The largest difference to central differences of the displacement over its largest value.
+fn off(body: &Body<'_>, load: &Load, params: &Params) -> f64 {
+    let params = Params { tolerance: 1e-12, ..*params };
+    let (_, slope, _) = sensitivity(body, load, &params, Progress::none()).unwrap();
+    let (kpa, step) = (body.mean_young_kpa(), 1e-4);
+    let at = |factor: f64| {
+        let moduli = body.young_kpa.map(|m| m.iter().map(|e| e * factor).collect::<Vec<f64>>());
+        let tissue = Tissue { young_kpa: body.tissue.young_kpa * factor, ..*body.tissue };
+        let body = Body { tissue: &tissue, young_kpa: moduli.as_deref(), ..*body };
+        solve(&body, load, &params, Progress::none()).unwrap().0
+    };
+    let (up, down) = (at(1.0 + step), at(1.0 - step));
+    let pairs = up.values().iter().zip(down.values()).zip(slope.values());
+    let differences = pairs.map(|((u, d), s)| ((u - d) / (2.0 * step * kpa) - s).norm());
+    differences.fold(0.0, f64::max) / slope.max_norm()
+}
+
+#[test]
+fn the_derivative_is_that_of_the_displacement() {
+    let mesh = block([3, 2, 2], 15.0, 0.15);
+    let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
+    let moduli = rows(&mesh);
+    let homogeneous = Body::new(&mesh, &tissue);
+    let mixed = Body { young_kpa: Some(&moduli), ..homogeneous };
+    let tilt = BedPose { ap_deg: 20.0, lat_deg: -10.0 }.gravity();
+    for order in [Order::Linear, Order::Quadratic] {
+        for rest in [RestState::Net, RestState::Unloaded] {
+            let params = Params { order, rest, ..Params::default() };
+            for target in [tilt, sitting()] {
+                let load = Load { ct: supine(), target };
+                for body in [&homogeneous, &mixed] {
+                    let off = off(body, &load, &params);
+                    assert!(off < 1e-5, "{order:?} {rest:?}: {off:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_a_change_of_gravity_nothing_depends_on_the_modulus() {
+    let mesh = block([2, 2, 2], 12.0, 0.15);
+    let tissue = Tissue { young_kpa: 2.0, ..Tissue::default() };
+    let load = Load { ct: supine(), target: supine() };
+    let body = Body::new(&mesh, &tissue);
+    for rest in [RestState::Net, RestState::Unloaded] {
+        let params = Params { rest, ..Params::default() };
+        let (_, slope, info) = sensitivity(&body, &load, &params, Progress::none()).unwrap();
+        let moved = info.unloading.map_or(1.0, |u| u.max_distance_mm);
+        assert!(slope.max_norm() < 1e-7 * moved, "{rest:?}: {:e}", slope.max_norm());
+    }
+}
+
+#[test]
+fn an_interval_of_moduli_holds_what_lies_between() {
+    let mesh = block([3, 2, 2], 15.0, 0.15);
+    let tissue = Tissue { young_kpa: 1.0, ..Tissue::default() };
+    let body = Body::new(&mesh, &tissue);
+    let load = Load { ct: supine(), target: sitting() };
+    for rest in [RestState::Net, RestState::Unloaded] {
+        let params = Params { rest, ..Params::default() };
+        let found = between(&body, &load, &params, [1.5, 4.0], Progress::none()).unwrap();
+        for young_kpa in [1.6, 2.0, 2.5, 3.0, 3.8] {
+            let tissue = Tissue { young_kpa, ..tissue };
+            let (u, _) =
+                solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap();
+            let ends = found.low.values().iter().zip(found.high.values());
+            for (u, (low, high)) in u.values().iter().zip(ends) {
+                for k in 0..3 {
+                    let (least, most) = (low[k].min(high[k]), low[k].max(high[k]));
+                    // The cubic's own error is far below the motion.
+                    let slack = 1.2 * found.overshoot_mm + 2e-3 * found.low.max_norm();
+                    assert!(u[k] > least - slack && u[k] < most + slack, "{rest:?} {young_kpa}");
+                }
+            }
+        }
+        let tissue = Tissue { young_kpa: 1.5, ..tissue };
+        let (u, _) = solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap();
+        let same = u.values().iter().zip(found.low.values());
+        assert!(same.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) < 1e-8);
+    }
+    let turned = between(&body, &load, &Params::default(), [2.0, 1.0], Progress::none());
+    assert!(matches!(turned, Err(Error::OutOfRange { .. })));
+}
+
+proptest! {
+    /// Against the cubic looked at in many places.
+    #[test]
+    fn the_overshoot_is_that_of_the_cubic(
+        a in -5.0..5.0f64, b in -5.0..5.0f64, m in -9.0..9.0f64, n in -9.0..9.0f64,
+    ) {
+        let cubic = |t: f64| {
+            let (s, u) = (t * t, 1.0 - t);
+            a * (2.0 * s * t - 3.0 * s + 1.0) + b * (3.0 * s - 2.0 * s * t)
+                + m * t * u * u + n * s * (t - 1.0)
+        };
+        let values = (0..=2000).map(|k| cubic(f64::from(k) / 2000.0));
+        let (low, high) = (a.min(b), a.max(b));
+        let most = values.map(|v| (v - high).max(low - v).max(0.0)).fold(0.0, f64::max);
+        prop_assert!((overshoot(a, b, m, n) - most).abs() < 1e-4);
+    }
+}
