@@ -116,6 +116,27 @@ pub enum Error {
         /// Its centre, LPS, mm.
         centre: [f64; 3],
     },
+    /// The applicator holds no tissue.
+    #[error(
+        "the applicator at {centre:?} (LPS, mm) holds no free node of the mesh: check its place, or mesh \
+         finer there"
+    )]
+    ApplicatorOutside {
+        /// Its centre, LPS, mm.
+        centre: [f64; 3],
+    },
+    /// A pose is not a turn and a shift.
+    #[error("the pose of the applicator is not finite, or its rotation is not of length 1")]
+    ApplicatorPose,
+    /// The tissue does not follow the applicator.
+    #[error(
+        "no equilibrium found with the applicator at this pose (relative residual {residual:.1e}): it is \
+         too far from the last one, or presses tissue to nothing. The last pose still holds"
+    )]
+    ApplicatorStuck {
+        /// Relative residual of the last attempt.
+        residual: f64,
+    },
     /// There is not enough memory.
     #[error("not enough memory for the factor of {unknowns} unknowns: use fewer tetrahedra")]
     Memory {

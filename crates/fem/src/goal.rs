@@ -10,6 +10,7 @@ use crate::material::cofactor;
 use crate::model::Model;
 use crate::pattern::{Pattern, Storage};
 use crate::{Body, Error, Job, Load, Params, RestState, support};
+use std::sync::Arc;
 use supine_mesh::{Edges, Locator, Order, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 
@@ -57,7 +58,7 @@ impl Job<'_> {
         let nodes = element_nodes::<N>(self.body.mesh, self.edges);
         let means = self.means(goal, &nodes, positions.len())?;
         let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
-        let pattern = Pattern::new(&elements.nodes, &held, Storage::Lower);
+        let pattern = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
         let model = Model::new(elements, self.body.materials(self.stiffer));
         let force = (self.load.target - self.load.ct) * self.body.tissue.weight();
         let load = model.elements.load(held.len(), force);

@@ -14,6 +14,7 @@ use crate::model::{Folded, Model};
 use crate::newton::Halt;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::tangent::Tangent;
+use std::sync::Arc;
 use supine_space::{Matrix, Progress, Vector};
 
 /// Steps are shortened at most so often.
@@ -43,7 +44,7 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     /// Pattern of the unsymmetric derivative.
     pub(crate) full: &'a Pattern,
     /// Pattern of the stiffness.
-    pub(crate) lower: &'a Pattern,
+    pub(crate) lower: &'a Arc<Pattern>,
 }
 
 impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
@@ -197,12 +198,12 @@ struct Point {
     stress: Matrix,
 }
 
-struct Solver<'a> {
-    tangent: Tangent<'a>,
+struct Solver {
+    tangent: Tangent,
     iterations: usize,
 }
 
-impl Solver<'_> {
+impl Solver {
     fn newton<const N: usize, const Q: usize>(
         &mut self,
         problem: &Inverse<'_, N, Q>,

@@ -12,8 +12,10 @@
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
 
+mod applicator;
 mod batch;
 mod body;
+mod coupling;
 mod element;
 mod error;
 mod goal;
@@ -26,7 +28,9 @@ mod newton;
 mod pack;
 mod params;
 mod pattern;
+mod quasi_newton;
 mod rest;
+mod rigid;
 mod sensitivity;
 #[cfg(test)]
 mod solve_tests;
@@ -35,14 +39,17 @@ mod tangent;
 #[cfg(test)]
 mod test_mesh;
 
+pub use applicator::{Applicator, Pose, Reaction, Step};
 pub use body::Body;
 pub use error::Error;
 pub use goal::error_shares;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
+pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
+use rest::Settled;
 use supine_mesh::{Displacement, Edges, Order};
 use supine_space::{Progress, Vector};
 
@@ -115,17 +122,37 @@ impl Job<'_> {
     /// Solves with elements of `N` nodes and `Q` quadrature points.
     fn run<const N: usize, const Q: usize>(&self, progress: Progress<'_>) -> Result<Solved, Error> {
         let positions = self.positions::<N>();
-        let held =
-            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
+        let held = self.held(positions.len())?;
+        let Settled { u, to_ct, slope, mut info, .. } =
+            self.settle::<N, Q>(&positions, &held, progress)?;
+        let u: Vec<Vector> = u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
+        self.warn::<N>(&positions, &u, &mut info);
+        Ok(Solved { u, slope, info })
+    }
+
+    /// Whether each of `nodes` nodes is held.
+    ///
+    /// # Errors
+    /// When they do not hold the body.
+    pub(crate) fn held(&self, nodes: usize) -> Result<Vec<bool>, Error> {
+        let held = support::held_nodes(self.body.mesh, self.edges, nodes, self.params.cut);
         support::check_support(self.body.mesh, &held)?;
-        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.body.mesh, self.edges))
+        Ok(held)
+    }
+
+    /// The equilibrium under the target's gravity.
+    pub(crate) fn settle<const N: usize, const Q: usize>(
+        &self,
+        positions: &[Vector],
+        held: &[bool],
+        progress: Progress<'_>,
+    ) -> Result<Settled<N, Q>, Error> {
+        let shape = Elements::<N, Q>::new(positions, element_nodes(self.body.mesh, self.edges))
             .map_err(Error::flat)?;
-        let mut solved = match self.params.rest {
-            RestState::Net => rest::net(self, shape, &held, progress)?,
-            RestState::Unloaded => rest::unloaded(self, &positions, &shape, &held, progress)?,
-        };
-        self.warn::<N>(&positions, &solved.u, &mut solved.info);
-        Ok(solved)
+        match self.params.rest {
+            RestState::Net => rest::net(self, shape, held, progress),
+            RestState::Unloaded => rest::unloaded(self, positions, &shape, held, progress),
+        }
     }
 
     /// Mean modulus over the volume, kPa.

@@ -88,11 +88,6 @@ impl Analysis {
     pub(crate) fn entries(&self) -> usize {
         self.symbolic.len_val()
     }
-
-    /// Unknowns.
-    pub(crate) fn unknowns(&self) -> usize {
-        self.columns.ncols()
-    }
 }
 
 /// The elimination order of the unknowns and its inverse.
@@ -140,19 +135,15 @@ impl<T: Digits> Factor<T> {
         Ok(Self {
             values: zeros(analysis.columns.compute_nnz())?,
             entries: zeros(symbolic.len_val())?,
-            right: zeros(analysis.unknowns())?,
+            right: zeros(analysis.columns.ncols())?,
             work: buffer(work)?,
             solve_work: buffer(solve_work)?,
         })
     }
 
     /// Factorises; false when the matrix is not positive definite in these digits.
-    pub(crate) fn factorise(
-        &mut self,
-        analysis: &Analysis,
-        pattern: &Pattern,
-        blocks: &[Block],
-    ) -> bool {
+    pub(crate) fn factorise(&mut self, pattern: &Pattern, blocks: &[Block]) -> bool {
+        let Ok(analysis) = pattern.analysis() else { return false };
         if !blocks.iter().flatten().all(|v| v.is_finite()) {
             return false;
         }
@@ -170,7 +161,8 @@ impl<T: Digits> Factor<T> {
     }
 
     /// Solves in place with the last factor; false when the result is not finite.
-    pub(crate) fn solve(&mut self, analysis: &Analysis, x: &mut [f64]) -> bool {
+    pub(crate) fn solve(&mut self, pattern: &Pattern, x: &mut [f64]) -> bool {
+        let Ok(analysis) = pattern.analysis() else { return false };
         // A vector of any size fits the digits.
         let scale = x.iter().fold(0.0f64, |most, v| most.max(v.abs()));
         if scale == 0.0 {

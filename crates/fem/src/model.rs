@@ -128,6 +128,34 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some(())
     }
 
+    /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes of
+    /// `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T.
+    ///
+    /// `None` when one of these elements is turned inside out.
+    pub(crate) fn slope(
+        &self,
+        elements: &[u32],
+        u: &[Vector],
+        v: &[Vector],
+    ) -> Option<Vec<Vector>> {
+        let mut forces = vec![Vector::zeros(); u.len()];
+        for &e in elements {
+            let e = e as usize;
+            for q in 0..Q {
+                let d = self.deformation(e, q, u)?;
+                let (material, it) = (&self.materials[e], d.inverse_transpose);
+                let df = self.elements.gradient(e, q, v);
+                let stress = df * material.mu - it * df.transpose() * it * material.c(&d)
+                    + it * (material.lambda * it.dot(&df));
+                let stress = stress * self.elements.weights[e][q];
+                for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
+                    forces[*node as usize] += stress * g;
+                }
+            }
+        }
+        Some(forces)
+    }
+
     /// Range of det F.
     ///
     /// # Errors

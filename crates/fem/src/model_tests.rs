@@ -5,6 +5,7 @@ use crate::newton::{Newton, norm};
 use crate::pattern::Storage;
 use crate::test_mesh::block;
 use nalgebra::Rotation3;
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 use supine_space::Progress;
 
@@ -120,7 +121,7 @@ fn check_inverse_derivative<const N: usize, const Q: usize>() {
     let Body { positions, model, outer } = body::<N, Q>();
     let free = vec![false; positions.len()];
     let full = Pattern::new(&model.elements.nodes, &free, Storage::Full);
-    let lower = Pattern::new(&model.elements.nodes, &outer, Storage::Lower);
+    let lower = Arc::new(Pattern::new(&model.elements.nodes, &outer, Storage::Lower));
     let force = Vector::new(0.001, 0.004, -0.002);
     let inverse = Inverse {
         loaded: &model.elements,
@@ -175,7 +176,7 @@ fn check_patch<const N: usize, const Q: usize>() {
     // The start keeps the surface and disturbs the inside.
     let start = want.iter().zip(noise(want.len())).zip(&outer);
     let start: Vec<Vector> = start.map(|((u, n), o)| if *o { *u } else { u + n * 0.2 }).collect();
-    let pattern = Pattern::new(&model.elements.nodes, &outer, Storage::Lower);
+    let pattern = Arc::new(Pattern::new(&model.elements.nodes, &outer, Storage::Lower));
     let mut newton = Newton::new(&model, &pattern, &outer, 1.0, 30).ok().unwrap();
     let none = vec![Vector::zeros(); positions.len()];
     let found = newton.minimise(&none, start.clone(), (1e-12, 30), Progress::none()).unwrap();

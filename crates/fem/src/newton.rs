@@ -4,6 +4,7 @@ use crate::linear::OutOfMemory;
 use crate::model::Model;
 use crate::pattern::Pattern;
 use crate::tangent::{Answer, Tangent};
+use std::sync::Arc;
 use supine_space::{Progress, Stopped, Vector};
 
 /// Share of the promised decrease of energy that a step must bring (Armijo).
@@ -101,9 +102,9 @@ pub(crate) struct Effort {
 /// Newton's method on one body.
 pub(crate) struct Newton<'a, const N: usize, const Q: usize> {
     model: &'a Model<N, Q>,
-    pattern: &'a Pattern,
+    pattern: &'a Arc<Pattern>,
     held: &'a [bool],
-    tangent: Tangent<'a>,
+    tangent: Tangent,
     /// Norm of the nodal forces of full gravity, mN.
     weight: f64,
     max_iterations: usize,
@@ -145,7 +146,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     /// When there is not enough memory for the factor.
     pub(crate) fn new(
         model: &'a Model<N, Q>,
-        pattern: &'a Pattern,
+        pattern: &'a Arc<Pattern>,
         held: &'a [bool],
         weight: f64,
         max_iterations: usize,

@@ -1,7 +1,8 @@
 //! Which blocks the stiffness matrix has, and where an element's blocks go.
 
-use crate::linear::OutOfMemory;
+use crate::linear::{Analysis, OutOfMemory};
 use faer::sparse::SymbolicSparseColMat;
+use std::sync::OnceLock;
 use supine_space::{Matrix, Vector};
 
 /// No place: the block belongs to a held node, or to the half that is not stored.
@@ -57,6 +58,7 @@ pub(crate) struct Pattern {
     rows: Vec<u32>,
     /// Per element and pair of its nodes, in the order of [`pairs`].
     places: Vec<Place>,
+    analysis: OnceLock<Analysis>,
 }
 
 /// The pairs (row, column) of an element's `nodes` nodes whose blocks it adds: each once, the row not
@@ -125,7 +127,20 @@ impl Pattern {
             let own = element.map(|n| number[n as usize]);
             places.extend(pairs(N, storage).map(|(a, b)| place(own[a], own[b])));
         }
-        Self { storage, free, nodes: fixed.len(), starts, rows, places }
+        let analysis = OnceLock::new();
+        Self { storage, free, nodes: fixed.len(), starts, rows, places, analysis }
+    }
+
+    /// What the factors of its matrices share, found when first asked for.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn analysis(&self) -> Result<&Analysis, OutOfMemory> {
+        if let Some(analysis) = self.analysis.get() {
+            return Ok(analysis);
+        }
+        let analysis = Analysis::new(self)?;
+        Ok(self.analysis.get_or_init(|| analysis))
     }
 
     /// Number of unknowns: three per free node.
@@ -224,6 +239,13 @@ impl Pattern {
     /// The free nodes' vectors as one vector of unknowns.
     pub(crate) fn gather(&self, nodes: &[Vector]) -> Vec<f64> {
         self.free.iter().flat_map(|&n| <[f64; 3]>::from(nodes[n as usize])).collect()
+    }
+
+    /// Adds a vector of unknowns to the nodes' vectors.
+    pub(crate) fn add_to(&self, nodes: &mut [Vector], unknowns: &[f64]) {
+        for (v, &n) in unknowns.chunks_exact(3).zip(&self.free) {
+            nodes[n as usize] += Vector::new(v[0], v[1], v[2]);
+        }
     }
 
     /// The vector of unknowns as vectors of all nodes, zero at held ones.

@@ -6,7 +6,8 @@ use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
-use crate::{Error, Info, Job, Solved, Unloading, sensitivity};
+use crate::{Error, Info, Job, Unloading, sensitivity};
+use std::sync::Arc;
 use supine_mesh::BoundaryTag;
 use supine_space::{Progress, Vector};
 
@@ -20,7 +21,23 @@ const SEARCH: (f64, usize) = (1.25, 8);
 /// Smallest step in which gravity is taken away, as a share; the search takes it away at once.
 const SMALLEST_STEP: f64 = 0.125;
 
-/// Displacement from the CT shape, taken as stress-free, under the change of gravity.
+/// A body in equilibrium.
+pub(crate) struct Settled<const N: usize, const Q: usize> {
+    /// The body on its stress-free shape.
+    pub(crate) model: Model<N, Q>,
+    /// Nodal forces on it, mN.
+    pub(crate) load: Vec<Vector>,
+    /// Displacement from the stress-free shape to the CT shape, mm.
+    pub(crate) to_ct: Vec<Vector>,
+    /// Displacement from the stress-free shape, mm.
+    pub(crate) u: Vec<Vector>,
+    /// Derivative of the displacement by the mean modulus, mm/kPa, when asked for.
+    pub(crate) slope: Option<Vec<Vector>>,
+    /// How it was found.
+    pub(crate) info: Info,
+}
+
+/// Equilibrium under the change of gravity of a body whose CT shape is taken as stress-free.
 ///
 /// # Errors
 /// See [`crate::solve`].
@@ -29,8 +46,8 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     shape: Elements<N, Q>,
     held: &[bool],
     progress: Progress<'_>,
-) -> Result<Solved, Error> {
-    let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
+) -> Result<Settled<N, Q>, Error> {
+    let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
     let model = Model::new(shape, job.body.materials(job.stiffer));
     let load =
         model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
@@ -41,10 +58,10 @@ pub(crate) fn net<const N: usize, const Q: usize>(
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let info = job.info(&found, newton.effort, &model, &pattern)?;
     let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
-    Ok(Solved { u: found.u, slope, info })
+    Ok(Settled { model, load, to_ct: zero, u: found.u, slope, info })
 }
 
-/// Displacement from the CT shape when the shape without gravity is stress-free.
+/// Equilibrium of a body whose shape without gravity is stress-free.
 ///
 /// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and a forward
 /// solve from it, begun cold, returns to the CT shape.
@@ -58,8 +75,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     shape: &Elements<N, Q>,
     held: &[bool],
     progress: Progress<'_>,
-) -> Result<Solved, Error> {
-    let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
+) -> Result<Settled<N, Q>, Error> {
+    let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
     let found =
         unload(job, positions, shape, (held, &pattern), SMALLEST_STEP, progress.part(0.0, 0.6))?;
     let (rest, unloading) = match found {
@@ -100,8 +117,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         let inverse = job.inverse(positions, shape, &model.materials, (&full, &pattern));
         sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
     });
-    let u = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
-    Ok(Solved { u, slope: slope.transpose()?, info })
+    let slope = slope.transpose()?;
+    Ok(Settled { model, load, to_ct, u: found.u, slope, info })
 }
 
 /// A stress-free shape.
@@ -117,7 +134,7 @@ fn unload<const N: usize, const Q: usize>(
     job: &Job<'_>,
     positions: &[Vector],
     shape: &Elements<N, Q>,
-    (held, pattern): (&[bool], &Pattern),
+    (held, pattern): (&[bool], &Arc<Pattern>),
     smallest_step: f64,
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
@@ -187,7 +204,7 @@ fn search_modulus<const N: usize, const Q: usize>(
     job: &Job<'_>,
     positions: &[Vector],
     shape: &Elements<N, Q>,
-    held: (&[bool], &Pattern),
+    held: (&[bool], &Arc<Pattern>),
     progress: Progress<'_>,
 ) -> Result<Option<f64>, Error> {
     let (factor, trials) = SEARCH;
@@ -227,7 +244,7 @@ impl Job<'_> {
         positions: &'m [Vector],
         loaded: &'m Elements<N, Q>,
         materials: &'m [NeoHookean],
-        (full, lower): (&'m Pattern, &'m Pattern),
+        (full, lower): (&'m Pattern, &'m Arc<Pattern>),
     ) -> Inverse<'m, N, Q> {
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
@@ -237,7 +254,7 @@ impl Job<'_> {
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
         &self,
         model: &'m Model<N, Q>,
-        pattern: &'m Pattern,
+        pattern: &'m Arc<Pattern>,
         held: &'m [bool],
     ) -> Result<Newton<'m, N, Q>, Error> {
         let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());

@@ -4,6 +4,7 @@ use crate::krylov::conjugate_gradients;
 use crate::linear::{Analysis, Factor, OutOfMemory};
 use crate::model::Model;
 use crate::pattern::{Block, Pattern};
+use std::sync::Arc;
 use supine_space::Vector;
 
 /// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
@@ -22,15 +23,12 @@ enum Preconditioner {
 ///
 /// Systems are solved by conjugate gradients (Hestenes and Stiefel 1952) on the exact stiffness; the factor
 /// is only their preconditioner. It may be rounded, and serves until the iteration becomes slow.
-pub(crate) struct Tangent<'a> {
-    pattern: &'a Pattern,
-    analysis: Analysis,
+pub(crate) struct Tangent {
+    pattern: Arc<Pattern>,
     blocks: Vec<Block>,
     preconditioner: Preconditioner,
     /// There is a factor.
     factorised: bool,
-    /// Factorisations so far.
-    pub(crate) factors: usize,
 }
 
 /// The answer of the linear system.
@@ -40,16 +38,15 @@ pub(crate) struct Answer {
     pub(crate) exact: bool,
 }
 
-impl<'a> Tangent<'a> {
-    /// Analyses the pattern (lower half stored).
+impl Tangent {
+    /// Room for the stiffness and a factor; the lower half is stored.
     ///
     /// # Errors
     /// When there is not enough memory.
-    pub(crate) fn new(pattern: &'a Pattern) -> Result<Self, OutOfMemory> {
-        let analysis = Analysis::new(pattern)?;
-        let preconditioner = Preconditioner::Single(Factor::new(&analysis)?);
+    pub(crate) fn new(pattern: &Arc<Pattern>) -> Result<Self, OutOfMemory> {
+        let preconditioner = Preconditioner::Single(Factor::new(pattern.analysis()?)?);
         let blocks = pattern.zeros()?;
-        Ok(Self { pattern, analysis, blocks, preconditioner, factorised: false, factors: 0 })
+        Ok(Self { pattern: pattern.clone(), blocks, preconditioner, factorised: false })
     }
 
     /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, or with the lifted
@@ -66,7 +63,7 @@ impl<'a> Tangent<'a> {
         right: [&[f64]; K],
         goal: f64,
     ) -> Result<Option<[Answer; K]>, OutOfMemory> {
-        if model.stiffness(u, self.pattern, &mut self.blocks).is_none() {
+        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
             return Ok(None);
         }
         if self.factorised
@@ -80,7 +77,7 @@ impl<'a> Tangent<'a> {
             {
                 return Ok(Some(found));
             }
-            if model.lifted_stiffness(u, FLOOR, self.pattern, &mut self.blocks).is_none() {
+            if model.lifted_stiffness(u, FLOOR, &self.pattern, &mut self.blocks).is_none() {
                 return Ok(None);
             }
             if self.factorise() {
@@ -90,7 +87,7 @@ impl<'a> Tangent<'a> {
                 });
                 return Ok(all(answers));
             }
-            if !self.more_digits()? || model.stiffness(u, self.pattern, &mut self.blocks).is_none()
+            if !self.more_digits()? || model.stiffness(u, &self.pattern, &mut self.blocks).is_none()
             {
                 return Ok(None);
             }
@@ -106,7 +103,7 @@ impl<'a> Tangent<'a> {
         model: &Model<N, Q>,
         u: &[Vector],
     ) -> Result<bool, OutOfMemory> {
-        if model.stiffness(u, self.pattern, &mut self.blocks).is_none() {
+        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
         Ok(self.factorise() || (self.more_digits()? && self.factorise()))
@@ -115,8 +112,8 @@ impl<'a> Tangent<'a> {
     /// Replaces `x` by what the factor makes of it.
     pub(crate) fn apply_factor(&mut self, x: &mut [f64]) -> bool {
         match &mut self.preconditioner {
-            Preconditioner::Single(factor) => factor.solve(&self.analysis, x),
-            Preconditioner::Double(factor) => factor.solve(&self.analysis, x),
+            Preconditioner::Single(factor) => factor.solve(&self.pattern, x),
+            Preconditioner::Double(factor) => factor.solve(&self.pattern, x),
         }
     }
 
@@ -131,14 +128,14 @@ impl<'a> Tangent<'a> {
     ) -> Result<bool, OutOfMemory> {
         loop {
             let blocks = &mut self.blocks;
-            if model.stiffness(u, self.pattern, blocks).is_none() {
+            if model.stiffness(u, &self.pattern, blocks).is_none() {
                 return Ok(false);
             }
             if self.factorise() {
                 return Ok(true);
             }
             let blocks = &mut self.blocks;
-            if model.lifted_stiffness(u, FLOOR, self.pattern, blocks).is_none() {
+            if model.lifted_stiffness(u, FLOOR, &self.pattern, blocks).is_none() {
                 return Ok(false);
             }
             if self.factorise() {
@@ -151,10 +148,9 @@ impl<'a> Tangent<'a> {
     }
 
     fn factorise(&mut self) -> bool {
-        self.factors += 1;
         self.factorised = match &mut self.preconditioner {
-            Preconditioner::Single(f) => f.factorise(&self.analysis, self.pattern, &self.blocks),
-            Preconditioner::Double(f) => f.factorise(&self.analysis, self.pattern, &self.blocks),
+            Preconditioner::Single(f) => f.factorise(&self.pattern, &self.blocks),
+            Preconditioner::Double(f) => f.factorise(&self.pattern, &self.blocks),
         };
         self.factorised
     }
@@ -164,7 +160,7 @@ impl<'a> Tangent<'a> {
         if matches!(self.preconditioner, Preconditioner::Double(_)) {
             return Ok(false);
         }
-        self.preconditioner = Preconditioner::Double(Factor::new(&self.analysis)?);
+        self.preconditioner = Preconditioner::Double(Factor::new(self.pattern.analysis()?)?);
         Ok(true)
     }
 
@@ -172,8 +168,8 @@ impl<'a> Tangent<'a> {
     /// grow with the square of the entries in a column, those of a step with their number, and memory
     /// slows the step down.
     fn patience(&self) -> usize {
-        let entries_per_column = self.analysis.entries() / self.analysis.unknowns().max(1);
-        (entries_per_column / 32).clamp(6, 30)
+        let entries = self.pattern.analysis().map_or(0, Analysis::entries);
+        (entries / self.pattern.unknowns().max(1) / 32).clamp(6, 30)
     }
 
     fn iterate<const K: usize>(
@@ -183,13 +179,13 @@ impl<'a> Tangent<'a> {
         most: usize,
     ) -> Option<[Answer; K]> {
         let answers = right.map(|right| {
-            let (pattern, blocks, analysis) = (self.pattern, &self.blocks, &self.analysis);
+            let (pattern, blocks) = (&*self.pattern, &self.blocks);
             let preconditioner = &mut self.preconditioner;
             let x = conjugate_gradients(
                 |x, product| pattern.multiply(blocks, x, product),
                 |x| match preconditioner {
-                    Preconditioner::Single(factor) => factor.solve(analysis, x),
-                    Preconditioner::Double(factor) => factor.solve(analysis, x),
+                    Preconditioner::Single(factor) => factor.solve(pattern, x),
+                    Preconditioner::Double(factor) => factor.solve(pattern, x),
                 },
                 right,
                 goal,

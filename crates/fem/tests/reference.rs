@@ -8,7 +8,10 @@
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use std::fs::File;
-use supine_fem::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, sensitivity, solve};
+use supine_fem::{
+    Applicator, Body, Cut, Error, Info, Load, Params, Pose, RestState, SphereOnShaft, Tissue,
+    sensitivity, solve,
+};
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
 
@@ -206,4 +209,100 @@ fn tissue_too_soft_for_an_unloaded_shape_is_refused_with_a_modulus_that_is_not()
     let (_, info) = at(advised).unwrap();
     assert!(info.unloading.unwrap().reload_error_mm < 1e-6);
     assert!(info.warnings.iter().any(|w| w.contains("soft for its thickness")), "{info:?}");
+}
+
+/// Each tetrahedron with its own modulus.
+#[test]
+fn tissue_of_two_moduli_agrees() {
+    for case in BOTH {
+        let file = format!("fields_{}_P{}", case.name, case.order.number());
+        let moduli: Array1<f64> = open(&file).by_name("hetero_E").unwrap();
+        let mesh = mesh(case.name);
+        let tissue = Tissue::default();
+        let body =
+            Body { young_kpa: Some(moduli.as_slice().unwrap()), ..Body::new(&mesh, &tissue) };
+        let load = Load { ct: supine(), target: sitting() };
+        let params = Params { order: case.order, ..Params::default() };
+        let (u, _) = solve(&body, &load, &params, Progress::none()).unwrap();
+        let apart = largest_difference(u.values(), &case.stored("hetero_net_sit"));
+        assert!(apart < CLOSE_MM, "{apart}");
+    }
+}
+
+const SPHERE: SphereOnShaft = SphereOnShaft {
+    centre: Point::new(96.689_502_2, -111.251_350_18, 0.0),
+    radius_mm: 20.0,
+    shaft: None,
+};
+
+/// Shift (mm) of the centre, and turn about +y through it.
+fn pose(shift: Vector, turn_deg: f64) -> Pose {
+    let turn = Vector::y() * turn_deg.to_radians();
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(turn);
+    let turn = Pose::rotation_wrt_point(turn, SPHERE.centre);
+    Pose::translation(shift.x, shift.y, shift.z) * turn
+}
+
+/// Both paths: a shift, and a turn on the way.
+fn on_path(path: usize, step: usize) -> Pose {
+    let k = step as f64;
+    match path {
+        1 => pose(Vector::repeat(0.5 * k), 0.0),
+        _ => pose(Vector::new(k.min(5.0), 0.0, -(k - 5.0).max(0.0)), 2.0 * k),
+    }
+}
+
+fn attached(case: &Case, tolerance: f64) -> Applicator {
+    let mesh = mesh(case.name);
+    let tissue = Tissue::default();
+    let load = Load { ct: supine(), target: tilt() };
+    let params = Params { order: case.order, tolerance, ..Params::default() };
+    let body = Body::new(&mesh, &tissue);
+    Applicator::attach(&body, &load, &params, &SPHERE, Progress::none()).unwrap().0
+}
+
+fn applied() -> [Case; 3] {
+    let [linear, quadratic] = BOTH;
+    [linear, quadratic, Case { name: "12k", order: Order::Linear }]
+}
+
+#[test]
+fn tissue_around_an_applicator_agrees() {
+    for case in applied() {
+        let file = format!("fields_{}_P{}", case.name, case.order.number());
+        let nodes: Array1<i32> = open(&file).by_name("app_nodes").unwrap();
+        for path in [1, 2] {
+            let mut applicator = attached(&case, 1e-12);
+            assert_eq!(applicator.coupled_nodes(), nodes.len());
+            let step = applicator.settle(&on_path(path, 10), 1e-11, Progress::none()).unwrap();
+            assert!(step.anew);
+            let field = case.stored(&format!("app{path}_b10"));
+            let apart = largest_difference(applicator.displacement().unwrap().values(), &field);
+            assert!(apart < CLOSE_MM, "{} path {path}: {apart}", case.name);
+        }
+    }
+}
+
+#[test]
+fn live_steps_stay_near_the_settled_solution() {
+    for case in applied() {
+        for (path, renewed) in [(1, true), (1, false), (2, true)] {
+            let (mut live, mut exact) = (attached(&case, 1e-10), attached(&case, 1e-10));
+            let mut corrections = 0;
+            for step in 1..=10 {
+                let pose = on_path(path, step);
+                let made = live.step(&pose).unwrap();
+                assert!(!made.anew, "{} path {path} step {step}", case.name);
+                corrections += made.corrections;
+                exact.settle(&pose, 1e-10, Progress::none()).unwrap();
+                let [a, b] = [&live, &exact].map(|a| a.displacement().unwrap());
+                let apart = largest_difference(a.values(), b.values());
+                assert!(apart < 0.01, "{} path {path} step {step}: {apart}", case.name);
+                if renewed {
+                    live.renew().unwrap();
+                }
+            }
+            assert!(corrections <= if renewed { 12 } else { 30 }, "{corrections}");
+        }
+    }
 }

@@ -1,0 +1,302 @@
+//! An applicator in the tissue: a rigid body that tissue follows while it moves.
+
+use crate::coupling::{Answers, Coupling, Place, Site};
+use crate::newton::Halt;
+use crate::rigid::RigidBody;
+use crate::tangent::Tangent;
+use crate::{Body, Error, Info, Job, Load, Params};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use supine_space::{Point, Progress, Vector};
+
+/// How a rigid body lies: what moves it from where it was attached to where it is (LPS, mm).
+pub type Pose = nalgebra::Isometry3<f64>;
+
+/// How a step went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Corrections made, or Newton iterations.
+    pub corrections: usize,
+    /// Estimate of the error left at the worst node, mm.
+    pub error_mm: f64,
+    /// Whether corrections did not suffice and Newton's method took over: this step took its time.
+    pub anew: bool,
+}
+
+/// What the tissue does to the applicator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reaction {
+    /// Force, N, LPS.
+    pub force_n: Vector,
+    /// Moment about the centre of the applicator as it lies, N mm, LPS.
+    pub moment_n_mm: Vector,
+}
+
+/// A meshed body with an applicator in it.
+///
+/// Nodes that lie inside the applicator when it is attached follow its pose; gravity goes on acting on
+/// the others. A step predicts the displacement by a kept linear answer to the six motions of a rigid body,
+/// and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are renewed by
+/// [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with old
+/// ones, and become slower.
+pub struct Applicator {
+    mesh: TetMesh,
+    edges: Edges,
+    coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
+    beside: Option<JoinHandle<Either<Option<Answers>, Option<Answers>>>>,
+}
+
+/// The same for linear and for quadratic elements.
+enum Either<L, Q> {
+    Linear(L),
+    Quadratic(Q),
+}
+
+macro_rules! either {
+    ($either:expr, $name:ident => $value:expr) => {
+        match $either {
+            Either::Linear($name) => $value,
+            Either::Quadratic($name) => $value,
+        }
+    };
+}
+
+impl Applicator {
+    /// Puts an applicator (placed in the frame of the CT, where the target's gravity has the tissue) into
+    /// `body`: solves as [`crate::solve`] does, and couples the nodes that then lie within `rigid`.
+    ///
+    /// # Errors
+    /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the applicator.
+    pub fn attach(
+        body: &Body<'_>,
+        load: &Load,
+        params: &Params,
+        rigid: &dyn RigidBody,
+        progress: Progress<'_>,
+    ) -> Result<(Self, Info), Error> {
+        body.check()?;
+        load.check()?;
+        params.check()?;
+        let edges = Edges::new(body.mesh);
+        let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
+        let (coupling, info) = match params.order {
+            Order::Linear => {
+                let (coupling, info) = job.couple::<4, 1>(rigid, progress)?;
+                (Either::Linear(coupling), info)
+            }
+            Order::Quadratic => {
+                let (coupling, info) = job.couple::<10, 4>(rigid, progress)?;
+                (Either::Quadratic(coupling), info)
+            }
+        };
+        Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: None }, info))
+    }
+
+    /// Number of nodes that follow the applicator.
+    pub fn coupled_nodes(&self) -> usize {
+        either!(&self.coupling, c => c.site.coupled.len())
+    }
+
+    /// The present pose.
+    pub fn pose(&self) -> &Pose {
+        either!(&self.coupling, c => &c.place.pose)
+    }
+
+    /// Moves the applicator to `pose`; the tissue follows to within [`Step::error_mm`].
+    ///
+    /// # Errors
+    /// [`Error::ApplicatorPose`] when `pose` is not finite; [`Error::ApplicatorStuck`] when no equilibrium is
+    /// found there: the applicator then stays where the last equilibrium was.
+    pub fn step(&mut self, pose: &Pose) -> Result<Step, Error> {
+        check(pose)?;
+        self.take_renewal(false);
+        let made = either!(&mut self.coupling, c => c.step(pose));
+        self.told(made.map(|m| Step {
+            corrections: m.corrections,
+            error_mm: m.error_mm,
+            anew: m.anew,
+        }))
+    }
+
+    /// Moves the applicator to `pose` as [`Applicator::step`] does, to the last digits and in its own time:
+    /// by Newton's method until the relative residual is at most `tolerance`.
+    ///
+    /// # Errors
+    /// As [`Applicator::step`], and when the user stops.
+    pub fn settle(
+        &mut self,
+        pose: &Pose,
+        tolerance: f64,
+        progress: Progress<'_>,
+    ) -> Result<Step, Error> {
+        check(pose)?;
+        let made = either!(&mut self.coupling, c => c.settle(pose, tolerance, progress));
+        self.told(made.map(|m| Step {
+            corrections: m.corrections,
+            error_mm: m.error_mm,
+            anew: m.anew,
+        }))
+    }
+
+    /// Renews the factor and the linear answers at the present pose.
+    ///
+    /// # Errors
+    /// [`Error::Memory`].
+    pub fn renew(&mut self) -> Result<(), Error> {
+        either!(&mut self.coupling, c => {
+            let unknowns = c.site.pattern.unknowns();
+            let spare = c.take_spare();
+            let answers = c.site.answers(&c.place, spare).map_err(|_| Error::Memory { unknowns })?;
+            if let Some(answers) = answers {
+                c.adopt(answers);
+            }
+        });
+        Ok(())
+    }
+
+    /// Begins to renew the factor and the linear answers at the present pose in another thread, unless that
+    /// is under way; a later step takes them when they are there.
+    pub fn renew_beside(&mut self) {
+        self.take_renewal(false);
+        if self.beside.is_some() {
+            return;
+        }
+        fn work<const N: usize, const Q: usize>(
+            c: &mut Coupling<N, Q>,
+        ) -> impl FnOnce() -> Option<Answers> + Send + 'static {
+            let (site, place, spare) = (c.site.clone(), c.place.clone(), c.take_spare());
+            // Without memory the old answers serve on.
+            move || renewed(&site, &place, spare)
+        }
+        self.beside = Some(match &mut self.coupling {
+            Either::Linear(c) => {
+                let work = work(c);
+                std::thread::spawn(move || Either::Linear(work()))
+            }
+            Either::Quadratic(c) => {
+                let work = work(c);
+                std::thread::spawn(move || Either::Quadratic(work()))
+            }
+        });
+    }
+
+    /// Takes what another thread renewed, if it is there or `wait` is set.
+    fn take_renewal(&mut self, wait: bool) {
+        let Some(thread) = self.beside.take_if(|thread| wait || thread.is_finished()) else {
+            return;
+        };
+        let Ok(answers) = thread.join() else { return };
+        let answers = either!(answers, answers => answers);
+        if let Some(answers) = answers {
+            either!(&mut self.coupling, c => c.adopt(answers));
+        }
+    }
+
+    /// Displacement from the CT shape at the present pose, mm.
+    ///
+    /// # Errors
+    /// None is known: it holds a finite vector for every node.
+    pub fn displacement(&self) -> Result<Displacement, Error> {
+        let values = either!(&self.coupling, c => {
+            c.place.u.iter().zip(&c.site.to_ct).map(|(u, ct)| u - ct).collect()
+        });
+        Ok(Displacement::new(&self.mesh, &self.edges, values)?)
+    }
+
+    /// Force and moment of the tissue on the applicator at the present pose.
+    pub fn reaction(&self) -> Reaction {
+        either!(&self.coupling, c => reaction(&c.site, &c.place))
+    }
+
+    fn told(&self, made: Result<Step, Halt>) -> Result<Step, Error> {
+        made.map_err(|halt| match halt {
+            Halt::Stopped(stopped) => stopped.into(),
+            Halt::Memory => {
+                Error::Memory { unknowns: either!(&self.coupling, c => c.site.pattern.unknowns()) }
+            }
+            Halt::Stalled(stall) => Error::ApplicatorStuck { residual: stall.residual },
+        })
+    }
+}
+
+impl std::fmt::Debug for Applicator {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let nodes = self.coupled_nodes();
+        f.debug_struct("Applicator").field("pose", self.pose()).field("coupled", &nodes).finish()
+    }
+}
+
+impl Drop for Applicator {
+    fn drop(&mut self) {
+        self.take_renewal(true);
+    }
+}
+
+fn renewed<const N: usize, const Q: usize>(
+    site: &Arc<Site<N, Q>>,
+    place: &Place,
+    spare: Option<Tangent>,
+) -> Option<Answers> {
+    site.answers(place, spare).ok().flatten()
+}
+
+fn reaction<const N: usize, const Q: usize>(site: &Site<N, Q>, place: &Place) -> Reaction {
+    let mut sum = Reaction { force_n: Vector::zeros(), moment_n_mm: Vector::zeros() };
+    // A place is an equilibrium: no element of it is turned inside out.
+    let Some(forces) = site.out_of_balance(&place.u) else { return sum };
+    let centre = place.pose.transform_point(&site.centre.into()).coords;
+    for (node, _) in &site.coupled {
+        let n = *node as usize;
+        // What is out of balance there is what the applicator gives; in mN.
+        let force = -forces[n] * 1e-3;
+        sum.force_n += force;
+        sum.moment_n_mm += (site.rest[n] + place.u[n] - centre).cross(&force);
+    }
+    sum
+}
+
+fn check(pose: &Pose) -> Result<(), Error> {
+    let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
+    let finite = numbers.into_iter().all(|v| v.is_finite());
+    let turned = (pose.rotation.norm() - 1.0).abs() < 1e-6;
+    if finite && turned { Ok(()) } else { Err(Error::ApplicatorPose) }
+}
+
+impl Job<'_> {
+    fn couple<const N: usize, const Q: usize>(
+        &self,
+        rigid: &dyn RigidBody,
+        progress: Progress<'_>,
+    ) -> Result<(Coupling<N, Q>, Info), Error> {
+        let positions = self.positions::<N>();
+        let held = self.held(positions.len())?;
+        let settled = self.settle::<N, Q>(&positions, &held, progress)?;
+        let at = |n: usize| Point::from(positions[n] + settled.u[n] - settled.to_ct[n]);
+        let inside: Vec<bool> =
+            (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= 0.0).collect();
+        if !inside.contains(&true) {
+            return Err(Error::ApplicatorOutside { centre: rigid.centre().coords.into() });
+        }
+        let both = held.iter().zip(&inside);
+        if both.clone().all(|(held, inside)| *held || *inside) {
+            return Err(Error::NothingFree);
+        }
+        let mut info = settled.info.clone();
+        info.max_displacement_mm =
+            settled.u.iter().zip(&settled.to_ct).map(|(u, ct)| (u - ct).norm()).fold(0.0, f64::max);
+        let force = self.load.ct * self.body.tissue.weight();
+        let gravity = settled.model.elements.load(held.len(), force);
+        let weight = crate::newton::norm(&gravity);
+        let rigid = (rigid.centre().coords, rigid.size_mm());
+        let unknowns = info.unknowns;
+        let coupling = Coupling::new(settled, &positions, (&held, &inside), rigid, weight)
+            .map_err(|_| Error::Memory { unknowns })?
+            .ok_or(Error::Singular)?;
+        Ok((coupling, info))
+    }
+}
+
+#[cfg(test)]
+#[path = "applicator_tests.rs"]
+mod tests;

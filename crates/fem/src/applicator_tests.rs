@@ -1,0 +1,153 @@
+use super::*;
+use crate::rigid::SphereOnShaft;
+use crate::test_mesh::block;
+use crate::{RestState, Tissue};
+use nalgebra::UnitQuaternion;
+use supine_space::{sitting, supine};
+
+const SIDE_MM: f64 = 60.0;
+const TOLERANCE: f64 = 1e-11;
+
+fn sphere() -> SphereOnShaft {
+    SphereOnShaft { centre: Point::new(30.0, 30.0, 32.0), radius_mm: 14.0, shaft: None }
+}
+
+fn attach(order: Order, rest: RestState, rigid: &dyn RigidBody) -> Result<Applicator, Error> {
+    let mesh = block([6; 3], SIDE_MM / 6.0, 0.1);
+    let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
+    let load = Load { ct: supine(), target: sitting() };
+    let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
+    Ok(Applicator::attach(&Body::new(&mesh, &tissue), &load, &params, rigid, Progress::none())?.0)
+}
+
+fn attached(order: Order) -> Applicator {
+    attach(order, RestState::Net, &sphere()).unwrap()
+}
+
+fn turn_about(turn: Vector, place: Point) -> Pose {
+    Pose::rotation_wrt_point(UnitQuaternion::from_scaled_axis(turn), place)
+}
+
+/// A shift (mm) and a turn (radians) about the centre of the sphere.
+fn pose(shift: [f64; 3], turn: [f64; 3]) -> Pose {
+    let pivot = sphere().centre;
+    Pose::translation(shift[0], shift[1], shift[2]) * turn_about(Vector::from(turn), pivot)
+}
+
+/// Elastic energy less the work of gravity, mN mm.
+fn potential(applicator: &Applicator) -> f64 {
+    either!(&applicator.coupling, c => {
+        let (energy, _) = c.site.model.evaluate(&c.place.u).unwrap();
+        energy - c.place.u.iter().zip(&c.site.load).map(|(u, f)| u.dot(f)).sum::<f64>()
+    })
+}
+
+/// The work of the applicator is what the potential energy gains: force and moment are its slopes.
+#[test]
+fn the_reaction_is_the_slope_of_the_potential() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let mut applicator = attached(order);
+        let (shift, turn) = ([3.0, -2.0, 4.0], [0.1, 0.2, -0.1]);
+        applicator.settle(&pose(shift, turn), TOLERANCE, Progress::none()).unwrap();
+        let reaction = applicator.reaction();
+        let h = 1e-3;
+        for axis in 0..3 {
+            let mut at = |t: f64, turned: bool| {
+                let mut moved = shift;
+                let mut more = Vector::zeros();
+                if turned {
+                    more[axis] = t;
+                } else {
+                    moved[axis] += t;
+                }
+                // The further turn is about the centre where it lies.
+                let centre = sphere().centre + Vector::from(shift);
+                let pose = turn_about(more, centre) * pose(moved, turn);
+                applicator.settle(&pose, TOLERANCE, Progress::none()).unwrap();
+                potential(&applicator) * 1e-3
+            };
+            let mut slope = |turned: bool| (at(h, turned) - at(-h, turned)) / (2.0 * h);
+            let (force, moment) = (-slope(false), -slope(true));
+            let (force_size, moment_size) = (reaction.force_n.norm(), reaction.moment_n_mm.norm());
+            assert!((force - reaction.force_n[axis]).abs() < 1e-5 * force_size, "{order:?} {axis}");
+            let apart = (moment - reaction.moment_n_mm[axis]).abs();
+            assert!(apart < 1e-5 * moment_size, "{order:?} {axis}: {apart}");
+        }
+    }
+}
+
+#[test]
+fn an_applicator_that_has_not_moved_bears_only_what_it_holds() {
+    let applicator = attached(Order::Linear);
+    // Nodes in equilibrium before they were coupled need no force.
+    assert!(applicator.reaction().force_n.norm() < 1e-9);
+    assert_eq!(applicator.pose(), &Pose::identity());
+}
+
+/// Trap: the nodes in the applicator placed before the others follow would fold elements.
+#[test]
+fn a_large_step_is_made_in_parts() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let mut steps = attached(order);
+        let far = pose([12.0, 9.0, -8.0], [0.4, 0.0, 0.5]);
+        let made = steps.step(&far).unwrap();
+        assert!(made.anew);
+        let mut small = attached(order);
+        for k in 1..=24 {
+            let part = Pose::identity().lerp_slerp(&far, f64::from(k) / 24.0);
+            small.settle(&part, TOLERANCE, Progress::none()).unwrap();
+        }
+        let [a, b] = [&steps, &small].map(|a| a.displacement().unwrap());
+        let apart = a.values().iter().zip(b.values()).map(|(a, b)| (a - b).norm());
+        assert!(apart.fold(0.0, f64::max) < 1e-4);
+    }
+}
+
+#[test]
+fn a_pose_out_of_reach_is_refused_and_the_applicator_goes_on() {
+    let mut applicator = attached(Order::Linear);
+    let bad = pose([f64::NAN, 0.0, 0.0], [0.0; 3]);
+    assert!(matches!(applicator.step(&bad), Err(Error::ApplicatorPose)));
+    assert_eq!(applicator.pose(), &Pose::identity());
+    // Through the held wall.
+    let through = pose([0.0, 0.0, -60.0], [0.0; 3]);
+    assert!(matches!(applicator.step(&through), Err(Error::ApplicatorStuck { .. })));
+    let reached = applicator.pose().translation.vector.z;
+    assert!((-60.0..0.0).contains(&reached), "{reached}");
+    applicator.step(&pose([0.0, 0.0, -1.0], [0.0; 3])).unwrap();
+    let mut fresh = attached(Order::Linear);
+    fresh.step(&pose([0.0, 0.0, -1.0], [0.0; 3])).unwrap();
+    let [a, b] = [&applicator, &fresh].map(|a| a.displacement().unwrap());
+    let apart = a.values().iter().zip(b.values()).map(|(a, b)| (a - b).norm());
+    assert!(apart.fold(0.0, f64::max) < 0.01);
+}
+
+#[test]
+fn an_applicator_outside_the_tissue_is_refused() {
+    let away = SphereOnShaft { centre: Point::new(200.0, 0.0, 0.0), ..sphere() };
+    let found = attach(Order::Linear, RestState::Net, &away);
+    assert!(matches!(found, Err(Error::ApplicatorOutside { .. })), "{found:?}");
+    let all = SphereOnShaft { radius_mm: 500.0, ..sphere() };
+    let found = attach(Order::Linear, RestState::Net, &all);
+    assert!(matches!(found, Err(Error::NothingFree)), "{found:?}");
+}
+
+#[test]
+fn factors_renewed_beside_the_steps_leave_the_steps_right() {
+    for rest in [RestState::Net, RestState::Unloaded] {
+        let mut live = attach(Order::Quadratic, rest, &sphere()).unwrap();
+        let mut exact = attach(Order::Quadratic, rest, &sphere()).unwrap();
+        for k in 1..=8 {
+            let pose = pose(
+                [0.8 * f64::from(k), 0.3 * f64::from(k), 0.0],
+                [0.0, 0.04 * f64::from(k), 0.0],
+            );
+            live.step(&pose).unwrap();
+            live.renew_beside();
+            exact.settle(&pose, TOLERANCE, Progress::none()).unwrap();
+            let [a, b] = [&live, &exact].map(|a| a.displacement().unwrap());
+            let apart = a.values().iter().zip(b.values()).map(|(a, b)| (a - b).norm());
+            assert!(apart.fold(0.0, f64::max) < 0.01, "step {k}");
+        }
+    }
+}
