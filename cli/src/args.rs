@@ -281,6 +281,9 @@ pub(crate) struct Solve {
     /// `displacement_low_modulus` and `displacement_high_modulus`
     #[arg(long, value_name = "LOW,HIGH", value_parser = two)]
     pub(crate) young_interval: Option<Two>,
+    /// Stiffness of the springs of --cut spring, kPa/mm [default: that of the tissue beyond]
+    #[arg(long, value_name = "KPA/MM")]
+    pub(crate) spring: Option<f64>,
     /// The same problem for another solver (.feb, .inp), before it is solved; with --rest net
     #[arg(long, value_name = "FILE")]
     pub(crate) problem: Option<PathBuf>,
@@ -303,6 +306,8 @@ pub(crate) enum Cut {
     Free,
     /// Everything
     Fixed,
+    /// Springs for the tissue beyond
+    Spring,
 }
 
 #[derive(Args, Debug)]

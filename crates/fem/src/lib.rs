@@ -16,6 +16,9 @@ mod batch;
 mod body;
 mod element;
 mod error;
+mod foundation;
+#[cfg(test)]
+mod foundation_tests;
 mod goal;
 mod inverse;
 mod krylov;

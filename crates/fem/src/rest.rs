@@ -1,12 +1,13 @@
 //! The two rest states.
 
 use crate::element::Elements;
+use crate::foundation::Foundation;
 use crate::inverse::Inverse;
 use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
-use crate::{Error, Info, Job, Solved, Unloading, sensitivity};
+use crate::{Cut, Error, Info, Job, Solved, Unloading, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_space::{Progress, Vector};
 
@@ -31,7 +32,9 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Solved, Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
-    let model = Model::new(shape, job.body.materials(job.stiffer));
+    let materials = job.body.materials(job.stiffer);
+    let foundation = job.foundation(&materials);
+    let model = Model::new(shape, materials).on(foundation);
     let load =
         model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); held.len()];
@@ -97,7 +100,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     }
     let slope = job.slope.then(|| {
         let full = Pattern::new(&shape.nodes, held, Storage::Full);
-        let inverse = job.inverse(positions, shape, &model.materials, (&full, &pattern));
+        let tissue = (&model.materials[..], model.foundation.as_ref());
+        let inverse = job.inverse(positions, shape, tissue, (&full, &pattern));
         sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
     });
     let u = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
@@ -122,8 +126,10 @@ fn unload<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
     let materials = job.body.materials(job.stiffer);
+    let foundation = job.foundation(&materials);
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
-    let inverse = job.inverse(positions, shape, &materials, (&full, pattern));
+    let tissue = (&materials[..], foundation.as_ref());
+    let inverse = job.inverse(positions, shape, tissue, (&full, pattern));
     let (to_rest, iterations) =
         match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
@@ -226,12 +232,21 @@ impl Job<'_> {
         &self,
         positions: &'m [Vector],
         loaded: &'m Elements<N, Q>,
-        materials: &'m [NeoHookean],
+        (materials, foundation): (&'m [NeoHookean], Option<&'m Foundation<N>>),
         (full, lower): (&'m Pattern, &'m Pattern),
     ) -> Inverse<'m, N, Q> {
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
-        Inverse { loaded, materials, force, positions, weight, full, lower }
+        Inverse { loaded, materials, foundation, force, positions, weight, full, lower }
+    }
+
+    /// The springs on the cut of a body of these materials, if there are any.
+    pub(crate) fn foundation<const N: usize>(
+        &self,
+        materials: &[NeoHookean],
+    ) -> Option<Foundation<N>> {
+        let springs = self.params.cut == Cut::Spring;
+        springs.then(|| Foundation::new(self.body.mesh, materials, self.params.spring_kpa_mm))
     }
 
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
@@ -261,6 +276,7 @@ impl Job<'_> {
             min_det_f: ratio.min,
             max_det_f: ratio.max,
             unknowns: pattern.unknowns(),
+            spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
             ..Info::default()
         })
     }

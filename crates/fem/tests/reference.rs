@@ -159,6 +159,7 @@ const UNLOADED: Params = Params {
     order: Order::Quadratic,
     rest: RestState::Unloaded,
     cut: Cut::Free,
+    spring_kpa_mm: None,
     tolerance: 1e-10,
     max_iterations: 60,
 };
