@@ -272,7 +272,7 @@ pub(crate) struct Solve {
           value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) order: u8,
     /// What holds the cut
-    #[arg(long, value_enum, default_value = "free")]
+    #[arg(long, value_enum, default_value = "spring")]
     pub(crate) cut: Cut,
     /// Also how the displacement depends on the modulus: the field `displacement_per_kpa`
     #[arg(long)]
@@ -302,12 +302,12 @@ pub(crate) enum Rest {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Cut {
+    /// Springs, for the tissue beyond
+    Spring,
     /// Nothing
     Free,
     /// Everything
     Fixed,
-    /// Springs for the tissue beyond
-    Spring,
 }
 
 #[derive(Args, Debug)]

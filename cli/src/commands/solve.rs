@@ -37,7 +37,9 @@ pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> 
     }
     if let Some(path) = &args.problem {
         if params.cut == Cut::Spring {
-            return Err(Failure::usage("--problem: such files hold no springs at the cut"));
+            return Err(Failure::usage(
+                "--problem: such files hold no springs at the cut; add --cut free or --cut fixed",
+            ));
         }
         let net = load.target - load.ct;
         write_problem(&mesh, &statics(&tissue, net, params.order, params.cut == Cut::Fixed), path)?;

@@ -64,7 +64,8 @@ fn springs_have_the_stiffness_of_a_layer_as_thick_as_the_cut() {
     assert!((info.spring_kpa_mm.unwrap() - want).abs() < 1e-9, "{info:?}");
     let given = Params { cut: Cut::Spring, spring_kpa_mm: Some(0.3), ..Params::default() };
     assert!((moved(given).1.spring_kpa_mm.unwrap() - 0.3).abs() < 1e-12);
-    assert_eq!(moved(Params::default()).1.spring_kpa_mm, None);
+    let free = Params { cut: Cut::Free, ..Params::default() };
+    assert_eq!(moved(free).1.spring_kpa_mm, None);
 }
 
 #[test]

@@ -5,7 +5,8 @@
 //!
 //! Ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)).
 //!
-//! The chest wall is held; gravity turns instead of the patient. Elements are tetrahedra with four
+//! The chest wall is held; the tissue beyond the region is replaced by springs on the cut, unless that is
+//! free or held ([`Cut`]); gravity turns instead of the patient. Elements are tetrahedra with four
 //! nodes and one quadrature point, or ten nodes and four points. Units: mm, kPa, hence forces in mN
 //! and ρ g in kPa/mm (1000 kg/m³ at 9.81 m/s²: 9.81e-3 kPa/mm). The frame is LPS.
 //!

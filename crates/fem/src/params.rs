@@ -64,11 +64,11 @@ pub enum RestState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cut {
     /// No traction: the tissue beyond follows.
-    #[default]
     Free,
     /// Held.
     Fixed,
     /// On springs in place of the tissue beyond: see [`Params::spring_kpa_mm`].
+    #[default]
     Spring,
 }
 
@@ -120,7 +120,7 @@ impl Default for Params {
         Self {
             order: Order::Quadratic,
             rest: RestState::Net,
-            cut: Cut::Free,
+            cut: Cut::default(),
             spring_kpa_mm: None,
             tolerance: 1e-10,
             max_iterations: 60,

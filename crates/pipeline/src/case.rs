@@ -314,7 +314,7 @@ impl Case {
             cut: one_of(
                 "tissue.cut",
                 tissue_file.cut.as_deref(),
-                &[("free", Cut::Free), ("fixed", Cut::Fixed), ("spring", Cut::Spring)],
+                &[("spring", Cut::Spring), ("free", Cut::Free), ("fixed", Cut::Fixed)],
             )?,
             spring_kpa_mm: spring(tissue_file)?,
             seeds: seeds(file.seeds, base)?,
@@ -423,13 +423,14 @@ fn mesher(key: &'static str, name: Option<&str>) -> Result<Mesher, CaseError> {
 
 /// The stiffness of the springs at the cut, kPa/mm.
 fn spring(tissue: &TissueFile) -> Result<Option<f64>, CaseError> {
-    match (tissue.cut.as_deref(), tissue.spring) {
-        (_, None) => Ok(None),
-        (Some("spring"), Some(k)) if k.is_finite() && k >= 0.0 => Ok(Some(k)),
-        (Some("spring"), Some(k)) => {
+    let springs = matches!(tissue.cut.as_deref(), None | Some("spring"));
+    match tissue.spring {
+        None => Ok(None),
+        Some(k) if springs && k.is_finite() && k >= 0.0 => Ok(Some(k)),
+        Some(k) if springs => {
             Err(value("tissue.spring", format!("{k} kPa/mm is no stiffness: 0 or more")))
         }
-        _ => Err(value("tissue.spring", "only with `cut = \"spring\"`")),
+        Some(_) => Err(value("tissue.spring", "only with `cut = \"spring\"`")),
     }
 }
 
@@ -543,6 +544,9 @@ mod tests {
             ("mesh = { refine = 'goal', tumour_growth = 0.3 }", "mesh.tumour_growth"),
             ("tissue = { poisson = 0.5 }", "tissue"),
             ("tissue = { rest = 'nett' }", "tissue.rest"),
+            ("tissue = { cut = 'sprung' }", "tissue.cut"),
+            ("tissue = { spring = -1.0 }", "tissue.spring"),
+            ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
             ("region = { centre = [0, 0, 0], radius = -1 }", "region"),
             ("tisue = { young = 1.0 }", "tissue"),
         ] {
