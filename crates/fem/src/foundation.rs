@@ -31,6 +31,8 @@ pub(crate) struct Foundation<const N: usize> {
     faces: Vec<Face<N>>,
     /// Mean k over the cut, kPa/mm.
     pub(crate) mean_kpa_mm: f64,
+    /// k was given: it does not grow with the moduli.
+    given: bool,
 }
 
 /// Springs of one face of the cut.
@@ -60,7 +62,8 @@ impl<const N: usize> Foundation<N> {
             sum += k * of_face;
             faces.push(Face { element, stiffness: products::<N>(own, k * of_face) });
         }
-        Self { faces, mean_kpa_mm: if area > 0.0 { sum / area } else { 0.0 } }
+        let mean_kpa_mm = if area > 0.0 { sum / area } else { 0.0 };
+        Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
     }
 
     /// Energy ½ ∫ k |u|² dA, mN mm.
@@ -91,6 +94,13 @@ impl<const N: usize> Foundation<N> {
                     place.add(&[k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k], blocks);
                 }
             }
+        }
+    }
+
+    /// Takes off the nodal forces if they do not grow with the moduli, mN.
+    pub(crate) fn leave_out_given(&self, nodes: &[[u32; N]], u: &[Vector], forces: &mut [Vector]) {
+        if self.given {
+            self.add_forces(nodes, u, -1.0, forces);
         }
     }
 

@@ -85,6 +85,17 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some((energy + springs, forces))
     }
 
+    /// Internal nodal forces that grow with the moduli, mN: all but those of springs of a given stiffness.
+    ///
+    /// `None` when an element is turned inside out.
+    pub(crate) fn forces_by_modulus(&self, u: &[Vector]) -> Option<Vec<Vector>> {
+        let (_, mut forces) = self.evaluate(u)?;
+        if let Some(springs) = &self.foundation {
+            springs.leave_out_given(&self.elements.nodes, u, &mut forces);
+        }
+        Some(forces)
+    }
+
     /// Energy of the springs (mN mm); adds their nodal forces (mN).
     fn springs(&self, u: &[Vector], forces: &mut [Vector]) -> f64 {
         let Some(springs) = &self.foundation else { return 0.0 };

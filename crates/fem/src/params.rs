@@ -165,6 +165,8 @@ pub struct Info {
     pub max_displacement_mm: f64,
     /// Unknowns of the system.
     pub unknowns: usize,
+    /// Entries of the triangular factor of its matrix.
+    pub factor_entries: usize,
     /// Mean stiffness of the springs on the cut, kPa/mm; `None` without springs.
     pub spring_kpa_mm: Option<f64>,
     /// How the stress-free shape was found; `None` for [`RestState::Net`].

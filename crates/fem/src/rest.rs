@@ -63,25 +63,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Solved, Error> {
     let pattern = Pattern::new(&shape.nodes, held, Storage::Lower);
-    let found =
-        unload(job, positions, shape, (held, &pattern), SMALLEST_STEP, progress.part(0.0, 0.6))?;
-    let (rest, unloading) = match found {
-        Ok(found) => found,
-        Err(problem) => {
-            return Err(Error::NoUnloadedShape {
-                young_kpa: job.young_kpa(),
-                problem,
-                exists_from_kpa: search_modulus(
-                    job,
-                    positions,
-                    shape,
-                    (held, &pattern),
-                    progress.part(0.6, 1.0),
-                )?,
-            });
-        }
-    };
-    let Rest { model, to_ct } = rest;
+    let (Rest { model, to_ct }, unloading) =
+        stress_free(job, positions, shape, (held, &pattern), progress)?;
     let load = model.elements.load(held.len(), job.load.target * job.body.tissue.weight());
     let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
     let mut newton = job.newton(&model, &pattern, held)?;
@@ -109,11 +92,32 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
 }
 
 /// A stress-free shape.
-struct Rest<const N: usize, const Q: usize> {
+pub(crate) struct Rest<const N: usize, const Q: usize> {
     /// The body on it.
     model: Model<N, Q>,
     /// Displacement from it to the CT shape, mm.
-    to_ct: Vec<Vector>,
+    pub(crate) to_ct: Vec<Vector>,
+}
+
+/// The unloaded shape; takes 0.6 of the progress.
+///
+/// # Errors
+/// See [`crate::unload`].
+pub(crate) fn stress_free<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    positions: &[Vector],
+    shape: &Elements<N, Q>,
+    held: (&[bool], &Pattern),
+    progress: Progress<'_>,
+) -> Result<(Rest<N, Q>, Unloading), Error> {
+    let found = unload(job, positions, shape, held, SMALLEST_STEP, progress.part(0.0, 0.6))?;
+    let problem = match found {
+        Ok(found) => return Ok(found),
+        Err(problem) => problem,
+    };
+    let exists_from_kpa = search_modulus(job, positions, shape, held, progress.part(0.6, 1.0))?;
+    let young_kpa = job.young_kpa();
+    Err(Error::NoUnloadedShape { young_kpa, problem, exists_from_kpa })
 }
 
 /// The unloaded shape, or the reason why there is no usable one.
@@ -276,6 +280,7 @@ impl Job<'_> {
             min_det_f: ratio.min,
             max_det_f: ratio.max,
             unknowns: pattern.unknowns(),
+            factor_entries: effort.factor_entries,
             spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
             ..Info::default()
         })

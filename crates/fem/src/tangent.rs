@@ -52,6 +52,11 @@ impl<'a> Tangent<'a> {
         Ok(Self { pattern, analysis, blocks, preconditioner, factorised: false, factors: 0 })
     }
 
+    /// Entries of the triangular factor.
+    pub(crate) fn factor_entries(&self) -> usize {
+        self.analysis.entries()
+    }
+
     /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, or with the lifted
     /// stiffness where the exact one is not positive definite.
     ///
