@@ -272,7 +272,7 @@ pub(crate) struct Solve {
           value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) order: u8,
     /// What holds the cut
-    #[arg(long, value_enum, default_value = "free")]
+    #[arg(long, value_enum, default_value = "spring")]
     pub(crate) cut: Cut,
     /// Also how the displacement depends on the modulus: the field `displacement_per_kpa`
     #[arg(long)]
@@ -281,6 +281,9 @@ pub(crate) struct Solve {
     /// `displacement_low_modulus` and `displacement_high_modulus`
     #[arg(long, value_name = "LOW,HIGH", value_parser = two)]
     pub(crate) young_interval: Option<Two>,
+    /// Stiffness of the springs of --cut spring, kPa/mm [default: that of the tissue beyond]
+    #[arg(long, value_name = "KPA/MM")]
+    pub(crate) spring: Option<f64>,
     /// The same problem for another solver (.feb, .inp), before it is solved; with --rest net
     #[arg(long, value_name = "FILE")]
     pub(crate) problem: Option<PathBuf>,
@@ -299,6 +302,8 @@ pub(crate) enum Rest {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Cut {
+    /// Springs, for the tissue beyond
+    Spring,
     /// Nothing
     Free,
     /// Everything

@@ -11,6 +11,7 @@
 
 mod meshers;
 mod readers;
+mod solvers;
 mod steps;
 mod test;
 mod verify;

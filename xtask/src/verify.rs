@@ -4,10 +4,14 @@
 //! mesher's reference labels, scores the results with the scripts of the shared reference folder
 //! (which belongs to the developers, not to the users) and writes the page.
 
+mod agreement;
+mod cut;
+mod mechanics;
 mod mesh;
 mod page;
 mod patients;
 mod peers;
+mod plot;
 mod real;
 mod refine;
 mod speed;
@@ -16,6 +20,7 @@ mod study_tables;
 
 use crate::House;
 use anyhow::{Context, Result, bail, ensure};
+use mechanics::Mechanics;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -38,10 +43,15 @@ impl<'a> Bench<'a> {
             "`cargo xtask verify` and `bench` need the developers' reference data in ../shared"
         );
         let python = environment(house, "scorers")?;
-        run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
         let work = house.target.join("verify");
         std::fs::create_dir_all(&work)?;
         Ok(Self { house, shared, work, supine: house.target.join("release/supine"), python })
+    }
+
+    fn with_supine(house: &'a House) -> Result<Self> {
+        let bench = Self::open(house)?;
+        run(Command::new("cargo").args(["build", "--release", "-p", "supine"]))?;
+        Ok(bench)
     }
 }
 
@@ -52,22 +62,27 @@ pub(crate) enum Measured {
     Segment,
     /// The mesher beside CGAL, gmsh and MMG; installs them.
     Mesh,
+    /// The mechanics beside dolfinx and felupe; installs them.
+    Mechanics,
 }
 
 /// `cargo xtask bench`: ours beside the peers, on stdout; all when nothing is named.
 pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
-    let bench = Bench::open(house)?;
-    if measured != Some(Measured::Mesh) {
-        print!("{}", speed::table(&bench)?);
+    let wanted = |one| measured.is_none_or(|m| m == one);
+    if wanted(Measured::Segment) {
+        print!("{}", speed::table(&Bench::with_supine(house)?)?);
     }
-    if measured != Some(Measured::Segment) {
-        print!("{}", peers::beside(&bench)?);
+    if wanted(Measured::Mesh) {
+        print!("{}", peers::beside(&Bench::with_supine(house)?)?);
+    }
+    if wanted(Measured::Mechanics) {
+        print!("{}", Mechanics::open(&Bench::open(house)?)?.cost()?);
     }
     Ok(())
 }
 
 pub(crate) fn verify(house: &House) -> Result<()> {
-    let bench = Bench::open(house)?;
+    let bench = Bench::with_supine(house)?;
     let speed = speed::table(&bench)?;
     let chosen = peers::chosen(&bench)?;
     let patients = patients::all(&bench)?;
@@ -75,7 +90,17 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
     let meshes = mesh::all(&bench)?;
-    let more = [chosen, mesh::coarsened(&bench)?, refine::table(&bench)?].concat();
+    let mechanics = Mechanics::open(&bench)?;
+    let more = [
+        chosen,
+        mesh::coarsened(&bench)?,
+        refine::table(&bench)?,
+        mechanics.cost()?,
+        agreement::convergence(&mechanics)?,
+        agreement::agreement(&mechanics)?,
+        cut::table(&bench)?,
+    ]
+    .concat();
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
     let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes, &more))?;
     let path = house.root.join("docs/VERIFICATION.md");
@@ -93,6 +118,15 @@ fn pictures(bench: &Bench<'_>) -> Result<()> {
         std::fs::copy(&made, shown.join(&name)).with_context(|| made.display().to_string())?;
     }
     Ok(())
+}
+
+/// Writes a plot to its place among the documents.
+fn write_plot(bench: &Bench<'_>, place: &str, svg: &str) -> Result<()> {
+    let path = bench.house.root.join("docs").join(place);
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    std::fs::write(&path, svg).with_context(|| path.display().to_string())
 }
 
 /// The Python of an environment under target/, made once from the list `xtask/NAME.txt`.

@@ -7,7 +7,7 @@ use std::path::Path;
 use supine_exchange::{
     MeshFile, SurfaceFrame, read_labels, read_surface, write_mesh, write_problem,
 };
-use supine_fem::{Cut, Tissue};
+use supine_fem::Tissue;
 use supine_mesh::{Displacement, Order, TetMesh, TriSurface};
 use supine_pipeline::{Refine, RunError, mesh_facts, mesh_region, statics};
 use supine_space::{Point, Progress, Sphere};
@@ -157,7 +157,7 @@ pub(crate) fn write(
         MeshFile::Result => write_mesh(mesh, displacement, out)?,
         MeshFile::Problem => {
             let gravity = supine_space::supine();
-            let problem = statics(&Tissue::default(), gravity, Order::Linear, Cut::Free);
+            let problem = statics(&Tissue::default(), gravity, Order::Linear, false);
             write_problem(mesh, &problem, out)?;
             if displacement.is_some() {
                 screen.warn_all(&[format!("{}: holds no displacement", out.display())]);

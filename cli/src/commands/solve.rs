@@ -27,12 +27,22 @@ pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> 
         cut: match args.cut {
             args::Cut::Free => Cut::Free,
             args::Cut::Fixed => Cut::Fixed,
+            args::Cut::Spring => Cut::Spring,
         },
+        spring_kpa_mm: args.spring,
         ..Params::default()
     };
+    if args.spring.is_some() && params.cut != Cut::Spring {
+        return Err(Failure::usage("--spring: only with --cut spring"));
+    }
     if let Some(path) = &args.problem {
+        if params.cut == Cut::Spring {
+            return Err(Failure::usage(
+                "--problem: such files hold no springs at the cut; add --cut free or --cut fixed",
+            ));
+        }
         let net = load.target - load.ct;
-        write_problem(&mesh, &statics(&tissue, net, params.order, params.cut), path)?;
+        write_problem(&mesh, &statics(&tissue, net, params.order, params.cut == Cut::Fixed), path)?;
     }
     let body = Body::new(&mesh, &tissue);
     check_interval(args.young_interval, &tissue)?;
@@ -46,7 +56,8 @@ pub(crate) fn solve(args: &args::Solve, screen: &Screen) -> Result<u8, Failure> 
         "deformed": args.out, "gravity": gravity, "young_kpa": tissue.young_kpa,
         "poisson": tissue.poisson, "density_kg_m3": tissue.density_kg_m3, "order": args.order,
         "iterations": info.iterations, "residual": info.residual, "min_det_f": info.min_det_f,
-        "max_det_f": info.max_det_f, "max_displacement_mm": info.max_displacement_mm,
+        "max_det_f": info.max_det_f, "spring_kpa_mm": info.spring_kpa_mm,
+        "max_displacement_mm": info.max_displacement_mm,
         "warnings": info.warnings,
     });
     let mut text = format!(

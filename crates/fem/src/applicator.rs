@@ -269,9 +269,8 @@ impl Job<'_> {
         rigid: &dyn RigidBody,
         progress: Progress<'_>,
     ) -> Result<(Coupling<N, Q>, Info), Error> {
-        let positions = self.positions::<N>();
-        let held = self.held(positions.len())?;
-        let settled = self.settle::<N, Q>(&positions, &held, progress)?;
+        let (positions, held, shape) = self.shape::<N, Q>()?;
+        let settled = self.settle(&positions, &held, shape, progress)?;
         let at = |n: usize| Point::from(positions[n] + settled.u[n] - settled.to_ct[n]);
         let inside: Vec<bool> =
             (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= 0.0).collect();

@@ -59,7 +59,9 @@ impl Job<'_> {
         let means = self.means(goal, &nodes, positions.len())?;
         let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
         let pattern = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
-        let model = Model::new(elements, self.body.materials(self.stiffer));
+        let materials = self.body.materials(self.stiffer);
+        let foundation = self.foundation(&materials);
+        let model = Model::new(elements, materials).on(foundation);
         let force = (self.load.target - self.load.ct) * self.body.tissue.weight();
         let load = model.elements.load(held.len(), force);
         let zero = vec![Vector::zeros(); held.len()];

@@ -7,6 +7,7 @@
 //! that a forward solve finds.
 
 use crate::element::Elements;
+use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
 use crate::linear::OutOfMemory;
 use crate::material::{Deformation, NeoHookean};
@@ -35,6 +36,8 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     pub(crate) loaded: &'a Elements<N, Q>,
     /// What each element is made of.
     pub(crate) materials: &'a [NeoHookean],
+    /// Springs on its cut.
+    pub(crate) foundation: Option<&'a Foundation<N>>,
     /// The load, kPa/mm per stress-free volume.
     pub(crate) force: Vector,
     /// Positions of the nodes of the loaded shape, mm.
@@ -51,7 +54,8 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// Residual forces (mN per node, held nodes included) at X = x + `y`.
     ///
     /// f = dX/dx, F = f^-1, j = det f, b = F Fᵀ, σ = j [μ (b − I) − λ ln j I],
-    /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape.
+    /// R_a = Σ_q w [σ g_a − j N_a force], g_a and w on the loaded shape; springs on the cut add
+    /// −∫ k N_a y dA.
     ///
     /// # Errors
     /// When an element of X is turned inside out.
@@ -67,6 +71,9 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
                         (point.stress * self.loaded.gradients[e][q][a] - body) * weight;
                 }
             }
+        }
+        if let Some(springs) = self.foundation {
+            springs.add_forces(&self.loaded.nodes, y, -1.0, &mut residual);
         }
         Ok(residual)
     }
@@ -103,6 +110,9 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
             for ((a, c), place) in pairs(N, Storage::Full).zip(self.full.places::<N>(e)) {
                 place.add(&block(&blocks[a][c]), values);
             }
+        }
+        if let Some(springs) = self.foundation {
+            springs.add_stiffness(-1.0, self.full, values);
         }
         Ok(())
     }
@@ -182,7 +192,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     pub(crate) fn body(&self, y: &[Vector]) -> Option<Model<N, Q>> {
         let rest: Vec<Vector> = self.positions.iter().zip(y).map(|(x, y)| x + y).collect();
         let elements = Elements::new(&rest, self.loaded.nodes.clone()).ok()?;
-        Some(Model::new(elements, self.materials.to_vec()))
+        Some(Model::new(elements, self.materials.to_vec()).on(self.foundation.cloned()))
     }
 }
 

@@ -5,7 +5,8 @@
 //!
 //! Ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)).
 //!
-//! The chest wall is held; gravity turns instead of the patient. Elements are tetrahedra with four
+//! The chest wall is held; the tissue beyond the region is replaced by springs on the cut, unless that is
+//! free or held ([`Cut`]); gravity turns instead of the patient. Elements are tetrahedra with four
 //! nodes and one quadrature point, or ten nodes and four points. Units: mm, kPa, hence forces in mN
 //! and ρ g in kPa/mm (1000 kg/m³ at 9.81 m/s²: 9.81e-3 kPa/mm). The frame is LPS.
 //!
@@ -18,6 +19,9 @@ mod body;
 mod coupling;
 mod element;
 mod error;
+mod foundation;
+#[cfg(test)]
+mod foundation_tests;
 mod goal;
 mod inverse;
 mod krylov;
@@ -49,7 +53,9 @@ pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 pub use sensitivity::{Between, between, sensitivity};
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
+use pattern::{Pattern, Storage};
 use rest::Settled;
+use std::sync::Arc;
 use supine_mesh::{Displacement, Edges, Order};
 use supine_space::{Progress, Vector};
 
@@ -105,6 +111,30 @@ pub(crate) struct Solved {
     pub(crate) info: Info,
 }
 
+/// The shape of `body` that is free of stress and becomes the CT shape under `gravity` (a unit vector,
+/// LPS), as displacement from the CT shape, mm. `params.rest` does not count.
+///
+/// # Errors
+/// As [`solve`]; [`Error::NoUnloadedShape`] with a modulus at which there is such a shape.
+pub fn unload(
+    body: &Body<'_>,
+    gravity: Vector,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<(Displacement, Unloading), Error> {
+    let load = &Load { ct: gravity, target: gravity };
+    body.check()?;
+    load.check()?;
+    params.check()?;
+    let edges = Edges::new(body.mesh);
+    let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
+    let (values, unloading) = match params.order {
+        Order::Linear => job.unload::<4, 1>(progress)?,
+        Order::Quadratic => job.unload::<10, 4>(progress)?,
+    };
+    Ok((Displacement::new(body.mesh, &edges, values)?, unloading))
+}
+
 /// What is asked.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
@@ -118,26 +148,18 @@ pub(crate) struct Job<'a> {
     pub(crate) slope: bool,
 }
 
+/// Positions of nodes (mm), which of them are held, and the elements on them.
+type Shape<const N: usize, const Q: usize> = (Vec<Vector>, Vec<bool>, Elements<N, Q>);
+
 impl Job<'_> {
     /// Solves with elements of `N` nodes and `Q` quadrature points.
     fn run<const N: usize, const Q: usize>(&self, progress: Progress<'_>) -> Result<Solved, Error> {
-        let positions = self.positions::<N>();
-        let held = self.held(positions.len())?;
+        let (positions, held, shape) = self.shape::<N, Q>()?;
         let Settled { u, to_ct, slope, mut info, .. } =
-            self.settle::<N, Q>(&positions, &held, progress)?;
+            self.settle(&positions, &held, shape, progress)?;
         let u: Vec<Vector> = u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
         self.warn::<N>(&positions, &u, &mut info);
         Ok(Solved { u, slope, info })
-    }
-
-    /// Whether each of `nodes` nodes is held.
-    ///
-    /// # Errors
-    /// When they do not hold the body.
-    pub(crate) fn held(&self, nodes: usize) -> Result<Vec<bool>, Error> {
-        let held = support::held_nodes(self.body.mesh, self.edges, nodes, self.params.cut);
-        support::check_support(self.body.mesh, &held)?;
-        Ok(held)
     }
 
     /// The equilibrium under the target's gravity.
@@ -145,10 +167,9 @@ impl Job<'_> {
         &self,
         positions: &[Vector],
         held: &[bool],
+        shape: Elements<N, Q>,
         progress: Progress<'_>,
     ) -> Result<Settled<N, Q>, Error> {
-        let shape = Elements::<N, Q>::new(positions, element_nodes(self.body.mesh, self.edges))
-            .map_err(Error::flat)?;
         match self.params.rest {
             RestState::Net => rest::net(self, shape, held, progress),
             RestState::Unloaded => rest::unloaded(self, positions, &shape, held, progress),
@@ -158,6 +179,29 @@ impl Job<'_> {
     /// Mean modulus over the volume, kPa.
     pub(crate) fn young_kpa(&self) -> f64 {
         self.stiffer * self.body.mean_young_kpa()
+    }
+
+    /// The stress-free shape as displacement from the CT shape, with such elements.
+    fn unload<const N: usize, const Q: usize>(
+        &self,
+        progress: Progress<'_>,
+    ) -> Result<(Vec<Vector>, Unloading), Error> {
+        let (positions, held, shape) = self.shape::<N, Q>()?;
+        let pattern = Arc::new(Pattern::new(&shape.nodes, &held, Storage::Lower));
+        let (rest, unloading) =
+            rest::stress_free(self, &positions, &shape, (&held, &pattern), progress)?;
+        Ok((rest.to_ct.iter().map(|u| -u).collect(), unloading))
+    }
+
+    /// Positions of the nodes in the CT, which of them are held, and the elements there.
+    fn shape<const N: usize, const Q: usize>(&self) -> Result<Shape<N, Q>, Error> {
+        let positions = self.positions::<N>();
+        let held =
+            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(self.body.mesh, &held)?;
+        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.body.mesh, self.edges))
+            .map_err(Error::flat)?;
+        Ok((positions, held, shape))
     }
 
     /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.

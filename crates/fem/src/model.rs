@@ -2,6 +2,7 @@
 
 use crate::batch::Batches;
 use crate::element::Elements;
+use crate::foundation::Foundation;
 use crate::material::{Deformation, NeoHookean};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use supine_space::{Matrix, Vector};
@@ -13,6 +14,8 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     pub(crate) elements: Elements<N, Q>,
     /// What each element is made of.
     pub(crate) materials: Vec<NeoHookean>,
+    /// Springs on its cut.
+    pub(crate) foundation: Option<Foundation<N>>,
     batches: Batches<N, Q>,
 }
 
@@ -35,7 +38,12 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// `elements` made of `materials`.
     pub(crate) fn new(elements: Elements<N, Q>, materials: Vec<NeoHookean>) -> Self {
         let batches = Batches::new(&elements, &materials);
-        Self { elements, materials, batches }
+        Self { elements, materials, foundation: None, batches }
+    }
+
+    /// The body on springs, if there are any.
+    pub(crate) fn on(self, foundation: Option<Foundation<N>>) -> Self {
+        Self { foundation, ..self }
     }
 
     fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Deformation> {
@@ -62,22 +70,43 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 forces[*node as usize] += stress * g;
             }
         }
-        Ok((energy, forces))
+        let springs = self.springs(u, &mut forces);
+        Ok((energy + springs, forces))
     }
 
-    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN).
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN), those of the springs
+    /// included.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn evaluate(&self, u: &[Vector]) -> Option<(f64, Vec<Vector>)> {
         let mut forces = vec![Vector::zeros(); u.len()];
         let energy = self.batches.evaluate(u, &mut forces)?;
-        Some((energy, forces))
+        let springs = self.springs(u, &mut forces);
+        Some((energy + springs, forces))
+    }
+
+    /// Internal nodal forces that grow with the moduli, mN: all but those of springs of a given stiffness.
+    ///
+    /// `None` when an element is turned inside out.
+    pub(crate) fn forces_by_modulus(&self, u: &[Vector]) -> Option<Vec<Vector>> {
+        let (_, mut forces) = self.evaluate(u)?;
+        if let Some(springs) = &self.foundation {
+            springs.leave_out_given(&self.elements.nodes, u, &mut forces);
+        }
+        Some(forces)
+    }
+
+    /// Energy of the springs (mN mm); adds their nodal forces (mN).
+    fn springs(&self, u: &[Vector], forces: &mut [Vector]) -> f64 {
+        let Some(springs) = &self.foundation else { return 0.0 };
+        springs.add_forces(&self.elements.nodes, u, 1.0, forces);
+        springs.energy(&self.elements.nodes, u)
     }
 
     /// Fills `blocks` with the stiffness
     ///
     /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
-    /// c = λ ln J − μ.
+    /// c = λ ln J − μ, and that of the springs.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
@@ -86,7 +115,11 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
-        self.batches.stiffness(u, pattern, blocks)
+        self.batches.stiffness(u, pattern, blocks)?;
+        if let Some(springs) = &self.foundation {
+            springs.add_stiffness(1.0, pattern, blocks);
+        }
+        Some(())
     }
 
     /// Fills `blocks` with the stiffness whose material tangent has its eigenvalues raised to `floor` (a
@@ -124,6 +157,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             for ((a, b), place) in pairs(N, Storage::Lower).zip(pattern.places::<N>(e)) {
                 place.add(&block(&own[a][b]), blocks);
             }
+        }
+        if let Some(springs) = &self.foundation {
+            springs.add_stiffness(1.0, pattern, blocks);
         }
         Some(())
     }

@@ -3,7 +3,7 @@ use crate::element::element_nodes;
 use crate::inverse::Inverse;
 use crate::newton::{Newton, norm};
 use crate::pattern::Storage;
-use crate::test_mesh::block;
+use crate::test_mesh::{block, tagged};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
@@ -28,7 +28,8 @@ struct Body<const N: usize, const Q: usize> {
     outer: Vec<bool>,
 }
 
-fn body<const N: usize, const Q: usize>() -> Body<N, Q> {
+/// A shaken block; with `springs` on its whole surface but the wall.
+fn body<const N: usize, const Q: usize>(springs: bool) -> Body<N, Q> {
     let mesh: TetMesh = block([4, 3, 3], 5.0, 0.15);
     let edges = Edges::new(&mesh);
     let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
@@ -50,8 +51,15 @@ fn body<const N: usize, const Q: usize>() -> Body<N, Q> {
     }
     let elements = Elements::new(&positions, element_nodes(&mesh, &edges)).unwrap();
     let stiffer = |t: usize| NeoHookean { mu: SOLID.mu * (1.0 + 0.1 * (t % 7) as f64), ..SOLID };
-    let materials = (0..mesh.tets().len()).map(stiffer).collect();
-    Body { positions, model: Model::new(elements, materials), outer }
+    let materials: Vec<NeoHookean> = (0..mesh.tets().len()).map(stiffer).collect();
+    let foundation = springs.then(|| {
+        let cut = tagged(&mesh, |c| {
+            let wall = c.iter().all(|p| p.z == 0.0);
+            if wall { BoundaryTag::ChestWall } else { BoundaryTag::Cut }
+        });
+        Foundation::new(&cut, &materials, Some(0.05))
+    });
+    Body { positions, model: Model::new(elements, materials).on(foundation), outer }
 }
 
 /// Largest component of a vector of unknowns.
@@ -63,8 +71,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
-fn check_derivatives<const N: usize, const Q: usize>() {
-    let Body { model, .. } = body::<N, Q>();
+fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
+    let Body { model, .. } = body::<N, Q>(springs);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
     let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
@@ -113,12 +121,14 @@ fn product(pattern: &Pattern, blocks: &[Block], x: &[f64]) -> Vec<f64> {
 
 #[test]
 fn forces_and_stiffness_are_slopes_and_the_stiffness_is_symmetric() {
-    check_derivatives::<4, 1>();
-    check_derivatives::<10, 4>();
+    for springs in [false, true] {
+        check_derivatives::<4, 1>(springs);
+        check_derivatives::<10, 4>(springs);
+    }
 }
 
-fn check_inverse_derivative<const N: usize, const Q: usize>() {
-    let Body { positions, model, outer } = body::<N, Q>();
+fn check_inverse_derivative<const N: usize, const Q: usize>(springs: bool) {
+    let Body { positions, model, outer } = body::<N, Q>(springs);
     let free = vec![false; positions.len()];
     let full = Pattern::new(&model.elements.nodes, &free, Storage::Full);
     let lower = Arc::new(Pattern::new(&model.elements.nodes, &outer, Storage::Lower));
@@ -126,6 +136,7 @@ fn check_inverse_derivative<const N: usize, const Q: usize>() {
     let inverse = Inverse {
         loaded: &model.elements,
         materials: &model.materials,
+        foundation: model.foundation.as_ref(),
         force,
         positions: &positions,
         weight: 1.0,
@@ -161,13 +172,15 @@ fn check_inverse_derivative<const N: usize, const Q: usize>() {
 
 #[test]
 fn the_inverse_derivative_is_a_slope_and_its_residual_the_forward_one() {
-    check_inverse_derivative::<4, 1>();
-    check_inverse_derivative::<10, 4>();
+    for springs in [false, true] {
+        check_inverse_derivative::<4, 1>(springs);
+        check_inverse_derivative::<10, 4>(springs);
+    }
 }
 
 /// A linear displacement of the surface gives the same linear displacement inside.
 fn check_patch<const N: usize, const Q: usize>() {
-    let Body { positions, model, outer } = body::<N, Q>();
+    let Body { positions, model, outer } = body::<N, Q>(false);
     let materials = vec![SOLID; model.materials.len()];
     let model = Model::new(model.elements, materials);
     assert!(outer.iter().filter(|o| !**o).count() > 5, "nodes inside");
@@ -193,7 +206,7 @@ fn patch_test() {
 }
 
 fn check_rigid<const N: usize, const Q: usize>() {
-    let Body { positions, model, .. } = body::<N, Q>();
+    let Body { positions, model, .. } = body::<N, Q>(false);
     let turn = Rotation3::from_euler_angles(0.7, -0.4, 2.0).into_inner();
     let shift = Vector::new(30.0, -20.0, 10.0);
     let rigid: Vec<Vector> = positions.iter().map(|x| turn * x + shift - x).collect();
@@ -219,7 +232,7 @@ fn a_rigid_motion_bears_no_force_and_forces_turn_with_the_observer() {
 #[test]
 fn the_load_is_the_weight() {
     let force = Vector::new(0.0, 0.0, -2.0);
-    let Body { positions, model, .. } = body::<10, 4>();
+    let Body { positions, model, .. } = body::<10, 4>(false);
     let volume: f64 = model.elements.weights.iter().flatten().sum();
     let load = model.elements.load(positions.len(), force);
     assert!((load.iter().sum::<Vector>() - force * volume).norm() < 1e-9 * volume);
@@ -234,7 +247,7 @@ fn the_load_is_the_weight() {
 
 #[test]
 fn a_folded_element_is_named() {
-    let Body { positions, model, .. } = body::<4, 1>();
+    let Body { positions, model, .. } = body::<4, 1>(false);
     let mut u = vec![Vector::zeros(); positions.len()];
     let element = model.elements.nodes[17];
     u[element[0] as usize] =

@@ -97,6 +97,8 @@ pub(crate) struct Effort {
     pub(crate) indefinite: usize,
     /// Load steps.
     pub(crate) load_steps: usize,
+    /// Entries of the triangular factor.
+    pub(crate) factor_entries: usize,
 }
 
 /// Newton's method on one body.
@@ -152,7 +154,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         max_iterations: usize,
     ) -> Result<Self, OutOfMemory> {
         let tangent = Tangent::new(pattern)?;
-        let effort = Effort::default();
+        let effort = Effort { factor_entries: tangent.factor_entries(), ..Effort::default() };
         Ok(Self { model, pattern, held, tangent, weight, max_iterations, effort })
     }
 

@@ -64,10 +64,12 @@ pub enum RestState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cut {
     /// No traction: the tissue beyond follows.
-    #[default]
     Free,
     /// Held.
     Fixed,
+    /// On springs in place of the tissue beyond: see [`Params::spring_kpa_mm`].
+    #[default]
+    Spring,
 }
 
 /// Directions of gravity: unit vectors in LPS.
@@ -104,6 +106,9 @@ pub struct Params {
     pub rest: RestState,
     /// What happens at the cut.
     pub cut: Cut,
+    /// Stiffness of the springs of [`Cut::Spring`], traction per displacement, kPa/mm; `None`: that of a
+    /// layer as thick as the cut, π μ / 2h with h the way from chest wall to skin at each face.
+    pub spring_kpa_mm: Option<f64>,
     /// Norm of the out-of-balance forces over that of load or reactions at which a solution counts.
     pub tolerance: f64,
     /// Newton iterations before a load (or load step) is given up.
@@ -115,7 +120,8 @@ impl Default for Params {
         Self {
             order: Order::Quadratic,
             rest: RestState::Net,
-            cut: Cut::Free,
+            cut: Cut::default(),
+            spring_kpa_mm: None,
             tolerance: 1e-10,
             max_iterations: 60,
         }
@@ -130,6 +136,9 @@ impl Params {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let t = self.tolerance;
         in_range("solver tolerance", t, (1e-12..=1e-4).contains(&t), "1e-12 to 1e-4")?;
+        if let Some(k) = self.spring_kpa_mm {
+            in_range("springs at the cut (kPa/mm)", k, (0.0..=1e6).contains(&k), "0 to 1000000")?;
+        }
         let n = self.max_iterations;
         in_range("Newton iterations", n as f64, n > 0, "at least 1")
     }
@@ -156,6 +165,10 @@ pub struct Info {
     pub max_displacement_mm: f64,
     /// Unknowns of the system.
     pub unknowns: usize,
+    /// Entries of the triangular factor of its matrix.
+    pub factor_entries: usize,
+    /// Mean stiffness of the springs on the cut, kPa/mm; `None` without springs.
+    pub spring_kpa_mm: Option<f64>,
     /// How the stress-free shape was found; `None` for [`RestState::Net`].
     pub unloading: Option<Unloading>,
 }

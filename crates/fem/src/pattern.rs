@@ -47,7 +47,8 @@ impl Place {
 /// Columns of 3 × 3 blocks over the free nodes.
 #[derive(Debug)]
 pub(crate) struct Pattern {
-    storage: Storage,
+    /// Which half is stored.
+    pub(crate) storage: Storage,
     /// The free nodes in ascending order.
     free: Vec<u32>,
     /// Number of nodes, held ones included.

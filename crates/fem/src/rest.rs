@@ -1,12 +1,13 @@
 //! The two rest states.
 
 use crate::element::Elements;
+use crate::foundation::Foundation;
 use crate::inverse::Inverse;
 use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
-use crate::{Error, Info, Job, Unloading, sensitivity};
+use crate::{Cut, Error, Info, Job, Unloading, sensitivity};
 use std::sync::Arc;
 use supine_mesh::BoundaryTag;
 use supine_space::{Progress, Vector};
@@ -48,7 +49,9 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Settled<N, Q>, Error> {
     let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
-    let model = Model::new(shape, job.body.materials(job.stiffer));
+    let materials = job.body.materials(job.stiffer);
+    let foundation = job.foundation(&materials);
+    let model = Model::new(shape, materials).on(foundation);
     let load =
         model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); held.len()];
@@ -77,25 +80,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Settled<N, Q>, Error> {
     let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
-    let found =
-        unload(job, positions, shape, (held, &pattern), SMALLEST_STEP, progress.part(0.0, 0.6))?;
-    let (rest, unloading) = match found {
-        Ok(found) => found,
-        Err(problem) => {
-            return Err(Error::NoUnloadedShape {
-                young_kpa: job.young_kpa(),
-                problem,
-                exists_from_kpa: search_modulus(
-                    job,
-                    positions,
-                    shape,
-                    (held, &pattern),
-                    progress.part(0.6, 1.0),
-                )?,
-            });
-        }
-    };
-    let Rest { model, to_ct } = rest;
+    let (Rest { model, to_ct }, unloading) =
+        stress_free(job, positions, shape, (held, &pattern), progress)?;
     let load = model.elements.load(held.len(), job.load.target * job.body.tissue.weight());
     let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
     let mut newton = job.newton(&model, &pattern, held)?;
@@ -114,7 +100,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     }
     let slope = job.slope.then(|| {
         let full = Pattern::new(&shape.nodes, held, Storage::Full);
-        let inverse = job.inverse(positions, shape, &model.materials, (&full, &pattern));
+        let tissue = (&model.materials[..], model.foundation.as_ref());
+        let inverse = job.inverse(positions, shape, tissue, (&full, &pattern));
         sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
     });
     let slope = slope.transpose()?;
@@ -122,11 +109,32 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
 }
 
 /// A stress-free shape.
-struct Rest<const N: usize, const Q: usize> {
+pub(crate) struct Rest<const N: usize, const Q: usize> {
     /// The body on it.
     model: Model<N, Q>,
     /// Displacement from it to the CT shape, mm.
-    to_ct: Vec<Vector>,
+    pub(crate) to_ct: Vec<Vector>,
+}
+
+/// The unloaded shape; takes 0.6 of the progress.
+///
+/// # Errors
+/// See [`crate::unload`].
+pub(crate) fn stress_free<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    positions: &[Vector],
+    shape: &Elements<N, Q>,
+    held: (&[bool], &Arc<Pattern>),
+    progress: Progress<'_>,
+) -> Result<(Rest<N, Q>, Unloading), Error> {
+    let found = unload(job, positions, shape, held, SMALLEST_STEP, progress.part(0.0, 0.6))?;
+    let problem = match found {
+        Ok(found) => return Ok(found),
+        Err(problem) => problem,
+    };
+    let exists_from_kpa = search_modulus(job, positions, shape, held, progress.part(0.6, 1.0))?;
+    let young_kpa = job.young_kpa();
+    Err(Error::NoUnloadedShape { young_kpa, problem, exists_from_kpa })
 }
 
 /// The unloaded shape, or the reason why there is no usable one.
@@ -139,8 +147,10 @@ fn unload<const N: usize, const Q: usize>(
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
     let materials = job.body.materials(job.stiffer);
+    let foundation = job.foundation(&materials);
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
-    let inverse = job.inverse(positions, shape, &materials, (&full, pattern));
+    let tissue = (&materials[..], foundation.as_ref());
+    let inverse = job.inverse(positions, shape, tissue, (&full, pattern));
     let (to_rest, iterations) =
         match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
@@ -243,12 +253,21 @@ impl Job<'_> {
         &self,
         positions: &'m [Vector],
         loaded: &'m Elements<N, Q>,
-        materials: &'m [NeoHookean],
+        (materials, foundation): (&'m [NeoHookean], Option<&'m Foundation<N>>),
         (full, lower): (&'m Pattern, &'m Arc<Pattern>),
     ) -> Inverse<'m, N, Q> {
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
-        Inverse { loaded, materials, force, positions, weight, full, lower }
+        Inverse { loaded, materials, foundation, force, positions, weight, full, lower }
+    }
+
+    /// The springs on the cut of a body of these materials, if there are any.
+    pub(crate) fn foundation<const N: usize>(
+        &self,
+        materials: &[NeoHookean],
+    ) -> Option<Foundation<N>> {
+        let springs = self.params.cut == Cut::Spring;
+        springs.then(|| Foundation::new(self.body.mesh, materials, self.params.spring_kpa_mm))
     }
 
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
@@ -278,6 +297,8 @@ impl Job<'_> {
             min_det_f: ratio.min,
             max_det_f: ratio.max,
             unknowns: pattern.unknowns(),
+            factor_entries: effort.factor_entries,
+            spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
             ..Info::default()
         })
     }

@@ -1,7 +1,8 @@
 //! How the displacement depends on the modulus.
 //!
 //! All moduli are taken s times; s = 1 is the body as given, and a kPa is one of its mean modulus E. The
-//! internal forces are linear in the moduli, so at fixed shapes ∂f/∂s = f(u).
+//! internal forces are linear in the moduli, so at fixed shapes ∂f/∂s = f(u), springs of a given stiffness
+//! at the cut left out.
 //!
 //! [`crate::RestState::Net`]: the stress-free shape is the CT's. Of K du/ds + f(u) = 0 over the free nodes,
 //!
@@ -129,7 +130,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     newton: &mut Newton<'_, N, Q>,
     u: &[Vector],
 ) -> Result<Vec<Vector>, Error> {
-    let (_, forces) = newton.model().evaluate(u).ok_or(Error::Singular)?;
+    let forces = newton.model().forces_by_modulus(u).ok_or(Error::Singular)?;
     stable_answer(newton, u, &forces, job.young_kpa())
 }
 
@@ -147,7 +148,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let unknowns = newton.unknowns();
     let memory = |_| Error::Memory { unknowns };
     // E dX/dE, negative.
-    let (_, at_ct) = model.evaluate(to_ct).ok_or(Error::Singular)?;
+    let at_ct = model.forces_by_modulus(to_ct).ok_or(Error::Singular)?;
     let rest = inverse.linearised(&to_rest, &at_ct).map_err(memory)?.ok_or(Error::Singular)?;
     let moved: Vec<Vector> =
         inverse.positions.iter().zip(to_ct).zip(u).map(|((x, ct), u)| x - ct + u).collect();
@@ -156,7 +157,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let there = Inverse { loaded: &shape, positions: &moved, force, ..*inverse };
     let back: Vec<Vector> = u.iter().map(|u| -u).collect();
     let carried = there.times_derivative(&back, &rest).map_err(memory)?.ok_or(Error::Singular)?;
-    let (_, forces) = model.evaluate(u).ok_or(Error::Singular)?;
+    let forces = model.forces_by_modulus(u).ok_or(Error::Singular)?;
     let right: Vec<Vector> = forces.iter().zip(&carried).map(|(f, c)| f - c).collect();
     stable_answer(newton, u, &right, job.young_kpa())
 }

@@ -1,6 +1,6 @@
 //! The whole solver on blocks of tetrahedra: known solutions, refusals, and hard cases.
 
-use crate::test_mesh::block;
+use crate::test_mesh::{block, tagged};
 use crate::{Body, Cut, Error, Load, Params, RestState, Tissue, solve};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,14 +8,6 @@ use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
 
 const BOTH: [Order; 2] = [Order::Linear, Order::Quadratic];
-
-fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -> TetMesh {
-    let mut boundary = mesh.boundary().to_vec();
-    for face in &mut boundary {
-        face.tag = tag(&face.points.map(|p| mesh.points()[p as usize]));
-    }
-    TetMesh::new(mesh.points().to_vec(), mesh.tets().to_vec(), boundary).unwrap()
-}
 
 fn to(target: Vector) -> Load {
     Load { ct: supine(), target }

@@ -49,6 +49,11 @@ impl Tangent {
         Ok(Self { pattern: pattern.clone(), blocks, preconditioner, factorised: false })
     }
 
+    /// Entries of the triangular factor.
+    pub(crate) fn factor_entries(&self) -> usize {
+        self.pattern.analysis().map_or(0, Analysis::entries)
+    }
+
     /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, or with the lifted
     /// stiffness where the exact one is not positive definite.
     ///

@@ -66,3 +66,12 @@ pub(crate) fn block(cells: [usize; 3], side: f64, shake: f64) -> TetMesh {
         .collect();
     TetMesh::new(points.clone(), tets, boundary).expect("a block")
 }
+
+/// The mesh with the tag that `tag` gives to the corners of each boundary face.
+pub(crate) fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -> TetMesh {
+    let mut boundary = mesh.boundary().to_vec();
+    for face in &mut boundary {
+        face.tag = tag(&face.points.map(|p| mesh.points()[p as usize]));
+    }
+    TetMesh::new(mesh.points().to_vec(), mesh.tets().to_vec(), boundary).expect("the same mesh")
+}

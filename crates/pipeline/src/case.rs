@@ -30,6 +30,8 @@ pub struct Case {
     pub rest: RestState,
     /// What holds the cut.
     pub cut: Cut,
+    /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when absent.
+    pub spring_kpa_mm: Option<f64>,
     /// Seeds for the segmentation.
     pub seeds: Seeds,
     /// A segmentation brought along.
@@ -187,6 +189,7 @@ struct TissueFile {
     density: Option<f64>,
     rest: Option<String>,
     cut: Option<String>,
+    spring: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -282,8 +285,9 @@ impl Case {
 
     /// How the displacement is solved.
     pub(crate) fn solver(&self) -> supine_fem::Params {
-        let Self { rest, cut, .. } = *self;
-        supine_fem::Params { order: self.mesh.order, rest, cut, ..supine_fem::Params::default() }
+        let Self { rest, cut, spring_kpa_mm, .. } = *self;
+        let order = self.mesh.order;
+        supine_fem::Params { order, rest, cut, spring_kpa_mm, ..supine_fem::Params::default() }
     }
 
     fn from_file(file: CaseFile, base: &Path) -> Result<Self, CaseError> {
@@ -310,8 +314,9 @@ impl Case {
             cut: one_of(
                 "tissue.cut",
                 tissue_file.cut.as_deref(),
-                &[("free", Cut::Free), ("fixed", Cut::Fixed)],
+                &[("spring", Cut::Spring), ("free", Cut::Free), ("fixed", Cut::Fixed)],
             )?,
+            spring_kpa_mm: spring(tissue_file)?,
             seeds: seeds(file.seeds, base)?,
             labels: file.labels.map(|l| labels(l, base)),
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
@@ -414,6 +419,19 @@ fn mesher(key: &'static str, name: Option<&str>) -> Result<Mesher, CaseError> {
     let mesher = one_of(key, name, &Mesher::ALL.map(|m| (m.name(), m)))?;
     mesher.check_built().map_err(|e| value(key, e.to_string()))?;
     Ok(mesher)
+}
+
+/// The stiffness of the springs at the cut, kPa/mm.
+fn spring(tissue: &TissueFile) -> Result<Option<f64>, CaseError> {
+    let springs = matches!(tissue.cut.as_deref(), None | Some("spring"));
+    match tissue.spring {
+        None => Ok(None),
+        Some(k) if springs && k.is_finite() && k >= 0.0 => Ok(Some(k)),
+        Some(k) if springs => {
+            Err(value("tissue.spring", format!("{k} kPa/mm is no stiffness: 0 or more")))
+        }
+        Some(_) => Err(value("tissue.spring", "only with `cut = \"spring\"`")),
+    }
 }
 
 fn tissue(tissue: Tissue) -> Result<Tissue, CaseError> {
@@ -526,6 +544,9 @@ mod tests {
             ("mesh = { refine = 'goal', tumour_growth = 0.3 }", "mesh.tumour_growth"),
             ("tissue = { poisson = 0.5 }", "tissue"),
             ("tissue = { rest = 'nett' }", "tissue.rest"),
+            ("tissue = { cut = 'sprung' }", "tissue.cut"),
+            ("tissue = { spring = -1.0 }", "tissue.spring"),
+            ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
             ("region = { centre = [0, 0, 0], radius = -1 }", "region"),
             ("tisue = { young = 1.0 }", "tissue"),
         ] {

@@ -21,7 +21,7 @@ const KEYS: &[Key] = &[
     key("tumour", &["centre", "radius"]),
     key("region", &["centre", "radius"]),
     key("mesh", &["tetrahedra", "order", "mesher", "refine", "tumour_edge", "tumour_growth"]),
-    key("tissue", &["young", "poisson", "density", "rest", "cut"]),
+    key("tissue", &["young", "poisson", "density", "rest", "cut", "spring"]),
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("carry", &["points"]),

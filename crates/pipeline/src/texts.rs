@@ -24,6 +24,7 @@ pub(crate) fn cut_name(cut: Cut) -> &'static str {
     match cut {
         Cut::Free => "free",
         Cut::Fixed => "fixed",
+        Cut::Spring => "spring",
     }
 }
 

@@ -79,6 +79,8 @@ fn calculix_solves_the_problem_as_we_do() {
                 &"7,5",
                 &"--order",
                 &order,
+                &"--cut",
+                &"free",
                 &"--out",
                 out,
                 &"--problem",
@@ -93,19 +95,26 @@ fn calculix_solves_the_problem_as_we_do() {
         let frd = inp.with_extension("frd");
         readers_python("calculix.py", [&vtu, &frd]).success("calculix.py");
     }
-    let unloaded = [to("u.vtu"), to("u.feb")];
-    let said = supine(&[
-        &"solve",
-        &"--mesh",
-        &mesh,
-        &"--sitting",
-        &"--rest",
-        &"unloaded",
-        &"--out",
-        &unloaded[0],
-        &"--problem",
-        &unloaded[1],
-    ]);
-    assert_eq!(said.code, Some(2), "{}", said.stderr);
-    assert!(!unloaded[1].exists());
+    let refused = [to("u.vtu"), to("u.feb")];
+    for (rest, cut, why) in
+        [("unloaded", "free", "stress-free shape"), ("net", "spring", "no springs")]
+    {
+        let said = supine(&[
+            &"solve",
+            &"--mesh",
+            &mesh,
+            &"--sitting",
+            &"--rest",
+            &rest,
+            &"--cut",
+            &cut,
+            &"--out",
+            &refused[0],
+            &"--problem",
+            &refused[1],
+        ]);
+        assert_eq!(said.code, Some(2), "{}", said.stderr);
+        assert!(said.stderr.contains(why), "{}", said.stderr);
+        assert!(!refused[1].exists());
+    }
 }

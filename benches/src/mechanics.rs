@@ -1,0 +1,242 @@
+//! A cold solution of one of the problems of the reference data, its cost and its error:
+//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE`, JSON on stdout.
+//!
+//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the name of one of
+//! its displacement fields (`net_tilt`), or `unl_X` for the stress-free shape. Everything from the mesh to the
+//! displacement counts as the solution.
+#![expect(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a measurement reads its input and tells its result"
+)]
+
+use anyhow::{Context, Result, bail, ensure};
+use ndarray::{Array1, Array2};
+use ndarray_npy::{NpzReader, ReadNpzError};
+use rustix::time::{ClockId, clock_gettime};
+use serde_json::json;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, solve, unload};
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
+use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
+
+/// A solution is repeated until so much time went by, at most so often; the median counts.
+const ENOUGH_S: f64 = 1.0;
+const MOST: usize = 9;
+/// The mesh whose quadratic solution the errors are taken against, or the next finer one that holds the field.
+const TRUE: [&str; 2] = ["40k", "12k"];
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [reference, mesh, order, field, tolerance] = &words[..] else {
+        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE");
+    };
+    let order = match order.as_str() {
+        "1" => Order::Linear,
+        "2" => Order::Quadratic,
+        other => bail!("order {other} is neither 1 nor 2"),
+    };
+    let reference = Reference(reference.into());
+    let problem = reference.problem(mesh, order, field)?;
+    let before_mb = memory_mb("VmRSS")?;
+    let (mut seconds, mut answer) = (Vec::new(), None);
+    while seconds.iter().sum::<f64>() < ENOUGH_S && seconds.len() < MOST {
+        let start = cpu_s();
+        answer = Some(problem.solve(tolerance.parse()?)?);
+        seconds.push(cpu_s() - start);
+    }
+    let peak_mb = memory_mb("VmHWM")?;
+    let (u, info) = answer.context("no solution")?;
+    seconds.sort_by(f64::total_cmp);
+    let result = json!({
+        "tetrahedra": problem.mesh.tets().len(),
+        "unknowns": info.unknowns,
+        "factor_mb": info.factor_entries as f64 * size_of::<f64>() as f64 * 1e-6,
+        "iterations": info.iterations,
+        "indefinite": info.indefinite,
+        "load_steps": info.load_steps,
+        "cpu_s": seconds[seconds.len() / 2],
+        "runs": seconds.len(),
+        "before_mb": before_mb,
+        "peak_mb": peak_mb,
+        "max_mm": info.max_displacement_mm,
+        "off_mm": reference.difference((mesh, order, field), &problem, &u)?,
+        "probes_mm": reference.at_probes(&problem.mesh, &u, field)?,
+    });
+    println!("{result}");
+    Ok(())
+}
+
+/// What is solved.
+struct Problem {
+    mesh: TetMesh,
+    tissue: Tissue,
+    young_kpa: Option<Vec<f64>>,
+    load: Load,
+    params: Params,
+    /// The stress-free shape is asked for.
+    shape: bool,
+}
+
+impl Problem {
+    fn solve(&self, tolerance: f64) -> Result<(Displacement, Info)> {
+        let Self { mesh, tissue, young_kpa, .. } = self;
+        let body = Body { mesh, tissue, young_kpa: young_kpa.as_deref() };
+        let params = Params { tolerance, ..self.params };
+        if self.shape {
+            let (y, unloading) = unload(&body, self.load.ct, &params, Progress::none())?;
+            return Ok((y, Info { unloading: Some(unloading), ..Info::default() }));
+        }
+        Ok(solve(&body, &self.load, &params, Progress::none())?)
+    }
+}
+
+/// The folder of the reference's arrays.
+struct Reference(PathBuf);
+
+impl Reference {
+    fn open(&self, name: &str) -> Result<NpzReader<File>> {
+        let path = self.0.join(format!("{name}.npz"));
+        let file = File::open(&path).with_context(|| path.display().to_string())?;
+        Ok(NpzReader::new(file)?)
+    }
+
+    fn fields(&self, mesh: &str, order: Order) -> Result<Option<NpzReader<File>>> {
+        let name = format!("fields_{mesh}_P{}", order.number());
+        let stored = self.0.join(format!("{name}.npz")).is_file();
+        if stored { self.open(&name).map(Some) } else { Ok(None) }
+    }
+
+    fn mesh(&self, name: &str) -> Result<TetMesh> {
+        let mut file = self.open(&format!("mesh_{name}"))?;
+        let nodes: Array2<f64> = file.by_name("nodes")?;
+        let tets: Array2<i32> = file.by_name("tets")?;
+        let tris: Array2<i32> = file.by_name("tris")?;
+        let tags: Array1<i8> = file.by_name("tags")?;
+        let corner = |n: i32| u32::try_from(n).context("a node below 0");
+        let tet = |t: usize| -> Result<[u32; 4]> {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| corner(tets[(t, k)]));
+            Ok([a?, b?, c?, d?])
+        };
+        let face = |f: usize| -> Result<BoundaryFace> {
+            let [a, b, c] = [0, 1, 2].map(|k| corner(tris[(f, k)]));
+            // The arrays number the tags 1 chest wall, 2 skin, 3 cut.
+            let tag = match tags[f] {
+                1 => BoundaryTag::ChestWall,
+                2 => BoundaryTag::Skin,
+                3 => BoundaryTag::Cut,
+                other => bail!("tag {other}"),
+            };
+            Ok(BoundaryFace { points: [a?, b?, c?], tag })
+        };
+        let tets = (0..tets.nrows()).map(tet).collect::<Result<_>>()?;
+        let faces = (0..tris.nrows()).map(face).collect::<Result<_>>()?;
+        Ok(TetMesh::new(rows(&nodes).into_iter().map(Point::from).collect(), tets, faces)?)
+    }
+
+    /// The problem whose solution is the field of that name.
+    fn problem(&self, mesh: &str, order: Order, field: &str) -> Result<Problem> {
+        let words: Vec<&str> = field.split('_').collect();
+        let (hetero, words) = match &words[..] {
+            ["hetero", rest @ ..] => (true, rest),
+            all => (false, all),
+        };
+        let (rest, pose, more) = match words {
+            ["net", pose, more @ ..] => (RestState::Net, *pose, more),
+            ["unl", pose, more @ ..] => (RestState::Unloaded, *pose, more),
+            _ => bail!("{field} is no field of one solution"),
+        };
+        let mut tissue = Tissue::default();
+        let mut params = Params { order, rest, cut: Cut::Free, ..Params::default() };
+        match more {
+            [] => {}
+            ["cutfixed"] => params.cut = Cut::Fixed,
+            [young] => tissue.young_kpa = young.trim_start_matches('E').parse()?,
+            _ => bail!("{field} is no field of one solution"),
+        }
+        let target = match pose {
+            "tilt" => BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity(),
+            "sit" => sitting(),
+            "X" => supine(),
+            _ => bail!("{field} is no field of one solution"),
+        };
+        let young_kpa = if hetero {
+            let mut stored = self.fields(mesh, order)?.context("no moduli for this mesh")?;
+            let moduli: Array1<f64> = stored.by_name("hetero_E")?;
+            Some(moduli.to_vec())
+        } else {
+            None
+        };
+        let load = Load { ct: supine(), target };
+        let shape = pose == "X";
+        Ok(Problem { mesh: self.mesh(mesh)?, tissue, young_kpa, load, params, shape })
+    }
+
+    /// Largest nodal difference to the stored field, mm, if it is stored.
+    fn difference(
+        &self,
+        (mesh, order, field): (&str, Order, &str),
+        problem: &Problem,
+        u: &Displacement,
+    ) -> Result<Option<f64>> {
+        let Some(mut stored) = self.fields(mesh, order)? else { return Ok(None) };
+        let stored = match stored.by_name::<_, ndarray::Ix2>(field) {
+            Ok(stored) => rows(&stored),
+            Err(ReadNpzError::Zip(_)) => return Ok(None),
+            Err(other) => return Err(other.into()),
+        };
+        ensure!(stored.len() == u.values().len(), "{} nodes stored", stored.len());
+        let mut own = u.values().to_vec();
+        if problem.shape {
+            // Stored as positions.
+            let points = problem.mesh.points();
+            let edges = Edges::new(&problem.mesh);
+            let middles = edges.ends().iter().map(|e| {
+                let [a, b] = e.map(|n| points[n as usize].coords);
+                (a + b) / 2.0
+            });
+            let all = points.iter().map(|p| p.coords).chain(middles);
+            own.iter_mut().zip(all).for_each(|(u, x)| *u += x);
+        }
+        let both = stored.iter().zip(&own);
+        Ok(Some(both.map(|(a, b)| (Vector::from(*a) - b).norm()).fold(0.0, f64::max)))
+    }
+
+    /// Error at the probes against the finest quadratic solution, rms and largest, mm, if there is one.
+    fn at_probes(&self, mesh: &TetMesh, u: &Displacement, field: &str) -> Result<Option<[f64; 2]>> {
+        let probes: Array2<f64> = self.open("probes")?.by_name("pts")?;
+        let name = format!("P2_{field}");
+        let finest = TRUE.into_iter().find_map(|finest| {
+            self.open(&format!("probes_{finest}")).ok()?.by_name::<_, ndarray::Ix2>(&name).ok()
+        });
+        let Some(finest): Option<Array2<f64>> = finest else { return Ok(None) };
+        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+        let mut errors = Vec::new();
+        for (at, moved) in rows(&probes).into_iter().zip(rows(&finest)) {
+            let place = locator.nearest(&Point::from(at));
+            let u = u.at(mesh, &edges, place.tet, place.weights);
+            errors.push((u - Vector::from(moved)).norm());
+        }
+        let square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
+        Ok(Some([square.sqrt(), errors.into_iter().fold(0.0, f64::max)]))
+    }
+}
+
+fn rows(array: &Array2<f64>) -> Vec<[f64; 3]> {
+    array.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect()
+}
+
+/// CPU time of this process, s.
+fn cpu_s() -> f64 {
+    let now = clock_gettime(ClockId::ProcessCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// A line of what the system says of this process' memory, MB.
+fn memory_mb(line: &str) -> Result<f64> {
+    let status = std::fs::read_to_string(Path::new("/proc/self/status"))?;
+    let line = status.lines().find_map(|l| l.strip_prefix(line)?.strip_prefix(':'));
+    let kib: f64 = line.context("no such line")?.trim().trim_end_matches("kB").trim().parse()?;
+    Ok(kib * 1.024e-3)
+}

@@ -1,0 +1,193 @@
+//! Springs on the cut in place of the tissue beyond the region.
+//!
+//! The energy ½ ∫ k |u|² dA over the cut of the CT shape, with u the displacement from the stress-free
+//! shape, adds the traction −k u (k in kPa/mm: a Winkler foundation). The area stays that of the CT shape, so
+//! that the forces are linear in u whatever the rest state.
+//!
+//! Where no stiffness is given, k = π μ / 2h: beyond the cut a layer of thickness h goes on, glued to the
+//! chest wall and free at the skin. What is sheared at its end dies away as
+//! sin(π n / 2h) exp(−π s / 2h), the lowest solution of Laplace's equation with these two sides (n from
+//! wall to skin, s along the layer), and bears the traction μ ∂u/∂s = −(π μ / 2h) u. The layer's own
+//! weight is left out.
+
+use crate::element::shape;
+use crate::material::NeoHookean;
+use crate::pattern::{Block, Pattern, pairs};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::FRAC_PI_2;
+use supine_mesh::{BoundaryTag, TET_FACES, TetMesh};
+use supine_space::{Point, Vector};
+
+/// Weights and barycentric coordinates of a rule for triangles, exact to degree 4 (Dunavant 1985, table II);
+/// the coordinates are (c, c, 1 − 2c) in each order.
+const TRIANGLE_RULE: [(f64, f64); 2] = [
+    (0.223_381_589_678_011, 0.445_948_490_915_965),
+    (0.109_951_743_655_322, 0.091_576_213_509_771),
+];
+
+/// Springs of a body whose elements have `N` nodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Foundation<const N: usize> {
+    faces: Vec<Face<N>>,
+    /// Mean k over the cut, kPa/mm.
+    pub(crate) mean_kpa_mm: f64,
+    /// k was given: it does not grow with the moduli.
+    given: bool,
+}
+
+/// Springs of one face of the cut.
+#[derive(Clone, Debug)]
+struct Face<const N: usize> {
+    element: usize,
+    /// ∫ k N_a N_b dA, mN/mm; zero for nodes off the face.
+    stiffness: [[f64; N]; N],
+}
+
+impl<const N: usize> Foundation<N> {
+    /// Springs of stiffness `kpa_mm` everywhere, or of that which the layer beyond each face has.
+    /// `materials` are those of the tetrahedra.
+    pub(crate) fn new(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Self {
+        let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
+        let (mut faces, mut area, mut sum) = (Vec::new(), 0.0, 0.0);
+        for (element, own) in cut_faces(mesh) {
+            let points = own.map(|corner| mesh.tets()[element][corner]);
+            let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
+            let of_face = (b - a).cross(&(c - a)).norm() / 2.0;
+            let k = kpa_mm.unwrap_or_else(|| {
+                let mean = points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
+                // Where wall and skin meet the layer is not thinner than the mesh can show.
+                FRAC_PI_2 * materials[element].mu / mean.max(of_face.sqrt())
+            });
+            area += of_face;
+            sum += k * of_face;
+            faces.push(Face { element, stiffness: products::<N>(own, k * of_face) });
+        }
+        let mean_kpa_mm = if area > 0.0 { sum / area } else { 0.0 };
+        Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
+    }
+
+    /// Energy ½ ∫ k |u|² dA, mN mm.
+    pub(crate) fn energy(&self, nodes: &[[u32; N]], u: &[Vector]) -> f64 {
+        let mut energy = 0.0;
+        self.each(nodes, |a, b, k| energy += 0.5 * k * u[a].dot(&u[b]));
+        energy
+    }
+
+    /// Adds `factor` times the nodal forces ∫ k N_a u dA, mN.
+    pub(crate) fn add_forces(
+        &self,
+        nodes: &[[u32; N]],
+        u: &[Vector],
+        factor: f64,
+        forces: &mut [Vector],
+    ) {
+        self.each(nodes, |a, b, k| forces[a] += u[b] * (factor * k));
+    }
+
+    /// Adds `factor` times the stiffness ∂f/∂u, mN/mm, to the blocks of `pattern`.
+    pub(crate) fn add_stiffness(&self, factor: f64, pattern: &Pattern, blocks: &mut [Block]) {
+        for face in &self.faces {
+            let places = pattern.places::<N>(face.element);
+            for ((a, b), place) in pairs(N, pattern.storage).zip(places) {
+                let k = factor * face.stiffness[a][b];
+                if k.abs() > 0.0 {
+                    place.add(&[k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k], blocks);
+                }
+            }
+        }
+    }
+
+    /// Takes off the nodal forces if they do not grow with the moduli, mN.
+    pub(crate) fn leave_out_given(&self, nodes: &[[u32; N]], u: &[Vector], forces: &mut [Vector]) {
+        if self.given {
+            self.add_forces(nodes, u, -1.0, forces);
+        }
+    }
+
+    /// Calls `with` (node, node, stiffness) for each pair of nodes of each face.
+    fn each(&self, nodes: &[[u32; N]], mut with: impl FnMut(usize, usize, f64)) {
+        for face in &self.faces {
+            let element = &nodes[face.element];
+            for (a, row) in element.iter().zip(&face.stiffness) {
+                for (b, k) in element.iter().zip(row).filter(|(_, k)| k.abs() > 0.0) {
+                    with(*a as usize, *b as usize, *k);
+                }
+            }
+        }
+    }
+}
+
+/// `total` times the mean of N_a N_b over the face with these corners of a tetrahedron.
+fn products<const N: usize>(corners: [usize; 3], total: f64) -> [[f64; N]; N] {
+    let mut sum = [[0.0; N]; N];
+    for (weight, c) in TRIANGLE_RULE {
+        for odd in 0..3 {
+            let mut l = [0.0; 4];
+            for (k, corner) in corners.into_iter().enumerate() {
+                l[corner] = if k == odd { 1.0 - 2.0 * c } else { c };
+            }
+            let n = shape::<N>(l);
+            for (row, a) in sum.iter_mut().zip(n) {
+                row.iter_mut().zip(n).for_each(|(s, b)| *s += total * weight * a * b);
+            }
+        }
+    }
+    sum
+}
+
+/// Each face of the cut: its tetrahedron and which of its corners.
+fn cut_faces(mesh: &TetMesh) -> Vec<(usize, [usize; 3])> {
+    let sorted = |mut points: [u32; 3]| {
+        points.sort_unstable();
+        points
+    };
+    let cut = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut);
+    let cut: BTreeSet<[u32; 3]> = cut.map(|f| sorted(f.points)).collect();
+    let mut found = Vec::with_capacity(cut.len());
+    for (t, tet) in mesh.tets().iter().enumerate() {
+        let own = TET_FACES.iter().filter(|f| cut.contains(&sorted(f.map(|c| tet[c]))));
+        found.extend(own.map(|f| (t, *f)));
+    }
+    found
+}
+
+/// Thickness of the tissue at each point of the cut, mm: the way to the nearest point of the chest wall
+/// and that to the nearest point of the skin. Infinite where the mesh has no wall or no skin.
+fn cut_thickness(mesh: &TetMesh) -> BTreeMap<u32, f64> {
+    let of = |tag: BoundaryTag| {
+        let faces = mesh.boundary().iter().filter(move |f| f.tag == tag);
+        let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
+        points.sort_unstable();
+        points.dedup();
+        points
+    };
+    let at = |p: u32| mesh.points()[p as usize];
+    let sides = [BoundaryTag::ChestWall, BoundaryTag::Skin]
+        .map(|tag| of(tag).into_iter().map(at).collect::<Vec<Point>>());
+    let way = |from: Point, to: &[Point]| {
+        to.iter().map(|p| (p - from).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()
+    };
+    let thickness = |p: u32| sides.each_ref().map(|side| way(at(p), side)).iter().sum();
+    of(BoundaryTag::Cut).into_iter().map(|p| (p, thickness(p))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_products_of_a_face_are_those_of_the_textbook() {
+        let linear = products::<4>([0, 2, 3], 12.0);
+        assert!((linear[0][0] - 2.0).abs() < 1e-12 && (linear[0][2] - 1.0).abs() < 1e-12);
+        assert!(linear[1].iter().all(|k| *k == 0.0));
+        // Six-node triangle of area 180: 6, −1 at corners, −4 to the opposite mid-side, 32 and 16 between
+        // mid-sides. Mid-sides of the face 0 1 2: 4 (0-1), 5 (1-2), 6 (0-2).
+        let quadratic = products::<10>([0, 1, 2], 180.0);
+        let want =
+            [(0, 0, 6.0), (0, 1, -1.0), (0, 4, 0.0), (0, 5, -4.0), (4, 4, 32.0), (4, 6, 16.0)];
+        for (a, b, k) in want {
+            assert!((quadratic[a][b] - k).abs() < 1e-10, "{a} {b}: {}", quadratic[a][b]);
+        }
+        assert!((quadratic.iter().flatten().sum::<f64>() - 180.0).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,82 @@
+//! Springs on the cut: their limits, and the stiffness they have when none is given.
+
+use crate::test_mesh::{block, tagged};
+use crate::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, solve};
+use std::f64::consts::PI;
+use supine_mesh::{BoundaryTag, Order, TetMesh};
+use supine_space::{Progress, Vector, sitting, supine};
+
+const THICK_MM: f64 = 18.0;
+
+/// A slab on the chest wall, cut all around.
+fn slab() -> TetMesh {
+    tagged(&block([5, 4, 3], THICK_MM / 3.0, 0.0), |c| {
+        let all_at = |z: f64| c.iter().all(|p| p.z == z);
+        match (all_at(0.0), all_at(THICK_MM)) {
+            (true, _) => BoundaryTag::ChestWall,
+            (_, true) => BoundaryTag::Skin,
+            _ => BoundaryTag::Cut,
+        }
+    })
+}
+
+fn moved(params: Params) -> (Vec<Vector>, Info) {
+    let load = Load { ct: supine(), target: sitting() };
+    let tissue = Tissue { young_kpa: 1.5, ..Tissue::default() };
+    let (u, info) = solve(&Body::new(&slab(), &tissue), &load, &params, Progress::none()).unwrap();
+    (u.values().to_vec(), info)
+}
+
+fn difference(a: &[Vector], b: &[Vector]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn soft_springs_leave_the_cut_free_and_stiff_ones_hold_it() {
+    for order in [Order::Linear, Order::Quadratic] {
+        for rest in [RestState::Net, RestState::Unloaded] {
+            let with = |cut: Cut, spring_kpa_mm: Option<f64>| {
+                moved(Params { order, rest, cut, spring_kpa_mm, ..Params::default() }).0
+            };
+            let (free, fixed) = (with(Cut::Free, None), with(Cut::Fixed, None));
+            let apart = difference(&free, &fixed);
+            assert!(apart > 0.5, "{apart}");
+            assert!(difference(&with(Cut::Spring, Some(0.0)), &free) < 1e-9);
+            assert!(difference(&with(Cut::Spring, Some(1e-8)), &free) < 1e-5 * apart);
+            assert!(difference(&with(Cut::Spring, Some(1e6)), &fixed) < 1e-4 * apart);
+            let between = with(Cut::Spring, None);
+            for limit in [&free, &fixed] {
+                let away = difference(&between, limit);
+                assert!(
+                    0.1 * apart < away && away < apart,
+                    "{order:?} {rest:?}: {away} of {apart}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn springs_have_the_stiffness_of_a_layer_as_thick_as_the_cut() {
+    let (_, info) = moved(Params { cut: Cut::Spring, ..Params::default() });
+    let mu = 1.5 / 2.9;
+    let want = PI * mu / (2.0 * THICK_MM);
+    assert!((info.spring_kpa_mm.unwrap() - want).abs() < 1e-9, "{info:?}");
+    let given = Params { cut: Cut::Spring, spring_kpa_mm: Some(0.3), ..Params::default() };
+    assert!((moved(given).1.spring_kpa_mm.unwrap() - 0.3).abs() < 1e-12);
+    let free = Params { cut: Cut::Free, ..Params::default() };
+    assert_eq!(moved(free).1.spring_kpa_mm, None);
+}
+
+#[test]
+fn a_stiffness_that_is_none_is_refused() {
+    let params = Params { cut: Cut::Spring, spring_kpa_mm: Some(-1.0), ..Params::default() };
+    let load = Load { ct: supine(), target: sitting() };
+    let body = slab();
+    let tissue = Tissue::default();
+    let refused = solve(&Body::new(&body, &tissue), &load, &params, Progress::none());
+    assert!(
+        matches!(refused, Err(Error::OutOfRange { value, .. }) if value == -1.0),
+        "{refused:?}"
+    );
+}

@@ -1,0 +1,150 @@
+//! Our solutions against every stored field of the reference, and their convergence to the finest.
+
+use super::mechanics::Mechanics;
+use super::number;
+use super::plot::{Line, Panel, svg};
+use anyhow::{Result, ensure};
+use serde_json::Value;
+use std::fmt::Write;
+
+const AGREEMENT_TEXT: &str = include_str!("agreement.md");
+const CONVERGENCE_TEXT: &str = include_str!("convergence.md");
+/// Relative residual of the solutions that are compared node by node.
+const TOLERANCE: f64 = 1e-10;
+/// Largest nodal difference that counts as agreement, mm: where the problem is well conditioned, and where
+/// softness or the way through the unloaded shape amplifies rounding.
+const CLOSE_MM: f64 = 1e-8;
+const SOFT_MM: f64 = 1e-6;
+/// The stored fields, and how near ours must be.
+const FIELDS: [(&str, f64); 10] = [
+    ("net_tilt", CLOSE_MM),
+    ("net_sit", CLOSE_MM),
+    ("net_sit_E0.3", SOFT_MM),
+    ("net_sit_E2.0", CLOSE_MM),
+    ("net_tilt_cutfixed", CLOSE_MM),
+    ("net_sit_cutfixed", CLOSE_MM),
+    ("hetero_net_sit", CLOSE_MM),
+    ("unl_X", SOFT_MM),
+    ("unl_tilt", SOFT_MM),
+    ("unl_sit", SOFT_MM),
+];
+/// Meshes and orders that fields are stored for.
+const STORED: [(&str, u8); 4] = [("1.6k", 1), ("1.6k", 2), ("12k", 1), ("12k", 2)];
+/// Which of them lack a field.
+const LACKING: [(&str, u8, &[&str]); 2] = [
+    ("12k", 1, &["hetero_net_sit"]),
+    (
+        "12k",
+        2,
+        &[
+            "net_sit_E0.3",
+            "net_sit_E2.0",
+            "net_tilt_cutfixed",
+            "net_sit_cutfixed",
+            "hetero_net_sit",
+            "unl_sit",
+        ],
+    ),
+];
+
+/// Text and table of the agreement.
+pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {
+    let mut page = String::from(AGREEMENT_TEXT);
+    for (field, near) in FIELDS {
+        write!(page, "| `{field}` | {near:.0e} |")?;
+        for (mesh, order) in STORED {
+            if LACKING.iter().any(|(m, o, f)| (*m, *o) == (mesh, order) && f.contains(&field)) {
+                page.push_str(" not stored |");
+                continue;
+            }
+            let off = number(&mechanics.own(mesh, order, field, TOLERANCE)?, "/off_mm")?;
+            ensure!(off <= near, "{field} on {mesh}, order {order}, is {off:.1e} mm off");
+            write!(page, " {off:.1e} |")?;
+        }
+        page.push('\n');
+    }
+    Ok(page)
+}
+
+/// Meshes of the convergence by order, coarse first.
+const MESHES: [(u8, &[&str]); 2] =
+    [(1, &["1.6k", "5k", "12k", "40k"]), (2, &["1.6k", "5k", "12k"])];
+const NAMES: [&str; 2] = ["linear", "quadratic"];
+const POSES: [&str; 2] = ["tilt", "sit"];
+/// Error by the number of unknowns n on straight meshes of a curved body: h² for both orders in the end, h³
+/// for quadratic elements while the body's outline is not what limits; h as n^(-1/3).
+const THEORY: [f64; 2] = [2.0 / 3.0, 1.0];
+const PLOT: &str = "plots/mechanics-accuracy.svg";
+
+/// One solution.
+struct Point {
+    mesh: &'static str,
+    unknowns: f64,
+    seconds: f64,
+    rms_mm: f64,
+    max_mm: f64,
+}
+
+impl Point {
+    fn of(mesh: &'static str, told: &Value) -> Result<Self> {
+        let n = |key: &str| number(told, &format!("/{key}"));
+        let (unknowns, seconds) = (n("unknowns")?, n("cpu_s")?);
+        let (rms_mm, max_mm) = (n("probes_mm/0")?, n("probes_mm/1")?);
+        Ok(Self { mesh, unknowns, seconds, rms_mm, max_mm })
+    }
+}
+
+/// Text, tables and plots of the convergence.
+pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
+    let mut page = CONVERGENCE_TEXT.replace("{plot}", PLOT);
+    let (mut by_size, mut by_time) = (Vec::new(), Vec::new());
+    for (p, pose) in POSES.into_iter().enumerate() {
+        for (o, (order, meshes)) in MESHES.into_iter().enumerate() {
+            let solve = |mesh: &&'static str| {
+                Point::of(mesh, &mechanics.own(mesh, order, &format!("net_{pose}"), 1e-9)?)
+            };
+            let points = meshes.iter().map(solve).collect::<Result<Vec<_>>>()?;
+            rows(&mut page, (pose, NAMES[o], THEORY[o]), &points)?;
+            let line = |x: fn(&Point) -> f64| Line {
+                name: format!("{}, {pose}", NAMES[o]),
+                colour: o,
+                dashed: p == 1,
+                points: points.iter().map(|p| [x(p), p.rms_mm]).collect(),
+            };
+            by_size.push(line(|p| p.unknowns));
+            by_time.push(line(|p| p.seconds));
+        }
+    }
+    let error = "error at the probes, rms, mm";
+    let panels = [
+        Panel { title: "Convergence", axes: ["unknowns", error], lines: by_size },
+        Panel {
+            title: "Accuracy per second",
+            axes: ["CPU seconds of a cold solution", error],
+            lines: by_time,
+        },
+    ];
+    super::write_plot(mechanics.bench, PLOT, &svg(&panels))?;
+    Ok(page)
+}
+
+fn rows(
+    page: &mut String,
+    (pose, order, theory): (&str, &str, f64),
+    points: &[Point],
+) -> Result<()> {
+    for (n, p) in points.iter().enumerate() {
+        let slope =
+            |before: &Point| (before.rms_mm / p.rms_mm).ln() / (p.unknowns / before.unknowns).ln();
+        let slopes = match n.checked_sub(1).map(|n| &points[n]) {
+            Some(before) => format!("{:.2} ({theory:.2})", slope(before)),
+            None => "-".into(),
+        };
+        writeln!(
+            page,
+            "| {pose} | {order} | {} | {} | {:.3} / {:.3} | {slopes} | {:.3} |",
+            p.mesh, p.unknowns, p.rms_mm, p.max_mm, p.seconds
+        )?;
+    }
+    Ok(())
+}

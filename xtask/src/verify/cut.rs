@@ -1,0 +1,60 @@
+//! What stands for the tissue beyond the sphere, against a truth that knows no sphere.
+
+use super::{Bench, number, output, patients, run};
+use anyhow::{Context, Result};
+use serde_json::Value;
+use std::fmt::Write;
+use std::process::Command;
+
+const TEXT: &str = include_str!("cut.md");
+const BEYOND_MM: &str = "5,10,15,20,30";
+const CUTS: [&str; 3] = ["free", "fixed", "spring"];
+
+/// Text and table.
+pub(super) fn table(bench: &Bench<'_>) -> Result<String> {
+    let build = ["build", "--release", "-p", "supine-benches", "--bin", "bench-cut"];
+    run(Command::new("cargo").args(build))?;
+    let mut page = String::from(TEXT);
+    let mut nearest = [0; CUTS.len()];
+    for (name, folder) in patients::folders(bench) {
+        let mut command = Command::new(bench.house.target.join("release/bench-cut"));
+        command.arg(folder).arg(BEYOND_MM).arg(CUTS.join(","));
+        let found: Value = serde_json::from_str(&output(&mut command)?)?;
+        let rows = found["rows"].as_array().context("no rows")?;
+        for pose in ["operating", "sitting"] {
+            let of_pose: Vec<&Value> = rows.iter().filter(|r| r["pose"] == pose).collect();
+            for cuts in of_pose.chunks_exact(CUTS.len()) {
+                row(&mut page, name, pose, cuts)?;
+                let errors = cuts.iter().map(|c| number(c, "/nodes_mm/0"));
+                let errors = errors.collect::<Result<Vec<_>>>()?;
+                let least = (0..CUTS.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b]));
+                nearest[least.context("no cut")?] += 1;
+            }
+        }
+    }
+    let all: usize = nearest.iter().sum();
+    let shares: Vec<String> =
+        CUTS.iter().zip(nearest).map(|(cut, n)| format!("{cut} in {n}")).collect();
+    writeln!(page, "\nNearest at the nodes (rms), of {all} rows: {}.", shares.join(", "))?;
+    Ok(page)
+}
+
+/// The cuts of one patient, pose and sphere, in the order of [`CUTS`].
+fn row(page: &mut String, name: &str, pose: &str, cuts: &[&Value]) -> Result<()> {
+    let moved = number(cuts[0], "/moved_mm")?;
+    write!(page, "| {name} | {pose} ({moved:.1} mm) | {} |", cuts[0]["beyond_mm"])?;
+    for cut in cuts {
+        let n = |key: &str| number(cut, key);
+        write!(
+            page,
+            " {:.2}; {:.2} / {:.2}; {:.2} / {:.1} |",
+            n("/tumour_mm")?,
+            n("/fiducials_mm/0")?,
+            n("/fiducials_mm/1")?,
+            n("/nodes_mm/0")?,
+            n("/nodes_mm/1")?
+        )?;
+    }
+    page.push('\n');
+    Ok(())
+}
