@@ -20,7 +20,7 @@ const ACROSS: usize = 5;
 /// mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and on coarse
 /// meshes the recovered gradients are far off themselves.
 ///
-/// The CT shape is taken for free of stress whatever `params.rest` says: where the mesh should be fine
+/// The elements are taken for straight, and the CT shape for free of stress whatever `params.rest` says: where the mesh should be fine
 /// hardly depends on it.
 ///
 /// # Errors
@@ -37,6 +37,7 @@ pub fn error_shares(
     params.check()?;
     let edges = Edges::new(body.mesh);
     let params = Params { rest: RestState::Net, ..*params };
+    let body = &Body { curved: None, ..*body };
     let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0, slope: false };
     match params.order {
         Order::Linear => job.shares::<4, 1>(goal, progress),

@@ -14,6 +14,7 @@
 
 mod batch;
 mod body;
+mod curved;
 mod element;
 mod error;
 mod goal;
@@ -77,6 +78,7 @@ fn answer(
     load.check()?;
     params.check()?;
     let edges = Edges::new(body.mesh);
+    body.check_curved(&edges)?;
     let job = Job { body, edges: &edges, load, params, stiffer, slope };
     let Solved { u, slope, mut info } = match params.order {
         Order::Linear => job.run::<4, 1>(progress)?,
@@ -125,6 +127,8 @@ impl Job<'_> {
             RestState::Unloaded => rest::unloaded(self, &positions, &shape, &held, progress)?,
         };
         self.warn::<N>(&positions, &solved.u, &mut solved.info);
+        solved.u = self.straightened::<N>(&positions, solved.u);
+        solved.slope = solved.slope.map(|slope| self.straightened::<N>(&positions, slope));
         Ok(solved)
     }
 
@@ -133,13 +137,17 @@ impl Job<'_> {
         self.stiffer * self.body.mean_young_kpa()
     }
 
-    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.
+    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges; off these
+    /// where the body is curved.
     fn positions<const N: usize>(&self) -> Vec<Vector> {
         let mut positions: Vec<Vector> = self.body.mesh.points().iter().map(|p| p.coords).collect();
         if N == 10 {
             for [a, b] in self.edges.ends() {
                 positions.push((positions[*a as usize] + positions[*b as usize]) / 2.0);
             }
+        }
+        if let Some(offsets) = self.offsets::<N>() {
+            positions.iter_mut().zip(offsets).for_each(|(p, offset)| *p += offset);
         }
         positions
     }
