@@ -154,7 +154,7 @@ impl Patient {
         let mesher = (Mesher::Native, &Refine::Nowhere);
         let (mesh, _) = mesh_region(&region, &params, mesher, Progress::none())?;
         let moduli = self.moduli.map(|m| self.young(&mesh, m));
-        let body = Body { mesh: &mesh, tissue: &self.tissue, young_kpa: moduli.as_deref() };
+        let body = Body { young_kpa: moduli.as_deref(), ..Body::new(&mesh, &self.tissue) };
         let mut rows = Vec::new();
         for cut in cuts {
             let (kind, spring_kpa_mm) = match cut {

@@ -82,7 +82,7 @@ struct Problem {
 impl Problem {
     fn solve(&self, tolerance: f64) -> Result<(Displacement, Info)> {
         let Self { mesh, tissue, young_kpa, .. } = self;
-        let body = Body { mesh, tissue, young_kpa: young_kpa.as_deref() };
+        let body = Body { young_kpa: young_kpa.as_deref(), ..Body::new(mesh, tissue) };
         let params = Params { tolerance, ..self.params };
         if self.shape {
             let (y, unloading) = unload(&body, self.load.ct, &params, Progress::none())?;

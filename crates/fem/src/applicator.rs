@@ -4,7 +4,7 @@ use crate::coupling::{Answers, Coupling, Place, Site};
 use crate::newton::Halt;
 use crate::rigid::RigidBody;
 use crate::tangent::Tangent;
-use crate::{Body, Error, Info, Job, Load, Params};
+use crate::{Body, Error, Info, Job, Load, Params, checked};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use supine_mesh::{Displacement, Edges, Order, TetMesh};
@@ -75,10 +75,7 @@ impl Applicator {
         rigid: &dyn RigidBody,
         progress: Progress<'_>,
     ) -> Result<(Self, Info), Error> {
-        body.check()?;
-        load.check()?;
-        params.check()?;
-        let edges = Edges::new(body.mesh);
+        let edges = checked(body, load, params)?;
         let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
         let (coupling, info) = match params.order {
             Order::Linear => {
@@ -199,7 +196,8 @@ impl Applicator {
     /// None is known: it holds a finite vector for every node.
     pub fn displacement(&self) -> Result<Displacement, Error> {
         let values = either!(&self.coupling, c => {
-            c.place.u.iter().zip(&c.site.to_ct).map(|(u, ct)| u - ct).collect()
+            let from_ct = c.place.u.iter().zip(&c.site.to_ct).map(|(u, ct)| u - ct);
+            c.site.straight.of(&from_ct.collect::<Vec<Vector>>())
         });
         Ok(Displacement::new(&self.mesh, &self.edges, values)?)
     }
@@ -288,10 +286,11 @@ impl Job<'_> {
         let gravity = settled.model.elements.load(held.len(), force);
         let weight = crate::newton::norm(&gravity);
         let rigid = (rigid.centre().coords, rigid.size_mm());
-        let unknowns = info.unknowns;
-        let coupling = Coupling::new(settled, &positions, (&held, &inside), rigid, weight)
-            .map_err(|_| Error::Memory { unknowns })?
-            .ok_or(Error::Singular)?;
+        let (unknowns, straight) = (info.unknowns, self.straightening::<N>(&positions));
+        let coupling =
+            Coupling::new(settled, (&positions, straight), (&held, &inside), rigid, weight)
+                .map_err(|_| Error::Memory { unknowns })?
+                .ok_or(Error::Singular)?;
         Ok((coupling, info))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::material::NeoHookean;
 use crate::{Error, Tissue};
-use supine_mesh::TetMesh;
+use supine_mesh::{Displacement, TetMesh};
 
 /// A meshed body and what it is made of.
 #[derive(Clone, Copy, Debug)]
@@ -13,12 +13,16 @@ pub struct Body<'a> {
     pub tissue: &'a Tissue,
     /// Young's modulus of each tetrahedron, kPa, in place of that of `tissue`.
     pub young_kpa: Option<&'a [f64]>,
+    /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh`, mm: for
+    /// elements that follow a curved surface. Linear elements stay straight. Results are given at the
+    /// straight places.
+    pub curved: Option<&'a Displacement>,
 }
 
 impl<'a> Body<'a> {
     /// A body of one tissue.
     pub fn new(mesh: &'a TetMesh, tissue: &'a Tissue) -> Self {
-        Self { mesh, tissue, young_kpa: None }
+        Self { mesh, tissue, young_kpa: None, curved: None }
     }
 
     /// Checks the numbers.

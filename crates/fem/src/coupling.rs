@@ -1,6 +1,7 @@
 //! Tissue that follows a rigid body: steps from one pose to the next.
 
 use crate::applicator::Pose;
+use crate::curved::Straightening;
 use crate::linear::OutOfMemory;
 use crate::model::Model;
 use crate::newton::{Halt, Newton};
@@ -34,6 +35,8 @@ pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) load: Vec<Vector>,
     /// Displacement from the stress-free shape to the CT shape, mm.
     pub(crate) to_ct: Vec<Vector>,
+    /// To the nodes of the straight-sided mesh.
+    pub(crate) straight: Straightening<N>,
     /// Stress-free positions, mm.
     pub(crate) rest: Vec<Vector>,
     /// The coupled nodes, and where they are at the first pose, mm.
@@ -189,7 +192,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     /// When there is not enough memory.
     pub(crate) fn new(
         settled: Settled<N, Q>,
-        positions: &[Vector],
+        (positions, straight): (&[Vector], Straightening<N>),
         (held, inside): (&[bool], &[bool]),
         (centre, size_mm): (Vector, f64),
         weight: f64,
@@ -209,6 +212,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             model,
             load,
             to_ct,
+            straight,
             rest,
             coupled,
             around,

@@ -66,6 +66,9 @@ pub enum Error {
     /// The displacement does not fit the mesh.
     #[error(transparent)]
     Displacement(#[from] supine_mesh::DisplacementError),
+    /// The curved shape has no mid-sides.
+    #[error("the offsets of a curved shape need a vector for each edge too, not for points alone")]
+    Curved,
     /// The equations were not solved.
     #[error(
         "no equilibrium found at {share:.0}% of the load after {iterations} iterations: {cause} \

@@ -9,9 +9,9 @@ use crate::element::{Elements, element_nodes, parent_map, parent_slopes, shape};
 use crate::material::cofactor;
 use crate::model::Model;
 use crate::pattern::{Pattern, Storage};
-use crate::{Body, Error, Job, Load, Params, RestState, support};
+use crate::{Body, Error, Job, Load, Params, RestState, checked, support};
 use std::sync::Arc;
-use supine_mesh::{Edges, Locator, Order, TetMesh};
+use supine_mesh::{Locator, Order, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 
 /// Samples of the goal across its diameter.
@@ -21,7 +21,7 @@ const ACROSS: usize = 5;
 /// mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and on coarse
 /// meshes the recovered gradients are far off themselves.
 ///
-/// The CT shape is taken for free of stress whatever `params.rest` says: where the mesh should be fine
+/// The elements are taken for straight, and the CT shape for free of stress whatever `params.rest` says: where the mesh should be fine
 /// hardly depends on it.
 ///
 /// # Errors
@@ -33,11 +33,9 @@ pub fn error_shares(
     goal: &Sphere,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Error> {
-    body.check()?;
-    load.check()?;
-    params.check()?;
-    let edges = Edges::new(body.mesh);
+    let edges = checked(body, load, params)?;
     let params = Params { rest: RestState::Net, ..*params };
+    let body = &Body { curved: None, ..*body };
     let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0, slope: false };
     match params.order {
         Order::Linear => job.shares::<4, 1>(goal, progress),
@@ -163,6 +161,7 @@ mod tests {
     use super::*;
     use crate::test_mesh::block;
     use crate::{Tissue, solve};
+    use supine_mesh::Edges;
 
     const SIDE_MM: f64 = 60.0;
 

@@ -17,6 +17,7 @@ mod applicator;
 mod batch;
 mod body;
 mod coupling;
+mod curved;
 mod element;
 mod error;
 mod foundation;
@@ -86,10 +87,7 @@ fn answer(
     (stiffer, slope): (f64, bool),
     progress: Progress<'_>,
 ) -> Result<(Displacement, Option<Displacement>, Info), Error> {
-    body.check()?;
-    load.check()?;
-    params.check()?;
-    let edges = Edges::new(body.mesh);
+    let edges = checked(body, load, params)?;
     let job = Job { body, edges: &edges, load, params, stiffer, slope };
     let Solved { u, slope, mut info } = match params.order {
         Order::Linear => job.run::<4, 1>(progress)?,
@@ -99,6 +97,16 @@ fn answer(
     info.max_displacement_mm = displacement.max_norm();
     let slope = slope.map(|s| Displacement::new(body.mesh, &edges, s)).transpose()?;
     Ok((displacement, slope, info))
+}
+
+/// The edges of a body, if what is asked of it is in range.
+fn checked(body: &Body<'_>, load: &Load, params: &Params) -> Result<Edges, Error> {
+    body.check()?;
+    load.check()?;
+    params.check()?;
+    let edges = Edges::new(body.mesh);
+    body.check_curved(&edges)?;
+    Ok(edges)
 }
 
 /// What was found, one vector per node.
@@ -123,10 +131,7 @@ pub fn unload(
     progress: Progress<'_>,
 ) -> Result<(Displacement, Unloading), Error> {
     let load = &Load { ct: gravity, target: gravity };
-    body.check()?;
-    load.check()?;
-    params.check()?;
-    let edges = Edges::new(body.mesh);
+    let edges = checked(body, load, params)?;
     let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
     let (values, unloading) = match params.order {
         Order::Linear => job.unload::<4, 1>(progress)?,
@@ -159,6 +164,8 @@ impl Job<'_> {
             self.settle(&positions, &held, shape, progress)?;
         let u: Vec<Vector> = u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
         self.warn::<N>(&positions, &u, &mut info);
+        let straight = self.straightening::<N>(&positions);
+        let (u, slope) = (straight.of(&u), slope.map(|slope| straight.of(&slope)));
         Ok(Solved { u, slope, info })
     }
 
@@ -190,7 +197,8 @@ impl Job<'_> {
         let pattern = Arc::new(Pattern::new(&shape.nodes, &held, Storage::Lower));
         let (rest, unloading) =
             rest::stress_free(self, &positions, &shape, (&held, &pattern), progress)?;
-        Ok((rest.to_ct.iter().map(|u| -u).collect(), unloading))
+        let values: Vec<Vector> = rest.to_ct.iter().map(|u| -u).collect();
+        Ok((self.straightening::<N>(&positions).of(&values), unloading))
     }
 
     /// Positions of the nodes in the CT, which of them are held, and the elements there.
@@ -204,13 +212,17 @@ impl Job<'_> {
         Ok((positions, held, shape))
     }
 
-    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges.
+    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges; off these
+    /// where the body is curved.
     fn positions<const N: usize>(&self) -> Vec<Vector> {
         let mut positions: Vec<Vector> = self.body.mesh.points().iter().map(|p| p.coords).collect();
         if N == 10 {
             for [a, b] in self.edges.ends() {
                 positions.push((positions[*a as usize] + positions[*b as usize]) / 2.0);
             }
+        }
+        if let Some(offsets) = self.offsets::<N>() {
+            positions.iter_mut().zip(offsets).for_each(|(p, offset)| *p += offset);
         }
         positions
     }

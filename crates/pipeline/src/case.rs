@@ -1,5 +1,8 @@
 //! The case file (TOML): as typed, and validated.
 
+mod stiffness;
+pub use stiffness::{StiffnessMap, StiffnessWish};
+
 use crate::{Brought, Mesher, PartNames, RunError, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -26,6 +29,10 @@ pub struct Case {
     pub mesh: MeshWish,
     /// The tissue's law.
     pub tissue: Tissue,
+    /// Moduli that differ from tissue to tissue; one for all when absent.
+    pub stiffness: Option<StiffnessWish>,
+    /// Moduli between which the tissue's may lie, kPa.
+    pub young_interval_kpa: Option<[f64; 2]>,
     /// What the CT shape is taken for.
     pub rest: RestState,
     /// What holds the cut.
@@ -190,6 +197,12 @@ struct TissueFile {
     rest: Option<String>,
     cut: Option<String>,
     spring: Option<f64>,
+    map: Option<String>,
+    fat: Option<f64>,
+    gland: Option<f64>,
+    skin: Option<f64>,
+    tumour: Option<f64>,
+    young_interval: Option<[f64; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -292,6 +305,7 @@ impl Case {
 
     fn from_file(file: CaseFile, base: &Path) -> Result<Self, CaseError> {
         let tissue_file = &file.tissue;
+        let stiffness = stiffness::wish(tissue_file)?;
         let default = Tissue::default();
         Ok(Self {
             ct: base.join(file.ct),
@@ -306,6 +320,8 @@ impl Case {
                 poisson: tissue_file.poisson.unwrap_or(default.poisson),
                 density_kg_m3: tissue_file.density.unwrap_or(default.density_kg_m3),
             })?,
+            stiffness,
+            young_interval_kpa: stiffness::interval(tissue_file)?,
             rest: one_of(
                 "tissue.rest",
                 tissue_file.rest.as_deref(),
@@ -320,7 +336,7 @@ impl Case {
             seeds: seeds(file.seeds, base)?,
             labels: file.labels.map(|l| labels(l, base)),
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
-            tissues: file.tissues,
+            tissues: file.tissues || stiffness.is_some(),
         })
     }
 }
@@ -534,6 +550,22 @@ mod tests {
     }
 
     #[test]
+    fn moduli_by_tissue_are_kpa_or_proportions() {
+        let stiffness = |text: &str| {
+            let case = read(&format!("{MINIMAL}tissue = {{ {text} }}\n")).unwrap();
+            assert_eq!(case.tissues, case.stiffness.is_some());
+            case.stiffness
+        };
+        assert_eq!(stiffness("map = 'none'"), None);
+        let given = stiffness("map = 'labels', fat = 0.5, gland = 2.2").unwrap();
+        assert_eq!((given.mean_kpa, given.map), (None, StiffnessMap::Labels));
+        assert_eq!(given.kpa[..2], [0.5, 2.2]);
+        let proportions = stiffness("map = 'hu', young = 0.8").unwrap();
+        assert_eq!((proportions.mean_kpa, proportions.kpa[0]), (Some(0.8), 1.0));
+        assert!((given.kpa[2] / given.kpa[0] - proportions.kpa[2]).abs() < 1e-12);
+    }
+
+    #[test]
     fn each_bad_value_names_its_key() {
         for (line, key) in [
             ("mesh = { tetrahedra = 0 }", "mesh.tetrahedra"),
@@ -543,6 +575,12 @@ mod tests {
             ("mesh = { refine = 'tumour', tumour_edge = 0 }", "mesh.tumour_edge"),
             ("mesh = { refine = 'goal', tumour_growth = 0.3 }", "mesh.tumour_growth"),
             ("tissue = { poisson = 0.5 }", "tissue"),
+            ("tissue = { map = 'label' }", "tissue.map"),
+            ("tissue = { gland = 2.0 }", "tissue.map"),
+            ("tissue = { map = 'labels', gland = 2.0 }", "tissue.fat"),
+            ("tissue = { map = 'labels', fat = 0.5, young = 0.6 }", "tissue.young"),
+            ("tissue = { map = 'hu', fat = 0.5, skin = -1 }", "tissue.skin"),
+            ("tissue = { young_interval = [0.9, 0.4] }", "tissue.young_interval"),
             ("tissue = { rest = 'nett' }", "tissue.rest"),
             ("tissue = { cut = 'sprung' }", "tissue.cut"),
             ("tissue = { spring = -1.0 }", "tissue.spring"),

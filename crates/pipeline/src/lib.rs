@@ -15,6 +15,7 @@ mod keys;
 mod labels;
 mod mesher;
 mod meter;
+mod moduli;
 mod options;
 mod refine;
 mod run;
@@ -39,7 +40,7 @@ mod stages {
 }
 
 pub use bench::Watch;
-pub use case::{Case, CaseError, MeshWish, RefineWish, Seeds, side};
+pub use case::{Case, CaseError, MeshWish, RefineWish, Seeds, StiffnessMap, StiffnessWish, side};
 pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub use error::RunError;

@@ -46,7 +46,7 @@ pub fn run(
     if until(Stage::Mesh) {
         return Ok(None);
     }
-    let solved = solve::solve(&mut bench, case, &mesh)?;
+    let solved = solve::solve(&mut bench, case, &mesh, (&input, &tissues))?;
     if until(Stage::Solve) {
         return Ok(None);
     }

@@ -1,6 +1,6 @@
 //! The fixed texts that say what a product is.
 
-use crate::Case;
+use crate::case::{Case, StiffnessWish};
 use supine_fem::{Cut, RestState};
 
 /// Said by every slice of an export.
@@ -33,17 +33,30 @@ pub(crate) fn derivation(case: &Case) -> String {
     format!(
         "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
          table AP {} deg (head up), LAT {} deg (left side down). Neo-Hookean finite elements of \
-         order {}, E {} kPa, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
+         order {}, E {}, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
          resampled linearly, HU carried unchanged.",
         env!("CARGO_PKG_VERSION"),
         case.breast,
         case.bed.ap_deg,
         case.bed.lat_deg,
         case.mesh.order.number(),
-        case.tissue.young_kpa,
+        stiffness(case),
         case.tissue.poisson,
         case.tissue.density_kg_m3,
         rest_name(case.rest),
         cut_name(case.cut),
     )
+}
+
+/// The moduli in words.
+fn stiffness(case: &Case) -> String {
+    let Some(StiffnessWish { map, kpa: [fat, gland, skin, tumour], mean_kpa }) = case.stiffness
+    else {
+        return format!("{} kPa", case.tissue.young_kpa);
+    };
+    let by = format!("fat {fat}, gland {gland}, skin {skin}, tumour {tumour}");
+    match mean_kpa {
+        Some(mean) => format!("{mean} kPa in the mean, by {} as {by}", map.name()),
+        None => format!("by {}: {by} kPa", map.name()),
+    }
 }

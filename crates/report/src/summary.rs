@@ -31,6 +31,9 @@ pub struct Summary {
     pub warp: Warp,
     /// The tumour before and after; `None` when the case names none.
     pub tumour: Option<Movement>,
+    /// Where the tumour comes to within an interval of moduli; absent when the case names none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulus_interval: Option<ModulusInterval>,
     /// The nipple before and after; `None` when it was not found.
     pub nipple: Option<Movement>,
     /// Further points that were carried along.
@@ -116,8 +119,12 @@ pub struct Parameters {
 /// The soft tissue and how it is loaded.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct Tissue {
-    /// Young's modulus, kPa. It belongs to the rest state and the element order beside it.
+    /// Young's modulus, kPa; with `moduli` their mean over the mesh. It belongs to the rest state and the
+    /// element order beside it.
     pub young_kpa: f64,
+    /// Moduli that differ from tissue to tissue; absent when one is taken for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moduli: Option<Moduli>,
     /// Poisson's ratio.
     pub poisson: f64,
     /// Density, kg/m³.
@@ -128,6 +135,38 @@ pub struct Tissue {
     pub order: u8,
     /// Condition at the cut: `free`, `fixed` or `spring`.
     pub cut: String,
+}
+
+/// Moduli that differ from tissue to tissue, kPa.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Moduli {
+    /// What decided the tissue: `labels`, or `hu` between fat and gland.
+    pub map: String,
+    /// Fat, implants too.
+    pub fat_kpa: f64,
+    /// Gland.
+    pub gland_kpa: f64,
+    /// Skin.
+    pub skin_kpa: f64,
+    /// Tumour.
+    pub tumour_kpa: f64,
+    /// Smallest of a tetrahedron: the mean of the tissues in it.
+    pub min_kpa: f64,
+    /// Mean over the mesh.
+    pub mean_kpa: f64,
+    /// Largest of a tetrahedron.
+    pub max_kpa: f64,
+}
+
+/// What the displacement of the tumour comes to when the modulus lies within an interval.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct ModulusInterval {
+    /// The interval, kPa: of the mean modulus where it differs from tissue to tissue.
+    pub young_kpa: [f64; 2],
+    /// The tumour at the lower and at the higher modulus, each solved for itself.
+    pub tumour: [Movement; 2],
+    /// How far beyond what both span a component may lie in between, mm.
+    pub overshoot_mm: f64,
 }
 
 /// What was asked of the mesher.

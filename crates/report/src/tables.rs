@@ -52,6 +52,18 @@ pub(crate) fn key(s: &Summary) -> Table {
         t.row("Tumour, before", place(m.before_mm));
         t.row("Tumour, after", place(m.after_mm));
     }
+    if let Some(interval) = &s.modulus_interval {
+        let [low, high] = &interval.tumour;
+        let ends = interval.young_kpa.map(|e| format!("{e} kPa"));
+        let text = format!(
+            "{} mm at {}, {} mm at {}",
+            fixed(low.distance_mm, 1),
+            ends[0],
+            fixed(high.distance_mm, 1),
+            ends[1]
+        );
+        t.row("Tumour moves, by modulus", text);
+    }
     if let Some(m) = &s.nipple {
         t.row("Nipple (estimated) moves", moves(m));
     }
@@ -60,9 +72,10 @@ pub(crate) fn key(s: &Summary) -> Table {
     t.row(
         "Tissue",
         format!(
-            "Young's modulus {} kPa with rest state “{}” ({}); {} elements. A modulus holds for \
+            "Young's modulus {}{} with rest state “{}” ({}); {} elements. A modulus holds for \
              its rest state and elements only.",
-            tissue.young_kpa,
+            kpa(tissue.young_kpa),
+            if tissue.moduli.is_some() { " in the mean, by tissue," } else { "" },
             tissue.rest,
             rest(&tissue.rest),
             order(tissue.order),
@@ -74,6 +87,11 @@ pub(crate) fn key(s: &Summary) -> Table {
         format!("{} to {} (Jacobian; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
     );
     t
+}
+
+/// A modulus, to the digits that were given or four of a mean.
+fn kpa(modulus: f64) -> String {
+    format!("{} kPa", (modulus * 1e4).round() / 1e4)
 }
 
 /// A movement in words. Exactly nothing is no result of the mechanics: the point took no part.
@@ -148,7 +166,16 @@ fn movement(t: &mut Table, name: &str, m: &Movement) {
 fn tissue(s: &Summary) -> Table {
     let mut t = Table::facts("Tissue and region");
     let p = &s.parameters;
-    t.row("Young's modulus", format!("{} kPa", p.tissue.young_kpa));
+    t.row("Young's modulus", kpa(p.tissue.young_kpa));
+    if let Some(m) = &p.tissue.moduli {
+        let [fat, gland, skin, tumour] =
+            [m.fat_kpa, m.gland_kpa, m.skin_kpa, m.tumour_kpa].map(|e| fixed(e, 2));
+        let by = if m.map == "hu" { "between fat and gland by HU" } else { "by label" };
+        let text = format!("fat {fat}, gland {gland}, skin {skin}, tumour {tumour} kPa, {by}");
+        t.row("By tissue", text);
+        let [min, max] = [m.min_kpa, m.max_kpa].map(|e| fixed(e, 2));
+        t.row("Of the tetrahedra", format!("{min} to {max} kPa; the modulus above is their mean"));
+    }
     t.row("Rest state", p.tissue.rest.clone());
     t.row("Poisson's ratio", p.tissue.poisson.to_string());
     t.row("Density", format!("{} kg/m³", p.tissue.density_kg_m3));

@@ -107,6 +107,7 @@ fn summarise(bench: &Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, Run
         solve: flow.solved.facts.solve.clone(),
         warp: flow.warped.facts.warp.clone(),
         tumour: Some(flow.warped.facts.tumour.clone()),
+        modulus_interval: flow.solved.facts.interval.clone(),
         nipple: flow.warped.facts.nipple.clone(),
         points: flow.warped.facts.points.clone(),
         export: flow.export.facts.clone(),
@@ -141,9 +142,11 @@ fn inputs(case: &Case, flow: &Flow) -> Result<Vec<Input>, RunError> {
 
 fn parameters(case: &Case, flow: &Flow) -> Parameters {
     let region = ball(flow.region.sphere);
+    let moduli = flow.solved.facts.moduli.clone();
     Parameters {
         tissue: Tissue {
-            young_kpa: case.tissue.young_kpa,
+            young_kpa: moduli.as_ref().map_or(case.tissue.young_kpa, |m| m.mean_kpa),
+            moduli,
             poisson: case.tissue.poisson,
             density_kg_m3: case.tissue.density_kg_m3,
             rest: texts::rest_name(case.rest).into(),

@@ -21,6 +21,7 @@ pub(crate) fn example() -> Summary {
         parameters: Parameters {
             tissue: Tissue {
                 young_kpa: 0.609,
+                moduli: None,
                 poisson: 0.45,
                 density_kg_m3: 1000.0,
                 rest: "net".into(),
@@ -155,6 +156,7 @@ pub(crate) fn example() -> Summary {
             jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
         },
         tumour: Some(Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0])),
+        modulus_interval: None,
         nipple: Some(Movement::new([42.0, -52.0, 8.0], [45.0, -50.0, 4.0])),
         points: vec![CarriedPoint {
             name: "clip <1>".into(),
