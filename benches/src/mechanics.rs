@@ -2,7 +2,8 @@
 //! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the name of one of
-//! its displacement fields (`net_tilt`), or `unl_X` for the stress-free shape. Everything from the mesh to the
+//! its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or `net_sit_dxdE` for the derivative
+//! by the modulus. Everything from the mesh to the
 //! displacement counts as the solution.
 #![expect(
     clippy::print_stdout,
@@ -17,7 +18,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, solve, unload};
+use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, sensitivity, solve, unload};
 use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
 
@@ -61,7 +62,7 @@ fn main() -> Result<()> {
         "before_mb": before_mb,
         "peak_mb": peak_mb,
         "max_mm": info.max_displacement_mm,
-        "off_mm": reference.difference((mesh, order, field), &problem, &u)?,
+        "off": reference.difference((mesh, order, field), &problem, &u)?,
         "probes_mm": reference.at_probes(&problem.mesh, &u, field)?,
     });
     println!("{result}");
@@ -75,8 +76,17 @@ struct Problem {
     young_kpa: Option<Vec<f64>>,
     load: Load,
     params: Params,
-    /// The stress-free shape is asked for.
-    shape: bool,
+    wanted: Wanted,
+}
+
+/// What of it is wanted.
+#[derive(Clone, Copy, PartialEq)]
+enum Wanted {
+    Displacement,
+    /// The derivative of the displacement by the modulus, mm/kPa.
+    Slope,
+    /// The stress-free shape.
+    Shape,
 }
 
 impl Problem {
@@ -84,11 +94,17 @@ impl Problem {
         let Self { mesh, tissue, young_kpa, .. } = self;
         let body = Body { young_kpa: young_kpa.as_deref(), ..Body::new(mesh, tissue) };
         let params = Params { tolerance, ..self.params };
-        if self.shape {
-            let (y, unloading) = unload(&body, self.load.ct, &params, Progress::none())?;
-            return Ok((y, Info { unloading: Some(unloading), ..Info::default() }));
+        match self.wanted {
+            Wanted::Displacement => Ok(solve(&body, &self.load, &params, Progress::none())?),
+            Wanted::Slope => {
+                let (_, slope, info) = sensitivity(&body, &self.load, &params, Progress::none())?;
+                Ok((slope, info))
+            }
+            Wanted::Shape => {
+                let (y, unloading) = unload(&body, self.load.ct, &params, Progress::none())?;
+                Ok((y, Info { unloading: Some(unloading), ..Info::default() }))
+            }
         }
-        Ok(solve(&body, &self.load, &params, Progress::none())?)
     }
 }
 
@@ -150,7 +166,7 @@ impl Reference {
         let mut tissue = Tissue::default();
         let mut params = Params { order, rest, cut: Cut::Free, ..Params::default() };
         match more {
-            [] => {}
+            [] | ["dxdE"] => {}
             ["cutfixed"] => params.cut = Cut::Fixed,
             [young] => tissue.young_kpa = young.trim_start_matches('E').parse()?,
             _ => bail!("{field} is no field of one solution"),
@@ -169,11 +185,16 @@ impl Reference {
             None
         };
         let load = Load { ct: supine(), target };
-        let shape = pose == "X";
-        Ok(Problem { mesh: self.mesh(mesh)?, tissue, young_kpa, load, params, shape })
+        let wanted = match (pose, more) {
+            ("X", _) => Wanted::Shape,
+            (_, ["dxdE"]) => Wanted::Slope,
+            _ => Wanted::Displacement,
+        };
+        Ok(Problem { mesh: self.mesh(mesh)?, tissue, young_kpa, load, params, wanted })
     }
 
-    /// Largest nodal difference to the stored field, mm, if it is stored.
+    /// Largest nodal difference to the stored field, mm, if it is stored; that of the derivative as a share of
+    /// its largest value.
     fn difference(
         &self,
         (mesh, order, field): (&str, Order, &str),
@@ -188,7 +209,7 @@ impl Reference {
         };
         ensure!(stored.len() == u.values().len(), "{} nodes stored", stored.len());
         let mut own = u.values().to_vec();
-        if problem.shape {
+        if problem.wanted == Wanted::Shape {
             // Stored as positions.
             let points = problem.mesh.points();
             let edges = Edges::new(&problem.mesh);
@@ -200,7 +221,9 @@ impl Reference {
             own.iter_mut().zip(all).for_each(|(u, x)| *u += x);
         }
         let both = stored.iter().zip(&own);
-        Ok(Some(both.map(|(a, b)| (Vector::from(*a) - b).norm()).fold(0.0, f64::max)))
+        let off = both.map(|(a, b)| (Vector::from(*a) - b).norm()).fold(0.0, f64::max);
+        let relative = problem.wanted == Wanted::Slope;
+        Ok(Some(if relative { off / u.max_norm() } else { off }))
     }
 
     /// Error at the probes against the finest quadratic solution, rms and largest, mm, if there is one.

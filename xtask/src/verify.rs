@@ -62,8 +62,11 @@ pub(crate) enum Measured {
     Segment,
     /// The mesher beside CGAL, gmsh and MMG; installs them.
     Mesh,
-    /// The mechanics beside dolfinx and felupe; installs them.
+    /// The mechanics beside dolfinx and felupe, which it installs, its convergence and its agreement with
+    /// stored solutions.
     Mechanics,
+    /// What stands for the tissue beyond the sphere.
+    Cut,
 }
 
 /// `cargo xtask bench`: ours beside the peers, on stdout; all when nothing is named.
@@ -76,7 +79,10 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
         print!("{}", peers::beside(&Bench::with_supine(house)?)?);
     }
     if wanted(Measured::Mechanics) {
-        print!("{}", Mechanics::open(&Bench::open(house)?)?.cost()?);
+        print!("{}", mechanics(&Bench::open(house)?)?);
+    }
+    if wanted(Measured::Cut) {
+        print!("{}", cut::table(&Bench::open(house)?)?);
     }
     Ok(())
 }
@@ -90,14 +96,11 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     let real = real::all(&bench)?;
     let study = study::study(&bench)?;
     let meshes = mesh::all(&bench)?;
-    let mechanics = Mechanics::open(&bench)?;
     let more = [
         chosen,
         mesh::coarsened(&bench)?,
         refine::table(&bench)?,
-        mechanics.cost()?,
-        agreement::convergence(&mechanics)?,
-        agreement::agreement(&mechanics)?,
+        mechanics(&bench)?,
         cut::table(&bench)?,
     ]
     .concat();
@@ -107,6 +110,13 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     std::fs::write(&path, page).with_context(|| path.display().to_string())?;
     println!("{}", path.display());
     Ok(())
+}
+
+/// Cost, convergence and agreement of the mechanics.
+fn mechanics(bench: &Bench<'_>) -> Result<String> {
+    let mechanics = Mechanics::open(bench)?;
+    let cost = mechanics.cost()?;
+    Ok([cost, agreement::convergence(&mechanics)?, agreement::agreement(&mechanics)?].concat())
 }
 
 /// The pictures of the fixture patient's report that the documents show.

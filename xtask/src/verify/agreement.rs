@@ -15,12 +15,15 @@ const TOLERANCE: f64 = 1e-10;
 /// softness or the way through the unloaded shape amplifies rounding.
 const CLOSE_MM: f64 = 1e-8;
 const SOFT_MM: f64 = 1e-6;
+/// Of the derivative by the modulus, as a share of its largest value.
+const SLOPE: f64 = 1e-6;
 /// The stored fields, and how near ours must be.
-const FIELDS: [(&str, f64); 10] = [
+const FIELDS: [(&str, f64); 11] = [
     ("net_tilt", CLOSE_MM),
     ("net_sit", CLOSE_MM),
     ("net_sit_E0.3", SOFT_MM),
     ("net_sit_E2.0", CLOSE_MM),
+    ("net_sit_dxdE", SLOPE),
     ("net_tilt_cutfixed", CLOSE_MM),
     ("net_sit_cutfixed", CLOSE_MM),
     ("hetero_net_sit", CLOSE_MM),
@@ -39,6 +42,7 @@ const LACKING: [(&str, u8, &[&str]); 2] = [
         &[
             "net_sit_E0.3",
             "net_sit_E2.0",
+            "net_sit_dxdE",
             "net_tilt_cutfixed",
             "net_sit_cutfixed",
             "hetero_net_sit",
@@ -57,8 +61,8 @@ pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {
                 page.push_str(" not stored |");
                 continue;
             }
-            let off = number(&mechanics.own(mesh, order, field, TOLERANCE)?, "/off_mm")?;
-            ensure!(off <= near, "{field} on {mesh}, order {order}, is {off:.1e} mm off");
+            let off = number(&mechanics.own(mesh, order, field, TOLERANCE)?, "/off")?;
+            ensure!(off <= near, "{field} on {mesh}, order {order}, is {off:.1e} off");
             write!(page, " {off:.1e} |")?;
         }
         page.push('\n');
@@ -117,10 +121,11 @@ pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
     }
     let error = "error at the probes, rms, mm";
     let panels = [
-        Panel { title: "Convergence", axes: ["unknowns", error], lines: by_size },
+        Panel { title: "Convergence", axes: ["unknowns", error], falling: true, lines: by_size },
         Panel {
             title: "Accuracy per second",
             axes: ["CPU seconds of a cold solution", error],
+            falling: true,
             lines: by_time,
         },
     ];

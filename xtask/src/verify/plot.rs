@@ -7,6 +7,8 @@ pub(super) struct Panel {
     pub(super) title: &'static str,
     /// What lies along x and along y, with units.
     pub(super) axes: [&'static str; 2],
+    /// The lines fall: their names go to the upper right, else to the lower right.
+    pub(super) falling: bool,
     pub(super) lines: Vec<Line>,
 }
 
@@ -26,6 +28,7 @@ const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#666666"];
 const SIZE: [f64; 2] = [470.0, 400.0];
 const MARGIN: [f64; 4] = [70.0, 40.0, 20.0, 55.0];
 const LEGEND_STEP: f64 = 17.0;
+const LEGEND_WIDTH: f64 = 130.0;
 
 /// The panels side by side.
 pub(super) fn svg(panels: &[Panel]) -> String {
@@ -105,6 +108,11 @@ impl Panel {
         for mark in x.marks() {
             let at = x.at(mark.log10());
             rule(svg, [at, y.start], [at, y.end]);
+            // Long numbers along a wide axis would touch.
+            let decade = (mark.log10() - mark.log10().round()).abs() < 1e-9;
+            if x.to - x.from > 3.0 && !decade {
+                continue;
+            }
             let _ = writeln!(
                 svg,
                 "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
@@ -123,36 +131,45 @@ impl Panel {
                 short(mark)
             );
         }
+        let below = if self.falling {
+            y.end + LEGEND_STEP
+        } else {
+            y.start - LEGEND_STEP * (self.lines.len() as f64 - 0.5)
+        };
         for (n, line) in self.lines.iter().enumerate() {
-            line.draw(svg, &x, &y, n);
+            line.draw(svg, &x, &y);
+            line.name(svg, [x.end - LEGEND_WIDTH, below + LEGEND_STEP * n as f64]);
         }
     }
 }
 
 impl Line {
-    fn draw(&self, svg: &mut String, x: &Axis, y: &Axis, n: usize) {
-        let colour = COLOURS[self.colour];
+    /// Colour, width and dashes.
+    fn stroke(&self) -> String {
         let dash = if self.dashed { " stroke-dasharray=\"6 4\"" } else { "" };
+        format!("stroke=\"{}\" stroke-width=\"2\"{dash}", COLOURS[self.colour])
+    }
+
+    fn draw(&self, svg: &mut String, x: &Axis, y: &Axis) {
+        let (colour, stroke) = (COLOURS[self.colour], self.stroke());
         let at = |p: &[f64; 2]| [x.at(p[0].log10()), y.at(p[1].log10())];
         let path: Vec<String> =
             self.points.iter().map(at).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-        let _ = writeln!(
-            svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>",
-            path.join(" ")
-        );
+        let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" {stroke}/>", path.join(" "));
         for [x, y] in self.points.iter().map(at) {
             let _ =
                 writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"{colour}\"/>");
         }
-        let (left, top) = (x.end - 150.0, y.end + 14.0 + LEGEND_STEP * n as f64);
+    }
+
+    /// Its name after a piece of it, the baseline beginning there.
+    fn name(&self, svg: &mut String, [left, base]: [f64; 2]) {
+        let (middle, end, stroke) = (base - 4.0, left + 26.0, self.stroke());
         let _ = writeln!(
             svg,
-            "<line x1=\"{left}\" y1=\"{0}\" x2=\"{1}\" y2=\"{0}\" stroke=\"{colour}\" \
-             stroke-width=\"2\"{dash}/>\n<text x=\"{2}\" y=\"{top}\">{3}</text>",
-            top - 4.0,
-            left + 26.0,
-            left + 32.0,
+            "<line x1=\"{left}\" y1=\"{middle}\" x2=\"{end}\" y2=\"{middle}\" {stroke}/>\n\
+             <text x=\"{}\" y=\"{base}\">{}</text>",
+            end + 6.0,
             self.name
         );
     }
@@ -171,4 +188,24 @@ fn rule(svg: &mut String, from: [f64; 2], to: [f64; 2]) {
 fn short(value: f64) -> String {
     let value = (value * 1e6).round() / 1e6;
     if value >= 1000.0 { format!("{}k", value / 1000.0) } else { value.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_reaches_from_mark_to_mark_beyond_all_points() {
+        let points = vec![[0.011, 3.0], [40.0, 0.9]];
+        let lines = [Line { name: String::new(), colour: 0, dashed: false, points }];
+        let [x, y] = [0, 1].map(|k| Axis::new(&lines, k));
+        let ends = |axis: &Axis| [axis.from, axis.to].map(|log| 10f64.powf(log));
+        let near =
+            |a: [f64; 2], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-9);
+        // 0.01 would be nearer to the first point than the margin.
+        assert!(near(ends(&x), [0.005, 50.0]), "{:?}", ends(&x));
+        assert!(near(ends(&y), [0.5, 5.0]), "{:?}", ends(&y));
+        assert_eq!(y.marks().map(short).collect::<Vec<_>>(), ["0.5", "1", "2", "5"]);
+        assert!((x.at(x.from) - MARGIN[0]).abs() < 1e-9 && (y.at(y.to) - MARGIN[1]).abs() < 1e-9);
+    }
 }
