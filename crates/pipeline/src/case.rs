@@ -441,12 +441,11 @@ fn mesher(key: &'static str, name: Option<&str>) -> Result<Mesher, CaseError> {
 fn spring(tissue: &TissueFile) -> Result<Option<f64>, CaseError> {
     let springs = matches!(tissue.cut.as_deref(), None | Some("spring"));
     match tissue.spring {
-        None => Ok(None),
-        Some(k) if springs && k.is_finite() && k >= 0.0 => Ok(Some(k)),
-        Some(k) if springs => {
+        Some(_) if !springs => Err(value("tissue.spring", "only with `cut = \"spring\"`")),
+        Some(k) if !k.is_finite() || k < 0.0 => {
             Err(value("tissue.spring", format!("{k} kPa/mm is no stiffness: 0 or more")))
         }
-        Some(_) => Err(value("tissue.spring", "only with `cut = \"spring\"`")),
+        given => Ok(given),
     }
 }
 

@@ -100,7 +100,8 @@ impl Point {
 
 /// Text, tables and plots of the convergence.
 pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
-    let mut page = CONVERGENCE_TEXT.replace("{plot}", PLOT);
+    let shown = format!("![Error against unknowns and against seconds]({PLOT})");
+    let mut page = CONVERGENCE_TEXT.replace("{plot}", &shown);
     let (mut by_size, mut by_time) = (Vec::new(), Vec::new());
     for (p, pose) in POSES.into_iter().enumerate() {
         for (o, (order, meshes)) in MESHES.into_iter().enumerate() {

@@ -42,7 +42,7 @@ pub(super) fn table(bench: &Bench<'_>) -> Result<String> {
 /// The cuts of one patient, pose and sphere, in the order of [`CUTS`].
 fn row(page: &mut String, name: &str, pose: &str, cuts: &[&Value]) -> Result<()> {
     let moved = number(cuts[0], "/moved_mm")?;
-    write!(page, "| {name} | {pose} ({moved:.1} mm) | {} |", cuts[0]["beyond_mm"])?;
+    write!(page, "| {name} | {pose} ({moved:.1} mm) | {} |", number(cuts[0], "/beyond_mm")?)?;
     for cut in cuts {
         let n = |key: &str| number(cut, key);
         write!(
