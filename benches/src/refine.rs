@@ -15,7 +15,7 @@ use supine_fem::{Body, Load, Params as SolverParams, Tissue, solve};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
 use supine_pipeline::{Goal, Mesher, Refine, Summary, mesh_region, read_surfaces};
 use supine_space::{Point, Progress, Sphere, Vector};
-use supine_tetrahedralise::Params;
+use supine_tetrahedralise::{Domain, Params};
 use supine_volume::Region;
 
 /// Tetrahedra of the mesh whose displacement counts as the true one.
@@ -30,22 +30,24 @@ fn main() -> Result<()> {
     ensure!(words.len() >= 2, "bench-refine RUN N...");
     let problem = Problem::read(Path::new(&words[0]))?;
     let fine = problem.mesh(TRUE, Some(Order::Quadratic))?;
-    let truth = problem.moved(&fine, Order::Quadratic)?;
+    let truth = problem.moved(&fine, Order::Quadratic, true)?;
     let mut rows = Vec::new();
     for n in &words[1..] {
         let n: usize = n.parse()?;
         for order in [Order::Linear, Order::Quadratic] {
-            for goal in [None, Some(order)] {
+            let wishes = [(None, false), (Some(order), false), (None, true), (Some(order), true)];
+            let curved = |(_, curved): &(_, bool)| order == Order::Quadratic || !curved;
+            for (goal, curved) in wishes.into_iter().filter(curved) {
                 let (mut square, mut worst) = (0.0, f64::INFINITY);
                 for mesh in 0..MESHES {
                     let mesh = problem.mesh(n + n * mesh / 20, goal)?;
-                    let error = problem.moved(&mesh, order)? - truth;
+                    let error = problem.moved(&mesh, order, curved)? - truth;
                     square += error.norm_squared() / MESHES as f64;
                     worst = worst.min(supine_mesh::quality(&mesh).min_dihedral_deg);
                 }
                 rows.push(serde_json::json!({
                     "tetrahedra": n, "order": order.number(), "goal": goal.is_some(),
-                    "error_mm": square.sqrt(), "min_dihedral_deg": worst,
+                    "curved": curved, "error_mm": square.sqrt(), "min_dihedral_deg": worst,
                 }));
             }
         }
@@ -100,10 +102,18 @@ impl Problem {
         Ok(mesh)
     }
 
-    /// Mean displacement of the tumour, mm.
-    fn moved(&self, mesh: &TetMesh, order: Order) -> Result<Vector> {
-        let (u, _) =
-            solve(&Body::new(mesh, &self.tissue), &self.load, &solver(order), Progress::none())?;
+    /// Mean displacement of the tumour, mm, by elements straight or curved.
+    fn moved(&self, mesh: &TetMesh, order: Order, curved: bool) -> Result<Vector> {
+        let (labels, surfaces, sphere) = &self.region;
+        let offsets = if curved {
+            let region = Region::new(labels, *sphere)?.with_surfaces(surfaces.as_ref())?;
+            let domain = Domain::new(&region, &Params::default(), Progress::none())?;
+            Some(domain.curved(mesh)?.0)
+        } else {
+            None
+        };
+        let body = Body { curved: offsets.as_ref(), ..Body::new(mesh, &self.tissue) };
+        let (u, _) = solve(&body, &self.load, &solver(order), Progress::none())?;
         Ok(mean(mesh, &u, &self.tumour))
     }
 }

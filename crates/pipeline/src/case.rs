@@ -1,6 +1,8 @@
 //! The case file (TOML): as typed, and validated.
 
+mod refine;
 mod stiffness;
+pub use refine::RefineWish;
 pub use stiffness::{StiffnessMap, StiffnessWish};
 
 use crate::{Brought, Mesher, PartNames, RunError, keys};
@@ -56,38 +58,12 @@ pub struct MeshWish {
     pub tetrahedra: usize,
     /// Order of the displacement within them.
     pub order: Order,
+    /// Whether those on skin and chest wall are curved for the mechanics.
+    pub curved: bool,
     /// What makes them.
     pub mesher: Mesher,
     /// Where they are smaller.
     pub refine: RefineWish,
-}
-
-/// Where the tetrahedra are to be smaller, as asked in a case.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum RefineWish {
-    /// Nowhere.
-    #[default]
-    Nowhere,
-    /// In and around the tumour.
-    Tumour {
-        /// Longest edge wanted in it, mm.
-        edge_mm: f64,
-        /// Growth of that length with the distance from it, mm per mm.
-        growth: f64,
-    },
-    /// Where the tumour's displacement depends on it.
-    Goal,
-}
-
-impl RefineWish {
-    /// Name in case files and in the summary.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Nowhere => "none",
-            Self::Tumour { .. } => "tumour",
-            Self::Goal => "goal",
-        }
-    }
 }
 
 /// Where the seeds come from.
@@ -183,6 +159,7 @@ struct SphereFile {
 struct MeshFile {
     tetrahedra: Option<i64>,
     order: Option<i64>,
+    sides: Option<String>,
     mesher: Option<String>,
     refine: Option<String>,
     tumour_edge: Option<f64>,
@@ -253,10 +230,6 @@ struct CarryFile {
     points: Vec<PathBuf>,
 }
 
-/// Edges in the tumour when nothing else is said, mm.
-const TUMOUR_EDGE_MM: f64 = 4.0;
-/// Their growth away from it when nothing else is said, mm per mm.
-const TUMOUR_GROWTH: f64 = 0.5;
 /// The tilts a table can do; beyond them a typing error is likelier than a patient.
 const MAX_TILT_DEG: f64 = 90.0;
 
@@ -383,7 +356,7 @@ fn sphere(key: &'static str, file: &SphereFile) -> Result<Sphere, CaseError> {
 
 fn mesh_wish(file: &MeshFile) -> Result<MeshWish, CaseError> {
     let mesher = mesher("mesh.mesher", file.mesher.as_deref())?;
-    let refine = refine_wish(file)?;
+    let refine = refine::wish(file)?;
     if mesher != Mesher::Native && refine != RefineWish::Nowhere {
         let reason = format!("the mesher {} cannot: use native or leave it out", mesher.name());
         return Err(value("mesh.refine", reason));
@@ -393,41 +366,22 @@ fn mesh_wish(file: &MeshFile) -> Result<MeshWish, CaseError> {
         Some(1) => Order::Linear,
         Some(n) => return Err(value("mesh.order", format!("{n} is neither 1 nor 2"))),
     };
+    let sides = [("straight", false), ("curved", true)];
+    let curved = one_of("mesh.sides", file.sides.as_deref(), &sides)?;
+    if curved && order == Order::Linear {
+        return Err(value("mesh.sides", "only elements of order 2 can be curved"));
+    }
     let asked =
         file.tetrahedra.unwrap_or(supine_tetrahedralise::Params::default().tetrahedra as i64);
     match usize::try_from(asked) {
-        Ok(tetrahedra) if tetrahedra > 0 => Ok(MeshWish { tetrahedra, order, mesher, refine }),
+        Ok(tetrahedra) if tetrahedra > 0 => {
+            Ok(MeshWish { tetrahedra, order, curved, mesher, refine })
+        }
         _ => Err(value(
             "mesh.tetrahedra",
             format!("{asked} tetrahedra cannot be made: ask for 1000 to 100000"),
         )),
     }
-}
-
-fn refine_wish(file: &MeshFile) -> Result<RefineWish, CaseError> {
-    let default = RefineWish::Tumour { edge_mm: TUMOUR_EDGE_MM, growth: TUMOUR_GROWTH };
-    let choices = [("none", RefineWish::Nowhere), ("tumour", default), ("goal", RefineWish::Goal)];
-    let wish = one_of("mesh.refine", file.refine.as_deref(), &choices)?;
-    let given =
-        [("mesh.tumour_edge", file.tumour_edge), ("mesh.tumour_growth", file.tumour_growth)];
-    let RefineWish::Tumour { edge_mm, growth } = wish else {
-        return match given.iter().find(|(_, v)| v.is_some()) {
-            Some((key, _)) => Err(value(key, "says nothing without refine = \"tumour\"")),
-            None => Ok(wish),
-        };
-    };
-    for (key, v, range) in
-        [(given[0].0, file.tumour_edge, 0.1..=50.0), (given[1].0, file.tumour_growth, 0.05..=2.0)]
-    {
-        if let Some(v) = v.filter(|v| !range.contains(v)) {
-            let (low, high) = (range.start(), range.end());
-            return Err(value(key, format!("{v} is not between {low} and {high}")));
-        }
-    }
-    Ok(RefineWish::Tumour {
-        edge_mm: file.tumour_edge.unwrap_or(edge_mm),
-        growth: file.tumour_growth.unwrap_or(growth),
-    })
 }
 
 /// The mesher of a name, if this program was built with it.
@@ -569,6 +523,7 @@ mod tests {
         for (line, key) in [
             ("mesh = { tetrahedra = 0 }", "mesh.tetrahedra"),
             ("mesh = { order = 3 }", "mesh.order"),
+            ("mesh = { order = 1, sides = 'curved' }", "mesh.sides"),
             ("mesh = { mesher = 'magic' }", "mesh.mesher"),
             ("mesh = { refine = 'tumor' }", "mesh.refine"),
             ("mesh = { refine = 'tumour', tumour_edge = 0 }", "mesh.tumour_edge"),

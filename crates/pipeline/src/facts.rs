@@ -31,6 +31,7 @@ pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {
         surfaces: info.deviation.iter().map(surface_fit).collect(),
         dihedral_angles: spread.dihedral.to_vec(),
         radius_ratios: spread.radius_ratio.to_vec(),
+        curved: None,
         worst: spread.worst.into_iter().map(|tet| worst_tet(mesh, tet)).collect(),
     }
 }

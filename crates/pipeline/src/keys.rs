@@ -20,7 +20,10 @@ const KEYS: &[Key] = &[
     key("bed", &["ap", "lat"]),
     key("tumour", &["centre", "radius"]),
     key("region", &["centre", "radius"]),
-    key("mesh", &["tetrahedra", "order", "mesher", "refine", "tumour_edge", "tumour_growth"]),
+    key(
+        "mesh",
+        &["tetrahedra", "order", "sides", "mesher", "refine", "tumour_edge", "tumour_growth"],
+    ),
     key(
         "tissue",
         &[

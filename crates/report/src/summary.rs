@@ -357,6 +357,22 @@ pub struct Mesh {
     /// The tetrahedra with the smallest dihedral angles, worst first.
     #[serde(default)]
     pub worst: Vec<WorstTet>,
+    /// Curved sides on skin and chest wall; absent when all are straight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curved: Option<Curved>,
+}
+
+/// Nodes that lie off the straight mesh so that elements follow skin and chest wall.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Curved {
+    /// How many.
+    pub nodes: usize,
+    /// Those that do not reach their surface, for the sake of an element.
+    pub shortened: usize,
+    /// Their mean distance from the straight mesh, mm.
+    pub mean_mm: f64,
+    /// The largest, mm.
+    pub max_mm: f64,
 }
 
 /// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the labels,

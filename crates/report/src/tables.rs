@@ -294,6 +294,12 @@ fn mesh(s: &Summary) -> Table {
         "goal" => t.row("Finer", "where the tumour's displacement depends on it".into()),
         _ => {}
     }
+    if let Some(c) = &m.curved {
+        let [mean, most] = [c.mean_mm, c.max_mm].map(|d| fixed(d, 2));
+        let nodes =
+            format!("{} nodes of the elements by {mean} mm (at most {most})", count(c.nodes));
+        t.row("Curved", format!("{nodes}; {} short of their surface", count(c.shortened)));
+    }
     t.row("Unknowns", count(m.unknowns));
     t
 }

@@ -1,8 +1,10 @@
 //! The soft tissue to be meshed, and its meshes.
 
+mod curved;
 mod peers;
 mod rims;
 
+pub use curved::Curving;
 pub use peers::Shell;
 
 use crate::exactly::exactly;

@@ -1,7 +1,7 @@
 //! Why no mesh can be made.
 
 use crate::SolidError;
-use supine_mesh::MeshError;
+use supine_mesh::{DisplacementError, MeshError};
 use supine_space::{GridError, Stopped};
 use supine_volume::VolumeError;
 
@@ -102,6 +102,9 @@ pub enum Error {
     /// The surfaces it is to be made of cannot be used.
     #[error(transparent)]
     Solid(#[from] SolidError),
+    /// The surfaces give no curved shape.
+    #[error("the curved sides of the mesh make no sense, please report this with the labels: {0}")]
+    Curved(#[from] DisplacementError),
     /// The result is not a mesh.
     #[error("the mesher made a broken mesh, please report this with the labels: {0}")]
     Broken(#[from] MeshError),

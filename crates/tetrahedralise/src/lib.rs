@@ -61,7 +61,8 @@ mod tests;
 mod winding;
 
 pub use coarsen::coarsen;
-pub use domain::{Domain, Shell};
+
+pub use domain::{Curving, Domain, Shell};
 pub use error::Error;
 pub use info::{Deviation, Info};
 pub use refinement::{Near, Refinement};

@@ -1,7 +1,7 @@
 //! What a mesh made for the tumour's displacement gains.
 
 use super::{Bench, number, output, patients, run};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::fmt::Write;
 use std::process::Command;
@@ -19,16 +19,23 @@ pub(crate) fn table(bench: &Bench<'_>) -> Result<String> {
         command.arg(bench.work.join(name).join("out")).args(COUNTS);
         let found: Value = serde_json::from_str(&output(&mut command)?)?;
         let rows = found["rows"].as_array().context("no rows")?;
-        for pair in rows.chunks_exact(2) {
-            let [usual, goal] = [0, 1].map(|n| number(&pair[n], "/error_mm"));
-            let (usual, goal) = (usual?, goal?);
-            let order = if pair[0]["order"] == 1 { "linear" } else { "quadratic" };
+        for same in rows.chunk_by(|a, b| ["tetrahedra", "order"].iter().all(|k| a[k] == b[k])) {
+            let errors: Result<Vec<f64>> = same.iter().map(|r| number(r, "/error_mm")).collect();
+            let errors = errors?;
+            let linear = same[0]["order"] == 1;
+            ensure!(errors.len() == if linear { 2 } else { 4 }, "{} rows", errors.len());
+            let curved = |n: usize| errors.get(n).map_or("-".into(), |e| format!("{e:.3}"));
             writeln!(
                 page,
-                "| {name} | {:.1} | {} | {order} | {usual:.3} | {goal:.3} | {:.2} |",
+                "| {name} | {:.1} | {} | {} | {:.3} | {:.3} | {:.2} | {} | {} |",
                 number(&found, "/moved_mm")?,
-                pair[0]["tetrahedra"],
-                goal / usual
+                same[0]["tetrahedra"],
+                if linear { "linear" } else { "quadratic" },
+                errors[0],
+                errors[1],
+                errors[1] / errors[0],
+                curved(2),
+                curved(3)
             )?;
         }
     }

@@ -4,15 +4,20 @@ use super::region::Chosen;
 use super::segment::{Facts as SegmentFacts, SURFACES};
 use crate::bench::{Bench, Done, Made};
 use crate::facts::mesh_facts;
+use crate::store::Store;
 use crate::surfaces::read_surfaces;
 use crate::{Case, Goal, Refine, RefineWish, RunError, Stage, mesh_region};
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::TetMesh;
-use supine_tetrahedralise::Near;
+use supine_space::Progress;
+use supine_tetrahedralise::{Curving, Domain, Near};
 use supine_volume::{LabelMap, Region};
 
 /// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees.
 const POOR_DIHEDRAL_DEG: f64 = 10.0;
+
+/// The offsets of curved elements, as the displacement of the mesh.
+const CURVED: &str = ".stages/curved.vtu";
 
 pub(crate) fn mesh(
     bench: &mut Bench<'_>,
@@ -25,7 +30,8 @@ pub(crate) fn mesh(
         ..supine_tetrahedralise::Params::default()
     };
     let refine = refine(case);
-    let decided = format!("{params:?} {:?} {refine:?} {:?}", case.mesh.mesher, region.sphere);
+    let (mesher, curved_sides) = (case.mesh.mesher, case.mesh.curved);
+    let decided = format!("{params:?} {mesher:?} {refine:?} {curved_sides} {:?}", region.sphere);
     bench.stage(
         Stage::Mesh,
         &[&labels.key, &decided],
@@ -35,12 +41,19 @@ pub(crate) fn mesh(
                 read_surfaces(&store.path(SURFACES)?, &labels.product, progress.part(0.0, 0.1))?;
             let region = Region::new(&labels.product, region.sphere)?;
             let region = region.with_surfaces(surfaces.as_ref())?;
-            let progress = progress.part(0.1, 1.0);
+            let progress = progress.part(0.1, 0.95);
             let (mesh, info) =
                 mesh_region(&region, &params, (case.mesh.mesher, &refine), progress)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
-            let facts = mesh_facts(&mesh, &info);
+            let mut facts = mesh_facts(&mesh, &info);
             let mut warnings = info.warnings;
+            if case.mesh.curved {
+                let domain = Domain::new(&region, &params, Progress::none())?;
+                let (offsets, told) = domain.curved(&mesh)?;
+                write_vtu(&mesh, Some(&offsets), &store.path(CURVED)?)
+                    .map_err(RunError::Product)?;
+                facts.curved = Some(curved(&told));
+            }
             if facts.min_dihedral_deg < POOR_DIHEDRAL_DEG {
                 warnings.push(format!(
                     "the smallest dihedral angle is {:.1} degrees (below {POOR_DIHEDRAL_DEG}): \
@@ -51,6 +64,24 @@ pub(crate) fn mesh(
             Ok(Made { product: mesh, facts, warnings })
         },
     )
+}
+
+fn curved(told: &Curving) -> supine_report::Curved {
+    let Curving { moved: nodes, shortened, mean_mm, max_mm } = *told;
+    supine_report::Curved { nodes, shortened, mean_mm, max_mm }
+}
+
+/// How far the nodes of the elements lie off the straight mesh, when the case asks for curved ones.
+pub(super) fn read_curved(
+    store: &Store,
+    case: &Case,
+) -> Result<Option<supine_mesh::Displacement>, RunError> {
+    if !case.mesh.curved {
+        return Ok(None);
+    }
+    let path = store.path(CURVED)?;
+    let (_, offsets) = read_vtu(&path).map_err(RunError::Product)?;
+    offsets.map(Some).ok_or(RunError::NoDisplacement { path })
 }
 
 /// Where the mesh is to be finer.

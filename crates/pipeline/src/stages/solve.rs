@@ -1,6 +1,7 @@
 //! The displacement under the table's gravity.
 
 use super::import::Imported;
+use super::mesh::read_curved;
 use super::tissues::Labelled;
 use crate::bench::{Bench, Done, Made};
 use crate::facts::movement;
@@ -47,7 +48,9 @@ pub(crate) fn solve(
             let by_tissue = by_tissue(case, &mesh.product, input, tissues);
             let (values, told) = by_tissue.unzip();
             let young_kpa = values.as_deref();
-            let body = Body { young_kpa, ..Body::new(&mesh.product, &case.tissue) };
+            let offsets = read_curved(store, case)?;
+            let curved = offsets.as_ref();
+            let body = Body { young_kpa, curved, ..Body::new(&mesh.product, &case.tissue) };
             let part = progress.part(0.0, if young_interval_kpa.is_some() { 0.4 } else { 1.0 });
             let (displacement, info) = supine_fem::solve(&body, &load, &params, part)?;
             let path = store.path("mesh/deformed.vtu")?;

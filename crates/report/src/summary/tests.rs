@@ -121,6 +121,7 @@ pub(crate) fn example() -> Summary {
             cut_mm2: 12_345.0,
             source_volume_ml: 729.3,
             joined_patches: 2,
+            curved: None,
             surfaces: vec![SurfaceFit {
                 tag: "skin".into(),
                 mean_mm: 0.04,
