@@ -11,16 +11,16 @@
     reason = "a measurement reads its input and tells its result"
 )]
 
+mod reference;
+
 use anyhow::{Context, Result, bail, ensure};
 use ndarray::{Array1, Array2};
-use ndarray_npy::{NpzReader, ReadNpzError};
-use rustix::time::{ClockId, clock_gettime};
+use ndarray_npy::ReadNpzError;
+use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::json;
-use std::fs::File;
-use std::path::{Path, PathBuf};
 use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, sensitivity, solve, unload};
-use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
-use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
+use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
+use supine_space::{Point, Progress, Vector, sitting, supine};
 
 /// A solution is repeated until so much time went by, at most so often; the median counts.
 const ENOUGH_S: f64 = 1.0;
@@ -33,11 +33,7 @@ fn main() -> Result<()> {
     let [reference, mesh, order, field, tolerance] = &words[..] else {
         bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE");
     };
-    let order = match order.as_str() {
-        "1" => Order::Linear,
-        "2" => Order::Quadratic,
-        other => bail!("order {other} is neither 1 nor 2"),
-    };
+    let order = self::order(order)?;
     let reference = Reference(reference.into());
     let problem = reference.problem(mesh, order, field)?;
     let before_mb = memory_mb("VmRSS")?;
@@ -108,49 +104,7 @@ impl Problem {
     }
 }
 
-/// The folder of the reference's arrays.
-struct Reference(PathBuf);
-
 impl Reference {
-    fn open(&self, name: &str) -> Result<NpzReader<File>> {
-        let path = self.0.join(format!("{name}.npz"));
-        let file = File::open(&path).with_context(|| path.display().to_string())?;
-        Ok(NpzReader::new(file)?)
-    }
-
-    fn fields(&self, mesh: &str, order: Order) -> Result<Option<NpzReader<File>>> {
-        let name = format!("fields_{mesh}_P{}", order.number());
-        let stored = self.0.join(format!("{name}.npz")).is_file();
-        if stored { self.open(&name).map(Some) } else { Ok(None) }
-    }
-
-    fn mesh(&self, name: &str) -> Result<TetMesh> {
-        let mut file = self.open(&format!("mesh_{name}"))?;
-        let nodes: Array2<f64> = file.by_name("nodes")?;
-        let tets: Array2<i32> = file.by_name("tets")?;
-        let tris: Array2<i32> = file.by_name("tris")?;
-        let tags: Array1<i8> = file.by_name("tags")?;
-        let corner = |n: i32| u32::try_from(n).context("a node below 0");
-        let tet = |t: usize| -> Result<[u32; 4]> {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| corner(tets[(t, k)]));
-            Ok([a?, b?, c?, d?])
-        };
-        let face = |f: usize| -> Result<BoundaryFace> {
-            let [a, b, c] = [0, 1, 2].map(|k| corner(tris[(f, k)]));
-            // The arrays number the tags 1 chest wall, 2 skin, 3 cut.
-            let tag = match tags[f] {
-                1 => BoundaryTag::ChestWall,
-                2 => BoundaryTag::Skin,
-                3 => BoundaryTag::Cut,
-                other => bail!("tag {other}"),
-            };
-            Ok(BoundaryFace { points: [a?, b?, c?], tag })
-        };
-        let tets = (0..tets.nrows()).map(tet).collect::<Result<_>>()?;
-        let faces = (0..tris.nrows()).map(face).collect::<Result<_>>()?;
-        Ok(TetMesh::new(rows(&nodes).into_iter().map(Point::from).collect(), tets, faces)?)
-    }
-
     /// The problem whose solution is the field of that name.
     fn problem(&self, mesh: &str, order: Order, field: &str) -> Result<Problem> {
         let words: Vec<&str> = field.split('_').collect();
@@ -172,7 +126,7 @@ impl Reference {
             _ => bail!("{field} is no field of one solution"),
         }
         let target = match pose {
-            "tilt" => BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity(),
+            "tilt" => reference::tilt(),
             "sit" => sitting(),
             "X" => supine(),
             _ => bail!("{field} is no field of one solution"),
@@ -244,22 +198,4 @@ impl Reference {
         let square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         Ok(Some([square.sqrt(), errors.into_iter().fold(0.0, f64::max)]))
     }
-}
-
-fn rows(array: &Array2<f64>) -> Vec<[f64; 3]> {
-    array.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect()
-}
-
-/// CPU time of this process, s.
-fn cpu_s() -> f64 {
-    let now = clock_gettime(ClockId::ProcessCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// A line of what the system says of this process' memory, MB.
-fn memory_mb(line: &str) -> Result<f64> {
-    let status = std::fs::read_to_string(Path::new("/proc/self/status"))?;
-    let line = status.lines().find_map(|l| l.strip_prefix(line)?.strip_prefix(':'));
-    let kib: f64 = line.context("no such line")?.trim().trim_end_matches("kB").trim().parse()?;
-    Ok(kib * 1.024e-3)
 }

@@ -5,6 +5,7 @@
 //! (which belongs to the developers, not to the users) and writes the page.
 
 mod agreement;
+mod applicator;
 mod cut;
 mod mechanics;
 mod mesh;
@@ -62,8 +63,8 @@ pub(crate) enum Measured {
     Segment,
     /// The mesher beside CGAL, gmsh and MMG; installs them.
     Mesh,
-    /// The mechanics beside dolfinx and felupe, which it installs, its convergence and its agreement with
-    /// stored solutions.
+    /// The mechanics beside dolfinx and felupe, which it installs, its convergence, its agreement with
+    /// stored solutions, and an applicator's steps.
     Mechanics,
     /// What stands for the tissue beyond the sphere.
     Cut,
@@ -112,11 +113,16 @@ pub(crate) fn verify(house: &House) -> Result<()> {
     Ok(())
 }
 
-/// Cost, convergence and agreement of the mechanics.
+/// Cost, convergence and agreement of the mechanics, and the applicator.
 fn mechanics(bench: &Bench<'_>) -> Result<String> {
     let mechanics = Mechanics::open(bench)?;
-    let cost = mechanics.cost()?;
-    Ok([cost, agreement::convergence(&mechanics)?, agreement::agreement(&mechanics)?].concat())
+    Ok([
+        mechanics.cost()?,
+        agreement::convergence(&mechanics)?,
+        agreement::agreement(&mechanics)?,
+        applicator::table(&mechanics)?,
+    ]
+    .concat())
 }
 
 /// The pictures of the fixture patient's report that the documents show.

@@ -33,14 +33,15 @@ const PLOT: &str = "plots/mechanics-cost.svg";
 /// The mechanics on the reference problems.
 pub(super) struct Mechanics<'a> {
     pub(super) bench: &'a Bench<'a>,
-    binary: PathBuf,
+    binaries: PathBuf,
 }
 
 impl<'a> Mechanics<'a> {
     pub(super) fn open(bench: &'a Bench<'a>) -> Result<Self> {
-        let build = ["build", "--release", "-p", "supine-benches", "--bin", "bench-mechanics"];
-        run(Command::new("cargo").args(build))?;
-        Ok(Self { bench, binary: bench.house.target.join("release/bench-mechanics") })
+        let build = ["build", "--release", "-p", "supine-benches"];
+        let binaries = ["--bin", "bench-mechanics", "--bin", "bench-applicator"];
+        run(Command::new("cargo").args(build).args(binaries))?;
+        Ok(Self { bench, binaries: bench.house.target.join("release") })
     }
 
     fn reference(&self) -> PathBuf {
@@ -49,9 +50,17 @@ impl<'a> Mechanics<'a> {
 
     /// Our solution of a problem to a relative residual: what `bench-mechanics` says.
     pub(super) fn own(&self, mesh: &str, order: u8, field: &str, goal: f64) -> Result<Value> {
-        let mut own = Command::new(&self.binary);
+        let mut own = Command::new(self.binaries.join("bench-mechanics"));
         own.env("RAYON_NUM_THREADS", "1").arg(self.reference());
         own.arg(mesh).arg(order.to_string()).arg(field).arg(goal.to_string());
+        Ok(serde_json::from_str(&output(&mut own)?)?)
+    }
+
+    /// An applicator on one of its paths: what `bench-applicator` says.
+    pub(super) fn applied(&self, mesh: &str, order: u8, path: u8) -> Result<Value> {
+        let mut own = Command::new(self.binaries.join("bench-applicator"));
+        own.env("RAYON_NUM_THREADS", "1").arg(self.reference());
+        own.arg(mesh).arg(order.to_string()).arg(path.to_string());
         Ok(serde_json::from_str(&output(&mut own)?)?)
     }
 
@@ -75,7 +84,7 @@ impl<'a> Mechanics<'a> {
             lines.push(line(peer, n + 1));
         }
         self.beside(&mut page, &mut lines)?;
-        page += &GROWTH_TEXT.replace("{plot}", PLOT);
+        page += &GROWTH_TEXT.replace("{plot}", &format!("![CPU seconds against unknowns]({PLOT})"));
         self.growth(&mut page, &mut lines[0])?;
         let plot = svg(&[Panel {
             title: "Cold solution, tilt, linear tetrahedra",

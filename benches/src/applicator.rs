@@ -1,0 +1,129 @@
+//! An applicator moved through the reference breast, step by step: its cost and its error:
+//! `bench-applicator REFERENCE MESH ORDER PATH`, JSON on stdout.
+//!
+//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten shifts) or 2
+//! (turning). The answers that a step starts from are renewed at the place before, as a second thread would;
+//! that time is told apart.
+#![expect(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a measurement reads its input and tells its result"
+)]
+
+mod reference;
+
+use anyhow::{Result, bail, ensure};
+use ndarray_npy::ReadNpzError;
+use reference::{Reference, cpu_s, memory_mb, order, rows};
+use serde_json::json;
+use supine_fem::{Applicator, Body, Cut, Load, Params, Pose, SphereOnShaft, Tissue};
+use supine_space::{Point, Progress, Vector, supine};
+
+/// The sphere of the reference in the tilted breast.
+const SPHERE: SphereOnShaft = SphereOnShaft {
+    centre: Point::new(96.689_502_2, -111.251_350_18, 0.0),
+    radius_mm: 20.0,
+    shaft: None,
+};
+const STEPS: usize = 10;
+/// The path is gone so often; of each step the median time counts.
+const RUNS: usize = 5;
+/// Relative residual of the solutions that the steps and the stored fields are compared with.
+const SETTLED: f64 = 1e-10;
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [folder, mesh, number, path] = &words[..] else {
+        bail!("bench-applicator REFERENCE MESH ORDER PATH");
+    };
+    let reference = Reference(folder.into());
+    let (body, tissue) = (reference.mesh(mesh)?, Tissue::default());
+    let load = Load { ct: supine(), target: reference::tilt() };
+    let order = order(number)?;
+    let params = Params { order, cut: Cut::Free, tolerance: SETTLED, ..Params::default() };
+    let attach = || {
+        let body = Body::new(&body, &tissue);
+        Applicator::attach(&body, &load, &params, &SPHERE, Progress::none())
+    };
+    let (mut settled, _) = attach()?;
+    let mut exact = Vec::new();
+    let (mut off, mut stored) = (0.0f64, 0);
+    for step in 1..=STEPS {
+        settled.settle(&pose(path, step)?, SETTLED, Progress::none())?;
+        let u = settled.displacement()?.values().to_vec();
+        let field = format!("app{path}_b{step}");
+        if let Some(found) = stored_field(&reference, (mesh, number), &field)? {
+            ensure!(found.len() == u.len(), "{field} has {} nodes", found.len());
+            off = off.max(largest_difference(&u, &found));
+            stored += 1;
+        }
+        exact.push(u);
+    }
+    let (mut times, mut renewals) = (vec![Vec::new(); STEPS], Vec::new());
+    let (mut corrections, mut error, mut anew) = (0, 0.0f64, 0);
+    for _ in 0..RUNS {
+        let (mut live, _) = attach()?;
+        for step in 1..=STEPS {
+            let pose = pose(path, step)?;
+            let start = cpu_s();
+            let made = live.step(&pose)?;
+            times[step - 1].push(1e3 * (cpu_s() - start));
+            corrections += made.corrections;
+            anew += usize::from(made.anew);
+            error = error.max(largest_difference(live.displacement()?.values(), &exact[step - 1]));
+            let start = cpu_s();
+            live.renew()?;
+            renewals.push(1e3 * (cpu_s() - start));
+        }
+    }
+    let mut steps: Vec<f64> = times.iter_mut().map(|times| median(times)).collect();
+    let result = json!({
+        "coupled": settled.coupled_nodes(),
+        "median_ms": median(&mut steps),
+        "worst_ms": steps.iter().copied().fold(0.0, f64::max),
+        "renewal_ms": median(&mut renewals),
+        "corrections": corrections as f64 / (RUNS * STEPS) as f64,
+        "anew": anew,
+        "error_mm": error,
+        "peak_mb": memory_mb("VmHWM")?,
+        "stored": stored,
+        "off": if stored > 0 { Some(off) } else { None },
+    });
+    println!("{result}");
+    Ok(())
+}
+
+/// The pose after so many steps of a path: shift (mm), and turn about +y through the centre.
+fn pose(path: &str, step: usize) -> Result<Pose> {
+    let k = step as f64;
+    let (shift, turn_deg) = match path {
+        "1" => (Vector::repeat(0.5 * k), 0.0f64),
+        "2" => (Vector::new(k.min(5.0), 0.0, -(k - 5.0).max(0.0)), 2.0 * k),
+        other => bail!("path {other} is neither 1 nor 2"),
+    };
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector::y() * turn_deg.to_radians());
+    let turn = Pose::rotation_wrt_point(turn, SPHERE.centre);
+    Ok(Pose::translation(shift.x, shift.y, shift.z) * turn)
+}
+
+fn stored_field(
+    reference: &Reference,
+    (mesh, number): (&str, &str),
+    field: &str,
+) -> Result<Option<Vec<Vector>>> {
+    let Some(mut stored) = reference.fields(mesh, order(number)?)? else { return Ok(None) };
+    match stored.by_name::<ndarray::OwnedRepr<f64>, ndarray::Ix2>(field) {
+        Ok(stored) => Ok(Some(rows(&stored).into_iter().map(Vector::from).collect())),
+        Err(ReadNpzError::Zip(_)) => Ok(None),
+        Err(other) => Err(other.into()),
+    }
+}
+
+fn largest_difference(a: &[Vector], b: &[Vector]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
