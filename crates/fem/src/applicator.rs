@@ -13,6 +13,9 @@ use supine_space::{Point, Progress, Vector};
 /// How a rigid body lies: what moves it from where it was attached to where it is (LPS, mm).
 pub type Pose = nalgebra::Isometry3<f64>;
 
+/// Nodes this close to the surface, as a share of the applicator's size, lie on it.
+const ON_SURFACE: f64 = 1e-4;
+
 /// How a step went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
@@ -270,8 +273,9 @@ impl Job<'_> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
         let settled = self.settle(&positions, &held, shape, progress)?;
         let at = |n: usize| Point::from(positions[n] + settled.u[n] - settled.to_ct[n]);
+        let close = ON_SURFACE * rigid.size_mm();
         let inside: Vec<bool> =
-            (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= 0.0).collect();
+            (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= close).collect();
         if !inside.contains(&true) {
             return Err(Error::ApplicatorOutside { centre: rigid.centre().coords.into() });
         }

@@ -9,11 +9,11 @@ const SIDE_MM: f64 = 60.0;
 const TOLERANCE: f64 = 1e-11;
 
 fn sphere() -> SphereOnShaft {
-    SphereOnShaft { centre: Point::new(30.0, 30.0, 32.0), radius_mm: 14.0, shaft: None }
+    SphereOnShaft { centre: Point::new(30.0, 30.0, 32.0), radius_mm: 16.0, shaft: None }
 }
 
 fn attach(order: Order, rest: RestState, rigid: &dyn RigidBody) -> Result<Applicator, Error> {
-    let mesh = block([6; 3], SIDE_MM / 6.0, 0.1);
+    let mesh = block([4; 3], SIDE_MM / 4.0, 0.1);
     let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
@@ -93,8 +93,8 @@ fn a_large_step_is_made_in_parts() {
         let made = steps.step(&far).unwrap();
         assert!(made.anew);
         let mut small = attached(order);
-        for k in 1..=24 {
-            let part = Pose::identity().lerp_slerp(&far, f64::from(k) / 24.0);
+        for k in 1..=8 {
+            let part = Pose::identity().lerp_slerp(&far, f64::from(k) / 8.0);
             small.settle(&part, TOLERANCE, Progress::none()).unwrap();
         }
         let [a, b] = [&steps, &small].map(|a| a.displacement().unwrap());
@@ -148,6 +148,53 @@ fn factors_renewed_beside_the_steps_leave_the_steps_right() {
             let [a, b] = [&live, &exact].map(|a| a.displacement().unwrap());
             let apart = a.values().iter().zip(b.values()).map(|(a, b)| (a - b).norm());
             assert!(apart.fold(0.0, f64::max) < 0.01, "step {k}");
+        }
+    }
+}
+
+#[test]
+fn any_closed_surface_holds_the_nodes_within_it() {
+    let corner = |n: u32| {
+        let side = |bit: u32| if n >> bit & 1 == 1 { 44.0 } else { 16.0 };
+        Point::new(side(0), side(1), side(2))
+    };
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let surface = supine_mesh::TriSurface::new((0..8).map(corner).collect(), triangles).unwrap();
+    let cuboid = supine_mesh::SurfaceDistance::new(surface);
+    assert_eq!(
+        (cuboid.centre(), cuboid.distance(&Point::new(30.0, 30.0, 30.0))),
+        (Point::new(30.0, 30.0, 30.0), -14.0)
+    );
+    let mut applicator = attach(Order::Linear, RestState::Net, &cuboid).unwrap();
+    // The middle points of the block, some a little off.
+    assert!((1..=27).contains(&applicator.coupled_nodes()), "{}", applicator.coupled_nodes());
+    applicator.step(&Pose::translation(1.0, 2.0, 0.0)).unwrap();
+    assert!(applicator.reaction().force_n.dot(&Vector::new(1.0, 2.0, 0.0)) < 0.0);
+}
+
+#[test]
+fn points_are_moved_onto_the_surface() {
+    let mesh = block([6; 3], SIDE_MM / 6.0, 0.1);
+    let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
+    let load = Load { ct: supine(), target: sitting() };
+    let body = Body::new(&mesh, &tissue);
+    let params = Params { order: Order::Linear, ..Params::default() };
+    let near = |mesh: &TetMesh| {
+        let body = Body { mesh, ..body };
+        let (u, _) = crate::solve(&body, &load, &params, Progress::none()).unwrap();
+        let moved = mesh.points().iter().zip(u.values());
+        moved.filter(|(p, u)| sphere().distance(&(**p + **u)).abs() < 1.6e-3).count()
+    };
+    let (snapped, moved) =
+        crate::snapped(&body, &load, &params, &sphere(), Progress::none()).unwrap();
+    assert_eq!(snapped.tets(), mesh.tets());
+    let (before, after) = (near(&mesh), near(&snapped));
+    assert!(before < 2 && after >= 12 && moved == after, "{before} {after} {moved}");
+    for (t, face) in snapped.boundary().iter().enumerate() {
+        for p in face.points {
+            assert_eq!(snapped.points()[p as usize], mesh.points()[p as usize], "{t}");
         }
     }
 }

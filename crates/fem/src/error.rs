@@ -63,6 +63,9 @@ pub enum Error {
         /// Which one.
         tet: usize,
     },
+    /// A mesh with moved points is none.
+    #[error(transparent)]
+    Mesh(#[from] supine_mesh::MeshError),
     /// The displacement does not fit the mesh.
     #[error(transparent)]
     Displacement(#[from] supine_mesh::DisplacementError),

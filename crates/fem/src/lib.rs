@@ -37,6 +37,7 @@ mod quasi_newton;
 mod rest;
 mod rigid;
 mod sensitivity;
+mod snap;
 #[cfg(test)]
 mod solve_tests;
 mod support;
@@ -52,6 +53,7 @@ pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
+pub use snap::snapped;
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
 use pattern::{Pattern, Storage};

@@ -1,5 +1,6 @@
 //! Rigid bodies that hold tissue.
 
+use supine_mesh::SurfaceDistance;
 use supine_space::{Point, Vector};
 
 /// A rigid body, by the distance from its surface.
@@ -49,6 +50,23 @@ impl RigidBody for SphereOnShaft {
 
     fn size_mm(&self) -> f64 {
         self.radius_mm
+    }
+}
+
+/// Any closed surface, as read from a file; it turns about the middle of its box.
+impl RigidBody for SurfaceDistance {
+    fn distance(&self, place: &Point) -> f64 {
+        self.at(place)
+    }
+
+    fn centre(&self) -> Point {
+        let (low, high) = self.surface().bounds();
+        low + (high - low) / 2.0
+    }
+
+    fn size_mm(&self) -> f64 {
+        let (low, high) = self.surface().bounds();
+        (high - low).norm() / 2.0
     }
 }
 

@@ -8,6 +8,7 @@ mod embedding;
 mod locate;
 mod motion;
 mod quality;
+mod surface_distance;
 mod tet_mesh;
 mod transfer;
 mod tri_surface;
@@ -21,6 +22,7 @@ pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,
 };
+pub use surface_distance::SurfaceDistance;
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
 pub use transfer::transfer;
 pub use tri_surface::{SurfaceError, TriSurface};
