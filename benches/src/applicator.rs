@@ -3,7 +3,7 @@
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten shifts) or 2
 //! (turning). The answers that a step starts from are renewed at the place before, as a second thread would;
-//! that time is told apart.
+//! that time is told apart. PATH `surface` tells instead what points moved onto the sphere buy at the probes.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -11,6 +11,7 @@
 )]
 
 mod reference;
+mod surface;
 
 use anyhow::{Result, bail, ensure};
 use ndarray_npy::ReadNpzError;
@@ -45,6 +46,10 @@ fn main() -> Result<()> {
         let body = Body::new(&body, &tissue);
         Applicator::attach(&body, &load, &params, &SPHERE, Progress::none())
     };
+    if path == "surface" {
+        println!("{}", surface::measure(&reference, &Body::new(&body, &tissue), &load, &params)?);
+        return Ok(());
+    }
     let (mut settled, _) = attach()?;
     let mut exact = Vec::new();
     let (mut off, mut stored) = (0.0f64, 0);
