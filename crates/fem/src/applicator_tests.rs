@@ -94,12 +94,41 @@ fn a_large_step_is_made_in_parts() {
         assert!(made.anew);
         let mut small = attached(order);
         for k in 1..=8 {
-            let part = Pose::identity().lerp_slerp(&far, f64::from(k) / 8.0);
+            let share = f64::from(k) / 8.0;
+            let part =
+                pose([12.0, 9.0, -8.0].map(|v| share * v), [0.4, 0.0, 0.5].map(|v| share * v));
             small.settle(&part, TOLERANCE, Progress::none()).unwrap();
         }
         let [a, b] = [&steps, &small].map(|a| a.displacement().unwrap());
         let apart = a.values().iter().zip(b.values()).map(|(a, b)| (a - b).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-4);
+    }
+}
+
+/// On the way of a part the centre goes straight, wherever the frame's origin lies.
+#[test]
+fn parts_of_a_way_go_straight() {
+    let applicator = attached(Order::Linear);
+    let (from, to) =
+        (pose([1.0, 0.0, 0.0], [0.1, 0.0, 0.0]), pose([1.0, 4.0, 0.0], [0.1, 3.0, 0.0]));
+    either!(&applicator.coupling, c => {
+        for (share, end) in [(0.0, &from), (1.0, &to)] {
+            let apart = c.site.between(&from, &to, share).to_matrix() - end.to_matrix();
+            assert!(apart.norm() < 1e-12, "{share}: {apart}");
+        }
+        let half = c.site.between(&from, &to, 0.5).transform_point(&sphere().centre);
+        assert!((half - sphere().centre - Vector::new(1.0, 2.0, 0.0)).norm() < 1e-12, "{half}");
+    });
+}
+
+/// A half turn has no shorter way: it is gone about some axis, or refused.
+#[test]
+fn a_half_turn_does_not_end_the_program() {
+    let mut applicator = attached(Order::Linear);
+    let half = pose([0.0; 3], [0.0, 0.0, std::f64::consts::PI]);
+    match applicator.step(&half) {
+        Ok(step) => assert!(step.anew),
+        Err(error) => assert!(matches!(error, Error::ApplicatorStuck { .. }), "{error}"),
     }
 }
 

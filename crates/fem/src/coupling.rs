@@ -9,6 +9,7 @@ use crate::pattern::Pattern;
 use crate::quasi_newton::Memory;
 use crate::rest::Settled;
 use crate::tangent::Tangent;
+use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 use supine_space::{Progress, Vector};
 
@@ -105,6 +106,15 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         let shift = self.centre_at(to) - self.centre_at(from);
         let turn = (to.rotation * from.rotation.inverse()).scaled_axis() * self.size_mm;
         [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+    }
+
+    /// A share of the way: the centre on a straight line, the turn about one axis.
+    pub(crate) fn between(&self, from: &Pose, to: &Pose, share: f64) -> Pose {
+        let motion = self.motion(from, to).map(|v| share * v);
+        let [shift, turn] = [0, 3].map(|k| Vector::new(motion[k], motion[k + 1], motion[k + 2]));
+        let turn = UnitQuaternion::from_scaled_axis(turn / self.size_mm);
+        let turned = Pose::rotation_wrt_point(turn, self.centre_at(from).into());
+        Pose::translation(shift.x, shift.y, shift.z) * turned * from
     }
 
     fn centre_at(&self, pose: &Pose) -> Vector {
@@ -337,7 +347,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         let mut corrections = 0;
         while share < 1.0 {
             let next = (share + part).min(1.0);
-            let between = if next < 1.0 { first.lerp_slerp(pose, next) } else { *pose };
+            let between = if next < 1.0 { site.between(&first, pose, next) } else { *pose };
             let answers = site.answers(&self.place, self.spare.take())?;
             if let Some(answers) = answers {
                 self.adopt(answers);
