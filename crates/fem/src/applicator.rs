@@ -3,9 +3,7 @@
 use crate::coupling::{Answers, Coupling, Place, Site};
 use crate::newton::Halt;
 use crate::rigid::RigidBody;
-use crate::tangent::Tangent;
 use crate::{Body, Error, Info, Job, Load, Params, checked};
-use std::sync::Arc;
 use std::thread::JoinHandle;
 use supine_mesh::{Displacement, Edges, Order, TetMesh};
 use supine_space::{Point, Progress, Vector};
@@ -47,7 +45,7 @@ pub struct Applicator {
     mesh: TetMesh,
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
-    beside: Option<JoinHandle<Either<Option<Answers>, Option<Answers>>>>,
+    beside: Option<JoinHandle<Option<Answers>>>,
 }
 
 /// The same for linear and for quadratic elements.
@@ -112,11 +110,7 @@ impl Applicator {
         check(pose)?;
         self.take_renewal(false);
         let made = either!(&mut self.coupling, c => c.step(pose));
-        self.told(made.map(|m| Step {
-            corrections: m.corrections,
-            error_mm: m.error_mm,
-            anew: m.anew,
-        }))
+        self.told(made)
     }
 
     /// Moves the applicator to `pose` as [`Applicator::step`] does, to the last digits and in its own time:
@@ -132,11 +126,7 @@ impl Applicator {
     ) -> Result<Step, Error> {
         check(pose)?;
         let made = either!(&mut self.coupling, c => c.settle(pose, tolerance, progress));
-        self.told(made.map(|m| Step {
-            corrections: m.corrections,
-            error_mm: m.error_mm,
-            anew: m.anew,
-        }))
+        self.told(made)
     }
 
     /// Renews the factor and the linear answers at the present pose.
@@ -162,23 +152,12 @@ impl Applicator {
         if self.beside.is_some() {
             return;
         }
-        fn work<const N: usize, const Q: usize>(
-            c: &mut Coupling<N, Q>,
-        ) -> impl FnOnce() -> Option<Answers> + Send + 'static {
+        let thread = either!(&mut self.coupling, c => {
             let (site, place, spare) = (c.site.clone(), c.place.clone(), c.take_spare());
             // Without memory the old answers serve on.
-            move || renewed(&site, &place, spare)
-        }
-        self.beside = Some(match &mut self.coupling {
-            Either::Linear(c) => {
-                let work = work(c);
-                std::thread::spawn(move || Either::Linear(work()))
-            }
-            Either::Quadratic(c) => {
-                let work = work(c);
-                std::thread::spawn(move || Either::Quadratic(work()))
-            }
+            std::thread::spawn(move || site.answers(&place, spare).ok().flatten())
         });
+        self.beside = Some(thread);
     }
 
     /// Takes what another thread renewed, if it is there or `wait` is set.
@@ -186,9 +165,7 @@ impl Applicator {
         let Some(thread) = self.beside.take_if(|thread| wait || thread.is_finished()) else {
             return;
         };
-        let Ok(answers) = thread.join() else { return };
-        let answers = either!(answers, answers => answers);
-        if let Some(answers) = answers {
+        if let Ok(Some(answers)) = thread.join() {
             either!(&mut self.coupling, c => c.adopt(answers));
         }
     }
@@ -234,14 +211,6 @@ impl Drop for Applicator {
     }
 }
 
-fn renewed<const N: usize, const Q: usize>(
-    site: &Arc<Site<N, Q>>,
-    place: &Place,
-    spare: Option<Tangent>,
-) -> Option<Answers> {
-    site.answers(place, spare).ok().flatten()
-}
-
 fn reaction<const N: usize, const Q: usize>(site: &Site<N, Q>, place: &Place) -> Reaction {
     let mut sum = Reaction { force_n: Vector::zeros(), moment_n_mm: Vector::zeros() };
     // A place is an equilibrium: no element of it is turned inside out.
@@ -272,7 +241,9 @@ impl Job<'_> {
     ) -> Result<(Coupling<N, Q>, Info), Error> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
         let settled = self.settle(&positions, &held, shape, progress)?;
-        let at = |n: usize| Point::from(positions[n] + settled.u[n] - settled.to_ct[n]);
+        let from_ct: Vec<Vector> =
+            settled.u.iter().zip(&settled.to_ct).map(|(u, ct)| u - ct).collect();
+        let at = |n: usize| Point::from(positions[n] + from_ct[n]);
         let close = ON_SURFACE * rigid.size_mm();
         let inside: Vec<bool> =
             (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= close).collect();
@@ -284,8 +255,8 @@ impl Job<'_> {
             return Err(Error::NothingFree);
         }
         let mut info = settled.info.clone();
-        info.max_displacement_mm =
-            settled.u.iter().zip(&settled.to_ct).map(|(u, ct)| (u - ct).norm()).fold(0.0, f64::max);
+        self.warn::<N>(&positions, &from_ct, &mut info);
+        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
         let force = self.load.ct * self.body.tissue.weight();
         let gravity = settled.model.elements.load(held.len(), force);
         let weight = crate::newton::norm(&gravity);

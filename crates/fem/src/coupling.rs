@@ -1,6 +1,6 @@
 //! Tissue that follows a rigid body: steps from one pose to the next.
 
-use crate::applicator::Pose;
+use crate::applicator::{Pose, Step};
 use crate::curved::Straightening;
 use crate::linear::OutOfMemory;
 use crate::model::Model;
@@ -76,15 +76,6 @@ struct Lesson {
     motion: [f64; MOTIONS],
     /// What its prediction lacked.
     lack: Vec<f64>,
-}
-
-/// How a step was made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Made {
-    pub(crate) corrections: usize,
-    pub(crate) error_mm: f64,
-    /// By Newton's method, since corrections did not suffice.
-    pub(crate) anew: bool,
 }
 
 /// The tissue around a rigid body that moves.
@@ -196,7 +187,7 @@ fn largest(unknowns: &[f64]) -> f64 {
 }
 
 impl<const N: usize, const Q: usize> Coupling<N, Q> {
-    /// Begins at the equilibrium without the body; `None` when the stiffness there has no factor.
+    /// Begins at the equilibrium without the body, which couples the nodes `inside`, none of them `held`; `None` when the stiffness there has no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
@@ -209,15 +200,14 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     ) -> Result<Option<Self>, OutOfMemory> {
         let Settled { model, load, to_ct, u, .. } = settled;
         let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
-        let coupled = |n: usize| inside[n] && !held[n];
         let all = 0..held.len();
         let around =
-            |e: &u32| model.elements.nodes[*e as usize].iter().any(|&n| coupled(n as usize));
+            |e: &u32| model.elements.nodes[*e as usize].iter().any(|&n| inside[n as usize]);
         let around = (0..model.elements.nodes.len() as u32).filter(around).collect();
         let held: Vec<bool> = all.clone().map(|n| held[n] || inside[n]).collect();
         let pattern =
             Arc::new(Pattern::new(&model.elements.nodes, &held, crate::pattern::Storage::Lower));
-        let coupled = all.filter(|&n| coupled(n)).map(|n| (n as u32, rest[n] + u[n])).collect();
+        let coupled = all.filter(|&n| inside[n]).map(|n| (n as u32, rest[n] + u[n])).collect();
         let site = Arc::new(Site {
             model,
             load,
@@ -252,7 +242,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
-    pub(crate) fn step(&mut self, pose: &Pose) -> Result<Made, Halt> {
+    pub(crate) fn step(&mut self, pose: &Pose) -> Result<Step, Halt> {
         if let Some((place, made)) = self.corrected(pose) {
             self.place = place;
             return Ok(made);
@@ -263,7 +253,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
 
     /// The new place by prediction and corrections with the factor at hand; `None` when they do not reach
     /// it.
-    fn corrected(&mut self, pose: &Pose) -> Option<(Place, Made)> {
+    fn corrected(&mut self, pose: &Pose) -> Option<(Place, Step)> {
         let motion = self.site.motion(&self.place.pose, pose);
         let (mut u, curvature) = self.predicted(pose, &motion);
         let mut memory = Memory::default();
@@ -299,7 +289,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             let error_mm = size * left / (1.0 - left).max(0.1);
             if error_mm <= ERROR_MM {
                 self.lesson = Some(Lesson { motion, lack });
-                let made = Made { corrections, error_mm, anew: false };
+                let made = Step { corrections, error_mm, anew: false };
                 return Some((Place { pose: *pose, u }, made));
             }
             last = size;
@@ -341,15 +331,17 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         pose: &Pose,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Made, Halt> {
+    ) -> Result<Step, Halt> {
         let (first, site) = (self.place.pose, self.site.clone());
         let (mut share, mut part) = (0.0, 1.0f64);
         let mut corrections = 0;
         while share < 1.0 {
             let next = (share + part).min(1.0);
             let between = if next < 1.0 { site.between(&first, pose, next) } else { *pose };
-            let answers = site.answers(&self.place, self.spare.take())?;
-            if let Some(answers) = answers {
+            // A shorter part starts from the same place.
+            if self.answers.pose != self.place.pose
+                && let Some(answers) = site.answers(&self.place, self.spare.take())?
+            {
                 self.adopt(answers);
             }
             self.lesson = None;
@@ -365,6 +357,6 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 Err(other) => return Err(other),
             }
         }
-        Ok(Made { corrections, error_mm: 0.0, anew: true })
+        Ok(Step { corrections, error_mm: 0.0, anew: true })
     }
 }

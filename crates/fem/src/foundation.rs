@@ -154,21 +154,14 @@ fn cut_faces(mesh: &TetMesh) -> Vec<(usize, [usize; 3])> {
 /// Thickness of the tissue at each point of the cut, mm: the way to the nearest point of the chest wall
 /// and that to the nearest point of the skin. Infinite where the mesh has no wall or no skin.
 fn cut_thickness(mesh: &TetMesh) -> BTreeMap<u32, f64> {
-    let of = |tag: BoundaryTag| {
-        let faces = mesh.boundary().iter().filter(move |f| f.tag == tag);
-        let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
-        points.sort_unstable();
-        points.dedup();
-        points
-    };
     let at = |p: u32| mesh.points()[p as usize];
     let sides = [BoundaryTag::ChestWall, BoundaryTag::Skin]
-        .map(|tag| of(tag).into_iter().map(at).collect::<Vec<Point>>());
+        .map(|tag| mesh.points_on(tag).into_iter().map(at).collect::<Vec<Point>>());
     let way = |from: Point, to: &[Point]| {
         to.iter().map(|p| (p - from).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()
     };
     let thickness = |p: u32| sides.each_ref().map(|side| way(at(p), side)).iter().sum();
-    of(BoundaryTag::Cut).into_iter().map(|p| (p, thickness(p))).collect()
+    mesh.points_on(BoundaryTag::Cut).into_iter().map(|p| (p, thickness(p))).collect()
 }
 
 #[cfg(test)]

@@ -65,10 +65,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         for (e, q) in self.points() {
             let d = self.deformation(e, q, u).ok_or(Folded(e))?;
             energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
-            let stress = self.materials[e].stress(&d) * self.elements.weights[e][q];
-            for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
-                forces[*node as usize] += stress * g;
-            }
+            self.add_stress((e, q), &self.materials[e].stress(&d), &mut forces);
         }
         let springs = self.springs(u, &mut forces);
         Ok((energy + springs, forces))
@@ -165,7 +162,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     }
 
     /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes of
-    /// `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T.
+    /// `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T, and what the springs,
+    /// linear in u, give for `v`.
     ///
     /// `None` when one of these elements is turned inside out.
     pub(crate) fn slope(
@@ -183,13 +181,19 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 let df = self.elements.gradient(e, q, v);
                 let stress = df * material.mu - it * df.transpose() * it * material.c(&d)
                     + it * (material.lambda * it.dot(&df));
-                let stress = stress * self.elements.weights[e][q];
-                for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
-                    forces[*node as usize] += stress * g;
-                }
+                self.add_stress((e, q), &stress, &mut forces);
             }
         }
+        self.springs(v, &mut forces);
         Some(forces)
+    }
+
+    /// Adds the nodal forces w P grad N_a (mN) of a stress P (kPa) at a quadrature point.
+    fn add_stress(&self, (e, q): (usize, usize), stress: &Matrix, forces: &mut [Vector]) {
+        let stress = stress * self.elements.weights[e][q];
+        for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
+            forces[*node as usize] += stress * g;
+        }
     }
 
     /// Range of det F.

@@ -93,6 +93,10 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
     let worst = difference(&pattern.gather(&slope), &product);
     assert!(worst < 1e-7 * largest(&product), "stiffness: {worst}");
 
+    let all: Vec<u32> = (0..model.elements.nodes.len() as u32).collect();
+    let along = pattern.gather(&model.slope(&all, &u, &v).unwrap());
+    assert!(difference(&along, &product) < 1e-12 * largest(&product));
+
     // Several elements at once give what one after the other gives.
     let (energy, plain) = model.plain(&u).unwrap();
     let (fast_energy, fast) = model.evaluate(&u).unwrap();

@@ -327,7 +327,12 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> Result<Option<[Vec<Vector>; K]>, OutOfMemory> {
         let right = q.map(|q| self.pattern.gather(q));
         let right = right.each_ref().map(Vec::as_slice);
-        let found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+        let mut found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+        let exact = |found: &Option<[Answer; K]>| found.iter().flatten().all(|answer| answer.exact);
+        // A stiffness may only seem indefinite in few digits.
+        if !exact(&found) && self.tangent.more_digits()? {
+            found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+        }
         Ok(found.map(|answers| {
             self.effort.indefinite += usize::from(answers.iter().any(|answer| !answer.exact));
             answers.map(|answer| self.pattern.scatter(&answer.x))

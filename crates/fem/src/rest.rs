@@ -233,12 +233,9 @@ fn search_modulus<const N: usize, const Q: usize>(
 /// Thickness of the tissue: the largest distance of a skin point from the nearest chest wall point,
 /// mm.
 fn thickness(job: &Job<'_>) -> f64 {
+    let mesh = job.body.mesh;
     let of = |tag: BoundaryTag| -> Vec<Vector> {
-        let faces = job.body.mesh.boundary().iter().filter(|f| f.tag == tag);
-        let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
-        points.sort_unstable();
-        points.dedup();
-        points.iter().map(|&p| job.body.mesh.points()[p as usize].coords).collect()
+        mesh.points_on(tag).iter().map(|&p| mesh.points()[p as usize].coords).collect()
     };
     let (skin, wall) = (of(BoundaryTag::Skin), of(BoundaryTag::ChestWall));
     skin.iter()

@@ -111,3 +111,26 @@ proptest! {
         prop_assert!((overshoot(a, b, m, n) - most).abs() < 1e-4);
     }
 }
+
+/// Stiff layers on soft ones: a factor in single precision has few right digits, or none. (At 2e5 times the
+/// modulus the rounding of the stiff layers' forces alone reaches 1e-9 of the load.)
+#[test]
+fn very_different_moduli_cost_no_digits_and_seem_not_unstable() {
+    let mesh = block([4, 4, 4], 10.0, 0.1);
+    let tissue = Tissue { poisson: 0.49, ..Tissue::default() };
+    for stiff_kpa in [1e3, 1e4, 1e5] {
+        let layer = |t: usize| (mesh.corners(t).iter().map(|c| c.z).sum::<f64>() / 40.0) as usize;
+        let moduli: Vec<f64> = (0..mesh.tets().len())
+            .map(|t| if layer(t) % 2 == 0 { 5.0 } else { stiff_kpa })
+            .collect();
+        let body = Body { young_kpa: Some(&moduli), ..Body::new(&mesh, &tissue) };
+        let load = Load { ct: supine(), target: BedPose { ap_deg: 7.0, lat_deg: 5.0 }.gravity() };
+        for order in [Order::Linear, Order::Quadratic] {
+            let params = Params { order, tolerance: 1e-9, ..Params::default() };
+            let (u, slope, info) = sensitivity(&body, &load, &params, Progress::none()).unwrap();
+            assert_eq!((info.indefinite, info.load_steps), (0, 1), "{stiff_kpa} {order:?}");
+            assert!(info.iterations < 8 && u.max_norm() > 0.01, "{info:?}");
+            assert!(slope.values().iter().all(|s| s.norm().is_finite()));
+        }
+    }
+}

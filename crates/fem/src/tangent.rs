@@ -19,6 +19,19 @@ enum Preconditioner {
     Double(Factor<f64>),
 }
 
+impl Preconditioner {
+    fn is_single(&self) -> bool {
+        matches!(self, Self::Single(_))
+    }
+}
+
+/// Which stiffness was factorised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stiffness {
+    Exact,
+    Lifted,
+}
+
 /// The stiffness of one body, and a factor of it or of a former one.
 ///
 /// Systems are solved by conjugate gradients (Hestenes and Stiefel 1952) on the exact stiffness; the factor
@@ -77,25 +90,25 @@ impl Tangent {
             return Ok(Some(found));
         }
         loop {
-            if self.factorise()
-                && let Some(found) = self.iterate(right, goal, FRESH_STEPS)
-            {
-                return Ok(Some(found));
-            }
-            if model.lifted_stiffness(u, FLOOR, &self.pattern, &mut self.blocks).is_none() {
-                return Ok(None);
-            }
-            if self.factorise() {
-                let answers = right.map(|right| {
-                    let mut x = right.to_vec();
-                    self.apply_factor(&mut x).then_some(Answer { x, exact: false })
-                });
-                return Ok(all(answers));
-            }
-            if !self.more_digits()? || model.stiffness(u, &self.pattern, &mut self.blocks).is_none()
-            {
-                return Ok(None);
-            }
+            let exact = match self.factorise_some(model, u)? {
+                None => return Ok(None),
+                Some(Stiffness::Lifted) => false,
+                Some(Stiffness::Exact) => {
+                    if let Some(found) = self.iterate(right, goal, FRESH_STEPS) {
+                        return Ok(Some(found));
+                    }
+                    if self.more_digits()? {
+                        continue;
+                    }
+                    // There are no more digits to be had.
+                    true
+                }
+            };
+            let answers = right.map(|right| {
+                let mut x = right.to_vec();
+                self.apply_factor(&mut x).then_some(Answer { x, exact })
+            });
+            return Ok(all(answers));
         }
     }
 
@@ -131,23 +144,36 @@ impl Tangent {
         model: &Model<N, Q>,
         u: &[Vector],
     ) -> Result<bool, OutOfMemory> {
+        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
+            return Ok(false);
+        }
+        Ok(self.factorise_some(model, u)?.is_some())
+    }
+
+    /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the lifted one, first in the
+    /// digits at hand, then in all. `None` when neither has a factor.
+    fn factorise_some<const N: usize, const Q: usize>(
+        &mut self,
+        model: &Model<N, Q>,
+        u: &[Vector],
+    ) -> Result<Option<Stiffness>, OutOfMemory> {
         loop {
-            let blocks = &mut self.blocks;
-            if model.stiffness(u, &self.pattern, blocks).is_none() {
-                return Ok(false);
-            }
             if self.factorise() {
-                return Ok(true);
+                return Ok(Some(Stiffness::Exact));
             }
             let blocks = &mut self.blocks;
             if model.lifted_stiffness(u, FLOOR, &self.pattern, blocks).is_none() {
-                return Ok(false);
+                return Ok(None);
             }
             if self.factorise() {
-                return Ok(true);
+                return Ok(Some(Stiffness::Lifted));
             }
-            if !self.more_digits()? {
-                return Ok(false);
+            let blocks = &mut self.blocks;
+            if !(self.preconditioner.is_single()
+                && model.stiffness(u, &self.pattern, blocks).is_some()
+                && self.more_digits()?)
+            {
+                return Ok(None);
             }
         }
     }
@@ -161,10 +187,11 @@ impl Tangent {
     }
 
     /// Changes to a factor in all digits; false when it is one already.
-    fn more_digits(&mut self) -> Result<bool, OutOfMemory> {
-        if matches!(self.preconditioner, Preconditioner::Double(_)) {
+    pub(crate) fn more_digits(&mut self) -> Result<bool, OutOfMemory> {
+        if !self.preconditioner.is_single() {
             return Ok(false);
         }
+        self.factorised = false;
         self.preconditioner = Preconditioner::Double(Factor::new(self.pattern.analysis()?)?);
         Ok(true)
     }

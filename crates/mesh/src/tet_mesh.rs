@@ -216,6 +216,15 @@ impl TetMesh {
         self.tets[tet].map(|p| self.points[p as usize])
     }
 
+    /// The points of the boundary faces with a tag, in rising order.
+    pub fn points_on(&self, tag: BoundaryTag) -> Vec<u32> {
+        let faces = self.boundary.iter().filter(|f| f.tag == tag);
+        let mut points: Vec<u32> = faces.flat_map(|f| f.points).collect();
+        points.sort_unstable();
+        points.dedup();
+        points
+    }
+
     /// Lower and upper corner of the axis-aligned box, LPS, mm.
     pub fn bounds(&self) -> (Point, Point) {
         let start = (self.points[0], self.points[0]);

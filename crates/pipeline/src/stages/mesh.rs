@@ -9,7 +9,6 @@ use crate::surfaces::read_surfaces;
 use crate::{Case, Goal, Refine, RefineWish, RunError, Stage, mesh_region};
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::TetMesh;
-use supine_space::Progress;
 use supine_tetrahedralise::{Curving, Domain, Near};
 use supine_volume::{LabelMap, Region};
 
@@ -41,14 +40,13 @@ pub(crate) fn mesh(
                 read_surfaces(&store.path(SURFACES)?, &labels.product, progress.part(0.0, 0.1))?;
             let region = Region::new(&labels.product, region.sphere)?;
             let region = region.with_surfaces(surfaces.as_ref())?;
-            let progress = progress.part(0.1, 0.95);
-            let (mesh, info) =
-                mesh_region(&region, &params, (case.mesh.mesher, &refine), progress)?;
+            let part = progress.part(0.1, 0.9);
+            let (mesh, info) = mesh_region(&region, &params, (case.mesh.mesher, &refine), part)?;
             write_vtu(&mesh, None, &store.path("mesh/rest.vtu")?).map_err(RunError::Product)?;
             let mut facts = mesh_facts(&mesh, &info);
             let mut warnings = info.warnings;
             if case.mesh.curved {
-                let domain = Domain::new(&region, &params, Progress::none())?;
+                let domain = Domain::new(&region, &params, progress.part(0.9, 1.0))?;
                 let (offsets, told) = domain.curved(&mesh)?;
                 write_vtu(&mesh, Some(&offsets), &store.path(CURVED)?)
                     .map_err(RunError::Product)?;
