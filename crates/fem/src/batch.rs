@@ -31,6 +31,10 @@ pub(crate) struct Batches<const N: usize, const Q: usize> {
     batches: Vec<Batch<N, Q>>,
 }
 
+/// ln J at the quadrature points of all elements, as a step foresaw it.
+#[derive(Clone, Debug)]
+pub(crate) struct VolumeStrain<const Q: usize>(Vec<[Pack; Q]>);
+
 /// The state of a quadrature point of several elements.
 struct State {
     /// grad u.
@@ -77,18 +81,26 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
         Arch::new().dispatch(Evaluate { batches: &self.batches, u, forces })
     }
 
+    /// ln J after a `step` (mm) from `u`, to first order: ln J + F^-T : grad step.
+    ///
+    /// `None` when an element is turned inside out at `u`.
+    pub(crate) fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
+        Arch::new().dispatch(Foresee { batches: &self.batches, u, step })
+    }
+
     /// Fills `blocks` with the stiffness, see [`crate::model::Model::stiffness`].
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
         &self,
         u: &[Vector],
+        foreseen: Option<&VolumeStrain<Q>>,
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
         blocks.fill([0.0; 9]);
         let own = vec![[Pack::ZERO; 9]; N * (N + 1) / 2];
-        Arch::new().dispatch(Stiffness { all: self, u, own, pattern, blocks })
+        Arch::new().dispatch(Stiffness { all: self, u, foreseen, own, pattern, blocks })
     }
 }
 
@@ -112,10 +124,31 @@ impl<const N: usize, const Q: usize> WithSimd for Evaluate<'_, N, Q> {
     }
 }
 
+/// The work of [`Batches::foreseen`].
+struct Foresee<'a, const N: usize, const Q: usize> {
+    batches: &'a [Batch<N, Q>],
+    u: &'a [Vector],
+    step: &'a [Vector],
+}
+
+impl<const N: usize, const Q: usize> WithSimd for Foresee<'_, N, Q> {
+    type Output = Option<VolumeStrain<Q>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Option<VolumeStrain<Q>> {
+        let mut strain = Vec::with_capacity(self.batches.len());
+        for batch in self.batches {
+            strain.push(batch.foreseen(self.u, self.step)?);
+        }
+        Some(VolumeStrain(strain))
+    }
+}
+
 /// The work of [`Batches::stiffness`].
 struct Stiffness<'a, const N: usize, const Q: usize> {
     all: &'a Batches<N, Q>,
     u: &'a [Vector],
+    foreseen: Option<&'a VolumeStrain<Q>>,
     own: Vec<Nine>,
     pattern: &'a Pattern,
     blocks: &'a mut [Block],
@@ -128,7 +161,7 @@ impl<const N: usize, const Q: usize> WithSimd for Stiffness<'_, N, Q> {
     fn with_simd<S: Simd>(mut self, _: S) -> Option<()> {
         for (n, batch) in self.all.batches.iter().enumerate() {
             let first = n * LANES;
-            batch.stiffness(self.u, &mut self.own)?;
+            batch.stiffness(self.u, self.foreseen.map(|strain| &strain.0[n]), &mut self.own)?;
             for lane in 0..LANES.min(self.all.elements - first) {
                 let places = self.pattern.places::<N>(first + lane);
                 for (place, block) in places.iter().zip(&self.own) {
@@ -138,6 +171,20 @@ impl<const N: usize, const Q: usize> WithSimd for Stiffness<'_, N, Q> {
         }
         Some(())
     }
+}
+
+/// grad of a field with these nodal values: row = component, column = axis.
+#[inline(always)]
+fn gradient<const N: usize>(values: &[Triple; N], gradients: &[Triple; N]) -> Nine {
+    let mut sum = [Pack::ZERO; 9];
+    for (value, g) in values.iter().zip(gradients) {
+        for i in 0..3 {
+            for k in 0..3 {
+                sum[3 * i + k] += value[i] * g[k];
+            }
+        }
+    }
+    sum
 }
 
 impl<const N: usize, const Q: usize> Batch<N, Q> {
@@ -183,14 +230,38 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
         Some(energy)
     }
 
+    /// ln J after `step`, to first order; `None` when an element is turned inside out.
+    #[inline(always)]
+    fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<[Pack; Q]> {
+        let (u, step) = (self.gather(u), self.gather(step));
+        let mut strain = [Pack::ZERO; Q];
+        for (strain, gradients) in strain.iter_mut().zip(&self.gradients) {
+            let state = self.state(&u, gradients)?;
+            let change = gradient(&step, gradients);
+            *strain = state.ln_j;
+            for i in 0..3 {
+                for k in 0..3 {
+                    *strain += state.inverse[3 * k + i] * change[3 * i + k];
+                }
+            }
+        }
+        Some(strain)
+    }
+
     /// The blocks of the pairs (a, b ≤ a); `None` when an element is turned inside out.
     #[inline(always)]
-    fn stiffness(&self, u: &[Vector], blocks: &mut [Nine]) -> Option<()> {
+    fn stiffness(
+        &self,
+        u: &[Vector],
+        foreseen: Option<&[Pack; Q]>,
+        blocks: &mut [Nine],
+    ) -> Option<()> {
         let u = self.gather(u);
         blocks.fill([Pack::ZERO; 9]);
-        for (gradients, weight) in self.gradients.iter().zip(&self.weights) {
+        for (q, (gradients, weight)) in self.gradients.iter().zip(&self.weights).enumerate() {
             let state = self.state(&u, gradients)?;
-            let (mu, c, lambda) = (*weight * self.mu, *weight * state.c, *weight * self.lambda);
+            let c = foreseen.map_or(state.c, |strain| self.lambda * strain[q] - self.mu);
+            let (mu, c, lambda) = (*weight * self.mu, *weight * c, *weight * self.lambda);
             let mut h = [[Pack::ZERO; 3]; N];
             for (h, g) in h.iter_mut().zip(gradients) {
                 for i in 0..3 {
@@ -220,14 +291,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
 
     #[inline(always)]
     fn state(&self, u: &[Triple; N], gradients: &[Triple; N]) -> Option<State> {
-        let mut h = [Pack::ZERO; 9];
-        for (u, g) in u.iter().zip(gradients) {
-            for i in 0..3 {
-                for k in 0..3 {
-                    h[3 * i + k] += u[i] * g[k];
-                }
-            }
-        }
+        let h = gradient(u, gradients);
         let minor = |a: Pack, d: Pack, b: Pack, c: Pack| a * d - b * c;
         let det = h[0] * minor(h[4], h[8], h[5], h[7]) - h[1] * minor(h[3], h[8], h[5], h[6])
             + h[2] * minor(h[3], h[7], h[4], h[6]);

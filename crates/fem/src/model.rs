@@ -1,6 +1,6 @@
 //! Energy, forces and stiffness of a meshed body.
 
-use crate::batch::Batches;
+use crate::batch::{Batches, VolumeStrain};
 use crate::element::Elements;
 use crate::foundation::Foundation;
 use crate::material::{Deformation, NeoHookean};
@@ -100,19 +100,34 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         springs.energy(&self.elements.nodes, u)
     }
 
+    /// ln J after a `step` (mm) from `u`, to first order.
+    ///
+    /// Newton's method for displacement and pressure as separate fields, the pressure condensed, differs from
+    /// that for the displacement alone by this only: its stiffness has the pressure that the last step
+    /// foresaw. A long step that turns tissue also swells it, since it goes straight; the pressure of
+    /// that swelling, many times that of the solution in nearly incompressible tissue, then stays out of
+    /// the stiffness. See Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986.
+    ///
+    /// `None` when an element is turned inside out at `u`.
+    pub(crate) fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
+        self.batches.foreseen(u, step)
+    }
+
     /// Fills `blocks` with the stiffness
     ///
     /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
-    /// c = λ ln J − μ, and that of the springs.
+    /// c = λ ln J − μ, and that of the springs; with the `foreseen` volume strain in place of ln J in c, if
+    /// there is one.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
         &self,
         u: &[Vector],
+        foreseen: Option<&VolumeStrain<Q>>,
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
-        self.batches.stiffness(u, pattern, blocks)?;
+        self.batches.stiffness(u, foreseen, pattern, blocks)?;
         if let Some(springs) = &self.foundation {
             springs.add_stiffness(1.0, pattern, blocks);
         }

@@ -86,7 +86,7 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
     // Only the lower half is stored: that the product is the slope says that the tangent is symmetric.
     let pattern = Pattern::new(&model.elements.nodes, &vec![false; count], Storage::Lower);
     let mut blocks = pattern.zeros().unwrap();
-    model.stiffness(&u, &pattern, &mut blocks).unwrap();
+    model.stiffness(&u, None, &pattern, &mut blocks).unwrap();
     let (up, down) = (forces(&model, &at(h)), forces(&model, &at(-h)));
     let slope: Vec<Vector> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * h)).collect();
     let product = product(&pattern, &blocks, &pattern.gather(&v));
@@ -107,6 +107,34 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
     model.lifted_stiffness(&u, f64::NEG_INFINITY, &pattern, &mut plain).unwrap();
     let (plain, fast) = (plain.as_flattened(), blocks.as_flattened());
     assert!(difference(plain, fast) < 1e-13 * largest(plain));
+}
+
+/// The foreseen volume strain is that of the step to first order, and the stiffness takes it.
+fn check_foreseen<const N: usize, const Q: usize>() {
+    let Body { model, .. } = body::<N, Q>(false);
+    let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
+    let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
+    let v: Vec<Vector> = noise(2 * count)[count..].to_vec();
+    let pattern = Pattern::new(&model.elements.nodes, &vec![false; count], Storage::Lower);
+    let off = |h: f64| {
+        let step: Vec<Vector> = v.iter().map(|v| v * h).collect();
+        let end: Vec<Vector> = u.iter().zip(&step).map(|(u, s)| u + s).collect();
+        let (mut with, mut without) = (pattern.zeros().unwrap(), pattern.zeros().unwrap());
+        let foreseen = model.foreseen(&u, &step).unwrap();
+        model.stiffness(&end, Some(&foreseen), &pattern, &mut with).unwrap();
+        model.stiffness(&end, None, &pattern, &mut without).unwrap();
+        let largest = largest(without.as_flattened());
+        difference(with.as_flattened(), without.as_flattened()) / largest
+    };
+    assert!(off(0.0) < 1e-15);
+    let (coarse, fine) = (off(1e-2), off(1e-3));
+    assert!(coarse > 1e-6 && (coarse / fine - 100.0).abs() < 5.0, "{coarse} {fine}");
+}
+
+#[test]
+fn the_foreseen_volume_strain_is_of_first_order() {
+    check_foreseen::<4, 1>();
+    check_foreseen::<10, 4>();
 }
 
 fn energy<const N: usize, const Q: usize>(model: &Model<N, Q>, u: &[Vector]) -> f64 {

@@ -1,5 +1,6 @@
 //! Newton's method for the minimum of the potential energy.
 
+use crate::batch::VolumeStrain;
 use crate::linear::OutOfMemory;
 use crate::model::Model;
 use crate::pattern::Pattern;
@@ -129,8 +130,10 @@ fn moved(u: &[Vector], t: f64, d: &[Vector]) -> Vec<Vector> {
 }
 
 /// A state on the way: its displacement, energy and residual.
-struct State {
+struct State<const Q: usize> {
     u: Vec<Vector>,
+    /// ln J as the step that led here foresaw it.
+    foreseen: Option<VolumeStrain<Q>>,
     /// Potential energy: elastic energy less the work of the load, mN mm.
     potential: f64,
     /// Work of the load, mN mm.
@@ -245,8 +248,11 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
                 return stall(Cause::Singular, state.residual, state.u);
             };
             match self.search(&state, &direction, load) {
-                Some(next) => {
+                Some(mut next) => {
                     digits = FEWEST_DIGITS.min(0.9 * (next.residual / state.residual).powi(2));
+                    let step: Vec<Vector> =
+                        next.u.iter().zip(&state.u).map(|(new, old)| new - old).collect();
+                    next.foreseen = self.model.foreseen(&state.u, &step);
                     state = next;
                 }
                 None => return stall(Cause::NoDescent, state.residual, state.u),
@@ -282,7 +288,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     }
 
     /// The state with displacement `u`; `None` when an element is turned inside out.
-    fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State> {
+    fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State<Q>> {
         let (energy, mut forces) = self.model.evaluate(&u)?;
         let mut reactions = 0.0;
         for ((force, load), held) in forces.iter_mut().zip(load).zip(self.held) {
@@ -296,18 +302,26 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let scale = norm(load).max(reactions.sqrt()).max(SMALL_LOAD * self.weight);
         let work = dot(load, &u);
         let residual = norm(&forces) / scale;
-        Some(State { u, potential: energy - work, work, out_of_balance: forces, residual })
+        Some(State {
+            u,
+            foreseen: None,
+            potential: energy - work,
+            work,
+            out_of_balance: forces,
+            residual,
+        })
     }
 
     /// The Newton direction of all nodes, mm, to `digits`; `None` when the stiffness is singular.
     fn direction(
         &mut self,
-        state: &State,
+        state: &State<Q>,
         digits: f64,
     ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
         let right: Vec<f64> =
             self.pattern.gather(&state.out_of_balance).iter().map(|r| -r).collect();
-        let found = self.tangent.answers(self.model, &state.u, [&right], digits)?;
+        let (u, foreseen) = (&state.u, state.foreseen.as_ref());
+        let found = self.tangent.answers(self.model, u, foreseen, [&right], digits)?;
         Ok(found.map(|[Answer { x, exact }]| {
             self.effort.indefinite += usize::from(!exact);
             self.pattern.scatter(&x)
@@ -327,11 +341,11 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> Result<Option<[Vec<Vector>; K]>, OutOfMemory> {
         let right = q.map(|q| self.pattern.gather(q));
         let right = right.each_ref().map(Vec::as_slice);
-        let mut found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+        let mut found = self.tangent.answers(self.model, u, None, right, ALL_DIGITS)?;
         let exact = |found: &Option<[Answer; K]>| found.iter().flatten().all(|answer| answer.exact);
         // A stiffness may only seem indefinite in few digits.
         if !exact(&found) && self.tangent.more_digits()? {
-            found = self.tangent.answers(self.model, u, right, ALL_DIGITS)?;
+            found = self.tangent.answers(self.model, u, None, right, ALL_DIGITS)?;
         }
         Ok(found.map(|answers| {
             self.effort.indefinite += usize::from(answers.iter().any(|answer| !answer.exact));
@@ -343,7 +357,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ///
     /// Near the equilibrium the potential has no digits left: there a step counts when the residual
     /// does not grow.
-    fn search(&self, state: &State, direction: &[Vector], load: &[Vector]) -> Option<State> {
+    fn search(&self, state: &State<Q>, direction: &[Vector], load: &[Vector]) -> Option<State<Q>> {
         let slope = dot(&state.out_of_balance, direction);
         let digits = ENERGY_DIGITS * (state.potential.abs() + state.work.abs());
         let mut t = 1.0;

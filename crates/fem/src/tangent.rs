@@ -1,5 +1,6 @@
 //! Linear answers with the stiffness at a displacement.
 
+use crate::batch::VolumeStrain;
 use crate::krylov::conjugate_gradients;
 use crate::linear::{Analysis, Factor, OutOfMemory};
 use crate::model::Model;
@@ -67,8 +68,8 @@ impl Tangent {
         self.pattern.analysis().map_or(0, Analysis::entries)
     }
 
-    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, or with the lifted
-    /// stiffness where the exact one is not positive definite.
+    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, K with the `foreseen`
+    /// volume strain if there is one, or with the lifted stiffness where that one is not positive definite.
     ///
     /// `None` when an element is turned inside out at `u` or neither has a factor.
     ///
@@ -78,10 +79,11 @@ impl Tangent {
         &mut self,
         model: &Model<N, Q>,
         u: &[Vector],
+        foreseen: Option<&VolumeStrain<Q>>,
         right: [&[f64]; K],
         goal: f64,
     ) -> Result<Option<[Answer; K]>, OutOfMemory> {
-        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
+        if model.stiffness(u, foreseen, &self.pattern, &mut self.blocks).is_none() {
             return Ok(None);
         }
         if self.factorised
@@ -121,7 +123,7 @@ impl Tangent {
         model: &Model<N, Q>,
         u: &[Vector],
     ) -> Result<bool, OutOfMemory> {
-        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
+        if model.stiffness(u, None, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
         Ok(self.factorise() || (self.more_digits()? && self.factorise()))
@@ -144,7 +146,7 @@ impl Tangent {
         model: &Model<N, Q>,
         u: &[Vector],
     ) -> Result<bool, OutOfMemory> {
-        if model.stiffness(u, &self.pattern, &mut self.blocks).is_none() {
+        if model.stiffness(u, None, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
         Ok(self.factorise_some(model, u)?.is_some())
@@ -170,7 +172,7 @@ impl Tangent {
             }
             let blocks = &mut self.blocks;
             if !(self.preconditioner.is_single()
-                && model.stiffness(u, &self.pattern, blocks).is_some()
+                && model.stiffness(u, None, &self.pattern, blocks).is_some()
                 && self.more_digits()?)
             {
                 return Ok(None);
