@@ -12,6 +12,8 @@ use supine_space::{Progress, Stopped, Vector};
 const ARMIJO: f64 = 1e-4;
 /// Steps are shortened at most so often.
 const SHORTENINGS: usize = 40;
+/// Steps with a lifted stiffness are doubled at most so often.
+const DOUBLINGS: i32 = 6;
 /// Below this share of the energy's terms a change of it is rounding.
 const ENERGY_DIGITS: f64 = 1e-12;
 /// Loads below this share of full gravity are solved to an absolute residual.
@@ -28,8 +30,10 @@ const FEWEST_DIGITS: f64 = 0.1;
 const ALL_DIGITS: f64 = 1e-11;
 /// The last direction leaves this share of the goal.
 const SPARE: f64 = 0.3;
-/// Iterations of a load step: one that needs more is cut.
+/// Iterations of a load step: one that needs more is cut. Of all load steps together, in units of those that
+/// the whole load at once may take.
 const STEP_ITERATIONS: usize = 20;
+const STEPS_ITERATIONS: usize = 4;
 
 /// An equilibrium.
 #[derive(Clone, Debug)]
@@ -144,6 +148,14 @@ struct State<const Q: usize> {
     residual: f64,
 }
 
+/// Where to go from a state.
+struct Direction {
+    /// The full step, mm.
+    step: Vec<Vector>,
+    /// By the lifted stiffness, not the exact one.
+    lifted: bool,
+}
+
 impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     /// Prepares the method: `weight` is the norm of the nodal forces of full gravity, mN.
     ///
@@ -194,12 +206,14 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
         let (mut u, mut share, mut step) = (known.to_vec(), 0.0, 0.25);
+        let last = self.effort.iterations + STEPS_ITERATIONS * self.max_iterations;
         loop {
             let next: f64 = if share + step > 1.0 - SMALLEST_STEP { 1.0 } else { share + step };
             let part: Vec<Vector> =
                 load.iter().zip(known_load).map(|(l, k)| k * (1.0 - next) + l * next).collect();
             let step_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
-            let limits = (step_goal, STEP_ITERATIONS.min(self.max_iterations));
+            let left = last.saturating_sub(self.effort.iterations);
+            let limits = (step_goal, STEP_ITERATIONS.min(self.max_iterations).min(left));
             match self.minimise(&part, u.clone(), limits, progress.part(share, next)) {
                 Ok(found) => {
                     self.effort.load_steps += 1;
@@ -208,7 +222,9 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
                     }
                     (u, share, step) = (found.u, next, 1.5 * step);
                 }
-                Err(Halt::Stalled(stall)) if step <= SMALLEST_STEP => {
+                Err(Halt::Stalled(stall))
+                    if step <= SMALLEST_STEP || self.effort.iterations >= last =>
+                {
                     return Err(Halt::Stalled(Stall { load_share: share, ..stall }));
                 }
                 Err(Halt::Stalled(_)) => step *= 0.5,
@@ -312,19 +328,19 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         })
     }
 
-    /// The Newton direction of all nodes, mm, to `digits`; `None` when the stiffness is singular.
+    /// The Newton direction to `digits`; `None` when the stiffness is singular.
     fn direction(
         &mut self,
         state: &State<Q>,
         digits: f64,
-    ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
+    ) -> Result<Option<Direction>, OutOfMemory> {
         let right: Vec<f64> =
             self.pattern.gather(&state.out_of_balance).iter().map(|r| -r).collect();
         let (u, foreseen) = (&state.u, state.foreseen.as_ref());
         let found = self.tangent.answers(self.model, u, foreseen, [&right], digits)?;
         Ok(found.map(|[Answer { x, exact }]| {
             self.effort.indefinite += usize::from(!exact);
-            self.pattern.scatter(&x)
+            Direction { step: self.pattern.scatter(&x), lifted: !exact }
         }))
     }
 
@@ -357,18 +373,19 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ///
     /// Near the equilibrium the potential has no digits left: there a step counts when the residual
     /// does not grow.
-    fn search(&self, state: &State<Q>, direction: &[Vector], load: &[Vector]) -> Option<State<Q>> {
-        let slope = dot(&state.out_of_balance, direction);
+    fn search(&self, state: &State<Q>, direction: &Direction, load: &[Vector]) -> Option<State<Q>> {
+        let slope = dot(&state.out_of_balance, &direction.step);
         let digits = ENERGY_DIGITS * (state.potential.abs() + state.work.abs());
         let mut t = 1.0;
         for _ in 0..SHORTENINGS {
-            let Some(next) = self.state(moved(&state.u, t, direction), load) else {
+            let Some(next) = self.state(moved(&state.u, t, &direction.step), load) else {
                 t *= 0.5;
                 continue;
             };
             let rise = next.potential - state.potential;
             if rise <= ARMIJO * t * slope {
-                return Some(next);
+                let short = direction.lifted && t == 1.0;
+                return Some(if short { self.longer(state, next, direction, load) } else { next });
             }
             if (t * slope).abs() < digits && next.residual <= state.residual {
                 return Some(next);
@@ -380,4 +397,27 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         }
         None
     }
+
+    /// The last of steps twice as long as the one before that lower the potential further than `next`, the
+    /// full step from `state`: a lifted stiffness is stiffer than the body, and its steps fall short.
+    fn longer(
+        &self,
+        state: &State<Q>,
+        mut next: State<Q>,
+        direction: &Direction,
+        load: &[Vector],
+    ) -> State<Q> {
+        for doubling in 1..=DOUBLINGS {
+            let t = 2f64.powi(doubling);
+            match self.state(moved(&state.u, t, &direction.step), load) {
+                Some(farther) if farther.potential < next.potential => next = farther,
+                _ => break,
+            }
+        }
+        next
+    }
 }
+
+#[cfg(test)]
+#[path = "newton_tests.rs"]
+mod tests;
