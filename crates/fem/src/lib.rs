@@ -14,6 +14,8 @@
 //! an element is turned inside out.
 
 mod applicator;
+#[cfg(test)]
+mod applicator_kept_tests;
 mod batch;
 mod body;
 mod coupling;
