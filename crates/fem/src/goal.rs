@@ -21,8 +21,10 @@ const ACROSS: usize = 5;
 /// mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and on coarse
 /// meshes the recovered gradients are far off themselves.
 ///
-/// The elements are taken for straight, and the CT shape for free of stress whatever `params.rest` says: where the mesh should be fine
-/// hardly depends on it.
+/// The elements are taken for straight even where `body.curved` has them follow skin and chest wall, and the
+/// CT shape for free of stress whatever `params.rest` says: where the mesh should be fine hardly depends on
+/// either. What curved sides take off the error itself is not in the shares: their sum is that of straight
+/// elements.
 ///
 /// # Errors
 /// As [`crate::solve`]; [`Error::GoalOutside`] when no tissue of the mesh lies within `goal`.
