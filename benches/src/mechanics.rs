@@ -1,16 +1,17 @@
 //! A cold solution of one of the problems of the reference data, its cost and its error:
-//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE`, JSON on stdout.
+//! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved]`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the name of one of
 //! its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or `net_sit_dxdE` for the derivative
-//! by the modulus. Everything from the mesh to the
-//! displacement counts as the solution.
+//! by the modulus. `curved`: the elements follow skin and chest wall, and no stored field is theirs. Everything
+//! from the mesh to the displacement counts as the solution.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
     reason = "a measurement reads its input and tells its result"
 )]
 
+mod curved;
 mod reference;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -30,12 +31,17 @@ const TRUE: [&str; 2] = ["40k", "12k"];
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [reference, mesh, order, field, tolerance] = &words[..] else {
-        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE");
+    let [reference, mesh, order, field, tolerance, sides @ ..] = &words[..] else {
+        bail!("bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved]");
     };
     let order = self::order(order)?;
     let reference = Reference(reference.into());
-    let problem = reference.problem(mesh, order, field)?;
+    let mut problem = reference.problem(mesh, order, field)?;
+    let curved = sides == ["curved"];
+    ensure!(curved || sides.is_empty(), "{sides:?} is not `curved`");
+    if curved {
+        problem.curved = Some(curved::offsets(&reference, &problem.mesh)?);
+    }
     let before_mb = memory_mb("VmRSS")?;
     let (mut seconds, mut answer) = (Vec::new(), None);
     while seconds.iter().sum::<f64>() < ENOUGH_S && seconds.len() < MOST {
@@ -46,6 +52,8 @@ fn main() -> Result<()> {
     let peak_mb = memory_mb("VmHWM")?;
     let (u, info) = answer.context("no solution")?;
     seconds.sort_by(f64::total_cmp);
+    let off =
+        if curved { None } else { reference.difference((mesh, order, field), &problem, &u)? };
     let result = json!({
         "tetrahedra": problem.mesh.tets().len(),
         "unknowns": info.unknowns,
@@ -58,7 +66,7 @@ fn main() -> Result<()> {
         "before_mb": before_mb,
         "peak_mb": peak_mb,
         "max_mm": info.max_displacement_mm,
-        "off": reference.difference((mesh, order, field), &problem, &u)?,
+        "off": off,
         "probes_mm": reference.at_probes(&problem.mesh, &u, field)?,
     });
     println!("{result}");
@@ -70,6 +78,8 @@ struct Problem {
     mesh: TetMesh,
     tissue: Tissue,
     young_kpa: Option<Vec<f64>>,
+    /// How far the nodes of curved elements lie off the straight mesh, mm.
+    curved: Option<Displacement>,
     load: Load,
     params: Params,
     wanted: Wanted,
@@ -88,7 +98,8 @@ enum Wanted {
 impl Problem {
     fn solve(&self, tolerance: f64) -> Result<(Displacement, Info)> {
         let Self { mesh, tissue, young_kpa, .. } = self;
-        let body = Body { young_kpa: young_kpa.as_deref(), ..Body::new(mesh, tissue) };
+        let curved = self.curved.as_ref();
+        let body = Body { young_kpa: young_kpa.as_deref(), curved, ..Body::new(mesh, tissue) };
         let params = Params { tolerance, ..self.params };
         match self.wanted {
             Wanted::Displacement => Ok(solve(&body, &self.load, &params, Progress::none())?),
@@ -144,7 +155,15 @@ impl Reference {
             (_, ["dxdE"]) => Wanted::Slope,
             _ => Wanted::Displacement,
         };
-        Ok(Problem { mesh: self.mesh(mesh)?, tissue, young_kpa, load, params, wanted })
+        Ok(Problem {
+            mesh: self.mesh(mesh)?,
+            tissue,
+            young_kpa,
+            curved: None,
+            load,
+            params,
+            wanted,
+        })
     }
 
     /// Largest nodal difference to the stored field, mm, if it is stored; that of the derivative as a share of

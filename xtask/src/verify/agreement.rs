@@ -67,18 +67,46 @@ pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {
         }
         page.push('\n');
     }
+    write!(page, "| `app` | {CLOSE_MM:.0e} |")?;
+    for (mesh, order) in STORED {
+        let told = mechanics.applied(mesh, order, "stored")?;
+        let (off, fields) = (number(&told, "/off")?, number(&told, "/stored")?);
+        ensure!(off <= CLOSE_MM, "applicator on {mesh}, order {order}, is {off:.1e} off");
+        write!(page, " {off:.1e} ({fields}) |")?;
+    }
+    page.push('\n');
     Ok(page)
 }
 
-/// Meshes of the convergence by order, coarse first.
-const MESHES: [(u8, &[&str]); 2] =
-    [(1, &["1.6k", "5k", "12k", "40k"]), (2, &["1.6k", "5k", "12k"])];
-const NAMES: [&str; 2] = ["linear", "quadratic"];
-const POSES: [&str; 2] = ["tilt", "sit"];
-/// Error by the number of unknowns n on straight meshes of a curved body: h² for both orders in the end, h³
+const QUADRATIC: &[&str] = &["1.6k", "5k", "12k"];
+/// Elements and meshes of the convergence, coarse first.
+///
+/// Error by the number of unknowns n: on straight meshes of a curved body h² for both orders in the end, h³
 /// for quadratic elements while the body's outline is not what limits; h as n^(-1/3).
-const THEORY: [f64; 2] = [2.0 / 3.0, 1.0];
+const SERIES: [Series; 3] = [
+    Series {
+        name: "linear",
+        order: 1,
+        curved: false,
+        meshes: &["1.6k", "5k", "12k", "40k"],
+        theory: 2.0 / 3.0,
+    },
+    Series { name: "quadratic", order: 2, curved: false, meshes: QUADRATIC, theory: 1.0 },
+    Series { name: "quadratic, curved", order: 2, curved: true, meshes: QUADRATIC, theory: 1.0 },
+];
+const POSES: [&str; 2] = ["tilt", "sit"];
 const PLOT: &str = "plots/mechanics-accuracy.svg";
+
+/// Elements of one kind on ever finer meshes.
+struct Series {
+    name: &'static str,
+    order: u8,
+    /// They follow skin and chest wall.
+    curved: bool,
+    meshes: &'static [&'static str],
+    /// Power of the unknowns with which the error should fall.
+    theory: f64,
+}
 
 /// One solution.
 struct Point {
@@ -104,15 +132,21 @@ pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
     let mut page = CONVERGENCE_TEXT.replace("{plot}", &shown);
     let (mut by_size, mut by_time) = (Vec::new(), Vec::new());
     for (p, pose) in POSES.into_iter().enumerate() {
-        for (o, (order, meshes)) in MESHES.into_iter().enumerate() {
+        for (s, series) in SERIES.iter().enumerate() {
+            let field = format!("net_{pose}");
             let solve = |mesh: &&'static str| {
-                Point::of(mesh, &mechanics.own(mesh, order, &format!("net_{pose}"), 1e-9)?)
+                let told = if series.curved {
+                    mechanics.curved(mesh, &field, 1e-9)
+                } else {
+                    mechanics.own(mesh, series.order, &field, 1e-9)
+                };
+                Point::of(mesh, &told?)
             };
-            let points = meshes.iter().map(solve).collect::<Result<Vec<_>>>()?;
-            rows(&mut page, (pose, NAMES[o], THEORY[o]), &points)?;
+            let points = series.meshes.iter().map(solve).collect::<Result<Vec<_>>>()?;
+            rows(&mut page, (pose, series), &points)?;
             let line = |x: fn(&Point) -> f64| Line {
-                name: format!("{}, {pose}", NAMES[o]),
-                colour: o,
+                name: format!("{}, {pose}", series.name),
+                colour: s,
                 dashed: p == 1,
                 points: points.iter().map(|p| [x(p), p.rms_mm]).collect(),
             };
@@ -134,11 +168,8 @@ pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
     Ok(page)
 }
 
-fn rows(
-    page: &mut String,
-    (pose, order, theory): (&str, &str, f64),
-    points: &[Point],
-) -> Result<()> {
+fn rows(page: &mut String, (pose, series): (&str, &Series), points: &[Point]) -> Result<()> {
+    let Series { name, theory, .. } = series;
     for (n, p) in points.iter().enumerate() {
         let slope =
             |before: &Point| (before.rms_mm / p.rms_mm).ln() / (p.unknowns / before.unknowns).ln();
@@ -148,7 +179,7 @@ fn rows(
         };
         writeln!(
             page,
-            "| {pose} | {order} | {} | {} | {:.3} / {:.3} | {slopes} | {:.3} |",
+            "| {pose} | {name} | {} | {} | {:.3} / {:.3} | {slopes} | {:.3} |",
             p.mesh, p.unknowns, p.rms_mm, p.max_mm, p.seconds
         )?;
     }

@@ -2,7 +2,7 @@
 
 use super::mechanics::Mechanics;
 use super::number;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use std::fmt::Write;
 
 const TEXT: &str = include_str!("applicator.md");
@@ -10,8 +10,6 @@ const SURFACE_TEXT: &str = include_str!("surface.md");
 /// Mesh and order.
 const BODIES: [(&str, u8); 4] = [("1.6k", 1), ("1.6k", 2), ("12k", 1), ("40k", 1)];
 const PATHS: [&str; 2] = ["1", "2"];
-/// Largest nodal difference to a stored field that counts as agreement, mm.
-const CLOSE_MM: f64 = 1e-8;
 
 /// Text and table.
 pub(super) fn table(mechanics: &Mechanics<'_>) -> Result<String> {
@@ -20,19 +18,9 @@ pub(super) fn table(mechanics: &Mechanics<'_>) -> Result<String> {
         let told = mechanics.applied(mesh, order, path)?;
         let n = |key: &str| number(&told, &format!("/{key}"));
         let elements = if order == 1 { "linear" } else { "quadratic" };
-        let stored = if n("stored")? > 0.0 {
-            ensure!(
-                n("off")? <= CLOSE_MM,
-                "{mesh}, order {order}, path {path}: {:.1e} mm",
-                n("off")?
-            );
-            format!("{:.1e} ({})", n("off")?, n("stored")?)
-        } else {
-            "-".into()
-        };
         writeln!(
             page,
-            "| {mesh} | {elements} | {path} | {} | {:.2} / {:.2} | {:.1} | {:.1} | {:.4} | {stored} | {} |",
+            "| {mesh} | {elements} | {path} | {} | {:.2} / {:.2} | {:.1} | {:.1} | {:.4} | {} |",
             n("coupled")?,
             n("median_ms")?,
             n("worst_ms")?,

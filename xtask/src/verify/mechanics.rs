@@ -50,10 +50,21 @@ impl<'a> Mechanics<'a> {
 
     /// Our solution of a problem to a relative residual: what `bench-mechanics` says.
     pub(super) fn own(&self, mesh: &str, order: u8, field: &str, goal: f64) -> Result<Value> {
+        let mut own = self.solution(mesh, order, field, goal);
+        Ok(serde_json::from_str(&output(&mut own)?)?)
+    }
+
+    /// The same with quadratic elements that follow skin and chest wall.
+    pub(super) fn curved(&self, mesh: &str, field: &str, goal: f64) -> Result<Value> {
+        let mut own = self.solution(mesh, 2, field, goal);
+        Ok(serde_json::from_str(&output(own.arg("curved"))?)?)
+    }
+
+    fn solution(&self, mesh: &str, order: u8, field: &str, goal: f64) -> Command {
         let mut own = Command::new(self.binaries.join("bench-mechanics"));
         own.env("RAYON_NUM_THREADS", "1").arg(self.reference());
         own.arg(mesh).arg(order.to_string()).arg(field).arg(goal.to_string());
-        Ok(serde_json::from_str(&output(&mut own)?)?)
+        own
     }
 
     /// An applicator on one of its paths: what `bench-applicator` says.
