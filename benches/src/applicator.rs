@@ -1,10 +1,11 @@
 //! An applicator moved through the reference breast, step by step: its cost and its error:
-//! `bench-applicator REFERENCE MESH ORDER PATH`, JSON on stdout.
+//! `bench-applicator REFERENCE MESH ORDER PATH [sliding]`, JSON on stdout.
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten shifts) or 2
 //! (turning). The answers that a step starts from are renewed at the place before, as a second thread would;
-//! that time is told apart. PATH `surface` tells instead what points moved onto the sphere buy at the probes,
-//! PATH `stored` how far the settled solutions are from the stored ones of both paths.
+//! that time is told apart. With `sliding` the tissue slides without friction. PATH `surface` tells instead what
+//! points moved onto the sphere buy at the probes, PATH `stored` how far the settled solutions are from the stored
+//! ones of both paths.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -18,7 +19,7 @@ use anyhow::{Result, bail, ensure};
 use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::{Value, json};
-use supine_fem::{Applicator, Body, Cut, Load, Params, Pose, SphereOnShaft, Tissue};
+use supine_fem::{Applicator, Body, Contact, Cut, Load, Params, Pose, SphereOnShaft, Tissue};
 use supine_mesh::Order;
 use supine_space::{Point, Progress, Vector, supine};
 
@@ -39,8 +40,13 @@ const SETTLED: f64 = 1e-10;
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, mesh, number, path] = &words[..] else {
-        bail!("bench-applicator REFERENCE MESH ORDER PATH");
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let (words, contact) = match &words[..] {
+        [words @ .., "sliding"] => (words, Contact::Frictionless),
+        words => (words, Contact::Tied),
+    };
+    let &[folder, mesh, number, path] = words else {
+        bail!("bench-applicator REFERENCE MESH ORDER PATH [sliding]");
     };
     let reference = Reference(folder.into());
     let (body, tissue) = (reference.mesh(mesh)?, Tissue::default());
@@ -49,7 +55,7 @@ fn main() -> Result<()> {
     let params = Params { order, cut: Cut::Free, tolerance: SETTLED, ..Params::default() };
     let attach = |sphere: &SphereOnShaft| {
         let body = Body::new(&body, &tissue);
-        Applicator::attach(&body, &load, &params, sphere, Progress::none())
+        Applicator::attach(&body, &load, &params, (sphere, contact), Progress::none())
     };
     if path == "surface" {
         println!("{}", surface::measure(&reference, &Body::new(&body, &tissue), &load, &params)?);

@@ -6,7 +6,7 @@ use crate::{SETTLED, SPHERE, STEPS, pose};
 use anyhow::Result;
 use ndarray::Array2;
 use serde_json::{Value, json};
-use supine_fem::{Applicator, Body, Load, Params, snapped};
+use supine_fem::{Applicator, Body, Contact, Load, Params, snapped};
 use supine_mesh::{Edges, Locator, Order};
 use supine_space::{Point, Progress, Vector};
 
@@ -51,7 +51,8 @@ fn motion(
     params: &Params,
     points: &[Point],
 ) -> Result<(Vec<(Point, Vector)>, usize)> {
-    let (mut applicator, _) = Applicator::attach(body, load, params, &SPHERE, Progress::none())?;
+    let (mut applicator, _) =
+        Applicator::attach(body, load, params, (&SPHERE, Contact::Tied), Progress::none())?;
     let before = applicator.displacement()?;
     applicator.settle(&pose("1", STEPS)?, SETTLED, Progress::none())?;
     let after = applicator.displacement()?;

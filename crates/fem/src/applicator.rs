@@ -1,9 +1,12 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
-use crate::coupling::{Answers, Coupling, Place, Site};
+use crate::coupling::{Answers, Coupling, Place, Site, Tissue, elements_of};
+use crate::guide::Guide;
 use crate::newton::Halt;
+use crate::rest::Settled;
 use crate::rigid::RigidBody;
-use crate::{Body, Error, Info, Job, Load, Params, checked};
+use crate::sliding::{Slider, Sliding};
+use crate::{Body, Contact, Error, Info, Job, Load, Params, checked};
 use std::thread::JoinHandle;
 use supine_mesh::{Displacement, Edges, Order, TetMesh};
 use supine_space::{Point, Progress, Vector};
@@ -36,8 +39,8 @@ pub struct Reaction {
 
 /// A meshed body with an applicator in it.
 ///
-/// Nodes that lie inside the applicator when it is attached follow its pose; gravity goes on acting on
-/// the others. A step predicts the displacement by a kept linear answer to the six motions of a rigid body,
+/// Nodes that lie inside the applicator when it is attached follow its pose, or slide on it: see [`Contact`].
+/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear answer to the six motions of a rigid body,
 /// and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are renewed by
 /// [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with old
 /// ones, and become slower.
@@ -65,35 +68,38 @@ macro_rules! either {
 
 impl Applicator {
     /// Puts an applicator (placed in the frame of the CT, where the target's gravity has the tissue) into
-    /// `body`: solves as [`crate::solve`] does, and couples the nodes that then lie within `rigid`.
+    /// `body`: solves as [`crate::solve`] does, and couples the nodes that then lie within `rigid`. Where they
+    /// slide, the tissue settles anew without its cavity.
     ///
     /// # Errors
-    /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the applicator.
+    /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the applicator. Where
+    /// nodes slide, [`Error::ApplicatorMiddle`] when the applicator has no normal at one of them, and
+    /// [`Error::ApplicatorStuck`] when the tissue finds no equilibrium around the cavity.
     pub fn attach(
         body: &Body<'_>,
         load: &Load,
         params: &Params,
-        rigid: &dyn RigidBody,
+        (rigid, contact): (&dyn RigidBody, Contact),
         progress: Progress<'_>,
     ) -> Result<(Self, Info), Error> {
         let edges = checked(body, load, params)?;
         let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
         let (coupling, info) = match params.order {
             Order::Linear => {
-                let (coupling, info) = job.couple::<4, 1>(rigid, progress)?;
+                let (coupling, info) = job.couple::<4, 1>((rigid, contact), progress)?;
                 (Either::Linear(coupling), info)
             }
             Order::Quadratic => {
-                let (coupling, info) = job.couple::<10, 4>(rigid, progress)?;
+                let (coupling, info) = job.couple::<10, 4>((rigid, contact), progress)?;
                 (Either::Quadratic(coupling), info)
             }
         };
         Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: None }, info))
     }
 
-    /// Number of nodes that follow the applicator.
+    /// Number of nodes on which the applicator acts: those that follow it and those that slide on it.
     pub fn coupled_nodes(&self) -> usize {
-        either!(&self.coupling, c => c.site.coupled.len())
+        either!(&self.coupling, c => c.site.touched().count())
     }
 
     /// The present pose.
@@ -170,7 +176,8 @@ impl Applicator {
         }
     }
 
-    /// Displacement from the CT shape at the present pose, mm.
+    /// Displacement from the CT shape at the present pose, mm. Where the tissue slides it means nothing within
+    /// the cavity: nodes that follow the pose and nodes that slide may pass each other there.
     ///
     /// # Errors
     /// None is known: it holds a finite vector for every node.
@@ -188,13 +195,8 @@ impl Applicator {
     }
 
     fn told(&self, made: Result<Step, Halt>) -> Result<Step, Error> {
-        made.map_err(|halt| match halt {
-            Halt::Stopped(stopped) => stopped.into(),
-            Halt::Memory => {
-                Error::Memory { unknowns: either!(&self.coupling, c => c.site.pattern.unknowns()) }
-            }
-            Halt::Stalled(stall) => Error::ApplicatorStuck { residual: stall.residual },
-        })
+        let unknowns = either!(&self.coupling, c => c.site.pattern.unknowns());
+        made.map_err(|halt| stuck(halt, unknowns))
     }
 }
 
@@ -211,13 +213,20 @@ impl Drop for Applicator {
     }
 }
 
+fn stuck(halt: Halt, unknowns: usize) -> Error {
+    match halt {
+        Halt::Stopped(stopped) => stopped.into(),
+        Halt::Memory => Error::Memory { unknowns },
+        Halt::Stalled(stall) => Error::ApplicatorStuck { residual: stall.residual },
+    }
+}
+
 fn reaction<const N: usize, const Q: usize>(site: &Site<N, Q>, place: &Place) -> Reaction {
     let mut sum = Reaction { force_n: Vector::zeros(), moment_n_mm: Vector::zeros() };
     // A place is an equilibrium: no element of it is turned inside out.
     let Some(forces) = site.out_of_balance(&place.u) else { return sum };
     let centre = place.pose.transform_point(&site.centre.into()).coords;
-    for (node, _) in &site.coupled {
-        let n = *node as usize;
+    for n in site.touched() {
         // What is out of balance there is what the applicator gives; in mN.
         let force = -forces[n] * 1e-3;
         sum.force_n += force;
@@ -233,43 +242,107 @@ fn check(pose: &Pose) -> Result<(), Error> {
     if finite && turned { Ok(()) } else { Err(Error::ApplicatorPose) }
 }
 
+/// Which nodes follow a rigid body, and those that slide on it.
+type Touched = (Vec<bool>, Option<Sliding>);
+
 impl Job<'_> {
     fn couple<const N: usize, const Q: usize>(
         &self,
-        rigid: &dyn RigidBody,
+        (rigid, contact): (&dyn RigidBody, Contact),
         progress: Progress<'_>,
     ) -> Result<(Coupling<N, Q>, Info), Error> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
-        let settled = self.settle(&positions, &held, shape, progress)?;
-        let from_ct: Vec<Vector> =
-            settled.u.iter().zip(&settled.to_ct).map(|(u, ct)| u - ct).collect();
-        let at = |n: usize| Point::from(positions[n] + from_ct[n]);
-        let close = ON_SURFACE * rigid.size_mm();
-        let inside: Vec<bool> =
-            (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= close).collect();
-        if !inside.contains(&true) {
-            return Err(Error::ApplicatorOutside { centre: rigid.centre().coords.into() });
-        }
-        let both = held.iter().zip(&inside);
-        if both.clone().all(|(held, inside)| *held || *inside) {
-            return Err(Error::NothingFree);
-        }
-        let mut info = settled.info.clone();
-        self.warn::<N>(&positions, &from_ct, &mut info);
-        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
-        let force = self.load.ct * self.body.tissue.weight();
-        let gravity = settled.model.elements.load(held.len(), force);
+        let settled = self.settle(&positions, &held, shape, progress.part(0.0, 0.6))?;
+        let Settled { model, load, to_ct, u, mut info, .. } = settled;
+        let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
+        let inside = inside(rigid, &held, &rest, &u)?;
+        let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
         let weight = crate::newton::norm(&gravity);
+        let straight = self.straightening::<N>(&positions);
+        let mut tissue = Tissue { model, load, to_ct, straight, rest, weight };
+        let (follow, sliding) = match contact {
+            Contact::Tied => (inside, None),
+            Contact::Frictionless => {
+                self.slide(&mut tissue, &u, (rigid, &inside), progress.part(0.6, 0.8))?
+            }
+        };
+        let (unknowns, slides) = (info.unknowns, sliding.is_some());
         let rigid = (rigid.centre().coords, rigid.size_mm());
-        let (unknowns, straight) = (info.unknowns, self.straightening::<N>(&positions));
-        let coupling =
-            Coupling::new(settled, (&positions, straight), (&held, &inside), rigid, weight)
-                .map_err(|_| Error::Memory { unknowns })?
-                .ok_or(Error::Singular)?;
+        let mut coupling = Coupling::new(tissue, u, (&held, &follow), sliding, rigid)
+            .map_err(|_| Error::Memory { unknowns })?
+            .ok_or(Error::Singular)?;
+        if slides {
+            coupling
+                .begin(self.params.tolerance, progress.part(0.8, 1.0))
+                .map_err(|halt| stuck(halt, unknowns))?;
+        }
+        let Coupling { site, place, .. } = &coupling;
+        let from_ct: Vec<Vector> = place.u.iter().zip(&site.to_ct).map(|(u, ct)| u - ct).collect();
+        self.warn::<N>(&positions, &from_ct, &mut info);
+        if let Ok(ratio) = site.model.volume_ratio(&place.u) {
+            (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
+        }
+        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
         Ok((coupling, info))
+    }
+
+    /// Takes the cavity of a rigid body out of the tissue.
+    fn slide<const N: usize, const Q: usize>(
+        &self,
+        tissue: &mut Tissue<N, Q>,
+        u: &[Vector],
+        (rigid, inside): (&dyn RigidBody, &[bool]),
+        progress: Progress<'_>,
+    ) -> Result<Touched, Error> {
+        let elements = &tissue.model.elements.nodes;
+        let keep: Vec<bool> =
+            elements.iter().map(|e| !e.iter().all(|&n| inside[n as usize])).collect();
+        tissue.model = tissue.model.only(&keep);
+        tissue.load = tissue.model.elements.load(u.len(), self.force());
+        let elements = &tissue.model.elements.nodes;
+        let mut slides = vec![false; u.len()];
+        elements.iter().flatten().for_each(|&n| slides[n as usize] = inside[n as usize]);
+        let follow =
+            inside.iter().zip(&slides).map(|(inside, slides)| *inside && !slides).collect();
+        let nodes = || (0..u.len()).filter(|&n| slides[n]);
+        let at = |n: usize| tissue.rest[n] + u[n];
+        let centre = rigid.centre().coords;
+        let reach = nodes().map(|n| (at(n) - centre).norm()).fold(0.0, f64::max);
+        let guide = Guide::new(rigid, reach, progress)?;
+        let slider = |n: usize| {
+            let level = guide.at(&at(n)).ok_or(Error::ApplicatorMiddle { place: at(n).into() })?;
+            let (rest, load) = (tissue.rest[n], tissue.load[n]);
+            Ok(Slider { node: n as u32, level: level.value, rest, load })
+        };
+        let nodes = nodes().map(slider).collect::<Result<_, Error>>()?;
+        let around = elements_of(elements, &slides);
+        Ok((follow, Some(Sliding { guide, nodes, around })))
     }
 }
 
+/// The free nodes that lie in a rigid body or on it.
+fn inside(
+    rigid: &dyn RigidBody,
+    held: &[bool],
+    rest: &[Vector],
+    u: &[Vector],
+) -> Result<Vec<bool>, Error> {
+    let close = ON_SURFACE * rigid.size_mm();
+    let at = |n: usize| Point::from(rest[n] + u[n]);
+    let inside: Vec<bool> =
+        (0..held.len()).map(|n| !held[n] && rigid.distance(&at(n)) <= close).collect();
+    if !inside.contains(&true) {
+        return Err(Error::ApplicatorOutside { centre: rigid.centre().coords.into() });
+    }
+    if held.iter().zip(&inside).all(|(held, inside)| *held || *inside) {
+        return Err(Error::NothingFree);
+    }
+    Ok(inside)
+}
+
+#[cfg(test)]
+#[path = "sliding_tests.rs"]
+mod sliding_tests;
 #[cfg(test)]
 #[path = "applicator_tests.rs"]
 mod tests;

@@ -6,36 +6,45 @@ use nalgebra::UnitQuaternion;
 use supine_space::{sitting, supine};
 
 const SIDE_MM: f64 = 60.0;
-const TOLERANCE: f64 = 1e-11;
+pub(super) const TOLERANCE: f64 = 1e-11;
 
-fn sphere() -> SphereOnShaft {
+pub(super) fn sphere() -> SphereOnShaft {
     SphereOnShaft { centre: Point::new(30.0, 30.0, 32.0), radius_mm: 16.0, shaft: None }
 }
 
 fn attach(order: Order, rest: RestState, rigid: &dyn RigidBody) -> Result<Applicator, Error> {
+    attach_with(order, rest, (rigid, Contact::Tied))
+}
+
+pub(super) fn attach_with(
+    order: Order,
+    rest: RestState,
+    applicator: (&dyn RigidBody, Contact),
+) -> Result<Applicator, Error> {
     let mesh = block([4; 3], SIDE_MM / 4.0, 0.1);
     let tissue = Tissue { young_kpa: 3.0, ..Tissue::default() };
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
-    Ok(Applicator::attach(&Body::new(&mesh, &tissue), &load, &params, rigid, Progress::none())?.0)
+    let body = Body::new(&mesh, &tissue);
+    Ok(Applicator::attach(&body, &load, &params, applicator, Progress::none())?.0)
 }
 
 fn attached(order: Order) -> Applicator {
     attach(order, RestState::Net, &sphere()).unwrap()
 }
 
-fn turn_about(turn: Vector, place: Point) -> Pose {
+pub(super) fn turn_about(turn: Vector, place: Point) -> Pose {
     Pose::rotation_wrt_point(UnitQuaternion::from_scaled_axis(turn), place)
 }
 
 /// A shift (mm) and a turn (radians) about the centre of the sphere.
-fn pose(shift: [f64; 3], turn: [f64; 3]) -> Pose {
+pub(super) fn pose(shift: [f64; 3], turn: [f64; 3]) -> Pose {
     let pivot = sphere().centre;
     Pose::translation(shift[0], shift[1], shift[2]) * turn_about(Vector::from(turn), pivot)
 }
 
 /// Elastic energy less the work of gravity, mN mm.
-fn potential(applicator: &Applicator) -> f64 {
+pub(super) fn potential(applicator: &Applicator) -> f64 {
     either!(&applicator.coupling, c => {
         let (energy, _) = c.site.model.evaluate(&c.place.u).unwrap();
         energy - c.place.u.iter().zip(&c.site.load).map(|(u, f)| u.dot(f)).sum::<f64>()

@@ -4,10 +4,10 @@ use crate::applicator::{Pose, Step};
 use crate::curved::Straightening;
 use crate::linear::OutOfMemory;
 use crate::model::Model;
-use crate::newton::{Halt, Newton};
-use crate::pattern::Pattern;
+use crate::newton::{Cause, Halt, Newton, Stall};
+use crate::pattern::{Pattern, Storage};
 use crate::quasi_newton::Memory;
-use crate::rest::Settled;
+use crate::sliding::{Slide, Sliding};
 use crate::tangent::Tangent;
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
@@ -40,11 +40,13 @@ pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) straight: Straightening<N>,
     /// Stress-free positions, mm.
     pub(crate) rest: Vec<Vector>,
-    /// The coupled nodes, and where they are at the first pose, mm.
+    /// The nodes that follow the pose, and where they are at the first one, mm.
     pub(crate) coupled: Vec<(u32, Vector)>,
-    /// Elements with coupled nodes.
+    /// The nodes that slide.
+    pub(crate) sliding: Option<Arc<Sliding>>,
+    /// Elements with nodes that follow or slide.
     pub(crate) around: Vec<u32>,
-    /// Whether each node is held or coupled.
+    /// Whether each node is held or follows the pose.
     pub(crate) held: Vec<bool>,
     pub(crate) pattern: Arc<Pattern>,
     /// Centre (mm) and size (mm) of the rigid body at the first pose.
@@ -78,6 +80,16 @@ struct Lesson {
     lack: Vec<f64>,
 }
 
+/// The tissue on which a rigid body is to act.
+pub(crate) struct Tissue<const N: usize, const Q: usize> {
+    pub(crate) model: Model<N, Q>,
+    pub(crate) load: Vec<Vector>,
+    pub(crate) to_ct: Vec<Vector>,
+    pub(crate) straight: Straightening<N>,
+    pub(crate) rest: Vec<Vector>,
+    pub(crate) weight: f64,
+}
+
 /// The tissue around a rigid body that moves.
 pub(crate) struct Coupling<const N: usize, const Q: usize> {
     pub(crate) site: Arc<Site<N, Q>>,
@@ -93,7 +105,7 @@ pub(crate) struct Coupling<const N: usize, const Q: usize> {
 
 impl<const N: usize, const Q: usize> Site<N, Q> {
     /// The motion from one pose to another, in mm at the body's surface.
-    fn motion(&self, from: &Pose, to: &Pose) -> [f64; MOTIONS] {
+    pub(crate) fn motion(&self, from: &Pose, to: &Pose) -> [f64; MOTIONS] {
         let shift = self.centre_at(to) - self.centre_at(from);
         let turn = (to.rotation * from.rotation.inverse()).scaled_axis() * self.size_mm;
         [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
@@ -112,30 +124,50 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         pose.transform_point(&self.centre.into()).coords
     }
 
-    /// Velocities (mm/mm) of all nodes in one motion of the body, zero but at coupled nodes.
-    fn velocities(&self, motion: usize, pose: &Pose) -> Vec<Vector> {
+    /// The nodes on which the body acts.
+    pub(crate) fn touched(&self) -> impl Iterator<Item = usize> {
+        let sliding = self.sliding.iter().flat_map(|s| s.nodes.iter().map(|slider| slider.node));
+        self.coupled.iter().map(|(node, _)| *node).chain(sliding).map(|n| n as usize)
+    }
+
+    /// The nodes that slide, with the body at `pose`.
+    pub(crate) fn slide(&self, pose: &Pose) -> Option<Slide> {
+        self.sliding.clone().map(|sliding| Slide { sliding, pose: *pose })
+    }
+
+    /// The tissue with the body at `pose`.
+    fn model_at(&self, pose: &Pose) -> Model<N, Q> {
+        self.model.sliding(self.slide(pose))
+    }
+
+    /// Velocities (mm/mm) of all nodes in one motion of the body with which the nodes on it go, zero but at
+    /// these; and how the body turns, radians/mm.
+    fn velocities(&self, motion: usize, place: &Place) -> (Vec<Vector>, Vector) {
         let mut velocities = vec![Vector::zeros(); self.held.len()];
-        let (axis, centre) = (Vector::ith(motion % 3, 1.0), self.centre_at(pose));
-        for (node, first) in &self.coupled {
-            velocities[*node as usize] = if motion < 3 {
-                axis
-            } else {
-                axis.cross(&(self.at(pose, first) - centre)) / self.size_mm
-            };
+        let (axis, centre) = (Vector::ith(motion % 3, 1.0), self.centre_at(&place.pose));
+        let (shift, turn) = if motion < 3 {
+            (axis, Vector::zeros())
+        } else {
+            (Vector::zeros(), axis / self.size_mm)
+        };
+        for n in self.touched() {
+            velocities[n] = shift + turn.cross(&(self.rest[n] + place.u[n] - centre));
         }
-        velocities
+        (velocities, turn)
     }
 
     fn at(&self, pose: &Pose, first: &Vector) -> Vector {
         pose.transform_point(&(*first).into()).coords
     }
 
-    /// Moves the coupled nodes to where `pose` has them.
-    fn put(&self, pose: &Pose, u: &mut [Vector]) {
+    /// Moves the nodes on the body to where `pose` has them: those that slide to the nearest such place;
+    /// false where one has none.
+    fn put(&self, pose: &Pose, u: &mut [Vector]) -> bool {
         for (node, first) in &self.coupled {
             let n = *node as usize;
             u[n] = self.at(pose, first) - self.rest[n];
         }
+        self.slide(pose).is_none_or(|slide| slide.bring(u))
     }
 
     /// The factor at a place, and the answers to the motions there; `None` when there is no factor.
@@ -151,16 +183,13 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
             Some(tangent) => tangent,
             None => Tangent::new(&self.pattern)?,
         };
-        if !tangent.renew(&self.model, &place.u)? {
+        if !tangent.renew(&self.model_at(&place.pose), &place.u)? {
             return Ok(None);
         }
+        let Some(changes) = self.changes(place) else { return Ok(None) };
         let mut columns: [Vec<f64>; MOTIONS] = Default::default();
-        for (motion, column) in columns.iter_mut().enumerate() {
-            let velocities = self.velocities(motion, &place.pose);
-            let Some(forces) = self.model.slope(&self.around, &place.u, &velocities) else {
-                return Ok(None);
-            };
-            *column = self.pattern.gather(&forces);
+        for (forces, column) in changes.iter().zip(&mut columns) {
+            *column = self.pattern.gather(forces);
             column.iter_mut().for_each(|v| *v = -*v);
             if !tangent.apply_factor(column) {
                 return Ok(None);
@@ -169,12 +198,36 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         Ok(Some(Answers { tangent, pose: place.pose, columns }))
     }
 
-    /// Internal less external forces of all nodes, mN: what the rigid body gives at coupled nodes.
+    /// Change of what is out of balance per mm of each motion, mN/mm, before the others answer.
+    fn changes(&self, place: &Place) -> Option<Vec<Vec<Vector>>> {
+        let slide = self.slide(&place.pose);
+        let forces = slide.is_some().then(|| self.out_of_balance(&place.u));
+        let change = |motion: usize| {
+            let (mut velocities, turn) = self.velocities(motion, place);
+            let (Some(slide), Some(forces)) = (&slide, &forces) else {
+                return self.model.slope(&self.around, &place.u, &velocities);
+            };
+            let turned = slide.drag(&place.u, &turn, forces.as_ref()?, &mut velocities)?;
+            let mut change = self.model.slope(&self.around, &place.u, &velocities)?;
+            turned.into_iter().for_each(|(n, force)| change[n] += force);
+            slide.project(&place.u, &mut change)?;
+            Some(change)
+        };
+        (0..MOTIONS).map(change).collect()
+    }
+
+    /// Internal less external forces of all nodes, mN: what the rigid body gives at nodes on it.
     pub(crate) fn out_of_balance(&self, u: &[Vector]) -> Option<Vec<Vector>> {
         let (_, mut forces) = self.model.evaluate(u)?;
         forces.iter_mut().zip(&self.load).for_each(|(f, l)| *f -= l);
         Some(forces)
     }
+}
+
+/// The elements with at least one of some nodes.
+pub(crate) fn elements_of<const N: usize>(elements: &[[u32; N]], some: &[bool]) -> Vec<u32> {
+    let has = |e: &u32| elements[*e as usize].iter().any(|&n| some[n as usize]);
+    (0..elements.len() as u32).filter(has).collect()
 }
 
 /// Largest motion of a node in a vector of unknowns, mm.
@@ -187,27 +240,30 @@ fn largest(unknowns: &[f64]) -> f64 {
 }
 
 impl<const N: usize, const Q: usize> Coupling<N, Q> {
-    /// Begins at the equilibrium without the body, which couples the nodes `inside`, none of them `held`; `None` when the stiffness there has no factor.
+    /// Begins at displacement `u` (mm), where the body at its first pose takes the nodes that `follow` it or
+    /// slide; `None` when the stiffness there has no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
     pub(crate) fn new(
-        settled: Settled<N, Q>,
-        (positions, straight): (&[Vector], Straightening<N>),
-        (held, inside): (&[bool], &[bool]),
+        tissue: Tissue<N, Q>,
+        u: Vec<Vector>,
+        (held, follow): (&[bool], &[bool]),
+        sliding: Option<Sliding>,
         (centre, size_mm): (Vector, f64),
-        weight: f64,
     ) -> Result<Option<Self>, OutOfMemory> {
-        let Settled { model, load, to_ct, u, .. } = settled;
-        let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
+        let Tissue { model, load, to_ct, straight, rest, weight } = tissue;
+        let mut touched = follow.to_vec();
+        sliding
+            .iter()
+            .flat_map(|s| &s.nodes)
+            .for_each(|slider| touched[slider.node as usize] = true);
+        let around = elements_of(&model.elements.nodes, &touched);
         let all = 0..held.len();
-        let around =
-            |e: &u32| model.elements.nodes[*e as usize].iter().any(|&n| inside[n as usize]);
-        let around = (0..model.elements.nodes.len() as u32).filter(around).collect();
-        let held: Vec<bool> = all.clone().map(|n| held[n] || inside[n]).collect();
-        let pattern =
-            Arc::new(Pattern::new(&model.elements.nodes, &held, crate::pattern::Storage::Lower));
-        let coupled = all.filter(|&n| inside[n]).map(|n| (n as u32, rest[n] + u[n])).collect();
+        let held: Vec<bool> = all.clone().map(|n| held[n] || follow[n]).collect();
+        let pattern = Arc::new(Pattern::new(&model.elements.nodes, &held, Storage::Lower));
+        let coupled = all.filter(|&n| follow[n]).map(|n| (n as u32, rest[n] + u[n])).collect();
+        let sliding = sliding.map(Arc::new);
         let site = Arc::new(Site {
             model,
             load,
@@ -215,6 +271,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             straight,
             rest,
             coupled,
+            sliding,
             around,
             held,
             pattern,
@@ -225,6 +282,18 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         let place = Place { pose: Pose::identity(), u };
         let Some(answers) = site.answers(&place, None)? else { return Ok(None) };
         Ok(Some(Self { site, place, answers, spare: None, lesson: None, rate: FIRST_RATE }))
+    }
+
+    /// Settles the tissue at the first pose, and makes the answers there.
+    ///
+    /// # Errors
+    /// When no equilibrium is found, stopped or out of memory.
+    pub(crate) fn begin(&mut self, goal: f64, progress: Progress<'_>) -> Result<(), Halt> {
+        self.settle(&Pose::identity(), goal, progress)?;
+        if let Some(answers) = self.site.answers(&self.place, self.spare.take())? {
+            self.adopt(answers);
+        }
+        Ok(())
     }
 
     /// Takes answers made for another place of the same site.
@@ -255,7 +324,8 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     /// it.
     fn corrected(&mut self, pose: &Pose) -> Option<(Place, Step)> {
         let motion = self.site.motion(&self.place.pose, pose);
-        let (mut u, curvature) = self.predicted(pose, &motion);
+        let slide = self.site.slide(pose);
+        let (mut u, curvature) = self.predicted(pose, &motion)?;
         let mut memory = Memory::default();
         let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
         let mut lack = curvature;
@@ -265,7 +335,10 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         // What a correction leaves of the error.
         let mut left = (self.rate * way).clamp(LEAST_RATE, 1.0);
         for corrections in 1..=CORRECTIONS {
-            let forces = self.site.out_of_balance(&u)?;
+            let mut forces = self.site.out_of_balance(&u)?;
+            if let Some(slide) = &slide {
+                slide.project(&u, &mut forces)?;
+            }
             let residual = self.site.pattern.gather(&forces);
             if let Some((step, old)) = before.take() {
                 let change = residual.iter().zip(&old).map(|(new, old)| new - old).collect();
@@ -280,6 +353,9 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 return None;
             }
             self.site.pattern.add_to(&mut u, &step);
+            if slide.as_ref().is_some_and(|slide| !slide.bring(&mut u)) {
+                return None;
+            }
             lack.iter_mut().zip(&step).for_each(|(lack, step)| *lack += step);
             if corrections > 1 {
                 let seen = size / last;
@@ -299,8 +375,13 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     }
 
     /// The displacement at `pose` to first order, and with what the last step lacked where this one goes on
-    /// in its direction: half the second derivative along it. The second value is that part.
-    fn predicted(&self, pose: &Pose, motion: &[f64; MOTIONS]) -> (Vec<Vector>, Vec<f64>) {
+    /// in its direction: half the second derivative along it. The second value is that part. `None` when a
+    /// node cannot be brought to where it slides.
+    pub(crate) fn predicted(
+        &self,
+        pose: &Pose,
+        motion: &[f64; MOTIONS],
+    ) -> Option<(Vec<Vector>, Vec<f64>)> {
         let mut step = vec![0.0; self.site.pattern.unknowns()];
         for (length, column) in motion.iter().zip(&self.answers.columns) {
             if *length != 0.0 {
@@ -317,8 +398,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         }
         let mut u = self.place.u.clone();
         self.site.pattern.add_to(&mut u, &step);
-        self.site.put(pose, &mut u);
-        (u, curvature)
+        self.site.put(pose, &mut u).then_some((u, curvature))
     }
 
     /// Moves the rigid body to `pose` by Newton's method, in parts where the whole way folds an element, to
@@ -345,8 +425,17 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 self.adopt(answers);
             }
             self.lesson = None;
-            let (u, _) = self.predicted(&between, &site.motion(&self.place.pose, &between));
-            let mut newton = Newton::new(&site.model, &site.pattern, &site.held, site.weight, 40)?;
+            let motion = site.motion(&self.place.pose, &between);
+            let Some((u, _)) = self.predicted(&between, &motion) else {
+                if part <= SMALLEST_PART {
+                    let (cause, residual, u) = (Cause::Start, f64::INFINITY, self.place.u.clone());
+                    return Err(Halt::Stalled(Stall { cause, residual, u, load_share: share }));
+                }
+                part *= 0.5;
+                continue;
+            };
+            let model = site.model_at(&between);
+            let mut newton = Newton::new(&model, &site.pattern, &site.held, site.weight, 40)?;
             match newton.minimise(&site.load, u, (goal, 40), progress.part(share, next)) {
                 Ok(found) => {
                     corrections += newton.effort.iterations;

@@ -119,6 +119,16 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
         Ok(Self { nodes, gradients, weights, values: points.map(shape::<N>) })
     }
 
+    /// Those of the elements that are to be kept.
+    pub(crate) fn only(&self, keep: &[bool]) -> Self {
+        Self {
+            nodes: kept(&self.nodes, keep),
+            gradients: kept(&self.gradients, keep),
+            weights: kept(&self.weights, keep),
+            values: self.values,
+        }
+    }
+
     /// Nodal forces (mN) of a dead load `force` (kPa/mm) per volume of the shape, on `nodes` nodes.
     ///
     /// f_a = Σ_q w_q N_a force.
@@ -143,6 +153,11 @@ impl<const N: usize, const Q: usize> Elements<N, Q> {
         }
         sum
     }
+}
+
+/// What is to be kept of some values.
+pub(crate) fn kept<T: Clone>(values: &[T], keep: &[bool]) -> Vec<T> {
+    values.iter().zip(keep).filter(|(_, keep)| **keep).map(|(value, _)| value.clone()).collect()
 }
 
 /// Slopes of the position in the parent coordinates: columns ∂x/∂l.

@@ -131,6 +131,15 @@ pub enum Error {
         /// Its centre, LPS, mm.
         centre: [f64; 3],
     },
+    /// Tissue cannot slide on the applicator at a node.
+    #[error(
+        "a node at {place:?} (LPS, mm) lies near the middle of the applicator, where its surface has no \
+         normal to slide by: mesh finer there, move points onto the surface, or tie the contact"
+    )]
+    ApplicatorMiddle {
+        /// The node, LPS, mm.
+        place: [f64; 3],
+    },
     /// A pose is not a turn and a shift.
     #[error("the pose of the applicator is not finite, or its rotation is not of length 1")]
     ApplicatorPose,

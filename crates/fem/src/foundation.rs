@@ -66,6 +66,15 @@ impl<const N: usize> Foundation<N> {
         Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
     }
 
+    /// The springs at those elements that are to be kept, which then are numbered anew.
+    pub(crate) fn only(&self, keep: &[bool]) -> Self {
+        let mut number = vec![0; keep.len()];
+        (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
+        let faces = self.faces.iter().filter(|face| keep[face.element]);
+        let faces = faces.map(|face| Face { element: number[face.element], ..face.clone() });
+        Self { faces: faces.collect(), ..*self }
+    }
+
     /// Energy ½ ∫ k |u|² dA, mN mm.
     pub(crate) fn energy(&self, nodes: &[[u32; N]], u: &[Vector]) -> f64 {
         let mut energy = 0.0;

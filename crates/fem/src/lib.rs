@@ -18,6 +18,7 @@ mod applicator;
 mod applicator_kept_tests;
 mod batch;
 mod body;
+mod contact;
 mod coupling;
 mod curved;
 mod element;
@@ -26,6 +27,7 @@ mod foundation;
 #[cfg(test)]
 mod foundation_tests;
 mod goal;
+mod guide;
 mod inverse;
 mod krylov;
 mod linear;
@@ -39,6 +41,7 @@ mod quasi_newton;
 mod rest;
 mod rigid;
 mod sensitivity;
+mod sliding;
 mod snap;
 #[cfg(test)]
 mod solve_tests;
@@ -49,6 +52,7 @@ mod test_mesh;
 
 pub use applicator::{Applicator, Pose, Reaction, Step};
 pub use body::Body;
+pub use contact::Contact;
 pub use error::Error;
 pub use goal::error_shares;
 pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};

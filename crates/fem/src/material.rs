@@ -85,7 +85,6 @@ impl NeoHookean {
     /// First Piola-Kirchhoff stress P = μ F + (λ ln J − μ) F^-T, kPa.
     ///
     /// Row = current axis, column = stress-free axis.
-    #[cfg(test)]
     pub(crate) fn stress(&self, d: &Deformation) -> Matrix {
         d.f() * self.mu + d.inverse_transpose * self.c(d)
     }

@@ -1,22 +1,26 @@
 //! Energy, forces and stiffness of a meshed body.
 
 use crate::batch::{Batches, VolumeStrain};
-use crate::element::Elements;
+use crate::element::{Elements, kept};
 use crate::foundation::Foundation;
 use crate::material::{Deformation, NeoHookean};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
+use crate::sliding::Slide;
+use std::sync::Arc;
 use supine_space::{Matrix, Vector};
 
-/// A body on its stress-free shape.
+/// A body on its stress-free shape; copies share it.
 #[derive(Clone, Debug)]
 pub(crate) struct Model<const N: usize, const Q: usize> {
     /// Its elements.
-    pub(crate) elements: Elements<N, Q>,
+    pub(crate) elements: Arc<Elements<N, Q>>,
     /// What each element is made of.
-    pub(crate) materials: Vec<NeoHookean>,
+    pub(crate) materials: Arc<[NeoHookean]>,
     /// Springs on its cut.
-    pub(crate) foundation: Option<Foundation<N>>,
-    batches: Batches<N, Q>,
+    pub(crate) foundation: Option<Arc<Foundation<N>>>,
+    batches: Arc<Batches<N, Q>>,
+    /// Nodes that slide on a rigid body.
+    pub(crate) slide: Option<Slide>,
 }
 
 /// Volume ratio det F over all quadrature points.
@@ -37,13 +41,25 @@ pub(crate) struct Folded(pub(crate) usize);
 impl<const N: usize, const Q: usize> Model<N, Q> {
     /// `elements` made of `materials`.
     pub(crate) fn new(elements: Elements<N, Q>, materials: Vec<NeoHookean>) -> Self {
-        let batches = Batches::new(&elements, &materials);
-        Self { elements, materials, foundation: None, batches }
+        let batches = Arc::new(Batches::new(&elements, &materials));
+        let (elements, materials) = (Arc::new(elements), materials.into());
+        Self { elements, materials, foundation: None, batches, slide: None }
     }
 
     /// The body on springs, if there are any.
     pub(crate) fn on(self, foundation: Option<Foundation<N>>) -> Self {
-        Self { foundation, ..self }
+        Self { foundation: foundation.map(Arc::new), ..self }
+    }
+
+    /// The body without some of its elements.
+    pub(crate) fn only(&self, keep: &[bool]) -> Self {
+        Self::new(self.elements.only(keep), kept(&self.materials, keep))
+            .on(self.foundation.as_ref().map(|springs| springs.only(keep)))
+    }
+
+    /// The body with nodes that slide.
+    pub(crate) fn sliding(&self, slide: Option<Slide>) -> Self {
+        Self { slide, ..self.clone() }
     }
 
     fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Deformation> {
@@ -117,7 +133,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     ///
     /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
     /// c = λ ln J − μ, and that of the springs; with the `foreseen` volume strain in place of ln J in c, if
-    /// there is one.
+    /// there is one; projected where nodes slide.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
@@ -131,11 +147,31 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         if let Some(springs) = &self.foundation {
             springs.add_stiffness(1.0, pattern, blocks);
         }
+        if let Some(slide) = &self.slide {
+            let forces = self.forces_at(&slide.sliding.around, u)?;
+            pattern.constrain(&slide.planes(u, &forces)?, blocks);
+        }
         Some(())
     }
 
+    /// Internal nodal forces (mN) at nodes of which all elements are among `elements`; `None` when one of
+    /// these is turned inside out.
+    fn forces_at(&self, elements: &[u32], u: &[Vector]) -> Option<Vec<Vector>> {
+        let mut forces = vec![Vector::zeros(); u.len()];
+        for &e in elements {
+            for q in 0..Q {
+                let d = self.deformation(e as usize, q, u)?;
+                let stress = self.materials[e as usize].stress(&d);
+                self.add_stress((e as usize, q), &stress, &mut forces);
+            }
+        }
+        self.springs(u, &mut forces);
+        Some(forces)
+    }
+
     /// Fills `blocks` with the stiffness whose material tangent has its eigenvalues raised to `floor` (a
-    /// share of μ) at every quadrature point, which makes it positive definite.
+    /// share of μ) at every quadrature point, which makes it positive definite; where nodes slide without the
+    /// curvature of the surface, which may not be.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn lifted_stiffness(
@@ -172,6 +208,11 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         }
         if let Some(springs) = &self.foundation {
             springs.add_stiffness(1.0, pattern, blocks);
+        }
+        if let Some(slide) = &self.slide {
+            let mut planes = slide.planes(u, &vec![Vector::zeros(); u.len()])?;
+            planes.iter_mut().for_each(|plane| plane.stiffness = Matrix::zeros());
+            pattern.constrain(&planes, blocks);
         }
         Some(())
     }

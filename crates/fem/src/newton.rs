@@ -303,7 +303,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         self.tangent.is_definite(self.model, u)
     }
 
-    /// The state with displacement `u`; `None` when an element is turned inside out.
+    /// The state with displacement `u`; `None` when an element is turned inside out, or a node has slid to
+    /// where the body it slides on has no normal.
     fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State<Q>> {
         let (energy, mut forces) = self.model.evaluate(&u)?;
         let mut reactions = 0.0;
@@ -314,6 +315,9 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             } else {
                 *force -= load;
             }
+        }
+        if let Some(slide) = &self.model.slide {
+            reactions += slide.project(&u, &mut forces)?;
         }
         let scale = norm(load).max(reactions.sqrt()).max(SMALL_LOAD * self.weight);
         let work = dot(load, &u);
@@ -378,7 +382,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let digits = ENERGY_DIGITS * (state.potential.abs() + state.work.abs());
         let mut t = 1.0;
         for _ in 0..SHORTENINGS {
-            let Some(next) = self.state(moved(&state.u, t, &direction.step), load) else {
+            let Some(next) = self.state_at(moved(&state.u, t, &direction.step), load) else {
                 t *= 0.5;
                 continue;
             };
@@ -398,6 +402,13 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         None
     }
 
+    /// The state at `u`, nodes that slide brought back to their surface; `None` when that fails or an element is
+    /// turned inside out.
+    fn state_at(&self, mut u: Vec<Vector>, load: &[Vector]) -> Option<State<Q>> {
+        let brought = self.model.slide.as_ref().is_none_or(|slide| slide.bring(&mut u));
+        brought.then(|| self.state(u, load)).flatten()
+    }
+
     /// The last of steps twice as long as the one before that lower the potential further than `next`, the
     /// full step from `state`: a lifted stiffness is stiffer than the body, and its steps fall short.
     fn longer(
@@ -409,7 +420,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> State<Q> {
         for doubling in 1..=DOUBLINGS {
             let t = 2f64.powi(doubling);
-            match self.state(moved(&state.u, t, &direction.step), load) {
+            match self.state_at(moved(&state.u, t, &direction.step), load) {
                 Some(farther) if farther.potential < next.potential => next = farther,
                 _ => break,
             }

@@ -44,6 +44,16 @@ impl Place {
     }
 }
 
+/// A plane in which a node moves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    pub(crate) node: u32,
+    /// Its unit normal.
+    pub(crate) normal: Vector,
+    /// Stiffness that the node has by itself, mN/mm.
+    pub(crate) stiffness: Matrix,
+}
+
 /// Columns of 3 × 3 blocks over the free nodes.
 #[derive(Debug)]
 pub(crate) struct Pattern {
@@ -234,6 +244,40 @@ impl Pattern {
                 }
             }
             (0..3).for_each(|k| product[3 * column + k] += sum[k]);
+        }
+    }
+
+    /// Projects rows and columns of some nodes to their planes. Along a normal, which no other unknown then
+    /// meets, a node gets the mean stiffness of its own block.
+    pub(crate) fn constrain(&self, planes: &[Plane], blocks: &mut [Block]) {
+        let mut across = vec![None; self.free.len()];
+        for plane in planes {
+            if let Ok(free) = self.free.binary_search(&plane.node) {
+                across[free] = Some(plane);
+            }
+        }
+        for column in 0..self.free.len() {
+            for (place, row) in self.column(column) {
+                let (left, right) = (across[row], across[column]);
+                if left.is_none() && right.is_none() {
+                    continue;
+                }
+                let mut m = Matrix::from_row_slice(&blocks[place]);
+                let mean = m.trace() / 3.0;
+                if let (Some(own), true) = (left, row == column) {
+                    m += own.stiffness;
+                }
+                if let Some(Plane { normal, .. }) = left {
+                    m -= normal * (normal.transpose() * m);
+                }
+                if let Some(Plane { normal, .. }) = right {
+                    m -= (m * normal) * normal.transpose();
+                }
+                if let (Some(Plane { normal, .. }), true) = (left, row == column) {
+                    m += normal * normal.transpose() * mean;
+                }
+                blocks[place] = block(&m);
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
 use crate::pattern::{Pattern, Storage};
-use crate::{Cut, Error, Info, Job, Unloading, sensitivity};
+use crate::{Cut, Error, Info, Job, RestState, Unloading, sensitivity};
 use std::sync::Arc;
 use supine_mesh::BoundaryTag;
 use supine_space::{Progress, Vector};
@@ -52,8 +52,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     let materials = job.body.materials(job.stiffer);
     let foundation = job.foundation(&materials);
     let model = Model::new(shape, materials).on(foundation);
-    let load =
-        model.elements.load(held.len(), (job.load.target - job.load.ct) * job.body.tissue.weight());
+    let load = model.elements.load(held.len(), job.force());
     let zero = vec![Vector::zeros(); held.len()];
     let mut newton = job.newton(&model, &pattern, held)?;
     let found = newton
@@ -82,7 +81,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
     let (Rest { model, to_ct }, unloading) =
         stress_free(job, positions, shape, (held, &pattern), progress)?;
-    let load = model.elements.load(held.len(), job.load.target * job.body.tissue.weight());
+    let load = model.elements.load(held.len(), job.force());
     let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
     let mut newton = job.newton(&model, &pattern, held)?;
     let goal = job.params.tolerance;
@@ -100,7 +99,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     }
     let slope = job.slope.then(|| {
         let full = Pattern::new(&shape.nodes, held, Storage::Full);
-        let tissue = (&model.materials[..], model.foundation.as_ref());
+        let tissue = (&model.materials[..], model.foundation.as_deref());
         let inverse = job.inverse(positions, shape, tissue, (&full, &pattern));
         sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
     });
@@ -245,6 +244,15 @@ fn thickness(job: &Job<'_>) -> f64 {
 }
 
 impl Job<'_> {
+    /// The load on the stress-free shape, kPa/mm.
+    pub(crate) fn force(&self) -> Vector {
+        let supported = match self.params.rest {
+            RestState::Net => self.load.ct,
+            RestState::Unloaded => Vector::zeros(),
+        };
+        (self.load.target - supported) * self.body.tissue.weight()
+    }
+
     /// The search for the shape without the CT's gravity.
     fn inverse<'m, const N: usize, const Q: usize>(
         &self,

@@ -13,6 +13,12 @@ pub trait RigidBody: Sync {
 
     /// Its size, mm: a turn by 1/size moves its surface about as far as a shift by 1 mm.
     fn size_mm(&self) -> f64;
+
+    /// Whether it is a sphere about its centre: tissue then slides on exactly that
+    /// ([`crate::Contact::Frictionless`]), else on a spline through distances.
+    fn is_sphere(&self) -> bool {
+        false
+    }
 }
 
 /// A spherical applicator, with the shaft that carries it.
@@ -50,6 +56,10 @@ impl RigidBody for SphereOnShaft {
 
     fn size_mm(&self) -> f64 {
         self.radius_mm
+    }
+
+    fn is_sphere(&self) -> bool {
+        self.shaft.is_none()
     }
 }
 

@@ -9,8 +9,8 @@ use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
 use std::fs::File;
 use supine_fem::{
-    Applicator, Body, Cut, Error, Info, Load, Params, Pose, RestState, SphereOnShaft, Tissue,
-    sensitivity, solve, unload,
+    Applicator, Body, Contact, Cut, Error, Info, Load, Params, Pose, RestState, SphereOnShaft,
+    Tissue, sensitivity, solve, unload,
 };
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Progress, Vector, sitting, supine};
@@ -271,7 +271,7 @@ fn attached(case: &Case, tolerance: f64) -> Applicator {
     let load = Load { ct: supine(), target: tilt() };
     let params = Params { order: case.order, tolerance, cut: Cut::Free, ..Params::default() };
     let body = Body::new(&mesh, &tissue);
-    Applicator::attach(&body, &load, &params, &SPHERE, Progress::none()).unwrap().0
+    Applicator::attach(&body, &load, &params, (&SPHERE, Contact::Tied), Progress::none()).unwrap().0
 }
 
 fn applied() -> [Case; 3] {
