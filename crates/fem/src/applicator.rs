@@ -1,10 +1,11 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
-use crate::coupling::{Answers, Coupling, Place, Site, Tissue, elements_of};
+use crate::coupling::Coupling;
 use crate::guide::Guide;
 use crate::newton::Halt;
 use crate::rest::Settled;
 use crate::rigid::RigidBody;
+use crate::site::{Answers, Place, Site, Tissue, elements_of};
 use crate::sliding::{Slider, Sliding};
 use crate::{Body, Contact, Error, Info, Job, Load, Params, checked};
 use std::thread::JoinHandle;
@@ -40,10 +41,10 @@ pub struct Reaction {
 /// A meshed body with an applicator in it.
 ///
 /// Nodes that lie inside the applicator when it is attached follow its pose, or slide on it: see [`Contact`].
-/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear answer to the six motions of a rigid body,
-/// and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are renewed by
-/// [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with old
-/// ones, and become slower.
+/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear answer to the six
+/// motions of a rigid body, and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are
+/// renewed by [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with
+/// old ones, and become slower.
 pub struct Applicator {
     mesh: TetMesh,
     edges: Edges,
@@ -268,7 +269,8 @@ impl Job<'_> {
         };
         let (unknowns, slides) = (info.unknowns, sliding.is_some());
         let rigid = (rigid.centre().coords, rigid.size_mm());
-        let mut coupling = Coupling::new(tissue, u, (&held, &follow), sliding, rigid)
+        let site = Site::new(tissue, &u, (&held, &follow), sliding, rigid);
+        let mut coupling = Coupling::new(site, u)
             .map_err(|_| Error::Memory { unknowns })?
             .ok_or(Error::Singular)?;
         if slides {

@@ -41,6 +41,7 @@ mod quasi_newton;
 mod rest;
 mod rigid;
 mod sensitivity;
+mod site;
 mod sliding;
 mod snap;
 #[cfg(test)]
