@@ -1,5 +1,7 @@
 //! Springs on the cut: their limits, and the stiffness they have when none is given.
 
+use crate::element::kept;
+use crate::foundation::Foundation;
 use crate::test_mesh::{block, tagged};
 use crate::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, solve};
 use std::f64::consts::PI;
@@ -79,4 +81,17 @@ fn a_stiffness_that_is_none_is_refused() {
         matches!(refused, Err(Error::OutOfRange { value, .. }) if value == -1.0),
         "{refused:?}"
     );
+}
+
+/// Springs of a part of the elements and of the others bear together what all bear.
+#[test]
+fn springs_can_be_taken_apart() {
+    let (mesh, tissue) = (slab(), Tissue::default());
+    let springs = Foundation::<4>::new(&mesh, &Body::new(&mesh, &tissue).materials(1.0), None);
+    let first: Vec<bool> = (0..mesh.tets().len()).map(|t| t % 3 == 0).collect();
+    let second: Vec<bool> = first.iter().map(|first| !first).collect();
+    let u: Vec<Vector> = mesh.points().iter().map(|p| p.coords * 0.1).collect();
+    let energy = |keep: &[bool]| springs.only(keep).energy(&kept(mesh.tets(), keep), &u);
+    let (one, other, all) = (energy(&first), energy(&second), springs.energy(mesh.tets(), &u));
+    assert!(one > 0.1 * all && other > 0.1 * all && (one + other - all).abs() < 1e-12 * all);
 }
