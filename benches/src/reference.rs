@@ -1,11 +1,14 @@
 //! The reference data of the mechanics, and what is measured of a process.
 
+#[path = "cost.rs"]
+mod cost;
+
 use anyhow::{Context, Result, bail};
+pub(crate) use cost::{cpu_s, memory_mb};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzReader;
-use rustix::time::{ClockId, clock_gettime};
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Vector};
 
@@ -70,18 +73,4 @@ pub(crate) fn tilt() -> Vector {
 
 pub(crate) fn rows(array: &Array2<f64>) -> Vec<[f64; 3]> {
     array.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect()
-}
-
-/// CPU time of this process, s.
-pub(crate) fn cpu_s() -> f64 {
-    let now = clock_gettime(ClockId::ProcessCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// A line of what the system says of this process' memory, MB.
-pub(crate) fn memory_mb(line: &str) -> Result<f64> {
-    let status = std::fs::read_to_string(Path::new("/proc/self/status"))?;
-    let line = status.lines().find_map(|l| l.strip_prefix(line)?.strip_prefix(':'));
-    let kib: f64 = line.context("no such line")?.trim().trim_end_matches("kB").trim().parse()?;
-    Ok(kib * 1.024e-3)
 }

@@ -16,6 +16,14 @@ pub enum Error {
         /// Voxels along i, j, k.
         size: [usize; 3],
     },
+    /// The volume has more voxels than can be addressed.
+    #[error(
+        "the volume has {size:?} voxels; at most 8192 along i and j, and 2147483647 in all, can be carried"
+    )]
+    Large {
+        /// Voxels along i, j, k.
+        size: [usize; 3],
+    },
     /// A parameter is outside its range.
     #[error("the warp parameter {name} is {value}; it must be {need}")]
     Parameter {

@@ -1,10 +1,12 @@
 //! The map as vector fields on a grid, and its Jacobian.
 
+use crate::coverage::Coverage;
 use crate::element::Gradient;
 use crate::map::{Map, Prepared, check_grid};
 use crate::pieces::{Curve, Parent, Pieces};
 use crate::pullback::Pullback;
 use crate::raster::{Raster, SLAB};
+use crate::rows::Span;
 use crate::{Error, Params, collar::Collar};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -98,17 +100,16 @@ impl Side<'_> {
         let done = AtomicUsize::new(0);
         let slabs = volume.data_mut().par_chunks_mut(ni * nj * SLAB).enumerate();
         slabs.try_for_each(|(slab, out)| -> Result<(), Stopped> {
-            let mut current = None;
-            raster.scan(slab, |span| {
-                let pullback = match current {
-                    Some((tet, pullback)) if tet == span.tet => pullback,
-                    _ => Pullback::new(raster.corners(span.tet), target(span.tet)),
-                };
-                current = Some((span.tet, pullback));
-                let start = ((span.k - slab * SLAB) * nj + span.j) * ni;
-                for i in span.from..span.to {
-                    let p = [i as f64, span.j as f64, span.k as f64];
-                    out[start + i] = value(span.tet, p, pullback.at(p), pullback.weights(p));
+            let mut met = Coverage::new(raster.window(slab));
+            raster.scan(slab, &mut |tet: usize, spans: &[Span]| {
+                let pullback = Pullback::new(raster.corners(tet), target(tet));
+                for voxel in spans.iter().flat_map(Span::voxels) {
+                    if met.mark(&voxel) == 0 {
+                        let [i, j, k] = [voxel.from, voxel.j, voxel.k].map(|n| n as usize);
+                        let p = [i, j, k].map(|n| n as f64);
+                        out[((k - slab * SLAB) * nj + j) * ni + i] =
+                            value(tet, p, pullback.at(p), pullback.weights(p));
+                    }
                 }
             });
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -1,21 +1,24 @@
 //! CT, mesh and displacement to the deformed CT.
 //!
 //! For every voxel centre inside a deformed tetrahedron the CT is sampled where that tetrahedron
-//! came from (trilinear in f64, halves to even). Each voxel has exactly one owner, decided by exact
+//! came from (trilinear, halves to even). Each voxel has exactly one owner, decided by exact
 //! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
 //! quadratic displacement by straight-sided tetrahedra; `collar` adds the air-side layer that
-//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
-//! which voxels each tetrahedron owns (`predicate`: exact signs); `resample`, `fields` and `points`
-//! carry voxels, vectors and points. A new kernel takes the spans of `raster` and must give the
-//! values of `resample`.
+//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` and
+//! `rows` say which voxels each tetrahedron owns (`predicate`: exact signs); `resample` samples
+//! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
+//! again; `fields` and `points` carry vectors and points.
 
 mod collar;
+mod coverage;
 mod element;
 mod error;
 mod fade;
 mod fields;
+mod frames;
+mod kernel;
 mod map;
 mod params;
 mod pieces;
@@ -24,12 +27,14 @@ mod predicate;
 mod pullback;
 mod raster;
 mod resample;
+mod rows;
 
 #[cfg(test)]
 mod tests;
 
 pub use error::Error;
 pub use fields::{Fields, fields};
+pub use frames::Frames;
 pub use params::Params;
 pub use points::carry_points;
 
@@ -38,7 +43,6 @@ use crate::{
     map::Map,
     map::Prepared,
     pieces::{Curve, Pieces},
-    resample::Resampling,
 };
 use supine_mesh::{Displacement, TetMesh};
 use supine_space::Progress;
@@ -124,15 +128,9 @@ pub fn warp(
     let collar = collar(ct, &pieces, params.collar_mm);
     let map = Map::new(ct.grid(), &pieces, &collar);
     progress.at(0.2)?;
-    let resampling = Resampling {
-        map: &map,
-        source: ct.data(),
-        size: ct.grid().size(),
-        air_hu: params.air_hu,
-        body_hu: BODY_HU,
-    };
+    let resampling = frames::resampling(ct, &map, params);
     let mut out = ct.clone();
-    let counts = resampling.run(out.data_mut(), progress.part(0.2, 1.0))?;
+    let (_, counts) = resampling.run(&map, out.data_mut(), progress.part(0.2, 1.0))?;
     let jacobian = element::statistics(mesh, &edges, &displacement);
     let mut info = Info {
         warnings,

@@ -1,5 +1,6 @@
 //! The whole map in index space: mesh pieces first, then the collar.
 
+use crate::kernel::LONGEST;
 use crate::predicate::Index;
 use crate::{Error, Params, collar::Collar, fade::fade_towards_cut, pieces::Pieces};
 use supine_mesh::{Displacement, Edges, TetMesh};
@@ -62,8 +63,15 @@ impl Prepared {
     }
 }
 
-/// Refuses grids in which nothing can be interpolated.
+/// Refuses grids in which nothing can be interpolated or not every voxel addressed.
 pub(crate) fn check_grid(grid: &Grid) -> Result<(), Error> {
     let size = grid.size();
-    if size.iter().any(|&n| n < 2) { Err(Error::Thin { size }) } else { Ok(()) }
+    if size.iter().any(|&n| n < 2) {
+        return Err(Error::Thin { size });
+    }
+    let all = size.iter().try_fold(1i32, |all, &n| all.checked_mul(i32::try_from(n).ok()?));
+    if size[..2].iter().any(|&n| n > LONGEST) || all.is_none() {
+        return Err(Error::Large { size });
+    }
+    Ok(())
 }

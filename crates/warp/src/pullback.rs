@@ -1,6 +1,7 @@
 //! The affine map of one tetrahedron in index space, and sampling through it.
 
 use crate::predicate::Index;
+use crate::rows::{least, most};
 
 /// Takes a deformed position to its place in the CT, both as continuous indices.
 #[derive(Clone, Copy, Debug)]
@@ -19,16 +20,49 @@ impl Pullback {
     ///
     /// Nearly flat tetrahedra give results that are far off in floating point; they are held
     /// within the box of `source`.
+    #[inline(always)]
     pub(crate) fn new(deformed: [Index; 4], source: [Index; 4]) -> Self {
         let anchor = deformed[0];
-        let edge = |v: usize| [0, 1, 2].map(|a| deformed[v][a] - anchor[a]);
-        let (u, v, w) = (edge(1), edge(2), edge(3));
-        let volume = dot(u, cross(v, w));
-        let slope = [cross(v, w), cross(w, u), cross(u, v)].map(|n| n.map(|c| c / volume));
-        let corner = |f: fn(f64, f64) -> f64| {
-            [0, 1, 2].map(|a| source.iter().skip(1).fold(source[0][a], |m, s| f(m, s[a])))
-        };
-        Self { slope, anchor, source, low: corner(f64::min), high: corner(f64::max) }
+        let (u, v, w) =
+            (less(deformed[1], anchor), less(deformed[2], anchor), less(deformed[3], anchor));
+        let normals = [cross(v, w), cross(w, u), cross(u, v)];
+        let volume = dot(u, normals[0]);
+        let (mut slope, mut low, mut high) = (normals, source[0], source[0]);
+        for a in 0..3 {
+            for normal in &mut slope {
+                normal[a] /= volume;
+            }
+            for corner in &source[1..] {
+                low[a] = least(low[a], corner[a]);
+                high[a] = most(high[a], corner[a]);
+            }
+        }
+        Self { slope, anchor, source, low, high }
+    }
+
+    /// Lowest and highest index along each axis of the corners in the CT.
+    #[inline(always)]
+    pub(crate) fn hull(&self) -> [Index; 2] {
+        [self.low, self.high]
+    }
+
+    /// The place in the CT of `origin`, and its change along i, j, k (a row for each axis of the CT), not held
+    /// within the hull.
+    #[inline(always)]
+    pub(crate) fn affine(&self, origin: Index) -> (Index, [Index; 3]) {
+        let [o, s, t, u] = self.source;
+        let from = less(origin, self.anchor);
+        let (mut constant, mut rows) = (o, [[0.0; 3]; 3]);
+        for a in 0..3 {
+            let edges = [s[a] - o[a], t[a] - o[a], u[a] - o[a]];
+            for (edge, slope) in edges.iter().zip(&self.slope) {
+                for b in 0..3 {
+                    rows[a][b] += edge * slope[b];
+                }
+            }
+            constant[a] += dot(rows[a], from);
+        }
+        (constant, rows)
     }
 
     /// Barycentric coordinates of a voxel.
@@ -52,10 +86,17 @@ impl Pullback {
     }
 }
 
+#[inline(always)]
+fn less(a: Index, b: Index) -> Index {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
 fn dot(a: Index, b: Index) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+#[inline(always)]
 fn cross(a: Index, b: Index) -> Index {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -81,21 +122,9 @@ pub(crate) fn trilinear(data: &[i16], size: [usize; 3], q: Index) -> f64 {
     (1.0 - t[2]) * plane(start) + t[2] * plane(start + row * size[1])
 }
 
-/// Nearest i16, halves to even, saturated.
-#[inline]
-pub(crate) fn to_hu(value: f64) -> i16 {
-    value.round_ties_even() as i16
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn halves_go_to_even_and_large_values_saturate() {
-        assert_eq!([0.5, 1.5, -0.5, -1.5, -2.5].map(to_hu), [0, 2, 0, -2, -2]);
-        assert_eq!([4e4, -4e4].map(to_hu), [i16::MAX, i16::MIN]);
-    }
 
     #[test]
     fn the_map_takes_corners_to_corners_and_flat_ones_stay_in_the_box() {

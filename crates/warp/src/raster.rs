@@ -1,19 +1,12 @@
-//! Which voxels each tetrahedron owns: exact spans of rows.
+//! Tetrahedra in index space, sorted into slabs of slices, and the voxels that each owns.
 
-use crate::predicate::{FACES, Index, holds, orientation};
+use crate::coverage::Window;
+use crate::predicate::Index;
+use crate::rows::{Rows, Span, range};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Slices that are worked on together by one thread; every voxel has one writer.
-pub(crate) const SLAB: usize = 8;
-
-/// A run of voxels `from..to` along i in row (j, k), owned by one tetrahedron.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Span {
-    pub(crate) tet: usize,
-    pub(crate) j: usize,
-    pub(crate) k: usize,
-    pub(crate) from: usize,
-    pub(crate) to: usize,
-}
+pub(crate) const SLAB: usize = 16;
 
 /// Tetrahedra in index space, sorted into slabs of slices of a grid.
 #[derive(Debug)]
@@ -25,6 +18,21 @@ pub(crate) struct Raster<'a> {
     members: Vec<u32>,
     /// Where each slab begins in `members`.
     starts: Vec<usize>,
+    /// The box of all vertices.
+    window: Window,
+}
+
+/// Takes what a tetrahedron owns.
+pub(crate) trait Paint {
+    /// The spans of tetrahedron `tet` within the slab; they have no voxel in common.
+    fn paint(&mut self, tet: usize, spans: &[Span]);
+}
+
+impl<F: FnMut(usize, &[Span])> Paint for F {
+    #[inline(always)]
+    fn paint(&mut self, tet: usize, spans: &[Span]) {
+        self(tet, spans);
+    }
 }
 
 impl<'a> Raster<'a> {
@@ -50,163 +58,67 @@ impl<'a> Raster<'a> {
                 next[slab] += 1;
             }
         }
-        Self { vertices, tets, size, members, starts }
+        Self { vertices, tets, size, members, starts, window: window(vertices, size) }
     }
 
     /// Corners of a tetrahedron.
+    #[inline(always)]
     pub(crate) fn corners(&self, tet: usize) -> [Index; 4] {
-        self.tets[tet].map(|v| self.vertices[v as usize])
+        let [a, b, c, d] = self.tets[tet].map(|v| v as usize);
+        [self.vertices[a], self.vertices[b], self.vertices[c], self.vertices[d]]
     }
 
-    /// Whether no tetrahedron reaches into a slab.
-    pub(crate) fn is_empty(&self, slab: usize) -> bool {
-        self.starts[slab] == self.starts[slab + 1]
+    /// The voxels of a slab that tetrahedra may own; empty where none reaches.
+    pub(crate) fn window(&self, slab: usize) -> Window {
+        if self.starts[slab] == self.starts[slab + 1] {
+            return Window { first: [0; 3], end: [0; 3] };
+        }
+        self.window.slices(slab * SLAB, (slab + 1) * SLAB)
     }
 
-    /// Gives the spans within a slab to `paint`, tetrahedra in descending order: where several own
-    /// a voxel (a folded mesh), the lowest comes last and stays.
-    pub(crate) fn scan(&self, slab: usize, mut paint: impl FnMut(Span)) {
-        let slices = slab * SLAB..((slab + 1) * SLAB).min(self.size[2]);
-        for &tet in self.members[self.starts[slab]..self.starts[slab + 1]].iter().rev() {
+    /// Gives what each tetrahedron owns within a slab to `paint`, tetrahedra in ascending order: where
+    /// several own a voxel (a folded mesh), the first is to keep it.
+    pub(crate) fn scan(&self, slab: usize, paint: &mut impl Paint) {
+        Arch::new().dispatch(Scan { raster: self, slab, paint });
+    }
+}
+
+/// The voxels in the box of `vertices`.
+fn window(vertices: &[Index], size: [usize; 3]) -> Window {
+    let mut window = Window { first: [0; 3], end: [0; 3] };
+    for a in 0..3 {
+        let along = || vertices.iter().map(|v| v[a]);
+        let low = along().fold(f64::INFINITY, f64::min).ceil().max(0.0);
+        let high = along().fold(f64::NEG_INFINITY, f64::max).floor();
+        // Numbers below 0 become 0.
+        (window.first[a], window.end[a]) = (low as usize, ((high + 1.0) as usize).min(size[a]));
+    }
+    window
+}
+
+/// The work of [`Raster::scan`].
+struct Scan<'a, P> {
+    raster: &'a Raster<'a>,
+    slab: usize,
+    paint: &'a mut P,
+}
+
+impl<P: Paint> WithSimd for Scan<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { raster, slab, paint } = self;
+        let slices = slab * SLAB..((slab + 1) * SLAB).min(raster.size[2]);
+        let mut spans = Vec::new();
+        for &tet in &raster.members[raster.starts[slab]..raster.starts[slab + 1]] {
             let tet = tet as usize;
-            if let Some(rows) = Rows::new(self.corners(tet), self.size) {
-                rows.scan(&slices, |j, k, from, to| paint(Span { tet, j, k, from, to }));
+            let Some(rows) = Rows::new(raster.corners(tet), raster.size) else { continue };
+            spans.clear();
+            rows.scan(&slices, &mut spans);
+            if !spans.is_empty() {
+                paint.paint(tet, &spans);
             }
         }
-    }
-}
-
-/// Whole numbers within 0..n that lie in the hull of `values`.
-fn range(values: [f64; 4], n: usize) -> Option<(usize, usize)> {
-    let low = values.into_iter().fold(f64::INFINITY, f64::min).ceil().max(0.0);
-    let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max).floor().min((n - 1) as f64);
-    (low <= high).then_some((low as usize, high as usize))
-}
-
-/// One tetrahedron, prepared for the rows of its box.
-struct Rows {
-    corners: [Index; 4],
-    sign: f64,
-    /// Lowest and highest voxel of the box along i, j, k.
-    bounds: [(usize, usize); 3],
-    /// Integer point near the corners; the faces are taken relative to it to keep digits.
-    origin: Index,
-    faces: [Face; 4],
-    /// Bound of the rounding error of a face's value anywhere in the box.
-    error: f64,
-    /// Bound of |coordinate| relative to `origin` in the box.
-    reach: f64,
-}
-
-/// normal·x + offset, positive inside, coordinates relative to the origin of [`Rows`].
-#[derive(Clone, Copy)]
-struct Face {
-    normal: Index,
-    offset: f64,
-}
-
-/// Rounding error of a face's value in units of (reach)³: about 40 operations of half an ulp,
-/// rounded up generously, since a larger value only sends more voxels to the exact test.
-const ERROR: f64 = 128.0 * f64::EPSILON;
-
-impl Rows {
-    /// `None` when the tetrahedron is flat or owns nothing in the grid.
-    fn new(corners: [Index; 4], size: [usize; 3]) -> Option<Self> {
-        let mut bounds = [(0, 0); 3];
-        for a in 0..3 {
-            bounds[a] = range(corners.map(|c| c[a]), size[a])?;
-        }
-        let sign = orientation(corners);
-        if sign == 0.0 {
-            return None;
-        }
-        let origin = [0, 1, 2].map(|a| bounds[a].0 as f64);
-        let local = corners.map(|c| [c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]]);
-        let extent = (0..3).map(|a| (bounds[a].1 - bounds[a].0) as f64).fold(1.0, f64::max);
-        let reach = local.iter().flatten().fold(extent, |m, x| m.max(x.abs()));
-        let faces = FACES.map(|f| Face::new(f.map(|v| local[v]), sign));
-        Some(Self { corners, sign, bounds, origin, faces, error: ERROR * reach.powi(3), reach })
-    }
-
-    fn scan(
-        &self,
-        slices: &std::ops::Range<usize>,
-        mut paint: impl FnMut(usize, usize, usize, usize),
-    ) {
-        let [_, rows, bounds] = self.bounds;
-        for k in bounds.0.max(slices.start)..(bounds.1 + 1).min(slices.end) {
-            for j in rows.0..=rows.1 {
-                if let Some((from, to)) = self.row(j, k) {
-                    paint(j, k, from, to);
-                }
-            }
-        }
-    }
-
-    /// The owned voxels `from..to` of a row.
-    fn row(&self, j: usize, k: usize) -> Option<(usize, usize)> {
-        let (first, last) = self.bounds[0];
-        let (y, z) = (j as f64 - self.origin[1], k as f64 - self.origin[2]);
-        // Surely inside: above `low.1` and below `high.0`; surely outside: below `low.0` or above
-        // `high.1`; what is between is decided exactly.
-        let extent = (last - first) as f64;
-        let (mut low, mut high) = ((0.0f64, 0.0f64), (extent, extent));
-        let mut unsure = false;
-        for face in &self.faces {
-            let rest = face.normal[1] * y + face.normal[2] * z + face.offset;
-            let slope = face.normal[0];
-            let blur = self.error / slope.abs();
-            if blur < 0.25 {
-                let cross = -rest / slope;
-                let blur = blur + 1e-9 * (1.0 + cross.abs());
-                if slope > 0.0 {
-                    low = (low.0.max(cross - blur), low.1.max(cross + blur));
-                } else {
-                    high = (high.0.min(cross - blur), high.1.min(cross + blur));
-                }
-            } else {
-                // (Nearly) parallel to the row: the whole row is inside, outside or unsure.
-                let margin = self.error + slope.abs() * self.reach;
-                if rest < -margin {
-                    return None;
-                }
-                unsure |= rest <= margin;
-            }
-        }
-        if low.0 > high.1 {
-            return None;
-        }
-        let (maybe, sure) = ((low.0.ceil(), high.1.floor()), (low.1.ceil(), high.0.floor()));
-        if maybe.0 > maybe.1 {
-            return None;
-        }
-        let (mut from, mut to) = (first + maybe.0 as usize, first + maybe.1 as usize + 1);
-        let (sure_from, sure_to) = if unsure || sure.0 > sure.1 {
-            (to, from)
-        } else {
-            (first + sure.0 as usize, first + sure.1 as usize + 1)
-        };
-        let inside = |i: usize| holds(&self.corners, self.sign, [i as f64, j as f64, k as f64]);
-        while from < to && from < sure_from && !inside(from) {
-            from += 1;
-        }
-        while to > from && to > sure_to && !inside(to - 1) {
-            to -= 1;
-        }
-        (from < to).then_some((from, to))
-    }
-}
-
-impl Face {
-    fn new([a, b, c]: [Index; 3], sign: f64) -> Self {
-        let u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
-        let w = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
-        let normal = [
-            sign * (u[2] * w[1] - u[1] * w[2]),
-            sign * (u[0] * w[2] - u[2] * w[0]),
-            sign * (u[1] * w[0] - u[0] * w[1]),
-        ];
-        let offset = -(normal[0] * a[0] + normal[1] * a[1] + normal[2] * a[2]);
-        Self { normal, offset }
     }
 }

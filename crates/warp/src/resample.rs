@@ -1,23 +1,14 @@
-//! The CT carried by a map: the scalar kernel, in f64, against which others are to be held.
+//! The CT carried by a map.
 
+use crate::coverage::Coverage;
+use crate::kernel::{Kernel, LANES, Local, Place, Source, prefetch};
 use crate::map::Map;
-use crate::pullback::{Pullback, to_hu, trilinear};
-use crate::raster::{Raster, SLAB, Span};
+use crate::predicate::Index;
+use crate::raster::{Paint, Raster, SLAB};
+use crate::rows::Span;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::{Progress, Stopped};
-
-/// What is known of a voxel while its slab is worked on.
-mod flag {
-    /// Within the mesh or the collar in the CT.
-    pub(super) const REST: u8 = 1;
-    /// Within the deformed mesh.
-    pub(super) const MESH: u8 = 2;
-    /// Within the deformed mesh more than once.
-    pub(super) const FOLDED: u8 = 4;
-    /// Within the deformed collar alone.
-    pub(super) const COLLAR: u8 = 8;
-}
 
 /// How many voxels were what.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,90 +35,266 @@ impl std::ops::Add for Counts {
     }
 }
 
-/// The fixed part of a resampling.
+/// For each length of a short span, the bits of the voxels that are not in it.
+const KEEP: [[i16; LANES]; LANES + 1] = {
+    let mut keep = [[-1; LANES]; LANES + 1];
+    let mut length = 0;
+    while length <= LANES {
+        let mut n = 0;
+        while n < length {
+            keep[length][n] = 0;
+            n += 1;
+        }
+        length += 1;
+    }
+    keep
+};
+
+/// The fixed part of a resampling: a volume, and the shape in it that is carried.
 #[derive(Debug)]
 pub(crate) struct Resampling<'a> {
-    pub(crate) map: &'a Map,
-    pub(crate) source: &'a [i16],
-    pub(crate) size: [usize; 3],
+    source: Source<'a>,
+    rules: Rules,
+    /// What is within mesh or collar in the CT, slab by slab.
+    before: Vec<Coverage>,
+}
+
+/// What is done with voxels, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rules {
+    /// Value of voxels that the tissue left.
     pub(crate) air_hu: i16,
     /// Voxels of the CT at or above this, outside mesh and collar, are not the collar's to change.
     pub(crate) body_hu: i16,
+    pub(crate) kernel: Kernel,
 }
 
-impl Resampling<'_> {
+/// What was written in each slab, and what it was.
+pub(crate) type Written = (Vec<Coverage>, Counts);
+
+impl<'a> Resampling<'a> {
+    /// Of `source`, through maps that have the CT side of `map`.
+    pub(crate) fn new(source: Source<'a>, map: &Map, rules: Rules) -> Self {
+        let raster = Raster::new(&map.rest, &map.tets, source.size());
+        let before = (0..source.size()[2].div_ceil(SLAB)).into_par_iter().map(|slab| {
+            let mut coverage = Coverage::new(raster.window(slab));
+            raster.scan(slab, &mut |_, spans: &[Span]| {
+                for span in spans {
+                    coverage.mark(span);
+                }
+            });
+            coverage
+        });
+        Self { source, rules, before: before.collect() }
+    }
+
     /// Changes `out`, a copy of the source (i fastest), and says what happened.
-    pub(crate) fn run(&self, out: &mut [i16], progress: Progress<'_>) -> Result<Counts, Stopped> {
-        let rest = Raster::new(&self.map.rest, &self.map.tets, self.size);
-        let deformed = Raster::new(&self.map.deformed, &self.map.tets, self.size);
-        let [ni, nj, nk] = self.size;
-        let slabs = nk.div_ceil(SLAB);
+    pub(crate) fn run(
+        &self,
+        map: &Map,
+        out: &mut [i16],
+        progress: Progress<'_>,
+    ) -> Result<Written, Stopped> {
+        let deformed = Raster::new(&map.deformed, &map.tets, self.source.size());
+        let [ni, nj, _] = self.source.size();
+        let slabs = self.before.len();
         let done = AtomicUsize::new(0);
-        let counts: Result<Vec<Counts>, Stopped> = out
+        let written: Result<Vec<_>, Stopped> = out
             .par_chunks_mut(ni * nj * SLAB)
             .enumerate()
             .map(|(slab, out)| {
-                let counts = self.slab(slab, &rest, &deformed, out);
+                let written = self.slab(slab, map, &deformed, out);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.at(done as f64 / slabs as f64)?;
-                Ok(counts)
+                Ok(written)
             })
             .collect();
-        Ok(counts?.into_iter().fold(Counts::default(), |a, b| a + b))
+        let (written, counts): (Vec<_>, Vec<Counts>) = written?.into_iter().unzip();
+        Ok((written, counts.into_iter().fold(Counts::default(), |a, b| a + b)))
     }
 
     fn slab(
         &self,
         slab: usize,
-        rest: &Raster<'_>,
+        map: &Map,
         deformed: &Raster<'_>,
         out: &mut [i16],
-    ) -> Counts {
-        if rest.is_empty(slab) && deformed.is_empty(slab) {
-            return Counts::default();
+    ) -> (Coverage, Counts) {
+        let before = &self.before[slab];
+        let window = deformed.window(slab).with(before.window());
+        let none = Coverage::new(window);
+        if window.is_empty() {
+            return (none, Counts::default());
         }
-        let [ni, nj, _] = self.size;
-        let row = |span: &Span| ((span.k - slab * SLAB) * nj + span.j) * ni;
-        let mut flags = vec![0u8; out.len()];
-        rest.scan(slab, |span| {
-            let start = row(&span);
-            flags[start + span.from..start + span.to].iter_mut().for_each(|f| *f |= flag::REST);
-        });
-        let mut current: Option<(usize, Pullback)> = None;
-        deformed.scan(slab, |span| {
-            let pullback = match current {
-                Some((tet, pullback)) if tet == span.tet => pullback,
-                _ => Pullback::new(deformed.corners(span.tet), rest.corners(span.tet)),
-            };
-            current = Some((span.tet, pullback));
-            let mesh = span.tet < self.map.collar_from;
-            let start = row(&span);
-            for i in span.from..span.to {
-                let n = start + i;
-                if mesh {
-                    let again = flags[n] & flag::MESH != 0;
-                    flags[n] |= flag::MESH | if again { flag::FOLDED } else { 0 };
-                } else if flags[n] & flag::REST != 0 || out[n] < self.body_hu {
-                    flags[n] |= flag::COLLAR;
-                } else {
-                    continue;
+        let mut brush = Brush {
+            resampling: self,
+            map,
+            first: slab * SLAB,
+            before: before.within(window),
+            mesh: none.clone(),
+            collar: none,
+            folded: None,
+            out,
+            strokes: Vec::new(),
+            places: Vec::new(),
+            values: Vec::new(),
+            counts: Counts::default(),
+        };
+        deformed.scan(slab, &mut brush);
+        brush.finish()
+    }
+}
+
+/// Samples what is owned, slab by slab; each voxel once.
+struct Brush<'a> {
+    resampling: &'a Resampling<'a>,
+    map: &'a Map,
+    /// First slice of the slab.
+    first: usize,
+    /// Within mesh or collar in the CT.
+    before: Coverage,
+    /// Sampled through the mesh, and through the collar.
+    mesh: Coverage,
+    collar: Coverage,
+    /// Claimed more than once.
+    folded: Option<Coverage>,
+    out: &'a mut [i16],
+    /// Of one tetrahedron: the spans to be written, the voxels in them and their values.
+    strokes: Vec<Span>,
+    places: Vec<Place>,
+    values: Vec<i16>,
+    counts: Counts,
+}
+
+impl Paint for Brush<'_> {
+    #[inline(always)]
+    fn paint(&mut self, tet: usize, spans: &[Span]) {
+        self.strokes.clear();
+        if tet < self.map.collar_from {
+            self.take_mesh(spans);
+        } else {
+            self.take_collar(spans);
+        }
+        if !self.strokes.is_empty() {
+            self.sample(tet);
+            self.write();
+        }
+    }
+}
+
+impl Brush<'_> {
+    /// Takes the voxels that no tetrahedron before has.
+    #[inline(always)]
+    fn take_mesh(&mut self, spans: &[Span]) {
+        for span in spans {
+            if self.mesh.take(span) {
+                self.counts.mesh += (span.to - span.from) as usize;
+                prefetch(&self.out[self.at(span)..]);
+                self.strokes.push(*span);
+            } else {
+                self.take_folded(span);
+            }
+        }
+    }
+
+    #[cold]
+    fn take_folded(&mut self, span: &Span) {
+        for one in span.voxels() {
+            if self.mesh.mark(&one) == 0 {
+                self.counts.mesh += 1;
+                self.strokes.push(one);
+            } else {
+                let folded = self.folded.get_or_insert_with(|| self.mesh.none());
+                self.counts.folded += 1 - folded.mark(&one);
+            }
+        }
+    }
+
+    /// Takes voxels outside the deformed mesh, unless they hold other tissue.
+    fn take_collar(&mut self, spans: &[Span]) {
+        for span in spans {
+            for one in span.voxels() {
+                let own = self.before.marked(&one) > 0;
+                let free = own || self.out[self.at(&one)] < self.resampling.rules.body_hu;
+                if free && self.mesh.marked(&one) == 0 && self.collar.mark(&one) == 0 {
+                    self.counts.collar += 1;
+                    self.strokes.push(one);
                 }
-                let q = pullback.at([i as f64, span.j as f64, span.k as f64]);
-                out[n] = to_hu(trilinear(self.source, self.size, q));
-            }
-        });
-        let mut counts = Counts::default();
-        for (value, flags) in out.iter_mut().zip(flags) {
-            counts.folded += usize::from(flags & flag::FOLDED != 0);
-            if flags & flag::MESH != 0 {
-                counts.mesh += 1;
-            } else if flags & flag::COLLAR != 0 {
-                counts.collar += 1;
-            } else if flags & flag::REST != 0 {
-                *value = self.air_hu;
-                counts.vacated += 1;
             }
         }
-        counts
+    }
+
+    /// Samples all voxels of the strokes.
+    #[inline(always)]
+    fn sample(&mut self, tet: usize) {
+        let origin = self
+            .strokes
+            .iter()
+            .fold([u32::MAX; 3], |o, s| [o[0].min(s.from), o[1].min(s.j), o[2].min(s.k)]);
+        let count: usize = self.strokes.iter().map(|s| (s.to - s.from) as usize).sum();
+        let whole = count.next_multiple_of(LANES);
+        if self.places.len() < whole + LANES {
+            self.places.resize(whole + LANES, Place::default());
+            self.values.resize(whole + LANES, 0);
+        }
+        let mut at = 0;
+        for span in &self.strokes {
+            let first = Place::new([span.from - origin[0], span.j - origin[1], span.k - origin[2]]);
+            for n in (0..span.to - span.from).step_by(LANES) {
+                let places = &mut self.places[at + n as usize..][..LANES];
+                for (place, lane) in places.iter_mut().zip(0..) {
+                    *place = first.beside(n + lane);
+                }
+            }
+            at += (span.to - span.from) as usize;
+        }
+        let source = &self.resampling.source;
+        let [a, b, c, d] = self.map.tets[tet].map(|v| v as usize);
+        let corners = |of: &[Index]| [of[a], of[b], of[c], of[d]];
+        let (deformed, rest) = (corners(&self.map.deformed), corners(&self.map.rest));
+        let local = Local::new(deformed, rest, origin, source);
+        let (places, values) = (&self.places[..whole], &mut self.values[..whole]);
+        self.resampling.rules.kernel.sample(source, &local, places, values);
+    }
+
+    /// Writes the values to where the strokes are.
+    #[inline(always)]
+    fn write(&mut self) {
+        let [ni, nj, _] = self.resampling.source.size();
+        let mut values = &self.values[..];
+        for span in &self.strokes {
+            let length = (span.to - span.from) as usize;
+            let at =
+                ((span.k as usize - self.first) * nj + span.j as usize) * ni + span.from as usize;
+            let out = &mut self.out[at..];
+            match (out.first_chunk_mut::<LANES>(), values.first_chunk::<LANES>()) {
+                // Short ones are written over what is there, all at once.
+                (Some(out), Some(new)) if length <= LANES => {
+                    let (old, keep) = (*out, KEEP[length]);
+                    *out = std::array::from_fn(|n| new[n] & !keep[n] | old[n] & keep[n]);
+                }
+                _ => out[..length].copy_from_slice(&values[..length]),
+            }
+            values = &values[length..];
+        }
+    }
+
+    /// Turns to air what the tissue left, and says what was written.
+    fn finish(self) -> (Coverage, Counts) {
+        let Self { before, mut mesh, collar, out, mut counts, first, resampling, .. } = self;
+        mesh.add(&collar);
+        let [ni, nj, _] = resampling.source.size();
+        let air = resampling.rules.air_hu;
+        counts.vacated =
+            before.each_without(&mesh, |[i, j, k]| out[((k - first) * nj + j) * ni + i] = air);
+        mesh.add(&before);
+        (mesh, counts)
+    }
+
+    /// Where a span begins in the slab.
+    #[inline(always)]
+    fn at(&self, span: &Span) -> usize {
+        let [ni, nj, _] = self.resampling.source.size();
+        ((span.k as usize - self.first) * nj + span.j as usize) * ni + span.from as usize
     }
 }

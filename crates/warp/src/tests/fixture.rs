@@ -55,7 +55,7 @@ impl Archive {
 }
 
 /// A CT of integers alone, the same on every machine: ramps with hashed noise of four bits.
-pub(super) fn patterned_ct(size: [usize; 3], seed: u64) -> Vec<i16> {
+pub(crate) fn patterned_ct(size: [usize; 3], seed: u64) -> Vec<i16> {
     const MASK: u64 = 0xffff_ffff;
     let voxel = |n: usize| {
         let mut hash = (n as u64 * 2_654_435_761 + seed) & MASK;

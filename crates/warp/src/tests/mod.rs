@@ -1,6 +1,6 @@
 //! Tests of the whole crate.
 
-mod fixture;
+pub(crate) mod fixture;
 mod reference;
 mod skin;
 mod warp;

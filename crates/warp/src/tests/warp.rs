@@ -2,7 +2,7 @@
 
 use super::fixture::{lattice, moved, patterned_ct};
 use crate::pieces::{Curve, Pieces};
-use crate::{Params, carry_points, fade, fields, warp};
+use crate::{Error, Frames, Params, carry_points, fade, fields, warp};
 use proptest::prelude::*;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
@@ -107,7 +107,7 @@ fn a_stop_is_obeyed() {
     let u = moved(&mesh, Order::Linear, bent);
     let stop = |share: f64| share < 0.5;
     let result = warp(&ct, &mesh, &u, &Params::default(), Progress::new(&stop));
-    assert!(matches!(result, Err(crate::Error::Stopped(_))), "{result:?}");
+    assert!(matches!(result, Err(Error::Stopped(_))), "{result:?}");
 }
 
 #[test]
@@ -238,6 +238,32 @@ fn too_many_pieces_are_not_made() {
         tets.map(|[a, b, c, d]| (b - a).dot(&(c - a).cross(&(d - a))) / 6.0).sum()
     };
     assert!((volume(&free) - volume(&bound)).abs() < 1e-3 * volume(&free));
+}
+
+/// Frames one after the other give what each displacement gives alone, and the CT is there again after them.
+#[test]
+fn each_frame_is_as_if_it_were_the_only_one() {
+    let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+    let ct = ct();
+    for order in [Order::Linear, Order::Quadratic] {
+        let params = Params { collar_mm: 2.0, ..no_fade() };
+        let mut frames = Frames::new(&ct, &mesh, &params).unwrap();
+        let mut frame = ct.clone();
+        for share in [0.3, 1.0, 0.6] {
+            let u = moved(&mesh, order, |p| bent(p) * share);
+            frames.next(&u, &mut frame).unwrap();
+            let (alone, _) = warp(&ct, &mesh, &u, &params, Progress::none()).unwrap();
+            let differ = frame.data().iter().zip(alone.data()).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "{order:?} {share}");
+        }
+        assert_ne!(frame.data(), ct.data());
+        frames.restore(&mut frame);
+        assert_eq!(frame.data(), ct.data());
+    }
+    let other = lattice([2, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+    let mut frames = Frames::new(&ct, &mesh, &no_fade()).unwrap();
+    let u = moved(&other, Order::Linear, bent);
+    assert!(matches!(frames.next(&u, &mut ct.clone()), Err(Error::Displacement(_))));
 }
 
 proptest! {

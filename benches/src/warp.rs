@@ -1,0 +1,154 @@
+//! CPU time of carrying a CT through a deformed mesh, beside that of copying it:
+//! `bench-warp WORKLOAD.npz CT.npy RUNS [OUT.npy]`, JSON on stdout.
+//!
+//! WORKLOAD is one of the reference's (shape, spacing, origin, direction, rest, disp, tets), CT its volume.
+//! The mesh ends where it rests: no fade, no collar. OUT receives the result.
+#![expect(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a measurement reads its input and tells its result"
+)]
+
+mod cost;
+
+use anyhow::{Context, Result, bail, ensure};
+use cost::{cpu_s, memory_mb};
+use ndarray::{Array1, Array2, Array3};
+use ndarray_npy::{NpzReader, read_npy, write_npy};
+use serde_json::json;
+use std::fs::File;
+use std::time::Instant;
+use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
+use supine_space::{Grid, Matrix, Point, Vector};
+use supine_volume::{Ct, Volume};
+use supine_warp::{Frames, Params};
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let (workload, ct, runs, out) = match &words[..] {
+        [workload, ct, runs] => (workload, ct, runs.parse()?, None),
+        [workload, ct, runs, out] => (workload, ct, runs.parse()?, Some(out)),
+        _ => bail!("bench-warp WORKLOAD.npz CT.npy RUNS [OUT.npy]"),
+    };
+    let Workload { ct, mesh, displacement } = Workload::read(workload, ct)?;
+    let params = Params { collar_mm: 0.0, ..Params::default() };
+    let mut out_ct = ct.clone();
+    let volumes_mb = memory_mb("VmRSS")?;
+    let (frames, prepare) = timed(|| Frames::new(&ct, &mesh, &params));
+    let mut frames = frames?;
+    let mut times: [Vec<Time>; 4] = Default::default();
+    for _ in 0..runs {
+        let (_, copy) = timed(|| out_ct.data_mut().copy_from_slice(ct.data()));
+        frames.restore(&mut out_ct);
+        let (painted, paint) = timed(|| frames.paint(&displacement, &mut out_ct));
+        painted?;
+        let (_, restore) = timed(|| frames.restore(&mut out_ct));
+        let (framed, frame) = {
+            frames.paint(&displacement, &mut out_ct)?;
+            timed(|| frames.next(&displacement, &mut out_ct))
+        };
+        framed?;
+        for (all, one) in times.iter_mut().zip([copy, paint, restore, frame]) {
+            all.push(one);
+        }
+    }
+    let peak_mb = memory_mb("VmHWM")?;
+    let [copy, paint, restore, frame] = times.map(median);
+    println!(
+        "{}",
+        json!({
+            "threads": rayon_threads(), "tetrahedra": mesh.tets().len(), "prepare_ms": prepare.cpu_ms,
+            "copy_ms": copy.cpu_ms, "paint_ms": paint.cpu_ms, "restore_ms": restore.cpu_ms,
+            "frame_ms": frame.cpu_ms, "paint_wall_ms": paint.wall_ms, "frame_wall_ms": frame.wall_ms,
+            "paint_of_copy": paint.cpu_ms / copy.cpu_ms,
+            "with_copy_of_copy": (paint.cpu_ms + copy.cpu_ms) / copy.cpu_ms,
+            "beyond_volumes_mb": peak_mb - volumes_mb,
+        })
+    );
+    if let Some(path) = out {
+        let [ni, nj, nk] = ct.grid().size();
+        write_npy(path, &Array3::from_shape_vec((nk, nj, ni), out_ct.data().to_vec())?)?;
+    }
+    Ok(())
+}
+
+/// What is carried.
+struct Workload {
+    ct: Ct,
+    mesh: TetMesh,
+    displacement: Displacement,
+}
+
+impl Workload {
+    fn read(workload: &str, ct: &str) -> Result<Self> {
+        let mut file = NpzReader::new(File::open(workload).with_context(|| workload.to_owned())?)?;
+        let vector = |a: Array1<f64>| Vector::new(a[0], a[1], a[2]);
+        let spacing = vector(file.by_name("spacing")?);
+        let origin = Point::from(vector(file.by_name("origin")?));
+        let direction: Array2<f64> = file.by_name("direction")?;
+        let direction = Matrix::from_fn(|a, b| direction[(a, b)]);
+        let values: Array3<i16> = read_npy(ct)?;
+        let (nk, nj, ni) = values.dim();
+        let grid = Grid::new([ni, nj, nk], spacing, origin, direction)?;
+        let ct = Volume::new(grid, values.into_iter().collect())?;
+        let rows = |a: Array2<f64>| -> Vec<Vector> {
+            a.rows().into_iter().map(|r| Vector::new(r[0], r[1], r[2])).collect()
+        };
+        let points = rows(file.by_name("rest")?).into_iter().map(Point::from).collect();
+        let tets: Array2<i32> = file.by_name("tets")?;
+        let corner = |n: i32| u32::try_from(n).context("a node below 0");
+        let tets: Vec<[u32; 4]> = tets
+            .rows()
+            .into_iter()
+            .map(|r| Ok([corner(r[0])?, corner(r[1])?, corner(r[2])?, corner(r[3])?]))
+            .collect::<Result<_>>()?;
+        ensure!(!tets.is_empty(), "no tetrahedra");
+        let boundary = boundary(&tets);
+        let mesh = TetMesh::new(points, tets, boundary)?;
+        let displacement =
+            Displacement::new(&mesh, &Edges::new(&mesh), rows(file.by_name("disp")?))?;
+        Ok(Self { ct, mesh, displacement })
+    }
+}
+
+/// Faces of one tetrahedron only, all of them skin.
+fn boundary(tets: &[[u32; 4]]) -> Vec<BoundaryFace> {
+    let faces = tets.iter().flat_map(|tet| TET_FACES.map(|f| f.map(|c| tet[c])));
+    let mut faces: Vec<([u32; 3], [u32; 3])> = faces
+        .map(|face| {
+            let mut key = face;
+            key.sort_unstable();
+            (key, face)
+        })
+        .collect();
+    faces.sort_unstable();
+    let alone = faces.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1);
+    alone.map(|same| BoundaryFace { points: same[0].1, tag: BoundaryTag::Skin }).collect()
+}
+
+/// What something took.
+#[derive(Clone, Copy)]
+struct Time {
+    cpu_ms: f64,
+    wall_ms: f64,
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Time) {
+    let (cpu, wall) = (cpu_s(), Instant::now());
+    let made = work();
+    let time = Time { cpu_ms: (cpu_s() - cpu) * 1e3, wall_ms: wall.elapsed().as_secs_f64() * 1e3 };
+    (made, time)
+}
+
+fn median(mut times: Vec<Time>) -> Time {
+    let middle = times.len() / 2;
+    let mut of = |key: fn(&Time) -> f64| {
+        times.sort_by(|a, b| key(a).total_cmp(&key(b)));
+        times.get(middle).map_or(f64::NAN, key)
+    };
+    Time { cpu_ms: of(|t| t.cpu_ms), wall_ms: of(|t| t.wall_ms) }
+}
+
+fn rayon_threads() -> usize {
+    std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse().ok()).unwrap_or(0)
+}

@@ -1,0 +1,109 @@
+//! A CT carried again and again by displacements that change.
+
+use crate::collar::collar;
+use crate::coverage::Coverage;
+use crate::kernel::{Kernel, Source};
+use crate::map::{Map, check_grid};
+use crate::pieces::{Curve, Pieces};
+use crate::raster::SLAB;
+use crate::resample::{Resampling, Rules};
+use crate::{BODY_HU, Error, Params};
+use rayon::prelude::*;
+use supine_mesh::{Displacement, Edges, TetMesh};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// A CT and a mesh in it whose displacement changes from frame to frame.
+///
+/// Only voxels that the frame before changed are restored, and what does not change is prepared once.
+#[derive(Debug)]
+pub struct Frames<'a> {
+    ct: &'a Ct,
+    mesh: &'a TetMesh,
+    edges: Edges,
+    params: Params,
+    /// Where the collar ends or a curve is followed by pieces may change: the map that `resampling` is for.
+    map: Map,
+    resampling: Resampling<'a>,
+    /// What the last frame changed, slab by slab.
+    written: Vec<Coverage>,
+}
+
+impl<'a> Frames<'a> {
+    /// Prepares `ct`, LPS, with `mesh` in it.
+    ///
+    /// # Errors
+    /// When an axis of the CT cannot be sampled or a parameter is out of range.
+    pub fn new(ct: &'a Ct, mesh: &'a TetMesh, params: &Params) -> Result<Self, Error> {
+        params.check()?;
+        check_grid(ct.grid())?;
+        let edges = Edges::new(mesh);
+        let still = Displacement::zero(mesh);
+        let curve = Curve { mesh, edges: &edges, displacement: &still };
+        let pieces = Pieces::new(&curve, params.curve_tolerance_mm, Progress::none())?;
+        let map = Map::new(ct.grid(), &pieces, &collar(ct, &pieces, params.collar_mm));
+        let resampling = resampling(ct, &map, params);
+        Ok(Self { ct, mesh, edges, params: params.clone(), map, resampling, written: Vec::new() })
+    }
+
+    /// Makes `frame`, which holds the CT or the frame before, the CT carried by `displacement` (LPS, mm).
+    ///
+    /// The displacement is taken as it is: to let it fade towards the cut, give what [`crate::fade`] makes
+    /// of it.
+    ///
+    /// # Errors
+    /// When the displacement belongs to another mesh.
+    ///
+    /// # Panics
+    /// When `frame` has another number of voxels than the CT.
+    pub fn next(&mut self, displacement: &Displacement, frame: &mut Ct) -> Result<(), Error> {
+        self.restore(frame);
+        self.paint(displacement, frame)
+    }
+
+    /// Makes `frame` the CT again.
+    ///
+    /// # Panics
+    /// When `frame` has another number of voxels than the CT.
+    pub fn restore(&mut self, frame: &mut Ct) {
+        let (source, out) = (self.ct.data(), frame.data_mut());
+        assert_eq!(source.len(), out.len(), "a frame has the voxels of the CT");
+        let [ni, nj, _] = self.ct.grid().size();
+        let slab = ni * nj * SLAB;
+        let slabs = out.par_chunks_mut(slab).zip(source.par_chunks(slab)).enumerate();
+        slabs.zip(&self.written).for_each(|((slab, (out, source)), written)| {
+            for row in written.hulls() {
+                let start = ((row.k as usize - slab * SLAB) * nj + row.j as usize) * ni;
+                let row = start + row.from as usize..start + row.to as usize;
+                out[row.clone()].copy_from_slice(&source[row]);
+            }
+        });
+        self.written.clear();
+    }
+
+    /// Carries the CT in `frame`, which holds the CT.
+    ///
+    /// # Errors
+    /// When the displacement belongs to another mesh.
+    pub fn paint(&mut self, displacement: &Displacement, frame: &mut Ct) -> Result<(), Error> {
+        displacement.check(self.mesh, &self.edges)?;
+        let curve = Curve { mesh: self.mesh, edges: &self.edges, displacement };
+        let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
+        let collar = collar(self.ct, &pieces, self.params.collar_mm);
+        let map = Map::new(self.ct.grid(), &pieces, &collar);
+        if map.rest != self.map.rest || map.tets != self.map.tets {
+            self.resampling = resampling(self.ct, &map, &self.params);
+        }
+        self.map = map;
+        let (written, _) = self.resampling.run(&self.map, frame.data_mut(), Progress::none())?;
+        self.written = written;
+        Ok(())
+    }
+}
+
+/// Carrying `ct` through maps that have the CT side of `map`.
+pub(crate) fn resampling<'a>(ct: &'a Ct, map: &Map, params: &Params) -> Resampling<'a> {
+    let source = Source::new(ct.data(), ct.grid().size());
+    let rules = Rules { air_hu: params.air_hu, body_hu: BODY_HU, kernel: Kernel::best() };
+    Resampling::new(source, map, rules)
+}
