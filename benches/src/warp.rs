@@ -31,7 +31,8 @@ fn main() -> Result<()> {
         _ => bail!("bench-warp WORKLOAD.npz CT.npy RUNS [OUT.npy]"),
     };
     let Workload { ct, mesh, displacement } = Workload::read(workload, ct)?;
-    let params = Params { collar_mm: 0.0, ..Params::default() };
+    // As the reference has it: one sample for each voxel.
+    let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
     let mut out_ct = ct.clone();
     let volumes_mb = memory_mb("VmRSS")?;
     let (frames, prepare) = timed(|| Frames::new(&ct, &mesh, &params));

@@ -104,6 +104,12 @@ impl<'a> Frames<'a> {
 /// Carrying `ct` through maps that have the CT side of `map`.
 pub(crate) fn resampling<'a>(ct: &'a Ct, map: &Map, params: &Params) -> Resampling<'a> {
     let source = Source::new(ct.data(), ct.grid().size());
-    let rules = Rules { air_hu: params.air_hu, body_hu: BODY_HU, kernel: Kernel::best() };
+    let rules = Rules {
+        air_hu: params.air_hu,
+        body_hu: BODY_HU,
+        kernel: Kernel::best(),
+        interpolation: params.interpolation,
+        supersample_below: params.supersample_below,
+    };
     Resampling::new(source, map, rules)
 }

@@ -17,6 +17,7 @@ mod element;
 mod error;
 mod fade;
 mod fields;
+mod filter;
 mod frames;
 mod kernel;
 mod map;
@@ -34,6 +35,7 @@ mod tests;
 
 pub use error::Error;
 pub use fields::{Fields, fields};
+pub use filter::Interpolation;
 pub use frames::Frames;
 pub use params::Params;
 pub use points::carry_points;

@@ -1,6 +1,6 @@
 //! Parameters of the warp.
 
-use crate::Error;
+use crate::{Error, Interpolation};
 
 /// How the CT is carried.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,11 +15,23 @@ pub struct Params {
     pub air_hu: i16,
     /// Largest position error of the straight-sided pieces that follow a quadratic displacement, mm.
     pub curve_tolerance_mm: f64,
+    /// How values between voxels of the CT are found.
+    pub interpolation: Interpolation,
+    /// Where the volume of tissue shrinks to less than this share (det F), a voxel is the mean of several samples
+    /// within it; 0 switches that off.
+    pub supersample_below: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { fade_mm: None, collar_mm: 5.0, air_hu: -1000, curve_tolerance_mm: 0.02 }
+        Self {
+            fade_mm: None,
+            collar_mm: 5.0,
+            air_hu: -1000,
+            curve_tolerance_mm: 0.02,
+            interpolation: Interpolation::Linear,
+            supersample_below: 0.7,
+        }
     }
 }
 
@@ -36,6 +48,7 @@ impl Params {
         };
         within("fade_mm", self.fade_mm.unwrap_or(0.0), 0.0, 1e3, "0 to 1000 mm")?;
         within("collar_mm", self.collar_mm, 0.0, 20.0, "0 to 20 mm")?;
+        within("supersample_below", self.supersample_below, 0.0, 1.0, "0 to 1")?;
         within("curve_tolerance_mm", self.curve_tolerance_mm, 1e-3, 1e3, "0.001 to 1000 mm")
     }
 }

@@ -1,9 +1,11 @@
 //! The CT carried by a map.
 
 use crate::coverage::Coverage;
+use crate::filter::{self, Interpolation};
 use crate::kernel::{Kernel, LANES, Local, Place, Source, prefetch};
 use crate::map::Map;
 use crate::predicate::Index;
+use crate::pullback::Pullback;
 use crate::raster::{Paint, Raster, SLAB};
 use crate::rows::Span;
 use rayon::prelude::*;
@@ -67,6 +69,9 @@ pub(crate) struct Rules {
     /// Voxels of the CT at or above this, outside mesh and collar, are not the collar's to change.
     pub(crate) body_hu: i16,
     pub(crate) kernel: Kernel,
+    pub(crate) interpolation: Interpolation,
+    /// Below this det F voxels are averages.
+    pub(crate) supersample_below: f64,
 }
 
 /// What was written in each slab, and what it was.
@@ -248,13 +253,31 @@ impl Brush<'_> {
             }
             at += (span.to - span.from) as usize;
         }
-        let source = &self.resampling.source;
+        let (source, rules) = (&self.resampling.source, &self.resampling.rules);
         let [a, b, c, d] = self.map.tets[tet].map(|v| v as usize);
         let corners = |of: &[Index]| [of[a], of[b], of[c], of[d]];
-        let (deformed, rest) = (corners(&self.map.deformed), corners(&self.map.rest));
-        let local = Local::new(deformed, rest, origin, source);
+        let pullback = Pullback::new(corners(&self.map.deformed), corners(&self.map.rest));
+        // Beside the skin is air, and nothing to be averaged.
+        let below = if tet < self.map.collar_from { rules.supersample_below } else { 0.0 };
+        let samples = if below > 0.0 { filter::samples(pullback.det(), below) } else { 1 };
+        if samples > 1 || rules.interpolation != Interpolation::Linear {
+            return self.filter(&pullback, samples);
+        }
+        let local = Local::new(&pullback, origin, source);
         let (places, values) = (&self.places[..whole], &mut self.values[..whole]);
-        self.resampling.rules.kernel.sample(source, &local, places, values);
+        rules.kernel.sample(source, &local, places, values);
+    }
+
+    /// Samples all voxels of the strokes one by one: `samples`³ values in each.
+    #[cold]
+    #[inline(never)]
+    fn filter(&mut self, pullback: &Pullback, samples: usize) {
+        let Resampling { source, rules, .. } = self.resampling;
+        let voxels = self.strokes.iter().flat_map(Span::voxels);
+        for (value, voxel) in self.values.iter_mut().zip(voxels) {
+            let p = [voxel.from, voxel.j, voxel.k].map(f64::from);
+            *value = filter::mean(source, rules.interpolation, pullback, p, samples);
+        }
     }
 
     /// Writes the values to where the strokes are.

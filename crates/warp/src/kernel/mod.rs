@@ -10,7 +10,6 @@ mod scalar;
 #[cfg(test)]
 mod tests;
 
-use crate::predicate::Index;
 use crate::pullback::Pullback;
 use crate::rows::{least, most};
 
@@ -104,6 +103,11 @@ impl<'a> Source<'a> {
         Self { data, size }
     }
 
+    /// Its values, i fastest.
+    pub(crate) fn data(&self) -> &'a [i16] {
+        self.data
+    }
+
     /// Voxels along i, j, k.
     pub(crate) fn size(&self) -> [usize; 3] {
         self.size
@@ -111,16 +115,9 @@ impl<'a> Source<'a> {
 }
 
 impl Local {
-    /// The map of a tetrahedron from its corners `deformed` to its corners `rest` in `source`; places are
-    /// relative to the voxel `origin`.
+    /// `pullback` into `source`; places are relative to the voxel `origin`.
     #[inline(always)]
-    pub(crate) fn new(
-        deformed: [Index; 4],
-        rest: [Index; 4],
-        origin: [u32; 3],
-        source: &Source<'_>,
-    ) -> Self {
-        let pullback = Pullback::new(deformed, rest);
+    pub(crate) fn new(pullback: &Pullback, origin: [u32; 3], source: &Source<'_>) -> Self {
         let [low, high] = pullback.hull();
         let (constant, slopes) = pullback.affine(origin.map(f64::from));
         let [ni, nj, _] = source.size;

@@ -7,7 +7,7 @@ use crate::pieces::{Curve, Pieces};
 use crate::raster::{Raster, SLAB};
 use crate::resample::{Counts, Resampling, Rules};
 use crate::rows::Span;
-use crate::{Params, warp};
+use crate::{Interpolation, Params, warp};
 use supine_mesh::{BoundaryTag, Displacement, Edges};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::Volume;
@@ -99,7 +99,13 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
         assert_eq!(claims.iter().filter(|&&c| c > 1).count(), folded, "{name}: claimed twice");
         let ct = patterned_ct(size, n as u64 + 1);
         let by_kernel = Kernel::all().into_iter().map(|kernel| {
-            let rules = Rules { air_hu: AIR, body_hu: -500, kernel };
+            let rules = Rules {
+                air_hu: AIR,
+                body_hu: -500,
+                kernel,
+                interpolation: Interpolation::Linear,
+                supersample_below: 0.0,
+            };
             let work = Resampling::new(Source::new(&ct, size), &map, rules);
             let mut values = ct.clone();
             let (_, counts) = work.run(&map, &mut values, Progress::none()).unwrap();
@@ -128,7 +134,7 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let values = archive.vectors("disp").into_iter().map(Vector::from).collect();
     let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
     let ct = Volume::new(grid, patterned_ct(size, 100)).unwrap();
-    let params = Params { collar_mm: 0.0, ..Params::default() };
+    let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
     let (got, info) = warp(&ct, &mesh, &displacement, &params, Progress::none()).unwrap();
 
     let corners = archive.integers("box");
