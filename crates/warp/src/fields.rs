@@ -44,7 +44,7 @@ pub fn fields(
     let Prepared { edges, displacement, .. } = Prepared::new(mesh, displacement, params)?;
     let curve = Curve { mesh, edges: &edges, displacement: &displacement };
     let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.0, 0.1))?;
-    let map = Map::new(grid, &pieces, &Collar::default());
+    let map = Map::new([grid; 2], &pieces, &Collar::default());
     let gradients: Vec<Gradient> = (0..mesh.tets().len())
         .into_par_iter()
         .map(|tet| Gradient::new(mesh, &edges, &displacement, tet))

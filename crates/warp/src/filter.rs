@@ -103,14 +103,22 @@ pub(crate) fn mean(
     p: Index,
     samples: usize,
 ) -> i16 {
-    let offset = |n: usize| (n as f64 + 0.5) / samples as f64 - 0.5;
-    let mut sum = 0.0;
-    for n in 0..samples.pow(3) {
-        let at = [n % samples, n / samples % samples, n / (samples * samples)].map(offset);
-        let q = pullback.at([p[0] + at[0], p[1] + at[1], p[2] + at[2]]);
-        sum += value(source, interpolation, q);
-    }
+    let (centre, slopes) = (pullback.at(p), pullback.affine(p).1);
+    // Samples may lie beyond the tetrahedron, where the tissue goes on; one that is flat has no slopes.
+    let places = offsets(samples).map(|d| {
+        let aside = slopes.map(|s| s[0] * d[0] + s[1] * d[1] + s[2] * d[2]);
+        let known = aside.iter().all(|v| v.abs() < WIDEST as f64);
+        if known { [0, 1, 2].map(|a| centre[a] + aside[a]) } else { centre }
+    });
+    let sum: f64 = places.map(|q| value(source, interpolation, q)).sum();
     (sum / samples.pow(3) as f64).round_ties_even() as i16
+}
+
+/// Where the `samples`³ samples of a voxel lie, from its centre.
+pub(crate) fn offsets(samples: usize) -> impl Iterator<Item = [f64; 3]> {
+    let offset = move |n: usize| (n as f64 + 0.5) / samples as f64 - 0.5;
+    (0..samples.pow(3))
+        .map(move |n| [n % samples, n / samples % samples, n / (samples * samples)].map(offset))
 }
 
 /// Samples along each axis of a voxel in tissue of volume ratio `det`: one where it is at least `below`, else as

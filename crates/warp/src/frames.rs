@@ -10,7 +10,7 @@ use crate::resample::{Resampling, Rules};
 use crate::{BODY_HU, Error, Params};
 use rayon::prelude::*;
 use supine_mesh::{Displacement, Edges, TetMesh};
-use supine_space::Progress;
+use supine_space::{Grid, Progress};
 use supine_volume::Ct;
 
 /// A CT and a mesh in it whose displacement changes from frame to frame.
@@ -41,8 +41,8 @@ impl<'a> Frames<'a> {
         let still = Displacement::zero(mesh);
         let curve = Curve { mesh, edges: &edges, displacement: &still };
         let pieces = Pieces::new(&curve, params.curve_tolerance_mm, Progress::none())?;
-        let map = Map::new(ct.grid(), &pieces, &collar(ct, &pieces, params.collar_mm));
-        let resampling = resampling(ct, &map, params);
+        let map = Map::new([ct.grid(); 2], &pieces, &collar(ct, &pieces, params.collar_mm));
+        let resampling = resampling(ct, ct.grid(), &map, params);
         Ok(Self { ct, mesh, edges, params: params.clone(), map, resampling, written: Vec::new() })
     }
 
@@ -90,9 +90,9 @@ impl<'a> Frames<'a> {
         let curve = Curve { mesh: self.mesh, edges: &self.edges, displacement };
         let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
         let collar = collar(self.ct, &pieces, self.params.collar_mm);
-        let map = Map::new(self.ct.grid(), &pieces, &collar);
+        let map = Map::new([self.ct.grid(); 2], &pieces, &collar);
         if map.rest != self.map.rest || map.tets != self.map.tets {
-            self.resampling = resampling(self.ct, &map, &self.params);
+            self.resampling = resampling(self.ct, self.ct.grid(), &map, &self.params);
         }
         self.map = map;
         let (written, _) = self.resampling.run(&self.map, frame.data_mut(), Progress::none())?;
@@ -101,8 +101,13 @@ impl<'a> Frames<'a> {
     }
 }
 
-/// Carrying `ct` through maps that have the CT side of `map`.
-pub(crate) fn resampling<'a>(ct: &'a Ct, map: &Map, params: &Params) -> Resampling<'a> {
+/// Carrying `ct` onto `grid` through maps that have the CT side of `map`.
+pub(crate) fn resampling<'a>(
+    ct: &'a Ct,
+    grid: &Grid,
+    map: &Map,
+    params: &Params,
+) -> Resampling<'a> {
     let source = Source::new(ct.data(), ct.grid().size());
     let rules = Rules {
         air_hu: params.air_hu,
@@ -111,5 +116,5 @@ pub(crate) fn resampling<'a>(ct: &'a Ct, map: &Map, params: &Params) -> Resampli
         interpolation: params.interpolation,
         supersample_below: params.supersample_below,
     };
-    Resampling::new(source, map, rules)
+    Resampling::new(source, grid.size(), map, rules)
 }

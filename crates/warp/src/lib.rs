@@ -29,6 +29,7 @@ mod pullback;
 mod raster;
 mod resample;
 mod rows;
+mod undeformed;
 
 #[cfg(test)]
 mod tests;
@@ -47,7 +48,7 @@ use crate::{
     pieces::{Curve, Pieces},
 };
 use supine_mesh::{Displacement, TetMesh};
-use supine_space::Progress;
+use supine_space::{Grid, Progress};
 use supine_volume::Ct;
 
 /// What happened in [`warp`].
@@ -121,18 +122,35 @@ pub fn warp(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Ct, Info), Error> {
+    warp_onto(ct.grid(), ct, mesh, displacement, params, progress)
+}
+
+/// As [`warp`], on any `grid`: what lies outside the mesh is interpolated as `params` say, averaged where the
+/// grid is coarser than the CT, and air outside the CT. On the CT's own grid it stays bit for bit.
+///
+/// # Errors
+/// As [`warp`], for the grid as for the CT.
+pub fn warp_onto(
+    grid: &Grid,
+    ct: &Ct,
+    mesh: &TetMesh,
+    displacement: &Displacement,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<(Ct, Info), Error> {
     map::check_grid(ct.grid())?;
+    map::check_grid(grid)?;
     let prepared = Prepared::new(mesh, displacement, params)?;
     progress.at(0.05)?;
     let Prepared { edges, displacement, fade_mm, warnings } = prepared;
     let curve = Curve { mesh, edges: &edges, displacement: &displacement };
     let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.05, 0.15))?;
     let collar = collar(ct, &pieces, params.collar_mm);
-    let map = Map::new(ct.grid(), &pieces, &collar);
+    let map = Map::new([ct.grid(), grid], &pieces, &collar);
     progress.at(0.2)?;
-    let resampling = frames::resampling(ct, &map, params);
-    let mut out = ct.clone();
-    let (_, counts) = resampling.run(&map, out.data_mut(), progress.part(0.2, 1.0))?;
+    let resampling = frames::resampling(ct, grid, &map, params);
+    let mut out = undeformed::onto(grid, ct, params, progress.part(0.2, 0.5))?;
+    let (_, counts) = resampling.run(&map, out.data_mut(), progress.part(0.5, 1.0))?;
     let jacobian = element::statistics(mesh, &edges, &displacement);
     let mut info = Info {
         warnings,
@@ -150,12 +168,12 @@ pub fn warp(
         jacobian_max: jacobian.max,
         max_displacement_mm: displacement.max_norm(),
     };
-    warn(&mut info, &map, ct, &pieces);
+    warn(&mut info, &map, grid, &pieces);
     Ok((out, info))
 }
 
 /// Adds the warnings that the finished volume gives rise to.
-fn warn(info: &mut Info, map: &Map, ct: &Ct, pieces: &Pieces) {
+fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
     if info.inverted_tetrahedra > 0 {
         info.warnings.push(format!(
             "{} tetrahedra are turned inside out (least det F {:.2}): the volume is wrong there",
@@ -174,9 +192,9 @@ fn warn(info: &mut Info, map: &Map, ct: &Ct, pieces: &Pieces) {
             info.folded_voxels
         ));
     }
-    let size = ct.grid().size();
+    let size = grid.size();
     let beyond = |v: &[f64; 3]| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5);
-    let vertices = map.rest.iter().zip(&map.deformed).take(pieces.rest.len());
+    let vertices = map.before.iter().zip(&map.deformed).take(pieces.rest.len());
     let outside = vertices.filter(|(rest, deformed)| !beyond(rest) && beyond(deformed)).count();
     if outside > 0 {
         info.warnings.push(format!(

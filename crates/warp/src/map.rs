@@ -9,9 +9,11 @@ use supine_space::Grid;
 /// Tetrahedra in the index space of a grid, before and after deformation.
 #[derive(Clone, Debug)]
 pub(crate) struct Map {
-    /// Vertices in the CT.
+    /// Vertices in the CT, as indices of the CT.
     pub(crate) rest: Vec<Index>,
-    /// Vertices after deformation.
+    /// The same as indices of the volume that is made.
+    pub(crate) before: Vec<Index>,
+    /// Vertices after deformation, as indices of the volume that is made.
     pub(crate) deformed: Vec<Index>,
     pub(crate) tets: Vec<[u32; 4]>,
     /// Tetrahedra from here on belong to the collar.
@@ -20,15 +22,20 @@ pub(crate) struct Map {
 
 impl Map {
     /// Every vertex is converted once, so that tetrahedra agree exactly on what they share.
-    pub(crate) fn new(grid: &Grid, pieces: &Pieces, collar: &Collar) -> Self {
-        let index = |p| grid.index_from_patient(p);
-        let moved = pieces.rest.iter().zip(&pieces.displacement).map(|(p, u)| p + u);
-        let deformed: Vec<_> = moved.collect();
+    pub(crate) fn new([ct, made]: [&Grid; 2], pieces: &Pieces, collar: &Collar) -> Self {
+        let in_ct = || pieces.rest.iter().chain(&collar.rest);
+        let moved: Vec<_> =
+            pieces.rest.iter().zip(&pieces.displacement).map(|(p, u)| p + u).collect();
         let mut tets = pieces.tets.clone();
         tets.extend_from_slice(&collar.tets);
         Self {
-            rest: pieces.rest.iter().chain(&collar.rest).map(index).collect(),
-            deformed: deformed.iter().chain(&collar.deformed).map(index).collect(),
+            rest: in_ct().map(|p| ct.index_from_patient(p)).collect(),
+            before: in_ct().map(|p| made.index_from_patient(p)).collect(),
+            deformed: moved
+                .iter()
+                .chain(&collar.deformed)
+                .map(|p| made.index_from_patient(p))
+                .collect(),
             tets,
             collar_from: pieces.tets.len(),
         }

@@ -56,6 +56,8 @@ const KEEP: [[i16; LANES]; LANES + 1] = {
 #[derive(Debug)]
 pub(crate) struct Resampling<'a> {
     source: Source<'a>,
+    /// Voxels of the volume that is made.
+    size: [usize; 3],
     rules: Rules,
     /// What is within mesh or collar in the CT, slab by slab.
     before: Vec<Coverage>,
@@ -78,10 +80,10 @@ pub(crate) struct Rules {
 pub(crate) type Written = (Vec<Coverage>, Counts);
 
 impl<'a> Resampling<'a> {
-    /// Of `source`, through maps that have the CT side of `map`.
-    pub(crate) fn new(source: Source<'a>, map: &Map, rules: Rules) -> Self {
-        let raster = Raster::new(&map.rest, &map.tets, source.size());
-        let before = (0..source.size()[2].div_ceil(SLAB)).into_par_iter().map(|slab| {
+    /// Of `source`, into volumes of `size` voxels, through maps that have the CT side of `map`.
+    pub(crate) fn new(source: Source<'a>, size: [usize; 3], map: &Map, rules: Rules) -> Self {
+        let raster = Raster::new(&map.before, &map.tets, size);
+        let before = (0..size[2].div_ceil(SLAB)).into_par_iter().map(|slab| {
             let mut coverage = Coverage::new(raster.window(slab));
             raster.scan(slab, &mut |_, spans: &[Span]| {
                 for span in spans {
@@ -90,18 +92,18 @@ impl<'a> Resampling<'a> {
             });
             coverage
         });
-        Self { source, rules, before: before.collect() }
+        Self { source, size, rules, before: before.collect() }
     }
 
-    /// Changes `out`, a copy of the source (i fastest), and says what happened.
+    /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened.
     pub(crate) fn run(
         &self,
         map: &Map,
         out: &mut [i16],
         progress: Progress<'_>,
     ) -> Result<Written, Stopped> {
-        let deformed = Raster::new(&map.deformed, &map.tets, self.source.size());
-        let [ni, nj, _] = self.source.size();
+        let deformed = Raster::new(&map.deformed, &map.tets, self.size);
+        let [ni, nj, _] = self.size;
         let slabs = self.before.len();
         let done = AtomicUsize::new(0);
         let written: Result<Vec<_>, Stopped> = out
@@ -283,7 +285,7 @@ impl Brush<'_> {
     /// Writes the values to where the strokes are.
     #[inline(always)]
     fn write(&mut self) {
-        let [ni, nj, _] = self.resampling.source.size();
+        let [ni, nj, _] = self.resampling.size;
         let mut values = &self.values[..];
         for span in &self.strokes {
             let length = (span.to - span.from) as usize;
@@ -306,7 +308,7 @@ impl Brush<'_> {
     fn finish(self) -> (Coverage, Counts) {
         let Self { before, mut mesh, collar, out, mut counts, first, resampling, .. } = self;
         mesh.add(&collar);
-        let [ni, nj, _] = resampling.source.size();
+        let [ni, nj, _] = resampling.size;
         let air = resampling.rules.air_hu;
         counts.vacated =
             before.each_without(&mesh, |[i, j, k]| out[((k - first) * nj + j) * ni + i] = air);
@@ -317,7 +319,7 @@ impl Brush<'_> {
     /// Where a span begins in the slab.
     #[inline(always)]
     fn at(&self, span: &Span) -> usize {
-        let [ni, nj, _] = self.resampling.source.size();
+        let [ni, nj, _] = self.resampling.size;
         ((span.k as usize - self.first) * nj + span.j as usize) * ni + span.from as usize
     }
 }

@@ -83,6 +83,7 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
         let tets = archive.tets(&format!("{name}/tets"));
         let map = Map {
             rest: archive.vectors(&format!("{name}/rest_idx")),
+            before: archive.vectors(&format!("{name}/rest_idx")),
             deformed: archive.vectors(&format!("{name}/def_idx")),
             collar_from: tets.len(),
             tets,
@@ -106,7 +107,7 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
                 interpolation: Interpolation::Linear,
                 supersample_below: 0.0,
             };
-            let work = Resampling::new(Source::new(&ct, size), &map, rules);
+            let work = Resampling::new(Source::new(&ct, size), size, &map, rules);
             let mut values = ct.clone();
             let (_, counts) = work.run(&map, &mut values, Progress::none()).unwrap();
             (counts, values)
@@ -165,6 +166,6 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let curve = Curve { mesh: &mesh, edges: &edges, displacement: &displacement };
     let pieces = Pieces::new(&curve, 1.0, Progress::none()).unwrap();
     let (map_owner, _) =
-        owners(&Map::new(ct.grid(), &pieces, &crate::collar::Collar::default()), size);
+        owners(&Map::new([ct.grid(); 2], &pieces, &crate::collar::Collar::default()), size);
     assert!(map_owner.iter().zip(&want.owner).all(|(a, b)| *a == (*b).max(-1)), "owners of W1");
 }

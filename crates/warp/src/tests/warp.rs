@@ -2,7 +2,7 @@
 
 use super::fixture::{lattice, moved, patterned_ct};
 use crate::pieces::{Curve, Pieces};
-use crate::{Error, Frames, Params, carry_points, fade, fields, warp};
+use crate::{Error, Frames, Params, carry_points, fade, fields, warp, warp_onto};
 use proptest::prelude::*;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
@@ -238,6 +238,71 @@ fn too_many_pieces_are_not_made() {
         tets.map(|[a, b, c, d]| (b - a).dot(&(c - a).cross(&(d - a))) / 6.0).sum()
     };
     assert!((volume(&free) - volume(&bound)).abs() < 1e-3 * volume(&free));
+}
+
+/// A grid twice as fine and larger all round: where it has a voxel of the CT it has the same value, beyond the CT
+/// it is air.
+#[test]
+fn another_grid_holds_the_same_tissue() {
+    let (mesh, ct) = (block(), ct());
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let params = Params { supersample_below: 0.0, ..Params::default() };
+    let (own, _) = warp(&ct, &mesh, &u, &params, Progress::none()).unwrap();
+    let spacing = ct.grid().spacing();
+    let size = ct.grid().size().map(|n| 2 * n + 7);
+    let first = ct.grid().patient_from_index([-2.0; 3]);
+    let fine = Grid::new(size, spacing * 0.5, first, Matrix::identity()).unwrap();
+    let (made, info) = warp_onto(&fine, &ct, &mesh, &u, &params, Progress::none()).unwrap();
+    assert_eq!(made.grid(), &fine);
+    assert!(info.moved_voxels > 1000 && info.folded_voxels == 0, "{info:?}");
+    let mut off = 0;
+    for (n, value) in made.data().iter().enumerate() {
+        let voxel = fine.voxel(n).map(|n| n as f64 / 2.0 - 2.0);
+        let last = ct.grid().size().map(|n| n as f64 - 1.0);
+        if (0..3).any(|a| voxel[a] < -0.5 || voxel[a] > last[a] + 0.5) {
+            assert_eq!(*value, params.air_hu);
+        } else if (0..3).all(|a| voxel[a].fract() == 0.0 && (0.0..=last[a]).contains(&voxel[a])) {
+            let at = voxel.map(|v| v as usize);
+            let there =
+                own.data()[(at[2] * ct.grid().size()[1] + at[1]) * ct.grid().size()[0] + at[0]];
+            // Faces lie elsewhere in the last digits, so that an owner may be its neighbour.
+            assert!((i32::from(*value) - i32::from(there)).abs() <= 1, "{at:?} {value} {there}");
+            off += usize::from(*value != there);
+        }
+    }
+    assert!(off < 20, "{off}");
+    let (again, _) = warp_onto(ct.grid(), &ct, &mesh, &u, &params, Progress::none()).unwrap();
+    assert_eq!(again.data(), own.data());
+}
+
+/// On a coarser grid a voxel is the mean of what it covers: the noise falls.
+#[test]
+fn a_coarser_grid_is_averaged() {
+    let (mesh, ct) = (block(), ct());
+    let still = Displacement::zero(&mesh);
+    let own = ct.grid();
+    let size = own.size().map(|n| n / 2);
+    let first = own.patient_from_index([0.0; 3]);
+    let coarse = Grid::new(size, own.spacing() * 2.0, first, Matrix::identity()).unwrap();
+    // The pattern is a ramp with noise of 0 to 15, of variance 21.25: the ramp taken off, the noise is left.
+    let noise = |supersample_below: f64| {
+        let params = Params { supersample_below, ..no_fade() };
+        let (made, _) = warp_onto(&coarse, &ct, &mesh, &still, &params, Progress::none()).unwrap();
+        let inner = (0..coarse.len()).filter(|&n| {
+            let place = coarse.voxel(n);
+            (0..3).all(|a| place[a] > 0 && place[a] + 1 < size[a])
+        });
+        let left = inner.map(|n| {
+            let [i, j, k] = coarse.voxel(n).map(|v| 2.0 * v as f64);
+            f64::from(made.data()[n]) - (i * 9.0 + j * 5.0 + k * 11.0) + 1000.0
+        });
+        let left: Vec<f64> = left.collect();
+        let mean = left.iter().sum::<f64>() / left.len() as f64;
+        (mean, left.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / left.len() as f64)
+    };
+    let ((mean, averaged), (_, single)) = (noise(0.7), noise(0.0));
+    assert!((mean - 7.5).abs() < 0.2, "{mean}");
+    assert!((single - 21.25).abs() < 1.0 && averaged < 0.4 * single, "{averaged} {single}");
 }
 
 /// Frames one after the other give what each displacement gives alone, and the CT is there again after them.
