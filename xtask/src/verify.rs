@@ -7,6 +7,7 @@
 mod agreement;
 mod applicator;
 mod cut;
+mod image;
 mod mechanics;
 mod mesh;
 mod page;

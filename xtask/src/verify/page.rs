@@ -1,7 +1,7 @@
 //! The text of docs/VERIFICATION.md.
 
 use super::study::Study;
-use super::{mesh, number, patients, real, study_tables};
+use super::{image, mesh, number, patients, real, study_tables};
 use anyhow::Result;
 use serde_json::Value;
 use std::fmt::Write;
@@ -22,6 +22,7 @@ pub(crate) fn page(
 ) -> Result<String> {
     let mut page = HEAD.replace("{date}", date);
     page += &patient_rows(patients)?;
+    page += &image::table(patients)?;
     page += REAL;
     page += &real_rows(real)?;
     page += STUDY;

@@ -1,6 +1,6 @@
 //! The synthetic patients, whose truth is known.
 
-use super::{Bench, number, output, run, run_case};
+use super::{Bench, image, number, output, run, run_case};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ pub(crate) struct Row {
     pub(crate) tissue: String,
     pub(crate) summary: Value,
     pub(crate) score: Value,
+    pub(super) image: image::Errors,
 }
 
 const COHORT: [&str; 3] = ["p1-net", "p2-full", "p3-hetero"];
@@ -49,7 +50,8 @@ fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     score.arg("--warped").arg(out.join("ct")).arg("--labels").arg(out.join("labels.seg.nrrd"));
     output(score.arg("--points").arg(&points).arg("--json").arg(&json))?;
     let tissue = format!("E {young} kPa, {rest}");
-    Ok(Row { name: name.into(), tissue, summary, score: read(&json)? })
+    let image = image::errors(bench, patient, &ct, &work)?;
+    Ok(Row { name: name.into(), tissue, summary, score: read(&json)?, image })
 }
 
 /// The folder of slices; the cohort's are packed.
