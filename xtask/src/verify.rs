@@ -19,6 +19,7 @@ mod refine;
 mod speed;
 mod study;
 mod study_tables;
+mod warp;
 
 use crate::House;
 use anyhow::{Context, Result, bail, ensure};
@@ -69,6 +70,8 @@ pub(crate) enum Measured {
     Mechanics,
     /// What stands for the tissue beyond the sphere.
     Cut,
+    /// The warp beside memcpy, VTK and SimpleITK, which it installs, and against the exact reference.
+    Warp,
 }
 
 /// `cargo xtask bench`: ours beside the peers, on stdout; all when nothing is named.
@@ -85,6 +88,9 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
     }
     if wanted(Measured::Cut) {
         print!("{}", cut::table(&Bench::open(house)?)?);
+    }
+    if wanted(Measured::Warp) {
+        print!("{}", warp::section(&Bench::open(house)?)?);
     }
     Ok(())
 }
@@ -104,6 +110,7 @@ pub(crate) fn verify(house: &House) -> Result<()> {
         refine::table(&bench)?,
         mechanics(&bench)?,
         cut::table(&bench)?,
+        warp::section(&bench)?,
     ]
     .concat();
     let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;

@@ -23,6 +23,7 @@ mod section;
 mod summary;
 mod tables;
 mod verdict;
+mod volumes;
 mod words;
 mod write;
 
@@ -30,4 +31,5 @@ pub use error::Error;
 pub use files::write_summary;
 pub use scene::Scene;
 pub use summary::*;
+pub use volumes::volume_changes;
 pub use write::{Info, write, write_mesh};

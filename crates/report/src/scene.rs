@@ -20,7 +20,8 @@ pub struct Scene<'a> {
     pub tissues: Option<&'a LabelMap>,
     /// The mesh in the CT shape.
     pub mesh: &'a TetMesh,
-    /// Displacement from the CT shape to the operating position.
+    /// Displacement from the CT shape to the operating position, as the CT was carried: with its fade
+    /// towards the cut.
     pub displacement: &'a Displacement,
     /// The region.
     pub sphere: Sphere,

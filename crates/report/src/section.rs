@@ -2,7 +2,7 @@
 
 use crate::canvas::Spot;
 use crate::plane::Plane;
-use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_EDGES, TET_FACES, TetMesh};
+use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
 use supine_space::{Matrix, Point, Vector};
 
 /// The tetrahedron of the CT shape below a pixel, with the pixel's barycentric coordinates.
@@ -53,31 +53,15 @@ fn gradients(corners: &[Point; 4]) -> Option<[Vector; 4]> {
 }
 
 /// det F of the deformation x + u within tetrahedron `tet` at barycentric coordinates `l`: the
-/// local change of volume. `None` for a flat tetrahedron.
-///
-/// F = I + Σ u_a ⊗ ∇N_a with N_a = l_a (linear), or l_a (2 l_a - 1) and 4 l_a l_b (quadratic).
+/// local change of volume.
 pub(crate) fn det_f(
     mesh: &TetMesh,
     edges: &Edges,
     displacement: &Displacement,
     tet: usize,
     l: [f64; 4],
-) -> Option<f64> {
-    let gradient = gradients(&mesh.corners(tet))?;
-    let quadratic = displacement.order() == Order::Quadratic;
-    let mut f = Matrix::identity();
-    for (a, p) in mesh.tets()[tet].iter().enumerate() {
-        let slope = if quadratic { 4.0 * l[a] - 1.0 } else { 1.0 };
-        f += displacement.values()[*p as usize] * (gradient[a] * slope).transpose();
-    }
-    if quadratic {
-        let points = mesh.points().len();
-        for ([a, b], e) in TET_EDGES.iter().zip(edges.of_tets()[tet]) {
-            let slope = (gradient[*b] * l[*a] + gradient[*a] * l[*b]) * 4.0;
-            f += displacement.values()[points + e as usize] * slope.transpose();
-        }
-    }
-    Some(f.determinant())
+) -> f64 {
+    (Matrix::identity() + displacement.gradient(mesh, edges, tet, l)).determinant()
 }
 
 /// The faces of a mesh, each once, with the tag of those on the boundary.
@@ -218,12 +202,12 @@ mod tests {
         for tet in 0..mesh.tets().len() {
             let x: f64 = mesh.corners(tet).iter().zip(l).map(|(c, l)| c.x * l).sum();
             let want = (1.0 + 0.004 * x) * 1.1;
-            let j = det_f(&mesh, &edges, &field, tet, l).unwrap();
+            let j = det_f(&mesh, &edges, &field, tet, l);
             assert!((j - want).abs() < 1e-12, "tetrahedron {tet}: {j} {want}");
         }
         let linear = mesh.points().iter().map(|p| p.coords * 0.1).collect();
         let linear = Displacement::new(&mesh, &edges, linear).unwrap();
-        assert!((det_f(&mesh, &edges, &linear, 5, l).unwrap() - 1.331).abs() < 1e-12);
+        assert!((det_f(&mesh, &edges, &linear, 5, l) - 1.331).abs() < 1e-12);
     }
 
     #[test]

@@ -29,6 +29,9 @@ pub struct Summary {
     pub solve: Solve,
     /// Result of the warp.
     pub warp: Warp,
+    /// How the volume of each structure changes; empty in summaries of older versions.
+    #[serde(default)]
+    pub volumes: Vec<VolumeChange>,
     /// The tumour before and after; `None` when the case names none.
     pub tumour: Option<Movement>,
     /// Where the tumour comes to within an interval of moduli; absent when the case names none.
@@ -452,6 +455,27 @@ pub struct Jacobian {
     pub p99: f64,
     /// Largest.
     pub max: f64,
+}
+
+/// How the volume of a structure changes.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct VolumeChange {
+    /// The structure: what is simulated, the tumour's sphere, or a finer label by its name.
+    pub structure: String,
+    /// Volume in the CT of what lies in the mesh, ml.
+    pub before_ml: f64,
+    /// The same tissue on the operating table, ml.
+    pub after_ml: f64,
+    /// det F over its volume in the CT; the mean is the ratio of the volumes.
+    pub jacobian: Jacobian,
+    /// Where in the CT det F is smallest, LPS, mm.
+    pub least_mm: [f64; 3],
+    /// Where in the CT det F is largest, LPS, mm.
+    pub most_mm: [f64; 3],
+    /// The classes of `shares` go as far below and above det F = 1, alike for all structures.
+    pub span: f64,
+    /// Share of the volume in 40 classes of det F, equally wide; the outermost hold all beyond.
+    pub shares: Vec<f64>,
 }
 
 /// A point of the body in the CT and on the operating table.

@@ -1,7 +1,7 @@
 //! The report's tables, as text.
 
 use crate::words::{capital, count, directions, fixed, triple};
-use crate::{Gate, Mesh, Movement, Summary, Tissues, WallDoubt};
+use crate::{Gate, Mesh, Movement, Summary, Tissues, VolumeChange, WallDoubt};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -272,6 +272,28 @@ pub(crate) fn tissues(tissues: &Tissues) -> Table {
         ]);
     }
     t
+}
+
+/// How the volume of each structure changes; none when nothing is known of it.
+pub(crate) fn volumes(changes: &[VolumeChange]) -> Option<Table> {
+    let mut t = Table::list(
+        "Volumes in the CT and on the operating table, of what lies in the mesh",
+        &["Structure", "CT, ml", "Table, ml", "Change", "det F: 1 %, 99 %", "det F: range"],
+    );
+    for c in changes {
+        let decimals = if c.before_ml < 99.5 { 2 } else { 1 };
+        let [before, after] = [c.before_ml, c.after_ml].map(|ml| fixed(ml, decimals));
+        let (j, percent) = (&c.jacobian, 100.0 * (c.after_ml / c.before_ml - 1.0));
+        t.rows.push(vec![
+            capital(&c.structure),
+            before,
+            after,
+            format!("{} %", fixed(percent, 2)),
+            format!("{}, {}", fixed(j.p01, 2), fixed(j.p99, 2)),
+            format!("{} to {}", fixed(j.min, 2), fixed(j.max, 2)),
+        ]);
+    }
+    (!t.rows.is_empty()).then_some(t)
 }
 
 /// `12.5 of 180 cm² may be off by more than 2 mm; largest: 7.8 cm², upper outer quadrant`.

@@ -35,16 +35,22 @@ pub(crate) struct Flow {
 pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, RunError> {
     let mut summary = summarise(&bench, case, flow)?;
     let decided = summary.to_json();
-    bench.stage(
+    let done = bench.stage(
         Stage::Report,
         &[&flow.export.key, &flow.labels.key, &flow.tissues.key, &decided],
         |_, _| Ok(()),
         |store, progress| {
             let folder = store.path("report")?;
-            let info = supine_report::write(&summary, &scene(case, flow), &folder, progress)?;
-            Ok(Made { product: (), facts: (), warnings: info.warnings })
+            let (mesh, solved) = (&flow.mesh.product, &flow.solved.product);
+            let (faded, _) = supine_warp::fade(mesh, solved, &supine_warp::Params::default())?;
+            let scene = scene(case, flow, &faded);
+            let volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
+            let shown = Summary { volumes: volumes.clone(), ..summary.clone() };
+            let info = supine_report::write(&shown, &scene, &folder, progress.part(0.1, 1.0))?;
+            Ok(Made { product: (), facts: volumes, warnings: info.warnings })
         },
     )?;
+    summary.volumes = done.facts;
     summary.outputs = bench.store.outputs();
     summary.warnings.clone_from(&bench.warnings);
     let peaks = bench.times.iter().filter_map(|t| t.peak_memory_mb);
@@ -58,7 +64,7 @@ pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<S
     Ok(summary)
 }
 
-fn scene<'a>(case: &Case, flow: &'a Flow) -> Scene<'a> {
+fn scene<'a>(case: &Case, flow: &'a Flow, displacement: &'a Displacement) -> Scene<'a> {
     Scene {
         ct: &flow.input.input.ct,
         deformed: &flow.warped.product,
@@ -66,7 +72,7 @@ fn scene<'a>(case: &Case, flow: &'a Flow) -> Scene<'a> {
         doubt: flow.region.doubt.as_ref(),
         tissues: flow.tissues.product.as_ref(),
         mesh: &flow.mesh.product,
-        displacement: &flow.solved.product,
+        displacement,
         sphere: flow.region.sphere,
         tumour: Some(case.tumour),
         tumour_after: Some(Point::from(flow.warped.facts.tumour.after_mm)),
@@ -106,6 +112,7 @@ fn summarise(bench: &Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, Run
         mesh,
         solve: flow.solved.facts.solve.clone(),
         warp: flow.warped.facts.warp.clone(),
+        volumes: Vec::new(),
         tumour: Some(flow.warped.facts.tumour.clone()),
         modulus_interval: flow.solved.facts.interval.clone(),
         nipple: flow.warped.facts.nipple.clone(),

@@ -1,6 +1,6 @@
 //! Before, after and change, in planes through the tumour and at the level of the nipple.
 
-use super::{Legend, Picture, Row, Studio, dress, paint};
+use super::{Legend, Picture, Row, Studio, curtain, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::plane::{Plane, View};
 use crate::{Error, Summary, colour, words};
@@ -22,7 +22,7 @@ pub(super) fn rows(
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for (n, view) in View::ALL.into_iter().enumerate() {
-        progress.at(n as f64 / 5.0)?;
+        progress.at(n as f64 / 6.0)?;
         let mut row = compare(studio, summary, &studio.plane(view, &studio.focus), "");
         if let (Some(tumour), Some(after)) = (studio.scene.tumour, studio.scene.tumour_after) {
             row.text += &out_of_plane("tumour's centre", view, tumour.centre(), after);
@@ -32,10 +32,11 @@ pub(super) fn rows(
         }
         rows.push(row);
     }
+    rows.push(curtain::row(studio, progress.part(0.5, 0.66))?);
     let nipple = studio.scene.nipple.filter(|_| studio.scene.tumour.is_some());
     for (n, view) in [View::Axial, View::Sagittal].into_iter().enumerate() {
         let Some(nipple) = nipple else { break };
-        progress.at((3 + n) as f64 / 5.0)?;
+        progress.at((4 + n) as f64 / 6.0)?;
         let mut row = compare(studio, summary, &studio.plane(view, &nipple), "nipple_");
         if let Some(m) = &summary.nipple {
             row.text += &out_of_plane("nipple", view, nipple, Point::from(m.after_mm));

@@ -1,7 +1,10 @@
 //! The pictures of a report, in rows as the report shows them.
 
+mod bars;
 mod compare;
+mod curtain;
 mod doubt;
+mod jacobian;
 mod labels;
 mod mesh;
 mod motion;
@@ -147,7 +150,7 @@ pub(crate) fn rows(
     }
     rows.extend(mesh::rows(&studio, progress.part(0.6, 0.7))?);
     rows.extend(of_mesh(scene.mesh, &summary.mesh, &studio.focus, progress.part(0.7, 0.8))?);
-    rows.extend(motion::rows(&studio, progress.part(0.8, 1.0))?);
+    rows.extend(motion::rows(&studio, summary, progress.part(0.8, 1.0))?);
     Ok(rows)
 }
 
@@ -266,7 +269,7 @@ impl Legend<'_> {
 }
 
 /// The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not below `x`; 1 for 0.
-fn round_up(x: f64) -> f64 {
+pub(crate) fn round_up(x: f64) -> f64 {
     if x <= 0.0 || !x.is_finite() {
         return 1.0;
     }

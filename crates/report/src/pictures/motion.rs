@@ -1,11 +1,11 @@
-//! How the tissue moves: displacement with arrows, and the change of volume.
+//! How the tissue moves: displacement with arrows.
 
-use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
+use super::{Legend, Picture, Row, Studio, dress, jacobian, paint, round_up};
 use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
 use crate::plane::Plane;
-use crate::section::{Below, below, det_f};
-use crate::{Error, colour, words};
+use crate::section::{Below, below};
+use crate::{Error, Summary, colour, words};
 use supine_space::{Progress, Vector};
 
 /// Distance of arrows, pixels.
@@ -14,33 +14,41 @@ const STEP: usize = 26;
 const LONGEST: f64 = 1.9;
 /// Opacity of colours over the CT.
 const VEIL: f64 = 0.65;
-/// Opacity of the colour that says no change.
-const FAINT: f64 = 0.12;
 
 /// A plane with what lies below its pixels and how it moves, mm.
-struct Motion {
-    plane: Plane,
-    ground: Vec<f32>,
-    below: Vec<Below>,
+pub(super) struct Motion {
+    pub(super) plane: Plane,
+    pub(super) ground: Vec<f32>,
+    pub(super) below: Vec<Below>,
     moves: Vec<Option<Vector>>,
 }
 
-/// Displacement and change of volume in the three planes through the focus.
-pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Row>, Error> {
-    let scene = studio.scene;
-    let mut planes = Vec::new();
-    for (n, plane) in studio.planes().into_iter().enumerate() {
-        progress.at(n as f64 / 6.0)?;
+impl Motion {
+    pub(super) fn new(studio: &Studio<'_>, plane: Plane) -> Self {
+        let scene = studio.scene;
         let below = below(scene.mesh, &plane);
         let move_at =
             |b: &Below| b.map(|(tet, l)| scene.displacement.at(scene.mesh, &studio.edges, tet, l));
         let moves = below.iter().map(move_at).collect();
-        planes.push(Motion { ground: plane.sample(scene.ct), plane, below, moves });
+        Self { ground: plane.sample(scene.ct), plane, below, moves }
     }
-    progress.at(0.6)?;
-    let arrows = displacement(studio, &planes);
-    progress.at(0.8)?;
-    Ok(vec![arrows, volume(studio, &planes)])
+}
+
+/// Displacement and change of volume in the three planes through the focus.
+pub(super) fn rows(
+    studio: &Studio<'_>,
+    summary: &Summary,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let mut planes = Vec::new();
+    for (n, plane) in studio.planes().into_iter().enumerate() {
+        progress.at(n as f64 / 6.0)?;
+        planes.push(Motion::new(studio, plane));
+    }
+    progress.at(0.5)?;
+    let mut rows = vec![displacement(studio, &planes)];
+    rows.extend(jacobian::rows(studio, summary, &planes, progress.part(0.6, 1.0))?);
+    Ok(rows)
 }
 
 /// How arrows and colours are scaled, alike in all planes.
@@ -127,53 +135,6 @@ fn key(canvas: &mut Canvas, plane: &Plane, scale: &Scale) {
     canvas.text(&label, spot, Align::Left, 0.75 * super::LETTER, colour::TEXT);
 }
 
-fn volume(studio: &Studio<'_>, planes: &[Motion]) -> Row {
-    let scene = studio.scene;
-    let change = |b: &Below| {
-        b.and_then(|(tet, l)| det_f(scene.mesh, &studio.edges, scene.displacement, tet, l))
-    };
-    let changes: Vec<Vec<Option<f64>>> =
-        planes.iter().map(|m| m.below.iter().map(change).collect()).collect();
-    let span = span(changes.iter().flatten().flatten().map(|j| (j - 1.0).abs()).collect());
-    let colour = |share| colour::on_scale(&colour::DIVERGING, share);
-    let draw = |(motion, changes): (&Motion, &Vec<Option<f64>>)| {
-        let plane = &motion.plane;
-        let mut canvas = paint(plane, &motion.ground, 0.8);
-        for (n, j) in changes.iter().enumerate() {
-            if let Some(j) = j {
-                let share = (j - 1.0) / span;
-                let veil = FAINT + (VEIL - FAINT) * share.abs().min(1.0);
-                canvas.mix(n, colour(0.5 + share / 2.0), veil);
-            }
-        }
-        studio.mark_before(&mut canvas, plane, false);
-        dress(&mut canvas, plane, "volume change");
-        let ticks = [1.0 - span, 1.0, 1.0 + span].map(words::trimmed);
-        Legend { colour: &colour, ticks, title: "det F" }.draw(&mut canvas, 0);
-        Picture {
-            name: format!("{}_volume_change", plane.view.name()),
-            caption: format!("Local change of volume, {}", plane.view.name()),
-            canvas,
-        }
-    };
-    Row {
-        title: "Change of volume".into(),
-        text: "det F at the place in the CT: below 1 (blue) compressed, above 1 (red) stretched. \
-               Values beyond the bar take the colour of its end."
-            .into(),
-        pair: false,
-        pictures: planes.iter().zip(&changes).map(draw).collect(),
-        table: None,
-    }
-}
-
-/// Half the width of the colour bar: the 99th percentile of |det F - 1|, rounded up, 0.02 to 0.8.
-fn span(mut deviations: Vec<f64>) -> f64 {
-    deviations.sort_unstable_by(f64::total_cmp);
-    let p99 = deviations.get(deviations.len() * 99 / 100).copied().unwrap_or(0.0);
-    round_up(p99.max(0.02)).min(0.8)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,12 +174,5 @@ mod tests {
         assert!(x > 8.0 && y.abs() < 0.3, "no part along y: {x} {y}");
         let [x, y] = drawn(View::Sagittal, Vector::new(0.0, -5.0, 0.0));
         assert!(x < -8.0 && y.abs() < 0.3, "the front is left: {x} {y}");
-    }
-
-    #[test]
-    fn the_bar_spans_what_is_there() {
-        assert!((span(vec![0.01; 50]) - 0.02).abs() < 1e-12);
-        assert!((span((0..1000).map(|n| f64::from(n) / 4000.0).collect()) - 0.3).abs() < 1e-9);
-        assert!((span(Vec::new()) - 0.02).abs() < 1e-12);
     }
 }

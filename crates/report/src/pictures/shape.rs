@@ -1,9 +1,9 @@
 //! The mesh as a body, and the shapes of its tetrahedra.
 
-use super::{LETTER, Legend, Picture, Row, letter};
+use super::bars::Bars;
+use super::{Legend, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::lettering::Align;
 use crate::plane::{Plane, View};
 use crate::section::{Faces, below};
 use crate::{Error, Mesh, colour, tables};
@@ -140,50 +140,14 @@ fn histograms(facts: &Mesh) -> Canvas {
     canvas.rectangle([0, 0], [SIZE, SIZE], colour::NOTHING, 1.0);
     let angle = |n: usize| format!("{:.0}°", n as f64 * DIHEDRAL_CLASS_DEG);
     let ratio = |n: usize| format!("{:.1}", n as f64 * RADIUS_RATIO_CLASS);
-    let angles = Bars { counts: &facts.dihedral_angles, every: 6, tick: &angle };
-    angles.draw(&mut canvas, 0, "dihedral angles, share of all");
-    let ratios = Bars { counts: &facts.radius_ratios, every: 4, tick: &ratio };
-    ratios.draw(&mut canvas, SIZE / 2, "radius ratio, share of tetrahedra");
+    let half = SIZE / 2;
+    let amounts = |counts: &[usize]| counts.iter().map(|n| *n as f64).collect();
+    let colour = |_| colour::SKIN;
+    let amounts_of = amounts(&facts.dihedral_angles);
+    let angles = Bars { amounts: amounts_of, every: 6, tick: &angle, colour: &colour };
+    angles.draw(&mut canvas, 0, half, "dihedral angles, share of all");
+    let amounts_of = amounts(&facts.radius_ratios);
+    let ratios = Bars { amounts: amounts_of, every: 4, tick: &ratio, colour: &colour };
+    ratios.draw(&mut canvas, half, half, "radius ratio, share of tetrahedra");
     canvas
-}
-
-/// A histogram.
-struct Bars<'a> {
-    counts: &'a [usize],
-    /// A tick below every so many classes, ...
-    every: usize,
-    /// ... which says this at the lower end of class n.
-    tick: &'a dyn Fn(usize) -> String,
-}
-
-impl Bars<'_> {
-    /// Draws into the half of the canvas that begins at row `top`.
-    fn draw(&self, canvas: &mut Canvas, top: usize, title: &str) {
-        let small = 0.8 * LETTER;
-        let (left, right) = (52, SIZE - 28);
-        let (upper, base) = (top + 40, top + SIZE / 2 - 34);
-        let whole = self.counts.iter().sum::<usize>().max(1) as f64;
-        let most = self.counts.iter().copied().max().unwrap_or(0) as f64 / whole;
-        let scale = super::round_up(most.max(1e-6));
-        canvas.text(title, [left as f64, (top + 26) as f64], Align::Left, small, colour::TEXT);
-        for share in [0.0, 0.5, 1.0] {
-            let y = base as f64 - share * (base - upper) as f64;
-            let line = [[left as f64, y], [right as f64, y]];
-            canvas.stroke(&[line], Pen::new(1.0, colour::TEXT).alpha(0.25));
-            let label = format!("{:.0} %", 100.0 * share * scale);
-            canvas.text(&label, [left as f64 - 6.0, y + 4.0], Align::Right, small, colour::TEXT);
-        }
-        let x = |n: usize| left + (right - left) * n / self.counts.len();
-        for (n, count) in self.counts.iter().enumerate() {
-            let tall = *count as f64 / whole / scale * (base - upper) as f64;
-            // What there is at all is seen.
-            let tall = if *count > 0 { tall.max(1.0) } else { 0.0 } as usize;
-            let size = [(x(n + 1) - x(n)).saturating_sub(1), tall];
-            canvas.rectangle([x(n), base - tall], size, colour::SKIN, 1.0);
-        }
-        for n in (0..=self.counts.len()).step_by(self.every) {
-            let spot = [x(n) as f64, base as f64 + 6.0 + small];
-            canvas.text(&(self.tick)(n), spot, Align::Centre, small, colour::TEXT);
-        }
-    }
 }

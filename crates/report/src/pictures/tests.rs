@@ -100,7 +100,7 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
     let all = |p: &Phantom| {
         let scene = p.scene();
         let studio = Studio::new(&scene, 2.0);
-        let mut rows = motion::rows(&studio, Progress::none()).unwrap();
+        let mut rows = motion::rows(&studio, &example(), Progress::none()).unwrap();
         let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
         rows.push(labels::row(&studio, &wall, Progress::none()).unwrap());
         let doubt = example().segmentation.doubt.unwrap();

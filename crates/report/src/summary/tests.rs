@@ -156,6 +156,18 @@ pub(crate) fn example() -> Summary {
             folded_voxels: 0,
             jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
         },
+        volumes: ["soft tissue, all that is simulated", "tumour, the sphere given", "fat", "gland"]
+            .map(|structure| VolumeChange {
+                structure: structure.into(),
+                before_ml: 12.5,
+                after_ml: 12.0,
+                jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 0.96, p99: 1.11, max: 1.25 },
+                least_mm: [31.0, -24.0, 9.0],
+                most_mm: [10.0, -20.0, -9.0],
+                span: 0.15,
+                shares: (0..40).map(|n| if n < 20 { 0.0 } else { 0.05 }).collect(),
+            })
+            .to_vec(),
         tumour: Some(Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0])),
         modulus_interval: None,
         nipple: Some(Movement::new([42.0, -52.0, 8.0], [45.0, -50.0, 4.0])),

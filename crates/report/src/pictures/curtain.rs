@@ -1,0 +1,61 @@
+//! The CT and the simulated CT in strips beside each other, so that steps show what moved.
+
+use super::{LETTER, Picture, Row, Studio, dress, paint};
+use crate::canvas::{Canvas, Pen};
+use crate::colour;
+use crate::lettering::Align;
+use crate::plane::Plane;
+use supine_space::{Progress, Stopped};
+
+/// Strips across a picture.
+const STRIPS: usize = 6;
+
+/// The three planes through the focus.
+pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, Stopped> {
+    let mut pictures = Vec::new();
+    for (n, plane) in studio.planes().into_iter().enumerate() {
+        progress.at(n as f64 / 3.0)?;
+        let name = plane.view.name();
+        pictures.push(Picture {
+            name: format!("{name}_curtain"),
+            caption: format!("CT and simulated CT in turn, {name}"),
+            canvas: strips(studio, &plane),
+        });
+    }
+    Ok(Row {
+        title: String::new(),
+        text: "Strips of the CT and of the simulated CT in turn. Where nothing may move (ribs, chest wall, \
+               all outside the dashed circle) lines must run on across the strips; steps at the skin are the \
+               movement."
+            .into(),
+        pair: false,
+        pictures,
+        table: None,
+    })
+}
+
+fn strips(studio: &Studio<'_>, plane: &Plane) -> Canvas {
+    let strip = |x: usize| x * STRIPS / plane.width;
+    let mut samples = plane.sample(studio.scene.ct);
+    for (n, after) in plane.sample(studio.scene.deformed).into_iter().enumerate() {
+        if strip(n % plane.width) % 2 == 1 {
+            samples[n] = after;
+        }
+    }
+    let mut canvas = paint(plane, &samples, 1.0);
+    studio.outline_region(&mut canvas, plane);
+    let height = plane.height as f64;
+    for n in 0..STRIPS {
+        let [left, right] = [n, n + 1].map(|n| (n * plane.width / STRIPS) as f64);
+        let (name, rgb) = if n % 2 == 0 { ("CT", colour::BEFORE) } else { ("SIM", colour::AFTER) };
+        // Below the line of the plane's position.
+        let spot = [0.5 * (left + right), 4.2 * LETTER];
+        canvas.text(name, spot, Align::Centre, 0.8 * LETTER, rgb);
+        if n > 0 {
+            let line = [[left, 0.0], [left, height]];
+            canvas.stroke(&[line], Pen::new(1.0, colour::REGION).alpha(0.35));
+        }
+    }
+    dress(&mut canvas, plane, "");
+    canvas
+}

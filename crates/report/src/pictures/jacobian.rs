@@ -1,0 +1,210 @@
+//! The change of volume: det F over the CT, its histograms, and where it is most extreme.
+
+use super::bars::Bars;
+use super::motion::Motion;
+use super::{Legend, Picture, Row, Studio, dress, paint};
+use crate::canvas::{Canvas, Pen, Rgb};
+use crate::plane::View;
+use crate::section::{Below, det_f};
+use crate::words::{fixed, triple};
+use crate::{Error, Summary, VolumeChange, colour, tables, words};
+use supine_space::{Point, Progress};
+
+/// Opacity of colours over the CT.
+const VEIL: f64 = 0.65;
+/// Opacity of the colour that says no change.
+const FAINT: f64 = 0.12;
+/// Size of a histogram, pixels.
+const HISTOGRAM: [usize; 2] = [520, 250];
+/// Histograms beside each other.
+const COLUMNS: usize = 3;
+
+/// det F in the planes through the focus, the figures and histograms of each structure, and the planes
+/// through its extremes.
+pub(super) fn rows(
+    studio: &Studio<'_>,
+    summary: &Summary,
+    planes: &[Motion],
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    // The first is all that is simulated.
+    let Some(all) = summary.volumes.first() else { return Ok(Vec::new()) };
+    let span = all.span;
+    let mut rows = vec![Row {
+        title: "Change of volume".into(),
+        text: "det F at the place in the CT: below 1 (blue) compressed, above 1 (red) stretched. \
+               Values beyond the bar take the colour of its end. HU are carried unchanged."
+            .into(),
+        pair: false,
+        pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
+        table: tables::volumes(&summary.volumes),
+    }];
+    rows.extend(histograms(&summary.volumes));
+    progress.at(0.4)?;
+    let ends = [
+        ("smallest", "least", all.least_mm, all.jacobian.min),
+        ("largest", "most", all.most_mm, all.jacobian.max),
+    ];
+    for (n, (end, name, place, det)) in ends.into_iter().enumerate() {
+        progress.at(0.4 + 0.3 * n as f64)?;
+        rows.push(extreme(studio, span, (end, name), Point::from(place), det));
+    }
+    Ok(rows)
+}
+
+/// det F below each pixel.
+fn dets(studio: &Studio<'_>, motion: &Motion) -> Vec<Option<f64>> {
+    let scene = studio.scene;
+    let det =
+        |b: &Below| b.map(|(tet, l)| det_f(scene.mesh, &studio.edges, scene.displacement, tet, l));
+    motion.below.iter().map(det).collect()
+}
+
+/// det F in colour on the CT; a cross at `at`.
+fn picture(studio: &Studio<'_>, motion: &Motion, span: f64, at: Option<&Point>) -> Picture {
+    let plane = &motion.plane;
+    let mut canvas = paint(plane, &motion.ground, 0.8);
+    for (n, det) in dets(studio, motion).into_iter().enumerate() {
+        if let Some(det) = det {
+            let share = (det - 1.0) / span;
+            let veil = FAINT + (VEIL - FAINT) * share.abs().min(1.0);
+            canvas.mix(n, by_change(0.5 + share / 2.0), veil);
+        }
+    }
+    studio.mark_before(&mut canvas, plane, false);
+    cross(&mut canvas, motion, at);
+    dress(&mut canvas, plane, "volume change");
+    let ticks = [1.0 - span, 1.0, 1.0 + span].map(words::trimmed);
+    Legend { colour: &by_change, ticks, title: "det F" }.draw(&mut canvas, 0);
+    Picture {
+        name: format!("{}_volume_change", plane.view.name()),
+        caption: format!("Local change of volume, {}", plane.view.name()),
+        canvas,
+    }
+}
+
+fn cross(canvas: &mut Canvas, motion: &Motion, at: Option<&Point>) {
+    if let Some(at) = at {
+        canvas.circle(motion.plane.spot(at), 14.0, 0, Pen::new(1.8, colour::BEFORE));
+    }
+}
+
+fn by_change(share: f64) -> Rgb {
+    colour::on_scale(&colour::DIVERGING, share)
+}
+
+/// The axial plane through an extreme of det F: before, after, change of volume.
+fn extreme(
+    studio: &Studio<'_>,
+    span: f64,
+    (end, name): (&str, &str),
+    place: Point,
+    det: f64,
+) -> Row {
+    let motion = Motion::new(studio, studio.plane(View::Axial, &place));
+    let plane = &motion.plane;
+    let shown = |samples: &[f32], what: &str| {
+        let mut canvas = paint(plane, samples, 1.0);
+        studio.outline_region(&mut canvas, plane);
+        cross(&mut canvas, &motion, Some(&place));
+        dress(&mut canvas, plane, what);
+        canvas
+    };
+    let before = shown(&motion.ground, "CT");
+    let after = shown(&plane.sample(studio.scene.deformed), "SIMULATED");
+    let change = picture(studio, &motion, span, Some(&place));
+    Row {
+        title: String::new(),
+        text: format!(
+            "The slice of the {end} det F, {}, at {} mm in the CT (circle). Near the cut it is the fade \
+             that squeezes and stretches, not the mechanics.",
+            fixed(det, 2),
+            triple(place.coords.into(), 1),
+        ),
+        pair: true,
+        pictures: vec![
+            Picture {
+                name: format!("{name}_volume_before"),
+                caption: "The CT, patient on her back".into(),
+                canvas: before,
+            },
+            Picture {
+                name: format!("{name}_volume_after"),
+                caption: "On the operating table (simulated)".into(),
+                canvas: after,
+            },
+            Picture { name: format!("{name}_volume_change"), ..change },
+        ],
+        table: None,
+    }
+}
+
+/// Rows of histograms of det F, one per structure.
+fn histograms(volumes: &[VolumeChange]) -> Vec<Row> {
+    let draw = |(n, change): (usize, &VolumeChange)| {
+        let classes = change.shares.len() as f64;
+        let share = |n: f64| n / classes;
+        let bars = Bars {
+            amounts: change.shares.clone(),
+            every: (change.shares.len() / 4).max(1),
+            tick: &|n| words::trimmed(1.0 + (2.0 * share(n as f64) - 1.0) * change.span),
+            colour: &|n| by_change(share(n as f64 + 0.5)),
+        };
+        let [width, height] = HISTOGRAM;
+        let mut canvas = Canvas::new(width, height);
+        canvas.rectangle([0, 0], [width, height], colour::NOTHING, 1.0);
+        let name = change.structure.split(',').next().unwrap_or_default();
+        bars.draw(&mut canvas, 0, height, &format!("{name}: det F, share of its volume"));
+        Picture {
+            name: format!("volume_histogram_{}", n + 1),
+            caption: words::capital(&change.structure),
+            canvas,
+        }
+    };
+    let mut pictures = volumes.iter().enumerate().map(draw).peekable();
+    let mut rows = Vec::new();
+    while pictures.peek().is_some() {
+        let text = if rows.is_empty() {
+            "How much of each structure's volume changes by how much; the outermost bars hold all beyond."
+        } else {
+            ""
+        };
+        rows.push(Row {
+            title: String::new(),
+            text: text.into(),
+            pair: false,
+            pictures: pictures.by_ref().take(COLUMNS).collect(),
+            table: None,
+        });
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_stands_left_of_one_where_all_is_squeezed() {
+        let mut shares = vec![0.0; 40];
+        shares[0] = 1.0;
+        let jacobian = crate::Jacobian { min: 0.7, p01: 0.7, mean: 0.7, p99: 0.7, max: 0.7 };
+        let change = VolumeChange {
+            structure: "fat".into(),
+            before_ml: 1.0,
+            after_ml: 0.7,
+            jacobian,
+            least_mm: [0.0; 3],
+            most_mm: [0.0; 3],
+            span: 0.1,
+            shares,
+        };
+        let rows = histograms(&vec![change; 4]);
+        assert_eq!(rows.iter().map(|r| r.pictures.len()).collect::<Vec<_>>(), [3, 1]);
+        let canvas = &rows[0].pictures[0].canvas;
+        let (y, blue) = (HISTOGRAM[1] - 60, by_change(0.0));
+        let near = |rgb: Rgb| (0..3).all(|c| rgb[c].abs_diff(blue[c]) < 30);
+        let filled: Vec<usize> = (0..HISTOGRAM[0]).filter(|&x| near(canvas.at(x, y))).collect();
+        assert!(!filled.is_empty() && filled.iter().all(|x| *x < 90), "{filled:?}");
+    }
+}
