@@ -19,6 +19,7 @@ mod refine;
 mod speed;
 mod study;
 mod study_tables;
+mod texture;
 mod warp;
 
 use crate::House;

@@ -34,7 +34,8 @@ def read(path):
     if not os.path.isdir(path):
         return sitk.ReadImage(path)
     reader = sitk.ImageSeriesReader()
-    reader.SetFileNames(reader.GetGDCMSeriesFileNames(path))
+    series = [reader.GetGDCMSeriesFileNames(path, uid) for uid in reader.GetGDCMSeriesIDs(path)]
+    reader.SetFileNames(max(series, key=len))
     return reader.Execute()
 
 

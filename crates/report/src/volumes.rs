@@ -43,8 +43,8 @@ pub fn volume_changes(
     let all = tissue(scene, &edges);
     progress.at(0.7)?;
     let mut structures = vec![
-        ("soft tissue, all that is simulated", all.clone()),
-        ("tumour, the sphere given", tumour(scene, &edges)),
+        ("all simulated soft tissue", all.clone()),
+        ("tumour as given", tumour(scene, &edges)),
     ];
     progress.at(0.8)?;
     if let Some(labels) = scene.tissues {
@@ -176,7 +176,7 @@ mod tests {
         let changes = volume_changes(&scene, Progress::none()).unwrap();
         let of = |name: &str| changes.iter().find(|c| c.structure.starts_with(name)).unwrap();
         let close = |a: f64, b: f64, within: f64| assert!((a - b).abs() < within, "{a} {b}");
-        let all = of("soft tissue");
+        let all = of("all simulated");
         close(all.before_ml, 64.0, 1e-9);
         close(all.after_ml, 64.0, 1e-9);
         close(all.jacobian.min, 0.9, 1e-12);

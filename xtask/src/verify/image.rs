@@ -27,10 +27,6 @@ pub(super) fn errors(bench: &Bench<'_>, patient: &Path, ct: &Path, work: &Path) 
     let mut warp = Command::new(&bench.supine);
     warp.args(["warp", "--no-progress", "--ct"]).arg(ct).arg("--mesh").arg(&field);
     run(warp.arg("--out").arg(&volume))?;
-    let json = work.join("true-field.json");
-    let mut score = Command::new(&bench.python);
-    score.arg(bench.shared.join("cohort/score.py")).arg(patient);
-    run(score.arg("--warped").arg(&volume).arg("--json").arg(&json))?;
     let error = |volume: &Path, picture: &str| -> Result<Value> {
         let mut told = script(bench, "image_error.py");
         told.arg(patient).arg(volume).arg(work.join(picture));
@@ -38,9 +34,18 @@ pub(super) fn errors(bench: &Bench<'_>, patient: &Path, ct: &Path, work: &Path) 
     };
     Ok(Errors {
         true_field: error(&volume, "worst-true-field.png")?,
-        true_recovered: number(&patients::read(&json)?, "/hu_recovered")?,
+        true_recovered: recovered(bench, patient, &volume)?,
         run: error(&work.join("out/ct"), "worst-run.png")?,
     })
+}
+
+/// The score's share recovered by a volume.
+pub(super) fn recovered(bench: &Bench<'_>, patient: &Path, volume: &Path) -> Result<f64> {
+    let json = volume.with_extension("json");
+    let mut score = Command::new(&bench.python);
+    score.arg(bench.shared.join("cohort/score.py")).arg(patient);
+    run(score.arg("--warped").arg(volume).arg("--json").arg(&json))?;
+    number(&patients::read(&json)?, "/hu_recovered")
 }
 
 /// One of the scripts of this house with the Python that has what it needs.

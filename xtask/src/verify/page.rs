@@ -1,7 +1,7 @@
 //! The text of docs/VERIFICATION.md.
 
 use super::study::Study;
-use super::{image, mesh, number, patients, real, study_tables};
+use super::{image, mesh, number, patients, real, study_tables, texture};
 use anyhow::Result;
 use serde_json::Value;
 use std::fmt::Write;
@@ -23,6 +23,7 @@ pub(crate) fn page(
     let mut page = HEAD.replace("{date}", date);
     page += &patient_rows(patients)?;
     page += &image::table(patients)?;
+    page += &texture::table(patients)?;
     page += REAL;
     page += &real_rows(real)?;
     page += STUDY;

@@ -1,6 +1,6 @@
 //! The synthetic patients, whose truth is known.
 
-use super::{Bench, image, number, output, run, run_case};
+use super::{Bench, image, number, output, run, run_case, texture};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ pub(crate) struct Row {
     pub(crate) summary: Value,
     pub(crate) score: Value,
     pub(super) image: image::Errors,
+    pub(super) textures: Vec<texture::Texture>,
 }
 
 const COHORT: [&str; 3] = ["p1-net", "p2-full", "p3-hetero"];
@@ -51,7 +52,8 @@ fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     output(score.arg("--points").arg(&points).arg("--json").arg(&json))?;
     let tissue = format!("E {young} kPa, {rest}");
     let image = image::errors(bench, patient, &ct, &work)?;
-    Ok(Row { name: name.into(), tissue, summary, score: read(&json)?, image })
+    let textures = texture::textures(bench, patient, &ct, &work)?;
+    Ok(Row { name: name.into(), tissue, summary, score: read(&json)?, image, textures })
 }
 
 /// The folder of slices; the cohort's are packed.

@@ -39,7 +39,7 @@ pub(super) fn rows(
         pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
         table: tables::volumes(&summary.volumes),
     }];
-    rows.extend(histograms(&summary.volumes));
+    rows.push(histograms(&summary.volumes));
     progress.at(0.4)?;
     let ends = [
         ("smallest", "least", all.least_mm, all.jacobian.min),
@@ -139,45 +139,44 @@ fn extreme(
     }
 }
 
-/// Rows of histograms of det F, one per structure.
-fn histograms(volumes: &[VolumeChange]) -> Vec<Row> {
-    let draw = |(n, change): (usize, &VolumeChange)| {
-        let classes = change.shares.len() as f64;
-        let share = |n: f64| n / classes;
-        let bars = Bars {
-            amounts: change.shares.clone(),
-            every: (change.shares.len() / 4).max(1),
-            tick: &|n| words::trimmed(1.0 + (2.0 * share(n as f64) - 1.0) * change.span),
-            colour: &|n| by_change(share(n as f64 + 0.5)),
-        };
+/// Histograms of det F, one per structure, in columns.
+fn histograms(volumes: &[VolumeChange]) -> Row {
+    let columns = COLUMNS.min(volumes.len());
+    let column = |n: usize| {
         let [width, height] = HISTOGRAM;
-        let mut canvas = Canvas::new(width, height);
-        canvas.rectangle([0, 0], [width, height], colour::NOTHING, 1.0);
-        let name = change.structure.split(',').next().unwrap_or_default();
-        bars.draw(&mut canvas, 0, height, &format!("{name}: det F, share of its volume"));
-        Picture {
-            name: format!("volume_histogram_{}", n + 1),
-            caption: words::capital(&change.structure),
-            canvas,
+        let mut canvas = Canvas::new(width, height * volumes.len().div_ceil(columns));
+        let size = [width, canvas.height()];
+        canvas.rectangle([0, 0], size, colour::NOTHING, 1.0);
+        let own: Vec<_> = volumes.iter().skip(n).step_by(columns).collect();
+        for (at, change) in own.iter().enumerate() {
+            histogram(&mut canvas, at * height, change);
         }
+        let names: Vec<_> = own.iter().map(|c| words::capital(&c.structure)).collect();
+        Picture { name: format!("volume_histograms_{}", n + 1), caption: names.join("; "), canvas }
     };
-    let mut pictures = volumes.iter().enumerate().map(draw).peekable();
-    let mut rows = Vec::new();
-    while pictures.peek().is_some() {
-        let text = if rows.is_empty() {
-            "How much of each structure's volume changes by how much; the outermost bars hold all beyond."
-        } else {
-            ""
-        };
-        rows.push(Row {
-            title: String::new(),
-            text: text.into(),
-            pair: false,
-            pictures: pictures.by_ref().take(COLUMNS).collect(),
-            table: None,
-        });
+    Row {
+        title: String::new(),
+        text:
+            "How much of each structure's volume changes by how much; the outermost bars hold all \
+               beyond."
+                .into(),
+        pair: false,
+        pictures: (0..columns).map(column).collect(),
+        table: None,
     }
-    rows
+}
+
+fn histogram(canvas: &mut Canvas, top: usize, change: &VolumeChange) {
+    let classes = change.shares.len() as f64;
+    let share = |n: f64| n / classes;
+    let bars = Bars {
+        amounts: change.shares.clone(),
+        every: (change.shares.len() / 4).max(1),
+        tick: &|n| words::trimmed(1.0 + (2.0 * share(n as f64) - 1.0) * change.span),
+        colour: &|n| by_change(share(n as f64 + 0.5)),
+    };
+    let title = format!("{}: det F, share of its volume", change.structure);
+    bars.draw(canvas, top, HISTOGRAM[1], &title);
 }
 
 #[cfg(test)]
@@ -199,9 +198,10 @@ mod tests {
             span: 0.1,
             shares,
         };
-        let rows = histograms(&vec![change; 4]);
-        assert_eq!(rows.iter().map(|r| r.pictures.len()).collect::<Vec<_>>(), [3, 1]);
-        let canvas = &rows[0].pictures[0].canvas;
+        let row = histograms(&vec![change; 4]);
+        let heights: Vec<_> = row.pictures.iter().map(|p| p.canvas.height()).collect();
+        assert_eq!(heights, [2 * HISTOGRAM[1]; 3]);
+        let canvas = &row.pictures[0].canvas;
         let (y, blue) = (HISTOGRAM[1] - 60, by_change(0.0));
         let near = |rgb: Rgb| (0..3).all(|c| rgb[c].abs_diff(blue[c]) < 30);
         let filled: Vec<usize> = (0..HISTOGRAM[0]).filter(|&x| near(canvas.at(x, y))).collect();

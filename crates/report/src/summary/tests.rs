@@ -156,7 +156,7 @@ pub(crate) fn example() -> Summary {
             folded_voxels: 0,
             jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
         },
-        volumes: ["soft tissue, all that is simulated", "tumour, the sphere given", "fat", "gland"]
+        volumes: ["all simulated soft tissue", "tumour as given", "fat", "gland"]
             .map(|structure| VolumeChange {
                 structure: structure.into(),
                 before_ml: 12.5,
