@@ -7,18 +7,21 @@
 //!
 //! | Format | Reads | Writes |
 //! |---|---|---|
-//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`], [`read_seeds`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`] |
-//! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`] | [`write_labels`] |
-//! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`] | [`write_ct_nifti`], [`write_labels`] |
+//! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`], [`read_seeds`], [`read_any_volume`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`], [`write_label_layers`] |
+//! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_labels`], [`write_label_layers`] |
+//! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_ct_nifti`], [`write_labels`], [`write_label_layers`], [`write_field`], [`write_scalar`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
 //! | Gmsh MSH 4.1 (`.msh`) | [`read_mesh`] | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
-//! | Closed surfaces: STL, PLY, OBJ | [`read_surface`] | |
+//! | Closed surfaces: STL, PLY, OBJ | [`read_surface`] | [`write_surface`] |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
+//! | CSV `structure,contour,x,y,z` | [`read_contours`] | [`write_contours`] |
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod carried;
+mod contours;
 mod elements;
 mod error;
 mod feb;
@@ -39,12 +42,14 @@ mod surfaces;
 mod volumes;
 mod vtu;
 
+pub use carried::{AnyVolume, LabelLayers, VolumeKind, read_any_volume, write_label_layers};
+pub use contours::{NamedContours, is_contours, read_contours, write_contours};
 pub use error::{Error, ErrorKind, Problem};
 pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
 pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
-pub use surfaces::{SurfaceFrame, read_surface};
+pub use surfaces::{SurfaceFrame, read_surface, write_surface};
 pub use volumes::{
     FieldKind, read_ct, read_signed_distance, read_tenths, write_ct_nifti, write_ct_nrrd,
     write_field, write_scalar, write_signed_distance, write_tenths,

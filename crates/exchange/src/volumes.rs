@@ -112,35 +112,43 @@ impl FieldKind {
     }
 }
 
-/// Writes a displacement field (mm, LPS) as NRRD with three floats per voxel.
+/// Writes a displacement field (mm, LPS) with three floats per voxel: as NRRD, or as NIfTI-1 (`.nii`,
+/// `.nii.gz`) with the intent `DISPVECT` and vectors in RAS, as that format has them.
 ///
-/// The key `displacement field type` says which way it leads, as 3D Slicer reads it.
+/// In NRRD the key `displacement field type` says which way it leads, as 3D Slicer reads it; in NIfTI
+/// the description does. ITK takes either file of kind [`FieldKind::Resampling`] as the field of a
+/// displacement field transform.
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
-/// stop.
+/// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
 pub fn write_field(
     field: &Volume<[f32; 3]>,
     path: &Path,
     kind: FieldKind,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
+    if is_nifti(path) {
+        let note = format!("displacement field type: {}", kind.name());
+        return nii::write_displacements(path, field, &note, progress);
+    }
     only_nrrd(path, "a displacement field")?;
     let keys = [("displacement field type".into(), kind.name().into())];
     let samples = field.data().iter().flatten().copied();
     nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples, progress)
 }
 
-/// Writes a volume of floats (say, the Jacobian) as NRRD.
+/// Writes a volume of floats (say, the Jacobian) as NRRD or NIfTI-1 (`.nii`, `.nii.gz`).
 ///
 /// # Errors
-/// When the name does not end in `.nrrd` the file cannot be written, or the callback asked to
-/// stop.
+/// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
 pub fn write_scalar(
     volume: &Volume<f32>,
     path: &Path,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
+    if is_nifti(path) {
+        return nii::write(path, volume, "", progress);
+    }
     only_nrrd(path, "a volume of floats")?;
     nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied(), progress)
 }
@@ -182,6 +190,10 @@ pub fn read_signed_distance(path: &Path, progress: Progress<'_>) -> Result<Signe
     Volume::new(raster.grid.clone(), values)
         .map(SignedDistance::from_values)
         .map_err(|e| Problem::field("sizes", e.to_string()).of(path))
+}
+
+fn is_nifti(path: &Path) -> bool {
+    file::has_suffix(path, ".nii") || file::has_suffix(path, ".nii.gz")
 }
 
 fn only_nrrd(path: &Path, what: &str) -> Result<(), Error> {

@@ -232,7 +232,7 @@ fn failures_name_the_file_and_leave_nothing() {
         write_labels(&written.map(|_| 99), &folder.path().join("a.seg.nrrd"), Progress::none()),
         write_points(&[], &folder.path().join("a.txt")),
         write_vtu(&cube(), None, &folder.path().join("a.vtk")),
-        write_scalar(&written.map(|_| 1.0), &folder.path().join("a.nii"), Progress::none()),
+        write_scalar(&written.map(|_| 1.0), &folder.path().join("a.raw"), Progress::none()),
         // A folder stands where the file should go.
         write_ct_nrrd(&written, folder.path(), "", Progress::none()),
     ];

@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use supine_mesh::DisplacementError;
+use supine_mesh::{DisplacementError, SurfaceError};
 use supine_space::Stopped;
 
 /// Why a volume, field or list of points could not be warped.
@@ -34,6 +34,9 @@ pub enum Error {
         /// What is allowed.
         need: &'static str,
     },
+    /// A carried surface bounds nothing: it collapsed, or its contours do.
+    #[error("the carried surface cannot be used: {0}")]
+    Surface(#[from] SurfaceError),
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),

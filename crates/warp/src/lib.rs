@@ -9,10 +9,14 @@
 //! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` and
 //! `rows` say which voxels each tetrahedron owns (`predicate`: exact signs); `resample` samples
 //! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
-//! again; `fields` and `points` carry vectors and points.
+//! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
+//! `labels` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
+//! fields against each other.
 
 mod collar;
+mod consistency;
 mod coverage;
+mod dose;
 mod element;
 mod error;
 mod fade;
@@ -20,7 +24,9 @@ mod fields;
 mod filter;
 mod frames;
 mod kernel;
+mod labels;
 mod map;
+mod origins;
 mod params;
 mod pieces;
 mod points;
@@ -29,17 +35,23 @@ mod pullback;
 mod raster;
 mod resample;
 mod rows;
+mod surface;
 mod undeformed;
 
 #[cfg(test)]
 mod tests;
 
+pub use consistency::{Consistency, consistency};
+pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use error::Error;
 pub use fields::{Fields, fields};
 pub use filter::Interpolation;
 pub use frames::Frames;
+pub use labels::carry_labels;
+pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;
+pub use surface::{CarriedSurface, carry_surface};
 
 use crate::{
     collar::collar,

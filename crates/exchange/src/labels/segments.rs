@@ -132,7 +132,7 @@ fn extents(labels: &LabelMap) -> BTreeMap<u8, [[usize; 2]; 3]> {
 }
 
 /// The map from voxels to RAS, row by row, and the extent, as 3D Slicer writes them.
-fn reference_geometry(grid: &Grid) -> String {
+pub(crate) fn reference_geometry(grid: &Grid) -> String {
     let mut text = String::new();
     for r in 0..3 {
         let sign = if r < 2 { -1.0 } else { 1.0 };
@@ -177,7 +177,7 @@ fn reference_grid(keys: &BTreeMap<String, String>) -> Option<Grid> {
 
 /// The labels on the grid of their reference image, when they are a part of that grid; unchanged
 /// when the file tells no such grid or another one.
-pub(super) fn uncropped<T: Copy + Default>(
+pub(crate) fn uncropped<T: Copy + Default>(
     labels: Volume<T>,
     keys: &BTreeMap<String, String>,
 ) -> Volume<T> {

@@ -6,7 +6,7 @@ use nifti::NiftiHeader;
 use supine_space::{Grid, Matrix, Point, Vector};
 
 /// x and y change sign between RAS and LPS.
-const FLIP: Vector = Vector::new(-1.0, -1.0, 1.0);
+pub(super) const FLIP: Vector = Vector::new(-1.0, -1.0, 1.0);
 
 /// The number an f32 was most likely made from: its shortest decimal, within half a unit of its
 /// last place. 0.7f32 is 0.7 again, not 0.699999988.

@@ -10,7 +10,7 @@ mod read;
 mod write;
 
 pub(crate) use read::{is_nifti, parse};
-pub(crate) use write::write;
+pub(crate) use write::{write, write_displacements};
 
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! Writing NIfTI-1: little endian, sform and qform equal, mm.
 
-use super::affine::Forms;
+use super::affine::{FLIP, Forms};
 use crate::{
     Error,
     file::{self, COMPRESSION},
@@ -18,30 +18,64 @@ pub(crate) fn write<T: Sample>(
     note: &str,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
+    let samples = volume.data().iter().copied();
+    write_values(path, (volume.grid(), Values::One), note, samples, progress)
+}
+
+/// Writes displacements (LPS, mm) as vectors in RAS, mm: intent 1006 (`NIFTI_INTENT_DISPVECT`), components
+/// along the fifth axis, slowest in memory.
+pub(crate) fn write_displacements(
+    path: &Path,
+    field: &Volume<[f32; 3]>,
+    note: &str,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let component = |a: usize| {
+        let sign = FLIP[a] as f32;
+        // Adding 0 makes -0 the same as 0.
+        field.data().iter().map(move |v| sign * v[a] + 0.0)
+    };
+    let samples = (0..3).flat_map(component);
+    write_values(path, (field.grid(), Values::Displacement), note, samples, progress)
+}
+
+/// What a voxel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Values {
+    One,
+    Displacement,
+}
+
+fn write_values<T: Sample>(
+    path: &Path,
+    (grid, values): (&Grid, Values),
+    note: &str,
+    samples: impl Iterator<Item = T>,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
     let compressed = file::has_suffix(path, ".nii.gz");
     if !compressed && !file::has_suffix(path, ".nii") {
         let reason = "the name of a NIfTI file ends in .nii or .nii.gz".into();
         return Err(Error::Unwritable { path: path.into(), reason });
     }
-    let grid = volume.grid();
     if let Some(n) = grid.size().into_iter().find(|&n| n > i16::MAX as usize) {
         let reason = format!("NIfTI-1 holds 32767 voxels along an axis, not {n}: write .nrrd");
         return Err(Error::Unwritable { path: path.into(), reason });
     }
     let extension = extension(note);
-    let header = header(grid, T::SCALAR, note, 352 + extension.len());
-    let samples = volume.data().iter().copied();
+    let header = header((grid, values), T::SCALAR, note, 352 + extension.len());
+    let count = grid.len() * if values == Values::Displacement { 3 } else { 1 };
     file::write(path, |out| {
         if compressed {
             let mut gzip = GzEncoder::new(out, COMPRESSION);
             gzip.write_all(&header)?;
             gzip.write_all(&extension)?;
-            write_samples(&mut gzip, samples, grid.len(), progress)?;
+            write_samples(&mut gzip, samples, count, progress)?;
             gzip.finish().map(drop)
         } else {
             out.write_all(&header)?;
             out.write_all(&extension)?;
-            write_samples(out, samples, grid.len(), progress)
+            write_samples(out, samples, count, progress)
         }
     })
 }
@@ -60,18 +94,23 @@ fn extension(note: &str) -> Vec<u8> {
 }
 
 /// The fields of `nifti1.h` in their order, and the four bytes that announce extensions.
-fn header(grid: &Grid, scalar: Scalar, note: &str, offset: usize) -> Vec<u8> {
+fn header((grid, values): (&Grid, Values), scalar: Scalar, note: &str, offset: usize) -> Vec<u8> {
     let forms = Forms::of(grid);
     let mut h = Vec::with_capacity(352);
     h.extend(348i32.to_le_bytes());
     h.extend([0; 36]); // data_type, db_name, extents, session_error, regular, dim_info
     h[38] = b'r';
     let [i, j, k] = grid.size().map(|n| n as i16);
-    shorts(&mut h, &[3, i, j, k, 1, 1, 1, 1]);
+    let (dimension, components, intent) = match values {
+        Values::One => (3, 1, 0),
+        Values::Displacement => (5, 3, 1006),
+    };
+    shorts(&mut h, &[dimension, i, j, k, 1, components, 1, 1]);
     floats(&mut h, &[0.0; 3]); // intent_p1..3
-    shorts(&mut h, &[0, datatype(scalar), scalar.size() as i16 * 8, 0]);
+    shorts(&mut h, &[intent, datatype(scalar), scalar.size() as i16 * 8, 0]);
     let s = grid.spacing();
-    floats(&mut h, &[forms.qfac, s.x, s.y, s.z, 0.0, 0.0, 0.0, 0.0]);
+    let further = if values == Values::Displacement { 1.0 } else { 0.0 };
+    floats(&mut h, &[forms.qfac, s.x, s.y, s.z, further, further, 0.0, 0.0]);
     floats(&mut h, &[offset as f64, 1.0, 0.0]); // vox_offset, scl_slope, scl_inter
     shorts(&mut h, &[0]); // slice_end
     h.extend([0, 2]); // slice_code, xyzt_units: mm

@@ -16,6 +16,8 @@ pub(crate) enum Axis {
     Scalar,
     /// Three components, neighbours in memory.
     Vector,
+    /// So many independent values, neighbours in memory: overlapping segments of 3D Slicer.
+    List(usize),
 }
 
 /// Writes a volume; `samples` in the order of memory.
@@ -28,7 +30,12 @@ pub(crate) fn write<T: Sample>(
     progress: Progress<'_>,
 ) -> Result<(), Error> {
     let header = header(grid, axis, keys, T::SCALAR);
-    let count = grid.len() * if matches!(axis, Axis::Vector) { 3 } else { 1 };
+    let count = grid.len()
+        * match axis {
+            Axis::Scalar => 1,
+            Axis::Vector => 3,
+            Axis::List(values) => *values,
+        };
     file::write(path, |out| {
         std::io::Write::write_all(out, header.as_bytes())?;
         let mut gzip = GzEncoder::new(out, COMPRESSION);
@@ -46,8 +53,9 @@ fn header(grid: &Grid, axis: &Axis, keys: &[(String, String)], scalar: Scalar) -
     };
     let (columns, origin) = ([0, 1, 2].map(column).join(" "), grid.origin());
     let (dimension, before, none, kind) = match axis {
-        Axis::Scalar => (3, "", "", ""),
-        Axis::Vector => (4, "3 ", "none ", "vector "),
+        Axis::Scalar => (3, String::new(), "", ""),
+        Axis::Vector => (4, "3 ".into(), "none ", "vector "),
+        Axis::List(values) => (4, format!("{values} "), "none ", "list "),
     };
     let (x, y, z) = (plain(origin.x), plain(origin.y), plain(origin.z));
     let mut text = format!(

@@ -7,6 +7,9 @@
 mod obj;
 mod ply;
 mod stl;
+mod write;
+
+pub use write::write_surface;
 
 use crate::{Error, Problem, file};
 use std::path::Path;

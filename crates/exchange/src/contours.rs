@@ -1,0 +1,140 @@
+//! Planar contours: CSV `structure,contour,x,y,z` (LPS, mm).
+//!
+//! One row per corner, in order; the contour is closed from its last corner to its first. Rows that follow
+//! each other with the same structure and contour number are one contour.
+
+use crate::{Error, Problem, file};
+use std::path::Path;
+use supine_space::Point;
+
+const HEADING: [&str; 5] = ["structure", "contour", "x", "y", "z"];
+
+/// A structure drawn as closed planar contours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedContours {
+    /// Its name.
+    pub name: String,
+    /// Corners of each contour, LPS, mm; the inside follows the even-odd rule in each plane.
+    pub contours: Vec<Vec<Point>>,
+}
+
+/// Whether a file is a CSV of contours, by its first line.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn is_contours(path: &Path) -> Result<bool, Error> {
+    if !file::has_suffix(path, ".csv") {
+        return Ok(false);
+    }
+    let bytes = file::read(path)?;
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let first = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
+    let first = String::from_utf8_lossy(first).to_ascii_lowercase();
+    Ok(first.trim().split(',').map(str::trim).eq(HEADING))
+}
+
+/// Reads contours from CSV with the heading `structure,contour,x,y,z`; LPS, mm.
+///
+/// # Errors
+/// When the file cannot be read or is malformed, or a coordinate is not a finite number.
+pub fn read_contours(path: &Path) -> Result<Vec<NamedContours>, Error> {
+    parse(&file::read(path)?).map_err(|p| p.of(path))
+}
+
+fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
+    let malformed = |e: csv::Error| {
+        let line = e.position().map_or(0, csv::Position::line);
+        Problem::Line { line, reason: e.to_string() }
+    };
+    let heading = reader.headers().map_err(malformed)?;
+    if !heading.iter().map(str::to_ascii_lowercase).eq(HEADING) {
+        let reason = format!("expected the heading `{}` (LPS, mm)", HEADING.join(","));
+        return Err(Problem::Line { line: 1, reason });
+    }
+    let mut structures: Vec<NamedContours> = Vec::new();
+    let mut last: Option<(usize, String)> = None;
+    for record in reader.records() {
+        let record = record.map_err(malformed)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let mut xyz = [0.0; 3];
+        for (c, text) in xyz.iter_mut().zip(record.iter().skip(2)) {
+            *c = text.parse().ok().filter(|c: &f64| c.is_finite()).ok_or_else(|| {
+                Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
+            })?;
+        }
+        let (name, number) = (&record[0], &record[1]);
+        let at = structures.iter().position(|s| s.name == name).unwrap_or_else(|| {
+            structures.push(NamedContours { name: name.into(), contours: vec![] });
+            structures.len() - 1
+        });
+        let contours = &mut structures[at].contours;
+        let goes_on = last.as_ref().is_some_and(|(s, n)| *s == at && n == number);
+        if !goes_on {
+            contours.push(vec![]);
+            last = Some((at, number.into()));
+        }
+        if let Some(contour) = contours.last_mut() {
+            contour.push(xyz.into());
+        }
+    }
+    Ok(structures)
+}
+
+/// Writes contours as CSV with the heading `structure,contour,x,y,z`; contours are counted from 1 in each
+/// structure; LPS, mm, to 0.0001 mm.
+///
+/// # Errors
+/// When the name does not end in `.csv` or the file cannot be written.
+pub fn write_contours(structures: &[NamedContours], path: &Path) -> Result<(), Error> {
+    if !file::has_suffix(path, ".csv") {
+        let reason = "contours are written as .csv".into();
+        return Err(Error::Unwritable { path: path.into(), reason });
+    }
+    file::write(path, |out| {
+        let mut csv = csv::Writer::from_writer(out);
+        csv.write_record(HEADING)?;
+        for structure in structures {
+            for (n, contour) in structure.contours.iter().enumerate() {
+                let number = (n + 1).to_string();
+                for p in contour {
+                    let [x, y, z] = [p.x, p.y, p.z].map(|c| format!("{c:.4}"));
+                    csv.write_record([structure.name.as_str(), &number, &x, &y, &z])?;
+                }
+            }
+        }
+        csv.flush()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn structures_and_contours_are_told_apart() {
+        let text = b"structure,contour,x,y,z\nA,1,0,0,0\nA,1,1,0,0\nB,1,5,5,5\nA,2,1,2,3\n";
+        let read = parse(text).unwrap();
+        let sizes: Vec<Vec<usize>> =
+            read.iter().map(|s| s.contours.iter().map(Vec::len).collect()).collect();
+        assert_eq!(sizes, [vec![2, 1], vec![1]]);
+        assert_eq!((read[0].name.as_str(), read[0].contours[1][0]), ("A", [1.0, 2.0, 3.0].into()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("c.csv");
+        write_contours(&read, &path).unwrap();
+        assert!(is_contours(&path).unwrap());
+        assert_eq!(read_contours(&path).unwrap(), read);
+    }
+
+    #[test]
+    fn what_is_no_contour_is_refused_by_line() {
+        let line = |text: &[u8]| match parse(text) {
+            Err(Problem::Line { line, .. }) => line,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(line(b"name,x,y,z\na,1,2,3\n"), 1);
+        assert_eq!(line(b"structure,contour,x,y,z\nA,1,0,0,0\nA,1,0,nan,0\n"), 3);
+        assert_eq!(line(b"structure,contour,x,y,z\nA,1,0,0\n"), 2);
+    }
+}

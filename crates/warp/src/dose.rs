@@ -1,0 +1,97 @@
+//! Doses carried along with the tissue, and what they sum to.
+
+use crate::{Origin, Origins, origins::there};
+use supine_space::{Point, Progress, Stopped};
+use supine_volume::{Ct, Volume, sample_trilinear_at};
+
+/// A dose after deformation, on the grid of `origins`: what the tissue that lies in a voxel had received.
+///
+/// A deformed dose, not one that is computed anew on the deformed anatomy. Trilinear; 0 where the
+/// tissue left and outside the grid of the dose.
+///
+/// # Errors
+/// [`Stopped`].
+pub fn carry_dose(
+    dose: &Volume<f32>,
+    origins: &Origins,
+    progress: Progress<'_>,
+) -> Result<Volume<f32>, Stopped> {
+    let same = dose.grid() == origins.grid();
+    let sample = |p: Point| {
+        if dose.grid().voxel_at(&p).is_some() { sample_trilinear_at(dose, &p) } else { 0.0 }
+    };
+    origins.volume(progress, |voxel, origin| {
+        let centre = origins.grid().centre(voxel);
+        match origin {
+            Origin::Here | Origin::Beside(_) if same => dose.at(voxel),
+            Origin::Here | Origin::Beside(_) => sample(centre),
+            Origin::Vacated | Origin::BesideVacated(_) => 0.0,
+            Origin::Tissue(to) => sample(there(centre, to)),
+        }
+    })
+}
+
+/// Density of tissue of a CT number, g/mL: 1 + HU / 1000, 0 below -1000 HU.
+///
+/// The definition of the Hounsfield scale, HU = 1000 (μ / μ_water - 1), with attenuation in proportion to
+/// density. Within some percent for soft tissue, too high for bone by up to half, for which planning
+/// systems have a calibrated curve (Schneider, Pedroni and Lomax, Phys. Med. Biol. 41, 1996).
+pub fn density(hu: f32) -> f64 {
+    (1.0 + f64::from(hu) / 1000.0).max(0.0)
+}
+
+/// Sums of a dose before and after deformation over its whole grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DoseTotals {
+    /// Σ dose x volume of a voxel, Gy mL.
+    pub volume_gy_ml: [f64; 2],
+    /// Σ dose x density x volume of a voxel, Gy g = mJ: the energy imparted.
+    pub energy_mj: Option<[f64; 2]>,
+    /// Mass of what the grid holds of the CT, g.
+    pub mass_g: Option<[f64; 2]>,
+}
+
+/// Sums of a dose, before (on its grid) and after ([`carry_dose`], on the grid of `origins`), weighted
+/// with the [`density`] of the CT's tissue at the centres of the voxels. HU are carried unchanged, so
+/// that mass goes with volume.
+pub fn dose_totals(
+    [before, after]: [&Volume<f32>; 2],
+    origins: &Origins,
+    ct: Option<&Ct>,
+) -> DoseTotals {
+    let volume = [before, after].map(|dose| {
+        let sum: f64 = dose.data().iter().map(|&d| f64::from(d)).sum();
+        sum * dose.grid().voxel_volume() / 1000.0
+    });
+    let Some(ct) = ct else {
+        return DoseTotals { volume_gy_ml: volume, energy_mj: None, mass_g: None };
+    };
+    let at =
+        |p: Point| ct.grid().voxel_at(&p).map_or(0.0, |_| density(sample_trilinear_at(ct, &p)));
+    let rest = |voxel| at(before.grid().centre(voxel));
+    let deformed = |voxel| {
+        let centre = origins.grid().centre(voxel);
+        match origins.at(voxel) {
+            Origin::Here | Origin::Beside(_) => at(centre),
+            Origin::Vacated | Origin::BesideVacated(_) => 0.0,
+            Origin::Tissue(to) => at(there(centre, to)),
+        }
+    };
+    let sums = [weighed(before, rest), weighed(after, deformed)];
+    DoseTotals {
+        volume_gy_ml: volume,
+        energy_mj: Some(sums.map(|s| s.0)),
+        mass_g: Some(sums.map(|s| s.1)),
+    }
+}
+
+/// Dose x mass (Gy g) and mass (g).
+fn weighed(dose: &Volume<f32>, density: impl Fn([usize; 3]) -> f64) -> (f64, f64) {
+    let (mut energy, mut mass) = (0.0, 0.0);
+    for (n, &d) in dose.data().iter().enumerate() {
+        let grams = density(dose.grid().voxel(n)) * dose.grid().voxel_volume() / 1000.0;
+        energy += grams * f64::from(d);
+        mass += grams;
+    }
+    (energy, mass)
+}

@@ -1,0 +1,263 @@
+//! Label maps, doses, surfaces and the consistency of fields on maps that are known in closed form.
+
+use super::fixture::{lattice, moved};
+use crate::{
+    Origins, Params, carry_dose, carry_labels, carry_surface, consistency, dose_totals, fields,
+};
+use supine_mesh::{BoundaryTag, Displacement, Order, TetMesh, TriSurface};
+use supine_space::{Grid, Matrix, Point, Progress, Vector};
+use supine_volume::Volume;
+
+/// A block of tissue of 60 x 40 x 40 mm, all of it skin.
+fn block() -> TetMesh {
+    lattice([6, 4, 4], 10.0, Point::new(-30.0, -20.0, -20.0), |_| BoundaryTag::Skin)
+}
+
+fn params() -> Params {
+    Params { fade_mm: Some(0.0), ..Params::default() }
+}
+
+/// A stretch by the given factors about the origin, and a shift.
+fn affine(mesh: &TetMesh, factors: [f64; 3], shift: [f64; 3]) -> Displacement {
+    let by = Vector::from(factors.map(|f| f - 1.0));
+    moved(mesh, Order::Quadratic, |p| p.coords.component_mul(&by) + Vector::from(shift))
+}
+
+fn grid(spacing: f64, half: f64) -> Grid {
+    let n = (2.0 * half / spacing) as usize + 1;
+    let (s, c) = 0.3f64.sin_cos();
+    let turn = Matrix::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
+    let origin = turn * Vector::repeat(-half);
+    Grid::new([n; 3], Vector::repeat(spacing), Point::from(origin), turn).unwrap()
+}
+
+/// Level of an ellipsoid: below 0 inside.
+fn ball(p: Point, centre: [f64; 3], radii: [f64; 3]) -> f64 {
+    let away = p - Point::from(centre);
+    (0..3).map(|a| (away[a] / radii[a]).powi(2)).sum::<f64>() - 1.0
+}
+
+#[test]
+fn labels_go_with_the_tissue_and_are_never_mixed() {
+    let mesh = block();
+    let u = affine(&mesh, [1.1, 0.9, 1.0], [3.0, 0.0, 1.5]);
+    let grid = grid(1.0, 45.0);
+    let centre = [8.0, 2.0, -4.0];
+    let labels = Volume::from_fn(grid.clone(), |v| {
+        if ball(grid.centre(v), centre, [9.0; 3]) < 0.0 { 900u16 } else { 7 }
+    });
+    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let carried = carry_labels(&labels, &origins, Progress::none()).unwrap();
+    let (moved, radii) = ([8.0 * 1.1 + 3.0, 2.0 * 0.9, -2.5], [9.0 * 1.1, 8.1, 9.0]);
+    let mut inside = 0;
+    for (n, &label) in carried.data().iter().enumerate() {
+        let p = grid.centre(grid.voxel(n));
+        assert!([0, 7, 900].contains(&label), "{label} at {p}");
+        let level = ball(p, moved, radii);
+        // Nearest: half a voxel of the label map, some more along the diagonal.
+        if level.abs() > 0.25 {
+            assert_eq!(label == 900, level < 0.0, "{label} at {p}, level {level}");
+        }
+        inside += usize::from(label == 900);
+        let left = (18.1..19.9).contains(&p.y.abs()) && p.x.abs() < 29.9 && p.z.abs() < 19.9;
+        assert!(!left || label == 0, "tissue left {p}");
+    }
+    let want = 4.0 / 3.0 * std::f64::consts::PI * radii.iter().product::<f64>();
+    assert!((inside as f64 / want - 1.0).abs() < 0.02, "{inside} mm³ for {want}");
+    let still =
+        Origins::new(&grid, (&mesh, &Displacement::zero(&mesh)), &params(), 2.0, Progress::none());
+    assert_eq!(carry_labels(&labels, &still.unwrap(), Progress::none()).unwrap(), labels);
+}
+
+#[test]
+fn a_rim_of_labels_beside_the_skin_goes_along() {
+    let mesh = block();
+    let u = affine(&mesh, [1.0; 3], [0.0, 0.0, 4.0]);
+    let grid = grid(1.0, 45.0);
+    // Labels that reach 0.8 mm beyond the mesh on every side.
+    let labels = |shift: f64| {
+        Volume::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v) - Vector::new(0.0, 0.0, shift);
+            u16::from(p.x.abs() < 30.8 && p.y.abs() < 20.8 && p.z.abs() < 20.8)
+        })
+    };
+    let wrong = |layer_mm| {
+        let origins = Origins::new(&grid, (&mesh, &u), &params(), layer_mm, Progress::none());
+        let carried = carry_labels(&labels(0.0), &origins.unwrap(), Progress::none()).unwrap();
+        let wanted = labels(4.0);
+        let pairs = carried.data().iter().zip(wanted.data());
+        pairs.filter(|(a, b)| a != b).count()
+    };
+    let all = labels(0.0).data().iter().filter(|&&l| l == 1).count();
+    let (without, with) = (wrong(0.0), wrong(1.7));
+    assert!(without > all / 40, "a rim stays behind without the layer: {without} of {all}");
+    assert!(with < all / 500, "{with} of {all}");
+}
+
+#[test]
+fn labels_come_out_on_another_grid() {
+    let mesh = block();
+    let u = affine(&mesh, [1.0; 3], [0.0, 5.0, 0.0]);
+    let (coarse, fine) = (grid(2.0, 44.0), grid(1.1, 38.0));
+    let labels = Volume::from_fn(coarse.clone(), |v| {
+        u16::from(ball(coarse.centre(v), [0.0; 3], [12.0; 3]) < 0.0)
+    });
+    let origins = Origins::new(&fine, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let carried = carry_labels(&labels, &origins, Progress::none()).unwrap();
+    assert_eq!(carried.grid(), &fine);
+    let inside: Vec<Vector> = (0..fine.len())
+        .filter(|&n| carried.data()[n] == 1)
+        .map(|n| fine.centre(fine.voxel(n)).coords)
+        .collect();
+    let centre = inside.iter().sum::<Vector>() / inside.len() as f64;
+    assert!((centre - Vector::new(0.0, 5.0, 0.0)).norm() < 0.2, "{centre}");
+}
+
+#[test]
+fn a_dose_is_carried_and_its_sums_are_told() {
+    let mesh = block();
+    let u = affine(&mesh, [1.0, 1.0, 0.8], [4.0, 0.0, 0.0]);
+    let grid = grid(1.5, 45.0);
+    let level = |p: Point| 20.0 + 0.3 * p.x - 0.2 * p.y + 0.1 * p.z;
+    let inside = |p: Point| ball(p, [0.0; 3], [17.0; 3]) < 0.0;
+    let dose = Volume::from_fn(grid.clone(), |v| level(grid.centre(v)) as f32);
+    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let carried = carry_dose(&dose, &origins, Progress::none()).unwrap();
+    for (n, &d) in carried.data().iter().enumerate() {
+        let p = grid.centre(grid.voxel(n));
+        let source = Point::new(p.x - 4.0, p.y, p.z / 0.8);
+        if inside(source) {
+            assert!((f64::from(d) - level(source)).abs() < 1e-3, "{d} at {p}");
+        }
+    }
+    // A dose within the tissue alone, in water: volume and energy shrink with the tissue.
+    let dose = Volume::from_fn(grid.clone(), |v| if inside(grid.centre(v)) { 50.0 } else { 0.0 });
+    let ct = Volume::from_fn(self::grid(2.0, 48.0), |_| 0i16);
+    let carried = carry_dose(&dose, &origins, Progress::none()).unwrap();
+    let totals = dose_totals([&dose, &carried], &origins, Some(&ct));
+    let [before, after] = totals.volume_gy_ml;
+    assert!((before / (50.0 * 4.0 / 3.0 * std::f64::consts::PI * 4.913) - 1.0).abs() < 0.01);
+    assert!((after / before - 0.8).abs() < 0.005, "{totals:?}");
+    let energy = totals.energy_mj.unwrap();
+    assert!((energy[0] - before).abs() < 1e-6 * before && (energy[1] - after).abs() < 1e-6 * after);
+    let lung = ct.map(|_| -700i16);
+    let energy = dose_totals([&dose, &carried], &origins, Some(&lung)).energy_mj.unwrap();
+    assert!((energy[0] / before - 0.3).abs() < 1e-4, "{energy:?}");
+    assert_eq!(dose_totals([&dose, &carried], &origins, None).energy_mj, None);
+}
+
+/// A ball from a cube whose faces are grids of `n` x `n`.
+fn sphere(centre: Point, radius: f64, n: u32) -> TriSurface {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for face in 0..6 {
+        let first = points.len() as u32;
+        let (axis, sign) = (face % 3, if face < 3 { 1.0 } else { -1.0 });
+        for j in 0..=n {
+            for i in 0..=n {
+                let at = |m: u32| {
+                    (std::f64::consts::FRAC_PI_4 * (2.0 * f64::from(m) / f64::from(n) - 1.0)).tan()
+                };
+                let mut v = Vector::zeros();
+                (v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]) = (sign, sign * at(i), at(j));
+                // Rounded, so that the faces share the points of their edges.
+                let p = v.normalize() * radius;
+                points.push(centre + p.map(|c| (c * 1e6).round() / 1e6));
+            }
+        }
+        for j in 0..n {
+            for i in 0..n {
+                let at = |i, j| first + j * (n + 1) + i;
+                triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    TriSurface::new(points, triangles).unwrap()
+}
+
+#[test]
+fn a_surface_under_an_affine_map_is_exact() {
+    let mesh = block();
+    let u = affine(&mesh, [1.1, 0.9, 0.95], [3.0, -2.0, 1.0]);
+    let ball = sphere(Point::new(2.0, 1.0, 0.0), 15.0, 12);
+    let carried = carry_surface(&ball, (&mesh, &u), &params(), Progress::none()).unwrap();
+    assert_eq!(carried.moved_points, ball.points().len());
+    for (p, q) in ball.points().iter().zip(carried.surface.points()) {
+        let want = Point::new(p.x * 1.1 + 3.0, p.y * 0.9 - 2.0, p.z * 0.95 + 1.0);
+        assert!((q - want).norm() < 1e-9, "{q} for {want}");
+    }
+    let [before, after] = carried.volume_ml;
+    assert!((after / before - 1.1 * 0.9 * 0.95).abs() < 1e-9, "{before} {after}");
+}
+
+#[test]
+fn long_sides_are_split_until_they_follow_the_curve() {
+    let mesh = block();
+    let bend = |p: Point| Vector::new(0.0, 0.004 * p.x * p.x, 0.0);
+    let u = moved(&mesh, Order::Quadratic, bend);
+    // A box with sides as long as it is.
+    let corner = |n: usize| {
+        let side = |bit: usize, half: f64| if n >> bit & 1 == 1 { half } else { -half };
+        Point::new(side(0, 28.0), side(1, 8.0), side(2, 8.0))
+    };
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let solid = TriSurface::new((0..8).map(corner).collect(), triangles.collect()).unwrap();
+    let carried = carry_surface(&solid, (&mesh, &u), &params(), Progress::none()).unwrap();
+    assert!(carried.added_points > 100, "{}", carried.added_points);
+    let surface = &carried.surface;
+    for triangle in surface.triangles() {
+        let [a, b, _] = triangle.map(|p| surface.points()[p as usize]);
+        let middle = a + (b - a) * 0.5;
+        // The face of the box that the side belongs to, if it is one of those that bend.
+        for level in [-8.0, 8.0] {
+            let off = |p: Point| p.y - bend(p).y - level;
+            if off(a).abs() < 1e-6 && off(b).abs() < 1e-6 {
+                assert!(off(middle).abs() < 0.11, "{middle}: {}", off(middle));
+            }
+        }
+    }
+    // A shear of each slice keeps the volume.
+    assert!(
+        (carried.volume_ml[1] / carried.volume_ml[0] - 1.0).abs() < 2e-3,
+        "{:?}",
+        carried.volume_ml
+    );
+}
+
+#[test]
+fn a_surface_beyond_reach_stays() {
+    let mesh = block();
+    let u = affine(&mesh, [1.0; 3], [5.0, 0.0, 0.0]);
+    let far = sphere(Point::new(200.0, 0.0, 0.0), 20.0, 6);
+    let carried = carry_surface(&far, (&mesh, &u), &params(), Progress::none()).unwrap();
+    assert_eq!((carried.moved_points, carried.added_points), (0, 0));
+    assert_eq!(carried.surface.points(), far.points());
+}
+
+#[test]
+fn consistent_fields_are_told_from_others() {
+    let mesh = block();
+    let bent = |p: Point| {
+        let wave = (p.x * 0.1).sin() * 1.5;
+        Vector::new(2.0 + 0.05 * p.y, wave, 1.0 + 0.03 * p.x)
+    };
+    let u = moved(&mesh, Order::Quadratic, bent);
+    let grid = grid(1.0, 45.0);
+    let mut fields = fields(&grid, &mesh, &u, &params(), Progress::none()).unwrap();
+    let good = consistency(&fields).unwrap();
+    assert!(good.voxels > 50_000, "{good:?}");
+    assert!(good.max_mm < 0.05 && good.p99_mm <= good.max_mm, "{good:?}");
+    assert!(good.mean_mm < good.p99_mm, "{good:?}");
+    // A field of the wrong sign, and one that is a tenth too long.
+    let right = fields.deformed_to_ct.clone();
+    fields.deformed_to_ct = right.map(|v| v.map(|c| -c));
+    assert!(consistency(&fields).unwrap().mean_mm > 2.0);
+    fields.deformed_to_ct = right.map(|v| v.map(|c| 1.1 * c));
+    let long = consistency(&fields).unwrap();
+    assert!(long.mean_mm > 0.15 && long.p99_mm < 1.0, "{long:?}");
+    let still = Displacement::zero(&mesh);
+    let none = crate::fields(&grid, &mesh, &still, &params(), Progress::none()).unwrap();
+    assert_eq!(consistency(&none), None);
+}
