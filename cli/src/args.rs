@@ -61,7 +61,7 @@ pub(crate) enum Command {
     Solve(Solve),
     /// A CT resampled through a deformed mesh
     Warp(Warp),
-    /// Points carried by a finished run
+    /// Points, labels, doses, surfaces and contours carried by a finished run or a deformed mesh
     Carry(Carry),
     /// What no validator notices about an exported series
     VerifyExport(VerifyExport),
@@ -327,6 +327,10 @@ pub(crate) struct Warp {
     /// The breast's side, for a DICOM series
     #[arg(long, value_enum)]
     pub(crate) breast: Option<Breast>,
+    /// Also the map as fields on the CT's grid, both ways, and its Jacobian: .nrrd and .nii.gz, in
+    /// this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) fields: Option<PathBuf>,
     /// A folder for a DICOM series, or a .nrrd, .nii or .nii.gz file
     #[arg(long, value_name = "DIR|FILE")]
     pub(crate) out: PathBuf,
@@ -348,15 +352,65 @@ pub(crate) enum Breast {
 
 #[derive(Args, Debug)]
 pub(crate) struct Carry {
-    /// The folder of a finished run
+    /// The folder of a finished run, or a deformed mesh (.vtu, .msh with `displacement`)
+    #[arg(value_name = "RUN|MESH", required_unless_present = "run", conflicts_with = "run")]
+    pub(crate) from: Option<PathBuf>,
+    /// What is known in the CT: points (.csv name,x,y,z in LPS mm; .mrk.json), labels or a dose
+    /// (.seg.nrrd, .nrrd, .nii.gz), a closed surface (.stl, .ply, .obj), contours
+    /// (.csv structure,contour,x,y,z; a DICOM structure set)
+    #[arg(value_name = "FILE", required_unless_present = "points", conflicts_with = "points")]
+    pub(crate) what: Option<PathBuf>,
+    /// The folder of a finished run, in place of RUN
     #[arg(long, value_name = "DIR")]
-    pub(crate) run: PathBuf,
-    /// Points in the CT (.csv name,x,y,z in LPS mm, or .mrk.json)
+    pub(crate) run: Option<PathBuf>,
+    /// Points, in place of FILE
     #[arg(long, value_name = "FILE")]
-    pub(crate) points: PathBuf,
-    /// The points on the operating table (.csv or .mrk.json)
+    pub(crate) points: Option<PathBuf>,
+    /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd or .nii.gz,
+    /// dose .nrrd or .nii.gz, surface .stl, .ply or .obj, contours .csv)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
+    /// The CT before deformation (DICOM folder, NRRD or NIfTI): density for a dose; slices for contours
+    /// and grid for labels, in place of the run's
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ct: Option<PathBuf>,
+    /// Series Instance UID, when the folder holds several
+    #[arg(long, value_name = "UID", requires = "ct")]
+    pub(crate) series: Option<String>,
+    /// The voxels in which labels come out
+    #[arg(long, value_enum, default_value = "own")]
+    pub(crate) grid: CarryGrid,
+    /// What a volume is taken for [default: a dose if a value is not a whole number]
+    #[arg(long = "as", value_enum)]
+    pub(crate) kind: Option<CarryKind>,
+    /// Frame of surfaces whose files do not say it (3D Slicer's do)
+    #[arg(long, value_enum, default_value = "lps")]
+    pub(crate) frame: Frame,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum CarryGrid {
+    /// Those of the label map
+    Own,
+    /// Those of the CT
+    Ct,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum CarryKind {
+    /// Numbers of labels, never mixed
+    Labels,
+    /// A dose or another quantity that can be interpolated
+    Dose,
+}
+
+impl From<CarryKind> for supine_exchange::VolumeKind {
+    fn from(named: CarryKind) -> Self {
+        match named {
+            CarryKind::Labels => Self::Labels,
+            CarryKind::Dose => Self::Scalar,
+        }
+    }
 }
 
 #[derive(Args, Debug)]

@@ -1,47 +1,137 @@
-//! `supine carry`.
+//! `supine carry`: whatever is known in the CT, in the operating position.
+
+mod contours;
+mod dose;
+mod labels;
+mod points;
+mod surface;
 
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use supine_exchange::{NamedPoint, read_points, read_vtu, write_points};
-use supine_pipeline::RunError;
-use supine_warp::Params;
+use std::path::{Path, PathBuf};
+use supine_dicom::{RegionObject, region_object};
+use supine_exchange::{AnyVolume, VolumeKind, is_contours, read_any_volume, read_mesh};
+use supine_mesh::{Displacement, TetMesh};
+use supine_pipeline::{CtInput, RunError, read_ct};
+use supine_space::Progress;
 
 pub(crate) fn carry(args: &args::Carry, screen: &Screen) -> Result<u8, Failure> {
-    let path = args.run.join("mesh").join("deformed.vtu");
-    let unfinished = || {
-        let folder = args.run.display();
-        Failure::input(format!("{folder} is not the folder of a finished run"))
+    let (Some(from), Some(what)) =
+        (args.run.as_ref().or(args.from.as_ref()), args.points.as_ref().or(args.what.as_ref()))
+    else {
+        return Err(Failure::usage("a run or mesh, and what is to be carried, are needed"));
     };
-    if !path.is_file() {
-        return Err(unfinished());
+    let job = Job::new(args, from, what, screen)?;
+    let name = what.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ends = |endings: &[&str]| endings.iter().any(|e| name.ends_with(e));
+    if args.points.is_some() || ends(&[".json"]) {
+        return points::carry(&job);
     }
-    let (mesh, displacement) = read_vtu(&path)?;
-    let displacement = displacement.ok_or_else(unfinished)?;
-    let points = read_points(&args.points)?;
-    let positions: Vec<_> = points.iter().map(|p| p.position).collect();
-    let after = supine_warp::carry_points(&mesh, &displacement, &Params::default(), &positions)
-        .map_err(RunError::from)?;
-    let carried: Vec<NamedPoint> = points
-        .iter()
-        .zip(&after)
-        .map(|(p, a)| NamedPoint { name: p.name.clone(), position: a.unwrap_or(p.position) })
-        .collect();
-    write_points(&carried, &args.out)?;
-    let outside: Vec<&str> = points
-        .iter()
-        .zip(&after)
-        .filter(|(_, a)| a.is_none())
-        .map(|(p, _)| p.name.as_str())
-        .collect();
-    if !outside.is_empty() {
-        let names = outside.join(", ");
-        screen.say(&format!("warning: outside the modelled tissue, not moved: {names}"));
+    if ends(&[".csv"]) {
+        return if is_contours(what)? { contours::carry_csv(&job) } else { points::carry(&job) };
     }
-    let json = serde_json::json!({
-        "points": args.out, "carried": points.len() - outside.len(), "outside": outside,
-    });
-    let text = format!("{}: {} points", args.out.display(), points.len());
-    screen.result(&json, &text);
-    Ok(0)
+    if ends(&[".stl", ".ply", ".obj"]) {
+        return surface::carry(&job);
+    }
+    if ends(&[".nrrd", ".nii", ".nii.gz"]) {
+        let watch = |share| screen.share("import", share);
+        let kind = args.kind.map(VolumeKind::from);
+        return match read_any_volume(what, kind, Progress::new(&watch))? {
+            AnyVolume::Labels(given) => labels::carry(&job, &given),
+            AnyVolume::Scalar(given) => dose::carry(&job, &given),
+        };
+    }
+    match region_object(what)? {
+        Some(RegionObject::Structures) => contours::carry_structures(&job),
+        Some(RegionObject::Segmentation) => Err(Failure::input(format!(
+            "{} is a DICOM segmentation, which is not carried: save it as .seg.nrrd",
+            what.display()
+        ))),
+        None => Err(Failure::input(format!(
+            "{} is not known: expected points (.csv, .mrk.json), labels or a dose (.nrrd, .nii, \
+             .nii.gz), a surface (.stl, .ply, .obj) or contours (.csv, a DICOM structure set)",
+            what.display()
+        ))),
+    }
+}
+
+/// What every kind needs.
+struct Job<'a> {
+    args: &'a args::Carry,
+    /// The run or mesh.
+    from: &'a Path,
+    /// What is carried.
+    what: &'a Path,
+    mesh: TetMesh,
+    displacement: Displacement,
+    screen: &'a Screen,
+}
+
+impl<'a> Job<'a> {
+    fn new(
+        args: &'a args::Carry,
+        from: &'a Path,
+        what: &'a Path,
+        screen: &'a Screen,
+    ) -> Result<Self, Failure> {
+        let (mesh, displacement) = deformed(from, args.run.is_some())?;
+        Ok(Self { args, from, what, mesh, displacement, screen })
+    }
+
+    fn map(&self) -> (&TetMesh, &Displacement) {
+        (&self.mesh, &self.displacement)
+    }
+
+    /// The CT that `--ct` names.
+    fn ct(&self) -> Result<Option<CtInput>, Failure> {
+        let Some(path) = &self.args.ct else { return Ok(None) };
+        Ok(Some(self.read_ct(path)?))
+    }
+
+    /// A CT on whose grid results are wanted: that of `--ct`, or the deformed one of the run.
+    fn ct_for_grid(&self) -> Result<CtInput, Failure> {
+        if let Some(ct) = self.ct()? {
+            return Ok(ct);
+        }
+        let exported = [self.from.join("ct.nrrd"), self.from.join("ct")];
+        let run = exported.iter().find(|path| path.exists());
+        let path: &PathBuf = run.ok_or_else(|| {
+            Failure::usage("--ct is needed: the result goes on the slices of the CT")
+        })?;
+        self.read_ct(path)
+    }
+
+    fn read_ct(&self, path: &Path) -> Result<CtInput, Failure> {
+        let watch = |share| self.screen.share("import", share);
+        Ok(read_ct(path, self.args.series.as_deref(), Progress::new(&watch))?)
+    }
+}
+
+/// The mesh of a run, or a mesh, with its displacement.
+fn deformed(from: &Path, run: bool) -> Result<(TetMesh, Displacement), Failure> {
+    let folder = run || from.is_dir();
+    let path = if folder { from.join("mesh").join("deformed.vtu") } else { from.into() };
+    let shown = from.display();
+    if folder && !path.is_file() {
+        return Err(Failure::input(format!("{shown} is not the folder of a finished run")));
+    }
+    let (mesh, displacement) = read_mesh(&path)?;
+    let displacement = displacement.ok_or_else(|| {
+        Failure::input(format!(
+            "{} holds no point data `displacement` (mm): make it with `supine solve`",
+            path.display()
+        ))
+    })?;
+    Ok((mesh, displacement))
+}
+
+/// Errors of the warp, as those of a run.
+fn warped(error: supine_warp::Error) -> Failure {
+    RunError::from(error).into()
+}
+
+/// A stop, as that of a run.
+fn stopped(stopped: supine_space::Stopped) -> Failure {
+    warped(stopped.into())
 }

@@ -124,7 +124,7 @@ fn source(
 }
 
 /// A surface in LPS; warns of what was taken for granted about it.
-fn surface(
+pub(crate) fn surface(
     path: &Path,
     frame: args::Frame,
     warnings: &mut Vec<String>,

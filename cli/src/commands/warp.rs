@@ -3,12 +3,16 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use std::path::Path;
 use supine_dicom::ExportParams;
-use supine_exchange::{read_mesh, write_ct_nifti, write_ct_nrrd};
+use supine_exchange::{
+    FieldKind, read_mesh, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
+};
+use supine_mesh::{Displacement, TetMesh};
 use supine_pipeline::{CtInput, RunError};
-use supine_space::{Progress, Side};
+use supine_space::{Grid, Progress, Side};
 use supine_volume::Ct;
-use supine_warp::Params;
+use supine_warp::{Consistency, Params, consistency};
 
 const NOTE: &str = concat!(
     "DERIVED: resampled by supine ",
@@ -33,20 +37,42 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
         supine_warp::warp(&input.ct, &mesh, &displacement, &params, Progress::new(&watch))
             .map_err(RunError::from)?;
     write(args, &input, &warped, info.max_displacement_mm, screen)?;
+    let fields = match &args.fields {
+        Some(folder) => {
+            Some((folder, fields(input.ct.grid(), (&mesh, &displacement), folder, screen)?))
+        }
+        None => None,
+    };
     screen.warn_all(&info.warnings);
     let json = serde_json::json!({
         "out": args.out, "moved_voxels": info.moved_voxels,
         "vacated_voxels": info.vacated_voxels, "folded_voxels": info.folded_voxels,
         "fade_mm": info.fade_mm, "jacobian_min": info.jacobian_min,
         "jacobian_max": info.jacobian_max, "warnings": info.warnings,
+        "fields": fields.as_ref().map(|(folder, _)| folder),
+        "forward_then_backward": fields.as_ref().and_then(|(_, c)| c.as_ref()).map(|c| {
+            serde_json::json!({
+                "voxels": c.voxels, "mean_mm": c.mean_mm, "p99_mm": c.p99_mm, "max_mm": c.max_mm,
+            })
+        }),
     });
-    let text = format!(
+    let mut text = format!(
         "{}: {} voxels moved, Jacobian {:.2} to {:.2}",
         args.out.display(),
         info.moved_voxels,
         info.jacobian_min,
         info.jacobian_max
     );
+    if let Some((folder, Some(c))) = &fields {
+        text += &format!(
+            "\n{}: fields; forward, then backward: {:.3} mm mean, {:.3} mm at 99 %, {:.3} mm at \
+             most",
+            folder.display(),
+            c.mean_mm,
+            c.p99_mm,
+            c.max_mm
+        );
+    }
     screen.result(&json, &text);
     Ok(0)
 }
@@ -91,4 +117,30 @@ fn write(
     };
     supine_dicom::write_series(warped, source, &params, &args.out, progress)?;
     Ok(())
+}
+
+/// Writes the map as fields in both formats; how well they undo each other, unless nothing moves.
+fn fields(
+    grid: &Grid,
+    (mesh, displacement): (&TetMesh, &Displacement),
+    folder: &Path,
+    screen: &Screen,
+) -> Result<Option<Consistency>, Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|e| Failure::output(format!("cannot make {}: {e}", folder.display())))?;
+    let watch = |share| screen.share("fields", share);
+    let progress = Progress::new(&watch);
+    let params = Params::default();
+    let fields = supine_warp::fields(grid, mesh, displacement, &params, progress.part(0.0, 0.3))
+        .map_err(RunError::from)?;
+    for (n, ending) in ["nrrd", "nii.gz"].into_iter().enumerate() {
+        let path = |name: &str| folder.join(format!("{name}.{ending}"));
+        let from = 0.3 + 0.35 * n as f64;
+        let part = |a: f64, b: f64| progress.part(from + a, from + b);
+        let (backward, forward) = (path("deformed_to_ct"), path("ct_to_deformed"));
+        write_field(&fields.deformed_to_ct, &backward, FieldKind::Resampling, part(0.0, 0.15))?;
+        write_field(&fields.ct_to_deformed, &forward, FieldKind::Modeling, part(0.15, 0.3))?;
+        write_scalar(&fields.jacobian, &path("jacobian"), part(0.3, 0.35))?;
+    }
+    Ok(consistency(&fields))
 }

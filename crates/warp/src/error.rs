@@ -34,6 +34,9 @@ pub enum Error {
         /// What is allowed.
         need: &'static str,
     },
+    /// The contours enclose nothing, or lie across the slices.
+    #[error("the structure cannot be carried: {0}")]
+    Contours(#[from] supine_volume::ContourError),
     /// A carried surface bounds nothing: it collapsed, or its contours do.
     #[error("the carried surface cannot be used: {0}")]
     Surface(#[from] SurfaceError),

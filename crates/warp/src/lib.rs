@@ -15,6 +15,7 @@
 
 mod collar;
 mod consistency;
+mod contours;
 mod coverage;
 mod dose;
 mod element;
@@ -23,10 +24,12 @@ mod fade;
 mod fields;
 mod filter;
 mod frames;
+mod isosurface;
 mod kernel;
 mod labels;
 mod map;
 mod origins;
+mod outline;
 mod params;
 mod pieces;
 mod points;
@@ -35,6 +38,7 @@ mod pullback;
 mod raster;
 mod resample;
 mod rows;
+mod slices;
 mod surface;
 mod undeformed;
 
@@ -42,6 +46,7 @@ mod undeformed;
 mod tests;
 
 pub use consistency::{Consistency, consistency};
+pub use contours::{CarriedContours, carry_contours};
 pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use error::Error;
 pub use fields::{Fields, fields};

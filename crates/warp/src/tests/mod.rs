@@ -1,6 +1,7 @@
 //! Tests of the whole crate.
 
 mod carry;
+mod contours;
 pub(crate) mod fixture;
 mod reference;
 mod skin;

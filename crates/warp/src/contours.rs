@@ -1,0 +1,155 @@
+//! Planar contours carried along: closed surface, map, contours in the slices of a CT.
+
+use crate::isosurface::{Layers, isosurface};
+use crate::outline::{Pixels, signed_distance};
+use crate::{Error, Params, carry_surface, slices};
+use rayon::prelude::*;
+use supine_mesh::{Displacement, TetMesh, TriSurface};
+use supine_space::{Grid, Point, Progress};
+use supine_volume::ContourError;
+
+/// A structure in the operating position.
+#[derive(Clone, Debug)]
+pub struct CarriedContours {
+    /// Closed contours in the slices of the CT, LPS, mm; the inside follows the even-odd rule. The given
+    /// ones where nothing of the structure moves.
+    pub contours: Vec<Vec<Point>>,
+    /// Volume of the solid in the CT and after deformation, mL.
+    pub volume_ml: [f64; 2],
+    /// Whether anything of it moved by more than 0.01 mm.
+    pub moved: bool,
+    /// Largest displacement on its surface, mm.
+    pub max_displacement_mm: f64,
+}
+
+/// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
+/// [`supine_volume::fill_contours`].
+const SAME_PLANE_MM: f64 = 0.1;
+/// Widest gap between planes that is bridged beside two usual steps, mm.
+const BRIDGED_MM: f64 = 10.0;
+/// The surface is sampled at steps of a pixel of the CT within a plane, but of this at most, mm.
+const STEP_MM: f64 = 1.0;
+/// Half the thickness in which the ends of the solid are closed, mm.
+const LID_MM: f64 = 0.01;
+
+/// Closed contours parallel to the slices of `grid` (LPS, mm) in the operating position, in those slices;
+/// `displacement` as the solver gave it, the fade is applied within.
+///
+/// Between planes the solid is where the signed distances to the contours beside, weighted by nearness,
+/// are negative; it ends half a usual step beyond the outermost planes, and so does each part where planes
+/// lie further apart than two usual steps and 10 mm. The surface of the solid moves as in
+/// [`carry_surface`] and is cut by the slices.
+///
+/// # Errors
+/// When no contour encloses anything, one is not parallel to the slices, the displacement belongs to
+/// another mesh, a parameter is out of range, or the user stopped.
+pub fn carry_contours(
+    contours: &[Vec<Point>],
+    grid: &Grid,
+    map: (&TetMesh, &Displacement),
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<CarriedContours, Error> {
+    let solid = solid(contours, grid)?;
+    progress.at(0.3)?;
+    let carried = carry_surface(&solid, map, params, progress.part(0.3, 0.9))?;
+    let moved = carried.moved_points > 0;
+    let found = if moved { slices::contours(&carried.surface, grid) } else { contours.to_vec() };
+    progress.at(1.0)?;
+    Ok(CarriedContours {
+        contours: found,
+        volume_ml: carried.volume_ml,
+        moved,
+        max_displacement_mm: carried.max_displacement_mm,
+    })
+}
+
+/// Contours of one plane, in mm along the axes of the grid.
+struct Plane {
+    level: f64,
+    contours: Vec<Vec<[f64; 2]>>,
+}
+
+/// The contours by plane, ascending.
+fn planes(contours: &[Vec<Point>], grid: &Grid) -> Result<Vec<Plane>, ContourError> {
+    let spacing = grid.spacing();
+    let mut placed = Vec::new();
+    for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
+        let mm = contour.iter().map(|p| {
+            let index = grid.index_from_patient(p);
+            [0, 1, 2].map(|a| index[a] * spacing[a])
+        });
+        let mm: Vec<[f64; 3]> = mm.collect();
+        let low = mm.iter().map(|p| p[2]).fold(f64::INFINITY, f64::min);
+        let high = mm.iter().map(|p| p[2]).fold(f64::NEG_INFINITY, f64::max);
+        let spread_mm = high - low;
+        if spread_mm.is_nan() || spread_mm > SAME_PLANE_MM {
+            return Err(ContourError::NotParallel { number: n + 1, spread_mm });
+        }
+        placed.push((0.5 * (low + high), mm.iter().map(|p| [p[0], p[1]]).collect()));
+    }
+    placed.sort_by(|a: &(f64, Vec<[f64; 2]>), b| a.0.total_cmp(&b.0));
+    let mut planes: Vec<Plane> = Vec::new();
+    for (level, contour) in placed {
+        match planes.last_mut() {
+            Some(plane) if level - plane.level <= SAME_PLANE_MM => plane.contours.push(contour),
+            _ => planes.push(Plane { level, contours: vec![contour] }),
+        }
+    }
+    if planes.is_empty() { Err(ContourError::Empty) } else { Ok(planes) }
+}
+
+/// The solid that contours enclose.
+fn solid(contours: &[Vec<Point>], grid: &Grid) -> Result<TriSurface, Error> {
+    let planes = planes(contours, grid)?;
+    let spacing = grid.spacing();
+    let mut steps: Vec<f64> = planes.windows(2).map(|p| p[1].level - p[0].level).collect();
+    steps.sort_by(f64::total_cmp);
+    let usual = steps.get(steps.len() / 2).copied().unwrap_or(spacing.z);
+    let widest = (2.0 * usual).max(BRIDGED_MM) + SAME_PLANE_MM;
+    let step = spacing.x.min(spacing.y).min(STEP_MM);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for part in planes.chunk_by(|a, b| b.level - a.level <= widest) {
+        let (more, faces) = part_of_solid(part, usual, step, grid);
+        let first = points.len() as u32;
+        points.extend(more);
+        triangles.extend(faces.into_iter().map(|t| t.map(|p| p + first)));
+    }
+    Ok(TriSurface::new(points, triangles)?)
+}
+
+/// The surface of a part without wide gaps.
+fn part_of_solid(
+    planes: &[Plane],
+    usual: f64,
+    step: f64,
+    grid: &Grid,
+) -> (Vec<Point>, Vec<[u32; 3]>) {
+    let corners = planes.iter().flat_map(|p| p.contours.iter().flatten().copied());
+    let pixels = Pixels::around(corners, step);
+    let distances: Vec<Vec<f32>> =
+        planes.par_iter().map(|p| signed_distance(&pixels, &p.contours)).collect();
+    // Beyond each end: the outline once more at half a step, and all outside behind.
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    let outside = |outline: &Vec<f32>| outline.iter().map(|d| d.abs() + 1.0).collect::<Vec<f32>>();
+    let (Some(first), Some(last)) = (distances.first(), distances.last()) else {
+        return (vec![], vec![]);
+    };
+    let (low, high) = (planes[0].level - 0.5 * usual, planes[planes.len() - 1].level + 0.5 * usual);
+    levels.extend([low - LID_MM, low + LID_MM]);
+    values.extend([outside(first), first.clone()]);
+    levels.extend(planes.iter().map(|p| p.level));
+    values.extend(distances.iter().cloned());
+    levels.extend([high - LID_MM, high + LID_MM]);
+    values.extend([last.clone(), outside(last)]);
+    let spacing = grid.spacing();
+    let place = |[i, j, k]: [usize; 3]| {
+        let mm = [pixels.low[0] + step * i as f64, pixels.low[1] + step * j as f64, levels[k]];
+        grid.patient_from_index([0, 1, 2].map(|a| mm[a] / spacing[a]))
+    };
+    let (points, mut triangles) = isosurface(&Layers { size: pixels.size, values: &values }, place);
+    if grid.direction().determinant() < 0.0 {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    (points, triangles)
+}

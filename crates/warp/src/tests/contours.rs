@@ -1,0 +1,148 @@
+//! Contours of a ball under maps that are known in closed form.
+
+use super::fixture::{lattice, moved};
+use crate::{Error, Params, carry_contours};
+use std::f64::consts::{PI, TAU};
+use supine_mesh::{BoundaryTag, Displacement, Order, TetMesh};
+use supine_space::{Grid, Matrix, Point, Progress, Vector};
+use supine_volume::ContourError;
+
+const CENTRE: [f64; 3] = [1.0, -2.0, 3.0];
+const RADIUS: f64 = 15.0;
+
+fn block() -> TetMesh {
+    lattice([8, 6, 6], 10.0, Point::new(-40.0, -30.0, -30.0), |_| BoundaryTag::Skin)
+}
+
+fn params() -> Params {
+    Params { fade_mm: Some(0.0), ..Params::default() }
+}
+
+/// Slices 2 mm apart; of either hand, and turned about the head's axis.
+fn slices(mirrored: bool) -> Grid {
+    let (s, c) = 0.2f64.sin_cos();
+    let sign = if mirrored { -1.0 } else { 1.0 };
+    let axes = Matrix::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, sign);
+    let low = axes * Vector::new(-60.0, -60.0, -60.3);
+    Grid::new([100, 100, 61], Vector::new(1.2, 1.2, 2.0), Point::from(low), axes).unwrap()
+}
+
+/// The ball as drawn on each of the slices that meet it, or on every `each`th.
+fn ball(grid: &Grid, each: usize) -> Vec<Vec<Point>> {
+    let centre = Point::from(CENTRE);
+    (0..grid.size()[2])
+        .step_by(each)
+        .filter_map(|k| {
+            let off = grid.centre([0, 0, k]).z - centre.z;
+            let radius = (RADIUS * RADIUS - off * off).sqrt();
+            let at = |n: i32| (f64::from(n) * TAU / 90.0).sin_cos();
+            (radius > 0.5).then(|| {
+                let corner = |n| centre + Vector::new(radius * at(n).1, radius * at(n).0, off);
+                (0..90).map(corner).collect()
+            })
+        })
+        .collect()
+}
+
+/// F and shift of an affine map that mixes all axes.
+fn affine() -> (Matrix, Vector) {
+    let f = Matrix::new(1.08, 0.05, -0.03, 0.02, 0.92, 0.06, 0.04, -0.05, 1.03);
+    (f, Vector::new(2.0, -3.0, 1.3))
+}
+
+fn displaced(mesh: &TetMesh) -> Displacement {
+    let (f, shift) = affine();
+    moved(mesh, Order::Linear, |p| f * p.coords + shift - p.coords)
+}
+
+/// How far a point lies from the image of the ball, mm, to first order.
+fn off(p: Point) -> f64 {
+    let (f, shift) = affine();
+    let back = f.try_inverse().unwrap();
+    let source = back * (p.coords - shift) - Vector::from(CENTRE);
+    let slope = back.transpose() * source / source.norm();
+    (source.norm() - RADIUS) / slope.norm()
+}
+
+#[test]
+fn a_ball_under_an_affine_map_keeps_its_share_of_volume_and_its_shape() {
+    let mesh = block();
+    let u = displaced(&mesh);
+    for mirrored in [false, true] {
+        let grid = slices(mirrored);
+        let carried =
+            carry_contours(&ball(&grid, 1), &grid, (&mesh, &u), &params(), Progress::none());
+        let carried = carried.unwrap();
+        let [before, after] = carried.volume_ml;
+        let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
+        assert!((before / exact - 1.0).abs() < 0.01, "{before} ml for {exact}");
+        let det = affine().0.determinant();
+        assert!((after / before / det - 1.0).abs() < 1e-6, "{after} of {before}, det {det}");
+        assert!(carried.moved && carried.max_displacement_mm > 3.0);
+        // All lies in slices, and on the image of the ball but for its blunt ends.
+        let mut area = 0.0;
+        for contour in &carried.contours {
+            let k = grid.index_from_patient(&contour[0])[2].round();
+            let fan = contour.windows(2).map(|w| (w[0] - contour[0]).cross(&(w[1] - contour[0])));
+            area += 0.5 * fan.sum::<Vector>().norm();
+            for p in contour {
+                assert!((grid.index_from_patient(p)[2] - k).abs() < 1e-9, "{p}");
+                let back = affine().0.try_inverse().unwrap() * (p.coords - affine().1);
+                if (back.z - CENTRE[2]).abs() < RADIUS - 2.0 {
+                    assert!(off(*p).abs() < 0.5, "{p}: {:.2} mm", off(*p));
+                }
+            }
+        }
+        // What a planning system will count, slice by slice.
+        let counted = area * grid.spacing().z / 1000.0;
+        assert!((counted / (exact * det) - 1.0).abs() < 0.01, "{counted} ml for {}", exact * det);
+    }
+}
+
+#[test]
+fn missing_slices_are_bridged_and_a_hole_stays_one() {
+    let mesh = block();
+    let u = displaced(&mesh);
+    let grid = slices(false);
+    let det = affine().0.determinant();
+    let carry = |given: &[Vec<Point>]| {
+        carry_contours(given, &grid, (&mesh, &u), &params(), Progress::none()).unwrap()
+    };
+    let thin = carry(&ball(&grid, 2)).volume_ml;
+    let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
+    assert!((thin[1] / (exact * det) - 1.0).abs() < 0.03, "{thin:?} for {}", exact * det);
+    let mut hollow = ball(&grid, 1);
+    let centre = Point::from(CENTRE);
+    let holes: Vec<Vec<Point>> =
+        hollow.iter().map(|c| c.iter().map(|p| centre + (p - centre) * 0.5).collect()).collect();
+    // The hole keeps the slices of the ball.
+    hollow.extend(holes.into_iter().zip(ball(&grid, 1)).map(|(hole, outer)| {
+        hole.into_iter().map(|p: Point| Point::new(p.x, p.y, outer[0].z)).collect()
+    }));
+    let whole = carry(&ball(&grid, 1)).volume_ml[1];
+    let left = carry(&hollow).volume_ml[1];
+    assert!((left / whole - 0.75).abs() < 0.01, "{left} of {whole}");
+}
+
+#[test]
+fn what_does_not_move_is_given_back_and_what_cannot_be_is_refused() {
+    let mesh = block();
+    let grid = slices(false);
+    let still = Displacement::zero(&mesh);
+    let given = ball(&grid, 1);
+    let carry = |given: &[Vec<Point>]| {
+        carry_contours(given, &grid, (&mesh, &still), &params(), Progress::none())
+    };
+    let carried = carry(&given).unwrap();
+    assert!(!carried.moved);
+    assert_eq!(carried.contours, given);
+    assert!(matches!(carry(&[]), Err(Error::Contours(ContourError::Empty))));
+    let mut tilted = given;
+    tilted[1][0].z += 0.5;
+    let refused = carry(&tilted);
+    let number = 2;
+    assert!(
+        matches!(&refused, Err(Error::Contours(ContourError::NotParallel { number: n, .. })) if *n == number),
+        "{refused:?}"
+    );
+}
