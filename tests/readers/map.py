@@ -1,0 +1,33 @@
+"""map.py FIELDS BEFORE AFTER: SimpleITK takes the fields of `supine warp --fields` in both formats as
+displacement field transforms that lead a point of the CT (x,y,z) to where it was carried and back."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import SimpleITK as sitk
+from grids import check
+
+folder = Path(sys.argv[1])
+before, after = ([float(x) for x in text.split(",")] for text in sys.argv[2:4])
+fields = {}
+for name in ("ct_to_deformed", "deformed_to_ct"):
+    for ending in ("nrrd", "nii.gz"):
+        image = sitk.ReadImage(str(folder / f"{name}.{ending}"), sitk.sitkVectorFloat64)
+        check(image.GetNumberOfComponentsPerPixel() == 3, f"{name}.{ending} has no vectors")
+        fields[name, ending] = image
+    one, other = (fields[name, ending] for ending in ("nrrd", "nii.gz"))
+    check(one.GetSize() == other.GetSize(), f"{name}: other sizes")
+    check(np.allclose(one.GetOrigin(), other.GetOrigin(), atol=1e-3), f"{name}: other origins")
+    off = np.abs(sitk.GetArrayFromImage(one) - sitk.GetArrayFromImage(other)).max()
+    check(off == 0, f"{name}: the formats differ by {off} mm")
+for ending in ("nrrd", "nii.gz"):
+    there = sitk.DisplacementFieldTransform(sitk.Image(fields["ct_to_deformed", ending]))
+    here = sitk.DisplacementFieldTransform(sitk.Image(fields["deformed_to_ct", ending]))
+    carried = there.TransformPoint(before)
+    off = np.linalg.norm(np.subtract(carried, after))
+    back = np.linalg.norm(np.subtract(here.TransformPoint(carried), before))
+    print(f"{ending}: {off:.3f} mm from the carried point, {back:.3f} mm from where it began")
+    check(off < 0.05 and back < 0.05, f"{ending}: {off:.3f} and {back:.3f} mm")
+jacobian = [sitk.GetArrayFromImage(sitk.ReadImage(str(folder / f"jacobian.{e}"))) for e in ("nrrd", "nii.gz")]
+check((jacobian[0] == jacobian[1]).all() and jacobian[0].min() > 0, "the Jacobians differ or fold")
