@@ -324,6 +324,9 @@ pub(crate) struct Warp {
     /// Between voxels
     #[arg(long, value_enum, default_value = "linear")]
     pub(crate) interpolation: Interpolation,
+    /// Another grid of voxels this long, mm, along the CT's axes; for .nrrd, .nii and .nii.gz
+    #[arg(long, value_name = "X,Y,Z", value_parser = three)]
+    pub(crate) spacing: Option<Three>,
     /// The breast's side, for a DICOM series
     #[arg(long, value_enum)]
     pub(crate) breast: Option<Breast>,
@@ -340,6 +343,20 @@ pub(crate) struct Warp {
 pub(crate) enum Interpolation {
     /// Trilinear
     Linear,
+    /// Cubic convolution: sharper, keeps more of the noise
+    Cubic,
+    /// Lanczos-3: sharper still
+    Lanczos3,
+}
+
+impl From<Interpolation> for supine_warp::Interpolation {
+    fn from(named: Interpolation) -> Self {
+        match named {
+            Interpolation::Linear => Self::Linear,
+            Interpolation::Cubic => Self::Cubic,
+            Interpolation::Lanczos3 => Self::Lanczos3,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -12,16 +12,22 @@ use supine_mesh::{Displacement, TetMesh};
 use supine_pipeline::{CtInput, RunError};
 use supine_space::{Grid, Progress, Side};
 use supine_volume::Ct;
-use supine_warp::{Consistency, Params, consistency};
+use supine_warp::{Consistency, Interpolation, Params, consistency};
 
-const NOTE: &str = concat!(
-    "DERIVED: resampled by supine ",
-    env!("CARGO_PKG_VERSION"),
-    " through a deformed mesh; not acquired anatomy. Linear, HU carried unchanged."
-);
+fn note(interpolation: Interpolation) -> String {
+    format!(
+        "DERIVED: resampled ({}) by supine {} through a deformed mesh; not acquired anatomy. HU carried \
+         unchanged.",
+        interpolation.name(),
+        env!("CARGO_PKG_VERSION"),
+    )
+}
 
 pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
-    let args::Interpolation::Linear = args.interpolation;
+    if args.spacing.is_some() && !is_file(&args.out) {
+        let message = "--spacing: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz file";
+        return Err(Failure::usage(message));
+    }
     let (mesh, displacement) = read_mesh(&args.mesh)?;
     let displacement = displacement.ok_or_else(|| {
         Failure::input(format!(
@@ -32,9 +38,14 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
     let watch = |share| screen.share("import", share);
     let input = supine_pipeline::read_ct(&args.ct, args.series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("warp", share);
-    let params = Params::default();
+    let params = Params { interpolation: args.interpolation.into(), ..Params::default() };
+    let grid = match args.spacing {
+        Some(spacing) => respaced(input.ct.grid(), spacing.0)?,
+        None => input.ct.grid().clone(),
+    };
+    let progress = Progress::new(&watch);
     let (warped, info) =
-        supine_warp::warp(&input.ct, &mesh, &displacement, &params, Progress::new(&watch))
+        supine_warp::warp_onto(&grid, &input.ct, &mesh, &displacement, &params, progress)
             .map_err(RunError::from)?;
     write(args, &input, &warped, info.max_displacement_mm, screen)?;
     let fields = match &args.fields {
@@ -77,6 +88,27 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
     Ok(0)
 }
 
+/// Whether one file is to be written, not a series.
+fn is_file(out: &Path) -> bool {
+    let name = out.to_string_lossy().to_lowercase();
+    [".nrrd", ".nii", ".nii.gz"].iter().any(|ending| name.ends_with(ending))
+}
+
+/// A grid over the same box with voxels of another size, mm; its first voxel begins where that of the CT does.
+fn respaced(ct: &Grid, spacing: [f64; 3]) -> Result<Grid, Failure> {
+    let refused = |reason: String| Failure::usage(format!("--spacing: {reason}"));
+    if spacing.iter().any(|s| !(0.05..=50.0).contains(s)) {
+        return Err(refused("each must be 0.05 to 50 mm".into()));
+    }
+    let first = [0, 1, 2].map(|a| 0.5 * (spacing[a] / ct.spacing()[a] - 1.0));
+    let size = [0, 1, 2].map(|a| {
+        let length = ct.size()[a] as f64 * ct.spacing()[a];
+        ((length / spacing[a] - 1e-6).ceil() as usize).max(2)
+    });
+    let origin = ct.patient_from_index(first);
+    Grid::new(size, spacing.into(), origin, *ct.direction()).map_err(|e| refused(e.to_string()))
+}
+
 fn write(
     args: &args::Warp,
     input: &CtInput,
@@ -88,10 +120,10 @@ fn write(
     let progress = Progress::new(&watch);
     let name = args.out.to_string_lossy().to_lowercase();
     if name.ends_with(".nrrd") {
-        return Ok(write_ct_nrrd(warped, &args.out, NOTE, progress)?);
+        return Ok(write_ct_nrrd(warped, &args.out, &note(args.interpolation.into()), progress)?);
     }
     if name.ends_with(".nii") || name.ends_with(".nii.gz") {
-        return Ok(write_ct_nifti(warped, &args.out, NOTE, progress)?);
+        return Ok(write_ct_nifti(warped, &args.out, &note(args.interpolation.into()), progress)?);
     }
     let Some((source, _)) = &input.dicom else {
         let message = "--out: the CT did not come as DICOM, so no series can be written; name a \
@@ -104,7 +136,7 @@ fn write(
     };
     let params = ExportParams {
         series_description: "DEFORMED by a given mesh".into(),
-        derivation: NOTE.into(),
+        derivation: note(args.interpolation.into()),
         image_comments: "SIMULATED DEFORMATION - not acquired anatomy".into(),
         laterality: match breast {
             args::Breast::Left => Side::Left,
@@ -112,7 +144,7 @@ fn write(
         },
         clock: source.clock(),
         software_version: env!("CARGO_PKG_VERSION").into(),
-        identity: *blake3::hash(NOTE.as_bytes()).as_bytes(),
+        identity: *blake3::hash(note(args.interpolation.into()).as_bytes()).as_bytes(),
         reach_mm,
     };
     supine_dicom::write_series(warped, source, &params, &args.out, progress)?;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use supine_fem::{Cut, Load, RestState, Tissue};
 use supine_mesh::Order;
 use supine_space::{BedPose, Point, Progress, Side, Sphere};
+use supine_warp::Interpolation;
 
 /// Everything that decides a run, validated. Paths are absolute or relative to the working folder.
 #[derive(Clone, Debug)]
@@ -45,6 +46,8 @@ pub struct Case {
     pub seeds: Seeds,
     /// A segmentation brought along.
     pub labels: Option<Brought>,
+    /// How values between voxels of the CT are found.
+    pub interpolation: Interpolation,
     /// Point lists to carry.
     pub points: Vec<PathBuf>,
     /// Whether fat, gland and other tissues are labelled too, for the report.
@@ -138,6 +141,8 @@ struct CaseFile {
     seeds: Option<SeedsFile>,
     labels: Option<LabelsFile>,
     #[serde(default)]
+    warp: WarpFile,
+    #[serde(default)]
     carry: CarryFile,
     #[serde(default)]
     tissues: bool,
@@ -164,6 +169,11 @@ struct MeshFile {
     refine: Option<String>,
     tumour_edge: Option<f64>,
     tumour_growth: Option<f64>,
+}
+
+#[derive(Deserialize, Default)]
+struct WarpFile {
+    interpolation: Option<String>,
 }
 
 #[derive(Deserialize, Default)]
@@ -308,6 +318,11 @@ impl Case {
             spring_kpa_mm: spring(tissue_file)?,
             seeds: seeds(file.seeds, base)?,
             labels: file.labels.map(|l| labels(l, base)),
+            interpolation: one_of(
+                "warp.interpolation",
+                file.warp.interpolation.as_deref(),
+                &Interpolation::ALL.map(|i| (i.name(), i)),
+            )?,
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
             tissues: file.tissues || stiffness.is_some(),
         })
@@ -528,6 +543,7 @@ mod tests {
             ("mesh = { refine = 'tumor' }", "mesh.refine"),
             ("mesh = { refine = 'tumour', tumour_edge = 0 }", "mesh.tumour_edge"),
             ("mesh = { refine = 'goal', tumour_growth = 0.3 }", "mesh.tumour_growth"),
+            ("warp = { interpolation = 'spline' }", "warp.interpolation"),
             ("tissue = { poisson = 0.5 }", "tissue"),
             ("tissue = { map = 'label' }", "tissue.map"),
             ("tissue = { gland = 2.0 }", "tissue.map"),

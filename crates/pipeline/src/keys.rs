@@ -43,6 +43,7 @@ const KEYS: &[Key] = &[
     ),
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
+    key("warp", &["interpolation"]),
     key("carry", &["points"]),
     key("tissues", &[]),
 ];

@@ -34,7 +34,7 @@ pub(crate) fn derivation(case: &Case) -> String {
         "DERIVED: simulated deformation by supine {}; not acquired anatomy. Breast {}, operating \
          table AP {} deg (head up), LAT {} deg (left side down). Neo-Hookean finite elements of \
          order {}, E {}, nu {}, density {} kg/m3, rest state {}, cut {}; chest wall fixed. CT \
-         resampled linearly, HU carried unchanged.",
+         resampled ({}), HU carried unchanged.",
         env!("CARGO_PKG_VERSION"),
         case.breast,
         case.bed.ap_deg,
@@ -45,6 +45,7 @@ pub(crate) fn derivation(case: &Case) -> String {
         case.tissue.density_kg_m3,
         rest_name(case.rest),
         cut_name(case.cut),
+        case.interpolation.name(),
     )
 }
 

@@ -19,6 +19,20 @@ pub enum Interpolation {
     Lanczos3,
 }
 
+impl Interpolation {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Linear, Self::Cubic, Self::Lanczos3];
+
+    /// Name in case files, on the command line, in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Cubic => "cubic",
+            Self::Lanczos3 => "lanczos3",
+        }
+    }
+}
+
 /// Voxels along an axis that the widest filter takes.
 const WIDEST: usize = 6;
 /// Most samples along an axis of a voxel.
@@ -137,8 +151,6 @@ mod tests {
     use super::*;
 
     const SIZE: [usize; 3] = [9, 8, 7];
-    const ALL: [Interpolation; 3] =
-        [Interpolation::Linear, Interpolation::Cubic, Interpolation::Lanczos3];
 
     fn volume(value: impl Fn([f64; 3]) -> f64) -> Vec<i16> {
         let of = |n: usize| {
@@ -153,7 +165,7 @@ mod tests {
         let data = volume(|[i, j, k]| (i * 7.0 + j * 13.0 + k * 29.0) % 17.0);
         let source = Source::new(&data, SIZE);
         let even = vec![37; data.len()];
-        for interpolation in ALL {
+        for interpolation in Interpolation::ALL {
             for (n, own) in data.iter().enumerate() {
                 let place = [n % SIZE[0], n / SIZE[0] % SIZE[1], n / (SIZE[0] * SIZE[1])];
                 let got = value(&source, interpolation, place.map(|v| v as f64));
@@ -182,7 +194,7 @@ mod tests {
     fn beside_an_edge_nothing_overshoots() {
         let data = volume(|[i, ..]| if i < 4.0 { -1000.0 } else { 50.0 });
         let source = Source::new(&data, SIZE);
-        for interpolation in ALL {
+        for interpolation in Interpolation::ALL {
             for n in 0..=80 {
                 let got = value(&source, interpolation, [f64::from(n) * 0.1, 3.4, 2.2]);
                 assert!((-1000.0..=50.0).contains(&got), "{interpolation:?} {n}: {got}");

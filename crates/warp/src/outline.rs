@@ -40,7 +40,7 @@ type Segment = [[f64; 2]; 2];
 ///
 /// The nearest side of each pixel is handed on from pixel to pixel, forwards and backwards, as in
 /// Danielsson's sequential distance map (Comput. Graph. Image Process. 14, 1980): exact beside the
-/// contours, elsewhere wrong by a small part of a pixel at most.
+/// contours, elsewhere wrong by up to a fifth of a pixel.
 pub(crate) fn signed_distance(pixels: &Pixels, contours: &[Vec<[f64; 2]>]) -> Vec<f32> {
     let sides = contours.iter().flat_map(|c| (0..c.len()).map(|n| [c[n], c[(n + 1) % c.len()]]));
     let sides: Vec<Segment> = sides.collect();
@@ -131,7 +131,9 @@ mod tests {
             let [x, y] = pixels.centre(n);
             let radius = x.hypot(y);
             let want = (radius - 20.0).max(8.0 - radius);
-            assert!((f64::from(found) - want).abs() < 0.05, "{found} for {want} at {x} {y}");
+            // Beside a contour only its corners keep it from the circle.
+            let bound = if want.abs() < pixels.step { 0.003 } else { 0.2 * pixels.step };
+            assert!((f64::from(found) - want).abs() < bound, "{found} for {want} at {x} {y}");
         }
     }
 }

@@ -1,7 +1,8 @@
 //! What independent readers see in the results.
 
 use crate::shared::{run, scratch, shared};
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use supine_tests::{Case, files_below, python, readers_python, root, supine, tool};
 
 /// The CT that the shared run started from.
@@ -10,7 +11,7 @@ fn source() -> PathBuf {
 }
 
 /// The files of a series, whole paths.
-fn series(folder: &std::path::Path) -> Vec<PathBuf> {
+fn series(folder: &Path) -> Vec<PathBuf> {
     files_below(folder).into_iter().map(|file| folder.join(file)).collect()
 }
 
@@ -22,6 +23,37 @@ fn three_readers_see_the_same_series_and_the_volume_we_meant() {
     supine(&[&"warp", &"--ct", &source(), &"--mesh", &mesh, &"--out", &volume, &"--no-progress"])
         .success("supine warp");
     readers_python("series.py", [source(), shared().out.join("ct"), volume]).success("series.py");
+}
+
+#[test]
+fn a_warp_goes_onto_other_voxels_and_says_how() {
+    let scratch = scratch();
+    let volume = scratch.path().join("warped.nrrd");
+    let mesh = shared().out.join("mesh/deformed.vtu");
+    let given = [source(), mesh];
+    let warp = |out: &Path| {
+        let words: [&dyn AsRef<OsStr>; 11] = [
+            &"warp",
+            &"--ct",
+            &given[0],
+            &"--mesh",
+            &given[1],
+            &"--interpolation",
+            &"lanczos3",
+            &"--spacing",
+            &"2,2,2",
+            &"--out",
+            &out,
+        ];
+        supine(&words)
+    };
+    warp(&volume).success("supine warp --spacing");
+    let bytes = std::fs::read(&volume).expect("the volume is there");
+    let header = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
+    assert!(header.contains("lanczos3") && header.contains("DERIVED"), "{header}");
+    assert!(header.contains("(2,0,0)") || header.contains("(2.0,0.0,0.0)"), "{header}");
+    let said = warp(&scratch.path().join("series"));
+    assert_eq!(said.code, Some(2), "a series keeps its grid: {}", said.stderr);
 }
 
 #[test]

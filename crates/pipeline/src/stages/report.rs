@@ -170,7 +170,7 @@ fn parameters(case: &Case, flow: &Flow) -> Parameters {
             radius_mm: region.radius_mm,
             proposed: flow.region.proposed,
         },
-        interpolation: "linear".into(),
+        interpolation: case.interpolation.name().into(),
         fade_mm: flow.warped.facts.warp.fade_mm,
     }
 }

@@ -34,7 +34,8 @@ pub(crate) fn warp(
     mesh: &Done<TetMesh, supine_report::Mesh>,
     solved: &Done<Displacement, SolveFacts>,
 ) -> Result<Done<Ct, Facts>, RunError> {
-    let params = supine_warp::Params::default();
+    let params =
+        supine_warp::Params { interpolation: case.interpolation, ..supine_warp::Params::default() };
     let points = points(case, region.nipple)?;
     let decided = format!("{params:?} {points:?}");
     bench.stage(
