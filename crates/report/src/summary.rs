@@ -4,6 +4,10 @@
 //! All numbers are finite (JSON knows no other). What differs from run to run of the same case
 //! lies in [`Run`] alone; all else is reproducible to the byte.
 
+mod moved;
+
+pub use moved::{CarriedPoint, Jacobian, Movement, VolumeChange, Warp};
+
 use serde::{Deserialize, Serialize};
 
 /// Everything there is to say about a run.
@@ -424,93 +428,6 @@ pub struct Solve {
     pub max_det_f: f64,
     /// Largest displacement of a node, mm.
     pub max_displacement_mm: f64,
-}
-
-/// Result of the warp.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Warp {
-    /// Width over which the displacement faded at the cut, mm.
-    pub fade_mm: f64,
-    /// Voxels whose value was taken from another place of the CT.
-    pub moved_voxels: usize,
-    /// Voxels the soft tissue left, now air.
-    pub vacated_voxels: usize,
-    /// Voxels where the map folds (det J not above 0): 0 in a sound result.
-    pub folded_voxels: usize,
-    /// det J of the map from the CT to the operating position over the moved voxels: the local
-    /// change of volume, 1 for none.
-    pub jacobian: Jacobian,
-}
-
-/// Distribution of the Jacobian determinant.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Jacobian {
-    /// Smallest.
-    pub min: f64,
-    /// First percentile.
-    pub p01: f64,
-    /// Mean.
-    pub mean: f64,
-    /// 99th percentile.
-    pub p99: f64,
-    /// Largest.
-    pub max: f64,
-}
-
-/// How the volume of a structure changes.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct VolumeChange {
-    /// The structure: what is simulated, the tumour's sphere, or a finer label by its name.
-    pub structure: String,
-    /// Volume in the CT of what lies in the mesh, ml.
-    pub before_ml: f64,
-    /// The same tissue on the operating table, ml.
-    pub after_ml: f64,
-    /// det F over its volume in the CT; the mean is the ratio of the volumes.
-    pub jacobian: Jacobian,
-    /// Where in the CT det F is smallest, LPS, mm.
-    pub least_mm: [f64; 3],
-    /// Where in the CT det F is largest, LPS, mm.
-    pub most_mm: [f64; 3],
-    /// The classes of `shares` go as far below and above det F = 1, alike for all structures.
-    pub span: f64,
-    /// Share of the volume in 40 classes of det F, equally wide; the outermost hold all beyond.
-    pub shares: Vec<f64>,
-}
-
-/// A point of the body in the CT and on the operating table.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Movement {
-    /// In the CT, LPS, mm.
-    pub before_mm: [f64; 3],
-    /// On the operating table, LPS, mm.
-    pub after_mm: [f64; 3],
-    /// `after - before`, LPS, mm.
-    pub displacement_mm: [f64; 3],
-    /// Length of the displacement, mm.
-    pub distance_mm: f64,
-}
-
-impl Movement {
-    /// The movement of a point from `before_mm` to `after_mm`, LPS, mm.
-    pub fn new(before_mm: [f64; 3], after_mm: [f64; 3]) -> Self {
-        let displacement_mm = std::array::from_fn(|a| after_mm[a] - before_mm[a]);
-        let distance_mm = displacement_mm.iter().map(|d: &f64| d * d).sum::<f64>().sqrt();
-        Self { before_mm, after_mm, displacement_mm, distance_mm }
-    }
-}
-
-/// A point that was carried along.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct CarriedPoint {
-    /// Its name in the file it came from.
-    pub name: String,
-    /// In the CT, LPS, mm.
-    pub before_mm: [f64; 3],
-    /// On the operating table, LPS, mm.
-    pub after_mm: [f64; 3],
-    /// Whether it lies in the mesh; outside, nothing is known to move and `after` is `before`.
-    pub inside: bool,
 }
 
 /// The exported DICOM series.
