@@ -156,11 +156,10 @@ pub(super) fn convergence(mechanics: &Mechanics<'_>) -> Result<String> {
     }
     let error = "error at the probes, rms, mm";
     let panels = [
-        Panel { title: "Convergence", axes: ["unknowns", error], falling: true, lines: by_size },
+        Panel { title: "Convergence", axes: ["unknowns", error], lines: by_size },
         Panel {
             title: "Accuracy per second",
             axes: ["CPU seconds of a cold solution", error],
-            falling: true,
             lines: by_time,
         },
     ];

@@ -100,7 +100,6 @@ impl<'a> Mechanics<'a> {
         let plot = svg(&[Panel {
             title: "Cold solution, tilt, linear tetrahedra",
             axes: ["unknowns", "CPU seconds, one thread"],
-            falling: false,
             lines,
         }]);
         super::write_plot(self.bench, PLOT, &plot)?;

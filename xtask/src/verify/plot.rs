@@ -7,8 +7,6 @@ pub(super) struct Panel {
     pub(super) title: &'static str,
     /// What lies along x and along y, with units.
     pub(super) axes: [&'static str; 2],
-    /// The lines fall: their names go to the upper right, else to the lower right.
-    pub(super) falling: bool,
     pub(super) lines: Vec<Line>,
 }
 
@@ -25,10 +23,11 @@ pub(super) struct Line {
 /// Told apart without red and green: Okabe and Ito 2008.
 const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#666666"];
 /// Of a panel, and of the drawing in it: left, top, right and bottom margin.
-const SIZE: [f64; 2] = [470.0, 400.0];
-const MARGIN: [f64; 4] = [70.0, 40.0, 20.0, 55.0];
+const SIZE: [f64; 2] = [650.0, 400.0];
+const MARGIN: [f64; 4] = [70.0, 40.0, 200.0, 55.0];
+/// The legend stands beside the drawing, a line below the other.
+const LEGEND_GAP: f64 = 14.0;
 const LEGEND_STEP: f64 = 17.0;
-const LEGEND_WIDTH: f64 = 130.0;
 
 /// The panels side by side.
 pub(super) fn svg(panels: &[Panel]) -> String {
@@ -131,14 +130,9 @@ impl Panel {
                 short(mark)
             );
         }
-        let below = if self.falling {
-            y.end + LEGEND_STEP
-        } else {
-            y.start - LEGEND_STEP * (self.lines.len() as f64 - 0.5)
-        };
         for (n, line) in self.lines.iter().enumerate() {
             line.draw(svg, &x, &y);
-            line.name(svg, [x.end - LEGEND_WIDTH, below + LEGEND_STEP * n as f64]);
+            line.name(svg, [x.end + LEGEND_GAP, y.end + LEGEND_STEP * (n + 1) as f64]);
         }
     }
 }
