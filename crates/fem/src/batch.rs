@@ -5,10 +5,9 @@
 
 use crate::element::Elements;
 use crate::material::NeoHookean;
-use crate::pack::{LANES, Pack};
 use crate::pattern::{Block, Pattern};
 use pulp::{Arch, Simd, WithSimd};
-use supine_space::Vector;
+use supine_space::{LANES, Pack, Vector};
 
 /// A vector and a matrix (row by row) of several elements.
 type Triple = [Pack; 3];

@@ -34,7 +34,6 @@ mod linear;
 mod material;
 mod model;
 mod newton;
-mod pack;
 mod params;
 mod pattern;
 mod quasi_newton;

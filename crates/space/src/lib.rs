@@ -2,14 +2,17 @@
 //!
 //! Everything is in the DICOM patient frame LPS (x to the patient's left, y posterior, z superior),
 //! in millimetres and f64. This crate knows no voxels' values, no mesh, no file.
+//! Numbers that are computed several at once ([`Pack`]) are here because the stages share them.
 
 mod gravity;
 mod grid;
+mod pack;
 mod progress;
 mod sphere;
 
 pub use gravity::{BedPose, GRAVITY_M_S2, sitting, supine};
 pub use grid::{Grid, GridError};
+pub use pack::{LANES, Pack};
 pub use progress::{Progress, Stopped};
 pub use sphere::{Sphere, SphereError};
 

@@ -27,61 +27,83 @@ const GAP_BELOW_HU: f64 = -250.0;
 /// Halvings of a prism's height before it is given up.
 const ATTEMPTS: usize = 6;
 
-/// Extrudes the skin by up to `height_mm` along its normals, before and after deformation.
-///
-/// The height is less where the CT shows other tissue nearby (a fold, an arm), and where prisms
-/// would be inverted. The collar keeps its height while it turns with the skin.
-pub(crate) fn collar(ct: &Ct, pieces: &Pieces, height_mm: f64) -> Collar {
-    if height_mm <= 0.0 || pieces.skin.is_empty() {
-        return Collar::default();
-    }
-    let mut vertices: Vec<u32> = pieces.skin.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    let place = |v: u32| vertices.partition_point(|&w| w < v);
-    let faces: Vec<[usize; 3]> = pieces.skin.iter().map(|f| f.map(place)).collect();
-    let rest: Vec<Point> = vertices.iter().map(|&v| pieces.rest[v as usize]).collect();
-    let deformed: Vec<Point> = vertices
-        .iter()
-        .map(|&v| pieces.rest[v as usize] + pieces.displacement[v as usize])
-        .collect();
-    let (n0, n1) = (normals(&rest, &faces), normals(&deformed, &faces));
-    let mut heights: Vec<f64> =
-        rest.iter().zip(&n0).map(|(p, n)| free_height(ct, p, n, height_mm)).collect();
-    let mut prisms: Vec<[usize; 3]> = faces.clone();
-    prisms.iter_mut().for_each(|f| f.sort_by_key(|&v| vertices[v]));
-    for attempt in 0..=ATTEMPTS {
-        let bad: Vec<usize> = (0..faces.len())
-            .filter(|&f| {
-                let top = |p: &[Point], n: &[Vector], v: usize| p[v] + n[v] * heights[v];
-                inverted(&faces[f], &rest, |v| top(&rest, &n0, v))
-                    || inverted(&faces[f], &deformed, |v| top(&deformed, &n1, v))
-            })
-            .collect();
-        if bad.is_empty() {
-            break;
+/// The skin in the CT, from which a collar is extruded for one deformation after the other.
+#[derive(Debug)]
+pub(crate) struct Skin {
+    /// Its vertices among those of the pieces, ascending.
+    vertices: Vec<u32>,
+    /// Its faces, outwards, as places in `vertices`.
+    faces: Vec<[usize; 3]>,
+    /// The collar's tetrahedra.
+    tets: Vec<[u32; 4]>,
+    rest: Vec<Point>,
+    normals: Vec<Vector>,
+    /// How far the CT lets the collar reach, mm.
+    heights: Vec<f64>,
+}
+
+impl Skin {
+    /// The skin of `pieces` in `ct`, for a collar of up to `height_mm`.
+    ///
+    /// The height is less where the CT shows other tissue nearby (a fold, an arm).
+    pub(crate) fn new(ct: &Ct, pieces: &Pieces, height_mm: f64) -> Self {
+        let skin = if height_mm > 0.0 { &pieces.skin[..] } else { &[] };
+        let mut vertices: Vec<u32> = skin.iter().flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let place = |v: u32| vertices.partition_point(|&w| w < v);
+        let faces: Vec<[usize; 3]> = skin.iter().map(|f| f.map(place)).collect();
+        let first = pieces.rest.len() as u32;
+        let mut tets = Vec::with_capacity(3 * faces.len());
+        for face in &faces {
+            // Side quads are cut from the lower base vertex to the other's top: neighbours agree.
+            let mut prism = *face;
+            prism.sort_unstable();
+            let base = prism.map(|v| vertices[v]);
+            let top = prism.map(|v| first + v as u32);
+            tets.push([base[0], base[1], base[2], top[2]]);
+            tets.push([base[0], base[1], top[1], top[2]]);
+            tets.push([base[0], top[0], top[1], top[2]]);
         }
-        let mut concerned: Vec<usize> = bad.iter().flat_map(|&f| faces[f]).collect();
-        concerned.sort_unstable();
-        concerned.dedup();
-        for v in concerned {
-            heights[v] = if attempt == ATTEMPTS { 0.0 } else { 0.5 * heights[v] };
+        let rest: Vec<Point> = vertices.iter().map(|&v| pieces.rest[v as usize]).collect();
+        let normals = normals(&rest, &faces);
+        let height = |(p, n)| free_height(ct, p, n, height_mm);
+        let heights = rest.iter().zip(&normals).map(height).collect();
+        Self { vertices, faces, tets, rest, normals, heights }
+    }
+
+    /// The collar along the normals, before and after the displacement of `pieces`, which have this skin.
+    ///
+    /// It is lower where prisms would be inverted. It keeps its height while it turns with the skin.
+    pub(crate) fn collar(&self, pieces: &Pieces) -> Collar {
+        let Self { faces, rest, .. } = self;
+        let moved = |v: &u32| pieces.rest[*v as usize] + pieces.displacement[*v as usize];
+        let deformed: Vec<Point> = self.vertices.iter().map(moved).collect();
+        let (n0, n1) = (&self.normals, &normals(&deformed, faces));
+        let mut heights = self.heights.clone();
+        for attempt in 0..=ATTEMPTS {
+            let bad: Vec<usize> = (0..faces.len())
+                .filter(|&f| {
+                    let top = |p: &[Point], n: &[Vector], v: usize| p[v] + n[v] * heights[v];
+                    inverted(&faces[f], rest, |v| top(rest, n0, v))
+                        || inverted(&faces[f], &deformed, |v| top(&deformed, n1, v))
+                })
+                .collect();
+            if bad.is_empty() {
+                break;
+            }
+            let mut concerned: Vec<usize> = bad.iter().flat_map(|&f| faces[f]).collect();
+            concerned.sort_unstable();
+            concerned.dedup();
+            for v in concerned {
+                heights[v] = if attempt == ATTEMPTS { 0.0 } else { 0.5 * heights[v] };
+            }
         }
+        let lift = |p: &[Point], n: &[Vector]| {
+            p.iter().zip(n).zip(&heights).map(|((p, n), h)| p + n * *h).collect()
+        };
+        Collar { rest: lift(rest, n0), deformed: lift(&deformed, n1), tets: self.tets.clone() }
     }
-    let first = pieces.rest.len() as u32;
-    let mut tets = Vec::with_capacity(3 * prisms.len());
-    for [a, b, c] in prisms {
-        // Side quads are cut from the lower base vertex to the other's top: neighbours agree.
-        let base = [a, b, c].map(|v| vertices[v]);
-        let top = [a, b, c].map(|v| first + v as u32);
-        tets.push([base[0], base[1], base[2], top[2]]);
-        tets.push([base[0], base[1], top[1], top[2]]);
-        tets.push([base[0], top[0], top[1], top[2]]);
-    }
-    let lift = |p: &[Point], n: &[Vector]| {
-        p.iter().zip(n).zip(&heights).map(|((p, n), h)| p + n * *h).collect()
-    };
-    Collar { rest: lift(&rest, &n0), deformed: lift(&deformed, &n1), tets }
 }
 
 /// Unit normals at the vertices: the mean of the faces around each, weighted by area.

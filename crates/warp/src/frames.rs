@@ -1,6 +1,6 @@
 //! A CT carried again and again by displacements that change.
 
-use crate::collar::collar;
+use crate::collar::{Collar, Skin};
 use crate::coverage::Coverage;
 use crate::kernel::{Kernel, Source};
 use crate::map::{Map, check_grid};
@@ -9,7 +9,7 @@ use crate::raster::SLAB;
 use crate::resample::{Resampling, Rules};
 use crate::{BODY_HU, Error, Params};
 use rayon::prelude::*;
-use supine_mesh::{Displacement, Edges, TetMesh};
+use supine_mesh::{Displacement, Edges, Order, TetMesh};
 use supine_space::{Grid, Progress};
 use supine_volume::Ct;
 
@@ -22,7 +22,10 @@ pub struct Frames<'a> {
     mesh: &'a TetMesh,
     edges: Edges,
     params: Params,
-    /// Where the collar ends or a curve is followed by pieces may change: the map that `resampling` is for.
+    /// The pieces of the last frame, the skin and collar on them, and their map.
+    pieces: Pieces,
+    skin: Skin,
+    collar: Collar,
     map: Map,
     resampling: Resampling<'a>,
     /// What the last frame changed, slab by slab.
@@ -41,9 +44,12 @@ impl<'a> Frames<'a> {
         let still = Displacement::zero(mesh);
         let curve = Curve { mesh, edges: &edges, displacement: &still };
         let pieces = Pieces::new(&curve, params.curve_tolerance_mm, Progress::none())?;
-        let map = Map::new([ct.grid(); 2], &pieces, &collar(ct, &pieces, params.collar_mm));
+        let skin = Skin::new(ct, &pieces, params.collar_mm);
+        let collar = skin.collar(&pieces);
+        let map = Map::new([ct.grid(); 2], &pieces, &collar);
         let resampling = resampling(ct, ct.grid(), &map, params);
-        Ok(Self { ct, mesh, edges, params: params.clone(), map, resampling, written: Vec::new() })
+        let (params, written) = (params.clone(), Vec::new());
+        Ok(Self { ct, mesh, edges, params, pieces, skin, collar, map, resampling, written })
     }
 
     /// Makes `frame`, which holds the CT or the frame before, the CT carried by `displacement` (LPS, mm).
@@ -87,17 +93,37 @@ impl<'a> Frames<'a> {
     /// When the displacement belongs to another mesh.
     pub fn paint(&mut self, displacement: &Displacement, frame: &mut Ct) -> Result<(), Error> {
         displacement.check(self.mesh, &self.edges)?;
-        let curve = Curve { mesh: self.mesh, edges: &self.edges, displacement };
-        let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
-        let collar = collar(self.ct, &pieces, self.params.collar_mm);
-        let map = Map::new([self.ct.grid(); 2], &pieces, &collar);
-        if map.rest != self.map.rest || map.tets != self.map.tets {
-            self.resampling = resampling(self.ct, self.ct.grid(), &map, &self.params);
+        let same = self.follow(displacement)?;
+        let collar = self.skin.collar(&self.pieces);
+        let grid = self.ct.grid();
+        if same && collar.rest == self.collar.rest {
+            self.map.deform(grid, &self.pieces, &collar);
+        } else {
+            self.map = Map::new([grid; 2], &self.pieces, &collar);
+            self.resampling = resampling(self.ct, grid, &self.map, &self.params);
         }
-        self.map = map;
+        self.collar = collar;
         let (written, _) = self.resampling.run(&self.map, frame.data_mut(), Progress::none())?;
         self.written = written;
         Ok(())
+    }
+
+    /// Takes another displacement; whether its pieces are those of the frame before.
+    fn follow(&mut self, displacement: &Displacement) -> Result<bool, Error> {
+        let whole = self.pieces.tets.len() == self.mesh.tets().len();
+        if whole && displacement.order() == Order::Linear {
+            let points = self.pieces.displacement.len();
+            self.pieces.displacement.copy_from_slice(&displacement.values()[..points]);
+            return Ok(true);
+        }
+        let curve = Curve { mesh: self.mesh, edges: &self.edges, displacement };
+        let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
+        let same = pieces.tets == self.pieces.tets && pieces.rest == self.pieces.rest;
+        if !same {
+            self.skin = Skin::new(self.ct, &pieces, self.params.collar_mm);
+        }
+        self.pieces = pieces;
+        Ok(same)
     }
 }
 

@@ -6,13 +6,15 @@
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
 //! quadratic displacement by straight-sided tetrahedra; `collar` adds the air-side layer that
-//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` and
-//! `rows` say which voxels each tetrahedron owns (`predicate`: exact signs); `resample` samples
+//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
+//! which voxels each tetrahedron owns (`batch` and `sweep`: several at once; `rows` and `predicate`: exact signs
+//! where that is not enough) in the `order` of a curve; `resample` samples
 //! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
 //! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
 //! `labels` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
 //! fields against each other.
 
+mod batch;
 mod collar;
 mod consistency;
 mod contours;
@@ -28,6 +30,7 @@ mod isosurface;
 mod kernel;
 mod labels;
 mod map;
+mod order;
 mod origins;
 mod outline;
 mod params;
@@ -40,6 +43,7 @@ mod resample;
 mod rows;
 mod slices;
 mod surface;
+mod sweep;
 mod undeformed;
 
 #[cfg(test)]
@@ -59,7 +63,7 @@ pub use points::carry_points;
 pub use surface::{CarriedSurface, carry_surface};
 
 use crate::{
-    collar::collar,
+    collar::Skin,
     map::Map,
     map::Prepared,
     pieces::{Curve, Pieces},
@@ -162,7 +166,7 @@ pub fn warp_onto(
     let Prepared { edges, displacement, fade_mm, warnings } = prepared;
     let curve = Curve { mesh, edges: &edges, displacement: &displacement };
     let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.05, 0.15))?;
-    let collar = collar(ct, &pieces, params.collar_mm);
+    let collar = Skin::new(ct, &pieces, params.collar_mm).collar(&pieces);
     let map = Map::new([ct.grid(), grid], &pieces, &collar);
     progress.at(0.2)?;
     let resampling = frames::resampling(ct, grid, &map, params);

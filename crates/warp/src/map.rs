@@ -24,21 +24,25 @@ impl Map {
     /// Every vertex is converted once, so that tetrahedra agree exactly on what they share.
     pub(crate) fn new([ct, made]: [&Grid; 2], pieces: &Pieces, collar: &Collar) -> Self {
         let in_ct = || pieces.rest.iter().chain(&collar.rest);
-        let moved: Vec<_> =
-            pieces.rest.iter().zip(&pieces.displacement).map(|(p, u)| p + u).collect();
         let mut tets = pieces.tets.clone();
         tets.extend_from_slice(&collar.tets);
-        Self {
+        let mut map = Self {
             rest: in_ct().map(|p| ct.index_from_patient(p)).collect(),
             before: in_ct().map(|p| made.index_from_patient(p)).collect(),
-            deformed: moved
-                .iter()
-                .chain(&collar.deformed)
-                .map(|p| made.index_from_patient(p))
-                .collect(),
+            deformed: Vec::with_capacity(pieces.rest.len() + collar.rest.len()),
             tets,
             collar_from: pieces.tets.len(),
-        }
+        };
+        map.deform(made, pieces, collar);
+        map
+    }
+
+    /// Takes another displacement of the same pieces and collar.
+    pub(crate) fn deform(&mut self, made: &Grid, pieces: &Pieces, collar: &Collar) {
+        let moved = pieces.rest.iter().zip(&pieces.displacement).map(|(p, u)| p + u);
+        let all = moved.chain(collar.deformed.iter().copied());
+        self.deformed.clear();
+        self.deformed.extend(all.map(|p| made.index_from_patient(&p)));
     }
 }
 

@@ -40,21 +40,6 @@ impl Pullback {
         Self { slope, anchor, source, low, high }
     }
 
-    /// Ratio of the deformed volume to that in the CT, in voxels: det F where both have the same voxels.
-    #[inline(always)]
-    pub(crate) fn det(&self) -> f64 {
-        let [o, s, t, u] = self.source;
-        // The slopes are the inverse of the deformed edges.
-        let deformed = 1.0 / dot(self.slope[0], cross(self.slope[1], self.slope[2]));
-        deformed / dot(less(s, o), cross(less(t, o), less(u, o)))
-    }
-
-    /// Lowest and highest index along each axis of the corners in the CT.
-    #[inline(always)]
-    pub(crate) fn hull(&self) -> [Index; 2] {
-        [self.low, self.high]
-    }
-
     /// The place in the CT of `origin`, and its change along i, j, k (a row for each axis of the CT), not held
     /// within the hull.
     #[inline(always)]

@@ -1,12 +1,17 @@
 //! Tetrahedra in index space, sorted into slabs of slices, and the voxels that each owns.
 
+use crate::batch::{Batch, gathered};
 use crate::coverage::Window;
+use crate::kernel::Kernel;
 use crate::predicate::Index;
-use crate::rows::{Rows, Span, range};
+use crate::rows::{Rows, Span, least, most, range};
+use crate::sweep::{Extent, sweep};
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::Range;
+use supine_space::LANES;
 
 /// Slices that are worked on together by one thread; every voxel has one writer.
-pub(crate) const SLAB: usize = 16;
+pub(crate) const SLAB: usize = 32;
 
 /// Tetrahedra in index space, sorted into slabs of slices of a grid.
 #[derive(Debug)]
@@ -22,16 +27,34 @@ pub(crate) struct Raster<'a> {
     window: Window,
 }
 
-/// Takes what a tetrahedron owns.
+/// The tetrahedron that is worked on.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Item {
+    pub(crate) tet: usize,
+    /// Its place among those looked at.
+    pub(crate) lane: usize,
+    /// First voxel of its box within the slab.
+    pub(crate) first: [u32; 3],
+}
+
+/// Takes what tetrahedra own.
 pub(crate) trait Paint {
-    /// The spans of tetrahedron `tet` within the slab; they have no voxel in common.
-    fn paint(&mut self, tet: usize, spans: &[Span]);
+    /// Some tetrahedra that lie, or may lie, in `slices` are looked at next.
+    #[inline(always)]
+    fn next(&mut self, _tets: &[u32; LANES], _batch: &Batch, _slices: &Range<usize>) {}
+
+    /// The spans of a tetrahedron within the slab, at least one; they have no voxel in common.
+    fn paint(&mut self, item: Item, spans: &[Span]);
+
+    /// All of those that were looked at have been painted.
+    #[inline(always)]
+    fn done(&mut self) {}
 }
 
 impl<F: FnMut(usize, &[Span])> Paint for F {
     #[inline(always)]
-    fn paint(&mut self, tet: usize, spans: &[Span]) {
-        self(tet, spans);
+    fn paint(&mut self, item: Item, spans: &[Span]) {
+        self(item.tet, spans);
     }
 }
 
@@ -39,23 +62,27 @@ impl<'a> Raster<'a> {
     /// Prepares `tets` over a grid of `size` voxels.
     pub(crate) fn new(vertices: &'a [Index], tets: &'a [[u32; 4]], size: [usize; 3]) -> Self {
         let slabs = size[2].div_ceil(SLAB);
-        let reach = |tet: &[u32; 4]| {
-            let z = tet.map(|v| vertices[v as usize][2]);
-            range(z, size[2]).map(|(low, high)| low / SLAB..=high / SLAB)
-        };
         let mut starts = vec![0usize; slabs + 1];
-        for slab in tets.iter().filter_map(reach).flatten() {
-            starts[slab + 1] += 1;
+        // First and last slab of each, as far as there are any.
+        let mut reaches: Vec<[u32; 3]> = Vec::with_capacity(tets.len());
+        for (tet, [a, b, c, d]) in tets.iter().enumerate() {
+            let z = |v: &u32| vertices[*v as usize][2];
+            let z = [z(a), z(b), z(c), z(d)];
+            if let Some((low, high)) = range(z, size[2]) {
+                let (low, high) = (low / SLAB, high / SLAB);
+                starts[low + 1..=high + 1].iter_mut().for_each(|n| *n += 1);
+                reaches.push([tet as u32, low as u32, high as u32]);
+            }
         }
         for slab in 0..slabs {
             starts[slab + 1] += starts[slab];
         }
         let mut next = starts.clone();
         let mut members = vec![0u32; starts[slabs]];
-        for (tet, corners) in tets.iter().enumerate() {
-            for slab in reach(corners).into_iter().flatten() {
-                members[next[slab]] = tet as u32;
-                next[slab] += 1;
+        for [tet, low, high] in reaches {
+            for next in &mut next[low as usize..=high as usize] {
+                members[*next] = tet;
+                *next += 1;
             }
         }
         Self { vertices, tets, size, members, starts, window: window(vertices, size) }
@@ -68,9 +95,14 @@ impl<'a> Raster<'a> {
         [self.vertices[a], self.vertices[b], self.vertices[c], self.vertices[d]]
     }
 
+    /// The tetrahedra of a slab, in ascending order.
+    pub(crate) fn members(&self, slab: usize) -> &[u32] {
+        &self.members[self.starts[slab]..self.starts[slab + 1]]
+    }
+
     /// The voxels of a slab that tetrahedra may own; empty where none reaches.
     pub(crate) fn window(&self, slab: usize) -> Window {
-        if self.starts[slab] == self.starts[slab + 1] {
+        if self.members(slab).is_empty() {
             return Window { first: [0; 3], end: [0; 3] };
         }
         self.window.slices(slab * SLAB, (slab + 1) * SLAB)
@@ -79,26 +111,36 @@ impl<'a> Raster<'a> {
     /// Gives what each tetrahedron owns within a slab to `paint`, tetrahedra in ascending order: where
     /// several own a voxel (a folded mesh), the first is to keep it.
     pub(crate) fn scan(&self, slab: usize, paint: &mut impl Paint) {
-        Arch::new().dispatch(Scan { raster: self, slab, paint });
+        self.scan_those(self.members(slab), slab, paint);
+    }
+
+    /// As [`Self::scan`], of some members of the slab in any order.
+    pub(crate) fn scan_those(&self, members: &[u32], slab: usize, paint: &mut impl Paint) {
+        Arch::new().dispatch(Scan { raster: self, members, slab, paint });
     }
 }
 
 /// The voxels in the box of `vertices`.
 fn window(vertices: &[Index], size: [usize; 3]) -> Window {
+    let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for vertex in vertices {
+        for (reach, x) in reach.iter_mut().zip(vertex) {
+            *reach = [least(reach[0], *x), most(reach[1], *x)];
+        }
+    }
     let mut window = Window { first: [0; 3], end: [0; 3] };
     for a in 0..3 {
-        let along = || vertices.iter().map(|v| v[a]);
-        let low = along().fold(f64::INFINITY, f64::min).ceil().max(0.0);
-        let high = along().fold(f64::NEG_INFINITY, f64::max).floor();
         // Numbers below 0 become 0.
-        (window.first[a], window.end[a]) = (low as usize, ((high + 1.0) as usize).min(size[a]));
+        window.first[a] = reach[a][0].ceil() as usize;
+        window.end[a] = ((reach[a][1].floor() + 1.0) as usize).min(size[a]);
     }
     window
 }
 
-/// The work of [`Raster::scan`].
+/// The work of [`Raster::scan_those`].
 struct Scan<'a, P> {
     raster: &'a Raster<'a>,
+    members: &'a [u32],
     slab: usize,
     paint: &'a mut P,
 }
@@ -108,17 +150,42 @@ impl<P: Paint> WithSimd for Scan<'_, P> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { raster, slab, paint } = self;
+        let Self { raster, members, slab, paint } = self;
         let slices = slab * SLAB..((slab + 1) * SLAB).min(raster.size[2]);
-        let mut spans = Vec::new();
-        for &tet in &raster.members[raster.starts[slab]..raster.starts[slab + 1]] {
-            let tet = tet as usize;
-            let Some(rows) = Rows::new(raster.corners(tet), raster.size) else { continue };
-            spans.clear();
-            rows.scan(&slices, &mut spans);
-            if !spans.is_empty() {
-                paint.paint(tet, &spans);
+        let (kernel, mut spans) = (Kernel::best(), Vec::new());
+        for own in members.chunks(LANES) {
+            let mut tets = [own[0]; LANES];
+            tets[..own.len()].copy_from_slice(own);
+            let batch = Batch::new(gathered(raster.vertices, raster.tets, &tets), raster.size);
+            let crossings = batch.crossings();
+            paint.next(&tets, &batch, &slices);
+            for (lane, tet) in own.iter().enumerate() {
+                let extent = batch.extent(lane).and_then(|all| Extent::new(all, &slices));
+                let Some(extent) = extent else { continue };
+                spans.clear();
+                let exact = |rows, slices, spans: &mut _| raster.rows(*tet, rows, slices, spans);
+                match crossings.of(lane) {
+                    Some(crossing) => sweep(kernel, &crossing, &extent, &mut spans, exact),
+                    None => exact(extent.rows(), extent.slices(), &mut spans),
+                }
+                if !spans.is_empty() {
+                    let [i, j, k] = extent.first;
+                    let first = [i as u32, j as u32, k as u32];
+                    paint.paint(Item { tet: *tet as usize, lane, first }, &spans);
+                }
             }
+            paint.done();
+        }
+    }
+}
+
+impl Raster<'_> {
+    /// Adds what a tetrahedron owns in rows of slices, decided row by row.
+    #[cold]
+    #[inline(never)]
+    fn rows(&self, tet: u32, rows: Range<usize>, slices: Range<usize>, spans: &mut Vec<Span>) {
+        if let Some(own) = Rows::new(self.corners(tet as usize), self.size) {
+            slices.for_each(|k| rows.clone().for_each(|j| own.row(j, k, spans)));
         }
     }
 }

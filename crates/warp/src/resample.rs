@@ -1,14 +1,17 @@
 //! The CT carried by a map.
 
+use crate::batch::{Batch, gathered};
 use crate::coverage::Coverage;
 use crate::filter::{self, Interpolation};
-use crate::kernel::{Kernel, LANES, Local, Place, Source, prefetch};
+use crate::kernel::{Kernel, LANES, Locals, Place, Source, Spots, prefetch};
 use crate::map::Map;
+use crate::order::Sorted;
 use crate::predicate::Index;
 use crate::pullback::Pullback;
-use crate::raster::{Paint, Raster, SLAB};
+use crate::raster::{Item, Paint, Raster, SLAB};
 use crate::rows::Span;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::{Progress, Stopped};
 
@@ -37,21 +40,6 @@ impl std::ops::Add for Counts {
     }
 }
 
-/// For each length of a short span, the bits of the voxels that are not in it.
-const KEEP: [[i16; LANES]; LANES + 1] = {
-    let mut keep = [[-1; LANES]; LANES + 1];
-    let mut length = 0;
-    while length <= LANES {
-        let mut n = 0;
-        while n < length {
-            keep[length][n] = 0;
-            n += 1;
-        }
-        length += 1;
-    }
-    keep
-};
-
 /// The fixed part of a resampling: a volume, and the shape in it that is carried.
 #[derive(Debug)]
 pub(crate) struct Resampling<'a> {
@@ -61,6 +49,11 @@ pub(crate) struct Resampling<'a> {
     rules: Rules,
     /// What is within mesh or collar in the CT, slab by slab.
     before: Vec<Coverage>,
+    /// The tetrahedra in the order in which they are worked on, those of the collar last, from this one on.
+    sorted: Sorted,
+    collar_from: usize,
+    /// Their vertices in the CT, as its indices.
+    rest: Vec<Index>,
 }
 
 /// What is done with voxels, and how.
@@ -92,7 +85,10 @@ impl<'a> Resampling<'a> {
             });
             coverage
         });
-        Self { source, size, rules, before: before.collect() }
+        let before = before.collect();
+        let sorted = Sorted::new(&map.before, &map.tets, map.collar_from);
+        let rest = sorted.of(&map.rest);
+        Self { source, size, rules, before, sorted, collar_from: map.collar_from, rest }
     }
 
     /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened.
@@ -102,7 +98,8 @@ impl<'a> Resampling<'a> {
         out: &mut [i16],
         progress: Progress<'_>,
     ) -> Result<Written, Stopped> {
-        let deformed = Raster::new(&map.deformed, &map.tets, self.size);
+        let deformed = self.sorted.of(&map.deformed);
+        let raster = Raster::new(&deformed, &self.sorted.tets, self.size);
         let [ni, nj, _] = self.size;
         let slabs = self.before.len();
         let done = AtomicUsize::new(0);
@@ -110,7 +107,7 @@ impl<'a> Resampling<'a> {
             .par_chunks_mut(ni * nj * SLAB)
             .enumerate()
             .map(|(slab, out)| {
-                let written = self.slab(slab, map, &deformed, out);
+                let written = self.slab(slab, &deformed, &raster, out);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.at(done as f64 / slabs as f64)?;
                 Ok(written)
@@ -123,31 +120,47 @@ impl<'a> Resampling<'a> {
     fn slab(
         &self,
         slab: usize,
-        map: &Map,
-        deformed: &Raster<'_>,
+        deformed: &[Index],
+        raster: &Raster<'_>,
         out: &mut [i16],
     ) -> (Coverage, Counts) {
         let before = &self.before[slab];
-        let window = deformed.window(slab).with(before.window());
+        let window = raster.window(slab).with(before.window());
         let none = Coverage::new(window);
         if window.is_empty() {
             return (none, Counts::default());
         }
         let mut brush = Brush {
             resampling: self,
-            map,
+            deformed,
             first: slab * SLAB,
             before: before.within(window),
             mesh: none.clone(),
             collar: none,
             folded: None,
             out,
+            locals: None,
+            item: Item::default(),
             strokes: Vec::new(),
-            places: Vec::new(),
+            spots: Spots::default(),
             values: Vec::new(),
+            voxels: 0,
+            places: Vec::new(),
             counts: Counts::default(),
         };
-        deformed.scan(slab, &mut brush);
+        let members = raster.members(slab);
+        let collar = members.partition_point(|&tet| (tet as usize) < self.collar_from);
+        let (mesh, collar) = members.split_at(collar);
+        raster.scan_those(mesh, slab, &mut brush);
+        if brush.counts.folded > 0 {
+            // The lowest is to own; they came in another order.
+            let mut mesh = mesh.to_vec();
+            mesh.sort_unstable_by_key(|&tet| self.sorted.ids[tet as usize]);
+            (brush.mesh, brush.folded) = (brush.mesh.none(), None);
+            brush.counts = Counts::default();
+            raster.scan_those(&mesh, slab, &mut brush);
+        }
+        raster.scan_those(collar, slab, &mut brush);
         brush.finish()
     }
 }
@@ -155,7 +168,8 @@ impl<'a> Resampling<'a> {
 /// Samples what is owned, slab by slab; each voxel once.
 struct Brush<'a> {
     resampling: &'a Resampling<'a>,
-    map: &'a Map,
+    /// Vertices after deformation, as indices of the volume that is made.
+    deformed: &'a [Index],
     /// First slice of the slab.
     first: usize,
     /// Within mesh or collar in the CT.
@@ -166,26 +180,64 @@ struct Brush<'a> {
     /// Claimed more than once.
     folded: Option<Coverage>,
     out: &'a mut [i16],
-    /// Of one tetrahedron: the spans to be written, the voxels in them and their values.
-    strokes: Vec<Span>,
-    places: Vec<Place>,
+    /// The maps of the tetrahedra that are looked at, and the one that is worked on.
+    locals: Option<Locals>,
+    item: Item,
+    /// Of the tetrahedra that are looked at: what is to be written, where its voxels lie in the CT, their values
+    /// and their number.
+    strokes: Vec<Stroke>,
+    spots: Spots,
     values: Vec<i16>,
+    voxels: usize,
+    /// Of one tetrahedron: the voxels.
+    places: Vec<Place>,
     counts: Counts,
+}
+
+/// Voxels in a row of a slab, that are to be written.
+#[derive(Clone, Copy)]
+struct Stroke {
+    /// The first of them.
+    at: usize,
+    length: usize,
+    /// The first, in the box of its tetrahedron.
+    place: Place,
 }
 
 impl Paint for Brush<'_> {
     #[inline(always)]
-    fn paint(&mut self, tet: usize, spans: &[Span]) {
-        self.strokes.clear();
-        if tet < self.map.collar_from {
+    fn next(&mut self, tets: &[u32; LANES], batch: &Batch, slices: &Range<usize>) {
+        let rest = gathered(&self.resampling.rest, &self.resampling.sorted.tets, tets);
+        self.locals = Some(Locals::new(batch, rest, slices.start, &self.resampling.source));
+    }
+
+    #[inline(always)]
+    fn paint(&mut self, item: Item, spans: &[Span]) {
+        self.item = item;
+        let (strokes, before) = (self.strokes.len(), self.voxels);
+        if item.tet < self.resampling.collar_from {
             self.take_mesh(spans);
+            self.counts.mesh += self.voxels - before;
         } else {
             self.take_collar(spans);
+            self.counts.collar += self.voxels - before;
         }
-        if !self.strokes.is_empty() {
-            self.sample(tet);
-            self.write();
+        if self.voxels > before {
+            self.locate(strokes, before);
         }
+    }
+
+    #[inline(always)]
+    fn done(&mut self) {
+        let whole = self.voxels.next_multiple_of(LANES);
+        if self.values.len() < whole + LANES {
+            self.values.resize(2 * whole + LANES, 0);
+        }
+        let Resampling { source, rules, .. } = self.resampling;
+        rules.kernel.blend(source, &self.spots, &mut self.values[..whole]);
+        self.write();
+        self.strokes.clear();
+        self.voxels = 0;
     }
 }
 
@@ -195,9 +247,7 @@ impl Brush<'_> {
     fn take_mesh(&mut self, spans: &[Span]) {
         for span in spans {
             if self.mesh.take(span) {
-                self.counts.mesh += (span.to - span.from) as usize;
-                prefetch(&self.out[self.at(span)..]);
-                self.strokes.push(*span);
+                self.stroke(span);
             } else {
                 self.take_folded(span);
             }
@@ -208,8 +258,7 @@ impl Brush<'_> {
     fn take_folded(&mut self, span: &Span) {
         for one in span.voxels() {
             if self.mesh.mark(&one) == 0 {
-                self.counts.mesh += 1;
-                self.strokes.push(one);
+                self.stroke(&one);
             } else {
                 let folded = self.folded.get_or_insert_with(|| self.mesh.none());
                 self.counts.folded += 1 - folded.mark(&one);
@@ -219,86 +268,98 @@ impl Brush<'_> {
 
     /// Takes voxels outside the deformed mesh, unless they hold other tissue.
     fn take_collar(&mut self, spans: &[Span]) {
-        for span in spans {
-            for one in span.voxels() {
-                let own = self.before.marked(&one) > 0;
-                let free = own || self.out[self.at(&one)] < self.resampling.rules.body_hu;
-                if free && self.mesh.marked(&one) == 0 && self.collar.mark(&one) == 0 {
-                    self.counts.collar += 1;
-                    self.strokes.push(one);
-                }
+        for one in spans.iter().flat_map(Span::voxels) {
+            let own = self.before.marked(&one) > 0;
+            let free = own || self.out[self.at(&one)] < self.resampling.rules.body_hu;
+            if free && self.mesh.marked(&one) == 0 && self.collar.mark(&one) == 0 {
+                self.stroke(&one);
             }
         }
     }
 
-    /// Samples all voxels of the strokes.
+    /// Adds what is to be written.
     #[inline(always)]
-    fn sample(&mut self, tet: usize) {
-        let origin = self
-            .strokes
-            .iter()
-            .fold([u32::MAX; 3], |o, s| [o[0].min(s.from), o[1].min(s.j), o[2].min(s.k)]);
-        let count: usize = self.strokes.iter().map(|s| (s.to - s.from) as usize).sum();
+    fn stroke(&mut self, span: &Span) {
+        let (at, length) = (self.at(span), (span.to - span.from) as usize);
+        prefetch(&self.out[at..]);
+        let [i, j, k] = self.item.first;
+        let place = Place::new([span.from - i, span.j - j, span.k - k]);
+        self.strokes.push(Stroke { at, length, place });
+        self.voxels += length;
+    }
+
+    /// Finds in the CT what belongs to the strokes from number `first` on, whose voxels begin at number `before`.
+    #[inline(always)]
+    fn locate(&mut self, first: usize, before: usize) {
+        let Some(locals) = &self.locals else { return };
+        let (source, rules) = (&self.resampling.source, &self.resampling.rules);
+        // Beside the skin is air, and nothing to be averaged.
+        let tissue = self.item.tet < self.resampling.collar_from;
+        let below = if tissue { rules.supersample_below } else { 0.0 };
+        let det = locals.det(self.item.lane);
+        let samples = if below > 0.0 { filter::samples(det, below) } else { 1 };
+        if samples > 1 || rules.interpolation != Interpolation::Linear {
+            return self.filter(samples, first, before);
+        }
+        let count = self.voxels - before;
         let whole = count.next_multiple_of(LANES);
         if self.places.len() < whole + LANES {
-            self.places.resize(whole + LANES, Place::default());
-            self.values.resize(whole + LANES, 0);
+            self.places.resize(2 * whole + LANES, Place::default());
+        }
+        if self.spots.len() < before + whole + LANES {
+            self.spots.grow(2 * (before + whole + LANES));
         }
         let mut at = 0;
-        for span in &self.strokes {
-            let first = Place::new([span.from - origin[0], span.j - origin[1], span.k - origin[2]]);
-            for n in (0..span.to - span.from).step_by(LANES) {
-                let places = &mut self.places[at + n as usize..][..LANES];
-                for (place, lane) in places.iter_mut().zip(0..) {
-                    *place = first.beside(n + lane);
-                }
+        for &Stroke { length, place, .. } in &self.strokes[first..] {
+            for n in (0..length).step_by(LANES) {
+                place.row(n as u32, &mut self.places[at + n..]);
             }
-            at += (span.to - span.from) as usize;
+            at += length;
         }
-        let (source, rules) = (&self.resampling.source, &self.resampling.rules);
-        let [a, b, c, d] = self.map.tets[tet].map(|v| v as usize);
-        let corners = |of: &[Index]| [of[a], of[b], of[c], of[d]];
-        let pullback = Pullback::new(corners(&self.map.deformed), corners(&self.map.rest));
-        // Beside the skin is air, and nothing to be averaged.
-        let below = if tet < self.map.collar_from { rules.supersample_below } else { 0.0 };
-        let samples = if below > 0.0 { filter::samples(pullback.det(), below) } else { 1 };
-        if samples > 1 || rules.interpolation != Interpolation::Linear {
-            return self.filter(&pullback, samples);
+        let local = locals.of(self.item.lane, source);
+        rules.kernel.locate(&local, &self.places[..whole], self.spots.some(before, whole));
+        let mut at = before;
+        for stroke in &self.strokes[first..] {
+            self.spots.prefetch(at, source);
+            at += stroke.length;
         }
-        let local = Local::new(&pullback, origin, source);
-        let (places, values) = (&self.places[..whole], &mut self.values[..whole]);
-        rules.kernel.sample(source, &local, places, values);
     }
 
-    /// Samples all voxels of the strokes one by one: `samples`³ values in each.
+    /// Writes the strokes from number `first` on, whose voxels begin at number `before`, and forgets them: the
+    /// mean of `samples`³ values in each voxel.
     #[cold]
     #[inline(never)]
-    fn filter(&mut self, pullback: &Pullback, samples: usize) {
-        let Resampling { source, rules, .. } = self.resampling;
-        let voxels = self.strokes.iter().flat_map(Span::voxels);
-        for (value, voxel) in self.values.iter_mut().zip(voxels) {
-            let p = [voxel.from, voxel.j, voxel.k].map(f64::from);
-            *value = filter::mean(source, rules.interpolation, pullback, p, samples);
+    fn filter(&mut self, samples: usize, first: usize, before: usize) {
+        let Resampling { source, rules, sorted, rest, .. } = self.resampling;
+        let Item { tet, first: origin, .. } = self.item;
+        let tet = sorted.tets[tet].map(|v| v as usize);
+        let corners = |of: &[Index]| tet.map(|v| of[v]);
+        let pullback = Pullback::new(corners(self.deformed), corners(rest));
+        for Stroke { at, length, place } in self.strokes.drain(first..) {
+            let [i, j, k] = place.indices();
+            let p = [origin[0] + i, origin[1] + j, origin[2] + k].map(f64::from);
+            for (n, value) in self.out[at..at + length].iter_mut().enumerate() {
+                let p = [p[0] + n as f64, p[1], p[2]];
+                *value = filter::mean(source, rules.interpolation, &pullback, p, samples);
+            }
         }
+        self.voxels = before;
     }
 
     /// Writes the values to where the strokes are.
     #[inline(always)]
     fn write(&mut self) {
-        let [ni, nj, _] = self.resampling.size;
         let mut values = &self.values[..];
-        for span in &self.strokes {
-            let length = (span.to - span.from) as usize;
-            let at =
-                ((span.k as usize - self.first) * nj + span.j as usize) * ni + span.from as usize;
-            let out = &mut self.out[at..];
-            match (out.first_chunk_mut::<LANES>(), values.first_chunk::<LANES>()) {
-                // Short ones are written over what is there, all at once.
-                (Some(out), Some(new)) if length <= LANES => {
-                    let (old, keep) = (*out, KEEP[length]);
-                    *out = std::array::from_fn(|n| new[n] & !keep[n] | old[n] & keep[n]);
-                }
-                _ => out[..length].copy_from_slice(&values[..length]),
+        for &Stroke { at, length, .. } in &self.strokes {
+            let (out, new) = (&mut self.out[at..at + length], &values[..length]);
+            // A few numbers of the same size each: to change more and keep the rest would wait for what was
+            // written just before.
+            match length {
+                0..4 => [0, length / 2, length - 1].into_iter().for_each(|n| out[n] = new[n]),
+                4..8 => [0, length - 4]
+                    .into_iter()
+                    .for_each(|n| out[n..n + 4].copy_from_slice(&new[n..n + 4])),
+                _ => out.copy_from_slice(new),
             }
             values = &values[length..];
         }

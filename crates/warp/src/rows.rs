@@ -1,7 +1,6 @@
-//! The rows of voxels that one tetrahedron owns.
+//! The voxels that one tetrahedron owns in a row, exactly; what [`crate::sweep`] is tested against.
 
 use crate::predicate::{FACES, Index, holds, orientation};
-use std::ops::Range;
 
 /// A run of voxels `from..to` along i in row (j, k).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,15 +20,11 @@ impl Span {
     }
 }
 
-/// Rows looked at together.
-const ROWS: usize = 8;
 /// Rounding error of a face's value in units of (reach)³: about 40 operations of half an ulp,
 /// rounded up generously, since a larger value only sends more voxels to the exact test.
-const ERROR: f64 = 128.0 * f64::EPSILON;
+pub(crate) const ERROR: f64 = 128.0 * f64::EPSILON;
 /// Where a face crosses a row is known to this share of its distance.
-const CROSSING_ERROR: f64 = 1e-9;
-/// Faces whose crossings are known worse than this, voxels, are looked at one row at a time.
-const SHARP: f64 = 1e-5;
+pub(crate) const CROSSING_ERROR: f64 = 1e-9;
 
 /// One tetrahedron, prepared for the rows of its box.
 pub(crate) struct Rows {
@@ -53,25 +48,8 @@ struct Face {
     offset: f64,
 }
 
-/// Where faces cross the rows of a tetrahedron: x = constant + y slope[0] + z slope[1].
-#[derive(Clone, Copy, Default)]
-struct Crossing {
-    constant: f64,
-    slopes: [f64; 2],
-}
-
-/// All crossings of a tetrahedron none of whose faces is (nearly) parallel to the rows.
-struct Crossings {
-    /// The first `lows` bound the rows from below, the others from above.
-    of_faces: [Crossing; 4],
-    lows: usize,
-    /// How well they are known, voxels.
-    blur: f64,
-}
-
 impl Rows {
     /// `None` when the tetrahedron is flat or owns nothing in a grid of `size` voxels.
-    #[inline(always)]
     pub(crate) fn new(corners: [Index; 4], size: [usize; 3]) -> Option<Self> {
         let [p, q, r, s] = &corners;
         let mut bounds = [(0, 0); 3];
@@ -100,98 +78,8 @@ impl Rows {
         Some(Self { corners, sign, bounds, origin, faces, error, reach })
     }
 
-    /// Adds the spans within `slices` to `spans`.
-    #[inline(always)]
-    pub(crate) fn scan(&self, slices: &Range<usize>, spans: &mut Vec<Span>) {
-        let [_, _, bounds] = self.bounds;
-        let slices = bounds.0.max(slices.start)..(bounds.1 + 1).min(slices.end);
-        match self.crossings() {
-            Some(crossings) if crossings.lows == 1 => self.blocks::<1>(&crossings, slices, spans),
-            Some(crossings) if crossings.lows == 2 => self.blocks::<2>(&crossings, slices, spans),
-            Some(crossings) => self.blocks::<3>(&crossings, slices, spans),
-            None => {
-                for k in slices {
-                    for j in self.bounds[1].0..=self.bounds[1].1 {
-                        self.row(j, k, spans);
-                    }
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn crossings(&self) -> Option<Crossings> {
-        let extent = (self.bounds[0].1 - self.bounds[0].0) as f64;
-        let mut of_faces = [Crossing::default(); 4];
-        let (mut lows, mut highs) = (0, 4);
-        let mut steepest = f64::INFINITY;
-        for face in &self.faces {
-            let slope = face.normal[0];
-            steepest = least(steepest, slope.abs());
-            let by = -1.0 / slope;
-            let slopes = [face.normal[1] * by, face.normal[2] * by];
-            let crossing = Crossing { constant: face.offset * by, slopes };
-            if slope > 0.0 {
-                of_faces[lows] = crossing;
-                lows += 1;
-            } else {
-                highs -= 1;
-                of_faces[highs] = crossing;
-            }
-        }
-        // A crossing beyond the box is known worse, but it need only be known to lie there.
-        let blur = self.error / steepest + CROSSING_ERROR * (1.0 + extent);
-        (blur < SHARP && (1..4).contains(&lows)).then_some(Crossings { of_faces, lows, blur })
-    }
-
-    /// Spans of all rows of the box within `slices`, several rows at once; `L` faces bound them from
-    /// below.
-    #[inline(always)]
-    fn blocks<const L: usize>(
-        &self,
-        crossings: &Crossings,
-        slices: Range<usize>,
-        spans: &mut Vec<Span>,
-    ) {
-        let [(first, last), (low_j, high_j), _] = self.bounds;
-        let extent = (last - first) as f64;
-        let (lows, highs) = crossings.of_faces.split_at(L);
-        for k in slices {
-            let z = k as f64 - self.origin[2];
-            let mut of_faces = [0.0; 4];
-            for (at, crossing) in of_faces.iter_mut().zip(&crossings.of_faces) {
-                *at = crossing.constant + z * crossing.slopes[1];
-            }
-            for block in (low_j..=high_j).step_by(ROWS) {
-                let y: [f64; ROWS] = std::array::from_fn(|r| (block - low_j + r) as f64);
-                let (mut low, mut high) = ([f64::NEG_INFINITY; ROWS], [f64::INFINITY; ROWS]);
-                for (at, crossing) in of_faces.iter().zip(lows) {
-                    for r in 0..ROWS {
-                        let x = at + y[r] * crossing.slopes[0];
-                        low[r] = most(x, low[r]);
-                    }
-                }
-                for (at, crossing) in of_faces[L..].iter().zip(highs) {
-                    for r in 0..ROWS {
-                        let x = at + y[r] * crossing.slopes[0];
-                        high[r] = least(x, high[r]);
-                    }
-                }
-                let ends = Ends::new(&low, &high, crossings.blur, extent);
-                let rows = ROWS.min(high_j + 1 - block);
-                if ends.unsure {
-                    (block..block + rows).for_each(|j| self.row(j, k, spans));
-                } else {
-                    ends.put(rows, [first, block, k].map(|n| n as u32), spans);
-                }
-            }
-        }
-    }
-
-    /// Adds the owned voxels of a row, looked at by itself.
-    #[cold]
-    #[inline(never)]
-    fn row(&self, j: usize, k: usize, spans: &mut Vec<Span>) {
+    /// Adds the owned voxels of a row.
+    pub(crate) fn row(&self, j: usize, k: usize, spans: &mut Vec<Span>) {
         if let Some((from, to)) = self.owned(j, k) {
             let [j, k, from, to] = [j, k, from, to].map(|n| n as u32);
             spans.push(Span { j, k, from, to });
@@ -249,49 +137,6 @@ impl Rows {
             to -= 1;
         }
         (from < to).then_some((from, to))
-    }
-}
-
-/// First voxels and those after the last of several rows, relative to the box.
-struct Ends {
-    from: [u32; ROWS],
-    to: [u32; ROWS],
-    /// A face passes so near to a voxel centre that only exact signs tell.
-    unsure: bool,
-}
-
-/// Adding this to a small whole number leaves the number in the lowest bits.
-const WHOLE: f64 = (1u64 << 52) as f64;
-
-impl Ends {
-    /// From where faces cross, known to `blur`, in a box `extent` voxels long.
-    #[inline(always)]
-    fn new(low: &[f64; ROWS], high: &[f64; ROWS], blur: f64, extent: f64) -> Self {
-        let within = |x: f64, end: f64| least(most(x, 0.0), end);
-        let whole = |x: f64| (x + WHOLE).to_bits() as u32;
-        let (mut from, mut to) = ([0; ROWS], [0; ROWS]);
-        let mut unsure = 0;
-        for r in 0..ROWS {
-            let first = within((low[r] - blur).ceil(), extent + 1.0);
-            let sure_first = within((low[r] + blur).ceil(), extent + 1.0);
-            let end = within((high[r] + blur).floor() + 1.0, extent + 1.0);
-            let sure_end = within((high[r] - blur).floor() + 1.0, extent + 1.0);
-            (from[r], to[r]) = (whole(first), whole(end));
-            unsure |= (whole(sure_first) ^ from[r]) | (whole(sure_end) ^ to[r]);
-        }
-        Self { from, to, unsure: unsure != 0 }
-    }
-
-    /// Adds the spans of the first `rows` rows, which begin at `(i, j)` in slice k.
-    #[inline(always)]
-    fn put(&self, rows: usize, [i, j, k]: [u32; 3], spans: &mut Vec<Span>) {
-        let mut own = [Span::default(); ROWS];
-        let mut n = 0;
-        for r in 0..rows {
-            own[n % ROWS] = Span { j: j + r as u32, k, from: i + self.from[r], to: i + self.to[r] };
-            n += usize::from(self.from[r] < self.to[r]);
-        }
-        spans.extend_from_slice(&own[..n.min(ROWS)]);
     }
 }
 

@@ -1,7 +1,8 @@
-//! Trilinear samples of many voxels of one tetrahedron, in f32 about points near by.
+//! What is done for each row and each voxel: where rows begin and end, where voxels come from, and trilinear
+//! samples there, in f32 about points near by.
 //!
-//! [`scalar`] says what is to be computed, operation by operation; `avx2` does the same for eight voxels at
-//! once. All give the same bits: products and sums are fused everywhere.
+//! [`scalar`] says what is to be computed, operation by operation; `avx2` does the same for eight rows or voxels
+//! at once. All give the same bits: products and sums are fused everywhere.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -10,11 +11,11 @@ mod scalar;
 #[cfg(test)]
 mod tests;
 
-use crate::pullback::Pullback;
-use crate::rows::{least, most};
+use crate::batch::{Batch, Crossing, Triple, cross, dot, less, scaled};
+use supine_space::Pack;
 
 /// Voxels are given in numbers that are a multiple of this.
-pub(crate) const LANES: usize = 8;
+pub(crate) use supine_space::LANES;
 /// Bits of the place of a voxel within a tetrahedron's part of a slab: along i, j and k.
 const PLACE_BITS: [u32; 3] = [13, 13, 6];
 /// Longest axis along i and j, voxels.
@@ -32,7 +33,7 @@ pub(crate) struct Source<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Local {
     /// Of the sampled volume: the place of the voxel to which all is relative.
-    start: usize,
+    start: u32,
     /// Steps of a row and of a slice.
     steps: [i32; 2],
     /// Index at place (0, 0, 0), and its change along i, j, k.
@@ -78,19 +79,99 @@ impl Kernel {
         all
     }
 
-    /// The HU at `places`; their number and that of `values` is the same, a multiple of [`LANES`].
-    #[inline]
-    pub(crate) fn sample(
+    /// The rows from `row` on, from where their faces cross the first row of the slice, below and above; `false`
+    /// when a face passes so near to a voxel centre that only exact signs tell.
+    #[inline(always)]
+    pub(crate) fn ends(
         self,
-        source: &Source<'_>,
-        local: &Local,
-        places: &[Place],
-        values: &mut [i16],
-    ) {
+        crossing: &Crossing,
+        at: &[[f32; 4]; 2],
+        row: f32,
+        ends: &mut Ends,
+    ) -> bool {
         match self {
-            Self::Scalar => scalar::sample(source, local, places, values),
+            Self::Scalar => scalar::ends(crossing, at, row, ends),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => avx2::sample(source, local, places, values),
+            Self::Avx2 => avx2::ends(crossing, at, row, ends),
+        }
+    }
+
+    /// Finds `places` in the volume; their number is a multiple of [`LANES`], and `spots` holds as many.
+    #[inline(always)]
+    pub(crate) fn locate(self, local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+        match self {
+            Self::Scalar => scalar::locate(local, places, spots),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => avx2::locate(local, places, spots),
+        }
+    }
+
+    /// The HU at the first of `spots`, as many as there are `values`, a multiple of [`LANES`].
+    pub(crate) fn blend(self, source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
+        match self {
+            Self::Scalar => scalar::blend(source, spots, values),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => avx2::blend(source, spots, values),
+        }
+    }
+}
+
+/// Which voxels of several rows are owned, relative to the box of a tetrahedron.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ends {
+    /// The first of each row, and the one after the last.
+    pub(crate) from: [u32; LANES],
+    pub(crate) to: [u32; LANES],
+    /// A bit for each row that has some.
+    pub(crate) some: u32,
+}
+
+/// Places in a volume.
+#[derive(Debug, Default)]
+pub(crate) struct Spots {
+    /// The voxel before each along i, j and k.
+    cells: Vec<u32>,
+    /// How far behind it, 0 to 1 along i, j, k.
+    within: [Vec<f32>; 3],
+}
+
+/// Some of [`Spots`], to be written; all of the same number.
+pub(crate) struct SpotsMut<'a> {
+    cells: &'a mut [u32],
+    within: [&'a mut [f32]; 3],
+}
+
+impl Spots {
+    /// How many there is room for.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Makes room.
+    #[cold]
+    pub(crate) fn grow(&mut self, len: usize) {
+        self.cells.resize(len, 0);
+        self.within.iter_mut().for_each(|axis| axis.resize(len, 0.0));
+    }
+
+    /// `count` of them from `at` on.
+    #[inline(always)]
+    pub(crate) fn some(&mut self, at: usize, count: usize) -> SpotsMut<'_> {
+        let [x, y, z] = &mut self.within;
+        let range = at..at + count;
+        let within = [&mut x[range.clone()], &mut y[range.clone()], &mut z[range.clone()]];
+        SpotsMut { cells: &mut self.cells[range], within }
+    }
+
+    /// Asks the memory for the voxels around one of them.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, at: usize, source: &Source<'_>) {
+        let (cell, [ni, nj, _]) = (self.cells[at] as usize, source.size);
+        for beside in [0, ni, ni * nj, ni * nj + ni] {
+            if let Some(values) = source.data.get(cell + beside..) {
+                prefetch(values);
+            }
         }
     }
 }
@@ -108,20 +189,91 @@ impl<'a> Source<'a> {
         self.data
     }
 
+    /// The last voxel that has others behind it along each axis.
+    #[inline(always)]
+    fn last_cell(&self) -> usize {
+        let [ni, nj, nk] = self.size;
+        ((nk - 2) * nj + nj - 2) * ni + ni - 2
+    }
+
     /// Voxels along i, j, k.
     pub(crate) fn size(&self) -> [usize; 3] {
         self.size
     }
 }
 
-impl Local {
-    /// `pullback` into `source`; places are relative to the voxel `origin`.
+/// The [`Local`]s of several tetrahedra.
+pub(crate) struct Locals {
+    constant: [[f32; LANES]; 3],
+    slopes: [[[f32; LANES]; 3]; 3],
+    low: [[f32; LANES]; 3],
+    high: [[f32; LANES]; 3],
+    /// The voxel of the sampled volume to which all is relative.
+    cell: [[f64; LANES]; 3],
+    /// Ratio of the deformed volume to that in the CT, in voxels: det F where both have the same voxels.
+    det: [f64; LANES],
+}
+
+impl Locals {
+    /// The maps of the tetrahedra of `batch` onto those with the corners `rest`, into `source`. Places are
+    /// relative to the first voxel of each box, but begin with slice `first` where the box is below.
     #[inline(always)]
-    pub(crate) fn new(pullback: &Pullback, origin: [u32; 3], source: &Source<'_>) -> Self {
-        let [low, high] = pullback.hull();
-        let (constant, slopes) = pullback.affine(origin.map(f64::from));
+    pub(crate) fn new(batch: &Batch, rest: [Triple; 4], first: usize, source: &Source<'_>) -> Self {
+        let [o, edges @ ..] = rest;
+        let mut edges = edges;
+        let (mut low, mut high) = (o, o);
+        for edge in &mut edges {
+            for a in 0..3 {
+                low[a] = low[a].least(edge[a]);
+                high[a] = high[a].most(edge[a]);
+            }
+            *edge = less(*edge, o);
+        }
+        let rest_volume = dot(edges[0], cross(edges[1], edges[2]));
+        let det = batch.volume / rest_volume.abs();
+        let by = Pack::all(1.0) / batch.volume;
+        let [_, s, t, u] = batch.normals;
+        let slopes = [scaled(s, by), scaled(t, by), scaled(u, by)];
+        let above = (Pack::all(first as f64) - batch.first[2]).most(Pack::ZERO);
+        // From corner 0 to where places begin.
+        let [i, j, k] = batch.corners[0];
+        let from = [Pack::ZERO - i, Pack::ZERO - j, above - k];
+        let zeros = [[0.0; LANES]; 3];
+        let mut all = Self {
+            constant: zeros,
+            slopes: [zeros; 3],
+            low: zeros,
+            high: zeros,
+            cell: [[0.0; LANES]; 3],
+            det: det.0,
+        };
+        for a in 0..3 {
+            let last = Pack::all((source.size[a] - 1) as f64);
+            let within = |x: Pack| x.most(Pack::ZERO).least(last);
+            let cell = within(low[a]).floor().least(last - Pack::all(1.0));
+            let mut row = [Pack::ZERO; 3];
+            for (edge, slope) in edges.iter().zip(&slopes) {
+                for b in 0..3 {
+                    row[b] += edge[a] * slope[b];
+                }
+            }
+            let constant = o[a] + dot(row, from);
+            all.cell[a] = cell.0;
+            all.constant[a] = (constant - cell).single();
+            all.low[a] = (within(low[a]) - cell).single();
+            all.high[a] = (within(high[a]) - cell).single();
+            for b in 0..3 {
+                all.slopes[a][b] = row[b].single();
+            }
+        }
+        all
+    }
+
+    /// That of one.
+    #[inline(always)]
+    pub(crate) fn of(&self, lane: usize, source: &Source<'_>) -> Local {
         let [ni, nj, _] = source.size;
-        let mut local = Self {
+        let mut local = Local {
             start: 0,
             steps: [ni as i32, (ni * nj) as i32],
             constant: [0.0; 3],
@@ -132,20 +284,24 @@ impl Local {
         };
         let mut step = 1;
         for a in 0..3 {
-            let within = |x: f64| least(most(x, 0.0), (source.size[a] - 1) as f64);
-            let (low, high) = (within(low[a]), within(high[a]));
-            let cell = (low as usize).min(source.size[a] - 2);
-            let relative = |x: f64| (x - cell as f64) as f32;
-            local.start += cell * step;
+            let cell = self.cell[a][lane] as usize;
+            local.start += (cell * step) as u32;
             step *= source.size[a];
-            local.constant[a] = relative(constant[a]);
-            (local.low[a], local.high[a]) = (relative(low), relative(high));
             local.last[a] = (source.size[a] - 2 - cell) as i32;
+            local.constant[a] = self.constant[a][lane];
+            local.low[a] = self.low[a][lane];
+            local.high[a] = self.high[a][lane];
             for b in 0..3 {
-                local.slopes[a][b] = slopes[a][b] as f32;
+                local.slopes[a][b] = self.slopes[a][b][lane];
             }
         }
         local
+    }
+
+    /// Ratio of the deformed volume to that in the CT, in voxels.
+    #[inline(always)]
+    pub(crate) fn det(&self, lane: usize) -> f64 {
+        self.det[lane]
     }
 }
 
@@ -165,15 +321,17 @@ impl Place {
         Self(i | j << PLACE_BITS[0] | k << (PLACE_BITS[0] + PLACE_BITS[1]))
     }
 
-    /// The voxel `n` farther along i.
+    /// [`LANES`] voxels of a row, from the one `n` farther along i on.
     #[inline(always)]
-    pub(crate) fn beside(self, n: u32) -> Self {
-        Self(self.0 + n)
+    pub(crate) fn row(self, n: u32, places: &mut [Self]) {
+        for (place, lane) in places[..LANES].iter_mut().zip(n..) {
+            *place = Self(self.0 + lane);
+        }
     }
 
     /// (i, j, k).
     #[inline(always)]
-    fn indices(self) -> [u32; 3] {
+    pub(crate) fn indices(self) -> [u32; 3] {
         let mask = |bits: u32| (1 << bits) - 1;
         let j = self.0 >> PLACE_BITS[0];
         [self.0 & mask(PLACE_BITS[0]), j & mask(PLACE_BITS[1]), j >> PLACE_BITS[1]]

@@ -1,14 +1,40 @@
-//! One voxel after the other: what the others are tested against.
+//! One after the other: what the others are tested against.
 
-use super::{Local, Place, Source};
+use super::{Ends, LANES, Local, Place, Source, Spots, SpotsMut};
+use crate::batch::{Crossing, SIDES};
 
-pub(super) fn sample(source: &Source<'_>, local: &Local, places: &[Place], values: &mut [i16]) {
-    for (value, place) in values.iter_mut().zip(places) {
-        *value = one(source, local, *place);
+pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends) -> bool {
+    let Crossing { low, high, last, blur } = crossing;
+    let mut sure = true;
+    ends.some = 0;
+    for r in 0..LANES {
+        let y = row + r as f32;
+        let (mut from, mut to) = (-0.5f32, last + 0.5);
+        for f in 0..SIDES {
+            from = from.max(y.mul_add(low[1][f], at[0][f]));
+            to = to.min(y.mul_add(high[1][f], at[1][f]));
+        }
+        // Beyond the box it does not matter how far.
+        let (from, to) = (from.min(last + 0.5), to.max(-0.5));
+        let (first, end) = (from.ceil(), to.floor() + 1.0);
+        // How far the crossings are above the whole number before.
+        for above in [from - (first - 1.0), to - (end - 1.0)] {
+            sure &= above > *blur && above < 1.0 - blur;
+        }
+        (ends.from[r], ends.to[r]) = (first as u32, end as u32);
+        ends.some |= u32::from(first < end) << r;
+    }
+    sure
+}
+
+pub(super) fn locate(local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+    let SpotsMut { cells, within: [x, y, z] } = spots;
+    for (n, place) in places.iter().enumerate() {
+        (cells[n], [x[n], y[n], z[n]]) = find(local, *place);
     }
 }
 
-fn one(source: &Source<'_>, local: &Local, place: Place) -> i16 {
+fn find(local: &Local, place: Place) -> (u32, [f32; 3]) {
     let p = place.indices().map(|n| n as f32);
     let (mut cell, mut t) = ([0i32; 3], [0f32; 3]);
     for a in 0..3 {
@@ -21,10 +47,21 @@ fn one(source: &Source<'_>, local: &Local, place: Place) -> i16 {
         t[a] = q - cell[a] as f32;
     }
     let [row, slice] = local.steps;
-    let at = local.start + (cell[0] + cell[1] * row + cell[2] * slice) as usize;
+    (local.start + (cell[0] + cell[1] * row + cell[2] * slice) as u32, t)
+}
+
+pub(super) fn blend(source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
+    for (n, value) in values.iter_mut().enumerate() {
+        let within = [spots.within[0][n], spots.within[1][n], spots.within[2][n]];
+        *value = one(source, spots.cells[n], within);
+    }
+}
+
+fn one(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
+    let cell = (cell as usize).min(source.last_cell());
+    let [row, slice] = [source.size[0], source.size[0] * source.size[1]];
     let between = |a: f32, b: f32, t: f32| t.mul_add(b - a, a);
     let along = |n: usize| between(f32::from(source.data[n]), f32::from(source.data[n + 1]), t[0]);
-    let (row, slice) = (row as usize, slice as usize);
     let plane = |n: usize| between(along(n), along(n + row), t[1]);
-    between(plane(at), plane(at + slice), t[2]).round_ties_even() as i16
+    between(plane(cell), plane(cell + slice), t[2]).round_ties_even() as i16
 }

@@ -1,17 +1,17 @@
-//! Arithmetic on several elements at once.
+//! Arithmetic on several numbers at once.
 //!
-//! Plain loops over fixed arrays, which the compiler turns into vector instructions where
-//! [`pulp`] dispatches to them. No operation is fused, so every machine gives the same digits.
+//! Plain loops over fixed arrays, which the compiler turns into vector instructions where the caller is
+//! compiled for them. No operation is fused, so every machine gives the same digits.
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
-/// Elements worked on at once.
-pub(crate) const LANES: usize = 8;
+/// Numbers of a [`Pack`].
+pub const LANES: usize = 8;
 
-/// One number of each of several elements.
+/// One number of each of several things.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub(crate) struct Pack(pub(crate) [f64; LANES]);
+pub struct Pack(pub [f64; LANES]);
 
 macro_rules! lanewise {
     ($trait:ident, $function:ident, $op:tt) => {
@@ -33,6 +33,34 @@ lanewise!(Sub, sub, -=);
 lanewise!(Mul, mul, *=);
 lanewise!(Div, div, /=);
 
+macro_rules! each {
+    ($($(#[$doc:meta])* $function:ident: $a:ident => $value:expr;)+) => {
+        impl Pack {
+            $($(#[$doc])*
+            #[inline(always)]
+            pub fn $function(mut self) -> Self {
+                for number in &mut self.0 {
+                    let $a = *number;
+                    *number = $value;
+                }
+                self
+            })+
+        }
+    };
+}
+
+// Written as loops: closures are not compiled for the instructions of the function they are called in.
+each! {
+    /// The whole number at or above each.
+    ceil: a => a.ceil();
+    /// The whole number at or below each.
+    floor: a => a.floor();
+    /// Each without its sign.
+    abs: a => a.abs();
+    /// 1 with the sign of each.
+    sign: a => 1f64.copysign(a);
+}
+
 impl AddAssign for Pack {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
@@ -41,12 +69,31 @@ impl AddAssign for Pack {
 }
 
 impl Pack {
-    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+    /// 0 for each.
+    pub const ZERO: Self = Self([0.0; LANES]);
 
     /// The same number for each.
     #[inline(always)]
-    pub(crate) fn all(value: f64) -> Self {
+    pub fn all(value: f64) -> Self {
         Self([value; LANES])
+    }
+
+    /// The lesser of each two; not that of the library, which asks for NaN.
+    #[inline(always)]
+    pub fn least(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a < b { *a } else { b };
+        }
+        self
+    }
+
+    /// The greater of each two.
+    #[inline(always)]
+    pub fn most(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a > b { *a } else { b };
+        }
+        self
     }
 
     /// ln (1 + x) for x > −1, to two units of the last digit.
@@ -55,7 +102,7 @@ impl Pack {
     /// polynomial, and what rounding took from 1 + x is given back. Source: FreeBSD msun `e_log.c`,
     /// `s_log1p.c` (Sun Microsystems 1993).
     #[inline(always)]
-    pub(crate) fn ln_1p(self) -> Self {
+    pub fn ln_1p(self) -> Self {
         const LN2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
         const SERIES: [f64; 7] = [
             6.666_666_666_666_735e-1,
@@ -92,9 +139,19 @@ impl Pack {
         Self(out)
     }
 
+    /// Each in single precision.
+    #[inline(always)]
+    pub fn single(self) -> [f32; LANES] {
+        let mut single = [0.0; LANES];
+        for (s, a) in single.iter_mut().zip(self.0) {
+            *s = a as f32;
+        }
+        single
+    }
+
     /// Whether each is above 0 and finite.
     #[inline(always)]
-    pub(crate) fn all_positive(self) -> bool {
+    pub fn all_positive(self) -> bool {
         let mut all = true;
         for v in self.0 {
             all &= v > 0.0 && v < f64::INFINITY;
