@@ -3,13 +3,13 @@
 use crate::batch::{Batch, gathered};
 use crate::coverage::Coverage;
 use crate::filter::{self, Interpolation};
-use crate::kernel::{Kernel, LANES, Locals, Place, Source, Spots, prefetch};
+use crate::kernel::{Kernel, LANES, Locals, Near, Place, Source, Spots, prefetch};
 use crate::map::Map;
 use crate::order::Sorted;
 use crate::predicate::Index;
 use crate::pullback::Pullback;
 use crate::raster::{Item, Paint, Raster, SLAB};
-use crate::rows::Span;
+use crate::rows::{Span, least, most};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -44,6 +44,8 @@ impl std::ops::Add for Counts {
 #[derive(Debug)]
 pub(crate) struct Resampling<'a> {
     source: Source<'a>,
+    /// What of it is read.
+    near: Option<Near>,
     /// Voxels of the volume that is made.
     size: [usize; 3],
     rules: Rules,
@@ -88,7 +90,8 @@ impl<'a> Resampling<'a> {
         let before = before.collect();
         let sorted = Sorted::new(&map.before, &map.tets, map.collar_from);
         let rest = sorted.of(&map.rest);
-        Self { source, size, rules, before, sorted, collar_from: map.collar_from, rest }
+        let near = Near::new(&source, reach(&rest, source.size()));
+        Self { source, near, size, rules, before, sorted, collar_from: map.collar_from, rest }
     }
 
     /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened.
@@ -132,6 +135,7 @@ impl<'a> Resampling<'a> {
         }
         let mut brush = Brush {
             resampling: self,
+            source: self.near.as_ref().map_or(self.source, Near::source),
             deformed,
             first: slab * SLAB,
             before: before.within(window),
@@ -165,9 +169,20 @@ impl<'a> Resampling<'a> {
     }
 }
 
+/// The voxels of a volume of `size` that are read where places are among `vertices`.
+fn reach(vertices: &[Index], size: [usize; 3]) -> [Range<usize>; 3] {
+    [0, 1, 2].map(|a| {
+        let along = || vertices.iter().map(|v| v[a].clamp(0.0, (size[a] - 1) as f64));
+        let (low, high) = (along().fold(f64::INFINITY, least), along().fold(0.0, most));
+        let low = (low as usize).min(size[a] - 2);
+        low..(high as usize + 2).clamp(low + 2, size[a])
+    })
+}
+
 /// Samples what is owned, slab by slab; each voxel once.
 struct Brush<'a> {
     resampling: &'a Resampling<'a>,
+    source: Source<'a>,
     /// Vertices after deformation, as indices of the volume that is made.
     deformed: &'a [Index],
     /// First slice of the slab.
@@ -208,7 +223,7 @@ impl Paint for Brush<'_> {
     #[inline(always)]
     fn next(&mut self, tets: &[u32; LANES], batch: &Batch, slices: &Range<usize>) {
         let rest = gathered(&self.resampling.rest, &self.resampling.sorted.tets, tets);
-        self.locals = Some(Locals::new(batch, rest, slices.start, &self.resampling.source));
+        self.locals = Some(Locals::new(batch, rest, slices.start, &self.source));
     }
 
     #[inline(always)]
@@ -233,8 +248,8 @@ impl Paint for Brush<'_> {
         if self.values.len() < whole + LANES {
             self.values.resize(2 * whole + LANES, 0);
         }
-        let Resampling { source, rules, .. } = self.resampling;
-        rules.kernel.blend(source, &self.spots, &mut self.values[..whole]);
+        let kernel = self.resampling.rules.kernel;
+        kernel.blend(&self.source, &self.spots, &mut self.values[..whole]);
         self.write();
         self.strokes.clear();
         self.voxels = 0;
@@ -292,7 +307,7 @@ impl Brush<'_> {
     #[inline(always)]
     fn locate(&mut self, first: usize, before: usize) {
         let Some(locals) = &self.locals else { return };
-        let (source, rules) = (&self.resampling.source, &self.resampling.rules);
+        let rules = &self.resampling.rules;
         // Beside the skin is air, and nothing to be averaged.
         let tissue = self.item.tet < self.resampling.collar_from;
         let below = if tissue { rules.supersample_below } else { 0.0 };
@@ -316,11 +331,11 @@ impl Brush<'_> {
             }
             at += length;
         }
-        let local = locals.of(self.item.lane, source);
+        let local = locals.of(self.item.lane, &self.source);
         rules.kernel.locate(&local, &self.places[..whole], self.spots.some(before, whole));
         let mut at = before;
         for stroke in &self.strokes[first..] {
-            self.spots.prefetch(at, source);
+            self.spots.prefetch(at, &self.source);
             at += stroke.length;
         }
     }

@@ -163,7 +163,7 @@ fn blend_eight(
     [x, y, z]: [&[f32; LANES]; 3],
     values: &mut [i16; LANES],
 ) {
-    let (row, slice) = (source.size[0], source.size[0] * source.size[1]);
+    let [_, row, slice] = source.steps;
     let mut held = [0; LANES];
     // SAFETY: there are eight, and reads need not be aligned.
     let cells = unsafe { _mm256_loadu_si256(cells.as_ptr().cast::<__m256i>()) };

@@ -6,10 +6,13 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod near;
 mod scalar;
 
 #[cfg(test)]
 mod tests;
+
+pub(crate) use near::Near;
 
 use crate::batch::{Batch, Crossing, Triple, cross, dot, less, scaled};
 use supine_space::Pack;
@@ -21,11 +24,16 @@ const PLACE_BITS: [u32; 3] = [13, 13, 6];
 /// Longest axis along i and j, voxels.
 pub(crate) const LONGEST: usize = 1 << PLACE_BITS[0];
 
-/// A volume that is sampled.
+/// A volume that is sampled, or a part of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'a> {
     data: &'a [i16],
+    /// Voxels of the whole volume.
     size: [usize; 3],
+    /// The voxel with which the part begins.
+    first: [usize; 3],
+    /// Steps of a voxel, of a row and of a slice.
+    steps: [usize; 3],
 }
 
 /// The affine map of a tetrahedron from whole places in its box to the volume's indices, relative to a voxel
@@ -164,11 +172,11 @@ impl Spots {
         SpotsMut { cells: &mut self.cells[range], within }
     }
 
-    /// Asks the memory for the voxels around one of them.
+    /// Asks the memory for voxels around one of them; the others are asked for by neighbours, mostly.
     #[inline(always)]
     pub(crate) fn prefetch(&self, at: usize, source: &Source<'_>) {
-        let (cell, [ni, nj, _]) = (self.cells[at] as usize, source.size);
-        for beside in [0, ni, ni * nj, ni * nj + ni] {
+        let (cell, [_, row, slice]) = (self.cells[at] as usize, source.steps);
+        for beside in [0, slice + row] {
             if let Some(values) = source.data.get(cell + beside..) {
                 prefetch(values);
             }
@@ -181,7 +189,7 @@ impl<'a> Source<'a> {
     pub(crate) fn new(data: &'a [i16], size: [usize; 3]) -> Self {
         assert!(size.iter().all(|&n| n >= 2), "two voxels or more along each axis");
         assert_eq!(data.len(), size.iter().product::<usize>(), "as many values as voxels");
-        Self { data, size }
+        Self { data, size, first: [0; 3], steps: [1, size[0], size[0] * size[1]] }
     }
 
     /// Its values, i fastest.
@@ -189,16 +197,15 @@ impl<'a> Source<'a> {
         self.data
     }
 
-    /// The last voxel that has others behind it along each axis.
-    #[inline(always)]
-    fn last_cell(&self) -> usize {
-        let [ni, nj, nk] = self.size;
-        ((nk - 2) * nj + nj - 2) * ni + ni - 2
-    }
-
-    /// Voxels along i, j, k.
+    /// Voxels along i, j, k of the whole volume.
     pub(crate) fn size(&self) -> [usize; 3] {
         self.size
+    }
+
+    /// The last voxel that has others beside it along each axis.
+    #[inline(always)]
+    fn last_cell(&self) -> usize {
+        self.data.len() - self.steps.iter().sum::<usize>() - 1
     }
 }
 
@@ -272,21 +279,19 @@ impl Locals {
     /// That of one.
     #[inline(always)]
     pub(crate) fn of(&self, lane: usize, source: &Source<'_>) -> Local {
-        let [ni, nj, _] = source.size;
+        let [_, row, slice] = source.steps;
         let mut local = Local {
             start: 0,
-            steps: [ni as i32, (ni * nj) as i32],
+            steps: [row as i32, slice as i32],
             constant: [0.0; 3],
             slopes: [[0.0; 3]; 3],
             low: [0.0; 3],
             high: [0.0; 3],
             last: [0; 3],
         };
-        let mut step = 1;
         for a in 0..3 {
             let cell = self.cell[a][lane] as usize;
-            local.start += (cell * step) as u32;
-            step *= source.size[a];
+            local.start += ((cell - source.first[a]) * source.steps[a]) as u32;
             local.last[a] = (source.size[a] - 2 - cell) as i32;
             local.constant[a] = self.constant[a][lane];
             local.low[a] = self.low[a][lane];

@@ -59,7 +59,7 @@ pub(super) fn blend(source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
 
 fn one(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
     let cell = (cell as usize).min(source.last_cell());
-    let [row, slice] = [source.size[0], source.size[0] * source.size[1]];
+    let [_, row, slice] = source.steps;
     let between = |a: f32, b: f32, t: f32| t.mul_add(b - a, a);
     let along = |n: usize| between(f32::from(source.data[n]), f32::from(source.data[n + 1]), t[0]);
     let plane = |n: usize| between(along(n), along(n + row), t[1]);
