@@ -331,8 +331,8 @@ impl Brush<'_> {
             }
             at += length;
         }
-        let local = locals.of(self.item.lane, &self.source);
-        rules.kernel.locate(&local, &self.places[..whole], self.spots.some(before, whole));
+        let spots = self.spots.some(before, whole);
+        rules.kernel.locate(locals, self.item.lane, &self.places[..whole], spots);
         let mut at = before;
         for stroke in &self.strokes[first..] {
             self.spots.prefetch(at, &self.source);

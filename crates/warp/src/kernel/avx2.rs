@@ -4,7 +4,7 @@
 //! number without asking for each whether it lies in the volume. The twin is [`super::scalar`].
 #![allow(unsafe_code, reason = "vector instructions and unchecked reads, see above")]
 
-use super::{Ends, LANES, Local, Place, Source, Spots, SpotsMut};
+use super::{Ends, LANES, Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::{Crossing, SIDES};
 use std::arch::x86_64::*;
 
@@ -22,10 +22,10 @@ pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut
 }
 
 #[inline(always)]
-pub(super) fn locate(local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+pub(super) fn locate(locals: &Locals, lane: usize, places: &[Place], spots: SpotsMut<'_>) {
     assert!(is_there());
     // SAFETY: the processor was asked.
-    unsafe { locate_all(local, places, spots) }
+    unsafe { locate_all(locals, lane, places, spots) }
 }
 
 pub(super) fn blend(source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
@@ -98,20 +98,21 @@ fn load_f32(from: &[f32; LANES]) -> __m256 {
 
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn locate_all(local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+fn locate_all(locals: &Locals, lane: usize, places: &[Place], spots: SpotsMut<'_>) {
     let (places, _) = places.as_chunks::<LANES>();
     let (cells, _) = spots.cells.as_chunks_mut::<LANES>();
     let [x, y, z] = spots.within;
     let (x, y, z) = (x.as_chunks_mut().0, y.as_chunks_mut().0, z.as_chunks_mut().0);
     for ((((places, cells), x), y), z) in places.iter().zip(cells).zip(x).zip(y).zip(z) {
-        locate_eight(local, places, cells, [x, y, z]);
+        locate_eight(locals, lane, places, cells, [x, y, z]);
     }
 }
 
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 fn locate_eight(
-    local: &Local,
+    locals: &Locals,
+    lane: usize,
     places: &[Place; LANES],
     cells: &mut [u32; LANES],
     within: [&mut [f32; LANES]; 3],
@@ -126,22 +127,23 @@ fn locate_eight(
     let p = [_mm256_cvtepi32_ps(i), _mm256_cvtepi32_ps(j), _mm256_cvtepi32_ps(k)];
     let mut cell = [i; 3];
     for (a, within) in within.into_iter().enumerate() {
-        let [x, y, z] = local.slopes[a];
-        let (x, y, z) = (_mm256_set1_ps(x), _mm256_set1_ps(y), _mm256_set1_ps(z));
-        let q = _mm256_fmadd_ps(p[0], x, _mm256_set1_ps(local.constant[a]));
+        let all = |numbers: &[f32; LANES]| _mm256_set1_ps(numbers[lane]);
+        let [x, y, z] = &locals.slopes[a];
+        let (x, y, z) = (all(x), all(y), all(z));
+        let q = _mm256_fmadd_ps(p[0], x, all(&locals.constant[a]));
         let q = _mm256_fmadd_ps(p[2], z, _mm256_fmadd_ps(p[1], y, q));
         // The second argument is the result where the first is NaN.
-        let q = _mm256_max_ps(q, _mm256_set1_ps(local.low[a]));
-        let q = _mm256_min_ps(q, _mm256_set1_ps(local.high[a]));
-        cell[a] = _mm256_min_epi32(_mm256_cvttps_epi32(q), _mm256_set1_epi32(local.last[a]));
+        let q = _mm256_max_ps(q, all(&locals.low[a]));
+        let q = _mm256_min_ps(q, all(&locals.high[a]));
+        cell[a] = _mm256_min_epi32(_mm256_cvttps_epi32(q), _mm256_set1_epi32(locals.last[a][lane]));
         store_f32(within, _mm256_sub_ps(q, _mm256_cvtepi32_ps(cell[a])));
     }
-    let [row, slice] = local.steps;
+    let [row, slice] = locals.steps;
     let at = _mm256_add_epi32(
         _mm256_add_epi32(cell[0], _mm256_mullo_epi32(cell[1], _mm256_set1_epi32(row))),
         _mm256_mullo_epi32(cell[2], _mm256_set1_epi32(slice)),
     );
-    store(cells, _mm256_add_epi32(at, _mm256_set1_epi32(local.start as i32)));
+    store(cells, _mm256_add_epi32(at, _mm256_set1_epi32(locals.start[lane] as i32)));
 }
 
 #[target_feature(enable = "avx2,fma")]

@@ -36,25 +36,7 @@ pub(crate) struct Source<'a> {
     steps: [usize; 3],
 }
 
-/// The affine map of a tetrahedron from whole places in its box to the volume's indices, relative to a voxel
-/// of the volume.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Local {
-    /// Of the sampled volume: the place of the voxel to which all is relative.
-    start: u32,
-    /// Steps of a row and of a slice.
-    steps: [i32; 2],
-    /// Index at place (0, 0, 0), and its change along i, j, k.
-    constant: [f32; 3],
-    slopes: [[f32; 3]; 3],
-    /// Where results are held; within the volume.
-    low: [f32; 3],
-    high: [f32; 3],
-    /// The last cell along each axis.
-    last: [i32; 3],
-}
-
-/// A voxel that is to be sampled, relative to the origin of its [`Local`].
+/// A voxel that is to be sampled, relative to where places of its [`Locals`] begin.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(transparent)]
 pub(crate) struct Place(u32);
@@ -104,13 +86,20 @@ impl Kernel {
         }
     }
 
-    /// Finds `places` in the volume; their number is a multiple of [`LANES`], and `spots` holds as many.
+    /// Finds `places` of the tetrahedron of a lane in the volume; their number is a multiple of [`LANES`], and
+    /// `spots` holds as many.
     #[inline(always)]
-    pub(crate) fn locate(self, local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+    pub(crate) fn locate(
+        self,
+        locals: &Locals,
+        lane: usize,
+        places: &[Place],
+        spots: SpotsMut<'_>,
+    ) {
         match self {
-            Self::Scalar => scalar::locate(local, places, spots),
+            Self::Scalar => scalar::locate(locals, lane, places, spots),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => avx2::locate(local, places, spots),
+            Self::Avx2 => avx2::locate(locals, lane, places, spots),
         }
     }
 
@@ -209,14 +198,21 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The [`Local`]s of several tetrahedra.
+/// The affine maps of several tetrahedra from whole places in their boxes to the volume's indices, each relative to
+/// a voxel of the volume near by.
 pub(crate) struct Locals {
+    /// Of the sampled volume: the place of the voxel to which all is relative.
+    start: [u32; LANES],
+    /// Steps of a row and of a slice.
+    steps: [i32; 2],
+    /// Index at place (0, 0, 0), and its change along i, j, k.
     constant: [[f32; LANES]; 3],
     slopes: [[[f32; LANES]; 3]; 3],
+    /// Where results are held; within the volume.
     low: [[f32; LANES]; 3],
     high: [[f32; LANES]; 3],
-    /// The voxel of the sampled volume to which all is relative.
-    cell: [[f64; LANES]; 3],
+    /// The last cell along each axis.
+    last: [[i32; LANES]; 3],
     /// Ratio of the deformed volume to that in the CT, in voxels: det F where both have the same voxels.
     det: [f64; LANES],
 }
@@ -246,12 +242,15 @@ impl Locals {
         let [i, j, k] = batch.corners[0];
         let from = [Pack::ZERO - i, Pack::ZERO - j, above - k];
         let zeros = [[0.0; LANES]; 3];
+        let [_, row, slice] = source.steps;
         let mut all = Self {
+            start: [0; LANES],
+            steps: [row as i32, slice as i32],
             constant: zeros,
             slopes: [zeros; 3],
             low: zeros,
             high: zeros,
-            cell: [[0.0; LANES]; 3],
+            last: [[0; LANES]; 3],
             det: det.0,
         };
         for a in 0..3 {
@@ -265,42 +264,20 @@ impl Locals {
                 }
             }
             let constant = o[a] + dot(row, from);
-            all.cell[a] = cell.0;
             all.constant[a] = (constant - cell).single();
             all.low[a] = (within(low[a]) - cell).single();
             all.high[a] = (within(high[a]) - cell).single();
             for b in 0..3 {
                 all.slopes[a][b] = row[b].single();
             }
-        }
-        all
-    }
-
-    /// That of one.
-    #[inline(always)]
-    pub(crate) fn of(&self, lane: usize, source: &Source<'_>) -> Local {
-        let [_, row, slice] = source.steps;
-        let mut local = Local {
-            start: 0,
-            steps: [row as i32, slice as i32],
-            constant: [0.0; 3],
-            slopes: [[0.0; 3]; 3],
-            low: [0.0; 3],
-            high: [0.0; 3],
-            last: [0; 3],
-        };
-        for a in 0..3 {
-            let cell = self.cell[a][lane] as usize;
-            local.start += ((cell - source.first[a]) * source.steps[a]) as u32;
-            local.last[a] = (source.size[a] - 2 - cell) as i32;
-            local.constant[a] = self.constant[a][lane];
-            local.low[a] = self.low[a][lane];
-            local.high[a] = self.high[a][lane];
-            for b in 0..3 {
-                local.slopes[a][b] = self.slopes[a][b][lane];
+            for lane in 0..LANES {
+                let cell = cell.0[lane] as i32;
+                all.last[a][lane] = source.size[a] as i32 - 2 - cell;
+                all.start[lane] +=
+                    (cell as usize - source.first[a]) as u32 * source.steps[a] as u32;
             }
         }
-        local
+        all
     }
 
     /// Ratio of the deformed volume to that in the CT, in voxels.
@@ -320,7 +297,7 @@ pub(crate) fn prefetch(values: &[i16]) {
 }
 
 impl Place {
-    /// The voxel (i, j, k) relative to the origin of its [`Local`].
+    /// The voxel (i, j, k) relative to where places of its [`Locals`] begin.
     #[inline(always)]
     pub(crate) fn new([i, j, k]: [u32; 3]) -> Self {
         Self(i | j << PLACE_BITS[0] | k << (PLACE_BITS[0] + PLACE_BITS[1]))

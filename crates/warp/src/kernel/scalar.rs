@@ -1,6 +1,6 @@
 //! One after the other: what the others are tested against.
 
-use super::{Ends, LANES, Local, Place, Source, Spots, SpotsMut};
+use super::{Ends, LANES, Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::{Crossing, SIDES};
 
 pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends) -> bool {
@@ -27,27 +27,29 @@ pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut
     sure
 }
 
-pub(super) fn locate(local: &Local, places: &[Place], spots: SpotsMut<'_>) {
+pub(super) fn locate(locals: &Locals, lane: usize, places: &[Place], spots: SpotsMut<'_>) {
     let SpotsMut { cells, within: [x, y, z] } = spots;
     for (n, place) in places.iter().enumerate() {
-        (cells[n], [x[n], y[n], z[n]]) = find(local, *place);
+        (cells[n], [x[n], y[n], z[n]]) = find(locals, lane, *place);
     }
 }
 
-fn find(local: &Local, place: Place) -> (u32, [f32; 3]) {
+fn find(locals: &Locals, lane: usize, place: Place) -> (u32, [f32; 3]) {
     let p = place.indices().map(|n| n as f32);
     let (mut cell, mut t) = ([0i32; 3], [0f32; 3]);
     for a in 0..3 {
-        let [x, y, z] = local.slopes[a];
-        let q = p[2].mul_add(z, p[1].mul_add(y, p[0].mul_add(x, local.constant[a])));
+        let [x, y, z] = [0, 1, 2].map(|b: usize| locals.slopes[a][b][lane]);
+        let q = p[0].mul_add(x, locals.constant[a][lane]);
+        let q = p[2].mul_add(z, p[1].mul_add(y, q));
+        let (low, high) = (locals.low[a][lane], locals.high[a][lane]);
         // In this order NaN, which a flat tetrahedron gives, comes to the lower end.
-        let q = if q > local.low[a] { q } else { local.low[a] };
-        let q = if q < local.high[a] { q } else { local.high[a] };
-        cell[a] = (q as i32).min(local.last[a]);
+        let q = if q > low { q } else { low };
+        let q = if q < high { q } else { high };
+        cell[a] = (q as i32).min(locals.last[a][lane]);
         t[a] = q - cell[a] as f32;
     }
-    let [row, slice] = local.steps;
-    (local.start + (cell[0] + cell[1] * row + cell[2] * slice) as u32, t)
+    let [row, slice] = locals.steps;
+    (locals.start[lane] + (cell[0] + cell[1] * row + cell[2] * slice) as u32, t)
 }
 
 pub(super) fn blend(source: &Source<'_>, spots: &Spots, values: &mut [i16]) {

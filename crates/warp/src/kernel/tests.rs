@@ -1,6 +1,6 @@
 //! Every kernel against the plain one, and that against f64.
 
-use super::{Kernel, LANES, Local, Locals, Place, Source, Spots};
+use super::{Kernel, LANES, Locals, Place, Source, Spots};
 use crate::batch::{Batch, gathered};
 use crate::predicate::Index;
 use crate::pullback::{Pullback, trilinear};
@@ -21,9 +21,11 @@ fn places(n: usize) -> Vec<Place> {
     (0..n as u32).map(|n| Place::new([n % 13, n / 13 % 11, n % 7])).collect()
 }
 
+/// Where the tetrahedron stands that is looked at.
+const LANE: usize = 3;
+
 /// The map of one tetrahedron among others, and where its places begin.
-fn local(deformed: [Index; 4], rest: [Index; 4], source: &Source<'_>) -> (Local, Index) {
-    const LANE: usize = 3;
+fn locals(deformed: [Index; 4], rest: [Index; 4], source: &Source<'_>) -> (Locals, Index) {
     let corners = |own: [Index; 4]| {
         let vertices: Vec<Index> = SIMPLE.into_iter().chain(own).collect();
         let mut some = [0; LANES];
@@ -32,13 +34,13 @@ fn local(deformed: [Index; 4], rest: [Index; 4], source: &Source<'_>) -> (Local,
     };
     let batch = Batch::new(corners(deformed), SIZE);
     let locals = Locals::new(&batch, corners(rest), 0, source);
-    (locals.of(LANE, source), batch.first.map(|first| first.0[LANE]))
+    (locals, batch.first.map(|first| first.0[LANE]))
 }
 
-fn sample(kernel: Kernel, source: &Source<'_>, local: &Local, places: &[Place]) -> Vec<i16> {
+fn sample(kernel: Kernel, source: &Source<'_>, locals: &Locals, places: &[Place]) -> Vec<i16> {
     let (mut spots, mut values) = (Spots::default(), vec![0; places.len()]);
     spots.grow(places.len());
-    kernel.locate(local, places, spots.some(0, places.len()));
+    kernel.locate(locals, LANE, places, spots.some(0, places.len()));
     kernel.blend(source, &spots, &mut values);
     values
 }
@@ -52,11 +54,11 @@ macro_rules! agrees {
             fn $name(deformed in corners(), rest in corners()) {
                 let data = patterned_ct(SIZE, 5);
                 let source = Source::new(&data, SIZE);
-                let (local, _) = local(deformed, rest, &source);
+                let (locals, _) = locals(deformed, rest, &source);
                 let places = places(12 * LANES);
                 prop_assert_eq!(
-                    sample(Kernel::Scalar, &source, &local, &places),
-                    sample($kernel, &source, &local, &places)
+                    sample(Kernel::Scalar, &source, &locals, &places),
+                    sample($kernel, &source, &locals, &places)
                 );
             }
         }
@@ -78,9 +80,9 @@ proptest! {
         let data = patterned_ct(SIZE, 5);
         let source = Source::new(&data, SIZE);
         let pullback = Pullback::new(deformed, rest);
-        let (local, first) = local(deformed, rest, &source);
+        let (locals, first) = locals(deformed, rest, &source);
         for place in places(12 * LANES) {
-            let value = sample(Kernel::Scalar, &source, &local, &[place]);
+            let value = sample(Kernel::Scalar, &source, &locals, &[place]);
             let place = place.indices().map(f64::from);
             let p = [0, 1, 2].map(|a: usize| first[a] + place[a]);
             let exact = trilinear(&data, SIZE, pullback.at(p));
@@ -94,10 +96,10 @@ fn halves_go_to_even() {
     let data = [0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 2, 1, 2, 1, 2, 1].map(|v: i16| v);
     let source = Source::new(&data, [2, 2, 4]);
     let at = [[0.5, 0.0, 0.0], [1.5, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, 0.0, 1.0]];
-    let (local, _) = local(at.map(|[x, y, z]| [x + 0.5, y, z]), at, &source);
+    let (locals, _) = locals(at.map(|[x, y, z]| [x + 0.5, y, z]), at, &source);
     let values = Kernel::all()
         .into_iter()
-        .map(|kernel| sample(kernel, &source, &local, &[Place::new([0, 0, 0]); LANES]));
+        .map(|kernel| sample(kernel, &source, &locals, &[Place::new([0, 0, 0]); LANES]));
     // The place is i = 0.5: halfway between 0 and 1.
     assert!(values.into_iter().all(|v| v == [0; LANES]));
 }
