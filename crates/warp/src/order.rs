@@ -41,7 +41,7 @@ impl Sorted {
 
     /// What belongs to vertices, in their order.
     pub(crate) fn of(&self, all: &[Index]) -> Vec<Index> {
-        self.vertices.iter().map(|&v| all[v as usize]).collect()
+        self.vertices.par_iter().with_min_len(4096).map(|&v| all[v as usize]).collect()
     }
 }
 

@@ -7,11 +7,12 @@ use crate::predicate::Index;
 use crate::rows::{Rows, Span, least, most, range};
 use crate::sweep::{Extent, sweep};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 use std::ops::Range;
 use supine_space::LANES;
 
 /// Slices that are worked on together by one thread; every voxel has one writer.
-pub(crate) const SLAB: usize = 32;
+pub(crate) const SLAB: usize = 16;
 
 /// Tetrahedra in index space, sorted into slabs of slices of a grid.
 #[derive(Debug)]
@@ -62,26 +63,27 @@ impl<'a> Raster<'a> {
     /// Prepares `tets` over a grid of `size` voxels.
     pub(crate) fn new(vertices: &'a [Index], tets: &'a [[u32; 4]], size: [usize; 3]) -> Self {
         let slabs = size[2].div_ceil(SLAB);
+        // First and last slab of each, if there are any.
+        let reach = |tet: &[u32; 4]| {
+            let [a, b, c, d] = *tet;
+            let z = |v: u32| vertices[v as usize][2];
+            let (low, high) = range([z(a), z(b), z(c), z(d)], size[2])?;
+            Some([(low / SLAB) as u32, (high / SLAB) as u32])
+        };
+        let reaches: Vec<_> = tets.par_iter().with_min_len(4096).map(reach).collect();
         let mut starts = vec![0usize; slabs + 1];
-        // First and last slab of each, as far as there are any.
-        let mut reaches: Vec<[u32; 3]> = Vec::with_capacity(tets.len());
-        for (tet, [a, b, c, d]) in tets.iter().enumerate() {
-            let z = |v: &u32| vertices[*v as usize][2];
-            let z = [z(a), z(b), z(c), z(d)];
-            if let Some((low, high)) = range(z, size[2]) {
-                let (low, high) = (low / SLAB, high / SLAB);
-                starts[low + 1..=high + 1].iter_mut().for_each(|n| *n += 1);
-                reaches.push([tet as u32, low as u32, high as u32]);
-            }
+        for [low, high] in reaches.iter().flatten() {
+            starts[*low as usize + 1..=*high as usize + 1].iter_mut().for_each(|n| *n += 1);
         }
         for slab in 0..slabs {
             starts[slab + 1] += starts[slab];
         }
         let mut next = starts.clone();
         let mut members = vec![0u32; starts[slabs]];
-        for [tet, low, high] in reaches {
+        for (tet, reach) in reaches.into_iter().enumerate() {
+            let Some([low, high]) = reach else { continue };
             for next in &mut next[low as usize..=high as usize] {
-                members[*next] = tet;
+                members[*next] = tet as u32;
                 *next += 1;
             }
         }
