@@ -1,6 +1,7 @@
 """fields.py SOURCE RUN: SimpleITK, given the source CT and our field, makes our warped CT; the two
-fields undo each other; the Jacobian is that of the field."""
+fields undo each other, as well as the summary says; the Jacobian is that of the field."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -45,6 +46,35 @@ for k, j, i in chosen:
 middle, high = np.percentile(errors, [50, 90])
 print(f"there and back: median {middle:.3f} mm, 90th percentile {high:.3f} mm")
 check(middle < 0.05, f"the fields do not undo each other: median {middle:.3f} mm")
+
+
+def sampled(field, at):
+    """Trilinear samples at continuous indices (k, j, i), and where all eight neighbours are moved voxels."""
+    low = np.floor(at).astype(int)
+    inside = ((low >= 0) & (low + 1 < field.shape[:3])).all(-1)
+    low, share, total, whole = low[inside], (at - np.floor(at))[inside], 0.0, True
+    for corner in np.ndindex(2, 2, 2):
+        value = field[tuple((low + corner).T)]
+        total = total + value * np.where(corner, share, 1 - share).prod(-1, keepdims=True)
+        whole = whole & value.any(-1)
+    return total[whole], np.flatnonzero(inside)[whole]
+
+
+# Forward from every voxel that moves, and back: the figures of the summary.
+told = json.loads((run / "summary.json").read_text())["warp"]["forward_then_backward"]
+forward, backward = (sitk.GetArrayFromImage(field).astype(float) for field in (forth, back))
+moving = np.argwhere(forward.any(-1))
+u = forward[tuple(moving.T)]
+direction = np.array(forth.GetDirection()).reshape(3, 3)
+steps = (u @ direction / np.array(forth.GetSpacing()))[:, ::-1]
+v, chosen = sampled(backward, moving + steps)
+off = np.linalg.norm(u[chosen] + v, axis=-1)
+found = {"voxels": len(off), "mean_mm": off.mean(), "p99_mm": np.percentile(off, 99), "max_mm": off.max()}
+print(f"forward, then backward: {found}; the summary: {told}")
+check(abs(found["voxels"] / told["voxels"] - 1) < 1e-3, f"{told['voxels']} voxels in the summary, {len(off)} here")
+for key in ("mean_mm", "p99_mm", "max_mm"):
+    check(abs(found[key] - told[key]) < 1e-3, f"{key} of the summary is {told[key]}, here {found[key]}")
+check(told["voxels"] > 10_000 and told["max_mm"] < 0.3, f"the fields do not undo each other: {told}")
 
 # det of the gradient of x -> x + u(x) on the CT's grid, by differences.
 ours = of_itk(jacobian)[0]

@@ -6,7 +6,7 @@
 
 mod moved;
 
-pub use moved::{CarriedPoint, Jacobian, Movement, VolumeChange, Warp};
+pub use moved::{CarriedPoint, Consistency, Jacobian, Movement, VolumeChange, Warp};
 
 use serde::{Deserialize, Serialize};
 

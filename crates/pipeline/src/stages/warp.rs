@@ -10,7 +10,7 @@ use crate::{Case, RunError, Stage, texts};
 use serde::{Deserialize, Serialize};
 use supine_exchange::{self as exchange, FieldKind, NamedPoint};
 use supine_mesh::{Displacement, TetMesh};
-use supine_report::{CarriedPoint, Jacobian, Movement};
+use supine_report::{CarriedPoint, Consistency, Jacobian, Movement};
 use supine_space::{Point, Progress};
 use supine_volume::Ct;
 
@@ -52,10 +52,10 @@ pub(crate) fn warp(
             let note = texts::derivation(case);
             exchange::write_ct_nrrd(&warped, &store.path(VOLUME)?, &note, progress.part(0.4, 0.5))
                 .map_err(RunError::product)?;
-            write_fields(store, ct, mesh, field, progress.part(0.5, 1.0))?;
+            let undone = write_fields(store, ct, mesh, field, progress.part(0.5, 1.0))?;
             let positions: Vec<_> = points.iter().map(|p| p.position).collect();
             let after = supine_warp::carry_points(mesh, field, &params, &positions)?;
-            let facts = facts(case, &info, &points, &after);
+            let facts = facts(case, (&info, undone), &points, &after);
             write_points(store, &points, &after)?;
             let mut warnings = info.warnings;
             warnings.extend(not_carried(&points, &after));
@@ -83,13 +83,14 @@ fn points(case: &Case, nipple: Option<Point>) -> Result<Vec<NamedPoint>, RunErro
     Ok(points)
 }
 
+/// Writes the fields; how well they undo each other.
 fn write_fields(
     store: &Store,
     ct: &Ct,
     mesh: &TetMesh,
     displacement: &Displacement,
     progress: Progress<'_>,
-) -> Result<(), RunError> {
+) -> Result<Option<Consistency>, RunError> {
     let params = supine_warp::Params::default();
     let part = progress.part(0.0, 0.4);
     let fields = supine_warp::fields(ct.grid(), mesh, displacement, &params, part)?;
@@ -102,12 +103,18 @@ fn write_fields(
             .map_err(RunError::product)?;
     }
     exchange::write_scalar(&fields.jacobian, &path("jacobian")?, progress.part(0.9, 1.0))
-        .map_err(RunError::product)
+        .map_err(RunError::product)?;
+    Ok(supine_warp::consistency(&fields).map(|c| Consistency {
+        voxels: c.voxels,
+        mean_mm: c.mean_mm,
+        p99_mm: c.p99_mm,
+        max_mm: c.max_mm,
+    }))
 }
 
 fn facts(
     case: &Case,
-    info: &supine_warp::Info,
+    (info, undone): (&supine_warp::Info, Option<Consistency>),
     points: &[NamedPoint],
     after: &[Option<Point>],
 ) -> Facts {
@@ -129,6 +136,7 @@ fn facts(
                 p99: info.jacobian_p99,
                 max: info.jacobian_max,
             },
+            forward_then_backward: undone,
         },
         tumour: movement(case.tumour.centre(), after[0]),
         nipple: if own == 2 { moved("nipple") } else { None },

@@ -16,6 +16,24 @@ pub struct Warp {
     /// det J of the map from the CT to the operating position over the moved voxels: the local
     /// change of volume, 1 for none.
     pub jacobian: Jacobian,
+    /// How well the two fields of the run undo each other; `None` when nothing moves, and absent in
+    /// summaries of older versions.
+    #[serde(default)]
+    pub forward_then_backward: Option<Consistency>,
+}
+
+/// How far from where it began a voxel of the CT comes out that goes forward by one field and back by the
+/// other, sampled between its voxels.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Consistency {
+    /// Voxels that count: those in the mesh that move to where all voxels around are of the mesh.
+    pub voxels: usize,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// 99 % lie below this, mm.
+    pub p99_mm: f64,
+    /// Largest, mm.
+    pub max_mm: f64,
 }
 
 /// Distribution of the Jacobian determinant.

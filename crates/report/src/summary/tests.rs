@@ -155,6 +155,12 @@ pub(crate) fn example() -> Summary {
             vacated_voxels: 1_204,
             folded_voxels: 0,
             jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
+            forward_then_backward: Some(Consistency {
+                voxels: 58_321,
+                mean_mm: 0.0021,
+                p99_mm: 0.0342,
+                max_mm: 0.1178,
+            }),
         },
         volumes: ["all simulated soft tissue", "tumour as given", "fat", "gland"]
             .map(|structure| VolumeChange {
