@@ -14,7 +14,7 @@ pub struct Case {
 impl Case {
     /// The fixture patient on a table tilted by AP 7°, LAT 5°, with 1,000 linear tetrahedra.
     pub fn small() -> Self {
-        let ct = root().join("fixtures/patient/ct");
+        let ct = source();
         let mut case = Self { entries: Vec::new() };
         case.set("ct", &toml_string(&ct));
         case.set("breast", "\"left\"");
@@ -56,6 +56,11 @@ impl Case {
         std::fs::write(&path, text).expect("the case can be written");
         path
     }
+}
+
+/// The CT that the cases start from: the slices of the fixture patient.
+pub fn source() -> PathBuf {
+    root().join("fixtures/patient/ct")
 }
 
 /// A path as a TOML string.

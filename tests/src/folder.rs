@@ -1,6 +1,6 @@
 //! Folders: what a run leaves, and copies of the fixture's series that can be spoiled.
 
-use crate::workspace::root;
+use crate::case::source;
 use std::path::{Path, PathBuf};
 
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
@@ -71,7 +71,7 @@ pub fn results(out: &Path) -> Vec<PathBuf> {
 
 /// Copies the fixture's series into `folder/ct` and tells the files in order along the patient.
 pub fn copy_series(folder: &Path) -> (PathBuf, Vec<PathBuf>) {
-    let (from, to) = (root().join("fixtures/patient/ct"), folder.join("ct"));
+    let (from, to) = (source(), folder.join("ct"));
     std::fs::create_dir(&to).expect("the copy's folder can be made");
     let mut files = Vec::new();
     for name in files_below(&from) {

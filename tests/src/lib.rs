@@ -15,6 +15,6 @@ mod folder;
 mod workspace;
 
 pub use binary::{Outcome, python, readers_python, supine, supine_command, tool};
-pub use case::Case;
+pub use case::{Case, source};
 pub use folder::{FINAL_NAMES, copy_series, files_below, forgotten, leftovers, results};
 pub use workspace::{metadata, root, target};

@@ -21,6 +21,7 @@ import pyvista
 import SimpleITK as sitk
 from scipy.ndimage import distance_transform_edt
 from skimage.measure import marching_cubes
+from volumes import read
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
@@ -28,15 +29,6 @@ import matplotlib.pyplot as plt  # noqa: E402  after the choice of the backend
 SOFT, WALL, AIR = (1, 2, 3, 4), (5, 6, 7, 9), (0, 8)
 SKIN_HU = -450
 NEAR_MM, EDGE_MM, AIR_MM = 3.0, 5.0, 12.0
-
-
-def read(path):
-    if not os.path.isdir(path):
-        return sitk.ReadImage(path)
-    reader = sitk.ImageSeriesReader()
-    series = [reader.GetGDCMSeriesFileNames(path, uid) for uid in reader.GetGDCMSeriesIDs(path)]
-    reader.SetFileNames(max(series, key=len))
-    return reader.Execute()
 
 
 class Truth:

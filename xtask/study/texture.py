@@ -10,23 +10,14 @@ The deviation in HU, its 10 % and 90 %; shares of the power in the lower and upp
 grid's limit, and how much of each is left, after over before.
 """
 import json
-import os
 import sys
 
 import numpy as np
 import SimpleITK as sitk
 from scipy.ndimage import binary_erosion, gaussian_filter
+from volumes import read
 
 SIDE, BAND_HU, SMOOTH_MM, MARGIN_MM, MOVED_MM = 9, 25, 3.0, 2.0, 0.5
-
-
-def read(path):
-    if not os.path.isdir(path):
-        return sitk.ReadImage(path)
-    reader = sitk.ImageSeriesReader()
-    series = [reader.GetGDCMSeriesFileNames(path, uid) for uid in reader.GetGDCMSeriesIDs(path)]
-    reader.SetFileNames(max(series, key=len))
-    return reader.Execute()
 
 
 def fat(hu, spacing):

@@ -15,6 +15,7 @@ import sys
 import numpy as np
 import SimpleITK as sitk
 from scipy.ndimage import binary_dilation, gaussian_filter, map_coordinates
+from volumes import read
 
 AIR, TOP = -1024, 3071
 SOFT, WALL = (1, 2, 3, 4), (5, 6, 7, 9)  # values of the truth
@@ -147,15 +148,8 @@ VARIANTS = {
 REPEATS = ["noise +20 HU", "slices twice as thick", "grid shifted by 2 mm"]
 
 
-def series(folder):
-    reader = sitk.ImageSeriesReader()
-    names = [reader.GetGDCMSeriesFileNames(folder, uid) for uid in reader.GetGDCMSeriesIDs(folder)]
-    reader.SetFileNames(max(names, key=len))
-    return reader.Execute()
-
-
 def load(patient, folder):
-    image = series(folder)
+    image = read(folder)
     hu = np.clip(sitk.GetArrayFromImage(image), AIR, TOP).astype(np.float32)
     truth, sphere = None, None
     if patient != "-":

@@ -2,25 +2,11 @@
 
 use crate::isosurface::{Layers, isosurface};
 use crate::outline::{Pixels, signed_distance};
-use crate::{Error, Params, carry_surface, slices};
+use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
 use supine_mesh::{Displacement, TetMesh, TriSurface};
 use supine_space::{Grid, Point, Progress};
 use supine_volume::ContourError;
-
-/// A structure in the operating position.
-#[derive(Clone, Debug)]
-pub struct CarriedContours {
-    /// Closed contours in the slices of the CT, LPS, mm; the inside follows the even-odd rule. The given
-    /// ones where nothing of the structure moves.
-    pub contours: Vec<Vec<Point>>,
-    /// Volume of the solid in the CT and after deformation, mL.
-    pub volume_ml: [f64; 2],
-    /// Whether anything of it moved by more than 0.01 mm.
-    pub moved: bool,
-    /// Largest displacement on its surface, mm.
-    pub max_displacement_mm: f64,
-}
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
 /// [`supine_volume::fill_contours`].
@@ -38,7 +24,8 @@ const LID_MM: f64 = 0.01;
 /// Between planes the solid is where the signed distances to the contours beside, weighted by nearness,
 /// are negative; it ends half a usual step beyond the outermost planes, and so does each part where planes
 /// lie further apart than two usual steps and 10 mm. The surface of the solid moves as in
-/// [`carry_surface`] and is cut by the slices.
+/// [`carry_surface`] and is cut by the slices; the inside follows the even-odd rule. Where no point of it moves,
+/// the contours come back as they were given.
 ///
 /// # Errors
 /// When no contour encloses anything, one is not parallel to the slices, the displacement belongs to
@@ -49,19 +36,14 @@ pub fn carry_contours(
     map: (&TetMesh, &Displacement),
     params: &Params,
     progress: Progress<'_>,
-) -> Result<CarriedContours, Error> {
+) -> Result<(Vec<Vec<Point>>, Carried), Error> {
     let solid = solid(contours, grid)?;
     progress.at(0.3)?;
-    let carried = carry_surface(&solid, map, params, progress.part(0.3, 0.9))?;
-    let moved = carried.moved_points > 0;
-    let found = if moved { slices::contours(&carried.surface, grid) } else { contours.to_vec() };
+    let (solid, facts) = carry_surface(&solid, map, params, progress.part(0.3, 0.9))?;
+    let moved = facts.moved_points > 0;
+    let contours = if moved { slices::contours(&solid, grid) } else { contours.to_vec() };
     progress.at(1.0)?;
-    Ok(CarriedContours {
-        contours: found,
-        volume_ml: carried.volume_ml,
-        moved,
-        max_displacement_mm: carried.max_displacement_mm,
-    })
+    Ok((contours, facts))
 }
 
 /// Contours of one plane, in mm along the axes of the grid.

@@ -50,7 +50,7 @@ mod undeformed;
 mod tests;
 
 pub use consistency::{Consistency, consistency};
-pub use contours::{CarriedContours, carry_contours};
+pub use contours::carry_contours;
 pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use error::Error;
 pub use fields::{Fields, fields};
@@ -60,7 +60,7 @@ pub use labels::carry_labels;
 pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;
-pub use surface::{CarriedSurface, carry_surface};
+pub use surface::{Carried, carry_surface};
 
 use crate::{
     collar::Skin,

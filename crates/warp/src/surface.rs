@@ -6,15 +6,12 @@ use std::collections::{HashMap, HashSet};
 use supine_mesh::{Displacement, Embedding, Motion, Surround, TetMesh, TriSurface};
 use supine_space::{Point, Progress, Vector};
 
-/// A surface in the operating position.
-#[derive(Clone, Debug)]
-pub struct CarriedSurface {
-    /// The surface (LPS, mm). Its first points are those of the given one, in their order, unless two
-    /// came to the same place.
-    pub surface: TriSurface,
+/// What became of a closed surface, or of the solid within contours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
     /// Volume enclosed in the CT and after deformation, mL.
     pub volume_ml: [f64; 2],
-    /// Points of the given surface that moved by more than 0.01 mm.
+    /// Points of the surface before sides were split that moved by more than 0.01 mm.
     pub moved_points: usize,
     /// Points that were added on edges, so that these follow the curved map.
     pub added_points: usize,
@@ -42,7 +39,8 @@ const ROUNDS: usize = 13;
 /// Points in the mesh move with its map, those outside the skin as in [`crate::carry_points`] up to
 /// `params.collar_mm`; from there the motion falls smoothly to nothing within 40 mm, so that the surface
 /// does not tear. Points behind the chest wall and beyond the cut stay. Sides are split until the
-/// straight ones follow the carried ones within 0.1 mm, down to 1 mm.
+/// straight ones follow the carried ones within 0.1 mm, down to 1 mm. The first points are those of the given
+/// surface, in their order, unless two came to the same place.
 ///
 /// # Errors
 /// When the displacement belongs to another mesh, a parameter is out of range, or the user stopped.
@@ -51,7 +49,7 @@ pub fn carry_surface(
     (mesh, displacement): (&TetMesh, &Displacement),
     params: &Params,
     progress: Progress<'_>,
-) -> Result<CarriedSurface, Error> {
+) -> Result<(TriSurface, Carried), Error> {
     let (faded, _) = fade(mesh, displacement, params)?;
     let embedding = Embedding::new(mesh);
     let reach_mm = params.collar_mm + DECAY_MM;
@@ -77,13 +75,13 @@ pub fn carry_surface(
     let added_points = pieces.points.len() - surface.points().len();
     let carried = pieces.points.iter().zip(&pieces.displacement).map(|(p, u)| p + u).collect();
     let carried = TriSurface::new(carried, pieces.triangles)?;
-    Ok(CarriedSurface {
+    let facts = Carried {
         volume_ml: [surface.volume() / 1000.0, carried.volume() / 1000.0],
-        surface: carried,
         moved_points,
         added_points,
         max_displacement_mm: pieces.displacement.iter().map(|u| u.norm()).fold(0.0, f64::max),
-    })
+    };
+    Ok((carried, facts))
 }
 
 /// The displacement anywhere, and the box outside which there is none.

@@ -4,11 +4,7 @@ use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use supine_tests::{readers_python, root, supine};
-
-fn source() -> PathBuf {
-    root().join("fixtures/patient/ct")
-}
+use supine_tests::{readers_python, source, supine};
 
 /// Where the tumour was and where it is, LPS, mm.
 fn tumour() -> [[f64; 3]; 2] {

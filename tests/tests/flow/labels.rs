@@ -2,12 +2,7 @@
 
 use crate::shared::{scratch, shared};
 use std::path::{Path, PathBuf};
-use supine_tests::{Case, Outcome, readers_python, root, supine, tool};
-
-/// The CT that the shared run started from.
-fn source() -> PathBuf {
-    root().join("fixtures/patient/ct")
-}
+use supine_tests::{Case, Outcome, readers_python, root, source, supine, tool};
 
 /// The labels that the shared run found.
 fn found() -> PathBuf {

@@ -3,12 +3,7 @@
 use crate::shared::{run, scratch, shared};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use supine_tests::{Case, files_below, python, readers_python, root, supine, tool};
-
-/// The CT that the shared run started from.
-fn source() -> PathBuf {
-    root().join("fixtures/patient/ct")
-}
+use supine_tests::{Case, files_below, python, readers_python, root, source, supine, tool};
 
 /// The files of a series, whole paths.
 fn series(folder: &Path) -> Vec<PathBuf> {

@@ -3,11 +3,7 @@
 use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use supine_tests::{Case, Outcome, files_below, root, supine};
-
-fn source() -> PathBuf {
-    root().join("fixtures/patient/ct")
-}
+use supine_tests::{Case, Outcome, files_below, source, supine};
 
 /// The shared run's summary.
 fn summary() -> Value {

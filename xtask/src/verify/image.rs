@@ -51,6 +51,7 @@ pub(super) fn recovered(bench: &Bench<'_>, patient: &Path, volume: &Path) -> Res
 /// One of the scripts of this house with the Python that has what it needs.
 pub(super) fn script(bench: &Bench<'_>, name: &str) -> Command {
     let mut script = Command::new(&bench.python);
+    script.env("PYTHONDONTWRITEBYTECODE", "1");
     script.arg(bench.house.root.join("xtask/study").join(name));
     script
 }

@@ -59,23 +59,23 @@ fn carry(
         let all = given.len() as f64;
         let progress = Progress::new(&watch).part(n as f64 / all, (n + 1) as f64 / all);
         let name = &structure.name;
-        let after =
+        let (contours, after) =
             carry_contours(&structure.contours, grid, job.map(), &Params::default(), progress)
                 .map_err(|error| {
                     let failure = warped(error);
                     Failure { message: format!("{name}: {}", failure.message), ..failure }
                 })?;
-        let [before_ml, after_ml] = after.volume_ml;
+        let ([before_ml, after_ml], moved) = (after.volume_ml, after.moved_points > 0);
         text += &format!("\n  {name}: {before_ml:.2} ml before, {after_ml:.2} ml after");
-        if !after.moved {
+        if !moved {
             text += " (not moved: as given)";
         }
         rows.push(serde_json::json!({
-            "name": name, "before_ml": before_ml, "after_ml": after_ml, "moved": after.moved,
+            "name": name, "before_ml": before_ml, "after_ml": after_ml, "moved": moved,
             "max_displacement_mm": after.max_displacement_mm,
-            "contours": [structure.contours.len(), after.contours.len()],
+            "contours": [structure.contours.len(), contours.len()],
         }));
-        carried.push(NamedContours { name: name.clone(), contours: after.contours });
+        carried.push(NamedContours { name: name.clone(), contours });
     }
     write_contours(&carried, &job.args.out)?;
     job.screen.warn_all(&warnings);

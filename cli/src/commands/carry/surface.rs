@@ -12,10 +12,11 @@ pub(super) fn carry(job: &Job<'_>) -> Result<u8, Failure> {
     let given = surface(job.what, job.args.frame, &mut warnings)?;
     job.screen.warn_all(&warnings);
     let watch = |share| job.screen.share("carry", share);
-    let carried = carry_surface(&given, job.map(), &Params::default(), Progress::new(&watch))
-        .map_err(warped)?;
+    let (surface, carried) =
+        carry_surface(&given, job.map(), &Params::default(), Progress::new(&watch))
+            .map_err(warped)?;
     let out = &job.args.out;
-    write_surface(&carried.surface, out)?;
+    write_surface(&surface, out)?;
     let [before_ml, after_ml] = carried.volume_ml;
     let points = given.points().len();
     let json = serde_json::json!({
