@@ -3,7 +3,8 @@
 //!
 //! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten shifts) or 2
 //! (turning). The answers that a step starts from are renewed at the place before, as a second thread would;
-//! that time is told apart. With `sliding` the tissue slides without friction. PATH `surface` tells instead what
+//! that time is told apart. With `sliding` the tissue slides without friction; `off_surface_mm` says how far a node
+//! comes off its distance from the sphere. PATH `surface` tells instead what
 //! points moved onto the sphere buy at the probes, PATH `stored` how far the settled solutions are from the stored
 //! ones of both paths.
 #![expect(
@@ -20,7 +21,7 @@ use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::{Value, json};
 use supine_fem::{Applicator, Body, Contact, Cut, Load, Params, Pose, SphereOnShaft, Tissue};
-use supine_mesh::Order;
+use supine_mesh::{Edges, Order, TetMesh};
 use supine_space::{Point, Progress, Vector, supine};
 
 /// The sphere of the reference in the tilted breast.
@@ -74,8 +75,10 @@ fn main() -> Result<()> {
     }
     let (mut times, mut renewals) = (vec![Vec::new(); STEPS], Vec::new());
     let (mut corrections, mut error, mut anew) = (0, 0.0f64, 0);
+    let (nodes, mut off) = (nodes(&body, order), 0.0f64);
     for _ in 0..RUNS {
         let (mut live, _) = attach(&SPHERE)?;
+        let first = within(&nodes, &live)?;
         for step in 1..=STEPS {
             let pose = pose(path, step)?;
             let start = cpu_s();
@@ -84,6 +87,7 @@ fn main() -> Result<()> {
             corrections += made.corrections;
             anew += usize::from(made.anew);
             error = error.max(largest_difference(live.displacement()?.values(), &exact[step - 1]));
+            off = off.max(off_surface(&nodes, &first, &live)?);
             let start = cpu_s();
             live.renew()?;
             renewals.push(1e3 * (cpu_s() - start));
@@ -98,6 +102,7 @@ fn main() -> Result<()> {
         "corrections": corrections as f64 / (RUNS * STEPS) as f64,
         "anew": anew,
         "error_mm": error,
+        "off_surface_mm": off,
         "peak_mb": memory_mb("VmHWM")?,
     });
     println!("{result}");
@@ -115,6 +120,36 @@ fn pose(path: &str, step: usize) -> Result<Pose> {
     let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector::y() * turn_deg.to_radians());
     let turn = Pose::rotation_wrt_point(turn, SPHERE.centre);
     Ok(Pose::translation(shift.x, shift.y, shift.z) * turn)
+}
+
+/// The nodes of elements of an order in the CT shape, in the order of a displacement.
+fn nodes(mesh: &TetMesh, order: Order) -> Vec<Point> {
+    let mut nodes = mesh.points().to_vec();
+    if order == Order::Quadratic {
+        let middle = |[a, b]: &[u32; 2]| {
+            nalgebra::center(&mesh.points()[*a as usize], &mesh.points()[*b as usize])
+        };
+        nodes.extend(Edges::new(mesh).ends().iter().map(middle));
+    }
+    nodes
+}
+
+/// The nodes on which the sphere acts at its first pose, with their distances from its centre, mm.
+fn within(nodes: &[Point], applicator: &Applicator) -> Result<Vec<(usize, f64)>> {
+    let u = applicator.displacement()?;
+    let distance = |(n, u): (usize, &Vector)| (n, (nodes[n] + u - SPHERE.centre).norm());
+    let mut found: Vec<_> = u.values().iter().enumerate().map(distance).collect();
+    found.retain(|(_, distance)| *distance <= SPHERE.radius_mm * 1.0001);
+    let coupled = applicator.coupled_nodes();
+    ensure!(found.len() == coupled, "{} nodes in the sphere, {coupled} coupled", found.len());
+    Ok(found)
+}
+
+/// How far a node in the sphere is off its first distance from the centre, at most, mm.
+fn off_surface(nodes: &[Point], first: &[(usize, f64)], applicator: &Applicator) -> Result<f64> {
+    let (u, centre) = (applicator.displacement()?, applicator.pose() * SPHERE.centre);
+    let off = |&(n, was): &(usize, f64)| ((nodes[n] + u.values()[n] - centre).norm() - was).abs();
+    Ok(first.iter().map(off).fold(0.0, f64::max))
 }
 
 /// Largest nodal difference, mm, of the settled solutions to the stored fields of both paths, and their number.

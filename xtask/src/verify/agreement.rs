@@ -69,7 +69,7 @@ pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {
     }
     write!(page, "| `app` | {CLOSE_MM:.0e} |")?;
     for (mesh, order) in STORED {
-        let told = mechanics.applied(mesh, order, "stored")?;
+        let told = mechanics.applied(mesh, order, &["stored"])?;
         let (off, fields) = (number(&told, "/off")?, number(&told, "/stored")?);
         ensure!(off <= CLOSE_MM, "applicator on {mesh}, order {order}, is {off:.1e} off");
         write!(page, " {off:.1e} ({fields}) |")?;

@@ -68,10 +68,10 @@ impl<'a> Mechanics<'a> {
     }
 
     /// An applicator on one of its paths: what `bench-applicator` says.
-    pub(super) fn applied(&self, mesh: &str, order: u8, path: &str) -> Result<Value> {
+    pub(super) fn applied(&self, mesh: &str, order: u8, path: &[&str]) -> Result<Value> {
         let mut own = Command::new(self.binaries.join("bench-applicator"));
         own.env("RAYON_NUM_THREADS", "1").arg(self.reference());
-        own.arg(mesh).arg(order.to_string()).arg(path);
+        own.arg(mesh).arg(order.to_string()).args(path);
         Ok(serde_json::from_str(&output(&mut own)?)?)
     }
 
