@@ -71,6 +71,9 @@ pub(crate) enum Measured {
     Mechanics,
     /// What stands for the tissue beyond the sphere.
     Cut,
+    /// The carried picture of the synthetic patients by interpolation: where it differs from the truth, and
+    /// the texture of its noise.
+    Picture,
     /// The warp beside memcpy, VTK and SimpleITK, which it installs, and against the exact reference.
     Warp,
 }
@@ -89,6 +92,10 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
     }
     if wanted(Measured::Cut) {
         print!("{}", cut::table(&Bench::open(house)?)?);
+    }
+    if wanted(Measured::Picture) {
+        let patients = patients::all(&Bench::with_supine(house)?)?;
+        print!("{}{}", image::table(&patients)?, texture::table(&patients)?);
     }
     if wanted(Measured::Warp) {
         print!("{}", warp::section(&Bench::open(house)?)?);

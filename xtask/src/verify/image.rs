@@ -9,43 +9,75 @@ use std::process::Command;
 
 const TEXT: &str = include_str!("image.md");
 
-/// What `image_error.py` and the score say of two volumes.
+/// As `supine warp` names them: what a run takes unless told otherwise, and what it could take.
+const INTERPOLATIONS: [&str; 2] = ["linear", "cubic"];
+
+/// A deformed CT beside the noise-free one.
 pub(super) struct Errors {
-    /// Our kernel on the true field.
-    true_field: Value,
-    /// Of it, the share recovered.
-    true_recovered: f64,
-    /// The whole flow.
-    run: Value,
+    /// Whose map carried it: `true field` or `run`.
+    map: &'static str,
+    interpolation: &'static str,
+    /// The score's share recovered.
+    recovered: f64,
+    /// What `image_error.py` says.
+    parts: Value,
 }
 
-/// Both volumes of a patient, with pictures of their worst slices in `work`.
-pub(super) fn errors(bench: &Bench<'_>, patient: &Path, ct: &Path, work: &Path) -> Result<Errors> {
-    let field = work.join("true-field.vtu");
+/// The volumes of a patient by the true field and by the run in `work`, with pictures of their worst slices
+/// there.
+pub(super) fn errors(
+    bench: &Bench<'_>,
+    patient: &Path,
+    ct: &Path,
+    work: &Path,
+) -> Result<Vec<Errors>> {
+    let (field, out) = (work.join("true-field.vtu"), work.join("out"));
     run(script(bench, "true_field.py").arg(patient).arg(&field))?;
-    let volume = work.join("true-field.nrrd");
-    let mut warp = Command::new(&bench.supine);
-    warp.args(["warp", "--no-progress", "--ct"]).arg(ct).arg("--mesh").arg(&field);
-    run(warp.arg("--out").arg(&volume))?;
-    let error = |volume: &Path, picture: &str| -> Result<Value> {
-        let mut told = script(bench, "image_error.py");
-        told.arg(patient).arg(volume).arg(work.join(picture));
-        Ok(serde_json::from_str(&output(&mut told)?)?)
-    };
-    Ok(Errors {
-        true_field: error(&volume, "worst-true-field.png")?,
-        true_recovered: recovered(bench, patient, &volume)?,
-        run: error(&work.join("out/ct"), "worst-run.png")?,
-    })
+    let mut all = Vec::new();
+    for (map, mesh) in [("true field", field), ("run", out.join("mesh/deformed.vtu"))] {
+        for interpolation in INTERPOLATIONS {
+            let name = format!("{}-{interpolation}", map.replace(' ', "-"));
+            let mut volume = work.join(format!("{name}.nrrd"));
+            if (map, interpolation) == ("run", INTERPOLATIONS[0]) {
+                // What the whole flow left.
+                volume = out.join("ct");
+            } else {
+                carried(bench, ct, &mesh, (interpolation, &volume))?;
+            }
+            let mut told = script(bench, "image_error.py");
+            told.arg(patient).arg(&volume).arg(work.join(format!("worst-{name}.png")));
+            let parts = serde_json::from_str(&output(&mut told)?)?;
+            let json = work.join(format!("{name}.json"));
+            let recovered = recovered(bench, patient, &volume, &json)?;
+            all.push(Errors { map, interpolation, recovered, parts });
+        }
+    }
+    Ok(all)
 }
 
-/// The score's share recovered by a volume.
-pub(super) fn recovered(bench: &Bench<'_>, patient: &Path, volume: &Path) -> Result<f64> {
-    let json = volume.with_extension("json");
+/// A CT carried by the map of a mesh; the interpolation as `supine warp` names it, and where the volume goes.
+pub(super) fn carried(
+    bench: &Bench<'_>,
+    ct: &Path,
+    mesh: &Path,
+    (interpolation, volume): (&str, &Path),
+) -> Result<()> {
+    let mut warp = Command::new(&bench.supine);
+    warp.args(["warp", "--no-progress", "--interpolation", interpolation, "--ct"]).arg(ct);
+    run(warp.arg("--mesh").arg(mesh).arg("--out").arg(volume))
+}
+
+/// The score's share recovered by a volume; the whole score goes to `json`.
+pub(super) fn recovered(
+    bench: &Bench<'_>,
+    patient: &Path,
+    volume: &Path,
+    json: &Path,
+) -> Result<f64> {
     let mut score = Command::new(&bench.python);
     score.arg(bench.shared.join("cohort/score.py")).arg(patient);
-    run(score.arg("--warped").arg(volume).arg("--json").arg(&json))?;
-    number(&patients::read(&json)?, "/hu_recovered")
+    run(score.arg("--warped").arg(volume).arg("--json").arg(json))?;
+    number(&patients::read(json)?, "/hu_recovered")
 }
 
 /// One of the scripts of this house with the Python that has what it needs.
@@ -60,21 +92,16 @@ pub(super) fn script(bench: &Bench<'_>, name: &str) -> Command {
 pub(super) fn table(rows: &[patients::Row]) -> Result<String> {
     let mut page = String::from(TEXT);
     for row in rows {
-        let recovered = number(&row.score, "/hu_recovered")?;
-        let Errors { true_field, true_recovered, run } = &row.image;
-        line(&mut page, &row.name, ("true field", *true_recovered), true_field)?;
-        line(&mut page, &row.name, ("run", recovered), run)?;
+        for errors in &row.image {
+            line(&mut page, &row.name, errors)?;
+        }
     }
     Ok(page)
 }
 
-fn line(
-    page: &mut String,
-    patient: &str,
-    (field, recovered): (&str, f64),
-    error: &Value,
-) -> Result<()> {
-    write!(page, "| {patient} | {field} | **{recovered:.3}** |")?;
+fn line(page: &mut String, patient: &str, errors: &Errors) -> Result<()> {
+    let Errors { map, interpolation, recovered, parts: error } = errors;
+    write!(page, "| {patient} | {map} | {interpolation} | **{recovered:.3}** |")?;
     for part in ["skin", "wall", "edge", "inside", "air"] {
         let n = |key: &str| number(error, &format!("/{part}/{key}"));
         write!(page, " {:.1} ({:+.1}) |", n("mean_abs_hu")?, n("bias_hu")?)?;

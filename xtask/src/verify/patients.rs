@@ -12,7 +12,7 @@ pub(crate) struct Row {
     pub(crate) tissue: String,
     pub(crate) summary: Value,
     pub(crate) score: Value,
-    pub(super) image: image::Errors,
+    pub(super) image: Vec<image::Errors>,
     pub(super) textures: Vec<texture::Texture>,
 }
 
@@ -32,6 +32,7 @@ pub(crate) fn folders(bench: &Bench<'_>) -> Vec<(&'static str, PathBuf)> {
 
 fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     let work = bench.work.join(name);
+    std::fs::create_dir_all(&work)?;
     let ct = unpacked(patient, &work)?;
     let facts: Value = read(&patient.join("patient.json"))?;
     let truth: Value = read(&patient.join("truth/truth.json"))?;

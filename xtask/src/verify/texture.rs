@@ -1,15 +1,14 @@
 //! What interpolation does to the noise of the moved tissue.
 
-use super::{Bench, image, number, output, patients, run};
+use super::{Bench, image, number, output, patients};
 use anyhow::Result;
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::Command;
 
 const TEXT: &str = include_str!("texture.md");
 /// As `supine warp` names them.
-const INTERPOLATIONS: [&str; 1] = ["linear"];
+const INTERPOLATIONS: [&str; 3] = ["linear", "cubic", "lanczos3"];
 
 /// What an interpolation does to a patient's CT.
 pub(super) struct Texture {
@@ -29,13 +28,11 @@ pub(super) fn textures(
     let out = work.join("out");
     let one = |interpolation| -> Result<Texture> {
         let volume = work.join(format!("{interpolation}.nrrd"));
-        let mut warp = Command::new(&bench.supine);
-        warp.args(["warp", "--no-progress", "--interpolation", interpolation, "--ct"]).arg(ct);
-        run(warp.arg("--mesh").arg(out.join("mesh/deformed.vtu")).arg("--out").arg(&volume))?;
+        image::carried(bench, ct, &out.join("mesh/deformed.vtu"), (interpolation, &volume))?;
         let mut noise = image::script(bench, "texture.py");
         noise.arg(ct).arg(&volume).arg(out.join("field/deformed_to_ct.nrrd"));
         let noise = serde_json::from_str(&output(&mut noise)?)?;
-        let recovered = image::recovered(bench, patient, &volume)?;
+        let recovered = image::recovered(bench, patient, &volume, &volume.with_extension("json"))?;
         Ok(Texture { interpolation, noise, recovered })
     };
     INTERPOLATIONS.into_iter().map(one).collect()
