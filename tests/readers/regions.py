@@ -8,10 +8,8 @@ import highdicom
 import numpy as np
 import SimpleITK as sitk
 from grids import slices
-from pydicom.dataset import Dataset, FileMetaDataset
-from pydicom.sequence import Sequence
 from pydicom.sr.codedict import codes
-from pydicom.uid import ExplicitVRLittleEndian
+from structures import write_structures
 
 SOFT, WALL = 1, 2
 
@@ -75,36 +73,11 @@ def contours(mask):
         row, column = np.array(header.ImageOrientationPatient, float).reshape(2, 3)
         down, across = (float(s) for s in header.PixelSpacing)
         for chain in outlines(plane):
-            c, image = Dataset(), Dataset()
-            image.ReferencedSOPClassUID, image.ReferencedSOPInstanceUID = header.SOPClassUID, header.SOPInstanceUID
-            c.ContourImageSequence, c.ContourGeometricType = Sequence([image]), "CLOSED_PLANAR"
             points = origin + chain[:, 1:] * across * row + chain[:, :1] * down * column
-            c.NumberOfContourPoints, c.ContourData = len(points), [f"{v:.3f}" for v in points.ravel()]
-            drawn.append(c)
+            drawn.append((header, "CLOSED_PLANAR", points))
     return drawn
 
 
-def write_structures(path):
-    ds = Dataset()
-    for keyword in ("PatientName", "PatientID", "PatientBirthDate", "PatientSex", "StudyInstanceUID", "StudyDate", "StudyTime"):
-        setattr(ds, keyword, ct[0].get(keyword, ""))
-    ds.SOPClassUID, ds.SOPInstanceUID = "1.2.840.10008.5.1.4.1.1.481.3", highdicom.UID()
-    ds.Modality, ds.SeriesInstanceUID, ds.StructureSetLabel = "RTSTRUCT", highdicom.UID(), "TEST"
-    regions = [("Patient Outline", "EXTERNAL", body), ("CHEST_WALL", "", wall), ("Heart", "ORGAN", wall[:0])]
-    ds.StructureSetROISequence, ds.ROIContourSequence, ds.RTROIObservationsSequence = Sequence(), Sequence(), Sequence()
-    for number, (name, kind, mask) in enumerate(regions, 1):
-        roi, drawn, seen = Dataset(), Dataset(), Dataset()
-        roi.ROINumber, roi.ROIName, roi.ROIGenerationAlgorithm = number, name, "MANUAL"
-        roi.ReferencedFrameOfReferenceUID = ct[0].FrameOfReferenceUID
-        drawn.ReferencedROINumber, drawn.ContourSequence = number, Sequence(contours(mask) if len(mask) else [])
-        seen.ObservationNumber, seen.ReferencedROINumber, seen.RTROIInterpretedType = number, number, kind
-        for sequence, item in zip((ds.StructureSetROISequence, ds.ROIContourSequence, ds.RTROIObservationsSequence), (roi, drawn, seen)):
-            sequence.append(item)
-    ds.file_meta = FileMetaDataset()
-    ds.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
-    ds.file_meta.MediaStorageSOPClassUID, ds.file_meta.MediaStorageSOPInstanceUID = ds.SOPClassUID, ds.SOPInstanceUID
-    ds.save_as(path, enforce_file_format=True)
-
-
 write_segmentation(Path(folder) / "seg.dcm")
-write_structures(Path(folder) / "rtss.dcm")
+regions = [("Patient Outline", "EXTERNAL", contours(body)), ("CHEST_WALL", "", contours(wall)), ("Heart", "ORGAN", [])]
+write_structures(Path(folder) / "rtss.dcm", ct, regions)

@@ -175,6 +175,45 @@ fn contours_come_out_in_the_slices_of_the_run() {
 }
 
 #[test]
+fn a_structure_set_is_carried_as_the_fields_say() {
+    let folder = scratch();
+    let (given, out) = (folder.path().join("rtss"), folder.path().join("out.csv"));
+    let [centre, _] = tumour();
+    let place = centre.map(|c| c.to_string()).join(",");
+    let ball = [place, "12".into()].map(PathBuf::from);
+    let drawn = [source(), given.clone()].into_iter().chain(ball.clone());
+    readers_python("draw.py", drawn).success("draw.py");
+    let facts = carry(&given, &out, &[]);
+    assert_eq!(facts["kind"], "contours");
+    let said = facts["warnings"].to_string();
+    assert!(said.contains("CTV: 1 points") && said.contains("frame of reference"), "{said}");
+    let [ctv, spine] = [0, 1].map(|n| &facts["structures"][n]);
+    assert_eq!((&ctv["name"], &ctv["moved"]), (&"CTV".into(), &true.into()));
+    let ml = ["before_ml", "after_ml"].map(|key| ctv[key].as_f64().expect("a volume"));
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * 1.2f64.powi(3);
+    assert!((ml[0] / exact - 1.0).abs() < 0.02, "{} ml for {exact}", ml[0]);
+    // What lies behind the breast comes out as it was drawn.
+    assert_eq!((&spine["name"], &spine["moved"]), (&"Spine".into(), &false.into()));
+    assert_eq!(
+        (&spine["before_ml"], &spine["contours"][0]),
+        (&spine["after_ml"], &spine["contours"][1])
+    );
+    let told = [shared().out.clone(), out.clone()].into_iter().chain(ball);
+    let told = told.chain(ml.map(|ml| ml.to_string().into()));
+    readers_python("carried.py", told).success("carried.py");
+    // The CT that it was drawn on has its frame of reference, the simulated one has another.
+    let by_the_run = std::fs::read(&out).expect("the result is there");
+    let ct = source();
+    let facts = carry(&given, &out, &["--ct", ct.to_str().expect("a path in UTF-8")]);
+    assert!(!facts["warnings"].to_string().contains("frame of reference"), "{facts}");
+    assert!(std::fs::read(&out).expect("the result is there") == by_the_run, "the same slices");
+    let other = shared().out.join("ct");
+    let said = supine(&[&"carry", &shared().out, &given, &"--ct", &other, &"--out", &out]);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("another frame of reference"), "{}", said.stderr);
+}
+
+#[test]
 fn the_map_goes_out_as_fields_that_itk_takes() {
     let folder = scratch();
     let [out, fields] = ["out.nrrd", "fields"].map(|name| folder.path().join(name));
