@@ -1,9 +1,9 @@
 //! The CT and the simulated CT in strips beside each other, so that steps show what moved.
 
-use super::{LETTER, Picture, Row, Studio, dress, paint};
-use crate::canvas::{Canvas, Pen};
+use super::{LETTER, PANEL, Picture, Row, Studio, dress, paint};
+use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::colour;
-use crate::lettering::Align;
+use crate::lettering::{Align, text_width};
 use crate::plane::Plane;
 use supine_space::{Progress, Stopped};
 
@@ -49,8 +49,7 @@ fn strips(studio: &Studio<'_>, plane: &Plane) -> Canvas {
         let [left, right] = [n, n + 1].map(|n| (n * plane.width / STRIPS) as f64);
         let (name, rgb) = if n % 2 == 0 { ("CT", colour::BEFORE) } else { ("SIM", colour::AFTER) };
         // Below the line of the plane's position.
-        let spot = [0.5 * (left + right), 4.2 * LETTER];
-        canvas.text(name, spot, Align::Centre, 0.8 * LETTER, rgb);
+        name_strip(&mut canvas, name, [0.5 * (left + right), 4.2 * LETTER], rgb);
         if n > 0 {
             let line = [[left, 0.0], [left, height]];
             canvas.stroke(&[line], Pen::new(1.0, colour::REGION).alpha(0.35));
@@ -58,4 +57,14 @@ fn strips(studio: &Studio<'_>, plane: &Plane) -> Canvas {
     }
     dress(&mut canvas, plane, "");
     canvas
+}
+
+/// A name in the middle of a strip, on a panel: it may stand on bone.
+fn name_strip(canvas: &mut Canvas, name: &str, [x, y]: Spot, rgb: Rgb) {
+    let small = 0.8 * LETTER;
+    let (half, free) = (0.5 * text_width(name, small), 5.0);
+    let corner = [x - half - free, y - small - free].map(|c| c.max(0.0) as usize);
+    let size = [2.0 * (half + free), small + 2.0 * free].map(|c| c as usize);
+    canvas.rectangle(corner, size, colour::PANEL, PANEL);
+    canvas.text(name, [x, y], Align::Centre, small, rgb);
 }

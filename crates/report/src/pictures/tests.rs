@@ -121,6 +121,22 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
 }
 
 #[test]
+fn names_of_strips_stand_on_dark() {
+    let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+    let scene = phantom.scene();
+    let row = curtain::row(&Studio::new(&scene, 2.0), Progress::none()).unwrap();
+    let canvas = find(&row.pictures, "sagittal_curtain");
+    // In the middle strips the tissue reaches up to the names: above, below and beside them it is 0 HU.
+    for strip in [2, 3] {
+        let x = (2 * strip + 1) * canvas.width() / 12;
+        let beside = x - text_width(["CT", "SIM"][strip % 2], 0.8 * LETTER) as usize / 2 - 4;
+        let around = [(x, 35), (x, 70), (x - 35, 52)];
+        assert_eq!(around.map(|(x, y)| canvas.at(x, y)), [[128; 3]; 3]);
+        assert!(canvas.at(beside, 52)[0] < 60, "{:?}", canvas.at(beside, 52));
+    }
+}
+
+#[test]
 fn change_is_red_where_tissue_came_and_blue_where_it_left() {
     let phantom = Phantom::new(Matrix::identity(), Vector::new(6.0, 0.0, 0.0));
     let pictures = compared(&phantom);
