@@ -327,6 +327,12 @@ pub(crate) struct Warp {
     /// Another grid of voxels this long, mm, along the CT's axes; for .nrrd, .nii and .nii.gz
     #[arg(long, value_name = "X,Y,Z", value_parser = three)]
     pub(crate) spacing: Option<Three>,
+    /// Only the box of the tissue, before and after, and this much around it, mm; for files as above
+    #[arg(long, value_name = "MM")]
+    pub(crate) around: Option<f64>,
+    /// Only slices between these positions, mm, z for axial slices; beyond the CT is air; for files as above
+    #[arg(long, value_name = "FROM,TO", value_parser = two, allow_hyphen_values = true)]
+    pub(crate) axial: Option<Two>,
     /// The breast's side, for a DICOM series
     #[arg(long, value_enum)]
     pub(crate) breast: Option<Breast>,

@@ -45,7 +45,11 @@ enum Chore {
     },
     /// Writes docs/VERIFICATION.md and docs/pictures from real runs; needs the developers'
     /// reference data in ../shared.
-    Verify,
+    Verify {
+        /// Only these parts of the page
+        #[arg(value_enum)]
+        parts: Vec<verify::Part>,
+    },
 }
 
 /// Where things are.
@@ -76,7 +80,7 @@ fn chore() -> Result<()> {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
         Chore::Bench { stage } => verify::bench(&house, stage),
-        Chore::Verify => verify::verify(&house),
+        Chore::Verify { parts } => verify::verify(&house, &parts),
     }
 }
 

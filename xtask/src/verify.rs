@@ -24,6 +24,7 @@ mod warp;
 
 use crate::House;
 use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
 use mechanics::Mechanics;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -103,29 +104,68 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
     Ok(())
 }
 
-pub(crate) fn verify(house: &House) -> Result<()> {
+/// A part of the page, in the order in which they stand there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
+pub(crate) enum Part {
+    /// The synthetic patients, whole runs against their truth; writes docs/pictures too.
+    Patients,
+    /// Real CTs, whole runs.
+    Real,
+    /// Segmentation against contours and truth, time and memory.
+    Segmentation,
+    /// Meshes of known shapes, beside CGAL and TetGen.
+    Meshes,
+    /// Smaller tetrahedra where they count.
+    Refinement,
+    /// Mechanics beside other programs, convergence, agreement, the applicator.
+    Mechanics,
+    /// What stands for the tissue beyond the sphere.
+    Cut,
+    /// The warp beside memcpy, VTK and SimpleITK, and against the exact reference.
+    Warp,
+}
+
+impl Part {
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Its text, from runs made now.
+    fn measure(self, bench: &Bench<'_>) -> Result<String> {
+        match self {
+            Self::Patients => {
+                let patients = patients::all(bench)?;
+                pictures(bench)?;
+                page::patients(&patients)
+            }
+            Self::Real => page::real(&real::all(bench)?),
+            Self::Segmentation => {
+                let speed = speed::table(bench)?;
+                page::segmentation(&study::study(bench)?, &speed)
+            }
+            Self::Meshes => {
+                let others = peers::chosen(bench)?;
+                page::meshes(&mesh::all(bench)?, &(others + &mesh::coarsened(bench)?))
+            }
+            Self::Refinement => refine::table(bench),
+            Self::Mechanics => mechanics(bench),
+            Self::Cut => cut::table(bench),
+            Self::Warp => warp::section(bench),
+        }
+    }
+}
+
+/// Measures `parts` of the page, all when none is named; each is written as soon as it is known.
+pub(crate) fn verify(house: &House, parts: &[Part]) -> Result<()> {
     let bench = Bench::with_supine(house)?;
-    let speed = speed::table(&bench)?;
-    let chosen = peers::chosen(&bench)?;
-    let patients = patients::all(&bench)?;
-    pictures(&bench)?;
-    let real = real::all(&bench)?;
-    let study = study::study(&bench)?;
-    let meshes = mesh::all(&bench)?;
-    let more = [
-        chosen,
-        mesh::coarsened(&bench)?,
-        refine::table(&bench)?,
-        mechanics(&bench)?,
-        cut::table(&bench)?,
-        warp::section(&bench)?,
-    ]
-    .concat();
-    let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
-    let page = page::page(date.trim(), &patients, &real, (&study, &speed), (&meshes, &more))?;
-    let path = house.root.join("docs/VERIFICATION.md");
-    std::fs::write(&path, page).with_context(|| path.display().to_string())?;
-    println!("{}", path.display());
+    let mut page = page::Page::read(&bench)?;
+    let wanted = if parts.is_empty() { Part::value_variants() } else { parts };
+    for part in wanted {
+        let text = part.measure(&bench).with_context(|| part.name())?;
+        let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
+        page.put(*part, date.trim(), &text)?;
+        println!("{}: written", part.name());
+    }
     Ok(())
 }
 

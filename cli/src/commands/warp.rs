@@ -1,8 +1,11 @@
 //! `supine warp`.
 
+mod grid;
+
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use grid::output_grid;
 use std::path::Path;
 use supine_dicom::ExportParams;
 use supine_exchange::{
@@ -24,8 +27,10 @@ fn note(interpolation: Interpolation) -> String {
 }
 
 pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
-    if args.spacing.is_some() && !is_file(&args.out) {
-        let message = "--spacing: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz file";
+    let other = args.spacing.is_some() || args.around.is_some() || args.axial.is_some();
+    if other && !is_file(&args.out) {
+        let message = "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz \
+                       file";
         return Err(Failure::usage(message));
     }
     let (mesh, displacement) = read_mesh(&args.mesh)?;
@@ -39,10 +44,8 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
     let input = supine_pipeline::read_ct(&args.ct, args.series.as_deref(), Progress::new(&watch))?;
     let watch = |share| screen.share("warp", share);
     let params = Params { interpolation: args.interpolation.into(), ..Params::default() };
-    let grid = match args.spacing {
-        Some(spacing) => respaced(input.ct.grid(), spacing.0)?,
-        None => input.ct.grid().clone(),
-    };
+    let ct = input.ct.grid();
+    let grid = if other { output_grid(ct, args, (&mesh, &displacement))? } else { ct.clone() };
     let progress = Progress::new(&watch);
     let (warped, info) =
         supine_warp::warp_onto(&grid, &input.ct, &mesh, &displacement, &params, progress)
@@ -92,21 +95,6 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
 fn is_file(out: &Path) -> bool {
     let name = out.to_string_lossy().to_lowercase();
     [".nrrd", ".nii", ".nii.gz"].iter().any(|ending| name.ends_with(ending))
-}
-
-/// A grid over the same box with voxels of another size, mm; its first voxel begins where that of the CT does.
-fn respaced(ct: &Grid, spacing: [f64; 3]) -> Result<Grid, Failure> {
-    let refused = |reason: String| Failure::usage(format!("--spacing: {reason}"));
-    if spacing.iter().any(|s| !(0.05..=50.0).contains(s)) {
-        return Err(refused("each must be 0.05 to 50 mm".into()));
-    }
-    let first = [0, 1, 2].map(|a| 0.5 * (spacing[a] / ct.spacing()[a] - 1.0));
-    let size = [0, 1, 2].map(|a| {
-        let length = ct.size()[a] as f64 * ct.spacing()[a];
-        ((length / spacing[a] - 1e-6).ceil() as usize).max(2)
-    });
-    let origin = ct.patient_from_index(first);
-    Grid::new(size, spacing.into(), origin, *ct.direction()).map_err(|e| refused(e.to_string()))
 }
 
 fn write(

@@ -52,6 +52,32 @@ fn a_warp_goes_onto_other_voxels_and_says_how() {
 }
 
 #[test]
+fn a_warp_of_the_region_or_of_some_slices_has_the_values_of_the_whole() {
+    let scratch = scratch();
+    let mesh = shared().out.join("mesh/deformed.vtu");
+    let given = [source(), mesh];
+    let part = |name: &str, more: &[&str]| {
+        let out = scratch.path().join(name);
+        let mut words: Vec<&OsStr> = ["warp", "--ct"].map(OsStr::new).to_vec();
+        words.extend([given[0].as_os_str(), OsStr::new("--mesh"), given[1].as_os_str()]);
+        words.extend(more.iter().map(OsStr::new));
+        words.extend([OsStr::new("--out"), out.as_os_str()]);
+        let words: Vec<&dyn AsRef<OsStr>> = words.iter().map(|w| w as &dyn AsRef<OsStr>).collect();
+        supine(&words).success("supine warp");
+        out
+    };
+    let whole = part("whole.nrrd", &[]);
+    let parts = [
+        part("around.nrrd", &["--around", "10"]),
+        part("axial.nrrd", &["--axial", "-620,-560"]),
+        part("beyond.nrrd", &["--axial=-560,-400"]),
+        part("fine.nrrd", &["--around", "5", "--spacing", "1,1,1"]),
+    ];
+    let arguments = std::iter::once(whole).chain(parts);
+    readers_python("part_of.py", arguments).success("part_of.py");
+}
+
+#[test]
 fn the_same_ct_as_nifti_gives_the_same_volume() {
     let scratch = scratch();
     let nifti = scratch.path().join("ct.nii.gz");

@@ -1,42 +1,74 @@
-//! The text of docs/VERIFICATION.md.
+//! The text of docs/VERIFICATION.md: parts that are measured one by one.
 
 use super::study::Study;
-use super::{image, mesh, number, patients, real, study_tables, texture};
-use anyhow::Result;
+use super::{Bench, Part, image, mesh, number, patients, real, study_tables, texture};
+use anyhow::{Context, Result};
+use clap::ValueEnum;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::PathBuf;
 
 const HEAD: &str = include_str!("head.md");
+const PATIENTS: &str = include_str!("patients.md");
 const MESH: &str = include_str!("mesh.md");
 const REAL: &str = include_str!("real.md");
 const STUDY: &str = include_str!("study.md");
 const SPEED: &str = include_str!("speed.md");
 const TESTS: &str = include_str!("tests.md");
+/// What stands before a part.
+const MARK: &str = "\n<!-- part: ";
 
-pub(crate) fn page(
-    date: &str,
-    patients: &[patients::Row],
-    real: &[real::Row],
-    (study, speed): (&Study, &str),
-    (meshes, others): (&[mesh::Row], &str),
-) -> Result<String> {
-    let mut page = HEAD.replace("{date}", date);
-    page += &patient_rows(patients)?;
-    page += &image::table(patients)?;
-    page += &texture::table(patients)?;
-    page += REAL;
-    page += &real_rows(real)?;
-    page += STUDY;
-    page += &study_tables::tables(study)?;
-    page += SPEED;
-    page += speed;
-    page += MESH;
-    for row in meshes {
-        page += &mesh::line("", row)?;
+/// The page as it stands.
+pub(crate) struct Page {
+    path: PathBuf,
+    /// Text of the parts that are there.
+    parts: BTreeMap<Part, String>,
+}
+
+impl Page {
+    pub(crate) fn read(bench: &Bench<'_>) -> Result<Self> {
+        let path = bench.house.root.join("docs/VERIFICATION.md");
+        let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+        let (text, _) = text.split_once(TESTS).unwrap_or((&text, ""));
+        let part = |text: &str| {
+            let (name, text) = text.split_once(" -->\n")?;
+            Some((Part::from_str(name, true).ok()?, text.to_owned()))
+        };
+        let parts = text.split(MARK).skip(1).filter_map(part).collect();
+        Ok(Self { path, parts })
     }
-    page += others;
-    page += TESTS;
-    Ok(page)
+
+    /// Puts a part that was measured on `date` in its place and writes the page.
+    pub(crate) fn put(&mut self, part: Part, date: &str, text: &str) -> Result<()> {
+        let text = format!("{}\n\nMeasured on {date}.\n", text.trim_end());
+        self.parts.insert(part, text);
+        let mut page = String::from(HEAD);
+        for (part, text) in &self.parts {
+            write!(page, "{MARK}{} -->\n{text}", part.name())?;
+        }
+        page += TESTS;
+        std::fs::write(&self.path, page).with_context(|| self.path.display().to_string())
+    }
+}
+
+/// The synthetic patients, with the truth of their pictures.
+pub(crate) fn patients(rows: &[patients::Row]) -> Result<String> {
+    let tables = [patient_rows(rows)?, image::table(rows)?, texture::table(rows)?];
+    Ok(String::from(PATIENTS) + &tables.concat())
+}
+
+pub(crate) fn real(rows: &[real::Row]) -> Result<String> {
+    Ok(String::from(REAL) + &real_rows(rows)?)
+}
+
+pub(crate) fn segmentation(study: &Study, speed: &str) -> Result<String> {
+    Ok([STUDY, &study_tables::tables(study)?, SPEED, speed].concat())
+}
+
+pub(crate) fn meshes(rows: &[mesh::Row], others: &str) -> Result<String> {
+    let lines: Vec<String> = rows.iter().map(|row| mesh::line("", row)).collect::<Result<_>>()?;
+    Ok([MESH, &lines.concat(), others].concat())
 }
 
 fn patient_rows(rows: &[patients::Row]) -> Result<String> {

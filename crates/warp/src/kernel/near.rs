@@ -17,7 +17,7 @@ pub(crate) struct Near {
 /// Voxels in a line of a cache.
 const LINE: usize = 32;
 /// Larger parts are read where they are.
-const MOST_VOXELS: usize = 16 << 20;
+const MOST_VOXELS: usize = 12 << 20;
 
 impl Near {
     /// The voxels of `of` in a box, two or more along each axis; `None` when there are too many.
