@@ -2,7 +2,7 @@
 
 use crate::batch::{Batch, gathered};
 use crate::coverage::Window;
-use crate::kernel::Kernel;
+use crate::kernel::{HIGHEST, Kernel};
 use crate::predicate::Index;
 use crate::rows::{Rows, Span, least, most, range};
 use crate::sweep::{Extent, sweep};
@@ -13,6 +13,7 @@ use supine_space::LANES;
 
 /// Slices that are worked on together by one thread; every voxel has one writer.
 pub(crate) const SLAB: usize = 16;
+const _: () = assert!(SLAB <= HIGHEST, "places in a slab can be told");
 
 /// Tetrahedra in index space, sorted into slabs of slices of a grid.
 #[derive(Debug)]

@@ -17,12 +17,14 @@ pub(crate) use near::Near;
 use crate::batch::{Batch, Crossing, Triple, cross, dot, less, scaled};
 use supine_space::Pack;
 
-/// Voxels are given in numbers that are a multiple of this.
 pub(crate) use supine_space::LANES;
+
 /// Bits of the place of a voxel within a tetrahedron's part of a slab: along i, j and k.
 const PLACE_BITS: [u32; 3] = [13, 13, 6];
 /// Longest axis along i and j, voxels.
 pub(crate) const LONGEST: usize = 1 << PLACE_BITS[0];
+/// Highest slab, voxels.
+pub(crate) const HIGHEST: usize = 1 << PLACE_BITS[2];
 
 /// A volume that is sampled, or a part of it.
 #[derive(Clone, Copy, Debug)]

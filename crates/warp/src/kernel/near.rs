@@ -22,6 +22,7 @@ const MOST_VOXELS: usize = 12 << 20;
 impl Near {
     /// The voxels of `of` in a box, two or more along each axis; `None` when there are too many.
     pub(crate) fn new(of: &Source<'_>, [i, j, k]: [Range<usize>; 3]) -> Option<Self> {
+        assert!([&i, &j, &k].iter().all(|axis| axis.len() >= 2), "two voxels along each axis");
         // An odd number of lines in a row, and in a slice.
         let odd = |lines: usize| lines | 1;
         let row = odd(i.len().div_ceil(LINE)) * LINE;
