@@ -63,7 +63,8 @@ pub fn supine_command() -> Command {
 fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)
-        .args(["build", "--package", "supine", "--bin", "supine"])
+        // From the whole workspace, as `cargo xtask test` does: cargo then chooses the same features of other crates.
+        .args(["build", "--workspace", "--bin", "supine"])
         .arg("--message-format=json-render-diagnostics")
         .current_dir(root())
         .stdin(Stdio::null())
@@ -81,7 +82,7 @@ fn build() -> PathBuf {
         })
         .last();
     let status = build.wait().expect("cargo ends");
-    assert!(status.success(), "`cargo build --package supine` failed; see above");
+    assert!(status.success(), "`cargo build --workspace --bin supine` failed; see above");
     binary.expect("cargo names the binary it built").into_std_path_buf()
 }
 
