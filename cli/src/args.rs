@@ -93,6 +93,9 @@ pub(crate) struct Demo {
 pub(crate) struct Inspect {
     /// Folder or file
     pub(crate) path: PathBuf,
+    /// Decode every slice too, and say whether its values can be HU
+    #[arg(long)]
+    pub(crate) pixels: bool,
 }
 
 #[derive(Args, Debug)]

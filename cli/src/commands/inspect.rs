@@ -4,7 +4,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::{Screen, data};
 use std::fmt::Write;
-use supine_dicom::{Inspection, SeriesReport};
+use supine_dicom::{Depth, Inspection, PixelReport, SeriesReport};
 use supine_space::Progress;
 
 /// More files of no use than this are only counted.
@@ -12,7 +12,8 @@ const NAMED: usize = 5;
 
 pub(crate) fn inspect(args: &args::Inspect, screen: &Screen) -> Result<u8, Failure> {
     let watch = |share| screen.share("inspect", share);
-    let found = supine_dicom::inspect(&args.path, Progress::new(&watch))?;
+    let depth = if args.pixels { Depth::Pixels } else { Depth::Headers };
+    let found = supine_dicom::inspect(&args.path, depth, Progress::new(&watch))?;
     screen.clear();
     if screen.json {
         screen.result(&found, "");
@@ -60,8 +61,26 @@ fn describe_series(series: &SeriesReport, text: &mut String) -> std::fmt::Result
         let position = &series.patient_position;
         writeln!(text, "  {i} x {j} x {k} voxels of {x} x {y} x {z} mm, {position}")?;
     }
+    if let Some(pixels) = &series.pixels {
+        describe_pixels(pixels, text)?;
+    }
     for warning in &series.warnings {
         writeln!(text, "  warning: {warning}")?;
+    }
+    Ok(())
+}
+
+fn describe_pixels(pixels: &PixelReport, text: &mut String) -> std::fmt::Result {
+    let PixelReport { slices, failed } = pixels;
+    let ends = slices.iter().map(|s| s.hu_range).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    if let Some([low, high]) = ends {
+        writeln!(text, "  pixels of {} slices decoded: {low} to {high} HU", slices.len())?;
+    }
+    for reason in failed.iter().take(NAMED) {
+        writeln!(text, "  {reason}")?;
+    }
+    if failed.len() > NAMED {
+        writeln!(text, "  and {} more slices that cannot be decoded", failed.len() - NAMED)?;
     }
     Ok(())
 }

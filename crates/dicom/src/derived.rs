@@ -4,7 +4,8 @@ use crate::data_set::{DataSet, Element, Value};
 use crate::error::Error;
 use crate::export::Clock;
 use crate::number::{DS_LENGTH, format_ds, parse_ds, parse_is};
-use crate::read::Source;
+use crate::pixels::Frame;
+use crate::read::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 
@@ -72,6 +73,25 @@ pub(crate) fn put_lossy(set: &mut DataSet, source: &Source) {
         copy(set, tags::LOSSY_IMAGE_COMPRESSION_RATIO, &slice.header);
         copy(set, tags::LOSSY_IMAGE_COMPRESSION_METHOD, &slice.header);
     }
+}
+
+/// The object that a header is of (PS3.3 10.8).
+pub(crate) fn instance_reference(header: &DataSet) -> DataSet {
+    let mut item = DataSet::default();
+    let text = |tag| header.text(tag);
+    item.put_text(tags::REFERENCED_SOP_CLASS_UID, VR::UI, &text(tags::SOP_CLASS_UID));
+    item.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, &text(tags::SOP_INSTANCE_UID));
+    item
+}
+
+/// The image that a slice of the source is, or the frame of one (PS3.3 10.3).
+pub(crate) fn image_reference(source: &SourceSlice) -> DataSet {
+    let mut item = instance_reference(&source.header);
+    if source.slice.frame != Frame::ONLY {
+        let number = (source.slice.frame.index + 1).to_string();
+        item.put_text(tags::REFERENCED_FRAME_NUMBER, VR::IS, &number);
+    }
+    item
 }
 
 /// An item of a code sequence (PS3.16 section 7).

@@ -115,6 +115,21 @@ pub enum Error {
         /// What the two differ in, if that explains it.
         hint: String,
     },
+    /// Slices of different acquisitions alternate.
+    #[error(
+        "the series holds several acquisitions (phases, energies) whose slices alternate: \
+         {attribute} {values} in {a} and {b}; export the wanted one by itself"
+    )]
+    SeveralAcquisitions {
+        /// Name of the attribute that tells them apart.
+        attribute: &'static str,
+        /// A file.
+        a: String,
+        /// The next file along the normal.
+        b: String,
+        /// Its two values.
+        values: String,
+    },
     /// A slice is missing.
     #[error(
         "gap of {gap_mm:.3} mm between {a} and {b}, the step is {step_mm:.3} mm: a slice is missing"

@@ -1,7 +1,9 @@
 //! What files a folder holds, and which series they make.
 
-use crate::data_set::{Container, DataSet, OpenError, Until};
+use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
+use crate::multi_frame;
+use crate::pixels::Frame;
 use crate::slice::Slice;
 use dicom_core::dictionary::UidDictionary as _;
 use dicom_dictionary_std::{StandardSopClassDictionary, tags, uids};
@@ -38,10 +40,11 @@ pub struct SeriesSummary {
     pub slices: usize,
 }
 
-/// A CT file with the series it belongs to.
+/// A slice: a CT file, or a frame of one, with the series it belongs to.
 #[derive(Debug)]
 pub(crate) struct CtFile {
     pub(crate) path: PathBuf,
+    /// Path of the file below the folder that was given.
     pub(crate) name: String,
     pub(crate) series: SeriesHead,
     pub(crate) syntax: &'static str,
@@ -104,7 +107,8 @@ pub(crate) struct Folder {
 }
 
 enum Found {
-    Ct(Box<CtFile>),
+    /// One slice, or the frames of a file.
+    Ct(Vec<CtFile>),
     Other(LeftOut),
     Foreign(LeftOut),
     Damaged(Damaged),
@@ -113,7 +117,7 @@ enum Found {
 impl Found {
     fn file(&self) -> &str {
         match self {
-            Self::Ct(ct) => &ct.name,
+            Self::Ct(slices) => slices.first().map_or("", |ct| &ct.name),
             Self::Other(left) | Self::Foreign(left) => &left.file,
             Self::Damaged(damaged) => &damaged.file,
         }
@@ -125,11 +129,17 @@ impl Folder {
     pub(crate) fn scan(path: &Path, progress: Progress<'_>) -> Result<Self, Error> {
         let read_error = |source| Error::Read { path: path.to_owned(), source };
         let meta = std::fs::metadata(path).map_err(read_error)?;
-        let (root, depth) = if meta.is_dir() {
-            (path.to_owned(), MAX_FOLDER_DEPTH)
-        } else {
+        let parent = || {
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-            (parent.unwrap_or(Path::new(".")).to_owned(), 0)
+            parent.unwrap_or(Path::new(".")).to_owned()
+        };
+        // A DICOMDIR lists what lies in its folder (PS3.10 8.6). Looking there instead of following
+        // its paths finds what it forgot, and never leaves the folder.
+        let directory = path.file_name().is_some_and(|name| name == "DICOMDIR");
+        let (root, depth) = match (meta.is_dir(), directory) {
+            (true, _) => (path.to_owned(), MAX_FOLDER_DEPTH),
+            (false, true) => (parent(), MAX_FOLDER_DEPTH),
+            (false, false) => (parent(), 0),
         };
         let mut paths = Vec::new();
         list(&root, depth, &mut paths)?;
@@ -153,7 +163,7 @@ impl Folder {
             given: None,
             warnings: Vec::new(),
         };
-        let given = (!meta.is_dir()).then_some(path);
+        let given = (!meta.is_dir() && !directory).then_some(path);
         folder.sort(found, given)?;
         Ok(folder)
     }
@@ -173,18 +183,7 @@ impl Folder {
                 self.given = Some(series_of_given(&one)?);
             }
             match one {
-                Found::Ct(ct) => {
-                    let s = series.entry(ct.series.uid.clone()).or_insert_with(|| Series {
-                        head: ct.series.clone(),
-                        files: Vec::new(),
-                        localizers: Vec::new(),
-                    });
-                    if ct.series.localizer {
-                        s.localizers.push(ct.name);
-                    } else {
-                        s.files.push(*ct);
-                    }
-                }
+                Found::Ct(slices) => slices.into_iter().for_each(|ct| add(&mut series, ct)),
                 Found::Other(left) => self.other.push(left),
                 Found::Foreign(left) => self.foreign.push(left),
                 Found::Damaged(damaged) => self.damaged.push(damaged),
@@ -258,15 +257,29 @@ impl Folder {
     }
 }
 
+/// Puts a slice into its series.
+fn add(series: &mut BTreeMap<String, Series>, ct: CtFile) {
+    let s = series.entry(ct.series.uid.clone()).or_insert_with(|| Series {
+        head: ct.series.clone(),
+        files: Vec::new(),
+        localizers: Vec::new(),
+    });
+    if !ct.series.localizer {
+        s.files.push(ct);
+    } else if s.localizers.last() != Some(&ct.name) {
+        s.localizers.push(ct.name);
+    }
+}
+
 /// The series of the file that was given, which must be a slice.
 fn series_of_given(found: &Found) -> Result<String, Error> {
     let unsupported =
         |what: String| Err(Error::Unsupported { file: found.file().to_owned(), what });
     match found {
-        Found::Ct(ct) if ct.series.localizer => {
-            unsupported("a localizer (scout image), not a slice of a volume".into())
-        }
-        Found::Ct(ct) => Ok(ct.series.uid.clone()),
+        Found::Ct(slices) => match slices.iter().find(|ct| !ct.series.localizer) {
+            Some(ct) => Ok(ct.series.uid.clone()),
+            None => unsupported("a localizer (scout image), not a slice of a volume".into()),
+        },
         Found::Other(left) | Found::Foreign(left) => {
             unsupported(format!("not a CT image but: {}", left.reason))
         }
@@ -309,25 +322,71 @@ fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
     };
     let preamble = container.preamble;
     let class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
-    if !class.is_empty() && class != uids::CT_IMAGE_STORAGE {
+    if !class.is_empty() && !is_ct(&class) {
         return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
     }
-    let head = match container.data(Until::PixelData) {
+    let mut head = match container.data(Until::PixelData) {
         Ok(head) => head,
         Err(error) => return opened(error, path, name).map(|found| (found, preamble)),
     };
+    let identified = container.identify(&mut head.set);
     let class = head.set.text(tags::SOP_CLASS_UID);
-    if class != uids::CT_IMAGE_STORAGE {
+    if !is_ct(&class) {
         return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
     }
-    let slice = Slice::new(&name, &head.set, &container.syntax, head.pixel_bytes);
-    let series = series_head(&head.set);
-    if series.uid.is_empty() {
+    if head.set.text(tags::SERIES_INSTANCE_UID).is_empty() {
         let error = Error::attribute(&name, "Series Instance UID", "is missing");
         return Ok((Found::Damaged(Damaged { error, file: name, series: None }), preamble));
     }
-    let ct = CtFile { path: path.to_owned(), series, syntax: container.syntax.name(), name, slice };
-    Ok((Found::Ct(Box::new(ct)), preamble))
+    let ct_file = |(series, mut slice): SliceOfSeries| {
+        if let (Ok(slice), true) = (&mut slice, identified) {
+            slice.warnings.push(IDENTIFIED.into());
+        }
+        let (path, name, syntax) = (path.to_owned(), name.clone(), container.syntax.name());
+        CtFile { path, name, series, syntax, slice }
+    };
+    let found = match slices(&name, &class, &head, &container.syntax) {
+        Ok(slices) => Found::Ct(slices.into_iter().map(ct_file).collect()),
+        Err(error) => {
+            let series = Some(head.set.text(tags::SERIES_INSTANCE_UID));
+            Found::Damaged(Damaged { error, file: name, series })
+        }
+    };
+    Ok((found, preamble))
+}
+
+/// Said of images that [`Container::identify`] had to name.
+const IDENTIFIED: &str =
+    "images lack their SOP Class or Instance UID, which were taken from the file header";
+
+type SliceOfSeries = (SeriesHead, Result<Slice, Error>);
+
+/// The slice in a file, or the frames of it, each with the header it has of its own.
+fn slices(
+    name: &str,
+    class: &str,
+    head: &Parsed,
+    syntax: &TransferSyntax,
+) -> Result<Vec<SliceOfSeries>, Error> {
+    if !multi_frame::is_multi_frame(class) {
+        let slice = Slice::new(name, &head.set, syntax, head.pixel_bytes);
+        return Ok(vec![(series_head(&head.set), slice)]);
+    }
+    let headers = multi_frame::headers(name, &head.set)?;
+    let count = headers.len();
+    let pixel_bytes = head.pixel_bytes.map(|bytes| bytes / count);
+    let slice = |index: usize, header: &DataSet| {
+        let name = format!("{name} frame {}", index + 1);
+        let slice = Slice::new(&name, header, syntax, pixel_bytes)?;
+        Ok(Slice { frame: Frame { index, count }, ..slice })
+    };
+    let frames = headers.iter().enumerate();
+    Ok(frames.map(|(n, header)| (series_head(header), slice(n, header))).collect())
+}
+
+/// Whether images of a class are slices of a CT.
+fn is_ct(class: &str) -> bool {
+    class == uids::CT_IMAGE_STORAGE || multi_frame::is_multi_frame(class)
 }
 
 fn opened(error: OpenError, path: &Path, file: String) -> Result<Found, Error> {
@@ -355,9 +414,6 @@ fn series_head(set: &DataSet) -> SeriesHead {
 /// Name of a SOP class.
 pub(crate) fn kind(class: &str) -> String {
     match StandardSopClassDictionary.by_uid(class) {
-        Some(entry) if entry.name.contains("Enhanced CT") => {
-            format!("{} (multi-frame objects are not read)", entry.name)
-        }
         Some(entry) => entry.name.to_owned(),
         None if class.is_empty() => "DICOM file without SOP Class".to_owned(),
         None => format!("DICOM object of class {class}"),

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::folder::MIN_SLICES;
 use crate::read::Source;
 use crate::slice::Slice;
+use std::collections::BTreeSet;
 use supine_space::{Grid, Matrix, Vector};
 
 /// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it.
@@ -44,6 +45,7 @@ pub(crate) fn stack(series: &str, slices: &[&Slice]) -> Result<Stack, Error> {
     let mut warnings = Vec::new();
     let places: Vec<f64> = order.iter().map(|&n| along(n)).collect();
     let names: Vec<&Slice> = order.iter().map(|&n| slices[n]).collect();
+    not_interleaved(&names)?;
     let step = even_step(&places, &names, &mut warnings)?;
     not_tilted(&names, &normal, &places)?;
     warn_about_position(names[0], &mut warnings);
@@ -118,6 +120,26 @@ fn differing_acquisition<'a>(
     pairs.filter(|(x, y)| x.1 != y.1).map(|(x, y)| (x.0, &x.1, &y.1))
 }
 
+/// Slices of several acquisitions may follow each other, station by station, but not alternate: they
+/// would make a volume that nobody scanned.
+fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
+    for n in 0..slices[0].acquisition.len() {
+        let value = |slice: &Slice| slice.acquisition[n].1.clone();
+        let mut ended = BTreeSet::new();
+        for pair in slices.windows(2).filter(|pair| value(pair[0]) != value(pair[1])) {
+            let [value_a, value_b] = [value(pair[0]), value(pair[1])];
+            ended.insert(value_a.clone());
+            if ended.contains(&value_b) {
+                let (attribute, a, b) =
+                    (pair[0].acquisition[n].0, pair[0].file.clone(), pair[1].file.clone());
+                let values = format!("is {value_a:?} and {value_b:?}");
+                return Err(Error::SeveralAcquisitions { attribute, a, b, values });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The distance of neighbouring slices, mm.
 fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> Result<f64, Error> {
     let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -157,7 +179,7 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
 
 /// What explains two slices at one place.
 fn why_twice(a: &Slice, b: &Slice) -> String {
-    if a.instance == b.instance {
+    if a.instance == b.instance && a.frame == b.frame {
         return ": they are the same image (SOP Instance UID); remove one copy".to_owned();
     }
     differing_acquisition(a, b).next().map_or_else(String::new, |(attribute, x, y)| {

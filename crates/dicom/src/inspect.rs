@@ -3,9 +3,14 @@
 use crate::error::Error;
 use crate::folder::{Folder, LeftOut, Series};
 use crate::geometry::stack;
+use crate::plausible::Tally;
+use crate::read::{Opened, shared};
 use crate::slice::Slice;
+use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::Progress;
 
 /// What a folder holds. Carries no name, ID or date of a patient.
@@ -68,6 +73,8 @@ pub struct SeriesReport {
     pub stored: String,
     /// Doubts about the series.
     pub warnings: Vec<String>,
+    /// What the pixels are, if they were looked at.
+    pub pixels: Option<PixelReport>,
 }
 
 /// A grid in numbers: LPS, mm.
@@ -83,13 +90,55 @@ pub struct GridReport {
     pub axes: [[f64; 3]; 3],
 }
 
-/// Looks at a folder, or at the series of a file, without decoding any pixel.
+/// What decoding every slice of a series showed.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PixelReport {
+    /// The slices in the order of their files and frames.
+    pub slices: Vec<SlicePixels>,
+    /// Slices that cannot be decoded, with the reason.
+    pub failed: Vec<String>,
+}
+
+/// The values of a slice.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct SlicePixels {
+    /// Its file, and its frame when the file holds several.
+    pub file: String,
+    /// Lowest and highest HU, padding included.
+    pub hu_range: [i16; 2],
+    /// SHA-256 of the HU as 16-bit little endian integers, row by row.
+    pub sha256: String,
+}
+
+/// What [`inspect`] looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depth {
+    /// The headers alone.
+    #[default]
+    Headers,
+    /// The pixels too: every slice is decoded.
+    Pixels,
+}
+
+/// Looks at a folder, or at the series of a file.
 ///
 /// # Errors
 /// Only when the folder cannot be read or the user stops: what is wrong with a file or series is
 /// part of the answer.
-pub fn inspect(path: &Path, progress: Progress<'_>) -> Result<Inspection, Error> {
-    let folder = Folder::scan(path, progress)?;
+pub fn inspect(path: &Path, depth: Depth, progress: Progress<'_>) -> Result<Inspection, Error> {
+    let headers = if depth == Depth::Pixels { 0.2 } else { 1.0 };
+    let folder = Folder::scan(path, progress.part(0.0, headers))?;
+    let mut series: Vec<SeriesReport> = folder.series.iter().map(report).collect();
+    if depth == Depth::Pixels {
+        let all: usize = folder.series.iter().map(|s| s.files.len()).sum();
+        let mut before = 0;
+        for (series, report) in folder.series.iter().zip(&mut series) {
+            let share = |done: usize| headers + (1.0 - headers) * done as f64 / all as f64;
+            let (start, end) = (share(before), share(before + series.files.len()));
+            look_at_pixels(series, report, progress.part(start, end))?;
+            before += series.files.len();
+        }
+    }
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     for object in &folder.other {
         *kinds.entry(&object.reason).or_default() += 1;
@@ -98,7 +147,7 @@ pub fn inspect(path: &Path, progress: Progress<'_>) -> Result<Inspection, Error>
     Ok(Inspection {
         files: folder.files,
         other: other.collect(),
-        series: folder.series.iter().map(report).collect(),
+        series,
         foreign: folder.foreign,
         damaged: folder.damaged.iter().map(|d| d.error.to_string()).collect(),
         warnings: folder.warnings,
@@ -141,7 +190,64 @@ fn report(series: &Series) -> SeriesReport {
         transfer_syntaxes: syntaxes.into_iter().map(str::to_owned).collect(),
         stored: stored.into_iter().collect::<Vec<_>>().join(", "),
         warnings: warnings.into_iter().collect(),
+        pixels: None,
     }
+}
+
+/// Decodes every slice of a series: one that cannot be, or values that are no HU, make it unusable.
+fn look_at_pixels(
+    series: &Series,
+    report: &mut SeriesReport,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let files: Vec<(PathBuf, Slice)> = series
+        .files
+        .iter()
+        .filter_map(|f| Some((f.path.clone(), f.slice.as_ref().ok()?.clone())))
+        .collect();
+    // A file that cannot be opened is told once per slice below.
+    let shared = shared(&files).unwrap_or_default();
+    let done = AtomicUsize::new(0);
+    let decoded: Vec<Result<(SlicePixels, Tally), Error>> = files
+        .par_iter()
+        .map(|(path, slice)| {
+            progress.at(done.fetch_add(1, Ordering::Relaxed) as f64 / files.len() as f64)?;
+            let hu = match shared.get(path.as_path()) {
+                Some(opened) => opened.hu(slice),
+                None => Opened::new(path, slice).and_then(|opened| opened.hu(slice)),
+            };
+            hu.map(|hu| values(slice, &hu))
+        })
+        .collect();
+    let mut pixels = PixelReport { slices: Vec::new(), failed: Vec::new() };
+    let mut tally = Tally::default();
+    for one in decoded {
+        match one {
+            Ok((slice, counts)) => {
+                pixels.slices.push(slice);
+                tally.join(counts);
+            }
+            Err(stopped @ Error::Stopped(_)) => return Err(stopped),
+            Err(error) => pixels.failed.push(error.to_string()),
+        }
+    }
+    let fault = match pixels.failed.first() {
+        Some(failed) => Some(failed.clone()),
+        None => tally.plausible().err().map(|error| error.to_string()),
+    };
+    if let (true, Some(reason)) = (report.usable, fault) {
+        (report.usable, report.reason) = (false, Some(reason));
+    }
+    report.pixels = Some(pixels);
+    Ok(())
+}
+
+fn values(slice: &Slice, hu: &[i16]) -> (SlicePixels, Tally) {
+    let mut tally = Tally::default();
+    tally.add(hu);
+    let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let sha256 = format!("{:x}", Sha256::digest(&bytes));
+    (SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 }, tally)
 }
 
 fn grid_report(grid: &supine_space::Grid) -> GridReport {

@@ -22,10 +22,12 @@ mod export;
 mod folder;
 mod geometry;
 mod inspect;
+mod multi_frame;
 mod number;
 mod object;
 mod padding;
 mod pixels;
+mod plausible;
 mod read;
 mod segmentation;
 mod slice;
@@ -36,7 +38,9 @@ mod verify;
 pub use error::{Error, ErrorKind};
 pub use export::{Clock, ExportParams, WriteInfo, write_series};
 pub use folder::{LeftOut, SeriesSummary};
-pub use inspect::{GridReport, Inspection, KindCount, SeriesReport, inspect};
+pub use inspect::{
+    Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
+};
 pub use object::{RegionObject, region_object};
 pub use read::{ReadInfo, ReadParams, Source, read_series};
 pub use segmentation::{

@@ -1,16 +1,18 @@
 //! A CT series as a volume of Hounsfield units.
 
-use crate::data_set::{Container, DataSet, OpenError, Until};
+use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
 use crate::error::Error;
 use crate::export::Clock;
 use crate::folder::{CtFile, Folder, LeftOut, Series};
 use crate::geometry::{Stack, stack};
+use crate::multi_frame;
 use crate::padding::Padding;
-use crate::pixels;
+use crate::pixels::{self, Frame};
+use crate::plausible::Tally;
 use crate::slice::{Rescale, Slice};
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::Progress;
@@ -174,7 +176,9 @@ pub(crate) fn read_folder(
     }
     let padding = Padding::join(padding);
     info.padded_voxels = padding.len();
-    info.hu_range = plausible(&hu)?;
+    let mut tally = Tally::default();
+    tally.add(&hu);
+    info.hu_range = tally.plausible()?;
     warn(&mut info, &source);
     let ct = Ct::new(stack.grid, hu).map_err(|e| Error::NotHounsfield { reason: e.to_string() })?;
     Ok((ct, Source { slices: source, padding }, info))
@@ -187,9 +191,23 @@ fn assemble(uid: &str, files: Vec<CtFile>) -> Result<(Stack, Vec<(PathBuf, Slice
         slices.push(Some((file.path, file.slice?)));
     }
     let heads: Vec<&Slice> = slices.iter().flatten().map(|(_, slice)| slice).collect();
-    let stack = stack(uid, &heads)?;
+    let stack = stack(uid, &heads).map_err(|error| same_pixels(error, &slices))?;
     let ordered = stack.order.iter().filter_map(|&n| slices[n].take()).collect();
     Ok((stack, ordered))
+}
+
+/// Says of two slices at one place whether they are the same picture under two names.
+fn same_pixels(error: Error, slices: &[Option<(PathBuf, Slice)>]) -> Error {
+    let Error::DuplicatePosition { a, b, hint } = error else { return error };
+    let hu = |file: &str| {
+        let (path, slice) = slices.iter().flatten().find(|(_, slice)| slice.file == file)?;
+        Opened::new(path, slice).ok()?.hu(slice).ok()
+    };
+    let hint = match (hint.is_empty(), hu(&a), hu(&b)) {
+        (true, Some(x), Some(y)) if x == y => ": their pixels are equal; remove one copy".into(),
+        _ => hint,
+    };
+    Error::DuplicatePosition { a, b, hint }
 }
 
 /// Decodes all slices into `hu`; the first error in the order of the slices wins.
@@ -200,6 +218,7 @@ fn decode(
 ) -> Result<Vec<Decoded>, Error> {
     let done = AtomicUsize::new(0);
     let per_slice = hu.len() / files.len();
+    let shared = shared(files)?;
     let decoded: Vec<Result<Decoded, Error>> = files
         .par_iter()
         .zip(hu.par_chunks_mut(per_slice))
@@ -207,35 +226,86 @@ fn decode(
         .map(|(k, ((path, slice), hu))| {
             let n = done.fetch_add(1, Ordering::Relaxed);
             progress.at(n as f64 / files.len() as f64)?;
-            decode_slice(path, slice, k * per_slice, hu)
+            match shared.get(path.as_path()) {
+                Some(opened) => opened.decode(slice, k * per_slice, hu),
+                None => Opened::new(path, slice)?.decode(slice, k * per_slice, hu),
+            }
         })
         .collect();
     decoded.into_iter().collect()
 }
 
-/// Decodes a slice whose first voxel is `start` into its HU.
-fn decode_slice(
-    path: &Path,
-    slice: &Slice,
-    start: usize,
-    hu: &mut [i16],
-) -> Result<Decoded, Error> {
-    let file = &slice.file;
-    let opened = |error| match error {
-        OpenError::Io(source) => Error::Read { path: path.to_owned(), source },
-        OpenError::NotDicom(reason) => {
-            Error::Malformed { file: file.clone(), reason: reason.to_owned() }
+/// The files that hold several of the slices, so that each is opened once.
+pub(crate) fn shared(files: &[(PathBuf, Slice)]) -> Result<BTreeMap<&Path, Opened>, Error> {
+    let mut shared = BTreeMap::new();
+    for (path, slice) in files.iter().filter(|(_, slice)| slice.frame != Frame::ONLY) {
+        if !shared.contains_key(path.as_path()) {
+            shared.insert(path.as_path(), Opened::new(path, slice)?);
         }
-        OpenError::Malformed { reason, .. } => Error::Malformed { file: file.clone(), reason },
-    };
-    let mut container = Container::open(path).map_err(opened)?;
-    let mut data = container.data(Until::End).map_err(opened)?.set;
-    let format = slice.pixels;
-    let samples = pixels::samples(file, &data, &container.syntax, format)?;
-    data.remove(tags::PIXEL_DATA);
-    let table = slice.rescale.table(format);
-    hu.iter_mut().zip(&samples).for_each(|(hu, &s)| *hu = table[format.pattern(s)]);
-    let stored = |n: usize| format.stored(samples[n]);
+    }
+    Ok(shared)
+}
+
+/// A file that was read as a whole.
+pub(crate) struct Opened {
+    syntax: TransferSyntax,
+    data: DataSet,
+    /// The header of each frame when the file holds several.
+    frames: Vec<DataSet>,
+}
+
+impl Opened {
+    /// Opens the file of a slice.
+    pub(crate) fn new(path: &Path, slice: &Slice) -> Result<Self, Error> {
+        let file = &slice.file;
+        let opened = |error| match error {
+            OpenError::Io(source) => Error::Read { path: path.to_owned(), source },
+            OpenError::NotDicom(reason) => {
+                Error::Malformed { file: file.clone(), reason: reason.to_owned() }
+            }
+            OpenError::Malformed { reason, .. } => Error::Malformed { file: file.clone(), reason },
+        };
+        let mut container = Container::open(path).map_err(opened)?;
+        let mut data = container.data(Until::End).map_err(opened)?.set;
+        container.identify(&mut data);
+        let several = slice.frame != Frame::ONLY;
+        let frames = if several { multi_frame::headers(file, &data)? } else { Vec::new() };
+        Ok(Self { syntax: container.syntax, data, frames })
+    }
+
+    /// Decodes a slice whose first voxel is `start` into its HU.
+    fn decode(&self, slice: &Slice, start: usize, hu: &mut [i16]) -> Result<Decoded, Error> {
+        let samples = self.samples(slice)?;
+        rescale(slice, &samples, hu);
+        let (clipped, padding) = doubtful(slice, &samples, start, hu);
+        let header = match self.frames.get(slice.frame.index) {
+            Some(header) => header.clone(),
+            None => self.data.without(tags::PIXEL_DATA),
+        };
+        let source = SourceSlice { header, slice: slice.clone() };
+        Ok(Decoded { source, padding, clipped })
+    }
+
+    /// The HU of a slice as its numbers say, padding included.
+    pub(crate) fn hu(&self, slice: &Slice) -> Result<Vec<i16>, Error> {
+        let mut hu = vec![0; slice.pixels.len()];
+        rescale(slice, &self.samples(slice)?, &mut hu);
+        Ok(hu)
+    }
+
+    fn samples(&self, slice: &Slice) -> Result<Vec<u16>, Error> {
+        pixels::samples(&slice.file, &self.data, &self.syntax, slice.pixels, slice.frame)
+    }
+}
+
+fn rescale(slice: &Slice, samples: &[u16], hu: &mut [i16]) {
+    let table = slice.rescale.table(slice.pixels);
+    hu.iter_mut().zip(samples).for_each(|(hu, &s)| *hu = table[slice.pixels.pattern(s)]);
+}
+
+/// Tells the clipped voxels, counted, and those without measurement, which become air.
+fn doubtful(slice: &Slice, samples: &[u16], start: usize, hu: &mut [i16]) -> (usize, Padding) {
+    let stored = |n: usize| slice.pixels.stored(samples[n]);
     // Only values at the ends of the 16 bits can have been clipped.
     let clips = |&n: &usize| {
         matches!(hu[n], i16::MIN | i16::MAX)
@@ -243,32 +313,7 @@ fn decode_slice(
     };
     let clipped = (0..hu.len()).filter(clips).count();
     let marked = |n: usize| slice.padding.is_some_and(|[a, b]| (a..=b).contains(&stored(n)));
-    let padding = Padding::take(start, hu, marked);
-    let source = SourceSlice { header: data, slice: slice.clone() };
-    Ok(Decoded { source, padding, clipped })
-}
-
-/// Lowest and highest HU; an error when they cannot be HU of a patient in air.
-fn plausible(hu: &[i16]) -> Result<[i16; 2], Error> {
-    let low = hu.iter().copied().min().unwrap_or(0);
-    let high = hu.iter().copied().max().unwrap_or(0);
-    let share = |range: std::ops::RangeInclusive<i16>| {
-        hu.iter().filter(|v| range.contains(v)).count() as f64 / hu.len() as f64
-    };
-    let fail = |reason: String| Err(Error::NotHounsfield { reason });
-    if share(-1100..=-600) < 1e-3 {
-        return fail(format!(
-            "hardly any voxel is air (-1000 HU); the values range from {low} to {high}: wrong \
-             rescale or wrong sign of the stored values"
-        ));
-    }
-    if share(-300..=300) < 1e-3 {
-        return fail(format!(
-            "hardly any voxel is soft tissue (about 0 HU); the values range from {low} to {high}: \
-             wrong rescale or wrong sign of the stored values"
-        ));
-    }
-    Ok([low, high])
+    (clipped, Padding::take(start, hu, marked))
 }
 
 fn transfer_syntaxes(series: &Series) -> Vec<String> {
@@ -286,6 +331,8 @@ fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
         left.extend(other.files.iter().map(|f| named(&f.name, "CT image of another series")));
     }
     left.sort_by(|a, b| a.file.cmp(&b.file));
+    // A file of several frames is one file.
+    left.dedup();
     left
 }
 

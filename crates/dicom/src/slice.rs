@@ -3,6 +3,7 @@
 use crate::data_set::{DataSet, PixelCoding, TransferSyntax};
 use crate::error::Error;
 use crate::number::{parse_ds, parse_ds_list, parse_is};
+use crate::pixels::Frame;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 use supine_space::{Point, Vector};
@@ -19,7 +20,9 @@ const MATERIAL_MAPS: [&str; 5] =
 /// Everything about a slice but its pixels.
 #[derive(Clone, Debug)]
 pub(crate) struct Slice {
+    /// Its file and, if that holds several, its frame.
     pub(crate) file: String,
+    pub(crate) frame: Frame,
     pub(crate) instance: String,
     pub(crate) frame_of_reference: String,
     pub(crate) position: Point,
@@ -166,6 +169,7 @@ impl Slice {
         }
         Ok(Self {
             file: file.to_owned(),
+            frame: Frame::ONLY,
             instance: text(tags::SOP_INSTANCE_UID),
             frame_of_reference: text(tags::FRAME_OF_REFERENCE_UID),
             position: Point::from(position),

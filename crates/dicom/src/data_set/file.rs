@@ -2,6 +2,7 @@
 
 use super::parse::{Encoding, Fault, Parsed, Until, parse};
 use super::{DataSet, TransferSyntax};
+use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use std::fs::File;
 use std::io::Read as _;
@@ -107,6 +108,23 @@ impl Container {
             }
             parsed => Ok(parsed?),
         }
+    }
+
+    /// Gives a data set the class and instance that the file header names when it has none itself, as
+    /// some anonymisers leave it (PS3.10 7.1: both name the same object); whether it had to.
+    pub(crate) fn identify(&self, set: &mut DataSet) -> bool {
+        let mut had_to = false;
+        for (in_header, tag) in [
+            (tags::MEDIA_STORAGE_SOP_CLASS_UID, tags::SOP_CLASS_UID),
+            (tags::MEDIA_STORAGE_SOP_INSTANCE_UID, tags::SOP_INSTANCE_UID),
+        ] {
+            let uid = self.meta.text(in_header);
+            if set.text(tag).is_empty() && !uid.is_empty() {
+                set.put_text(tag, VR::UI, &uid);
+                had_to = true;
+            }
+        }
+        had_to
     }
 
     fn read_rest(&mut self) -> Result<(), OpenError> {

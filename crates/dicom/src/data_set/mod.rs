@@ -9,7 +9,7 @@ mod syntax;
 mod write;
 
 pub(crate) use file::{Container, OpenError};
-pub(crate) use parse::{Until, dictionary_vr};
+pub(crate) use parse::{Parsed, Until, dictionary_vr};
 pub(crate) use syntax::{PixelCoding, TransferSyntax};
 pub(crate) use write::{encode, part10};
 
@@ -113,6 +113,11 @@ impl DataSet {
     /// Puts a sequence.
     pub(crate) fn put_items(&mut self, tag: Tag, items: Vec<DataSet>) {
         self.put(tag, VR::SQ, Value::Items(items));
+    }
+
+    /// A copy that lacks an element.
+    pub(crate) fn without(&self, tag: Tag) -> Self {
+        Self { elements: self.elements.iter().filter(|e| e.tag != tag).cloned().collect() }
     }
 
     /// Takes an element out.

@@ -17,6 +17,8 @@ pub(crate) enum PixelCoding {
     Rle,
     /// JPEG: baseline 8 bit and lossless.
     Jpeg,
+    /// JPEG-LS.
+    JpegLs,
     /// JPEG 2000.
     Jpeg2000,
     /// Not read.
@@ -51,6 +53,7 @@ impl TransferSyntax {
             "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => {
                 PixelCoding::Jpeg
             }
+            "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => PixelCoding::JpegLs,
             "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => PixelCoding::Jpeg2000,
             _ => PixelCoding::Unknown,
         }

@@ -5,7 +5,7 @@ use super::{Clock, ExportParams};
 use crate::data_set::{DataSet, Value};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    put_lossy, put_missing, series_number,
+    image_reference, put_lossy, put_missing, series_number,
 };
 use crate::error::Error;
 use crate::number::format_ds;
@@ -193,10 +193,7 @@ impl<'a> Attributes<'a> {
     fn source_images(&self, k: usize) -> Vec<DataSet> {
         let near = |n: &usize| (self.places[*n] - self.places[k]).abs() <= self.reach_mm;
         let item = |n: usize| {
-            let mut item = DataSet::default();
-            item.put_text(tags::REFERENCED_SOP_CLASS_UID, VR::UI, uids::CT_IMAGE_STORAGE);
-            let uid = self.source.slices[n].header.text(tags::SOP_INSTANCE_UID);
-            item.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, &uid);
+            let mut item = image_reference(&self.source.slices[n]);
             item.put_text(tags::SPATIAL_LOCATIONS_PRESERVED, VR::CS, "NO");
             let purpose = code("DCM", "121322", "Source image for image processing operation");
             item.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);

@@ -4,7 +4,7 @@ use super::{codes, colour, read_back};
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    put_lossy, put_missing, series_number,
+    image_reference, instance_reference, put_lossy, put_missing, series_number,
 };
 use crate::error::Error;
 use crate::export::Clock;
@@ -226,7 +226,7 @@ fn put_frames(set: &mut DataSet, source: &Source, frames: &[Frame]) {
     slices.sort_unstable();
     slices.dedup();
     let item = |frame: &Frame| {
-        let header = &source.slices[frame.slice].header;
+        let slice = &source.slices[frame.slice];
         let number = frame.segment as u16 + 1;
         let mut content = DataSet::default();
         // Both indices count from 1; that of the place among the places that have a frame.
@@ -234,10 +234,10 @@ fn put_frames(set: &mut DataSet, source: &Source, frames: &[Frame]) {
         let indices = [u32::from(number), place].iter().flat_map(|n| n.to_le_bytes()).collect();
         content.put(tags::DIMENSION_INDEX_VALUES, VR::UL, Value::Bytes(indices));
         let mut position = DataSet::default();
-        copy(&mut position, tags::IMAGE_POSITION_PATIENT, header);
+        copy(&mut position, tags::IMAGE_POSITION_PATIENT, &slice.header);
         let mut segment = DataSet::default();
         segment.put_u16(tags::REFERENCED_SEGMENT_NUMBER, VR::US, number);
-        let mut image = reference(header);
+        let mut image = image_reference(slice);
         image.put_text(tags::SPATIAL_LOCATIONS_PRESERVED, VR::CS, "YES");
         let purpose = code("DCM", "121322", "Source image for image processing operation");
         image.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);
@@ -254,15 +254,6 @@ fn put_frames(set: &mut DataSet, source: &Source, frames: &[Frame]) {
     };
     set.put_text(tags::NUMBER_OF_FRAMES, VR::IS, &frames.len().to_string());
     set.put_items(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, frames.iter().map(item).collect());
-}
-
-/// The image that a header is of.
-fn reference(header: &DataSet) -> DataSet {
-    let mut item = DataSet::default();
-    item.put_text(tags::REFERENCED_SOP_CLASS_UID, VR::UI, uids::CT_IMAGE_STORAGE);
-    let instance = header.text(tags::SOP_INSTANCE_UID);
-    item.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, &instance);
-    item
 }
 
 /// The frames are indexed by segment, then by place (PS3.3 C.7.6.17).
@@ -322,7 +313,10 @@ fn put_pixels(set: &mut DataSet, labels: &LabelMap, segments: &[Label], frames: 
 fn put_references(set: &mut DataSet, source: &Source) {
     let mut series = DataSet::default();
     series.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &source.series_uid());
-    let images = source.slices.iter().map(|s| reference(&s.header)).collect();
+    let mut images: Vec<DataSet> =
+        source.slices.iter().map(|s| instance_reference(&s.header)).collect();
+    // Frames of one file are one instance.
+    images.dedup();
     series.put_items(tags::REFERENCED_INSTANCE_SEQUENCE, images);
     set.put_items(tags::REFERENCED_SERIES_SEQUENCE, vec![series]);
 }

@@ -1,6 +1,6 @@
 //! Orders, directions and positions of slices.
 
-use crate::support::{folder, orient, place, position, put, read, refusal, six};
+use crate::support::{folder, orient, place, position, put, read, refusal, rename, six};
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use supine_space::{Point, Vector};
@@ -94,6 +94,32 @@ fn unequal_steps_and_duplicates_are_refused() {
     assert!(message.contains("same position: 2.dcm and 3.dcm"), "{message}");
     put(&mut slices[3], tags::ACQUISITION_NUMBER, VR::IS, "2");
     assert!(refusal(&slices).contains("several acquisitions"), "{}", refusal(&slices));
+
+    let mut slices = six();
+    let mut again = six().remove(2);
+    rename(&mut again, "2.25.8");
+    slices.push(again);
+    let message = refusal(&slices);
+    assert!(message.contains("their pixels are equal; remove one copy"), "{message}");
+}
+
+#[test]
+fn phases_that_alternate_are_refused_even_where_they_make_even_steps() {
+    for tag in [tags::ACQUISITION_NUMBER, tags::TEMPORAL_POSITION_IDENTIFIER] {
+        let mut slices = six();
+        let mut number = |n: usize, value: &str| put(&mut slices[n], tag, VR::IS, value);
+        for n in 0..6 {
+            number(n, if n % 2 == 0 { "1" } else { "2" });
+        }
+        let message = refusal(&slices);
+        assert!(message.contains("several acquisitions"), "{message}");
+        assert!(message.contains("in 1.dcm and 2.dcm"), "{message}");
+        // One station after the other is how a long scan is made.
+        for n in 0..6 {
+            put(&mut slices[n], tag, VR::IS, if n < 3 { "1" } else { "2" });
+        }
+        read(folder(&slices).path()).unwrap();
+    }
 }
 
 #[test]

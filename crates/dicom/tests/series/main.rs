@@ -4,6 +4,7 @@
 
 mod export;
 mod geometry;
+mod multi_frame;
 mod reading;
 mod segmentation;
 mod structures;

@@ -4,7 +4,7 @@ use crate::support::{Slice, folder, put, read, refusal, rename, six, slices, tex
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use std::path::Path;
-use supine_dicom::{Error, ErrorKind, ReadParams, inspect, read_series};
+use supine_dicom::{Depth, Error, ErrorKind, ReadParams, inspect, read_series};
 use supine_space::{Progress, Stopped};
 
 const OTHER: &str = "2.25.77";
@@ -71,7 +71,7 @@ fn localizers_and_foreign_files_are_left_out_and_listed() {
     let error = read(&dir.path().join("7.dcm")).unwrap_err().to_string();
     assert!(error.contains("RT Dose"), "{error}");
 
-    let inspection = inspect(dir.path(), Progress::none()).unwrap();
+    let inspection = inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
     assert_eq!(inspection.files, 9);
     assert_eq!(inspection.usable().count(), 1);
     let series = &inspection.series[0];
@@ -79,6 +79,66 @@ fn localizers_and_foreign_files_are_left_out_and_listed() {
     assert_eq!(series.grid.as_ref().unwrap().size, [256, 256, 6]);
     assert_eq!(series.stored, "12 bits unsigned");
     assert_eq!(inspection.other[0].kind, "RT Dose Storage");
+}
+
+#[test]
+fn a_dicomdir_stands_for_its_folder_and_leads_nowhere_else() {
+    let dir = folder(&[]);
+    let [inside, outside] = ["disc/CT/A", "other"].map(|name| dir.path().join(name));
+    for (folder, slices) in [(&inside, six()), (&outside, other_series())] {
+        std::fs::create_dir_all(folder).unwrap();
+        for (n, slice) in slices.iter().enumerate() {
+            slice.write_to_file(folder.join(format!("{n}"))).unwrap();
+        }
+    }
+    let directory = dir.path().join("disc/DICOMDIR");
+    let mut list = slices(40, 1).remove(0);
+    list.meta_mut().media_storage_sop_class_uid = "1.2.840.10008.1.3.10".into();
+    list.write_to_file(&directory).unwrap();
+    let (ct, _, info) = read(&directory).unwrap();
+    assert_eq!(ct, read(&inside).unwrap().0);
+    let listed: Vec<_> =
+        info.left_out.iter().map(|l| (l.file.as_str(), l.reason.as_str())).collect();
+    assert_eq!(listed, [("DICOMDIR", "Media Storage Directory Storage")]);
+}
+
+#[test]
+fn identity_that_an_anonymiser_emptied_is_taken_from_the_file_header() {
+    let mut emptied = six();
+    for slice in &mut emptied {
+        put(slice, tags::SOP_CLASS_UID, VR::UI, "");
+        put(slice, tags::SOP_INSTANCE_UID, VR::UI, "");
+    }
+    let (ct, _, info) = read(folder(&emptied).path()).unwrap();
+    assert_eq!(ct, read(folder(&six()).path()).unwrap().0);
+    assert!(info.warnings.iter().any(|w| w.contains("file header")), "{:?}", info.warnings);
+}
+
+#[test]
+fn looking_at_the_pixels_finds_the_slice_that_cannot_be_decoded() {
+    let dir = folder(&six());
+    let pixels = || {
+        let mut inspection = inspect(dir.path(), Depth::Pixels, Progress::none()).unwrap();
+        let series = inspection.series.remove(0);
+        (series.usable, series.reason, series.pixels.unwrap())
+    };
+    let (usable, _, whole) = pixels();
+    assert!(usable && whole.failed.is_empty());
+    let (ct, ..) = read(dir.path()).unwrap();
+    let low = whole.slices.iter().map(|s| s.hu_range[0]).min();
+    assert_eq!(low, ct.data().iter().copied().min());
+    // One byte of the run lengths of a slice: the header stays as it was.
+    let path = dir.path().join("2.dcm");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = bytes.len() - 9000;
+    bytes[at..at + 4000].fill(0x80);
+    std::fs::write(&path, bytes).unwrap();
+    let (usable, reason, broken) = pixels();
+    assert!(!usable && broken.slices.len() == 5, "{broken:?}");
+    assert!(reason.unwrap().contains("2.dcm: the pixels cannot be decoded"));
+    for (n, slice) in broken.slices.iter().enumerate() {
+        assert_eq!(slice, &whole.slices[if n < 2 { n } else { n + 1 }]);
+    }
 }
 
 #[test]
@@ -111,7 +171,7 @@ fn damaged_files_are_refused_by_name() {
         let message = error.to_string();
         assert!(message.contains("3.dcm") && message.contains(expected), "{message}");
         assert_eq!(error.kind(), ErrorKind::Input);
-        let inspection = inspect(dir.path(), Progress::none()).unwrap();
+        let inspection = inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
         assert!(inspection.damaged.iter().any(|d| d.contains("3.dcm")));
     }
 }
@@ -182,9 +242,16 @@ fn a_deflate_bomb_is_refused() {
 #[test]
 fn unknown_codings_are_refused_by_name() {
     let mut slices = six();
-    slices.iter_mut().for_each(|s| s.meta_mut().transfer_syntax = "1.2.840.10008.1.2.4.80".into());
-    let message = refusal(&slices);
-    assert!(message.contains("0.dcm") && message.contains("JPEG-LS Lossless"), "{message}");
+    for (uid, name) in [
+        ("1.2.840.10008.1.2.4.51", "JPEG Extended (12 bit)"),
+        ("1.2.840.10008.1.2.4.201", "High-Throughput JPEG 2000 Lossless"),
+        ("1.2.840.10008.1.2.4.110", "JPEG XL Lossless"),
+    ] {
+        slices.iter_mut().for_each(|s| s.meta_mut().transfer_syntax = uid.into());
+        let message = refusal(&slices);
+        assert!(message.contains("0.dcm") && message.contains(name), "{message}");
+        assert!(message.contains(uid), "{message}");
+    }
 }
 
 #[test]
@@ -243,7 +310,7 @@ fn mutated_files_give_a_result_or_an_error_and_never_a_panic() {
             bytes.truncate(random(good.len()));
         }
         std::fs::write(&path, &bytes).unwrap();
-        inspect(dir.path(), Progress::none()).unwrap();
+        inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
         match read(dir.path()) {
             Ok((ct, ..)) => {
                 assert_eq!(ct.grid().size()[..2], [256, 256]);
