@@ -9,13 +9,14 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 6] = [
+const BINARIES: [(&str, &str); 7] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
     ("dcmftest", "dcmtk"),
     ("ccx", "calculix-ccx"),
     ("python3", "python3"),
+    ("zstd", "zstd"),
 ];
 
 /// Installs what is missing.

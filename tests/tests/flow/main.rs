@@ -6,6 +6,7 @@
 
 mod carry;
 mod formats;
+mod hazards;
 mod labels;
 mod readers;
 mod refine;

@@ -186,3 +186,17 @@ fn links_between_the_pages_lead_somewhere() {
     }
     assert_none(&faults);
 }
+
+#[test]
+fn the_hazards_name_tests_that_exist() {
+    let page = read(Path::new("docs/HAZARDS.md"));
+    let folder = Path::new("crates/dicom/tests/series");
+    let tests: String =
+        files_below(&root().join(folder)).iter().map(|f| read(&folder.join(f))).collect();
+    let rows = page.lines().filter(|line| line.starts_with("| ") && line.ends_with("` |"));
+    let named: Vec<&str> = rows.filter_map(|row| row.rsplit('`').nth(1)).collect();
+    assert!(named.len() > 30, "the table was found: {named:?}");
+    for test in named {
+        assert!(tests.contains(&format!("fn {test}()")), "docs/HAZARDS.md names {test}");
+    }
+}

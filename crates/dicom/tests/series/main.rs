@@ -4,6 +4,7 @@
 
 mod export;
 mod geometry;
+mod hazards;
 mod multi_frame;
 mod reading;
 mod segmentation;
