@@ -7,6 +7,7 @@
 mod agreement;
 mod applicator;
 mod cut;
+mod dicom;
 mod image;
 mod mechanics;
 mod mesh;
@@ -123,6 +124,8 @@ pub(crate) enum Part {
     Cut,
     /// The warp beside memcpy, VTK and SimpleITK, and against the exact reference.
     Warp,
+    /// Folders of many files, time and finds of verify-export.
+    Dicom,
 }
 
 impl Part {
@@ -151,6 +154,7 @@ impl Part {
             Self::Mechanics => mechanics(bench),
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),
+            Self::Dicom => dicom::section(bench),
         }
     }
 }
