@@ -105,6 +105,9 @@ pub(crate) struct Run {
     /// Where the results go
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Take the patient out of all that leaves (PS3.15), as `export = { anonymise = true }` does
+    #[arg(long)]
+    pub(crate) anonymise: bool,
     /// End after this stage
     #[arg(long, value_name = "STAGE", value_parser = stage)]
     pub(crate) until: Option<Stage>,
@@ -343,6 +346,9 @@ pub(crate) struct Warp {
     /// this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) fields: Option<PathBuf>,
+    /// Take the patient out of the DICOM series (PS3.15)
+    #[arg(long)]
+    pub(crate) anonymise: bool,
     /// A folder for a DICOM series, or a .nrrd, .nii or .nii.gz file
     #[arg(long, value_name = "DIR|FILE")]
     pub(crate) out: PathBuf,

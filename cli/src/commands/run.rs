@@ -7,7 +7,8 @@ use std::path::Path;
 use supine_pipeline::{Case, Options, RunError, Summary};
 
 pub(crate) fn run(args: &args::Run, screen: &Screen) -> Result<u8, Failure> {
-    let case = Case::read(&args.case).map_err(RunError::from)?;
+    let mut case = Case::read(&args.case).map_err(RunError::from)?;
+    case.anonymise |= args.anonymise;
     case_into(&case, &args.out, Options { until: args.until, force: args.force }, screen)
 }
 

@@ -100,8 +100,8 @@ fn write(
     if !path.to_string_lossy().to_lowercase().ends_with(".dcm") {
         return Ok(write_labels(labels, path, progress)?);
     }
-    if write_dicom_labels(labels, input, origin, path)? {
-        return Ok(());
+    if let Some((source, _)) = &input.dicom {
+        return Ok(write_dicom_labels(labels, source, origin, path)?);
     }
     let message = "--out: the CT did not come as DICOM, so no DICOM segmentation can be written; \
                    name a .seg.nrrd, .nrrd or .nii.gz file";

@@ -12,7 +12,7 @@ use supine_exchange::{
     FieldKind, read_mesh, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
 };
 use supine_mesh::{Displacement, TetMesh};
-use supine_pipeline::{CtInput, RunError};
+use supine_pipeline::{CtInput, Outward, RunError, forgetful_anonymiser};
 use supine_space::{Grid, Progress, Side};
 use supine_volume::Ct;
 use supine_warp::{Consistency, Interpolation, Params, consistency};
@@ -122,6 +122,12 @@ fn write(
         let message = "--breast left|right is needed for a DICOM series (its Laterality)";
         return Err(Failure::usage(message));
     };
+    let outward = if args.anonymise {
+        Outward::anonymised(source, forgetful_anonymiser()?)
+    } else {
+        Outward::named(source)
+    };
+    let source = &outward.source;
     let params = ExportParams {
         series_description: "DEFORMED by a given mesh".into(),
         derivation: note(args.interpolation.into()),

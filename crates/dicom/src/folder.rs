@@ -1,5 +1,6 @@
 //! What files a folder holds, and which series they make.
 
+use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use crate::multi_frame;
@@ -224,11 +225,19 @@ impl Folder {
         Ok(self.series.remove(at))
     }
 
-    /// The Series Instance UID of the series that holds an instance.
-    pub(crate) fn series_of(&self, instance: &str) -> Option<String> {
-        let holds = |s: &&Series| {
-            s.files.iter().any(|f| f.slice.as_ref().is_ok_and(|s| s.instance == instance))
+    /// The Series Instance UID of the series that holds an instance, named by its UID or what stands for
+    /// it.
+    pub(crate) fn series_of(
+        &self,
+        instance: &str,
+        anonymiser: Option<&Anonymiser>,
+    ) -> Option<String> {
+        let is = |uid: &str| match anonymiser {
+            Some(anonymiser) => anonymiser.uid(uid) == instance,
+            None => uid == instance,
         };
+        let holds =
+            |s: &&Series| s.files.iter().any(|f| f.slice.as_ref().is_ok_and(|s| is(&s.instance)));
         self.series.iter().find(holds).map(|s| s.head.uid.clone())
     }
 

@@ -15,6 +15,7 @@
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod anonymise;
 mod data_set;
 mod derived;
 mod error;
@@ -35,6 +36,7 @@ mod structures;
 mod uid;
 mod verify;
 
+pub use anonymise::Anonymiser;
 pub use error::{Error, ErrorKind};
 pub use export::{Clock, ExportParams, WriteInfo, write_series};
 pub use folder::{LeftOut, SeriesSummary};
@@ -48,4 +50,4 @@ pub use segmentation::{
     write_segmentation,
 };
 pub use structures::{Roi, Structures, read_structures};
-pub use verify::{Check, Verification, verify_export};
+pub use verify::{Check, Verification, verify_anonymised_export, verify_export};

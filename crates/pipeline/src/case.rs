@@ -52,6 +52,8 @@ pub struct Case {
     pub points: Vec<PathBuf>,
     /// Whether fat, gland and other tissues are labelled too, for the report.
     pub tissues: bool,
+    /// Whether what leaves in DICOM lacks the patient (PS3.15 E.1).
+    pub anonymise: bool,
 }
 
 /// What is asked of the mesh.
@@ -146,6 +148,8 @@ struct CaseFile {
     carry: CarryFile,
     #[serde(default)]
     tissues: bool,
+    #[serde(default)]
+    export: ExportFile,
 }
 
 #[derive(Deserialize)]
@@ -240,6 +244,12 @@ struct CarryFile {
     points: Vec<PathBuf>,
 }
 
+#[derive(Deserialize, Default)]
+struct ExportFile {
+    #[serde(default)]
+    anonymise: bool,
+}
+
 /// The tilts a table can do; beyond them a typing error is likelier than a patient.
 const MAX_TILT_DEG: f64 = 90.0;
 
@@ -325,6 +335,7 @@ impl Case {
             )?,
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
             tissues: file.tissues || stiffness.is_some(),
+            anonymise: file.export.anonymise,
         })
     }
 }

@@ -31,6 +31,9 @@ pub enum RunError {
         /// Why.
         source: std::io::Error,
     },
+    /// The system gives no random numbers for the key of a de-identification.
+    #[error("no random numbers for the de-identification: {0}")]
+    Random(String),
     /// A DICOM object that was brought along as labels.
     #[error("`labels`: {0}")]
     Regions(supine_dicom::Error),
@@ -194,7 +197,7 @@ impl RunError {
             Self::Report(error) => output_code(error),
             Self::Output { source, .. } => output_code(source),
             Self::NoDisplacement { .. } | Self::Foreign { .. } | Self::Record(_) => 5,
-            Self::Busy { .. } => 75,
+            Self::Busy { .. } | Self::Random(_) => 75,
             Self::Stopped => 130,
         }
     }

@@ -45,12 +45,14 @@ const KEYS: &[Key] = &[
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("warp", &["interpolation"]),
     key("carry", &["points"]),
+    key("export", &["anonymise"]),
     key("tissues", &[]),
 ];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
 /// than ignored: a planner who asks for a thing must not believe that it was done.
-const LATER: &[&str] = &["scans", "carry.dose", "carry.structures", "export"];
+const LATER: &[&str] =
+    &["scans", "carry.dose", "carry.structures", "export.spacing", "export.registration"];
 
 /// The first key that cannot be used, in words; `None` when all are known.
 pub(crate) fn first_unknown(case: &Table) -> Option<String> {

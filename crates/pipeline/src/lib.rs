@@ -17,6 +17,7 @@ mod mesher;
 mod meter;
 mod moduli;
 mod options;
+mod outward;
 mod refine;
 mod run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
@@ -52,6 +53,7 @@ pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
 #[cfg(feature = "tetgen")]
 pub use mesher::{by_tetgen, tetgen_work};
 pub use options::Options;
+pub use outward::{Outward, forgetful_anonymiser};
 pub use refine::{Goal, Refine};
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]

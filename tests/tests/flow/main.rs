@@ -4,6 +4,7 @@
 //! One run is shared by all tests; it stays in `target/tmp/flow` for whoever wants to look.
 #![expect(clippy::disallowed_methods, reason = "the tests read what a run leaves and wait for it")]
 
+mod anonymise;
 mod carry;
 mod formats;
 mod hazards;

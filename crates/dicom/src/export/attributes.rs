@@ -253,8 +253,11 @@ fn put_derivation(set: &mut DataSet, params: &ExportParams, first: &DataSet) {
     processing.put_text(tags::MANUFACTURER, VR::LO, MANUFACTURER);
     processing.put_text(tags::MANUFACTURER_MODEL_NAME, VR::LO, MODEL);
     processing.put_text(tags::SOFTWARE_VERSIONS, VR::LO, &params.software_version);
-    let now = format!("{}{}", params.clock.date, params.clock.time);
-    processing.put_text(tags::CONTRIBUTION_DATE_TIME, VR::DT, &now);
+    // Where dates were removed, this one has to go too (PS3.15 table E.1-1).
+    if first.text(tags::LONGITUDINAL_TEMPORAL_INFORMATION_MODIFIED) != "REMOVED" {
+        let now = format!("{}{}", params.clock.date, params.clock.time);
+        processing.put_text(tags::CONTRIBUTION_DATE_TIME, VR::DT, &now);
+    }
     processing.put_text(tags::CONTRIBUTION_DESCRIPTION, VR::ST, "Simulated deformation of the CT");
     let purpose = code("DCM", "109102", "Processing Equipment");
     processing.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);

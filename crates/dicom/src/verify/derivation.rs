@@ -1,6 +1,6 @@
 //! Rules E: that the series says what it is.
 
-use super::{Checks, Image, NEEDS_SOURCE, Reference, values};
+use super::{Checks, DEIDENTIFIED, Image, NEEDS_SOURCE, Reference, deidentified, values};
 use crate::data_set::DataSet;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
@@ -96,6 +96,8 @@ pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Re
 }
 
 fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
+    let why = if reference.is_none() { NEEDS_SOURCE } else { DEIDENTIFIED };
+    let reference = reference.filter(|r| !deidentified(images, r));
     let known: BTreeSet<String> =
         reference.map(|r| values(r.headers(), tags::SOP_INSTANCE_UID)).unwrap_or_default();
     let mut found = Vec::new();
@@ -123,7 +125,7 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
     let rule = "E4 source images are named, purpose 121322, locations not preserved";
     checks.none_of(rule, &found);
     if reference.is_none() {
-        checks.skip("E4b source images are those of the source", NEEDS_SOURCE);
+        checks.skip("E4b source images are those of the source", why);
     }
 }
 

@@ -9,6 +9,7 @@ mod geometry;
 mod identity;
 mod pixels;
 
+use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
 use crate::folder::{Folder, MAX_FOLDER_DEPTH, list};
@@ -87,6 +88,15 @@ impl Reference {
     }
 }
 
+/// Whether the export lacks the patient that the source has, so that they cannot be compared.
+fn deidentified(images: &[Image], reference: &Reference) -> bool {
+    let removed = |set: &DataSet| set.text(tags::PATIENT_IDENTITY_REMOVED) == "YES";
+    images.iter().all(|i| removed(&i.set)) && !reference.headers().any(removed)
+}
+
+/// Why a rule was not checked.
+const DEIDENTIFIED: &str = "the export is de-identified and the source is not";
+
 /// Gathers checks.
 #[derive(Default)]
 struct Checks(Vec<Check>);
@@ -125,6 +135,27 @@ pub fn verify_export(
     source: Option<&Path>,
     progress: Progress<'_>,
 ) -> Result<Verification, Error> {
+    verify(dir, source.map(|path| (path, None)), progress)
+}
+
+/// [`verify_export`] of an export that was de-identified, against the source with the patient in it.
+///
+/// # Errors
+/// As [`verify_export`].
+pub fn verify_anonymised_export(
+    dir: &Path,
+    source: &Path,
+    anonymiser: &Anonymiser,
+    progress: Progress<'_>,
+) -> Result<Verification, Error> {
+    verify(dir, Some((source, Some(anonymiser))), progress)
+}
+
+fn verify(
+    dir: &Path,
+    source: Option<(&Path, Option<&Anonymiser>)>,
+    progress: Progress<'_>,
+) -> Result<Verification, Error> {
     let mut paths = Vec::new();
     list(dir, MAX_FOLDER_DEPTH, &mut paths)?;
     paths.sort();
@@ -133,7 +164,9 @@ pub fn verify_export(
     }
     let (images, unreadable) = load(dir, &paths, progress.part(0.0, 0.4))?;
     let reference = match source {
-        Some(path) => Some(load_source(path, &images, progress.part(0.4, 0.8))?),
+        Some((path, anonymiser)) => {
+            Some(load_source(path, anonymiser, &images, progress.part(0.4, 0.8))?)
+        }
         None => None,
     };
     let mut checks = Checks::default();
@@ -197,13 +230,22 @@ fn load_image(path: &Path, file: String) -> Loaded {
     Ok(Ok(Image { file, preamble, syntax, meta: container.meta, set }))
 }
 
-fn load_source(path: &Path, images: &[Image], progress: Progress<'_>) -> Result<Reference, Error> {
+fn load_source(
+    path: &Path,
+    anonymiser: Option<&Anonymiser>,
+    images: &[Image],
+    progress: Progress<'_>,
+) -> Result<Reference, Error> {
     let folder = Folder::scan(path, progress.part(0.0, 0.2))?;
     let named = images.iter().find_map(|image| {
         let item = image.set.items(tags::SOURCE_IMAGE_SEQUENCE).first()?;
-        folder.series_of(&item.text(tags::REFERENCED_SOP_INSTANCE_UID))
+        folder.series_of(&item.text(tags::REFERENCED_SOP_INSTANCE_UID), anonymiser)
     });
     let (ct, source, _) = read_folder(folder, named.as_deref(), progress.part(0.2, 1.0))?;
+    let source = match anonymiser {
+        Some(anonymiser) => source.anonymised(anonymiser),
+        None => source,
+    };
     Ok(Reference { source, ct })
 }
 

@@ -1,8 +1,8 @@
 //! Labels as a DICOM segmentation of the CT they belong to.
 
-use crate::{CtInput, RunError};
+use crate::RunError;
 use std::path::Path;
-use supine_dicom::{SegmentationParams, write_segmentation};
+use supine_dicom::{SegmentationParams, Source, write_segmentation};
 use supine_volume::LabelMap;
 
 /// How labels came about.
@@ -16,18 +16,16 @@ pub enum LabelOrigin {
     Brought,
 }
 
-/// Writes labels as a DICOM segmentation (`.dcm`) of the series the CT came from; false when it
-/// did not come as DICOM, since then there is no patient to write it for.
+/// Writes labels as a DICOM segmentation (`.dcm`) of the series the CT came from.
 ///
 /// # Errors
 /// When the file cannot be written.
 pub fn write_dicom_labels(
     labels: &LabelMap,
-    input: &CtInput,
+    source: &Source,
     origin: LabelOrigin,
     path: &Path,
-) -> Result<bool, RunError> {
-    let Some((source, _)) = &input.dicom else { return Ok(false) };
+) -> Result<(), RunError> {
     let version = env!("CARGO_PKG_VERSION");
     let params = SegmentationParams {
         series_description: "Labels of the supine CT [supine]".into(),
@@ -41,5 +39,5 @@ pub fn write_dicom_labels(
         software_version: version.into(),
     };
     write_segmentation(labels, source, &params, path).map_err(RunError::DicomLabels)?;
-    Ok(true)
+    Ok(())
 }

@@ -3,9 +3,10 @@
 use super::import::Imported;
 use super::warp::Facts as WarpFacts;
 use crate::bench::{Bench, Done, Made};
+use crate::outward::Outward;
 use crate::store::Store;
 use crate::{Case, RunError, Stage, texts};
-use supine_dicom::{ExportParams, ReadInfo, Source};
+use supine_dicom::{ExportParams, Source, verify_anonymised_export, verify_export};
 use supine_report::{Checks, Export};
 use supine_space::Progress;
 use supine_volume::Ct;
@@ -23,11 +24,8 @@ pub(crate) fn export(
         Stage::Export,
         &[&warped.key, &texts::derivation(case), &texts::series_description(case)],
         |_, _| Ok(()),
-        |store, progress| match &input.input.dicom {
-            Some((source, info)) => {
-                let series = Series { case, source, info, warped, reach_mm };
-                series.write(store, progress)
-            }
+        |store, progress| match &input.outward {
+            Some(outward) => Series { case, outward, warped, reach_mm }.write(store, progress),
             None => without_dicom(case, store, &warped.product, progress),
         },
     )
@@ -49,8 +47,7 @@ fn without_dicom(
 
 struct Series<'a> {
     case: &'a Case,
-    source: &'a Source,
-    info: &'a ReadInfo,
+    outward: &'a Outward,
     warped: &'a Done<Ct, WarpFacts>,
     /// Largest displacement, mm.
     reach_mm: f64,
@@ -62,28 +59,32 @@ impl Series<'_> {
         store: &Store,
         progress: Progress<'_>,
     ) -> Result<Made<(), Option<Export>>, RunError> {
+        let Outward { source, anonymiser } = self.outward;
         let params = ExportParams {
             series_description: texts::series_description(self.case),
             derivation: texts::derivation(self.case),
             image_comments: texts::IMAGE_COMMENTS.into(),
             laterality: self.case.breast,
-            clock: self.source.clock(),
+            clock: source.clock(),
             software_version: env!("CARGO_PKG_VERSION").into(),
-            identity: identity(self.info, self.case),
+            identity: identity(source, self.case),
             reach_mm: self.reach_mm,
         };
         let folder = store.path("ct")?;
         let written = supine_dicom::write_series(
             &self.warped.product,
-            self.source,
+            source,
             &params,
             &folder,
             progress.part(0.0, 0.6),
         )
         .map_err(export_error)?;
-        let verified =
-            supine_dicom::verify_export(&folder, Some(&self.case.ct), progress.part(0.6, 1.0))
-                .map_err(export_error)?;
+        let (ct, progress) = (&self.case.ct, progress.part(0.6, 1.0));
+        let verified = match anonymiser {
+            Some(anonymiser) => verify_anonymised_export(&folder, ct, anonymiser, progress),
+            None => verify_export(&folder, Some(ct), progress),
+        }
+        .map_err(export_error)?;
         let passed = verified.checks.iter().filter(|c| c.passed == Some(true)).count();
         let failed = verified.checks.iter().filter(|c| c.passed == Some(false));
         let mut warnings: Vec<String> = written.warnings;
@@ -108,8 +109,8 @@ fn export_error(error: supine_dicom::Error) -> RunError {
 }
 
 /// What made the volume, beside its voxels: two cases never share an identifier.
-fn identity(info: &ReadInfo, case: &Case) -> [u8; 32] {
-    let parts = [info.series_uid.as_str(), &texts::derivation(case)];
+fn identity(source: &Source, case: &Case) -> [u8; 32] {
+    let parts = [source.series_uid(), texts::derivation(case)];
     let mut hasher = blake3::Hasher::new();
     for part in parts {
         hasher.update(part.as_bytes()).update(b"\0");

@@ -2,13 +2,17 @@
 
 use crate::bench::Bench;
 use crate::ct::{CtInput, read_ct};
+use crate::outward::{Outward, secret};
 use crate::store::{form, hash_of};
 use crate::{Case, RunError, Stage};
+use supine_dicom::Anonymiser;
 use supine_report::{CtFacts, Input, LeftOut};
 
 /// The CT with its facts.
 pub(crate) struct Imported {
     pub(crate) input: CtInput,
+    /// Its series as exports may name it, when it came as DICOM.
+    pub(crate) outward: Option<Outward>,
     pub(crate) facts: CtFacts,
     pub(crate) origin: Input,
     /// Decides everything that is made from the CT.
@@ -16,6 +20,7 @@ pub(crate) struct Imported {
 }
 
 pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, RunError> {
+    let secret = case.anonymise.then(|| secret(&bench.store)).transpose()?;
     bench.pass(Stage::Import, |progress| {
         let input = read_ct(&case.ct, case.series.as_deref(), progress)?;
         let hashed = hash_of(&case.ct).map_err(|source| RunError::Missing {
@@ -29,14 +34,21 @@ pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, Run
             files: hashed.files,
             blake3: hashed.blake3,
         };
-        let key = crate::store::key(&[&origin.blake3, case.series.as_deref().unwrap_or("")]);
+        let named = secret.map_or_else(String::new, |key| blake3::hash(&key).to_string());
+        let series = case.series.as_deref().unwrap_or("");
+        let key = crate::store::key(&[&origin.blake3, series, &named]);
         let warnings = input.dicom.iter().flat_map(|(_, info)| info.warnings.clone()).collect();
-        let facts = facts(&input);
-        Ok((Imported { input, facts, origin, key }, warnings))
+        let facts = facts(&input, case.anonymise);
+        let outward = input.dicom.as_ref().map(|(source, _)| match secret {
+            Some(key) => Outward::anonymised(source, Anonymiser::new(key)),
+            None => Outward::named(source),
+        });
+        Ok((Imported { input, outward, facts, origin, key }, warnings))
     })
 }
 
-fn facts(input: &CtInput) -> CtFacts {
+/// Files are not named where the patient must not be: sites name them after her.
+fn facts(input: &CtInput, anonymise: bool) -> CtFacts {
     let grid = input.ct.grid();
     let info = input.dicom.as_ref().map(|(_, info)| info);
     let left_out = info.into_iter().flat_map(|i| &i.left_out);
@@ -47,7 +59,11 @@ fn facts(input: &CtInput) -> CtFacts {
         slices: grid.size()[2],
         patient_position: info.map(|i| i.patient_position.clone()).unwrap_or_default(),
         left_out: left_out
-            .map(|l| LeftOut { file: l.file.clone(), reason: l.reason.clone() })
+            .enumerate()
+            .map(|(n, l)| LeftOut {
+                file: if anonymise { format!("file {}", n + 1) } else { l.file.clone() },
+                reason: l.reason.clone(),
+            })
             .collect(),
     }
 }

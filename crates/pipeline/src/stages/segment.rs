@@ -67,7 +67,9 @@ pub(crate) fn segment(
                 (None, Seeds::Automatic) => LabelOrigin::Automatic,
                 (None, _) => LabelOrigin::Seeded,
             };
-            write_dicom_labels(&labels, &input.input, origin, &store.path("labels.dcm")?)?;
+            if let Some(outward) = &input.outward {
+                write_dicom_labels(&labels, &outward.source, origin, &store.path("labels.dcm")?)?;
+            }
             progress.at(1.0)?;
             Ok(Made { product: labels, facts, warnings })
         },
