@@ -3,7 +3,7 @@
 use crate::pictures::Row;
 use crate::tables::{self, Table};
 use crate::verdict::Verdict;
-use crate::{Mesh, Summary, words};
+use crate::{Mesh, Summary, tg132, words};
 use askama::Template;
 use base64::Engine;
 
@@ -17,6 +17,7 @@ struct Page<'a> {
     key: Table,
     tables: Vec<Table>,
     points: Option<Table>,
+    tg132: Option<Table>,
     files: Vec<Table>,
     sections: Vec<Section<'a>>,
 }
@@ -62,6 +63,7 @@ pub(crate) fn page(
         key: tables::key(summary),
         tables: tables::stages(summary),
         points: tables::points(summary),
+        tg132: tg132::table(summary),
         files: tables::files(summary),
         sections: sections(rows, pngs),
     }

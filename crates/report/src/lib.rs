@@ -7,6 +7,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod agreement;
 mod body;
 mod canvas;
 mod colour;
@@ -22,11 +23,13 @@ mod scene;
 mod section;
 mod summary;
 mod tables;
+mod tg132;
 mod verdict;
 mod volumes;
 mod words;
 mod write;
 
+pub use agreement::agreement;
 pub use error::Error;
 pub use files::write_summary;
 pub use scene::Scene;

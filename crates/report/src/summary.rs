@@ -4,8 +4,10 @@
 //! All numbers are finite (JSON knows no other). What differs from run to run of the same case
 //! lies in [`Run`] alone; all else is reproducible to the byte.
 
+mod agreement;
 mod moved;
 
+pub use agreement::{Agreement, SkinAgreement};
 pub use moved::{CarriedPoint, Consistency, Jacobian, Movement, VolumeChange, Warp};
 
 use serde::{Deserialize, Serialize};
@@ -36,6 +38,9 @@ pub struct Summary {
     /// How the volume of each structure changes; empty in summaries of older versions.
     #[serde(default)]
     pub volumes: Vec<VolumeChange>,
+    /// What a registration would be judged by; absent in summaries of older versions.
+    #[serde(default)]
+    pub agreement: Option<Agreement>,
     /// The tumour before and after; `None` when the case names none.
     pub tumour: Option<Movement>,
     /// Where the tumour comes to within an interval of moduli; absent when the case names none.

@@ -18,7 +18,7 @@ impl Table {
         Self { title: title.into(), head: Vec::new(), rows: Vec::new() }
     }
 
-    fn list(title: &str, head: &[&'static str]) -> Self {
+    pub(crate) fn list(title: &str, head: &[&'static str]) -> Self {
         Self { title: title.into(), head: head.to_vec(), rows: Vec::new() }
     }
 

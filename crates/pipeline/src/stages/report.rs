@@ -45,12 +45,18 @@ pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<S
             let (faded, _) = supine_warp::fade(mesh, solved, &supine_warp::Params::default())?;
             let scene = scene(case, flow, &faded);
             let volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
-            let shown = Summary { volumes: volumes.clone(), ..summary.clone() };
+            let agreement = supine_report::agreement(&scene);
+            let shown = Summary {
+                volumes: volumes.clone(),
+                agreement: Some(agreement.clone()),
+                ..summary.clone()
+            };
             let info = supine_report::write(&shown, &scene, &folder, progress.part(0.1, 1.0))?;
-            Ok(Made { product: (), facts: volumes, warnings: info.warnings })
+            Ok(Made { product: (), facts: (volumes, agreement), warnings: info.warnings })
         },
     )?;
-    summary.volumes = done.facts;
+    let (volumes, agreement) = done.facts;
+    (summary.volumes, summary.agreement) = (volumes, Some(agreement));
     summary.outputs = bench.store.outputs();
     summary.warnings.clone_from(&bench.warnings);
     let peaks = bench.times.iter().filter_map(|t| t.peak_memory_mb);
@@ -113,6 +119,7 @@ fn summarise(bench: &Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, Run
         solve: flow.solved.facts.solve.clone(),
         warp: flow.warped.facts.warp.clone(),
         volumes: Vec::new(),
+        agreement: None,
         tumour: Some(flow.warped.facts.tumour.clone()),
         modulus_interval: flow.solved.facts.interval.clone(),
         nipple: flow.warped.facts.nipple.clone(),

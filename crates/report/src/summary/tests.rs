@@ -162,6 +162,17 @@ pub(crate) fn example() -> Summary {
                 max_mm: 0.1178,
             }),
         },
+        agreement: Some(Agreement {
+            voxel_mm: 3.0,
+            chest_wall_mm: 0.0,
+            skin: Some(SkinAgreement {
+                places: 412,
+                lost: 0,
+                mean_mm: 0.21,
+                p95_mm: 0.55,
+                max_mm: 1.4,
+            }),
+        }),
         volumes: ["all simulated soft tissue", "tumour as given", "fat", "gland"]
             .map(|structure| VolumeChange {
                 structure: structure.into(),

@@ -1,0 +1,132 @@
+//! The table of the report that speaks the language of AAPM's Task Group 132.
+
+use crate::tables::Table;
+use crate::words::{count, fixed};
+use crate::{Agreement, Summary};
+
+/// Said over the table.
+const TITLE: &str = "Measures of AAPM TG-132, where they apply. The deformation is a prediction, not a registration: \
+                     they say whether the files agree with it, not whether it is true";
+
+/// Measure, tolerance, figure and verdict; none for a summary that holds no figures.
+pub(crate) fn table(s: &Summary) -> Option<Table> {
+    let agreement = s.agreement.as_ref()?;
+    let head = ["Measure", "Tolerance", "This run", "Verdict"];
+    let mut table = Table::list(TITLE, &head);
+    table.rows = [
+        chest_wall(agreement),
+        skin(agreement),
+        jacobian(s),
+        consistency(s, agreement),
+        not_measured(
+            "Target registration error",
+            "longest voxel side, 2 to 3 mm",
+            "needs landmarks seen on the operating table",
+        ),
+        not_measured("Dice coefficient", "0.80 to 0.90", "needs contours of the deformed anatomy"),
+    ]
+    .map(Vec::from)
+    .into();
+    Some(table)
+}
+
+type Row = [String; 4];
+
+fn row(measure: &str, tolerance: String, figure: String, within: bool) -> Row {
+    let verdict = if within { "within" } else { "outside: look" };
+    [measure.into(), tolerance, figure, verdict.into()]
+}
+
+fn not_measured(measure: &str, tolerance: &str, why: &str) -> Row {
+    [measure.into(), tolerance.into(), why.into(), "not measured".into()]
+}
+
+fn mm(length: f64) -> String {
+    format!("{} mm", fixed(length, 2))
+}
+
+fn chest_wall(a: &Agreement) -> Row {
+    let half = a.voxel_mm / 2.0;
+    let tolerance = format!("half a voxel, {}", mm(half));
+    row("Rigid part: movement of the chest wall", tolerance, mm(a.chest_wall_mm), {
+        a.chest_wall_mm <= half
+    })
+}
+
+fn skin(a: &Agreement) -> Row {
+    let measure = "Mean distance to agreement: skin of the moved mesh and of the exported CT";
+    let Some(skin) = &a.skin else {
+        return not_measured(measure, "2 to 3 mm", "no skin was simulated");
+    };
+    let lost = match skin.lost {
+        0 => String::new(),
+        n => format!("; no skin near {} of them", count(n)),
+    };
+    let figure = format!(
+        "{}; 95 % below {}, at most {}, {} places{lost}",
+        mm(skin.mean_mm),
+        mm(skin.p95_mm),
+        mm(skin.max_mm),
+        count(skin.places)
+    );
+    row(measure, "2 to 3 mm (2 asked)".into(), figure, skin.mean_mm <= 2.0)
+}
+
+fn jacobian(s: &Summary) -> Row {
+    let j = &s.warp.jacobian;
+    let mut figure = format!(
+        "{} to {}; {} voxels fold",
+        fixed(j.min, 2),
+        fixed(j.max, 2),
+        count(s.warp.folded_voxels)
+    );
+    if let Some(all) = s.volumes.first() {
+        let change = 100.0 * (all.after_ml / all.before_ml - 1.0);
+        figure += &format!("; {} by {} % of volume", all.structure, fixed(change, 2));
+    }
+    let sound = s.warp.folded_voxels == 0 && s.solve.min_det_f > 0.0;
+    let tolerance = "above 0 everywhere; else as clinically expected";
+    row("Jacobian determinant", tolerance.into(), figure, sound)
+}
+
+fn consistency(s: &Summary, a: &Agreement) -> Row {
+    let measure = "Inverse consistency: forward by one field, back by the other";
+    let tolerance = format!("longest voxel side, {}", mm(a.voxel_mm));
+    let Some(c) = &s.warp.forward_then_backward else {
+        return not_measured(measure, &tolerance, "nothing moves");
+    };
+    let figure = format!(
+        "{} in the mean, 99 % below {}, at most {}",
+        mm(c.mean_mm),
+        mm(c.p99_mm),
+        mm(c.max_mm)
+    );
+    row(measure, tolerance, figure, c.max_mm <= a.voxel_mm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::tests::example;
+
+    fn verdicts(s: &Summary) -> Vec<String> {
+        table(s).unwrap().rows.into_iter().map(|mut row| row.remove(3)).collect()
+    }
+
+    #[test]
+    fn each_measure_has_its_verdict() {
+        let mut s = example();
+        let within = verdicts(&s);
+        assert_eq!(within.iter().filter(|v| *v == "within").count(), 4, "{within:?}");
+        assert_eq!(within.iter().filter(|v| *v == "not measured").count(), 2, "{within:?}");
+        s.warp.folded_voxels = 1;
+        assert_eq!(verdicts(&s)[2], "outside: look");
+        if let Some(agreement) = &mut s.agreement {
+            agreement.chest_wall_mm = 1.6;
+            agreement.skin = None;
+        }
+        assert_eq!(verdicts(&s)[..2], ["outside: look", "not measured"]);
+        s.agreement = None;
+        assert!(table(&s).is_none());
+    }
+}
