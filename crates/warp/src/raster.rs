@@ -5,7 +5,7 @@ use crate::coverage::Window;
 use crate::kernel::{HIGHEST, Kernel};
 use crate::predicate::Index;
 use crate::rows::{Rows, Span, least, most, range};
-use crate::sweep::{Extent, sweep};
+use crate::sweep::{Extent, Swept};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -155,7 +155,7 @@ impl<P: Paint> WithSimd for Scan<'_, P> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { raster, members, slab, paint } = self;
         let slices = slab * SLAB..((slab + 1) * SLAB).min(raster.size[2]);
-        let (kernel, mut spans) = (Kernel::best(), Vec::new());
+        let (kernel, mut swept) = (Kernel::best(), Swept::default());
         for own in members.chunks(LANES) {
             let mut tets = [own[0]; LANES];
             tets[..own.len()].copy_from_slice(own);
@@ -165,16 +165,18 @@ impl<P: Paint> WithSimd for Scan<'_, P> {
             for (lane, tet) in own.iter().enumerate() {
                 let extent = batch.extent(lane).and_then(|all| Extent::new(all, &slices));
                 let Some(extent) = extent else { continue };
-                spans.clear();
-                let exact = |rows, slices, spans: &mut _| raster.rows(*tet, rows, slices, spans);
+                swept.clear();
                 match crossings.of(lane) {
-                    Some(crossing) => sweep(kernel, &crossing, &extent, &mut spans, exact),
-                    None => exact(extent.rows(), extent.slices(), &mut spans),
+                    Some(crossing) => kernel.sweep(&crossing, &extent, &mut swept),
+                    None => swept.unsure.extend(extent.rows()),
                 }
-                if !spans.is_empty() {
+                if !swept.unsure.is_empty() {
+                    raster.decide(*tet, &mut swept);
+                }
+                if !swept.spans.is_empty() {
                     let [i, j, k] = extent.first;
                     let first = [i as u32, j as u32, k as u32];
-                    paint.paint(Item { tet: *tet as usize, lane, first }, &spans);
+                    paint.paint(Item { tet: *tet as usize, lane, first }, &swept.spans);
                 }
             }
             paint.done();
@@ -183,12 +185,14 @@ impl<P: Paint> WithSimd for Scan<'_, P> {
 }
 
 impl Raster<'_> {
-    /// Adds what a tetrahedron owns in rows of slices, decided row by row.
+    /// Adds what a tetrahedron owns in the rows that are unsure.
     #[cold]
     #[inline(never)]
-    fn rows(&self, tet: u32, rows: Range<usize>, slices: Range<usize>, spans: &mut Vec<Span>) {
+    fn decide(&self, tet: u32, swept: &mut Swept) {
         if let Some(own) = Rows::new(self.corners(tet as usize), self.size) {
-            slices.for_each(|k| rows.clone().for_each(|j| own.row(j, k, spans)));
+            for &[j, k] in &swept.unsure {
+                own.row(j as usize, k as usize, &mut swept.spans);
+            }
         }
     }
 }

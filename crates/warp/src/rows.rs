@@ -4,6 +4,7 @@ use crate::predicate::{FACES, Index, holds, orientation};
 
 /// A run of voxels `from..to` along i in row (j, k).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub(crate) struct Span {
     pub(crate) j: u32,
     pub(crate) k: u32,

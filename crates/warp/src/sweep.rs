@@ -1,7 +1,5 @@
-//! The rows of one tetrahedron, eight at once, from where its faces cross them.
+//! The rows of one tetrahedron within a slab, and what it owns of them.
 
-use crate::batch::Crossing;
-use crate::kernel::{Ends, Kernel, LANES as ROWS};
 use crate::rows::Span;
 use std::ops::Range;
 
@@ -28,63 +26,37 @@ impl Extent {
         })
     }
 
-    /// Its rows j and slices k.
-    pub(crate) fn rows(&self) -> Range<usize> {
-        self.first[1]..self.first[1] + self.count[1]
-    }
-
-    pub(crate) fn slices(&self) -> Range<usize> {
-        self.first[2]..self.first[2] + self.count[2]
+    /// Its rows (j, k).
+    pub(crate) fn rows(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let Self { first, count, .. } = *self;
+        let rows = (0..count[2]).flat_map(move |k| (0..count[1]).map(move |j| [j, k]));
+        rows.map(move |[j, k]| [(first[1] + j) as u32, (first[2] + k) as u32])
     }
 }
 
-/// Adds the spans of the rows of `extent` to `spans`. Of blocks of rows in which a face passes too near to a
-/// voxel centre, `unsure` is asked: rows j of slices k.
-#[inline(always)]
-pub(crate) fn sweep(
-    kernel: Kernel,
-    crossing: &Crossing,
-    extent: &Extent,
-    spans: &mut Vec<Span>,
-    unsure: impl Fn(Range<usize>, Range<usize>, &mut Vec<Span>),
-) {
-    let Extent { first, count, before } = *extent;
-    let [i, j, k] = [first[0] as u32, first[1] as u32, first[2] as u32];
-    let mut ends = Ends::default();
-    for slice in 0..count[2] {
-        let z = (before + slice) as f32;
-        let at = [at(&crossing.low, z), at(&crossing.high, z)];
-        for row in (0..count[1]).step_by(ROWS) {
-            let rows = ROWS.min(count[1] - row);
-            if kernel.ends(crossing, &at, row as f32, &mut ends) {
-                let mut some = ends.some & (u32::MAX >> (32 - rows));
-                while some != 0 {
-                    let r = some.trailing_zeros() as usize % ROWS;
-                    let (from, to) = (i + ends.from[r], i + ends.to[r]);
-                    spans.push(Span { j: j + (row + r) as u32, k: k + slice as u32, from, to });
-                    some &= some - 1;
-                }
-            } else {
-                let (j, k) = (first[1] + row, first[2] + slice);
-                unsure(j..j + rows, k..k + 1, spans);
-            }
-        }
-    }
+/// What the rows of a tetrahedron own.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Swept {
+    /// Spans, at most one of each row.
+    pub(crate) spans: Vec<Span>,
+    /// Rows (j, k) in which a face passes so near to a voxel centre that only exact signs tell.
+    pub(crate) unsure: Vec<[u32; 2]>,
 }
 
-/// Where faces cross the first row of slice z.
-#[inline(always)]
-fn at([constant, _, slope]: &[[f32; 4]; 3], z: f32) -> [f32; 4] {
-    let mut at = *constant;
-    for f in 0..4 {
-        at[f] += z * slope[f];
+impl Swept {
+    /// Forgets all.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.spans.clear();
+        self.unsure.clear();
     }
-    at
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::{Batch, gathered};
+    use crate::kernel::{Kernel, LANES};
     use crate::predicate::Index;
     use crate::raster::{Raster, SLAB};
     use crate::rows::Rows;
@@ -130,6 +102,24 @@ mod tests {
                 }
                 found.sort_unstable_by_key(|s| (s.k, s.j));
                 prop_assert_eq!(found, exact);
+            }
+        }
+
+        #[test]
+        fn every_kernel_sweeps_alike(corners in corners()) {
+            let batch = Batch::new(gathered(&corners, &[[0, 1, 2, 3]], &[0; LANES]), SIZE);
+            let (Some(crossing), Some(all)) = (batch.crossings().of(0), batch.extent(0)) else {
+                return Ok(());
+            };
+            let slabs = (0..SIZE[2]).step_by(SLAB).map(|from| from..(from + SLAB).min(SIZE[2]));
+            for extent in slabs.filter_map(|slices| Extent::new(all, &slices)) {
+                let mut plain = Swept::default();
+                Kernel::Scalar.sweep(&crossing, &extent, &mut plain);
+                for kernel in Kernel::all() {
+                    let mut swept = Swept::default();
+                    kernel.sweep(&crossing, &extent, &mut swept);
+                    prop_assert_eq!(&swept, &plain);
+                }
             }
         }
     }

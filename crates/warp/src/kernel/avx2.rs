@@ -4,8 +4,10 @@
 //! number without asking for each whether it lies in the volume. The twin is [`super::scalar`].
 #![allow(unsafe_code, reason = "vector instructions and unchecked reads, see above")]
 
-use super::{Ends, LANES, Locals, Place, Source, Spots, SpotsMut};
+use super::{LANES, Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::{Crossing, SIDES};
+use crate::rows::Span;
+use crate::sweep::{Extent, Swept};
 use std::arch::x86_64::*;
 
 /// Whether this processor can.
@@ -15,10 +17,10 @@ pub(super) fn is_there() -> bool {
 }
 
 #[inline(always)]
-pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends) -> bool {
+pub(super) fn sweep(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
     assert!(is_there());
     // SAFETY: the processor was asked.
-    unsafe { eight_ends(crossing, at, row, ends) }
+    unsafe { sweep_all(crossing, extent, swept) }
 }
 
 #[inline(always)]
@@ -41,19 +43,74 @@ pub(super) fn prefetch(values: &[i16]) {
     unsafe { _mm_prefetch::<_MM_HINT_T0>(values.as_ptr().cast::<i8>()) }
 }
 
+/// Rows are taken slice after slice, eight at once whichever slices they lie in.
+#[target_feature(enable = "avx2,fma")]
+fn sweep_all(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
+    let Swept { spans, unsure } = swept;
+    let Extent { first, count, before } = *extent;
+    let rows = count[1] * count[2];
+    spans.reserve(rows + LANES);
+    let [i, j, k] = [first[0], first[1], first[2].wrapping_sub(before)].map(|n| n as i32);
+    let [i, j, k] = [i, j, k].map(|n| _mm256_set1_epi32(n));
+    let width = _mm256_set1_ps(count[1] as f32);
+    let (step_y, step_z) = (LANES % count[1], LANES / count[1]);
+    let (step_y, step_z) = (_mm256_set1_ps(step_y as f32), _mm256_set1_ps(step_z as f32));
+    let one = _mm256_set1_ps(1.0);
+    let y = _mm256_setr_ps(0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0);
+    let z = _mm256_floor_ps(_mm256_div_ps(_mm256_add_ps(y, _mm256_set1_ps(0.5)), width));
+    let mut y = _mm256_fnmadd_ps(z, width, y);
+    let mut z = _mm256_add_ps(z, _mm256_set1_ps(before as f32));
+    for row in (0..rows).step_by(LANES) {
+        let valid = u32::MAX >> (32 - LANES.min(rows - row));
+        let (from, to, some, sure) = eight_ends(crossing, y, z);
+        let some = some & sure & valid;
+        let (jj, kk) = (_mm256_cvtps_epi32(y), _mm256_cvtps_epi32(z));
+        let all = [
+            _mm256_add_epi32(jj, j),
+            _mm256_add_epi32(kk, k),
+            _mm256_add_epi32(from, i),
+            _mm256_add_epi32(to, i),
+        ];
+        // SAFETY: room was made for one of each row, and eight more.
+        unsafe {
+            let len = spans.len();
+            write_some(all, some, spans.as_mut_ptr().add(len));
+            spans.set_len(len + some.count_ones() as usize);
+        }
+        let mut left = !sure & valid;
+        if left != 0 {
+            let (mut rows, mut slices) = ([0; LANES], [0; LANES]);
+            store(&mut rows, all[0]);
+            store(&mut slices, all[1]);
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize % LANES;
+                unsure.push([rows[lane], slices[lane]]);
+                left &= left - 1;
+            }
+        }
+        y = _mm256_add_ps(y, step_y);
+        z = _mm256_add_ps(z, step_z);
+        let over = _mm256_cmp_ps::<_CMP_GE_OQ>(y, width);
+        y = _mm256_sub_ps(y, _mm256_and_ps(over, width));
+        z = _mm256_add_ps(z, _mm256_and_ps(over, one));
+    }
+}
+
+/// Where the rows (y, z) begin and end, which of them own some, and which are surely known.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn eight_ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends) -> bool {
+fn eight_ends(crossing: &Crossing, y: __m256, z: __m256) -> (__m256i, __m256i, u32, u32) {
     let Crossing { low, high, last, blur } = crossing;
-    let y = _mm256_setr_ps(0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0);
-    let y = _mm256_add_ps(y, _mm256_set1_ps(row));
     let (before, after) = (_mm256_set1_ps(-0.5), _mm256_set1_ps(last + 0.5));
     let (mut from, mut to) = (before, after);
     for f in 0..SIDES {
-        let of =
-            |slope: f32, at: f32| _mm256_fmadd_ps(y, _mm256_set1_ps(slope), _mm256_set1_ps(at));
-        from = _mm256_max_ps(from, of(low[1][f], at[0][f]));
-        to = _mm256_min_ps(to, of(high[1][f], at[1][f]));
+        let at = |side: &[[f32; 4]; 3]| {
+            let [constant, y_slope, z_slope] = [side[0][f], side[1][f], side[2][f]];
+            let at = _mm256_fmadd_ps(z, _mm256_set1_ps(z_slope), _mm256_set1_ps(constant));
+            _mm256_fmadd_ps(y, _mm256_set1_ps(y_slope), at)
+        };
+        from = _mm256_max_ps(from, at(low));
+        to = _mm256_min_ps(to, at(high));
     }
     let (from, to) = (_mm256_min_ps(from, after), _mm256_max_ps(to, before));
     let one = _mm256_set1_ps(1.0);
@@ -69,10 +126,58 @@ fn eight_ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends
         _mm256_cmp_ps::<_CMP_GT_OQ>(least, near),
         _mm256_cmp_ps::<_CMP_LT_OQ>(most, far),
     );
-    ends.some = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(first, end)) as u32;
-    store(&mut ends.from, _mm256_cvtps_epi32(first));
-    store(&mut ends.to, _mm256_cvtps_epi32(end));
-    _mm256_movemask_ps(sure) == 0xff
+    let some = _mm256_cmp_ps::<_CMP_LT_OQ>(first, end);
+    (
+        _mm256_cvtps_epi32(first),
+        _mm256_cvtps_epi32(end),
+        _mm256_movemask_ps(some) as u32,
+        _mm256_movemask_ps(sure) as u32,
+    )
+}
+
+/// For each choice of eight, the numbers of those chosen, one byte each.
+const CHOSEN: [u64; 256] = {
+    let mut all = [0; 256];
+    let mut choice = 0;
+    while choice < all.len() {
+        let (mut lane, mut at) = (0, 0);
+        while lane < LANES {
+            if choice >> lane & 1 == 1 {
+                all[choice] |= (lane as u64) << (8 * at);
+                at += 1;
+            }
+            lane += 1;
+        }
+        choice += 1;
+    }
+    all
+};
+
+/// Writes the spans (j, k, from, to) of `some`, one after the other.
+///
+/// # Safety
+/// There is room for eight.
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+unsafe fn write_some(all: [__m256i; 4], some: u32, spans: *mut Span) {
+    let chosen = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(CHOSEN[some as usize & 0xff] as i64));
+    let [j, k, from, to] = all.map(|all| _mm256_permutevar8x32_epi32(all, chosen));
+    let rows = [_mm256_unpacklo_epi32(j, k), _mm256_unpackhi_epi32(j, k)];
+    let ends = [_mm256_unpacklo_epi32(from, to), _mm256_unpackhi_epi32(from, to)];
+    let a = _mm256_unpacklo_epi64(rows[0], ends[0]);
+    let b = _mm256_unpackhi_epi64(rows[0], ends[0]);
+    let c = _mm256_unpacklo_epi64(rows[1], ends[1]);
+    let d = _mm256_unpackhi_epi64(rows[1], ends[1]);
+    let pairs = [
+        _mm256_permute2x128_si256::<0x20>(a, b),
+        _mm256_permute2x128_si256::<0x20>(c, d),
+        _mm256_permute2x128_si256::<0x31>(a, b),
+        _mm256_permute2x128_si256::<0x31>(c, d),
+    ];
+    for (n, pair) in pairs.into_iter().enumerate() {
+        // SAFETY: as the caller says; a span is four u32, and writes need not be aligned.
+        unsafe { _mm256_storeu_si256(spans.cast::<__m256i>().add(n), pair) }
+    }
 }
 
 #[target_feature(enable = "avx2,fma")]

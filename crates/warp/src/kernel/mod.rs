@@ -15,6 +15,7 @@ mod tests;
 pub(crate) use near::Near;
 
 use crate::batch::{Batch, Crossing, Triple, cross, dot, less, scaled};
+use crate::sweep::{Extent, Swept};
 use supine_space::Pack;
 
 pub(crate) use supine_space::LANES;
@@ -71,20 +72,13 @@ impl Kernel {
         all
     }
 
-    /// The rows from `row` on, from where their faces cross the first row of the slice, below and above; `false`
-    /// when a face passes so near to a voxel centre that only exact signs tell.
+    /// Adds the spans of the rows of `extent`, and the rows that are unsure.
     #[inline(always)]
-    pub(crate) fn ends(
-        self,
-        crossing: &Crossing,
-        at: &[[f32; 4]; 2],
-        row: f32,
-        ends: &mut Ends,
-    ) -> bool {
+    pub(crate) fn sweep(self, crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
         match self {
-            Self::Scalar => scalar::ends(crossing, at, row, ends),
+            Self::Scalar => scalar::sweep(crossing, extent, swept),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => avx2::ends(crossing, at, row, ends),
+            Self::Avx2 => avx2::sweep(crossing, extent, swept),
         }
     }
 
@@ -113,16 +107,6 @@ impl Kernel {
             Self::Avx2 => avx2::blend(source, spots, values),
         }
     }
-}
-
-/// Which voxels of several rows are owned, relative to the box of a tetrahedron.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Ends {
-    /// The first of each row, and the one after the last.
-    pub(crate) from: [u32; LANES],
-    pub(crate) to: [u32; LANES],
-    /// A bit for each row that has some.
-    pub(crate) some: u32,
 }
 
 /// Places in a volume.

@@ -1,30 +1,35 @@
 //! One after the other: what the others are tested against.
 
-use super::{Ends, LANES, Locals, Place, Source, Spots, SpotsMut};
+use super::{Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::{Crossing, SIDES};
+use crate::rows::Span;
+use crate::sweep::{Extent, Swept};
 
-pub(super) fn ends(crossing: &Crossing, at: &[[f32; 4]; 2], row: f32, ends: &mut Ends) -> bool {
+pub(super) fn sweep(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
     let Crossing { low, high, last, blur } = crossing;
-    let mut sure = true;
-    ends.some = 0;
-    for r in 0..LANES {
-        let y = row + r as f32;
+    let [i, j, k] = extent.first.map(|n| n as u32);
+    for [j_at, k_at] in extent.rows() {
+        let (y, z) = ((j_at - j) as f32, (k_at - k + extent.before as u32) as f32);
         let (mut from, mut to) = (-0.5f32, last + 0.5);
         for f in 0..SIDES {
-            from = from.max(y.mul_add(low[1][f], at[0][f]));
-            to = to.min(y.mul_add(high[1][f], at[1][f]));
+            let at = |[constant, y_slope, z_slope]: &[[f32; 4]; 3]| {
+                y.mul_add(y_slope[f], z.mul_add(z_slope[f], constant[f]))
+            };
+            from = from.max(at(low));
+            to = to.min(at(high));
         }
         // Beyond the box it does not matter how far.
         let (from, to) = (from.min(last + 0.5), to.max(-0.5));
         let (first, end) = (from.ceil(), to.floor() + 1.0);
         // How far the crossings are above the whole number before.
-        for above in [from - (first - 1.0), to - (end - 1.0)] {
-            sure &= above > *blur && above < 1.0 - blur;
+        let above = [from - (first - 1.0), to - (end - 1.0)];
+        if above.into_iter().any(|above| !(above > *blur && above < 1.0 - blur)) {
+            swept.unsure.push([j_at, k_at]);
+        } else if first < end {
+            let (from, to) = (i + first as u32, i + end as u32);
+            swept.spans.push(Span { j: j_at, k: k_at, from, to });
         }
-        (ends.from[r], ends.to[r]) = (first as u32, end as u32);
-        ends.some |= u32::from(first < end) << r;
     }
-    sure
 }
 
 pub(super) fn locate(locals: &Locals, lane: usize, places: &[Place], spots: SpotsMut<'_>) {
