@@ -29,36 +29,25 @@ pub(crate) struct Batch {
 /// Where the faces of several tetrahedra cross rows: x = constant + y slopes\[0\] + z slopes\[1\], all relative to
 /// the first voxel of the box.
 pub(crate) struct Crossings {
-    faces: [[[f32; LANES]; 3]; 4],
-    /// Whether a face bounds rows from below.
-    low: [[bool; LANES]; 4],
-    /// The last voxel of each box along i.
-    last: [f32; LANES],
+    /// Constant, slope along j, slope along k of each face.
+    pub(crate) faces: [[[f32; LANES]; 3]; 4],
+    /// What is added where a face bounds rows from below, and from above: nothing, or where it does not, so much
+    /// that it does not count.
+    pub(crate) low: [[f32; LANES]; 4],
+    pub(crate) high: [[f32; LANES]; 4],
+    /// The last voxel of each box along i, relative to its first.
+    pub(crate) last: [f32; LANES],
     /// How well crossings are known, voxels.
-    blur: [f32; LANES],
+    pub(crate) blur: [f32; LANES],
 }
-
-/// The crossings of one tetrahedron.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossing {
-    /// Faces that bound rows from below and from above: constant, slope along j, slope along k. One to three of
-    /// each; the others are planes before and after the box.
-    pub(crate) low: [[f32; 4]; 3],
-    pub(crate) high: [[f32; 4]; 3],
-    /// The last voxel of the box along i, relative to its first.
-    pub(crate) last: f32,
-    /// How well crossings are known, voxels.
-    pub(crate) blur: f32,
-}
-
-/// Faces that bound a row from one side: three, or fewer.
-pub(crate) const SIDES: usize = 3;
 
 /// Roundings of one f32 in a crossing come to this share of its largest term at most; four units of the
 /// last digit, twice.
 const SINGLE_ERROR: f64 = 8.0 * f32::EPSILON as f64;
 /// Crossings known worse than this, voxels, are not worth looking at.
 const SHARP: f32 = 1.0 / 64.0;
+/// Farther than anything that is known well enough, voxels.
+const FAR: f32 = 1e9;
 
 impl Batch {
     /// Of tetrahedra with these corners, over a grid of `size` voxels.
@@ -94,26 +83,24 @@ impl Batch {
         Self { first, last, corners: local, normals, offsets, volume: volume * sign, error }
     }
 
-    /// The box of one: first voxel and number of voxels along i, j, k; `None` when it holds none.
+    /// The boxes: first voxel and number of voxels along i, j, k, which is below 1 where there is none.
     #[inline(always)]
-    pub(crate) fn extent(&self, lane: usize) -> Option<[[usize; 3]; 2]> {
-        let (mut start, mut count) = ([0; 3], [0; 3]);
+    pub(crate) fn extents(&self) -> [[[i32; LANES]; 3]; 2] {
+        let [mut first, mut count] = [[[0; LANES]; 3]; 2];
         for a in 0..3 {
-            let (first, last) = (self.first[a].0[lane], self.last[a].0[lane]);
-            if first > last {
-                return None;
+            for lane in 0..LANES {
+                first[a][lane] = self.first[a].0[lane] as i32;
+                count[a][lane] = self.last[a].0[lane] as i32 + 1 - first[a][lane];
             }
-            start[a] = first as usize;
-            count[a] = (last - first) as usize + 1;
         }
-        Some([start, count])
+        [first, count]
     }
 
     /// Where faces cross rows.
     #[inline(always)]
     pub(crate) fn crossings(&self) -> Crossings {
         let mut faces = [[[0.0; LANES]; 3]; 4];
-        let mut low = [[false; LANES]; 4];
+        let (mut low, mut high) = ([[0.0; LANES]; 4], [[0.0; LANES]; 4]);
         let [x, y, z] = less(self.last, self.first);
         let (mut steepest, mut largest) = (Pack::all(f64::INFINITY), Pack::ZERO);
         for (f, (normal, offset)) in self.normals.iter().zip(self.offsets).enumerate() {
@@ -122,7 +109,9 @@ impl Batch {
             steepest = steepest.least(normal[0].abs());
             largest = largest.most(terms[0].abs() + terms[1].abs() * y + terms[2].abs() * z);
             for lane in 0..LANES {
-                low[f][lane] = normal[0].0[lane] > 0.0;
+                let below = normal[0].0[lane] > 0.0;
+                low[f][lane] = if below { 0.0 } else { -FAR };
+                high[f][lane] = if below { FAR } else { 0.0 };
             }
             for n in 0..3 {
                 faces[f][n] = terms[n].single();
@@ -137,29 +126,16 @@ impl Batch {
             let known = self.volume.0[lane] > self.error.0[lane];
             blur[lane] = if known { blur[lane] } else { f32::INFINITY };
         }
-        Crossings { faces, low, last: x.single(), blur }
+        Crossings { faces, low, high, last: x.single(), blur }
     }
 }
 
 impl Crossings {
-    /// Those of one; `None` where too little is known.
+    /// Whether enough is known of one. Then there are faces of both kinds: where rounding makes all of one kind, the
+    /// steepest is not known at all.
     #[inline(always)]
-    pub(crate) fn of(&self, lane: usize) -> Option<Crossing> {
-        let last = self.last[lane];
-        let mut low = [[-0.5; 4], [0.0; 4], [0.0; 4]];
-        let mut high = [[last + 0.5; 4], [0.0; 4], [0.0; 4]];
-        let (mut lows, mut highs) = (0, 0);
-        for f in 0..4 {
-            let below = self.low[f][lane];
-            let (side, at) = if below { (&mut low, lows) } else { (&mut high, highs) };
-            for n in 0..3 {
-                side[n][at] = self.faces[f][n][lane];
-            }
-            lows += usize::from(below);
-            highs += usize::from(!below);
-        }
-        let blur = self.blur[lane];
-        (blur < SHARP && (1..=SIDES).contains(&lows)).then_some(Crossing { low, high, last, blur })
+    pub(crate) fn known(&self, lane: usize) -> bool {
+        self.blur[lane] < SHARP
     }
 }
 

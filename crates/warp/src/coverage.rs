@@ -112,24 +112,31 @@ impl Coverage {
         before
     }
 
-    /// Marks the voxels of a span if none of them is marked; whether it did.
+    /// Marks the voxels of spans; whether any was marked before.
     #[inline(always)]
-    pub(crate) fn take(&mut self, span: &Span) -> bool {
-        let start = self.row(span);
-        let from = span.from as usize - self.window.first[0];
-        let last = (span.to - 1) as usize - self.window.first[0];
-        if from / BITS == last / BITS {
-            let word = &mut self.words[start + from / BITS];
-            let mask = u64::MAX << (from % BITS) & u64::MAX >> (BITS - 1 - last % BITS);
-            let free = *word & mask == 0;
-            *word |= if free { mask } else { 0 };
-            return free;
+    pub(crate) fn mark_all(&mut self, spans: &[Span]) -> bool {
+        let (Window { first, end }, row) = (self.window, self.row);
+        let (slice, words) = ((end[1] - first[1]) * row, &mut self.words[..]);
+        let mut before = 0;
+        for span in spans {
+            let start = (span.k as usize - first[2]) * slice + (span.j as usize - first[1]) * row;
+            let (from, last) = (span.from as usize - first[0], span.to as usize - 1 - first[0]);
+            let (low, high) = (u64::MAX << (from % BITS), u64::MAX >> (BITS - 1 - last % BITS));
+            let (one, other) = (start + from / BITS, start + last / BITS);
+            if one == other {
+                before |= words[one] & low & high;
+                words[one] |= low & high;
+            } else {
+                let mut mark = |word: usize, mask: u64| {
+                    before |= words[word] & mask;
+                    words[word] |= mask;
+                };
+                mark(one, low);
+                (one + 1..other).for_each(|word| mark(word, u64::MAX));
+                mark(other, high);
+            }
         }
-        let free = self.marked(span) == 0;
-        if free {
-            self.mark(span);
-        }
-        free
+        before != 0
     }
 
     /// Number of voxels of a span that are marked.
@@ -198,9 +205,10 @@ mod tests {
                 let own = start(&span) + from as usize..start(&span) + span.to as usize;
                 let before = plain[own.clone()].iter().filter(|n| **n > 0).count();
                 prop_assert_eq!(coverage.marked(&span), before);
-                let mut taken = coverage.clone();
-                prop_assert_eq!(taken.take(&span), before == 0);
-                prop_assert_eq!(taken.marked(&span), if before == 0 { length as usize } else { before });
+                let mut all = coverage.clone();
+                prop_assert_eq!(all.mark_all(&[span]), before > 0);
+                prop_assert_eq!(all.marked(&span), length as usize);
+                prop_assert_eq!(all.mark_all(&[span]), true);
                 prop_assert_eq!(coverage.mark(&span), before);
                 plain[own].iter_mut().for_each(|n| *n += 1);
             }

@@ -155,20 +155,21 @@ impl<P: Paint> WithSimd for Scan<'_, P> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { raster, members, slab, paint } = self;
         let slices = slab * SLAB..((slab + 1) * SLAB).min(raster.size[2]);
+        let within = slices.start as i32..slices.end as i32;
         let (kernel, mut swept) = (Kernel::best(), Swept::default());
         for own in members.chunks(LANES) {
             let mut tets = [own[0]; LANES];
             tets[..own.len()].copy_from_slice(own);
             let batch = Batch::new(gathered(raster.vertices, raster.tets, &tets), raster.size);
-            let crossings = batch.crossings();
+            let (crossings, extents) = (batch.crossings(), batch.extents());
             paint.next(&tets, &batch, &slices);
             for (lane, tet) in own.iter().enumerate() {
-                let extent = batch.extent(lane).and_then(|all| Extent::new(all, &slices));
-                let Some(extent) = extent else { continue };
+                let Some(extent) = Extent::new(&extents, lane, &within) else { continue };
                 swept.clear();
-                match crossings.of(lane) {
-                    Some(crossing) => kernel.sweep(&crossing, &extent, &mut swept),
-                    None => swept.unsure.extend(extent.rows()),
+                if crossings.known(lane) {
+                    kernel.sweep(&crossings, lane, &extent, &mut swept);
+                } else {
+                    swept.unsure.extend(extent.rows());
                 }
                 if !swept.unsure.is_empty() {
                     raster.decide(*tet, &mut swept);

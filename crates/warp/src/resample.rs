@@ -141,6 +141,7 @@ impl<'a> Resampling<'a> {
             before: before.within(window),
             mesh: none.clone(),
             collar: none,
+            met: false,
             folded: None,
             out,
             locals: None,
@@ -156,11 +157,11 @@ impl<'a> Resampling<'a> {
         let collar = members.partition_point(|&tet| (tet as usize) < self.collar_from);
         let (mesh, collar) = members.split_at(collar);
         raster.scan_those(mesh, slab, &mut brush);
-        if brush.counts.folded > 0 {
+        if brush.met {
             // The lowest is to own; they came in another order.
             let mut mesh = mesh.to_vec();
             mesh.sort_unstable_by_key(|&tet| self.sorted.ids[tet as usize]);
-            (brush.mesh, brush.folded) = (brush.mesh.none(), None);
+            (brush.mesh, brush.folded) = (brush.mesh.none(), Some(brush.mesh.none()));
             brush.counts = Counts::default();
             raster.scan_those(&mesh, slab, &mut brush);
         }
@@ -192,7 +193,9 @@ struct Brush<'a> {
     /// Sampled through the mesh, and through the collar.
     mesh: Coverage,
     collar: Coverage,
-    /// Claimed more than once.
+    /// Whether a voxel was claimed again.
+    met: bool,
+    /// Claimed more than once; while `None`, this is not looked at voxel by voxel.
     folded: Option<Coverage>,
     out: &'a mut [i16],
     /// The maps of the tetrahedra that are looked at, and the one that is worked on.
@@ -212,11 +215,19 @@ struct Brush<'a> {
 /// Voxels in a row of a slab, that are to be written.
 #[derive(Clone, Copy)]
 struct Stroke {
-    /// The first of them.
-    at: usize,
-    length: usize,
+    /// The first of them, within the slab.
+    at: u32,
+    length: u32,
     /// The first, in the box of its tetrahedron.
     place: Place,
+}
+
+impl Stroke {
+    /// Its voxels, within the slab.
+    #[inline(always)]
+    fn range(&self) -> Range<usize> {
+        self.at as usize..self.at as usize + self.length as usize
+    }
 }
 
 impl Paint for Brush<'_> {
@@ -257,25 +268,23 @@ impl Paint for Brush<'_> {
 }
 
 impl Brush<'_> {
-    /// Takes the voxels that no tetrahedron before has.
+    /// Takes the voxels of the mesh: all of them at first, and if it turns out that some are claimed again, those
+    /// that no tetrahedron before has.
     #[inline(always)]
     fn take_mesh(&mut self, spans: &[Span]) {
-        for span in spans {
-            if self.mesh.take(span) {
-                self.stroke(span);
-            } else {
-                self.take_folded(span);
-            }
+        if self.folded.is_some() {
+            return self.take_folded(spans);
         }
+        self.met |= self.mesh.mark_all(spans);
+        self.strokes(spans);
     }
 
     #[cold]
-    fn take_folded(&mut self, span: &Span) {
-        for one in span.voxels() {
+    fn take_folded(&mut self, spans: &[Span]) {
+        for one in spans.iter().flat_map(Span::voxels) {
             if self.mesh.mark(&one) == 0 {
-                self.stroke(&one);
-            } else {
-                let folded = self.folded.get_or_insert_with(|| self.mesh.none());
+                self.strokes(&[one]);
+            } else if let Some(folded) = &mut self.folded {
                 self.counts.folded += 1 - folded.mark(&one);
             }
         }
@@ -287,20 +296,24 @@ impl Brush<'_> {
             let own = self.before.marked(&one) > 0;
             let free = own || self.out[self.at(&one)] < self.resampling.rules.body_hu;
             if free && self.mesh.marked(&one) == 0 && self.collar.mark(&one) == 0 {
-                self.stroke(&one);
+                self.strokes(&[one]);
             }
         }
     }
 
     /// Adds what is to be written.
     #[inline(always)]
-    fn stroke(&mut self, span: &Span) {
-        let (at, length) = (self.at(span), (span.to - span.from) as usize);
-        prefetch(&self.out[at..]);
+    fn strokes(&mut self, spans: &[Span]) {
+        let ([ni, nj, _], first) = (self.resampling.size.map(|n| n as u32), self.first as u32);
         let [i, j, k] = self.item.first;
-        let place = Place::new([span.from - i, span.j - j, span.k - k]);
-        self.strokes.push(Stroke { at, length, place });
-        self.voxels += length;
+        let mut voxels = 0;
+        self.strokes.extend(spans.iter().map(|span| {
+            let at = ((span.k - first) * nj + span.j) * ni + span.from;
+            let length = span.to - span.from;
+            voxels += length;
+            Stroke { at, length, place: Place::new([span.from - i, span.j - j, span.k - k]) }
+        }));
+        self.voxels += voxels as usize;
     }
 
     /// Finds in the CT what belongs to the strokes from number `first` on, whose voxels begin at number `before`.
@@ -325,18 +338,21 @@ impl Brush<'_> {
             self.spots.grow(2 * (before + whole + LANES));
         }
         let mut at = 0;
-        for &Stroke { length, place, .. } in &self.strokes[first..] {
-            for n in (0..length).step_by(LANES) {
-                place.row(n as u32, &mut self.places[at + n..]);
+        for stroke in &self.strokes[first..] {
+            let (own, places) = (stroke.range(), &mut self.places[at..]);
+            prefetch(&self.out[own.start..]);
+            stroke.place.row(0, places);
+            for n in (LANES..own.len()).step_by(LANES) {
+                stroke.place.row(n as u32, &mut places[n..]);
             }
-            at += length;
+            at += own.len();
         }
         let spots = self.spots.some(before, whole);
         rules.kernel.locate(locals, self.item.lane, &self.places[..whole], spots);
         let mut at = before;
         for stroke in &self.strokes[first..] {
             self.spots.prefetch(at, &self.source);
-            at += stroke.length;
+            at += stroke.length as usize;
         }
     }
 
@@ -350,10 +366,10 @@ impl Brush<'_> {
         let tet = sorted.tets[tet].map(|v| v as usize);
         let corners = |of: &[Index]| tet.map(|v| of[v]);
         let pullback = Pullback::new(corners(self.deformed), corners(rest));
-        for Stroke { at, length, place } in self.strokes.drain(first..) {
-            let [i, j, k] = place.indices();
+        for stroke in self.strokes.drain(first..) {
+            let [i, j, k] = stroke.place.indices();
             let p = [origin[0] + i, origin[1] + j, origin[2] + k].map(f64::from);
-            for (n, value) in self.out[at..at + length].iter_mut().enumerate() {
+            for (n, value) in self.out[stroke.range()].iter_mut().enumerate() {
                 let p = [p[0] + n as f64, p[1], p[2]];
                 *value = filter::mean(source, rules.interpolation, &pullback, p, samples);
             }
@@ -365,8 +381,9 @@ impl Brush<'_> {
     #[inline(always)]
     fn write(&mut self) {
         let mut values = &self.values[..];
-        for &Stroke { at, length, .. } in &self.strokes {
-            let (out, new) = (&mut self.out[at..at + length], &values[..length]);
+        for stroke in &self.strokes {
+            let length = stroke.length as usize;
+            let (out, new) = (&mut self.out[stroke.range()], &values[..length]);
             // A few numbers of the same size each: to change more and keep the rest would wait for what was
             // written just before.
             match length {

@@ -5,7 +5,7 @@
 #![allow(unsafe_code, reason = "vector instructions and unchecked reads, see above")]
 
 use super::{LANES, Locals, Place, Source, Spots, SpotsMut};
-use crate::batch::{Crossing, SIDES};
+use crate::batch::Crossings;
 use crate::rows::Span;
 use crate::sweep::{Extent, Swept};
 use std::arch::x86_64::*;
@@ -17,10 +17,10 @@ pub(super) fn is_there() -> bool {
 }
 
 #[inline(always)]
-pub(super) fn sweep(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
+pub(super) fn sweep(crossings: &Crossings, lane: usize, extent: &Extent, swept: &mut Swept) {
     assert!(is_there());
     // SAFETY: the processor was asked.
-    unsafe { sweep_all(crossing, extent, swept) }
+    unsafe { sweep_all(crossings, lane, extent, swept) }
 }
 
 #[inline(always)]
@@ -45,7 +45,7 @@ pub(super) fn prefetch(values: &[i16]) {
 
 /// Rows are taken slice after slice, eight at once whichever slices they lie in.
 #[target_feature(enable = "avx2,fma")]
-fn sweep_all(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
+fn sweep_all(crossings: &Crossings, lane: usize, extent: &Extent, swept: &mut Swept) {
     let Swept { spans, unsure } = swept;
     let Extent { first, count, before } = *extent;
     let rows = count[1] * count[2];
@@ -62,7 +62,7 @@ fn sweep_all(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
     let mut z = _mm256_add_ps(z, _mm256_set1_ps(before as f32));
     for row in (0..rows).step_by(LANES) {
         let valid = u32::MAX >> (32 - LANES.min(rows - row));
-        let (from, to, some, sure) = eight_ends(crossing, y, z);
+        let (from, to, some, sure) = eight_ends(crossings, lane, y, z);
         let some = some & sure & valid;
         let (jj, kk) = (_mm256_cvtps_epi32(y), _mm256_cvtps_epi32(z));
         let all = [
@@ -99,18 +99,22 @@ fn sweep_all(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
 /// Where the rows (y, z) begin and end, which of them own some, and which are surely known.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn eight_ends(crossing: &Crossing, y: __m256, z: __m256) -> (__m256i, __m256i, u32, u32) {
-    let Crossing { low, high, last, blur } = crossing;
+fn eight_ends(
+    crossings: &Crossings,
+    lane: usize,
+    y: __m256,
+    z: __m256,
+) -> (__m256i, __m256i, u32, u32) {
+    let (last, blur) = (crossings.last[lane], crossings.blur[lane]);
     let (before, after) = (_mm256_set1_ps(-0.5), _mm256_set1_ps(last + 0.5));
     let (mut from, mut to) = (before, after);
-    for f in 0..SIDES {
-        let at = |side: &[[f32; 4]; 3]| {
-            let [constant, y_slope, z_slope] = [side[0][f], side[1][f], side[2][f]];
-            let at = _mm256_fmadd_ps(z, _mm256_set1_ps(z_slope), _mm256_set1_ps(constant));
-            _mm256_fmadd_ps(y, _mm256_set1_ps(y_slope), at)
-        };
-        from = _mm256_max_ps(from, at(low));
-        to = _mm256_min_ps(to, at(high));
+    let all = |numbers: &[f32; LANES]| _mm256_set1_ps(numbers[lane]);
+    let sides = crossings.low.iter().zip(&crossings.high);
+    for ([constant, y_slope, z_slope], (low, high)) in crossings.faces.iter().zip(sides) {
+        let at = _mm256_fmadd_ps(z, all(z_slope), all(constant));
+        let at = _mm256_fmadd_ps(y, all(y_slope), at);
+        from = _mm256_max_ps(from, _mm256_add_ps(at, all(low)));
+        to = _mm256_min_ps(to, _mm256_add_ps(at, all(high)));
     }
     let (from, to) = (_mm256_min_ps(from, after), _mm256_max_ps(to, before));
     let one = _mm256_set1_ps(1.0);
@@ -119,7 +123,7 @@ fn eight_ends(crossing: &Crossing, y: __m256, z: __m256) -> (__m256i, __m256i, u
         _mm256_sub_ps(from, _mm256_sub_ps(first, one)),
         _mm256_sub_ps(to, _mm256_sub_ps(end, one)),
     ];
-    let (near, far) = (_mm256_set1_ps(*blur), _mm256_set1_ps(1.0 - blur));
+    let (near, far) = (_mm256_set1_ps(blur), _mm256_set1_ps(1.0 - blur));
     let least = _mm256_min_ps(above[0], above[1]);
     let most = _mm256_max_ps(above[0], above[1]);
     let sure = _mm256_and_ps(

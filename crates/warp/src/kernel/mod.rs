@@ -14,7 +14,7 @@ mod tests;
 
 pub(crate) use near::Near;
 
-use crate::batch::{Batch, Crossing, Triple, cross, dot, less, scaled};
+use crate::batch::{Batch, Crossings, Triple, cross, dot, less, scaled};
 use crate::sweep::{Extent, Swept};
 use supine_space::Pack;
 
@@ -72,13 +72,19 @@ impl Kernel {
         all
     }
 
-    /// Adds the spans of the rows of `extent`, and the rows that are unsure.
+    /// Adds the spans of the tetrahedron of a lane in the rows of `extent`, and the rows that are unsure.
     #[inline(always)]
-    pub(crate) fn sweep(self, crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
+    pub(crate) fn sweep(
+        self,
+        crossings: &Crossings,
+        lane: usize,
+        extent: &Extent,
+        swept: &mut Swept,
+    ) {
         match self {
-            Self::Scalar => scalar::sweep(crossing, extent, swept),
+            Self::Scalar => scalar::sweep(crossings, lane, extent, swept),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => avx2::sweep(crossing, extent, swept),
+            Self::Avx2 => avx2::sweep(crossings, lane, extent, swept),
         }
     }
 

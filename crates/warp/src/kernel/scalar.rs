@@ -1,29 +1,28 @@
 //! One after the other: what the others are tested against.
 
 use super::{Locals, Place, Source, Spots, SpotsMut};
-use crate::batch::{Crossing, SIDES};
+use crate::batch::Crossings;
 use crate::rows::Span;
 use crate::sweep::{Extent, Swept};
 
-pub(super) fn sweep(crossing: &Crossing, extent: &Extent, swept: &mut Swept) {
-    let Crossing { low, high, last, blur } = crossing;
+pub(super) fn sweep(crossings: &Crossings, lane: usize, extent: &Extent, swept: &mut Swept) {
+    let (last, blur) = (crossings.last[lane], crossings.blur[lane]);
     let [i, j, k] = extent.first.map(|n| n as u32);
     for [j_at, k_at] in extent.rows() {
         let (y, z) = ((j_at - j) as f32, (k_at - k + extent.before as u32) as f32);
         let (mut from, mut to) = (-0.5f32, last + 0.5);
-        for f in 0..SIDES {
-            let at = |[constant, y_slope, z_slope]: &[[f32; 4]; 3]| {
-                y.mul_add(y_slope[f], z.mul_add(z_slope[f], constant[f]))
-            };
-            from = from.max(at(low));
-            to = to.min(at(high));
+        for (f, face) in crossings.faces.iter().enumerate() {
+            let [constant, y_slope, z_slope] = face.map(|term| term[lane]);
+            let at = y.mul_add(y_slope, z.mul_add(z_slope, constant));
+            from = from.max(at + crossings.low[f][lane]);
+            to = to.min(at + crossings.high[f][lane]);
         }
         // Beyond the box it does not matter how far.
         let (from, to) = (from.min(last + 0.5), to.max(-0.5));
         let (first, end) = (from.ceil(), to.floor() + 1.0);
         // How far the crossings are above the whole number before.
         let above = [from - (first - 1.0), to - (end - 1.0)];
-        if above.into_iter().any(|above| !(above > *blur && above < 1.0 - blur)) {
+        if above.into_iter().any(|above| !(above > blur && above < 1.0 - blur)) {
             swept.unsure.push([j_at, k_at]);
         } else if first < end {
             let (from, to) = (i + first as u32, i + end as u32);
