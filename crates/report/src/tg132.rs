@@ -69,7 +69,7 @@ fn skin(a: &Agreement) -> Row {
         mm(skin.max_mm),
         count(skin.places)
     );
-    row(measure, "2 to 3 mm (2 asked)".into(), figure, skin.mean_mm <= 2.0)
+    row(measure, "2 to 3 mm, judged by 2".into(), figure, skin.mean_mm <= 2.0)
 }
 
 fn jacobian(s: &Summary) -> Row {
@@ -82,7 +82,7 @@ fn jacobian(s: &Summary) -> Row {
     );
     if let Some(all) = s.volumes.first() {
         let change = 100.0 * (all.after_ml / all.before_ml - 1.0);
-        figure += &format!("; {} by {} % of volume", all.structure, fixed(change, 2));
+        figure += &format!("; volume of {} by {} %", all.structure, fixed(change, 2));
     }
     let sound = s.warp.folded_voxels == 0 && s.solve.min_det_f > 0.0;
     let tolerance = "above 0 everywhere; else as clinically expected";
