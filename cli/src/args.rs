@@ -452,6 +452,15 @@ pub(crate) struct VerifyExport {
     /// The series it was made from; without it much cannot be checked
     #[arg(long, value_name = "DIR")]
     pub(crate) source: Option<PathBuf>,
+    /// Expect a study of its own (`export = { study = "new" }`)
+    #[arg(long)]
+    pub(crate) new_study: bool,
+    /// Expect the scanner as the equipment (`export = { equipment = "scanner" }`)
+    #[arg(long)]
+    pub(crate) keep_equipment: bool,
+    /// Expect the source's frame of reference
+    #[arg(long)]
+    pub(crate) same_frame: bool,
 }
 
 /// Three numbers of one argument.

@@ -185,6 +185,8 @@ fn values_that_cannot_be() {
         ("tissue", "{ young = 0.0 }", "`tissue`"),
         ("tissue", "{ poisson = 0.5 }", "`tissue`"),
         ("breast", "\"middle\"", "breast"),
+        ("export", "{ frame = \"source\" }", "although the breast has moved in it"),
+        ("export", "{ study = \"mine\" }", "export.study"),
     ] {
         let folder = scratch();
         let case = Case::small().with(key, value);

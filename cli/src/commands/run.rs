@@ -8,7 +8,7 @@ use supine_pipeline::{Case, Options, RunError, Summary};
 
 pub(crate) fn run(args: &args::Run, screen: &Screen) -> Result<u8, Failure> {
     let mut case = Case::read(&args.case).map_err(RunError::from)?;
-    case.anonymise |= args.anonymise;
+    case.export.anonymise |= args.anonymise;
     case_into(&case, &args.out, Options { until: args.until, force: args.force }, screen)
 }
 

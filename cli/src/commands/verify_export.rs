@@ -3,12 +3,19 @@
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::{Screen, data};
+use supine_dicom::{Expected, Policy};
 use supine_space::Progress;
 
 pub(crate) fn verify_export(args: &args::VerifyExport, screen: &Screen) -> Result<u8, Failure> {
     let watch = |share| screen.share("verify", share);
-    let found =
-        supine_dicom::verify_export(&args.dir, args.source.as_deref(), Progress::new(&watch))?;
+    let policy = Policy {
+        new_study: args.new_study,
+        keep_equipment: args.keep_equipment,
+        same_frame: args.same_frame,
+    };
+    let expected = Expected { policy, anonymiser: None };
+    let (source, progress) = (args.source.as_deref(), Progress::new(&watch));
+    let found = supine_dicom::verify_export(&args.dir, source, expected, progress)?;
     if screen.json {
         screen.result(&found, "");
     } else {

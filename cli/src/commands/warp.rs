@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use grid::output_grid;
 use std::path::Path;
-use supine_dicom::ExportParams;
+use supine_dicom::{ExportParams, Policy};
 use supine_exchange::{
     FieldKind, read_mesh, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
 };
@@ -140,6 +140,7 @@ fn write(
         software_version: env!("CARGO_PKG_VERSION").into(),
         identity: *blake3::hash(note(args.interpolation.into()).as_bytes()).as_bytes(),
         reach_mm,
+        policy: Policy::default(),
     };
     supine_dicom::write_series(warped, source, &params, &args.out, progress)?;
     Ok(())

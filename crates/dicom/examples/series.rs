@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::path::Path;
 use supine_dicom::{
-    Depth, ExportParams, ReadParams, Verification, inspect, read_series, verify_export,
-    write_series,
+    Depth, Expected, ExportParams, Policy, ReadParams, Verification, inspect, read_series,
+    verify_export, write_series,
 };
 use supine_space::{Progress, Side};
 
@@ -33,12 +33,20 @@ fn main() -> Result<(), Box<dyn Error>> {
                 software_version: env!("CARGO_PKG_VERSION").into(),
                 identity: [0; 32],
                 reach_mm: 10.0,
+                policy: Policy::default(),
             };
             println!("{:#?}", write_series(&ct, &source, &params, Path::new(out), progress)?);
         }
-        ["verify", dir] => print_checks(&verify_export(Path::new(dir), None, progress)?),
+        ["verify", dir] => {
+            print_checks(&verify_export(Path::new(dir), None, Expected::default(), progress)?)
+        }
         ["verify", dir, source] => {
-            print_checks(&verify_export(Path::new(dir), Some(Path::new(source)), progress)?);
+            print_checks(&verify_export(
+                Path::new(dir),
+                Some(Path::new(source)),
+                Expected::default(),
+                progress,
+            )?);
         }
         _ => {
             return Err(

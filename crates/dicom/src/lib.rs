@@ -29,6 +29,7 @@ mod object;
 mod padding;
 mod pixels;
 mod plausible;
+mod policy;
 mod read;
 mod segmentation;
 mod slice;
@@ -44,10 +45,11 @@ pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
 };
 pub use object::{RegionObject, region_object};
+pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, Source, read_series};
 pub use segmentation::{
     Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, read_segmentation,
     write_segmentation,
 };
 pub use structures::{Roi, Structures, read_structures};
-pub use verify::{Check, Verification, verify_anonymised_export, verify_export};
+pub use verify::{Check, Expected, Verification, verify_export};

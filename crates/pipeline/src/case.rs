@@ -1,7 +1,9 @@
 //! The case file (TOML): as typed, and validated.
 
+mod export;
 mod refine;
 mod stiffness;
+pub use export::ExportWish;
 pub use refine::RefineWish;
 pub use stiffness::{StiffnessMap, StiffnessWish};
 
@@ -52,8 +54,8 @@ pub struct Case {
     pub points: Vec<PathBuf>,
     /// Whether fat, gland and other tissues are labelled too, for the report.
     pub tissues: bool,
-    /// Whether what leaves in DICOM lacks the patient (PS3.15 E.1).
-    pub anonymise: bool,
+    /// What is asked of what leaves in DICOM.
+    pub export: ExportWish,
 }
 
 /// What is asked of the mesh.
@@ -149,7 +151,7 @@ struct CaseFile {
     #[serde(default)]
     tissues: bool,
     #[serde(default)]
-    export: ExportFile,
+    export: export::ExportFile,
 }
 
 #[derive(Deserialize)]
@@ -244,12 +246,6 @@ struct CarryFile {
     points: Vec<PathBuf>,
 }
 
-#[derive(Deserialize, Default)]
-struct ExportFile {
-    #[serde(default)]
-    anonymise: bool,
-}
-
 /// The tilts a table can do; beyond them a typing error is likelier than a patient.
 const MAX_TILT_DEG: f64 = 90.0;
 
@@ -335,7 +331,7 @@ impl Case {
             )?,
             points: file.carry.points.iter().map(|p| base.join(p)).collect(),
             tissues: file.tissues || stiffness.is_some(),
-            anonymise: file.export.anonymise,
+            export: export::wish(&file.export)?,
         })
     }
 }

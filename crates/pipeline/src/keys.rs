@@ -45,7 +45,7 @@ const KEYS: &[Key] = &[
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("warp", &["interpolation"]),
     key("carry", &["points"]),
-    key("export", &["anonymise"]),
+    key("export", &["anonymise", "study", "equipment", "frame"]),
     key("tissues", &[]),
 ];
 

@@ -41,7 +41,9 @@ mod stages {
 }
 
 pub use bench::Watch;
-pub use case::{Case, CaseError, MeshWish, RefineWish, Seeds, StiffnessMap, StiffnessWish, side};
+pub use case::{
+    Case, CaseError, ExportWish, MeshWish, RefineWish, Seeds, StiffnessMap, StiffnessWish, side,
+};
 pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub use error::RunError;

@@ -8,7 +8,8 @@ pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired an
 
 /// What the exported series is called (at most 64 characters, DICOM LO).
 pub(crate) fn series_description(case: &Case) -> String {
-    format!("DEFORMED table AP {} LAT {}", case.bed.ap_deg, case.bed.lat_deg)
+    let frame = if case.export.policy.same_frame { " SAME-FRAME" } else { "" };
+    format!("DEFORMED{frame} table AP {} LAT {}", case.bed.ap_deg, case.bed.lat_deg)
 }
 
 /// Name of a rest state in files and reports.

@@ -9,6 +9,7 @@ use crate::derived::{
 };
 use crate::error::Error;
 use crate::number::format_ds;
+use crate::policy::{Policy, SAME_FRAME};
 use crate::read::Source;
 use crate::uid;
 use dicom_core::{Tag, VR};
@@ -64,15 +65,26 @@ const EQUIPMENT: &[Tag] = &[
 pub(super) struct Names {
     pub(super) series: String,
     pub(super) frame_of_reference: String,
+    study: String,
     instances: [u8; 32],
 }
 
 impl Names {
-    /// Identifiers from the hash of all that is written.
-    pub(super) fn new(hash: &[u8; 32]) -> Self {
+    /// Identifiers from the hash of all that is written, but for those of the source that are asked for.
+    pub(super) fn new(hash: &[u8; 32], source: &Source, policy: Policy) -> Self {
+        let header = &source.slices[0].header;
         Self {
             series: uid::from_content("series", hash),
-            frame_of_reference: uid::from_content("frame of reference", hash),
+            frame_of_reference: if policy.same_frame {
+                source.frame_of_reference_uid()
+            } else {
+                uid::from_content("frame of reference", hash)
+            },
+            study: if policy.new_study {
+                uid::from_content("study", hash)
+            } else {
+                header.text(tags::STUDY_INSTANCE_UID)
+            },
             instances: *hash,
         }
     }
@@ -119,7 +131,7 @@ impl<'a> Attributes<'a> {
         for &tag in PATIENT_AND_STUDY.iter().chain(SCAN) {
             copy(&mut common, tag, first);
         }
-        put_series(&mut common, params, series_number);
+        put_series(&mut common, params, series_number, first);
         put_derivation(&mut common, params, first);
         put_lossy(&mut common, source);
         put_grid(&mut common, first);
@@ -178,6 +190,7 @@ impl<'a> Attributes<'a> {
         let number = self.instance_number(k);
         if let Some(names) = names {
             set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &names.instance(number));
+            set.put_text(tags::STUDY_INSTANCE_UID, VR::UI, &names.study);
             set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &names.series);
             set.put_text(tags::FRAME_OF_REFERENCE_UID, VR::UI, &names.frame_of_reference);
         }
@@ -204,7 +217,7 @@ impl<'a> Attributes<'a> {
 }
 
 /// Series, equipment and times (PS3.3 C.7.3.1, C.7.5.1, C.12.1).
-fn put_series(set: &mut DataSet, params: &ExportParams, series_number: i64) {
+fn put_series(set: &mut DataSet, params: &ExportParams, series_number: i64, first: &DataSet) {
     let Clock { date, time } = &params.clock;
     set.put_text(tags::SOP_CLASS_UID, VR::UI, uids::CT_IMAGE_STORAGE);
     set.put_text(tags::MODALITY, VR::CS, "CT");
@@ -216,9 +229,17 @@ fn put_series(set: &mut DataSet, params: &ExportParams, series_number: i64) {
     }
     set.put_text(tags::SERIES_DESCRIPTION, VR::LO, &params.series_description);
     set.put_text(tags::SERIES_NUMBER, VR::IS, &series_number.to_string());
-    set.put_text(tags::MANUFACTURER, VR::LO, MANUFACTURER);
-    set.put_text(tags::MANUFACTURER_MODEL_NAME, VR::LO, MODEL);
-    set.put_text(tags::SOFTWARE_VERSIONS, VR::LO, &params.software_version);
+    if params.policy.keep_equipment {
+        EQUIPMENT.iter().for_each(|&tag| copy(set, tag, first));
+    } else {
+        set.put_text(tags::MANUFACTURER, VR::LO, MANUFACTURER);
+        set.put_text(tags::MANUFACTURER_MODEL_NAME, VR::LO, MODEL);
+        set.put_text(tags::SOFTWARE_VERSIONS, VR::LO, &params.software_version);
+    }
+    if params.policy.new_study {
+        set.remove(tags::STUDY_INSTANCE_UID);
+        set.remove(tags::STUDY_ID);
+    }
     // Type 2C of paired parts; of an unpaired part it would say that half of it was imaged.
     if matches!(set.text(tags::BODY_PART_EXAMINED).as_str(), "" | "BREAST") {
         let side = match params.laterality {
@@ -298,7 +319,9 @@ fn check_texts(params: &ExportParams) -> Result<(), Error> {
     let one_value = |text: &str| !text.contains('\\');
     let ExportParams { series_description, derivation, image_comments, .. } = params;
     let version = &params.software_version;
-    let marked = one_value(series_description) && series_description.contains("DEFORMED");
+    let marked = one_value(series_description)
+        && series_description.contains("DEFORMED")
+        && series_description.contains(SAME_FRAME) == params.policy.same_frame;
     check_text("Series Description", series_description, 64, marked)?;
     check_text("Derivation Description", derivation, 1024, !derivation.is_empty())?;
     check_text("Image Comments", image_comments, 10240, true)?;

@@ -7,6 +7,7 @@ mod read_back;
 
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
+use crate::policy::Policy;
 use crate::read::Source;
 use crate::uid;
 use attributes::Attributes;
@@ -47,6 +48,8 @@ pub struct ExportParams {
     /// Farthest that the content of a voxel came from along the slice normal, mm: each slice names
     /// the source slices within this distance and one step. Infinite names all.
     pub reach_mm: f64,
+    /// Departures from what is safest.
+    pub policy: Policy,
 }
 
 /// What was written.
@@ -98,7 +101,7 @@ pub fn write_series(
     let hash = content_hash(params, n, progress.part(0.0, 0.3), |k| {
         crate::data_set::encode(&attributes.slice(k, None, &encoding.stored(slice_hu(k))))
     })?;
-    let names = attributes::Names::new(&hash);
+    let names = attributes::Names::new(&hash, source, params.policy);
 
     let done = AtomicUsize::new(0);
     let work = progress.part(0.3, 1.0);

@@ -2,6 +2,7 @@
 
 use super::{Checks, DEIDENTIFIED, Image, NEEDS_SOURCE, Reference, deidentified, values};
 use crate::data_set::DataSet;
+use crate::policy::Policy;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 use std::collections::BTreeSet;
@@ -19,7 +20,12 @@ const STALE: &[Tag] = &[
     tags::IRRADIATION_EVENT_UID,
 ];
 
-pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
+pub(super) fn check(
+    checks: &mut Checks,
+    images: &[Image],
+    reference: Option<&Reference>,
+    policy: Policy,
+) {
     let without = |holds: &dyn Fn(&DataSet) -> bool| -> Vec<String> {
         images.iter().filter(|i| !holds(&i.set)).map(|i| i.file.clone()).collect()
     };
@@ -92,7 +98,7 @@ pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Re
         "E10 Burned In Annotation is NO, or YES as in the source",
         &without(&|set| set.text(tags::BURNED_IN_ANNOTATION) == expected),
     );
-    check_equipment(checks, images, reference);
+    check_equipment(checks, images, reference, policy);
 }
 
 fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
@@ -129,15 +135,25 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
     }
 }
 
-fn check_equipment(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
+fn check_equipment(
+    checks: &mut Checks,
+    images: &[Image],
+    reference: Option<&Reference>,
+    policy: Policy,
+) {
     let sets = || images.iter().map(|i| &i.set);
     let position = "E11 Patient Position is that of the source";
-    let model = "E12 the equipment is not that of the source";
+    let model = if policy.keep_equipment {
+        "E12 the equipment is that of the source"
+    } else {
+        "E12 the equipment is not that of the source"
+    };
     match reference {
         Some(reference) => {
             let same = |tag| values(sets(), tag) == values(reference.headers(), tag);
             checks.say(position, same(tags::PATIENT_POSITION), "");
-            checks.say(model, !same(tags::MANUFACTURER_MODEL_NAME), "");
+            let kept = same(tags::MANUFACTURER_MODEL_NAME);
+            checks.say(model, kept == policy.keep_equipment, "");
         }
         None => {
             checks.skip(position, NEEDS_SOURCE);
@@ -145,7 +161,8 @@ fn check_equipment(checks: &mut Checks, images: &[Image], reference: Option<&Ref
         }
     }
     let named = sets().all(|set| {
-        !set.text(tags::MANUFACTURER).is_empty() && !set.text(tags::SOFTWARE_VERSIONS).is_empty()
+        !set.text(tags::MANUFACTURER).is_empty()
+            && (policy.keep_equipment || !set.text(tags::SOFTWARE_VERSIONS).is_empty())
     });
     checks.say("E13 the software that made the images is named with its version", named, "");
 }

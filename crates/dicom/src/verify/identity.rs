@@ -1,6 +1,7 @@
 //! Rules B: whose images these are, and that they are not the source's.
 
 use super::{Checks, DEIDENTIFIED, Image, NEEDS_SOURCE, Reference, deidentified, numbers, values};
+use crate::policy::{Policy, SAME_FRAME};
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 
@@ -57,7 +58,12 @@ const IMAGE_NUMBERS: &[(Tag, &str)] = &[
     (tags::PIXEL_PADDING_VALUE, "Pixel Padding Value"),
 ];
 
-pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
+pub(super) fn check(
+    checks: &mut Checks,
+    images: &[Image],
+    reference: Option<&Reference>,
+    policy: Policy,
+) {
     let sets = || images.iter().map(|i| &i.set);
     let varying = |list: &[(Tag, &str)]| -> Vec<String> {
         let several = list.iter().filter(|(tag, _)| values(sets(), *tag).len() > 1);
@@ -80,7 +86,7 @@ pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Re
         "B1 patient, study, series, frame and equipment are the same in all images",
         &found,
     );
-    against_source(checks, images, reference);
+    against_source(checks, images, reference, policy);
     let mut found = varying(IMAGE_TEXTS);
     for (tag, name) in IMAGE_NUMBERS {
         let count = numbers(sets(), *tag).len();
@@ -91,10 +97,23 @@ pub(super) fn check(checks: &mut Checks, images: &[Image], reference: Option<&Re
     checks.none_of("B5 the image description is the same in all images", &found);
 }
 
-fn against_source(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
-    let equal = "B2 patient and study are those of the source";
+fn against_source(
+    checks: &mut Checks,
+    images: &[Image],
+    reference: Option<&Reference>,
+    policy: Policy,
+) {
+    let equal = if policy.new_study {
+        "B2 the patient is that of the source, the study is not"
+    } else {
+        "B2 patient and study are those of the source"
+    };
     let new = "B3 series and instances are not those of the source";
-    let frame = "B4 the Frame of Reference is not that of the source (PS3.3 C.7.4.1)";
+    let frame = if policy.same_frame {
+        "B4 the Frame of Reference is that of the source, and Series Description says SAME-FRAME"
+    } else {
+        "B4 the Frame of Reference is not that of the source (PS3.3 C.7.4.1)"
+    };
     let Some(reference) = reference else {
         for rule in [equal, new, frame] {
             checks.skip(rule, NEEDS_SOURCE);
@@ -107,8 +126,13 @@ fn against_source(checks: &mut Checks, images: &[Image], reference: Option<&Refe
         checks.skip(equal, DEIDENTIFIED);
     } else {
         // The values would name the patient; the attribute is enough.
-        let differing = PATIENT_AND_STUDY.iter().filter(|(tag, _)| !same(*tag));
-        let found: Vec<String> = differing.map(|(_, name)| format!("{name} differs")).collect();
+        let own = |tag: Tag| tag == tags::STUDY_INSTANCE_UID || tag == tags::STUDY_ID;
+        let compared = PATIENT_AND_STUDY.iter().filter(|(tag, _)| !policy.new_study || !own(*tag));
+        let differing = compared.filter(|(tag, _)| !same(*tag));
+        let mut found: Vec<String> = differing.map(|(_, name)| format!("{name} differs")).collect();
+        if policy.new_study && same(tags::STUDY_INSTANCE_UID) {
+            found.push("Study Instance UID is reused".into());
+        }
         checks.none_of(equal, &found);
     }
 
@@ -125,5 +149,10 @@ fn against_source(checks: &mut Checks, images: &[Image], reference: Option<&Refe
     let found: Vec<String> = reused.map(|(_, name)| format!("{name} is reused")).collect();
     checks.none_of(new, &found);
     let reused = shared(tags::FRAME_OF_REFERENCE_UID);
-    checks.say(frame, !reused, if reused { "it is reused" } else { "" });
+    if policy.same_frame {
+        let said = |i: &Image| i.text(tags::SERIES_DESCRIPTION).contains(SAME_FRAME);
+        checks.say(frame, reused && images.iter().all(said), "");
+    } else {
+        checks.say(frame, !reused, if reused { "it is reused" } else { "" });
+    }
 }

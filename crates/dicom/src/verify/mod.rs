@@ -13,6 +13,7 @@ use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
 use crate::folder::{Folder, MAX_FOLDER_DEPTH, list};
+use crate::policy::Policy;
 use crate::read::{Source, read_folder};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
@@ -124,6 +125,15 @@ impl Checks {
 /// Why a rule was not checked.
 const NEEDS_SOURCE: &str = "needs the source series";
 
+/// What an export was asked to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Expected<'a> {
+    /// Departures from what is safest.
+    pub policy: Policy,
+    /// What took the patient out, so that she can be compared all the same.
+    pub anonymiser: Option<&'a Anonymiser>,
+}
+
 /// Checks an exported series against its own rules and, when given, against the source series it
 /// was derived from. A source folder with several series is searched for the one the export names.
 ///
@@ -133,27 +143,7 @@ const NEEDS_SOURCE: &str = "needs the source series";
 pub fn verify_export(
     dir: &Path,
     source: Option<&Path>,
-    progress: Progress<'_>,
-) -> Result<Verification, Error> {
-    verify(dir, source.map(|path| (path, None)), progress)
-}
-
-/// [`verify_export`] of an export that was de-identified, against the source with the patient in it.
-///
-/// # Errors
-/// As [`verify_export`].
-pub fn verify_anonymised_export(
-    dir: &Path,
-    source: &Path,
-    anonymiser: &Anonymiser,
-    progress: Progress<'_>,
-) -> Result<Verification, Error> {
-    verify(dir, Some((source, Some(anonymiser))), progress)
-}
-
-fn verify(
-    dir: &Path,
-    source: Option<(&Path, Option<&Anonymiser>)>,
+    expected: Expected<'_>,
     progress: Progress<'_>,
 ) -> Result<Verification, Error> {
     let mut paths = Vec::new();
@@ -164,8 +154,9 @@ fn verify(
     }
     let (images, unreadable) = load(dir, &paths, progress.part(0.0, 0.4))?;
     let reference = match source {
-        Some((path, anonymiser)) => {
-            Some(load_source(path, anonymiser, &images, progress.part(0.4, 0.8))?)
+        Some(path) => {
+            let progress = progress.part(0.4, 0.8);
+            Some(load_source(path, expected.anonymiser, &images, progress)?)
         }
         None => None,
     };
@@ -173,11 +164,11 @@ fn verify(
     container::check(&mut checks, &images, &unreadable);
     if !images.is_empty() {
         let reference = reference.as_ref();
-        identity::check(&mut checks, &images, reference);
+        identity::check(&mut checks, &images, reference, expected.policy);
         let order = geometry::check(&mut checks, &images, reference);
         progress.at(0.85)?;
         pixels::check(&mut checks, &images, &order, reference);
-        derivation::check(&mut checks, &images, reference);
+        derivation::check(&mut checks, &images, reference, expected.policy);
     }
     progress.at(1.0)?;
     Ok(Verification { checks: checks.0, files: paths.len(), with_source: source.is_some() })

@@ -4,7 +4,7 @@ use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, open_file};
 use std::path::{Path, PathBuf};
-use supine_dicom::{Error, ExportParams, ReadInfo, ReadParams, Source, read_series};
+use supine_dicom::{Error, ExportParams, Policy, ReadInfo, ReadParams, Source, read_series};
 use supine_space::{Progress, Side};
 use supine_volume::Ct;
 use tempfile::TempDir;
@@ -91,6 +91,7 @@ pub(crate) fn export_params(source: &Source) -> ExportParams {
         software_version: "0.1.0".into(),
         identity: [7; 32],
         reach_mm: 3.0,
+        policy: Policy::default(),
     }
 }
 

@@ -10,7 +10,7 @@ use dicom_core::{DataElement, PrimitiveValue, Tag, dicom_value};
 use dicom_dictionary_std::tags;
 use dicom_object::{InMemDicomObject, open_file};
 use std::path::Path;
-use supine_dicom::{Verification, verify_export, write_series};
+use supine_dicom::{Expected, ExportParams, Policy, Verification, verify_export, write_series};
 use supine_space::Progress;
 use tempfile::TempDir;
 
@@ -35,7 +35,7 @@ fn good() -> Good {
 }
 
 fn verify(dir: &Path, source: Option<&Path>) -> Verification {
-    verify_export(dir, source, Progress::none()).unwrap()
+    verify_export(dir, source, Expected::default(), Progress::none()).unwrap()
 }
 
 /// The numbers of the broken rules.
@@ -331,4 +331,36 @@ fn damaged_files_are_found() {
         let v = verify(&dir, Some(good.source.path()));
         assert!(broken(&v).contains(&"A1"), "{:?}", broken(&v));
     }
+}
+
+#[test]
+fn what_a_site_asks_for_is_written_and_expected() {
+    type Asked = (Policy, &'static str, &'static str);
+    let none = Policy::default();
+    let cases: [Asked; 3] = [
+        (Policy { new_study: true, ..none }, "DEFORMED", "B2"),
+        (Policy { keep_equipment: true, ..none }, "DEFORMED", "E12"),
+        (Policy { same_frame: true, ..none }, "DEFORMED SAME-FRAME", "B4"),
+    ];
+    let source_dir = folder(&slices(40, 8));
+    let (ct, source, _) = read(source_dir.path()).unwrap();
+    for (policy, description, rule) in cases {
+        let out = TempDir::new().unwrap();
+        let dir = out.path().join("ct");
+        let series_description = description.into();
+        let params = ExportParams { policy, series_description, ..export_params(&source) };
+        write_series(&deformed(&ct), &source, &params, &dir, Progress::none()).unwrap();
+        let verify = |policy| {
+            let expected = Expected { policy, anonymiser: None };
+            verify_export(&dir, Some(source_dir.path()), expected, Progress::none()).unwrap()
+        };
+        assert!(verify(policy).passed(), "{policy:?} {:?}", broken(&verify(policy)));
+        assert_eq!(broken(&verify(none)), [rule], "{policy:?}, not expected");
+    }
+    // The series must say that it has the source's frame.
+    let policy = Policy { same_frame: true, ..none };
+    let params = ExportParams { policy, ..export_params(&source) };
+    let out = TempDir::new().unwrap();
+    let dir = out.path().join("ct");
+    write_series(&ct, &source, &params, &dir, Progress::none()).unwrap_err();
 }

@@ -6,7 +6,7 @@ use crate::bench::{Bench, Done, Made};
 use crate::outward::Outward;
 use crate::store::Store;
 use crate::{Case, RunError, Stage, texts};
-use supine_dicom::{ExportParams, Source, verify_anonymised_export, verify_export};
+use supine_dicom::{Expected, ExportParams, Source};
 use supine_report::{Checks, Export};
 use supine_space::Progress;
 use supine_volume::Ct;
@@ -22,7 +22,12 @@ pub(crate) fn export(
 ) -> Result<Exported, RunError> {
     bench.stage(
         Stage::Export,
-        &[&warped.key, &texts::derivation(case), &texts::series_description(case)],
+        &[
+            &warped.key,
+            &texts::derivation(case),
+            &texts::series_description(case),
+            &format!("{:?}", case.export.policy),
+        ],
         |_, _| Ok(()),
         |store, progress| match &input.outward {
             Some(outward) => Series { case, outward, warped, reach_mm }.write(store, progress),
@@ -69,6 +74,7 @@ impl Series<'_> {
             software_version: env!("CARGO_PKG_VERSION").into(),
             identity: identity(source, self.case),
             reach_mm: self.reach_mm,
+            policy: self.case.export.policy,
         };
         let folder = store.path("ct")?;
         let written = supine_dicom::write_series(
@@ -80,11 +86,9 @@ impl Series<'_> {
         )
         .map_err(export_error)?;
         let (ct, progress) = (&self.case.ct, progress.part(0.6, 1.0));
-        let verified = match anonymiser {
-            Some(anonymiser) => verify_anonymised_export(&folder, ct, anonymiser, progress),
-            None => verify_export(&folder, Some(ct), progress),
-        }
-        .map_err(export_error)?;
+        let expected = Expected { policy: params.policy, anonymiser: anonymiser.as_ref() };
+        let verified = supine_dicom::verify_export(&folder, Some(ct), expected, progress)
+            .map_err(export_error)?;
         let passed = verified.checks.iter().filter(|c| c.passed == Some(true)).count();
         let failed = verified.checks.iter().filter(|c| c.passed == Some(false));
         let mut warnings: Vec<String> = written.warnings;

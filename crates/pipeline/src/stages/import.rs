@@ -20,7 +20,7 @@ pub(crate) struct Imported {
 }
 
 pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, RunError> {
-    let secret = case.anonymise.then(|| secret(&bench.store)).transpose()?;
+    let secret = case.export.anonymise.then(|| secret(&bench.store)).transpose()?;
     bench.pass(Stage::Import, |progress| {
         let input = read_ct(&case.ct, case.series.as_deref(), progress)?;
         let hashed = hash_of(&case.ct).map_err(|source| RunError::Missing {
@@ -38,7 +38,7 @@ pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, Run
         let series = case.series.as_deref().unwrap_or("");
         let key = crate::store::key(&[&origin.blake3, series, &named]);
         let warnings = input.dicom.iter().flat_map(|(_, info)| info.warnings.clone()).collect();
-        let facts = facts(&input, case.anonymise);
+        let facts = facts(&input, case.export.anonymise);
         let outward = input.dicom.as_ref().map(|(source, _)| match secret {
             Some(key) => Outward::anonymised(source, Anonymiser::new(key)),
             None => Outward::named(source),
