@@ -1,4 +1,5 @@
-//! DICOM CT series, segmentations and structure sets in, series and segmentations out; inspection and verification of exports.
+//! DICOM CT series, segmentations, structure sets and doses in and out, registrations out; inspection and
+//! verification of exports.
 //!
 //! A file is walked by this crate's own parser, which checks every length before it believes it and
 //! keeps every value byte for byte: no library sees a file first, because none refuses a lying
@@ -9,15 +10,19 @@
 //! - [`inspect`]: what a folder holds, and whether it can be used
 //! - [`write_series`]: a volume on the grid of its source → a derived CT series
 //! - [`read_segmentation`], [`write_segmentation`]: segments on the voxels of a CT
-//! - [`read_structures`]: regions of interest drawn as contours
+//! - [`read_structures`], [`write_structures`]: regions of interest drawn as contours
+//! - [`read_dose`], [`write_dose`]: absorbed dose on a grid
+//! - [`write_deformable`], [`write_chest_wall`]: registrations of an exported series with its source
 //! - [`verify_export`]: what no validator notices about an exported series
 //!
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
 mod anonymise;
+mod companion;
 mod data_set;
 mod derived;
+mod dose;
 mod error;
 mod export;
 mod folder;
@@ -31,25 +36,30 @@ mod pixels;
 mod plausible;
 mod policy;
 mod read;
+mod registration;
 mod segmentation;
 mod slice;
 mod structures;
 mod uid;
 mod verify;
+mod whole_file;
 
 pub use anonymise::Anonymiser;
+pub use companion::{CompanionParams, ObjectReference};
+pub use dose::{Dose, DoseInfo, read_dose, write_dose};
 pub use error::{Error, ErrorKind};
 pub use export::{Clock, ExportParams, WriteInfo, write_series};
 pub use folder::{LeftOut, SeriesSummary};
 pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
 };
-pub use object::{RegionObject, region_object};
+pub use object::{RegionObject, is_dose, region_object};
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, Source, read_series};
+pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};
 pub use segmentation::{
     Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, read_segmentation,
     write_segmentation,
 };
-pub use structures::{Roi, Structures, read_structures};
+pub use structures::{Roi, Structures, StructuresInfo, read_structures, write_structures};
 pub use verify::{Check, Expected, Verification, verify_export};

@@ -19,18 +19,7 @@ pub enum RegionObject {
 /// # Errors
 /// When the file cannot be read, or is a DICOM file of another kind or a damaged one.
 pub fn region_object(path: &Path) -> Result<Option<RegionObject>, Error> {
-    let file = name(path);
-    let mut container = match Container::open_head(path) {
-        Ok(container) => container,
-        Err(OpenError::NotDicom(_)) => return Ok(None),
-        Err(OpenError::Malformed { .. }) if !says_dicom(path)? => return Ok(None),
-        Err(error) => return Err(opened(error, path, &file)),
-    };
-    let mut class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
-    if class.is_empty() {
-        let head = container.data(Until::PixelData).map_err(|e| opened(e, path, &file))?;
-        class = head.set.text(tags::SOP_CLASS_UID);
-    }
+    let Some(class) = class(path)? else { return Ok(None) };
     match class.as_str() {
         uids::SEGMENTATION_STORAGE | uids::LABEL_MAP_SEGMENTATION_STORAGE => {
             Ok(Some(RegionObject::Segmentation))
@@ -41,9 +30,34 @@ pub fn region_object(path: &Path) -> Result<Option<RegionObject>, Error> {
                 "neither a segmentation nor a structure set, but: {}",
                 crate::folder::kind(&class)
             );
-            Err(Error::Unsupported { file, what })
+            Err(Error::Unsupported { file: name(path), what })
         }
     }
+}
+
+/// Whether a file is an RT dose, by its content.
+///
+/// # Errors
+/// When the file cannot be read or is a damaged DICOM file.
+pub fn is_dose(path: &Path) -> Result<bool, Error> {
+    Ok(class(path)?.is_some_and(|class| class == uids::RT_DOSE_STORAGE))
+}
+
+/// SOP Class UID of a file; `None` when it is no DICOM file.
+fn class(path: &Path) -> Result<Option<String>, Error> {
+    let file = name(path);
+    let mut container = match Container::open_head(path) {
+        Ok(container) => container,
+        Err(OpenError::NotDicom(_)) => return Ok(None),
+        Err(OpenError::Malformed { .. }) if !says_dicom(path)? => return Ok(None),
+        Err(error) => return Err(opened(error, path, &file)),
+    };
+    let class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
+    if !class.is_empty() {
+        return Ok(Some(class));
+    }
+    let head = container.data(Until::PixelData).map_err(|e| opened(e, path, &file))?;
+    Ok(Some(head.set.text(tags::SOP_CLASS_UID)))
 }
 
 /// Whether the file has the marker of a DICOM file.

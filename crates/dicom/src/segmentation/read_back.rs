@@ -2,39 +2,10 @@
 
 use super::{read_segmentation, write::Label};
 use crate::data_set::DataSet;
-use crate::error::Error;
 use dicom_dictionary_std::tags;
 use dicom_object::open_file;
-use std::io::Write as _;
 use std::path::Path;
 use supine_volume::LabelMap;
-
-/// Writes a file under a temporary name beside its own, which it gets when `check` finds no fault.
-pub(super) fn write(
-    path: &Path,
-    bytes: &[u8],
-    check: impl FnOnce(&Path) -> Result<(), String>,
-) -> Result<(), Error> {
-    let fail = |source| Error::Write { path: path.to_owned(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".supine-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        // The mask of the process decides, as for any other file.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut temporary = builder.tempfile_in(folder).map_err(fail)?;
-    temporary.write_all(bytes).map_err(fail)?;
-    temporary.flush().map_err(fail)?;
-    check(temporary.path()).map_err(|reason| {
-        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Error::ReadBack { file, reason }
-    })?;
-    temporary.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
-}
 
 /// Another reader (dicom-object) must see the same identity and pixels, and ours the same labels.
 pub(super) fn check(

@@ -11,7 +11,7 @@ use crate::export::Clock;
 use crate::geometry::{grid_of, same_grid};
 use crate::number::format_ds;
 use crate::read::Source;
-use crate::uid;
+use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use sha2::{Digest as _, Sha256};
@@ -97,7 +97,7 @@ pub fn write_segmentation(
     put_dimensions(&mut set, &uid::from_content("segmentation dimensions", &hash));
     let version: String = params.software_version.chars().take(9).collect();
     let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
-    read_back::write(path, &bytes, |written| {
+    whole_file::write(path, &bytes, |written| {
         read_back::check(written, &set, labels, &source.frame_of_reference_uid(), &segments)
     })?;
     Ok(info)

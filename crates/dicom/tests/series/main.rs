@@ -2,13 +2,16 @@
 #![expect(clippy::disallowed_methods, reason = "tests of an edge crate: files")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod dose;
 mod export;
 mod geometry;
 mod hazards;
 mod multi_frame;
 mod reading;
+mod registration;
 mod segmentation;
 mod structures;
+mod structures_out;
 mod support;
 mod values;
 mod verify;

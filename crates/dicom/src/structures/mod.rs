@@ -1,4 +1,8 @@
-//! RT structure sets (PS3.3 A.19): regions of interest drawn as contours.
+//! RT structure sets (PS3.3 A.19): regions of interest drawn as contours, in and out.
+
+mod write;
+
+pub use write::{StructuresInfo, write_structures};
 
 use crate::data_set::{DataSet, text_of};
 use crate::error::Error;
@@ -37,11 +41,19 @@ impl Roi {
     }
 }
 
-/// The regions of a structure set.
-#[derive(Clone, Debug)]
+/// The regions of a structure set. It names the patient: not for logs, hence only the regions in its `Debug`.
+#[derive(Clone)]
 pub struct Structures {
     file: String,
     rois: Vec<Roi>,
+    /// All but the contours.
+    header: DataSet,
+}
+
+impl std::fmt::Debug for Structures {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Structures({} regions)", self.rois.len())
+    }
 }
 
 impl Structures {
@@ -101,7 +113,7 @@ fn doubts(roi: &Roi, filled: Filled) -> Vec<String> {
 /// # Errors
 /// When the file is no sound structure set, or a contour is not a list of positions.
 pub fn read_structures(path: &Path) -> Result<Structures, Error> {
-    let object = Object::open(path)?;
+    let mut object = Object::open(path)?;
     let class = object.set.text(tags::SOP_CLASS_UID);
     if class != uids::RT_STRUCTURE_SET_STORAGE {
         return object.unsupported(format!("not a structure set: {}", crate::folder::kind(&class)));
@@ -144,7 +156,8 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
             }
         }
     }
-    Ok(Structures { file: object.file, rois })
+    object.set.remove(tags::ROI_CONTOUR_SEQUENCE);
+    Ok(Structures { file: object.file, rois, header: object.set })
 }
 
 /// The region that an item belongs to.

@@ -1,0 +1,196 @@
+//! What goes with an exported CT: doses, structures and registrations say the same of patient,
+//! study, frame of reference and maker.
+
+use crate::data_set::{DataSet, encode, part10};
+use crate::derived::{
+    MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
+    instance_reference, put_missing, series_number,
+};
+use crate::error::Error;
+use crate::export::Clock;
+use crate::read::Source;
+use crate::{uid, whole_file};
+use dicom_core::{Tag, VR};
+use dicom_dictionary_std::tags;
+use sha2::{Digest as _, Sha256};
+use std::path::Path;
+
+/// What an object that goes with an exported CT says about itself.
+#[derive(Clone, Debug)]
+pub struct CompanionParams {
+    /// Series Description; must contain DEFORMED or CHEST WALL, 64 characters at most.
+    pub series_description: String,
+    /// How it was made, 1024 characters at most; what the CT says of its derivation is put behind it.
+    pub derivation: String,
+    /// Date and time written everywhere "now" is meant.
+    pub clock: Clock,
+    /// Version of this software, 64 characters at most.
+    pub software_version: String,
+}
+
+/// An object that was written, by which others refer to it.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ObjectReference {
+    /// SOP Class UID.
+    pub class_uid: String,
+    /// SOP Instance UID.
+    pub instance_uid: String,
+    /// Series Instance UID.
+    pub series_uid: String,
+}
+
+/// Kind of an object: its class, modality and place among the series of the study.
+pub(crate) struct Kind {
+    pub(crate) class: &'static str,
+    pub(crate) modality: &'static str,
+    /// Added to the Series Number of the exported CT.
+    pub(crate) series: i64,
+    /// What its identifiers are made for.
+    pub(crate) role: &'static str,
+}
+
+impl CompanionParams {
+    fn check(&self) -> Result<(), Error> {
+        let Self { series_description, derivation, software_version, clock, .. } = self;
+        let one = |text: &str| !text.is_empty() && !text.contains('\\');
+        let marked = ["DEFORMED", "CHEST WALL"].iter().any(|m| series_description.contains(m));
+        check_text(
+            "Series Description",
+            series_description,
+            64,
+            one(series_description) && marked,
+        )?;
+        check_text("Derivation Description", derivation, 1024, !derivation.is_empty())?;
+        check_text("Software Versions", software_version, 64, one(software_version))?;
+        check_clock(clock)
+    }
+}
+
+/// Patient, study and frame of reference of `ct`, and the object's own series, equipment and times
+/// (PS3.3 C.7.1 to C.7.5, C.12.1).
+pub(crate) fn common(ct: &Source, params: &CompanionParams, kind: &Kind) -> Result<DataSet, Error> {
+    params.check()?;
+    let first = &ct.slices[0].header;
+    let mut set = DataSet::default();
+    for &tag in PATIENT_AND_STUDY {
+        copy(&mut set, tag, first);
+    }
+    copy(&mut set, tags::FRAME_OF_REFERENCE_UID, first);
+    put_missing(&mut set, REQUIRED_OF_ALL);
+    let number = series_number(kind.series, first).to_string();
+    let Clock { date, time } = &params.clock;
+    for (tag, vr, text) in [
+        (tags::SOP_CLASS_UID, VR::UI, kind.class),
+        (tags::MODALITY, VR::CS, kind.modality),
+        (tags::INSTANCE_CREATION_DATE, VR::DA, date),
+        (tags::INSTANCE_CREATION_TIME, VR::TM, time),
+        (tags::SERIES_DATE, VR::DA, date),
+        (tags::SERIES_TIME, VR::TM, time),
+        (tags::SERIES_DESCRIPTION, VR::LO, &params.series_description),
+        (tags::SERIES_NUMBER, VR::IS, &number),
+        (tags::INSTANCE_NUMBER, VR::IS, "1"),
+        (tags::MANUFACTURER, VR::LO, MANUFACTURER),
+        (tags::MANUFACTURER_MODEL_NAME, VR::LO, MODEL),
+        (tags::DEVICE_SERIAL_NUMBER, VR::LO, "0"),
+        (tags::SOFTWARE_VERSIONS, VR::LO, &params.software_version),
+    ] {
+        set.put_text(tag, vr, text);
+    }
+    Ok(set)
+}
+
+/// What says that an image was made from another by resampling (PS3.3 C.7.6.1.1, C.12.4).
+pub(crate) fn put_derivation(
+    set: &mut DataSet,
+    params: &CompanionParams,
+    ct: &Source,
+    from: &DataSet,
+) {
+    set.put_text(tags::IMAGE_TYPE, VR::CS, "DERIVED\\SECONDARY");
+    set.put_text(tags::DERIVATION_DESCRIPTION, VR::ST, &derivation(params, ct));
+    let resampling = code("DCM", "113085", "Spatial resampling");
+    set.put_items(tags::DERIVATION_CODE_SEQUENCE, vec![resampling]);
+    let mut item = instance_reference(from);
+    item.put_text(tags::SPATIAL_LOCATIONS_PRESERVED, VR::CS, "NO");
+    let purpose = code("DCM", "121322", "Source image for image processing operation");
+    item.put_items(tags::PURPOSE_OF_REFERENCE_CODE_SEQUENCE, vec![purpose]);
+    set.put_items(tags::SOURCE_IMAGE_SEQUENCE, vec![item]);
+}
+
+/// How the object was made, and how the CT was that it goes with (ST: 1024 characters).
+pub(crate) fn derivation(params: &CompanionParams, ct: &Source) -> String {
+    let own = ct.slices[0].header.text(tags::DERIVATION_DESCRIPTION);
+    let whole = format!("{} {own}", params.derivation);
+    whole.trim_end().chars().filter(char::is_ascii).take(1024).collect()
+}
+
+/// The item that refers to an instance (PS3.3 table 10-11).
+pub(crate) fn item(class: &str, instance: &str) -> DataSet {
+    let mut item = DataSet::default();
+    item.put_text(tags::REFERENCED_SOP_CLASS_UID, VR::UI, class);
+    item.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, instance);
+    item
+}
+
+/// The items that refer to all slices of a series; frames of one file are one instance.
+pub(crate) fn slices(ct: &Source) -> Vec<DataSet> {
+    let mut items: Vec<DataSet> = ct.slices.iter().map(|s| instance_reference(&s.header)).collect();
+    items.dedup();
+    items
+}
+
+/// Common Instance Reference: every slice of these series of the object's study (PS3.3 C.12.2).
+pub(crate) fn put_series(set: &mut DataSet, series: &[&Source]) {
+    let item = |ct: &&Source| {
+        let mut item = DataSet::default();
+        item.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &ct.series_uid());
+        item.put_items(tags::REFERENCED_INSTANCE_SEQUENCE, slices(ct));
+        item
+    };
+    set.put_items(tags::REFERENCED_SERIES_SEQUENCE, series.iter().map(item).collect());
+}
+
+/// Gives the object its identifiers, made from all it holds, and writes it; it appears under its
+/// name only when another reader sees all of it and `check` finds no fault.
+pub(crate) fn write(
+    mut set: DataSet,
+    params: &CompanionParams,
+    kind: &Kind,
+    path: &Path,
+    check: impl FnOnce(&Path) -> Result<(), String>,
+) -> Result<ObjectReference, Error> {
+    let hash: [u8; 32] = Sha256::digest(encode(&set)).into();
+    let reference = ObjectReference {
+        class_uid: kind.class.to_owned(),
+        instance_uid: uid::from_content(kind.role, &hash),
+        series_uid: uid::from_content(&format!("{} series", kind.role), &hash),
+    };
+    set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &reference.series_uid);
+    set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &reference.instance_uid);
+    let version: String = params.software_version.chars().take(9).collect();
+    let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
+    whole_file::write(path, &bytes, |written| {
+        whole_file::same_elements(written, &set)?;
+        check(written)
+    })?;
+    Ok(reference)
+}
+
+/// Puts texts that are the object's own.
+pub(crate) fn put_texts(set: &mut DataSet, texts: &[(Tag, VR, &str)]) {
+    for (tag, vr, text) in texts {
+        set.put_text(*tag, *vr, text);
+    }
+}
+
+/// Refuses an object of another patient than the CT: it would be written under the CT's name.
+///
+/// # Errors
+/// When both name a patient and not the same.
+pub(crate) fn same_patient(file: &str, header: &DataSet, ct: &Source) -> Result<(), Error> {
+    let [a, b] = [header, &ct.slices[0].header].map(|h| h.text(tags::PATIENT_ID));
+    if a.is_empty() || b.is_empty() || a == b {
+        return Ok(());
+    }
+    Err(Error::attribute(file, "Patient ID", "is not that of the CT: it is of another patient"))
+}
