@@ -349,6 +349,9 @@ pub(crate) struct Warp {
     /// Take the patient out of the DICOM series (PS3.15)
     #[arg(long)]
     pub(crate) anonymise: bool,
+    /// Also the map as DICOM registrations of the series with the CT, in this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) registration: Option<PathBuf>,
     /// A folder for a DICOM series, or a .nrrd, .nii or .nii.gz file
     #[arg(long, value_name = "DIR|FILE")]
     pub(crate) out: PathBuf,
@@ -389,7 +392,7 @@ pub(crate) struct Carry {
     pub(crate) from: Option<PathBuf>,
     /// What is known in the CT: points (.csv name,x,y,z in LPS mm; .mrk.json), labels or a dose
     /// (.seg.nrrd, .nrrd, .nii.gz), a closed surface (.stl, .ply, .obj), contours
-    /// (.csv structure,contour,x,y,z; a DICOM structure set)
+    /// (.csv structure,contour,x,y,z), DICOM RT doses, structure sets and segmentations
     #[arg(value_name = "FILE", required_unless_present = "points", conflicts_with = "points")]
     pub(crate) what: Option<PathBuf>,
     /// The folder of a finished run, in place of RUN
@@ -399,7 +402,8 @@ pub(crate) struct Carry {
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
     /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd or .nii.gz,
-    /// dose .nrrd or .nii.gz, surface .stl, .ply or .obj, contours .csv)
+    /// dose .nrrd or .nii.gz, surface .stl, .ply or .obj, contours .csv); .dcm: the same kind of
+    /// DICOM object, of the run's series
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// The CT before deformation (DICOM folder, NRRD or NIfTI): density for a dose; slices for contours

@@ -7,12 +7,13 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use grid::output_grid;
 use std::path::Path;
-use supine_dicom::{ExportParams, Policy};
+use supine_dicom::{ExportParams, Policy, Source};
 use supine_exchange::{
     FieldKind, read_mesh, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
 };
 use supine_mesh::{Displacement, TetMesh};
-use supine_pipeline::{CtInput, Outward, RunError, forgetful_anonymiser};
+use supine_pipeline::{CtInput, Outward, RunError, forgetful_anonymiser, write_registration};
+use supine_report::Registration;
 use supine_space::{Grid, Progress, Side};
 use supine_volume::Ct;
 use supine_warp::{Consistency, Interpolation, Params, consistency};
@@ -27,12 +28,7 @@ fn note(interpolation: Interpolation) -> String {
 }
 
 pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
-    let other = args.spacing.is_some() || args.around.is_some() || args.axial.is_some();
-    if other && !is_file(&args.out) {
-        let message = "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz \
-                       file";
-        return Err(Failure::usage(message));
-    }
+    let other = asked_grid(args)?;
     let (mesh, displacement) = read_mesh(&args.mesh)?;
     let displacement = displacement.ok_or_else(|| {
         Failure::input(format!(
@@ -50,7 +46,15 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
     let (warped, info) =
         supine_warp::warp_onto(&grid, &input.ct, &mesh, &displacement, &params, progress)
             .map_err(RunError::from)?;
-    write(args, &input, &warped, info.max_displacement_mm, screen)?;
+    let source = write(args, &input, &warped, info.max_displacement_mm, screen)?;
+    let registration = match (&args.registration, &source) {
+        (Some(folder), Some(source)) => {
+            let watch = |share| screen.share("registration", share);
+            let (map, progress) = ((&mesh, &displacement), Progress::new(&watch));
+            Some(write_registration(ct, (source, &args.out), map, folder, progress)?)
+        }
+        _ => None,
+    };
     let fields = match &args.fields {
         Some(folder) => {
             Some((folder, fields(input.ct.grid(), (&mesh, &displacement), folder, screen)?))
@@ -63,7 +67,7 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
         "vacated_voxels": info.vacated_voxels, "folded_voxels": info.folded_voxels,
         "fade_mm": info.fade_mm, "jacobian_min": info.jacobian_min,
         "jacobian_max": info.jacobian_max, "warnings": info.warnings,
-        "fields": fields.as_ref().map(|(folder, _)| folder),
+        "fields": fields.as_ref().map(|(folder, _)| folder), "registration": registration,
         "forward_then_backward": fields.as_ref().and_then(|(_, c)| c.as_ref()).map(|c| {
             serde_json::json!({
                 "voxels": c.voxels, "mean_mm": c.mean_mm, "p99_mm": c.p99_mm, "max_mm": c.max_mm,
@@ -87,8 +91,39 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
             c.max_mm
         );
     }
+    if let (Some(folder), Some(r)) = (&args.registration, &registration) {
+        text += &told(folder, r);
+    }
     screen.result(&json, &text);
     Ok(0)
+}
+
+/// Whether another grid than the CT's is asked for; what does not go together is refused.
+fn asked_grid(args: &args::Warp) -> Result<bool, Failure> {
+    let other = args.spacing.is_some() || args.around.is_some() || args.axial.is_some();
+    if other && !is_file(&args.out) {
+        let message = "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz \
+                       file";
+        return Err(Failure::usage(message));
+    }
+    if args.registration.is_some() && is_file(&args.out) {
+        let message =
+            "--registration: a registration is of a DICOM series; name a folder for it with --out";
+        return Err(Failure::usage(message));
+    }
+    Ok(other)
+}
+
+/// How far a reader of the registrations is off, in words.
+fn told(folder: &Path, r: &Registration) -> String {
+    format!(
+        "\n{}: registrations; between their vectors {:.3} mm off the map in the mean, {:.3} mm at \
+         99 %, {:.3} mm at most",
+        folder.display(),
+        r.mean_mm,
+        r.p99_mm,
+        r.max_mm
+    )
 }
 
 /// Whether one file is to be written, not a series.
@@ -97,21 +132,24 @@ fn is_file(out: &Path) -> bool {
     [".nrrd", ".nii", ".nii.gz"].iter().any(|ending| name.ends_with(ending))
 }
 
+/// Writes the CT; of a DICOM series the source, as it may be named.
 fn write(
     args: &args::Warp,
     input: &CtInput,
     warped: &Ct,
     reach_mm: f64,
     screen: &Screen,
-) -> Result<(), Failure> {
+) -> Result<Option<Source>, Failure> {
     let watch = |share| screen.share("export", share);
     let progress = Progress::new(&watch);
     let name = args.out.to_string_lossy().to_lowercase();
     if name.ends_with(".nrrd") {
-        return Ok(write_ct_nrrd(warped, &args.out, &note(args.interpolation.into()), progress)?);
+        write_ct_nrrd(warped, &args.out, &note(args.interpolation.into()), progress)?;
+        return Ok(None);
     }
     if name.ends_with(".nii") || name.ends_with(".nii.gz") {
-        return Ok(write_ct_nifti(warped, &args.out, &note(args.interpolation.into()), progress)?);
+        write_ct_nifti(warped, &args.out, &note(args.interpolation.into()), progress)?;
+        return Ok(None);
     }
     let Some((source, _)) = &input.dicom else {
         let message = "--out: the CT did not come as DICOM, so no series can be written; name a \
@@ -143,7 +181,7 @@ fn write(
         policy: Policy::default(),
     };
     supine_dicom::write_series(warped, source, &params, &args.out, progress)?;
-    Ok(())
+    Ok(Some(outward.source))
 }
 
 /// Writes the map as fields in both formats; how well they undo each other, unless nothing moves.

@@ -139,15 +139,29 @@ pub(crate) fn slices(ct: &Source) -> Vec<DataSet> {
     items
 }
 
-/// Common Instance Reference: every slice of these series of the object's study (PS3.3 C.12.2).
+/// Common Instance Reference: every slice of these series, those of other studies apart (PS3.3 C.12.2).
 pub(crate) fn put_series(set: &mut DataSet, series: &[&Source]) {
-    let item = |ct: &&Source| {
+    let item = |ct: &Source| {
         let mut item = DataSet::default();
         item.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &ct.series_uid());
         item.put_items(tags::REFERENCED_INSTANCE_SEQUENCE, slices(ct));
         item
     };
-    set.put_items(tags::REFERENCED_SERIES_SEQUENCE, series.iter().map(item).collect());
+    let own = set.text(tags::STUDY_INSTANCE_UID);
+    let study = |ct: &Source| ct.slices[0].header.text(tags::STUDY_INSTANCE_UID);
+    let (here, elsewhere): (Vec<&Source>, Vec<&Source>) =
+        series.iter().copied().partition(|ct| study(ct) == own);
+    set.put_items(tags::REFERENCED_SERIES_SEQUENCE, here.into_iter().map(item).collect());
+    let other = |ct: &Source| {
+        let mut other = DataSet::default();
+        other.put_text(tags::STUDY_INSTANCE_UID, VR::UI, &study(ct));
+        other.put_items(tags::REFERENCED_SERIES_SEQUENCE, vec![item(ct)]);
+        other
+    };
+    if !elsewhere.is_empty() {
+        let items = elsewhere.into_iter().map(other).collect();
+        set.put_items(tags::STUDIES_CONTAINING_OTHER_REFERENCED_INSTANCES_SEQUENCE, items);
+    }
 }
 
 /// Gives the object its identifiers, made from all it holds, and writes it; it appears under its

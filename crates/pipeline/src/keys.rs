@@ -45,14 +45,13 @@ const KEYS: &[Key] = &[
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("warp", &["interpolation"]),
     key("carry", &["points"]),
-    key("export", &["anonymise", "study", "equipment", "frame"]),
+    key("export", &["anonymise", "study", "equipment", "frame", "registration"]),
     key("tissues", &[]),
 ];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
 /// than ignored: a planner who asks for a thing must not believe that it was done.
-const LATER: &[&str] =
-    &["scans", "carry.dose", "carry.structures", "export.spacing", "export.registration"];
+const LATER: &[&str] = &["scans", "carry.dose", "carry.structures", "export.spacing"];
 
 /// The first key that cannot be used, in words; `None` when all are known.
 pub(crate) fn first_unknown(case: &Table) -> Option<String> {
@@ -132,5 +131,7 @@ mod tests {
     fn what_is_not_built_is_refused_and_not_ignored() {
         assert!(first("[scans]\nsupine = 's.ply'").unwrap().contains("not supported"));
         assert!(first("[carry]\ndose = ['d.dcm']").unwrap().contains("not supported"));
+        assert!(first("[export]\nanonymise = true").unwrap().contains("not supported"));
+        assert_eq!(first("[export]\nregistration = false"), None);
     }
 }

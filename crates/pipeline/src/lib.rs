@@ -19,6 +19,7 @@ mod moduli;
 mod options;
 mod outward;
 mod refine;
+mod registration;
 mod run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
@@ -57,6 +58,7 @@ pub use mesher::{by_tetgen, tetgen_work};
 pub use options::Options;
 pub use outward::{Outward, forgetful_anonymiser};
 pub use refine::{Goal, Refine};
+pub use registration::write_registration;
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Effort, Found, Try};

@@ -55,7 +55,8 @@ pub fn run(
         return Ok(None);
     }
     let reach_mm = solved.facts.solve.max_displacement_mm;
-    let export = export::export(&mut bench, case, &input, &warped, reach_mm)?;
+    let map = (&mesh.product, &solved.product);
+    let export = export::export(&mut bench, case, (&input, map), &warped, reach_mm)?;
     if until(Stage::Export) {
         return Ok(None);
     }

@@ -74,7 +74,7 @@ impl Stage {
             Self::Mesh => &["mesh/rest.vtu"],
             Self::Solve => &["mesh/deformed.vtu"],
             Self::Warp => &[".stages/warped.nrrd", "field", "points.csv"],
-            Self::Export => &["ct", "ct.nrrd"],
+            Self::Export => &["ct", "ct.nrrd", "registration"],
             Self::Report => &["report", "summary.json"],
         }
     }

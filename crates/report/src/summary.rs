@@ -450,6 +450,28 @@ pub struct Export {
     pub frame_of_reference_uid: String,
     /// Checks of the written files.
     pub verified: Checks,
+    /// The registrations beside the series, when they were asked for.
+    #[serde(default)]
+    pub registration: Option<Registration>,
+}
+
+/// The map as registration objects: deformable for the tissue, rigid for the chest wall.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Registration {
+    /// Folder, relative to the run's folder.
+    pub folder: String,
+    /// Places of the grid of vectors along its axes.
+    pub grid: [usize; 3],
+    /// Distance of its places along its axes, mm.
+    pub spacing_mm: [f64; 3],
+    /// Voxels of the deformed tissue at which it was compared with the map.
+    pub voxels: usize,
+    /// Mean distance between what a reader finds between the grid's places and the map, mm.
+    pub mean_mm: f64,
+    /// 99 % lie below this, mm.
+    pub p99_mm: f64,
+    /// Largest, mm.
+    pub max_mm: f64,
 }
 
 /// How many checks were passed.

@@ -416,6 +416,16 @@ fn export(s: &Summary) -> Option<Table> {
     t.row("Series UID", e.series_uid.clone());
     t.row("Frame of Reference UID", e.frame_of_reference_uid.clone());
     t.row("Checks", format!("{} of {} passed", e.verified.passed, e.verified.total));
+    if let Some(r) = &e.registration {
+        let [x, y, z] = r.spacing_mm.map(|mm| format!("{mm:.2}"));
+        let off = [r.mean_mm, r.p99_mm, r.max_mm].map(|mm| format!("{mm:.3}"));
+        let text = format!(
+            "{}/, vectors {x} x {y} x {z} mm apart; between them {} mm off the map in the mean, {} \
+             mm at 99 %, {} mm at most",
+            r.folder, off[0], off[1], off[2]
+        );
+        t.row("Registrations", text);
+    }
     Some(t)
 }
 

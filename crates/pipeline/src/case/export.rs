@@ -5,10 +5,12 @@ use serde::Deserialize;
 use supine_dicom::Policy;
 
 /// What is asked of the DICOM objects of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ExportWish {
     /// Whether they lack the patient (PS3.15 E.1).
     pub anonymise: bool,
+    /// Whether registrations go with the series.
+    pub registration: bool,
     /// Departures from what is safest.
     pub policy: Policy,
 }
@@ -21,6 +23,7 @@ pub(super) struct ExportFile {
     study: Option<String>,
     equipment: Option<String>,
     frame: Option<String>,
+    registration: Option<bool>,
 }
 
 /// To be typed in full by who wants the source's frame of reference.
@@ -46,8 +49,14 @@ pub(super) fn wish(file: &ExportFile) -> Result<ExportWish, CaseError> {
             ));
         }
     };
+    if same_frame && file.registration == Some(true) {
+        let reason = "a registration leads from one frame of reference to another, and \
+                      `export.frame` asks for one alone";
+        return Err(value("export.registration", reason));
+    }
     Ok(ExportWish {
         anonymise: file.anonymise,
+        registration: !same_frame && file.registration.unwrap_or(true),
         policy: Policy {
             new_study: one_of("export.study", file.study.as_deref(), &study)?,
             keep_equipment: one_of("export.equipment", file.equipment.as_deref(), &equipment)?,

@@ -1,22 +1,25 @@
-//! The series for the planning system, read back and verified.
+//! The series for the planning system, read back and verified, with its registrations.
 
 use super::import::Imported;
 use super::warp::Facts as WarpFacts;
 use crate::bench::{Bench, Done, Made};
 use crate::outward::Outward;
 use crate::store::Store;
-use crate::{Case, RunError, Stage, texts};
+use crate::{Case, RunError, Stage, texts, write_registration};
 use supine_dicom::{Expected, ExportParams, Source};
+use supine_mesh::{Displacement, TetMesh};
 use supine_report::{Checks, Export};
 use supine_space::Progress;
 use supine_volume::Ct;
 
+/// The mesh, and its displacement as the solver gave it.
+type Map<'a> = (&'a TetMesh, &'a Displacement);
 pub(crate) type Exported = Done<(), Option<Export>>;
 
 pub(crate) fn export(
     bench: &mut Bench<'_>,
     case: &Case,
-    input: &Imported,
+    (input, map): (&Imported, Map<'_>),
     warped: &Done<Ct, WarpFacts>,
     reach_mm: f64,
 ) -> Result<Exported, RunError> {
@@ -26,11 +29,23 @@ pub(crate) fn export(
             &warped.key,
             &texts::derivation(case),
             &texts::series_description(case),
-            &format!("{:?}", case.export.policy),
+            &format!("{:?}", case.export),
         ],
         |_, _| Ok(()),
         |store, progress| match &input.outward {
-            Some(outward) => Series { case, outward, warped, reach_mm }.write(store, progress),
+            Some(outward) => {
+                let series = Series { case, outward, warped, reach_mm };
+                let mut made = series.write(store, progress.part(0.0, 0.7))?;
+                if let (true, Some(export)) = (case.export.registration, &mut made.facts) {
+                    let [exported, folder] = ["ct", "registration"].map(|name| store.path(name));
+                    let (ct, progress) = (&input.input.ct, progress.part(0.7, 1.0));
+                    let between = (&outward.source, exported?);
+                    let registration =
+                        write_registration(ct.grid(), between, map, &folder?, progress)?;
+                    export.registration = Some(registration);
+                }
+                Ok(made)
+            }
             None => without_dicom(case, store, &warped.product, progress),
         },
     )
@@ -100,6 +115,7 @@ impl Series<'_> {
             series_uid: written.series_uid,
             frame_of_reference_uid: written.frame_of_reference_uid,
             verified: Checks { passed, total: verified.checks.len() },
+            registration: None,
         };
         Ok(Made { product: (), facts: Some(export), warnings })
     }

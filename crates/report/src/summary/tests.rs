@@ -201,6 +201,7 @@ pub(crate) fn example() -> Summary {
             series_uid: "2.25.123".into(),
             frame_of_reference_uid: "1.2.3".into(),
             verified: Checks { passed: 41, total: 41 },
+            registration: None,
         }),
         warnings: vec![Warning {
             stage: "solve".into(),
