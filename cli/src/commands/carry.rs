@@ -1,6 +1,7 @@
 //! `supine carry`: whatever is known in the CT, in the operating position.
 
 mod contours;
+mod dicom;
 mod dose;
 mod labels;
 mod points;
@@ -10,7 +11,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::{Path, PathBuf};
-use supine_dicom::{RegionObject, region_object};
+use supine_dicom::{RegionObject, is_dose, region_object};
 use supine_exchange::{AnyVolume, VolumeKind, is_contours, read_any_volume, read_mesh};
 use supine_mesh::{Displacement, TetMesh};
 use supine_pipeline::{CtInput, RunError, read_ct};
@@ -41,6 +42,9 @@ pub(crate) fn carry(args: &args::Carry, screen: &Screen) -> Result<u8, Failure> 
             AnyVolume::Labels(given) => labels::carry(&job, &given),
             AnyVolume::Scalar(given) => dose::carry(&job, &given),
         };
+    }
+    if is_dose(what)? {
+        return dose::carry_dicom(&job);
     }
     match region_object(what)? {
         Some(RegionObject::Structures) => contours::carry_structures(&job),
