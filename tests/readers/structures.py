@@ -10,7 +10,7 @@ def write_structures(path, ct, regions):
     """Regions drawn on the slices `ct`: name, interpreted type, and contours, each the slice it is drawn on,
     its geometric type (CLOSED_PLANAR, POINT) and its points, LPS, mm."""
     ds = Dataset()
-    for keyword in ("PatientName", "PatientID", "PatientBirthDate", "PatientSex", "StudyInstanceUID", "StudyDate", "StudyTime"):
+    for keyword in ("SpecificCharacterSet", "PatientName", "PatientID", "PatientBirthDate", "PatientSex", "StudyInstanceUID", "StudyDate", "StudyTime"):
         setattr(ds, keyword, ct[0].get(keyword, ""))
     ds.SOPClassUID, ds.SOPInstanceUID = "1.2.840.10008.5.1.4.1.1.481.3", highdicom.UID()
     ds.Modality, ds.SeriesInstanceUID, ds.StructureSetLabel = "RTSTRUCT", highdicom.UID(), "TEST"
@@ -20,6 +20,7 @@ def write_structures(path, ct, regions):
         roi.ROINumber, roi.ROIName, roi.ROIGenerationAlgorithm = number, name, "MANUAL"
         roi.ReferencedFrameOfReferenceUID = ct[0].FrameOfReferenceUID
         drawn.ReferencedROINumber, drawn.ContourSequence = number, Sequence(contour(*c) for c in contours)
+        drawn.ROIDisplayColor = [250, 20 * number, 0]
         seen.ObservationNumber, seen.ReferencedROINumber, seen.RTROIInterpretedType = number, number, kind
         for sequence, item in zip((ds.StructureSetROISequence, ds.ROIContourSequence, ds.RTROIObservationsSequence), (roi, drawn, seen)):
             sequence.append(item)

@@ -15,6 +15,7 @@ const BINARIES: [(&str, &str); 7] = [
     ("dcmdump", "dcmtk"),
     ("dcmftest", "dcmtk"),
     ("ccx", "calculix-ccx"),
+    ("plastimatch", "plastimatch"),
     ("python3", "python3"),
     ("zstd", "zstd"),
 ];

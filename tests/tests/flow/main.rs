@@ -12,6 +12,7 @@ mod labels;
 mod readers;
 mod refine;
 mod repeat;
+mod rt;
 mod shared;
 mod tissues;
 mod tools;
