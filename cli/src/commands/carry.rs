@@ -5,6 +5,7 @@ mod dicom;
 mod dose;
 mod labels;
 mod points;
+mod segments;
 mod surface;
 
 use crate::args;
@@ -48,13 +49,11 @@ pub(crate) fn carry(args: &args::Carry, screen: &Screen) -> Result<u8, Failure> 
     }
     match region_object(what)? {
         Some(RegionObject::Structures) => contours::carry_structures(&job),
-        Some(RegionObject::Segmentation) => Err(Failure::input(format!(
-            "{} is a DICOM segmentation, which is not carried: save it as .seg.nrrd",
-            what.display()
-        ))),
+        Some(RegionObject::Segmentation) => segments::carry(&job),
         None => Err(Failure::input(format!(
             "{} is not known: expected points (.csv, .mrk.json), labels or a dose (.nrrd, .nii, \
-             .nii.gz), a surface (.stl, .ply, .obj) or contours (.csv, a DICOM structure set)",
+             .nii.gz), a surface (.stl, .ply, .obj), contours (.csv) or a DICOM structure set, \
+             RT dose or segmentation",
             what.display()
         ))),
     }

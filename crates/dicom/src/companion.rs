@@ -1,7 +1,7 @@
 //! What goes with an exported CT: doses, structures and registrations say the same of patient,
 //! study, frame of reference and maker.
 
-use crate::data_set::{DataSet, encode, part10};
+use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
     instance_reference, put_missing, series_number,
@@ -9,6 +9,7 @@ use crate::derived::{
 use crate::error::Error;
 use crate::export::Clock;
 use crate::read::Source;
+use crate::whole_file::is_text;
 use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
@@ -188,6 +189,56 @@ pub(crate) fn write(
         check(written)
     })?;
     Ok(reference)
+}
+
+/// Takes care that the names in these sequences of `from` keep their letters in `set`; whether they cannot.
+pub(crate) fn characters(
+    set: &mut DataSet,
+    from: &DataSet,
+    names: &[Tag],
+    warnings: &mut Vec<String>,
+) -> bool {
+    let plain = |items: &[DataSet]| items.iter().all(ascii);
+    let charset = |set: &DataSet| set.text(tags::SPECIFIC_CHARACTER_SET);
+    if names.iter().all(|&tag| plain(from.items(tag))) || charset(set) == charset(from) {
+        return false;
+    }
+    if ascii(set) {
+        set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &charset(from));
+        return false;
+    }
+    warnings.push(
+        "names of regions are written in another character set than the patient's name: letters \
+         beyond ASCII became question marks"
+            .into(),
+    );
+    true
+}
+
+/// Whether all its own values are ASCII.
+fn ascii(set: &DataSet) -> bool {
+    set.elements().iter().all(|e| match &e.value {
+        Value::Bytes(bytes) => bytes.is_ascii(),
+        _ => true,
+    })
+}
+
+/// Question marks for letters beyond ASCII, also in sequences.
+pub(crate) fn plain(set: &mut DataSet) {
+    for element in set.elements().to_vec() {
+        let value = match element.value {
+            Value::Bytes(bytes) if is_text(element.vr) && !bytes.is_ascii() => {
+                let plain = |b: u8| if b.is_ascii() { b } else { b'?' };
+                Value::Bytes(bytes.into_iter().map(plain).collect())
+            }
+            Value::Items(mut items) => {
+                items.iter_mut().for_each(plain);
+                Value::Items(items)
+            }
+            other => other,
+        };
+        set.put(element.tag, element.vr, value);
+    }
 }
 
 /// Puts texts that are the object's own.

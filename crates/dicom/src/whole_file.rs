@@ -81,7 +81,8 @@ fn trimmed(text: &str) -> String {
     parts.join("\\")
 }
 
-fn is_text(vr: VR) -> bool {
+/// Whether values of this VR are text.
+pub(crate) fn is_text(vr: VR) -> bool {
     use VR::{AE, AS, CS, DA, DS, DT, IS, LO, LT, PN, SH, ST, TM, UC, UI, UR, UT};
     matches!(vr, AE | AS | CS | DA | DS | DT | IS | LO | LT | PN | SH | ST | TM | UC | UI | UR | UT)
 }

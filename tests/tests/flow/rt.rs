@@ -109,6 +109,28 @@ fn a_run_leaves_registrations_that_are_valid_and_says_how_far_they_are_off() {
     readers_python("registration.py", [source(), out.clone()]).success("registration.py");
 }
 
+#[test]
+fn a_segmentation_is_carried_as_the_label_map_of_the_same_labels() {
+    let scratch = scratch();
+    let [seg, map] = ["seg.dcm", "map.seg.nrrd"].map(|name| scratch.path().join(name));
+    let run = &shared().out;
+    let facts = carry(run, &run.join("labels.dcm"), &seg);
+    assert_eq!((&facts["kind"], &facts["warnings"]), (&"segments".into(), &serde_json::json!([])));
+    let labels = run.join("labels.seg.nrrd");
+    let said = supine(&[&"carry", run, &labels, &"--grid", &"ct", &"--out", &map, &"--json"]);
+    let said: Value = serde_json::from_str(&said.success("supine carry").stdout).expect("JSON");
+    for (segment, label) in [0, 1].map(|n| (&facts["segments"][n], &said["labels"][n])) {
+        assert_eq!(segment["before_ml"], label["before_ml"], "{facts}\n{said}");
+    }
+    // highdicom sees the same voxels in the slices of the exported CT.
+    readers_python("segmentation.py", [run.join("ct"), seg.clone(), map])
+        .success("segmentation.py");
+    valid(&seg, "Segmentation");
+    let out = scratch.path().join("out.nrrd");
+    let said = supine(&[&"carry", run, &run.join("labels.dcm"), &"--out", &out]);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
+}
+
 /// Structures of a real patient, where these lie beside the repository: regions in and out.
 #[test]
 fn structures_of_a_real_patient_go_in_and_out() {

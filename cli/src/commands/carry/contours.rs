@@ -51,12 +51,11 @@ pub(super) fn carry_structures(job: &Job<'_>) -> Result<u8, Failure> {
         structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
     warnings.extend(job.same_frame(&frames)?);
     let exported = if job.to_dicom() { Some(job.exported()?) } else { None };
-    let ct = match &exported {
-        // The contours go on the slices of the CT that the object belongs to.
-        Some(_) => job.read_ct(&job.from.join("ct"))?.ct,
-        None => job.ct_for_grid()?.ct,
+    // An object's contours go on the slices of the CT that it belongs to.
+    let carried = match &exported {
+        Some(exported) => carry(job, &given, &exported.ct)?,
+        None => carry(job, &given, &job.ct_for_grid()?.ct)?,
     };
-    let carried = carry(job, &given, &ct)?;
     let Some(exported) = exported else {
         let drawn: Vec<NamedContours> =
             carried.structures.iter().filter(|s| !s.contours.is_empty()).cloned().collect();

@@ -4,9 +4,13 @@ use super::Job;
 use crate::failure::Failure;
 use std::path::PathBuf;
 use supine_dicom::{CompanionParams, Deformable, ObjectReference, Source, read_deformable};
+use supine_pipeline::CtInput;
+use supine_volume::Ct;
 
 /// The exported CT of a run with the registration beside it.
 pub(super) struct Exported {
+    /// Its voxels.
+    pub(super) ct: Ct,
     /// The headers of its slices.
     pub(super) source: Source,
     /// The registration to the CT it was made from.
@@ -28,7 +32,8 @@ impl Job<'_> {
                  run whose CT came as DICOM, or another ending",
             ));
         }
-        let Some((source, _)) = self.read_ct(&folder)?.dicom else {
+        let CtInput { ct, dicom } = self.read_ct(&folder)?;
+        let Some((source, _)) = dicom else {
             return Err(Failure::input(format!("{} is no DICOM series", folder.display())));
         };
         let registration = self.registration()?;
@@ -41,7 +46,7 @@ impl Job<'_> {
                 folder.display()
             )));
         }
-        Ok(Exported { source, registration: registration.map(|r| r.object) })
+        Ok(Exported { ct, source, registration: registration.map(|r| r.object) })
     }
 
     /// Frame of reference of the CT before deformation, as far as it is known.

@@ -1,11 +1,13 @@
 //! DICOM segmentations (PS3.3 A.51) in and out.
 
+mod carried;
 mod codes;
 mod colour;
 mod frames;
 mod read_back;
 mod write;
 
+pub use carried::write_carried_segmentation;
 pub use codes::Meaning;
 pub use write::{SegmentationInfo, SegmentationParams, write_segmentation};
 
@@ -30,9 +32,12 @@ pub struct Segment {
     pub meaning: Option<Meaning>,
 }
 
-/// A segmentation on the grid of a CT. The voxels stay packed as in the file until they are asked.
-#[derive(Debug)]
+/// A segmentation on the grid of a CT. The voxels stay packed as in the file until they are asked. It names
+/// the patient: not for logs, hence only the segments in its `Debug`.
 pub struct Segmentation {
+    file: String,
+    /// All but the pixels.
+    header: DataSet,
     segments: Vec<Segment>,
     warnings: Vec<String>,
     grid: Grid,
@@ -51,6 +56,12 @@ enum Coding {
     Share(u16),
     /// The segment's number, in bytes of this width.
     Number(usize),
+}
+
+impl std::fmt::Debug for Segmentation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Segmentation({} segments)", self.segments.len())
+    }
 }
 
 impl Segmentation {
@@ -152,7 +163,10 @@ pub fn read_segmentation(
         let reason = format!("has {} bytes, {} frames need {needed}", bytes.len(), frames.len());
         return object.fail("Pixel Data", reason);
     }
-    Ok(Segmentation { segments, warnings, grid: grid.clone(), shape, frames, coding, bytes })
+    let Object { file, set: mut header, .. } = object;
+    header.remove(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE);
+    let grid = grid.clone();
+    Ok(Segmentation { file, header, segments, warnings, grid, shape, frames, coding, bytes })
 }
 
 /// Said when the CT names no frame of reference.

@@ -1,19 +1,17 @@
 //! A segmentation appears under its name only when it reads back as it was meant.
 
-use super::{read_segmentation, write::Label};
+use super::{read_segmentation, write::Marked};
 use crate::data_set::DataSet;
 use dicom_dictionary_std::tags;
 use dicom_object::open_file;
 use std::path::Path;
-use supine_volume::LabelMap;
 
 /// Another reader (dicom-object) must see the same identity and pixels, and ours the same labels.
 pub(super) fn check(
     path: &Path,
     meant: &DataSet,
-    labels: &LabelMap,
+    marked: &Marked<'_>,
     frame_of_reference: &str,
-    segments: &[Label],
 ) -> Result<(), String> {
     let object = open_file(path).map_err(|e| e.to_string())?;
     for tag in [tags::SOP_INSTANCE_UID, tags::SERIES_INSTANCE_UID, tags::FRAME_OF_REFERENCE_UID] {
@@ -29,12 +27,15 @@ pub(super) fn check(
     if !pixels.starts_with(wanted) || pixels.len() > wanted.len() + 1 {
         return Err("the pixels differ".into());
     }
-    let read = read_segmentation(path, labels.grid(), Some(frame_of_reference))
+    let read = read_segmentation(path, marked.grid, Some(frame_of_reference))
         .map_err(|e| e.to_string())?;
-    for ((number, name, _), segment) in segments.iter().zip(read.segments()) {
+    if read.segments().len() != marked.names.len() {
+        return Err("a segment is missing".into());
+    }
+    for (n, (name, segment)) in marked.names.iter().zip(read.segments()).enumerate() {
         let mask = read.mask(segment.number);
-        let mut pairs = labels.data().iter().zip(mask.data());
-        if segment.name != *name || pairs.any(|(l, m)| (l == number) != *m) {
+        let differs = |(voxel, m): (usize, &bool)| (marked.holds)(n, voxel) != *m;
+        if segment.name != *name || mask.data().iter().enumerate().any(differs) {
             return Err(format!("the segment {name:?} differs"));
         }
     }

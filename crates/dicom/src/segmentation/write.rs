@@ -16,6 +16,7 @@ use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
+use supine_space::Grid;
 use supine_volume::{LabelMap, label};
 
 /// What a segmentation says about itself.
@@ -77,33 +78,59 @@ pub fn write_segmentation(
     check(params)?;
     same_grid(labels.grid(), &grid_of(source)?)?;
     let segments = present(labels)?;
-    let frames = frames(labels, &segments);
     let mut set = common(source, params);
     put_segments(&mut set, params, &segments);
-    put_shared(&mut set, source, labels);
-    put_frames(&mut set, source, &frames);
-    put_pixels(&mut set, labels, &segments, &frames);
-    put_references(&mut set, source);
-    // The hash covers all but the UIDs that are made from it.
-    let hash: [u8; 32] = Sha256::digest(encode(&set)).into();
-    let info = SegmentationInfo {
-        series_uid: uid::from_content("segmentation series", &hash),
-        instance_uid: uid::from_content("segmentation", &hash),
-        segments: segments.iter().map(|(_, name, _)| (*name).to_owned()).collect(),
-        frames: frames.len(),
-    };
-    set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &info.series_uid);
-    set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &info.instance_uid);
-    put_dimensions(&mut set, &uid::from_content("segmentation dimensions", &hash));
-    let version: String = params.software_version.chars().take(9).collect();
-    let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
-    whole_file::write(path, &bytes, |written| {
-        read_back::check(written, &set, labels, &source.frame_of_reference_uid(), &segments)
-    })?;
-    Ok(info)
+    let names = segments.iter().map(|(_, name, _)| (*name).to_owned()).collect();
+    let holds = |segment: usize, voxel: usize| labels.data()[voxel] == segments[segment].0;
+    let marked = Marked { grid: labels.grid(), names, holds: &holds };
+    marked.write(set, source, params, path)
 }
 
-fn check(params: &SegmentationParams) -> Result<(), Error> {
+/// The voxels of segments on the grid of a CT.
+pub(super) struct Marked<'a> {
+    pub(super) grid: &'a Grid,
+    /// Names of the segments.
+    pub(super) names: Vec<String>,
+    /// Whether a segment, counted from 0, holds a voxel.
+    pub(super) holds: &'a (dyn Fn(usize, usize) -> bool + Sync),
+}
+
+impl Marked<'_> {
+    /// Puts the voxels beside the segments that `set` describes, and writes the object.
+    pub(super) fn write(
+        self,
+        mut set: DataSet,
+        source: &Source,
+        params: &SegmentationParams,
+        path: &Path,
+    ) -> Result<SegmentationInfo, Error> {
+        let frames = frames(&self);
+        put_shared(&mut set, source, self.grid);
+        put_frames(&mut set, source, &frames);
+        put_pixels(&mut set, &self, &frames);
+        put_references(&mut set, source);
+        // The hash covers all but the UIDs that are made from it.
+        let hash: [u8; 32] = Sha256::digest(encode(&set)).into();
+        let series_uid = uid::from_content("segmentation series", &hash);
+        let instance_uid = uid::from_content("segmentation", &hash);
+        set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &series_uid);
+        set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &instance_uid);
+        put_dimensions(&mut set, &uid::from_content("segmentation dimensions", &hash));
+        let version: String = params.software_version.chars().take(9).collect();
+        let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
+        whole_file::write(path, &bytes, |written| {
+            read_back::check(written, &set, &self, &source.frame_of_reference_uid())
+        })?;
+        Ok(SegmentationInfo {
+            series_uid,
+            instance_uid,
+            segments: self.names,
+            frames: frames.len(),
+        })
+    }
+}
+
+pub(super) fn check(params: &SegmentationParams) -> Result<(), Error> {
     let one = |text: &str| !text.is_empty() && !text.contains('\\');
     let SegmentationParams { series_description, algorithm, software_version, .. } = params;
     check_text("Series Description", series_description, 64, one(series_description))?;
@@ -129,19 +156,18 @@ fn present(labels: &LabelMap) -> Result<Vec<Label>, Error> {
 }
 
 /// The frames: by segment, then along the normal; slices without a voxel of a segment have none.
-fn frames(labels: &LabelMap, segments: &[Label]) -> Vec<Frame> {
-    let [ni, nj, nk] = labels.grid().size();
-    let slice = |k: usize| &labels.data()[k * ni * nj..(k + 1) * ni * nj];
+fn frames(marked: &Marked<'_>) -> Vec<Frame> {
+    let [ni, nj, nk] = marked.grid.size();
     let mut frames = Vec::new();
-    for (segment, (number, ..)) in segments.iter().enumerate() {
-        let holding = (0..nk).filter(|&k| slice(k).contains(number));
-        frames.extend(holding.map(|slice| Frame { segment, slice }));
+    for segment in 0..marked.names.len() {
+        let any = |k: &usize| (k * ni * nj..(k + 1) * ni * nj).any(|n| (marked.holds)(segment, n));
+        frames.extend((0..nk).filter(any).map(|slice| Frame { segment, slice }));
     }
     frames
 }
 
 /// Patient, study, series, equipment and what the object is.
-fn common(source: &Source, params: &SegmentationParams) -> DataSet {
+pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
     let first = &source.slices[0].header;
     let mut set = DataSet::default();
     for &tag in PATIENT_AND_STUDY {
@@ -204,9 +230,9 @@ fn put_segments(set: &mut DataSet, params: &SegmentationParams, segments: &[Labe
 }
 
 /// What all frames share: spacing and orientation, in the source's own strings.
-fn put_shared(set: &mut DataSet, source: &Source, labels: &LabelMap) {
+fn put_shared(set: &mut DataSet, source: &Source, grid: &Grid) {
     let first = &source.slices[0].header;
-    let step = format_ds(labels.grid().spacing().z);
+    let step = format_ds(grid.spacing().z);
     let mut measures = DataSet::default();
     measures.put_text(tags::SLICE_THICKNESS, VR::DS, &step);
     copy(&mut measures, tags::SLICE_THICKNESS, first);
@@ -282,14 +308,13 @@ fn put_dimensions(set: &mut DataSet, organisation: &str) {
 
 /// One bit per pixel, the first in the lowest bit, frames one after the other without padding
 /// (PS3.5 8.1.1 and 8.2).
-fn put_pixels(set: &mut DataSet, labels: &LabelMap, segments: &[Label], frames: &[Frame]) {
-    let [columns, rows, _] = labels.grid().size();
+fn put_pixels(set: &mut DataSet, marked: &Marked<'_>, frames: &[Frame]) {
+    let [columns, rows, _] = marked.grid.size();
     let mut bytes = vec![0u8; (frames.len() * rows * columns).div_ceil(8)];
     for (n, frame) in frames.iter().enumerate() {
-        let slice =
-            &labels.data()[frame.slice * rows * columns..(frame.slice + 1) * rows * columns];
-        let (number, first) = (segments[frame.segment].0, n * rows * columns);
-        for (pixel, _) in slice.iter().enumerate().filter(|(_, l)| **l == number) {
+        let (from, first) = (frame.slice * rows * columns, n * rows * columns);
+        let holds = |pixel: &usize| (marked.holds)(frame.segment, from + pixel);
+        for pixel in (0..rows * columns).filter(holds) {
             let bit = first + pixel;
             bytes[bit / 8] |= 1 << (bit % 8);
         }

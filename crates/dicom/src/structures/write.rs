@@ -2,9 +2,10 @@
 
 use super::{Structures, read_structures};
 use crate::companion::{
-    CompanionParams, Kind, ObjectReference, common, derivation, put_texts, same_patient, write,
+    CompanionParams, Kind, ObjectReference, characters, common, derivation, plain, put_texts,
+    same_patient, write,
 };
-use crate::data_set::{DataSet, Value};
+use crate::data_set::DataSet;
 use crate::derived::{copy, instance_reference};
 use crate::error::Error;
 use crate::geometry::{ROUNDING_MM, grid_of};
@@ -30,6 +31,7 @@ const MAX_BYTES: usize = 65_534;
 const THIN_MM: f64 = 0.01;
 /// What says which region it is.
 const NAMED: &[Tag] = &[tags::ROI_NUMBER, tags::ROI_NAME, tags::ROI_DESCRIPTION];
+const NAMES: &[Tag] = &[tags::STRUCTURE_SET_ROI_SEQUENCE, tags::RTROI_OBSERVATIONS_SEQUENCE];
 const OBSERVED: &[Tag] = &[
     tags::OBSERVATION_NUMBER,
     tags::REFERENCED_ROI_NUMBER,
@@ -69,7 +71,7 @@ pub fn write_structures(
     let slices = Slices { ct, grid: grid_of(ct)? };
     let mut warnings = Vec::new();
     let mut set = common(ct, params, &KIND)?;
-    let ascii_only = characters(&mut set, &from.header, &mut warnings);
+    let ascii_only = characters(&mut set, &from.header, NAMES, &mut warnings);
     put_texts(
         &mut set,
         &[
@@ -102,34 +104,6 @@ pub fn write_structures(
     })?;
     let contours = drawn.regions.iter().map(Vec::len).sum();
     Ok(StructuresInfo { object, contours, warnings })
-}
-
-/// Takes care that names keep their letters; whether they cannot.
-fn characters(set: &mut DataSet, from: &DataSet, warnings: &mut Vec<String>) -> bool {
-    let plain = |items: &[DataSet]| items.iter().all(ascii);
-    let names = [tags::STRUCTURE_SET_ROI_SEQUENCE, tags::RTROI_OBSERVATIONS_SEQUENCE];
-    let charset = |set: &DataSet| set.text(tags::SPECIFIC_CHARACTER_SET);
-    if names.iter().all(|&tag| plain(from.items(tag))) || charset(set) == charset(from) {
-        return false;
-    }
-    if ascii(set) {
-        set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &charset(from));
-        return false;
-    }
-    warnings.push(
-        "names of regions are written in another character set than the patient's name: letters \
-         beyond ASCII became question marks"
-            .into(),
-    );
-    true
-}
-
-/// Whether all its own values are ASCII.
-fn ascii(set: &DataSet) -> bool {
-    set.elements().iter().all(|e| match &e.value {
-        Value::Bytes(bytes) => bytes.is_ascii(),
-        _ => true,
-    })
 }
 
 /// The frame of reference and the images of the exported CT (PS3.3 C.8.8.5).
@@ -266,14 +240,9 @@ impl Regions<'_> {
         for &tag in wanted {
             let Some(own) = own else { break };
             copy(&mut item, tag, own);
-            if self.ascii_only
-                && let Some(Value::Bytes(bytes)) = item.get(tag).map(|e| &e.value)
-            {
-                let plain: String =
-                    bytes.iter().map(|&b| if b.is_ascii() { char::from(b) } else { '?' }).collect();
-                let vr = item.get(tag).map_or(VR::LO, |e| e.vr);
-                item.put_text(tag, vr, &plain);
-            }
+        }
+        if self.ascii_only {
+            plain(&mut item);
         }
         item
     }

@@ -1,7 +1,7 @@
 //! RT doses: every way planes are told, what is refused, and doses written for an exported CT.
 
 use crate::support::{Slice, contents, folder, put, read, six, text};
-use dicom_core::value::DataSetSequence;
+use dicom_core::value::{DataSetSequence, PixelFragmentSequence};
 use dicom_core::{DataElement, PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
 use dicom_object::{InMemDicomObject, open_file};
@@ -143,6 +143,46 @@ fn sixteen_bits_and_fewer_stored_bits_are_read() {
     assert_dose(&reading(&d).unwrap(), "12 of 16, with bits above");
 }
 
+/// RLE Lossless of one frame of 16 bits: two planes of bytes, the upper first, in runs of one literal each (PS3.5 Annex G).
+fn run_lengths(samples: &[u16]) -> Vec<u8> {
+    let plane = |shift: u32| -> Vec<u8> {
+        let mut packed: Vec<u8> = samples
+            .chunks(8)
+            .flat_map(|c| {
+                [c.len() as u8 - 1].into_iter().chain(c.iter().map(move |v| (v >> shift) as u8))
+            })
+            .collect();
+        packed.resize(packed.len().next_multiple_of(2), 0x80);
+        packed
+    };
+    let (upper, lower) = (plane(8), plane(0));
+    let mut header = [0u32; 16];
+    header[..3].copy_from_slice(&[2, 64, 64 + upper.len() as u32]);
+    header.iter().flat_map(|n| n.to_le_bytes()).chain(upper).chain(lower).collect()
+}
+
+#[test]
+fn a_compressed_dose_is_read_frame_by_frame_or_refused_by_its_syntax() {
+    let mut d = plain();
+    let fragments: Vec<Vec<u8>> =
+        (0..3).map(|k| run_lengths(&frame(k).map(|v| v as u16).collect::<Vec<_>>())).collect();
+    for (tag, number) in [(tags::BITS_ALLOCATED, 16), (tags::BITS_STORED, 16), (tags::HIGH_BIT, 15)]
+    {
+        put(&mut d, tag, VR::US, number as u16);
+    }
+    d.meta_mut().transfer_syntax = "1.2.840.10008.1.2.5".into();
+    let pixels = PixelFragmentSequence::new(Vec::<u32>::new(), fragments.clone());
+    d.put(DataElement::new(tags::PIXEL_DATA, VR::OB, pixels));
+    assert_dose(&reading(&d).unwrap(), "run lengths");
+    let two = PixelFragmentSequence::new(Vec::<u32>::new(), fragments[..2].to_vec());
+    d.put(DataElement::new(tags::PIXEL_DATA, VR::OB, two));
+    let said = reading(&d).unwrap_err();
+    assert!(said.contains("RLE Lossless") && said.contains("2 fragments"), "{said}");
+    d.meta_mut().transfer_syntax = "1.2.840.10008.1.2.4.80".into();
+    let said = reading(&d).unwrap_err();
+    assert!(said.contains("JPEG-LS Lossless") && said.contains("uncompressed"), "{said}");
+}
+
 #[test]
 fn an_oblique_dose_goes_along_its_normal() {
     let mut d = plain();
@@ -219,7 +259,7 @@ fn a_dose_is_known_by_its_content() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn damaged_doses_are_refused_and_never_a_panic(at in 132usize..3000, byte: u8, cut in 0usize..400) {

@@ -8,10 +8,11 @@ use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 use supine_dicom::{
     Error, Meaning, RegionObject, Segmentation, SegmentationInfo, SegmentationParams, Source,
-    read_segmentation, read_structures, region_object, write_segmentation,
+    read_segmentation, read_structures, region_object, write_carried_segmentation,
+    write_segmentation,
 };
 use supine_space::{Grid, Matrix, Point, Vector};
-use supine_volume::{LabelMap, label};
+use supine_volume::{LabelMap, Volume, label};
 use tempfile::TempDir;
 
 /// Frame of reference of the files that `data/make.py` writes.
@@ -233,6 +234,36 @@ fn labels_that_cannot_be_segments_are_refused_and_leave_nothing() {
     let (other, ..) = read(folder(&slices(41, 6)).path()).unwrap();
     assert!(matches!(refused(&labels(other.grid())), Error::OtherGrid { .. }));
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
+}
+
+/// Masks that overlap, one of them empty, as a segmentation of another CT; names and codes are those of the file.
+#[test]
+fn carried_segments_keep_names_codes_and_voxels() {
+    let dir = TempDir::new().unwrap();
+    let (labels, source, _, path) = written(&six(), dir.path());
+    let frame = source.frame_of_reference_uid();
+    let from = read_segmentation(&path, labels.grid(), Some(&frame)).unwrap();
+    let masks: Vec<Volume<bool>> = (0..4)
+        .map(|n| {
+            Volume::from_fn(labels.grid().clone(), |[i, j, k]| n < 3 && k > n && (i + j) % 5 == 0)
+        })
+        .collect();
+    let out = dir.path().join("carried.dcm");
+    let carried = |masks: &[Volume<bool>]| {
+        write_carried_segmentation(masks, &from, &source, &params(&source), &out)
+    };
+    let (info, warnings) = carried(&masks).unwrap();
+    assert_eq!((info.segments.len(), info.frames, warnings.len()), (4, 5 + 4 + 3, 0));
+    let read = read_segmentation(&out, labels.grid(), Some(&frame)).unwrap();
+    for ((a, b), mask) in read.segments().iter().zip(from.segments()).zip(&masks) {
+        assert_eq!((&a.name, a.meaning), (&b.name, b.meaning));
+        assert_eq!(read.mask(a.number), *mask);
+    }
+    std::fs::remove_file(&out).unwrap();
+    let nothing: Vec<_> = masks.iter().map(|m| m.map(|_| false)).collect();
+    assert!(carried(&nothing).unwrap_err().to_string().contains("no segment holds a voxel"));
+    assert!(carried(&masks[..2]).unwrap_err().to_string().contains("one mask for each"));
+    assert!(!out.exists());
 }
 
 proptest! {
