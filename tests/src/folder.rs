@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
 /// come as DICOM, `points.csv` is there when points are carried,
 /// `tissues.seg.nrrd` when they are asked for.
-pub const FINAL_NAMES: [&str; 11] = [
+pub const FINAL_NAMES: [&str; 12] = [
+    "registration",
     "labels.seg.nrrd",
     "labels.dcm",
     "labels-doubt.nrrd",

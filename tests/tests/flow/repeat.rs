@@ -49,6 +49,8 @@ fn a_run_leaves_what_it_promises_and_nothing_else() {
                 "field/deformed_to_ct.nrrd",
                 "field/ct_to_deformed.nrrd",
                 "field/jacobian.nrrd",
+                "registration/deformable.dcm",
+                "registration/chest-wall.dcm",
             ])
     {
         assert!(shared().out.join(name).is_file(), "{name} is missing");
