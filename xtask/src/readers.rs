@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 7] = [
+const BINARIES: [(&str, &str); 8] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),

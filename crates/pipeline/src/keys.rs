@@ -131,7 +131,7 @@ mod tests {
     fn what_is_not_built_is_refused_and_not_ignored() {
         assert!(first("[scans]\nsupine = 's.ply'").unwrap().contains("not supported"));
         assert!(first("[carry]\ndose = ['d.dcm']").unwrap().contains("not supported"));
-        assert!(first("[export]\nanonymise = true").unwrap().contains("not supported"));
+        assert!(first("[export]\nspacing = 1.0").unwrap().contains("not supported"));
         assert_eq!(first("[export]\nregistration = false"), None);
     }
 }
