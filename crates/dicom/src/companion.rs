@@ -251,10 +251,20 @@ pub(crate) fn put_texts(set: &mut DataSet, texts: &[(Tag, VR, &str)]) {
 /// Refuses an object of another patient than the CT: it would be written under the CT's name.
 ///
 /// # Errors
-/// When both name a patient and not the same.
+/// When both name a patient and not the same, or the CT is de-identified and the object is not.
 pub(crate) fn same_patient(file: &str, header: &DataSet, ct: &Source) -> Result<(), Error> {
-    let [a, b] = [header, &ct.slices[0].header].map(|h| h.text(tags::PATIENT_ID));
-    if a.is_empty() || b.is_empty() || a == b {
+    let both = [header, &ct.slices[0].header];
+    let [a, b] = both.map(|h| h.text(tags::PATIENT_ID));
+    if a == b && !a.is_empty() {
+        return Ok(());
+    }
+    // Without numbers that agree, names and UIDs of a patient could go into what no longer names her.
+    let [given, wanted] = both.map(|h| h.text(tags::PATIENT_IDENTITY_REMOVED) == "YES");
+    if wanted && !given {
+        let reason = "is not YES as in the CT: the CT is de-identified, this is not";
+        return Err(Error::attribute(file, "Patient Identity Removed", reason));
+    }
+    if a.is_empty() || b.is_empty() {
         return Ok(());
     }
     Err(Error::attribute(file, "Patient ID", "is not that of the CT: it is of another patient"))

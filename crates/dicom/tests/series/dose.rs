@@ -371,4 +371,16 @@ fn a_dose_that_cannot_be_written_leaves_nothing() {
     let foreign = read_dose(&file(&foreign, &dir)).unwrap();
     let said = refused(&carried(), &foreign, &good, &path);
     assert!(said.contains("another patient") && !said.contains("somebody"), "{said}");
+    // What names a patient does not go with a CT that no longer does.
+    let mut clean = six();
+    for slice in &mut clean {
+        put(slice, tags::PATIENT_ID, VR::LO, "");
+        put(slice, tags::PATIENT_IDENTITY_REMOVED, VR::CS, "YES");
+    }
+    let mut named = plain();
+    put(&mut named, tags::PATIENT_IDENTITY_REMOVED, VR::CS, "NO");
+    let named = read_dose(&file(&named, &dir)).unwrap();
+    let (_, clean, _) = read(folder(&clean).path()).unwrap();
+    let error = write_dose(&carried(), &named, &clean, &params(&clean), None, &path).unwrap_err();
+    assert!(error.to_string().contains("de-identified") && !path.exists(), "{error}");
 }
