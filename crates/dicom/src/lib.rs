@@ -13,6 +13,7 @@
 //! - [`read_structures`], [`write_structures`]: regions of interest drawn as contours
 //! - [`read_dose`], [`write_dose`]: absorbed dose on a grid
 //! - [`write_deformable`], [`write_chest_wall`]: registrations of an exported series with its source
+//! - [`object_files`], [`file_header`], [`Identifier`]: objects that travel unchanged over a network
 //! - [`verify_export`]: what no validator notices about an exported series
 //!
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
@@ -31,6 +32,7 @@ mod inspect;
 mod multi_frame;
 mod number;
 mod object;
+mod object_file;
 mod padding;
 mod pixels;
 mod plausible;
@@ -54,6 +56,10 @@ pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
 };
 pub use object::{RegionObject, is_dose, region_object};
+pub use object_file::{
+    Identifier, ObjectFile, ObjectFiles, class_name, file_header, implementation, is_uid,
+    object_files, syntax_name,
+};
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, Source, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};

@@ -95,6 +95,11 @@ impl Container {
         })
     }
 
+    /// Where the data set begins in the file, and the file's length, bytes; before it is inflated.
+    pub(crate) fn extent(&self) -> (usize, usize) {
+        (self.data_start, self.total)
+    }
+
     /// The data set; reads the rest of the file when it is needed.
     pub(crate) fn data(&mut self, until: Until) -> Result<Parsed, OpenError> {
         if self.syntax.deflated() && !self.inflated {

@@ -9,9 +9,9 @@ mod syntax;
 mod write;
 
 pub(crate) use file::{Container, OpenError};
-pub(crate) use parse::{Parsed, Until, dictionary_vr};
+pub(crate) use parse::{Encoding, Parsed, Until, dictionary_vr, parse};
 pub(crate) use syntax::{PixelCoding, TransferSyntax};
-pub(crate) use write::{encode, part10};
+pub(crate) use write::{encode, part10, part10_head};
 
 use dicom_core::{Tag, VR};
 

@@ -14,11 +14,24 @@ pub(crate) fn encode(set: &DataSet) -> Vec<u8> {
 
 /// A whole file: preamble, file header, data set.
 pub(crate) fn part10(set: &DataSet, implementation: (&str, &str)) -> Vec<u8> {
+    let (class, instance) = (set.text(tags::SOP_CLASS_UID), set.text(tags::SOP_INSTANCE_UID));
+    let mut out = part10_head(&class, &instance, uids::EXPLICIT_VR_LITTLE_ENDIAN, implementation);
+    put_set(&mut out, set);
+    out
+}
+
+/// What stands before a data set: preamble, marker and file header (PS3.10 7.1).
+pub(crate) fn part10_head(
+    class: &str,
+    instance: &str,
+    syntax: &str,
+    implementation: (&str, &str),
+) -> Vec<u8> {
     let mut meta = DataSet::default();
     meta.put(Tag(2, 1), VR::OB, Value::Bytes(vec![0, 1]));
-    meta.put_text(tags::MEDIA_STORAGE_SOP_CLASS_UID, VR::UI, &set.text(tags::SOP_CLASS_UID));
-    meta.put_text(tags::MEDIA_STORAGE_SOP_INSTANCE_UID, VR::UI, &set.text(tags::SOP_INSTANCE_UID));
-    meta.put_text(tags::TRANSFER_SYNTAX_UID, VR::UI, uids::EXPLICIT_VR_LITTLE_ENDIAN);
+    meta.put_text(tags::MEDIA_STORAGE_SOP_CLASS_UID, VR::UI, class);
+    meta.put_text(tags::MEDIA_STORAGE_SOP_INSTANCE_UID, VR::UI, instance);
+    meta.put_text(tags::TRANSFER_SYNTAX_UID, VR::UI, syntax);
     meta.put_text(tags::IMPLEMENTATION_CLASS_UID, VR::UI, implementation.0);
     meta.put_text(tags::IMPLEMENTATION_VERSION_NAME, VR::SH, implementation.1);
     let meta = encode(&meta);
@@ -29,7 +42,6 @@ pub(crate) fn part10(set: &DataSet, implementation: (&str, &str)) -> Vec<u8> {
     out.extend_from_slice(b"DICM");
     put_set(&mut out, &group_length);
     out.extend_from_slice(&meta);
-    put_set(&mut out, set);
     out
 }
 

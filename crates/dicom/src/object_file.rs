@@ -1,0 +1,267 @@
+//! Objects as files that are handed on unchanged: what a file holds and where its data set begins.
+
+use crate::data_set::{
+    Container, DataSet, Encoding, OpenError, TransferSyntax, Until, Value, encode, parse,
+    part10_head,
+};
+use crate::error::Error;
+use crate::folder::{LeftOut, MAX_FOLDER_DEPTH, kind, list};
+use crate::uid;
+use dicom_core::{Tag, VR};
+use dicom_dictionary_std::{tags, uids};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use supine_space::Progress;
+
+/// A DICOM object in a file (PS3.10), as far as one has to know it to hand it on unchanged.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ObjectFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Path of the file below the folder that was given.
+    pub name: String,
+    /// SOP Class UID.
+    pub class: String,
+    /// SOP Instance UID.
+    pub instance: String,
+    /// UID of the transfer syntax of the data set.
+    pub syntax: String,
+    /// Where in the file the data set begins, bytes.
+    pub data_start: u64,
+    /// Length of the data set as it stands in the file, bytes.
+    pub data_bytes: u64,
+}
+
+/// What lies below a folder, in the order of the paths.
+#[derive(Debug, Default)]
+pub struct ObjectFiles {
+    /// Sound DICOM objects.
+    pub objects: Vec<ObjectFile>,
+    /// Files that are not DICOM.
+    pub foreign: Vec<LeftOut>,
+    /// DICOM files that are damaged or do not say what they are.
+    pub damaged: Vec<LeftOut>,
+}
+
+/// The DICOM objects below a folder, or the one in a file.
+///
+/// # Errors
+/// When the folder or a file in it cannot be read, or the user asked to stop.
+pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, Error> {
+    let read_error = |source| Error::Read { path: path.to_owned(), source };
+    let mut paths = Vec::new();
+    if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+        list(path, MAX_FOLDER_DEPTH, &mut paths)?;
+        paths.sort();
+    } else {
+        paths.push(path.to_owned());
+    }
+    let done = AtomicUsize::new(0);
+    let found: Vec<Result<Looked, Error>> = paths
+        .par_iter()
+        .map(|file| {
+            let n = done.fetch_add(1, Ordering::Relaxed);
+            progress.at(n as f64 / paths.len() as f64)?;
+            look(file, path)
+        })
+        .collect();
+    let mut files = ObjectFiles::default();
+    for one in found {
+        match one? {
+            Looked::Object(object) => files.objects.push(object),
+            Looked::Foreign(left) => files.foreign.push(left),
+            Looked::Damaged(left) => files.damaged.push(left),
+        }
+    }
+    Ok(files)
+}
+
+enum Looked {
+    Object(ObjectFile),
+    Foreign(LeftOut),
+    Damaged(LeftOut),
+}
+
+fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
+    let below = path.strip_prefix(root).ok().filter(|p| !p.as_os_str().is_empty());
+    let file_name = || Path::new(path.file_name().unwrap_or_default());
+    let file = below.unwrap_or_else(file_name).display().to_string();
+    let left = |reason: String| LeftOut { file: file.clone(), reason };
+    let outcome = Container::open_head(path).and_then(|container| open(container, path, &file));
+    match outcome {
+        Ok(object) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {
+            Ok(Looked::Foreign(left(kind(&object.class))))
+        }
+        Ok(object) => Ok(Looked::Object(object)),
+        Err(OpenError::Io(source)) => Err(Error::Read { path: path.to_owned(), source }),
+        Err(OpenError::NotDicom(reason)) => Ok(Looked::Foreign(left(reason.to_owned()))),
+        Err(OpenError::Malformed { reason, .. }) => Ok(Looked::Damaged(left(reason))),
+    }
+}
+
+/// The object of a file whose header was read: its data set is walked up to Pixel Data, whose length
+/// is checked.
+fn open(mut container: Container, path: &Path, file: &str) -> Result<ObjectFile, OpenError> {
+    let (start, total) = container.extent();
+    let mut set = container.data(Until::PixelData)?.set;
+    let malformed = |reason: &str| OpenError::Malformed { reason: reason.to_owned(), series: None };
+    for (in_header, tag) in [
+        (tags::MEDIA_STORAGE_SOP_CLASS_UID, tags::SOP_CLASS_UID),
+        (tags::MEDIA_STORAGE_SOP_INSTANCE_UID, tags::SOP_INSTANCE_UID),
+    ] {
+        let (header, own) = (container.meta.text(in_header), set.text(tag));
+        if !header.is_empty() && !own.is_empty() && header != own {
+            return Err(malformed("its file header names another object than its data set"));
+        }
+    }
+    container.identify(&mut set);
+    let (class, instance) = (set.text(tags::SOP_CLASS_UID), set.text(tags::SOP_INSTANCE_UID));
+    if !is_uid(&class) || !is_uid(&instance) {
+        return Err(malformed("it lacks its SOP Class or Instance UID"));
+    }
+    let syntax = container.syntax.uid().to_owned();
+    Ok(ObjectFile {
+        path: path.to_owned(),
+        name: file.to_owned(),
+        class,
+        instance,
+        syntax,
+        data_start: start as u64,
+        data_bytes: (total - start) as u64,
+    })
+}
+
+/// Whether a text has the form of a UID (PS3.5 9.1), and so is harmless as the name of a file.
+pub fn is_uid(text: &str) -> bool {
+    uid::is_uid(text)
+}
+
+/// Name of a SOP class, for people.
+pub fn class_name(class: &str) -> String {
+    kind(class)
+}
+
+/// Name of a transfer syntax, for people.
+pub fn syntax_name(syntax: &str) -> String {
+    match TransferSyntax::new(syntax.to_owned()).name() {
+        "unknown" => format!("transfer syntax {syntax}"),
+        name => name.to_owned(),
+    }
+}
+
+/// The Implementation Class UID and Version Name of this software (PS3.7 D.3.3.2).
+pub fn implementation() -> (&'static str, &'static str) {
+    (uid::IMPLEMENTATION_CLASS, concat!("SUPINE_", env!("CARGO_PKG_VERSION")))
+}
+
+/// What stands in a file before a data set: preamble, marker and file header (PS3.10 7.1).
+pub fn file_header(class: &str, instance: &str, syntax: &str) -> Vec<u8> {
+    part10_head(class, instance, syntax, implementation())
+}
+
+/// A small data set that travels by itself: a query or an answer to one (PS3.4 C.4).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Identifier {
+    set: DataSet,
+}
+
+/// Longest identifier that is read, bytes; real ones have some hundred.
+const MAX_IDENTIFIER_BYTES: usize = 1 << 20;
+
+impl Identifier {
+    /// With another element, of the VR the standard gives it; an empty text asks for the value.
+    #[must_use]
+    pub fn with(mut self, tag: Tag, text: &str) -> Self {
+        let vr = match crate::data_set::dictionary_vr(tag) {
+            VR::UN => VR::LO,
+            vr => vr,
+        };
+        self.set.put_text(tag, vr, text);
+        self
+    }
+
+    /// The value as text without padding; empty when missing.
+    pub fn text(&self, tag: Tag) -> String {
+        self.set.text(tag)
+    }
+
+    /// In Explicit or Implicit VR Little Endian.
+    pub fn to_bytes(&self, explicit: bool) -> Vec<u8> {
+        if explicit {
+            return encode(&self.set);
+        }
+        let mut out = Vec::new();
+        for element in self.set.elements() {
+            // All values are texts, see `with`; none has items.
+            let Value::Bytes(bytes) = &element.value else { continue };
+            out.extend(element.tag.0.to_le_bytes());
+            out.extend(element.tag.1.to_le_bytes());
+            out.extend((bytes.len() as u32).to_le_bytes());
+            out.extend(bytes);
+        }
+        out
+    }
+
+    /// From Explicit or Implicit VR Little Endian.
+    ///
+    /// # Errors
+    /// In words, when the bytes are no sound data set or too many.
+    pub fn from_bytes(bytes: &[u8], explicit: bool) -> Result<Self, String> {
+        if bytes.len() > MAX_IDENTIFIER_BYTES {
+            return Err(format!("longer than {MAX_IDENTIFIER_BYTES} bytes"));
+        }
+        let encoding = Encoding { explicit, big_endian: false };
+        match parse(bytes, bytes.len(), 0, encoding, Until::End) {
+            Ok(parsed) => Ok(Self { set: parsed.set }),
+            Err(fault) => match OpenError::from(fault) {
+                OpenError::Malformed { reason, .. } => Err(reason),
+                _ => Err("it ends early".into()),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_identifier_comes_back() {
+        let query = Identifier::default()
+            .with(tags::QUERY_RETRIEVE_LEVEL, "IMAGE")
+            .with(tags::SOP_INSTANCE_UID, "1.2.3\\1.2.4")
+            .with(tags::SERIES_INSTANCE_UID, "");
+        for explicit in [true, false] {
+            let back = Identifier::from_bytes(&query.to_bytes(explicit), explicit).unwrap();
+            assert_eq!(back, query);
+        }
+        let back = Identifier::from_bytes(&query.to_bytes(true), true).unwrap();
+        assert_eq!(back.text(tags::SOP_INSTANCE_UID), "1.2.3\\1.2.4");
+        assert!(Identifier::from_bytes(&query.to_bytes(true)[..20], true).is_err());
+    }
+
+    #[test]
+    fn a_file_of_header_and_data_set_is_that_object() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = Identifier::default()
+            .with(tags::SOP_CLASS_UID, uids::CT_IMAGE_STORAGE)
+            .with(tags::SOP_INSTANCE_UID, "1.2.3")
+            .to_bytes(true);
+        let syntax = uids::EXPLICIT_VR_LITTLE_ENDIAN;
+        let write = |name: &str, instance: &str| {
+            let mut bytes = file_header(uids::CT_IMAGE_STORAGE, instance, syntax);
+            bytes.extend(&data);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        };
+        write("a", "1.2.3");
+        write("b", "1.2.4");
+        std::fs::write(folder.path().join("c"), "no DICOM").unwrap();
+        let found = object_files(folder.path(), Progress::none()).unwrap();
+        let [object] = &found.objects[..] else { panic!("{found:?}") };
+        assert_eq!((object.name.as_str(), object.instance.as_str()), ("a", "1.2.3"));
+        assert_eq!(object.data_bytes, data.len() as u64);
+        assert_eq!(found.damaged[0].file, "b", "two names for one object");
+        assert_eq!(found.foreign[0].file, "c");
+    }
+}
