@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::args_network::{Fetch, Send};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -63,6 +64,10 @@ pub(crate) enum Command {
     Warp(Warp),
     /// Points, labels, doses, surfaces and contours carried by a finished run or a deformed mesh
     Carry(Carry),
+    /// DICOM objects to an archive
+    Send(Send),
+    /// DICOM objects from an archive
+    Fetch(Fetch),
     /// What no validator notices about an exported series
     VerifyExport(VerifyExport),
     /// The process in which TetGen runs; started by `mesh` and `run`

@@ -42,6 +42,18 @@ impl From<supine_exchange::Error> for Failure {
     }
 }
 
+impl From<supine_dicom_network::Error> for Failure {
+    fn from(error: supine_dicom_network::Error) -> Self {
+        let code = match error.kind() {
+            supine_dicom_network::ErrorKind::Input => 1,
+            supine_dicom_network::ErrorKind::Output => 5,
+            supine_dicom_network::ErrorKind::Retry => 75,
+            supine_dicom_network::ErrorKind::Stopped => 130,
+        };
+        Self { code, message: error.to_string() }
+    }
+}
+
 impl From<supine_dicom::Error> for Failure {
     fn from(error: supine_dicom::Error) -> Self {
         let code = match error.kind() {

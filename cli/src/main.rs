@@ -6,6 +6,7 @@
 #![expect(clippy::print_stderr, reason = "a command line talks")]
 
 mod args;
+mod args_network;
 mod commands;
 mod failure;
 mod screen;
@@ -44,6 +45,8 @@ fn run(cli: Cli, screen: &Screen) -> Result<u8, Failure> {
         Command::Solve(args) => commands::solve::solve(&args, screen),
         Command::Warp(args) => commands::warp::warp(&args, screen),
         Command::Carry(args) => commands::carry::carry(&args, screen),
+        Command::Send(args) => commands::send::send(&args, screen),
+        Command::Fetch(args) => commands::fetch::fetch(&args, screen),
         Command::VerifyExport(args) => commands::verify_export::verify_export(&args, screen),
         #[cfg(feature = "tetgen")]
         Command::TetgenWorker => commands::mesh::tetgen_worker(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, u8); 17] = [
+const LAYERS: [(&str, u8); 18] = [
     ("supine-space", 0),
     ("supine-volume", 1),
     ("supine-mesh", 1),
@@ -17,6 +17,7 @@ const LAYERS: [(&str, u8); 17] = [
     ("supine-fem", 2),
     ("supine-warp", 2),
     ("supine-report", 3),
+    ("supine-dicom-network", 3),
     ("supine-pipeline", 4),
     ("supine", 6),
     ("supine-tests", HOUSE),

@@ -7,8 +7,9 @@ use supine_tests::{files_below, metadata, root};
 const LONGEST_FILE: usize = 600;
 
 /// Packages that may touch files or a clock; see docs/ARCHITECTURE.md.
-const EDGES: [&str; 8] = [
+const EDGES: [&str; 9] = [
     "supine-dicom",
+    "supine-dicom-network",
     "supine-exchange",
     "supine-report",
     "supine-pipeline",

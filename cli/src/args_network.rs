@@ -1,0 +1,79 @@
+//! What can be typed about archives on the network.
+
+use clap::{ArgGroup, Args};
+use std::net::IpAddr;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use supine_dicom_network::{Node, Title};
+
+#[derive(Args, Debug)]
+pub(crate) struct Send {
+    /// Folders or files; of folders everything below
+    #[arg(value_name = "DIR|FILE", required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// The archive
+    #[arg(long, value_name = "AET@HOST:PORT")]
+    pub(crate) to: Node,
+    /// Our own application entity title
+    #[arg(long, value_name = "AET", default_value = "SUPINE")]
+    pub(crate) from: Title,
+    /// Objects of every kind, not only CT, registrations, doses, structure sets and segmentations
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Also what the archive has acknowledged in an earlier call
+    #[arg(long)]
+    pub(crate) again: bool,
+    #[command(flatten)]
+    pub(crate) patience: Patience,
+}
+
+#[derive(Args, Debug)]
+#[command(group(ArgGroup::new("wanted").required(true).multiple(true)))]
+pub(crate) struct Fetch {
+    /// The archive
+    #[arg(long, value_name = "AET@HOST:PORT")]
+    pub(crate) from: Node,
+    /// Study Instance UID
+    #[arg(long, value_name = "UID", group = "wanted")]
+    pub(crate) study: Option<String>,
+    /// Series Instance UID
+    #[arg(long, value_name = "UID", group = "wanted")]
+    pub(crate) series: Option<String>,
+    /// Patient ID, as the archive has it
+    #[arg(long, value_name = "ID", group = "wanted")]
+    pub(crate) patient_id: Option<String>,
+    /// Study Date, or a range of them
+    #[arg(long, value_name = "YYYYMMDD[-YYYYMMDD]")]
+    pub(crate) date: Option<String>,
+    /// Where the objects go, each as UID.dcm; what is there already is not fetched again
+    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    pub(crate) out: Option<PathBuf>,
+    /// Only say what is there
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) list: bool,
+    /// Our own application entity title
+    #[arg(long = "as", value_name = "AET", default_value = "SUPINE")]
+    pub(crate) own: Title,
+    /// By C-MOVE to this title, which the archive knows with our address and port, instead of C-GET
+    #[arg(long, value_name = "AET", requires = "port")]
+    pub(crate) move_to: Option<Title>,
+    /// The port to listen on for C-MOVE
+    #[arg(long, value_name = "N", requires = "move_to")]
+    pub(crate) port: Option<u16>,
+    /// The address to listen on for C-MOVE [default: the one by which the archive is reached]
+    #[arg(long, value_name = "ADDRESS", requires = "move_to")]
+    pub(crate) bind: Option<IpAddr>,
+    #[command(flatten)]
+    pub(crate) patience: Patience,
+}
+
+/// How long to wait, and how often to try.
+#[derive(Args, Debug)]
+pub(crate) struct Patience {
+    /// Longest silence of the archive, seconds
+    #[arg(long, value_name = "S", default_value = "30")]
+    pub(crate) timeout: NonZeroU32,
+    /// How often to try again when nothing more gets through
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub(crate) retries: u32,
+}

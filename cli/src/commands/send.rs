@@ -1,0 +1,53 @@
+//! `supine send`.
+
+use crate::args_network as args;
+use crate::failure::Failure;
+use crate::screen::Screen;
+use std::time::Duration;
+use supine_dicom_network::{Call, SendInfo, SendParams};
+use supine_space::Progress;
+
+/// More refused objects than this are only counted.
+const NAMED: usize = 20;
+
+pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<u8, Failure> {
+    let call = Call {
+        peer: args.to.clone(),
+        own: args.from.clone(),
+        timeout: Duration::from_secs(args.patience.timeout.get().into()),
+        retries: args.patience.retries,
+    };
+    let params = SendParams { all: args.all, again: args.again };
+    let watch = |share| screen.share("send", share);
+    let info = supine_dicom_network::send(&args.paths, &call, &params, Progress::new(&watch))?;
+    screen.warn_all(&info.warnings);
+    for refused in info.refused.iter().take(NAMED) {
+        screen.say(&format!("not stored: {}: {}", refused.file, refused.reason));
+    }
+    if info.refused.len() > NAMED {
+        screen.say(&format!("not stored: {} more", info.refused.len() - NAMED));
+    }
+    screen.result(&info, &describe(&info, args));
+    if let Some(broken) = &info.broken {
+        let message = format!(
+            "{broken}; {} stored, {} left: the same call goes on from there",
+            info.stored, info.left
+        );
+        return Err(Failure { code: 75, message });
+    }
+    if !info.refused.is_empty() {
+        return Err(Failure::input(format!("{} objects were not stored", info.refused.len())));
+    }
+    Ok(0)
+}
+
+fn describe(info: &SendInfo, args: &args::Send) -> String {
+    let mut text = format!("{} stored at {}", info.stored, args.to);
+    if info.known > 0 {
+        text += &format!(", {} were there before (--again sends them)", info.known);
+    }
+    if info.foreign > 0 {
+        text += &format!(", {} files are not DICOM", info.foreign);
+    }
+    text
+}

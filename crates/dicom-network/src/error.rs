@@ -1,0 +1,139 @@
+//! What can go wrong, in words that name the peer and never the patient.
+
+use crate::node::Node;
+use std::path::PathBuf;
+use supine_space::Stopped;
+
+/// What a caller has to do about an [`Error`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The input, or how the peer is set up, has to be changed.
+    Input,
+    /// The output cannot be written.
+    Output,
+    /// Worth a retry: the peer or the network was not there.
+    Retry,
+    /// The user asked to stop.
+    Stopped,
+}
+
+/// Why objects did not get through.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No connection.
+    #[error("no connection to {node}: {source}")]
+    Connect {
+        /// The peer.
+        node: Node,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The association ended before its work.
+    #[error("the association with {node} broke: {what}")]
+    Broken {
+        /// The peer, or who called us.
+        node: String,
+        /// How.
+        what: String,
+    },
+    /// The peer does not want the association.
+    #[error("{node} rejects the association: {reason}")]
+    Rejected {
+        /// The peer.
+        node: Node,
+        /// Its reason (PS3.8 9.3.4).
+        reason: String,
+        /// Whether it may accept it later.
+        transient: bool,
+    },
+    /// The peer does not offer what is asked.
+    #[error("{node} does not offer {what}")]
+    NotOffered {
+        /// The peer.
+        node: Node,
+        /// The service, and what to do instead.
+        what: String,
+    },
+    /// The peer does not keep to the standard.
+    #[error("{node} does not keep to the DICOM protocol: {what}")]
+    Protocol {
+        /// The peer, or who called us.
+        node: String,
+        /// What it did.
+        what: String,
+    },
+    /// The peer failed to do what was asked.
+    #[error("{node} fails to {what}: {status}")]
+    Failed {
+        /// The peer.
+        node: Node,
+        /// What was asked.
+        what: &'static str,
+        /// Its status, in words.
+        status: String,
+        /// Whether it may succeed later.
+        transient: bool,
+    },
+    /// Nothing there is meant by the query, or too much.
+    #[error("{0}")]
+    Query(String),
+    /// No objects to send.
+    #[error("nothing to send in {}: {found}", path.display())]
+    NothingToSend {
+        /// The folder or file.
+        path: PathBuf,
+        /// What is there instead.
+        found: String,
+    },
+    /// A file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// We cannot listen for what a C-MOVE sends.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// Address and port.
+        address: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file or folder of DICOM cannot be used.
+    #[error(transparent)]
+    Dicom(#[from] supine_dicom::Error),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl Error {
+    /// What to do about it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Connect { .. } | Self::Broken { .. } => ErrorKind::Retry,
+            Self::Rejected { transient, .. } | Self::Failed { transient, .. } if *transient => {
+                ErrorKind::Retry
+            }
+            Self::Write { .. } | Self::Listen { .. } => ErrorKind::Output,
+            Self::Stopped(_) => ErrorKind::Stopped,
+            Self::Dicom(error) => match error.kind() {
+                supine_dicom::ErrorKind::Output => ErrorKind::Output,
+                supine_dicom::ErrorKind::Stopped => ErrorKind::Stopped,
+                supine_dicom::ErrorKind::Input => ErrorKind::Input,
+            },
+            _ => ErrorKind::Input,
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! C-FIND: what an archive holds (PS3.4 C.4.1, Study Root).
+
+use crate::Call;
+use crate::command::{Command, element, field};
+use crate::error::Error;
+use crate::link::{GoOn, Link, Proposal};
+use crate::message::Talk;
+use crate::{status, syntaxes};
+use dicom_core::Tag;
+use dicom_dictionary_std::{tags, uids};
+use supine_dicom::{Identifier, is_uid};
+use supine_space::Progress;
+
+/// Study Root Query/Retrieve Information Model - FIND.
+const MODEL: &str = uids::STUDY_ROOT_QUERY_RETRIEVE_INFORMATION_MODEL_FIND;
+/// Most matches of one query that are taken.
+const MAX_MATCHES: usize = 100_000;
+/// Longest identifier that is taken, bytes.
+const MAX_IDENTIFIER: u64 = 1 << 20;
+
+/// What is looked for. All that is given has to fit.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// Study Instance UID.
+    pub study: Option<String>,
+    /// Series Instance UID.
+    pub series: Option<String>,
+    /// Patient ID.
+    pub patient_id: Option<String>,
+    /// Study Date: `YYYYMMDD`, or two with `-` between.
+    pub date: Option<String>,
+}
+
+/// A study in an archive. What would tell the patient is not kept.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct StudyEntry {
+    /// Study Instance UID.
+    pub study: String,
+    /// Study Date, as the archive says it.
+    pub date: String,
+    /// Study Description.
+    pub description: String,
+    /// Its series, in the order of their UIDs.
+    pub series: Vec<SeriesEntry>,
+}
+
+/// A series in an archive.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct SeriesEntry {
+    /// Series Instance UID.
+    pub series: String,
+    /// Modality.
+    pub modality: String,
+    /// Series Number.
+    pub number: String,
+    /// Series Description.
+    pub description: String,
+    /// Number of instances, where the archive says it.
+    pub instances: Option<usize>,
+}
+
+/// An instance in an archive.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct InstanceEntry {
+    pub(crate) instance: String,
+    /// SOP Class UID, where the archive says it.
+    pub(crate) class: String,
+}
+
+/// The studies and series of an archive that are meant.
+///
+/// # Errors
+/// When nothing is asked for or what is asked for is no UID, when the peer cannot be reached or does
+/// not answer, or when the user asked to stop.
+pub fn list(
+    call: &Call,
+    wanted: &Wanted,
+    progress: Progress<'_>,
+) -> Result<Vec<StudyEntry>, Error> {
+    let go_on = || -> Result<(), Error> { Ok(progress.at(0.0)?) };
+    let mut finder = Finder::open(call, &go_on)?;
+    let studies = finder.studies(wanted)?;
+    finder.close();
+    Ok(studies)
+}
+
+/// An association for queries.
+pub(crate) struct Finder<'a> {
+    talk: Talk<'a>,
+    context: u8,
+    explicit: bool,
+    call: &'a Call,
+}
+
+impl<'a> Finder<'a> {
+    pub(crate) fn open(call: &'a Call, go_on: GoOn<'a>) -> Result<Self, Error> {
+        let link = Link::open(call, &[Proposal::new(MODEL, &syntaxes::IDENTIFIER)], go_on)?;
+        let Some((context, agreed)) = link.context(MODEL, None) else {
+            let what = "C-FIND in the Study Root model".into();
+            return Err(Error::NotOffered { node: call.peer.clone(), what });
+        };
+        let explicit = agreed.syntax == uids::EXPLICIT_VR_LITTLE_ENDIAN;
+        Ok(Self { talk: Talk::new(link), context, explicit, call })
+    }
+
+    pub(crate) fn close(self) {
+        // All is answered: how the association ends is no matter.
+        let _best_effort = self.talk.link.release();
+    }
+
+    /// The studies that are meant, with their series.
+    pub(crate) fn studies(&mut self, wanted: &Wanted) -> Result<Vec<StudyEntry>, Error> {
+        check(wanted)?;
+        let mut studies = Vec::new();
+        for study in self.study_uids(wanted)? {
+            let (uid, date, description) = study;
+            let series = self.series(&uid, wanted.series.as_deref())?;
+            if wanted.series.is_none() || !series.is_empty() {
+                studies.push(StudyEntry { study: uid, date, description, series });
+            }
+        }
+        studies.sort_by(|a, b| (&a.date, &a.study).cmp(&(&b.date, &b.study)));
+        Ok(studies)
+    }
+
+    /// UID, date and description of the studies that may be meant.
+    fn study_uids(&mut self, wanted: &Wanted) -> Result<Vec<(String, String, String)>, Error> {
+        let mut study = wanted.study.clone();
+        if let (None, Some(series)) = (&study, &wanted.series) {
+            // Which study it is of: a query across levels, which most archives answer though the
+            // standard leaves it to them (PS3.4 C.4.1.2.2).
+            let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
+            let found = self.find("SERIES", &keys)?;
+            study = found.first().map(|f| f.text(tags::STUDY_INSTANCE_UID)).filter(|s| is_uid(s));
+            if study.is_none() {
+                return Ok(Vec::new());
+            }
+        }
+        let keys = [
+            (tags::STUDY_INSTANCE_UID, study.as_deref().unwrap_or_default()),
+            (tags::PATIENT_ID, wanted.patient_id.as_deref().unwrap_or_default()),
+            (tags::STUDY_DATE, wanted.date.as_deref().unwrap_or_default()),
+            (tags::STUDY_DESCRIPTION, ""),
+        ];
+        // The patient is asked for only where she was named.
+        let asked: Vec<(Tag, &str)> =
+            keys.into_iter().filter(|(t, v)| *t != tags::PATIENT_ID || !v.is_empty()).collect();
+        let mut found = Vec::new();
+        for one in self.find("STUDY", &asked)? {
+            let uid = one.text(tags::STUDY_INSTANCE_UID);
+            let fits =
+                wanted.patient_id.as_ref().is_none_or(|id| one.text(tags::PATIENT_ID) == *id);
+            if is_uid(&uid) && fits {
+                found.push((uid, one.text(tags::STUDY_DATE), one.text(tags::STUDY_DESCRIPTION)));
+            }
+        }
+        Ok(found)
+    }
+
+    fn series(&mut self, study: &str, series: Option<&str>) -> Result<Vec<SeriesEntry>, Error> {
+        let keys = [
+            (tags::STUDY_INSTANCE_UID, study),
+            (tags::SERIES_INSTANCE_UID, series.unwrap_or_default()),
+            (tags::MODALITY, ""),
+            (tags::SERIES_NUMBER, ""),
+            (tags::SERIES_DESCRIPTION, ""),
+            (tags::NUMBER_OF_SERIES_RELATED_INSTANCES, ""),
+        ];
+        let mut entries: Vec<SeriesEntry> = self
+            .find("SERIES", &keys)?
+            .iter()
+            .map(|found| SeriesEntry {
+                series: found.text(tags::SERIES_INSTANCE_UID),
+                modality: found.text(tags::MODALITY),
+                number: found.text(tags::SERIES_NUMBER),
+                description: found.text(tags::SERIES_DESCRIPTION),
+                instances: found.text(tags::NUMBER_OF_SERIES_RELATED_INSTANCES).parse().ok(),
+            })
+            .filter(|entry| is_uid(&entry.series) && series.is_none_or(|s| s == entry.series))
+            .collect();
+        entries.sort_by(|a, b| a.series.cmp(&b.series));
+        Ok(entries)
+    }
+
+    /// The instances of a series, in the order of their UIDs.
+    pub(crate) fn instances(
+        &mut self,
+        study: &str,
+        series: &str,
+    ) -> Result<Vec<InstanceEntry>, Error> {
+        let keys = [
+            (tags::STUDY_INSTANCE_UID, study),
+            (tags::SERIES_INSTANCE_UID, series),
+            (tags::SOP_INSTANCE_UID, ""),
+            (tags::SOP_CLASS_UID, ""),
+        ];
+        let mut entries: Vec<InstanceEntry> = self
+            .find("IMAGE", &keys)?
+            .iter()
+            .map(|found| InstanceEntry {
+                instance: found.text(tags::SOP_INSTANCE_UID),
+                class: found.text(tags::SOP_CLASS_UID),
+            })
+            .filter(|entry| is_uid(&entry.instance))
+            .collect();
+        entries.sort();
+        entries.dedup_by(|a, b| a.instance == b.instance);
+        Ok(entries)
+    }
+
+    /// All matches of a query.
+    fn find(&mut self, level: &str, keys: &[(Tag, &str)]) -> Result<Vec<Identifier>, Error> {
+        let mut query = Identifier::default().with(tags::QUERY_RETRIEVE_LEVEL, level);
+        if keys.iter().any(|(_, value)| !value.is_ascii()) {
+            query = query.with(tags::SPECIFIC_CHARACTER_SET, "ISO_IR 192");
+        }
+        for (tag, value) in keys {
+            query = query.with(*tag, value);
+        }
+        let bytes = query.to_bytes(self.explicit);
+        let id = self.talk.next_id();
+        let request = Command::request(field::FIND, id, MODEL, true).number(element::PRIORITY, 0);
+        self.talk.send(self.context, &request, Some((&mut &bytes[..], bytes.len() as u64)))?;
+        let mut matches = Vec::new();
+        loop {
+            let message = self.talk.answer()?;
+            let answer = message.command.get_number(element::STATUS);
+            let of = message.command.get_number(element::MESSAGE_ID_RESPONDED_TO);
+            let (true, Some(answer)) =
+                (message.command.field() == field::FIND | field::ANSWER && of == Some(id), answer)
+            else {
+                return Err(self.talk.link.protocol("an answer to something else than was asked"));
+            };
+            let mut bytes = Vec::new();
+            if message.command.has_data_set() {
+                self.talk.data(&message, MAX_IDENTIFIER, &mut |piece| bytes.extend(piece))?;
+            }
+            if status::PENDING.contains(&answer) {
+                let found = Identifier::from_bytes(&bytes, self.explicit);
+                // Why it cannot be read may repeat what it says.
+                let found = found
+                    .map_err(|_| self.talk.link.protocol("a match that is no sound data set"))?;
+                matches.push(found);
+                if matches.len() > MAX_MATCHES {
+                    let what = format!("more than {MAX_MATCHES} matches: ask for less");
+                    return Err(Error::Query(what));
+                }
+            } else if answer == status::SUCCESS {
+                return Ok(matches);
+            } else {
+                return Err(Error::Failed {
+                    node: self.call.peer.clone(),
+                    what: "answer a query",
+                    status: status::words(answer),
+                    transient: status::is_transient(answer),
+                });
+            }
+        }
+    }
+}
+
+/// Whether what is looked for can be asked: no wild cards, which would ask for other patients' data.
+fn check(wanted: &Wanted) -> Result<(), Error> {
+    let Wanted { study, series, patient_id, date } = wanted;
+    let wrong = |what: &str| Err(Error::Query(what.to_owned()));
+    if study.is_none() && series.is_none() && patient_id.is_none() {
+        return wrong("say which study, series or patient");
+    }
+    if [study, series].into_iter().flatten().any(|uid| !is_uid(uid)) {
+        return wrong("a study or series is named by its UID: digits and dots, 64 at most");
+    }
+    let wild = |id: &String| id.is_empty() || id.len() > 64 || id.contains(['*', '?', '\\']);
+    if patient_id.as_ref().is_some_and(wild) {
+        return wrong("a Patient ID has 1 to 64 characters, none of them * ? or \\");
+    }
+    let day = |d: &str| d.is_empty() || (d.len() == 8 && d.bytes().all(|b| b.is_ascii_digit()));
+    let dates = |text: &String| match text.split_once('-') {
+        None => text.len() == 8 && day(text),
+        Some((from, to)) => day(from) && day(to) && text.len() > 1,
+    };
+    if date.as_ref().is_some_and(|date| !dates(date)) {
+        return wrong("a date is YYYYMMDD, a range YYYYMMDD-YYYYMMDD");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_query_names_what_it_wants() {
+        let patient = |id: &str| Wanted { patient_id: Some(id.into()), ..Wanted::default() };
+        assert!(check(&patient("A 17")).is_ok());
+        for id in ["", "*", "A?", "A\\B"] {
+            assert!(check(&patient(id)).is_err(), "{id}");
+        }
+        assert!(check(&Wanted::default()).is_err());
+        assert!(check(&Wanted { study: Some("1.*".into()), ..Wanted::default() }).is_err());
+        let dated = |d: &str| Wanted { date: Some(d.into()), ..patient("A") };
+        for date in ["20260101", "20260101-20260201", "20260101-", "-20260101"] {
+            assert!(check(&dated(date)).is_ok(), "{date}");
+        }
+        for date in ["", "-", "2026", "2026-01-01", "20260101-1"] {
+            assert!(check(&dated(date)).is_err(), "{date}");
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Objects that arrive: each under a temporary name until it is whole and sound (PS3.4 B, as SCP).
+
+use crate::command::{Command, element};
+use crate::error::Error;
+use crate::link::Context;
+use crate::message::{Message, Talk};
+use crate::status;
+use std::collections::BTreeSet;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use supine_dicom::{file_header, is_uid, object_files};
+use supine_space::Progress;
+
+/// Largest data set that is kept, bytes: what this software reads.
+const MAX_OBJECT: u64 = 1 << 30;
+/// Name of a file while it comes in.
+const TEMPORARY: &str = ".supine-incoming-";
+
+/// The folder objects arrive in.
+#[derive(Debug)]
+pub(crate) struct Inbox {
+    folder: PathBuf,
+    /// SOP Instance UIDs that were asked for and are not here.
+    pub(crate) missing: BTreeSet<String>,
+    /// How many have arrived.
+    pub(crate) received: usize,
+    /// Bytes of their data sets.
+    pub(crate) bytes: u64,
+    /// What was not kept, and why.
+    pub(crate) problems: Vec<String>,
+}
+
+/// The name of an instance's file, which carries nothing of the patient.
+pub(crate) fn file_name(instance: &str) -> String {
+    format!("{instance}.dcm")
+}
+
+/// Whether the file of an instance is there and whole.
+pub(crate) fn is_here(folder: &Path, instance: &str) -> bool {
+    let path = folder.join(file_name(instance));
+    path.is_file() && holds(&path, instance).is_ok()
+}
+
+/// Whether a file is a sound object of this instance; why not, in words.
+fn holds(path: &Path, instance: &str) -> Result<(), String> {
+    let found = object_files(path, Progress::none()).map_err(|e| e.to_string())?;
+    match &found.objects[..] {
+        [object] if object.instance == instance => Ok(()),
+        [_] => Err("it is another instance than announced".into()),
+        _ => Err("its data set is not sound".into()),
+    }
+}
+
+impl Inbox {
+    pub(crate) fn new(folder: &Path, missing: BTreeSet<String>) -> Self {
+        Self { folder: folder.to_owned(), missing, received: 0, bytes: 0, problems: Vec::new() }
+    }
+
+    /// Takes the object of a C-STORE request and answers it.
+    pub(crate) fn take(&mut self, talk: &mut Talk<'_>, message: &Message) -> Result<(), Error> {
+        let instance = message.command.get_text(element::AFFECTED_SOP_INSTANCE).to_owned();
+        let class = message.command.get_text(element::AFFECTED_SOP_CLASS).to_owned();
+        let context = talk.link.contexts.get(&message.context).cloned();
+        let context = context.filter(|c| c.class == class && message.command.has_data_set());
+        let status = match context {
+            Some(context) if is_uid(&instance) && self.missing.contains(&instance) => {
+                self.keep(talk, message, &context, &instance)?
+            }
+            _ => {
+                if message.command.has_data_set() {
+                    talk.data(message, MAX_OBJECT, &mut |_| {})?;
+                }
+                // Sent twice is no fault of the peer's; anything else nobody asked for.
+                let twice = is_uid(&instance) && self.folder.join(file_name(&instance)).exists();
+                if !twice {
+                    self.problems.push("an object came that was not asked for".into());
+                }
+                if twice { status::SUCCESS } else { status::NOT_AUTHORISED }
+            }
+        };
+        talk.send(message.context, &Command::answer(&message.command, status), None)
+    }
+
+    /// Writes the object; the status to answer with.
+    fn keep(
+        &mut self,
+        talk: &mut Talk<'_>,
+        message: &Message,
+        context: &Context,
+        instance: &str,
+    ) -> Result<u16, Error> {
+        let write_error = |source| Error::Write { path: self.folder.clone(), source };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(TEMPORARY);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            // As files are that programs make: the user's mask decides, not the temporary file.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let mut file = builder.tempfile_in(&self.folder).map_err(write_error)?;
+        let header = file_header(&context.class, instance, &context.syntax);
+        let mut written = file.write_all(&header);
+        let bytes = talk.data(message, MAX_OBJECT, &mut |piece| {
+            if written.is_ok() {
+                written = file.write_all(piece);
+            }
+        })?;
+        if let Err(source) = written.and_then(|()| file.flush()) {
+            let refusal = Command::answer(&message.command, status::OUT_OF_RESOURCES);
+            let _best_effort = talk.send(message.context, &refusal, None);
+            return Err(write_error(source));
+        }
+        if let Err(reason) = holds(file.path(), instance) {
+            self.problems.push(format!("{instance} is not kept: {reason}"));
+            let another = reason.contains("another");
+            return Ok(if another { status::DOES_NOT_MATCH } else { status::CANNOT_UNDERSTAND });
+        }
+        let path = self.folder.join(file_name(instance));
+        file.persist(&path).map_err(|e| Error::Write { path, source: e.error })?;
+        self.missing.remove(instance);
+        self.received += 1;
+        self.bytes += bytes;
+        Ok(status::SUCCESS)
+    }
+}

@@ -1,0 +1,52 @@
+//! DICOM objects to and from an archive (PS3.4 Annex B and C, PS3.7, PS3.8).
+//!
+//! - [`send`]: the objects below folders, each as it stands in its file, with a record of what the
+//!   archive has acknowledged, so that a second call goes on where the first broke off
+//! - [`list`]: what an archive holds of a study, a series or a patient
+//! - [`fetch`]: the instances that are missing in a folder, by C-GET on the association we opened, or
+//!   by C-MOVE to a port that is open only meanwhile
+//!
+//! The protocol data units are read and written by `dicom-ul`; their length is checked first, so
+//! that a peer cannot ask for memory. Nothing is converted: data sets travel in the transfer syntax
+//! of their file and are kept in the one they came in. No message carries the patient's name, ID or
+//! dates, nor any text of the peer's, which might.
+#![expect(
+    clippy::disallowed_methods,
+    reason = "edge crate: files, sockets and the clock of timeouts"
+)]
+
+mod command;
+mod error;
+mod fetch;
+mod find;
+mod inbox;
+mod journal;
+mod link;
+mod listener;
+mod message;
+mod node;
+mod send;
+mod status;
+mod syntaxes;
+
+pub use error::{Error, ErrorKind};
+pub use fetch::{FetchInfo, Way, fetch};
+pub use find::{SeriesEntry, StudyEntry, Wanted, list};
+pub use journal::JOURNAL;
+pub use node::{Node, Title};
+pub use send::{Refused, SendInfo, SendParams, send};
+
+use std::time::Duration;
+
+/// Who we talk to, as whom, and how patiently.
+#[derive(Clone, Debug)]
+pub struct Call {
+    /// The archive.
+    pub peer: Node,
+    /// Our own application entity title.
+    pub own: Title,
+    /// Longest silence of the peer.
+    pub timeout: Duration,
+    /// How often it is tried again without anything new having got through.
+    pub retries: u32,
+}

@@ -1,0 +1,424 @@
+//! An association: protocol data units over one connection (PS3.8 section 9).
+//!
+//! Reading and writing wait in short turns, so that Ctrl-C is heard and a silent peer is given up.
+
+use crate::Call;
+use crate::error::Error;
+use crate::node::Title;
+use dicom_ul::pdu::{
+    AssociationAC, AssociationRQ, PDataValue, Pdu, PresentationContextProposed,
+    PresentationContextResult, PresentationContextResultReason, RequestorRoles, UserVariableItem,
+};
+use std::collections::BTreeMap;
+use std::io::{ErrorKind, Read as _, Write as _};
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::time::{Duration, Instant};
+
+/// The application context of DICOM (PS3.7 A.2.1).
+const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
+/// Longest protocol data unit that is taken, and sent whatever the peer would take, bytes.
+pub(crate) const MAX_PDU: u32 = 128 << 10;
+/// Shortest that a peer may ask for; the standard's table has no lower bound.
+const MIN_PDU: u32 = 64;
+/// How long reading or writing waits before it looks whether the user wants to stop.
+const TURN: Duration = Duration::from_millis(100);
+/// Longest time to wait for a connection to be made: the one wait that Ctrl-C does not end.
+const CONNECT: Duration = Duration::from_secs(10);
+/// Longest time for the peer to answer a release; the work is done by then.
+const RELEASE: Duration = Duration::from_secs(5);
+
+/// Whether to go on; asked again and again while something is waited for.
+pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<(), Error> + Sync);
+
+/// A presentation context that is proposed.
+#[derive(Clone, Debug)]
+pub(crate) struct Proposal {
+    pub(crate) class: String,
+    pub(crate) syntaxes: Vec<String>,
+    /// Whether we, who ask for the association, are to receive objects of this class.
+    pub(crate) receives: bool,
+}
+
+impl Proposal {
+    pub(crate) fn new(class: &str, syntaxes: &[&str]) -> Self {
+        let syntaxes = syntaxes.iter().map(|&s| s.to_owned()).collect();
+        Self { class: class.to_owned(), syntaxes, receives: false }
+    }
+}
+
+/// Most presentation contexts of an association: their numbers are odd and end at 255.
+pub(crate) const MAX_CONTEXTS: usize = 128;
+
+/// A presentation context both sides agreed on.
+#[derive(Clone, Debug)]
+pub(crate) struct Context {
+    pub(crate) class: String,
+    pub(crate) syntax: String,
+}
+
+/// An association. One that is dropped without [`Link::release`] is aborted.
+pub(crate) struct Link<'a> {
+    stream: TcpStream,
+    /// Who the peer is, for messages.
+    pub(crate) peer: String,
+    /// The contexts agreed on, by their number.
+    pub(crate) contexts: BTreeMap<u8, Context>,
+    /// What came and is not used yet.
+    buffer: Vec<u8>,
+    /// Longest protocol data unit that the peer takes, without its header, bytes.
+    pub(crate) peer_max: u32,
+    timeout: Duration,
+    go_on: GoOn<'a>,
+    open: bool,
+}
+
+impl<'a> Link<'a> {
+    /// Asks a peer for an association.
+    pub(crate) fn open(
+        call: &Call,
+        proposals: &[Proposal],
+        go_on: GoOn<'a>,
+    ) -> Result<Self, Error> {
+        let stream = connect(call, go_on)?;
+        let mut link = Self::new(stream, call.peer.to_string(), call.timeout, go_on)?;
+        let numbered = || (1u8..).step_by(2).zip(proposals);
+        let presentation_contexts = numbered().map(|(id, p)| PresentationContextProposed {
+            id,
+            abstract_syntax: p.class.clone(),
+            transfer_syntaxes: p.syntaxes.clone(),
+        });
+        let mut user_variables = own_variables();
+        let mut roles: Vec<&str> = Vec::new();
+        for proposal in proposals.iter().filter(|p| p.receives) {
+            if !roles.contains(&proposal.class.as_str()) {
+                roles.push(&proposal.class);
+                user_variables.push(UserVariableItem::ScuScpRoleSelectionSubItem(
+                    proposal.class.clone(),
+                    RequestorRoles { scu: false, scp: true },
+                ));
+            }
+        }
+        link.send(&Pdu::AssociationRQ(AssociationRQ {
+            protocol_version: 1,
+            calling_ae_title: call.own.to_string(),
+            called_ae_title: call.peer.title.to_string(),
+            application_context_name: APPLICATION_CONTEXT.to_owned(),
+            presentation_contexts: presentation_contexts.collect(),
+            user_variables,
+        }))?;
+        let accepted = match link.receive()? {
+            Pdu::AssociationAC(accepted) => accepted,
+            Pdu::AssociationRJ(rejected) => {
+                link.open = false;
+                let transient = rejected.result == dicom_ul::pdu::AssociationRJResult::Transient;
+                let (node, reason) = (call.peer.clone(), rejected.source.to_string());
+                return Err(Error::Rejected { node, reason, transient });
+            }
+            other => return Err(link.unexpected(&other)),
+        };
+        link.peer_max = link.max_length(&accepted.user_variables)?;
+        for (id, proposal) in numbered() {
+            let Some(result) = accepted.presentation_contexts.iter().find(|c| c.id == id) else {
+                continue;
+            };
+            let role = accepted.user_variables.iter().any(|item| {
+                matches!(item, UserVariableItem::ScuScpRoleSelectionSubItem(class, roles)
+                    if bare(class) == proposal.class && roles.scp)
+            });
+            if result.reason == PresentationContextResultReason::Acceptance
+                && (role || !proposal.receives)
+            {
+                let syntax = bare(&result.transfer_syntax).to_owned();
+                if !proposal.syntaxes.contains(&syntax) {
+                    return Err(link.protocol("it accepts a transfer syntax that was not proposed"));
+                }
+                link.contexts.insert(id, Context { class: proposal.class.clone(), syntax });
+            }
+        }
+        Ok(link)
+    }
+
+    /// Answers a peer that asks us, `own`, for an association on which it sends objects.
+    pub(crate) fn accept(
+        stream: TcpStream,
+        own: &Title,
+        syntaxes_of: &dyn Fn(&str) -> &'static [&'static str],
+        timeout: Duration,
+        go_on: GoOn<'a>,
+    ) -> Result<Self, Error> {
+        let caller = stream.peer_addr().map_or_else(|_| "a caller".into(), |a| a.ip().to_string());
+        let mut link = Self::new(stream, caller, timeout, go_on)?;
+        let asked = match link.receive()? {
+            Pdu::AssociationRQ(asked) => asked,
+            other => return Err(link.unexpected(&other)),
+        };
+        if asked.called_ae_title != own.as_str() {
+            use dicom_ul::pdu::{
+                AssociationRJ, AssociationRJResult, AssociationRJServiceUserReason,
+                AssociationRJSource,
+            };
+            link.send(&Pdu::AssociationRJ(AssociationRJ {
+                result: AssociationRJResult::Permanent,
+                source: AssociationRJSource::ServiceUser(
+                    AssociationRJServiceUserReason::CalledAETitleNotRecognized,
+                ),
+            }))?;
+            link.open = false;
+            return Err(link.broken("it calls another AE title than ours"));
+        }
+        link.peer_max = link.max_length(&asked.user_variables)?;
+        let mut results = Vec::new();
+        for context in asked.presentation_contexts {
+            let ours = syntaxes_of(bare(&context.abstract_syntax));
+            let offers = |s: &&&str| context.transfer_syntaxes.iter().any(|t| bare(t) == **s);
+            let (reason, syntax) = match ours.iter().find(offers) {
+                Some(syntax) => (PresentationContextResultReason::Acceptance, *syntax),
+                None if ours.is_empty() => {
+                    (PresentationContextResultReason::AbstractSyntaxNotSupported, "")
+                }
+                None => (PresentationContextResultReason::TransferSyntaxesNotSupported, ""),
+            };
+            if !syntax.is_empty() {
+                let class = bare(&context.abstract_syntax).to_owned();
+                link.contexts.insert(context.id, Context { class, syntax: syntax.to_owned() });
+            }
+            let transfer_syntax = syntax.to_owned();
+            results.push(PresentationContextResult { id: context.id, reason, transfer_syntax });
+        }
+        link.send(&Pdu::AssociationAC(AssociationAC {
+            protocol_version: 1,
+            calling_ae_title: asked.calling_ae_title,
+            called_ae_title: asked.called_ae_title,
+            application_context_name: APPLICATION_CONTEXT.to_owned(),
+            presentation_contexts: results,
+            user_variables: own_variables(),
+        }))?;
+        Ok(link)
+    }
+
+    fn new(
+        stream: TcpStream,
+        peer: String,
+        timeout: Duration,
+        go_on: GoOn<'a>,
+    ) -> Result<Self, Error> {
+        let (contexts, buffer) = (BTreeMap::new(), Vec::new());
+        let link =
+            Self { stream, peer, contexts, buffer, peer_max: MAX_PDU, timeout, go_on, open: true };
+        // Small messages go back and forth: none may wait for the next (Nagle's algorithm).
+        let prepared = link
+            .stream
+            .set_nonblocking(false)
+            .and_then(|()| link.stream.set_nodelay(true))
+            .and_then(|()| link.stream.set_read_timeout(Some(TURN)))
+            .and_then(|()| link.stream.set_write_timeout(Some(TURN)));
+        prepared.map_err(|e| link.broken(e.to_string()))?;
+        Ok(link)
+    }
+
+    /// The address by which the peer reaches this machine.
+    pub(crate) fn local_address(&self) -> Result<std::net::IpAddr, Error> {
+        self.stream.local_addr().map(|a| a.ip()).map_err(|e| self.broken(e.to_string()))
+    }
+
+    /// The number of a context for a class in a transfer syntax; any syntax where none is named.
+    pub(crate) fn context(&self, class: &str, syntax: Option<&str>) -> Option<(u8, &Context)> {
+        let fits = |c: &Context| c.class == class && syntax.is_none_or(|s| s == c.syntax);
+        self.contexts.iter().find(|(_, c)| fits(c)).map(|(id, c)| (*id, c))
+    }
+
+    fn max_length(&self, variables: &[UserVariableItem]) -> Result<u32, Error> {
+        let stated = variables.iter().find_map(|item| match item {
+            UserVariableItem::MaxLength(length) => Some(*length),
+            _ => None,
+        });
+        match stated {
+            // Zero: no limit (PS3.8 D.1).
+            None | Some(0) => Ok(MAX_PDU),
+            Some(length) if length < MIN_PDU => {
+                Err(self.protocol(format!("it takes no more than {length} bytes at once")))
+            }
+            Some(length) => Ok(length.min(MAX_PDU)),
+        }
+    }
+
+    /// Sends a protocol data unit.
+    pub(crate) fn send(&mut self, pdu: &Pdu) -> Result<(), Error> {
+        let mut bytes = Vec::new();
+        let written = dicom_ul::write_pdu(&mut bytes, pdu);
+        written.map_err(|e| self.protocol(format!("a message cannot be written: {e}")))?;
+        self.send_bytes(&bytes)
+    }
+
+    /// Sends bytes that are whole protocol data units.
+    pub(crate) fn send_bytes(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        let mut rest = bytes;
+        let mut moved = Instant::now();
+        while !rest.is_empty() {
+            (self.go_on)()?;
+            match self.stream.write(rest) {
+                Ok(0) => return Err(self.broken("the connection is closed")),
+                Ok(written) => {
+                    rest = &rest[written..];
+                    moved = Instant::now();
+                }
+                Err(e) if is_pause(&e) => self.mind(moved)?,
+                Err(e) => return Err(self.broken(e.to_string())),
+            }
+        }
+        Ok(())
+    }
+
+    /// The next protocol data unit.
+    pub(crate) fn receive(&mut self) -> Result<Pdu, Error> {
+        let mut moved = Instant::now();
+        let mut chunk = [0; 64 << 10];
+        loop {
+            if let Some(pdu) = self.take()? {
+                return Ok(pdu);
+            }
+            (self.go_on)()?;
+            match self.stream.read(&mut chunk) {
+                Ok(0) => return Err(self.broken("the connection was closed")),
+                Ok(read) => {
+                    self.buffer.extend_from_slice(&chunk[..read]);
+                    moved = Instant::now();
+                }
+                Err(e) if is_pause(&e) => self.mind(moved)?,
+                Err(e) => return Err(self.broken(e.to_string())),
+            }
+        }
+    }
+
+    /// A protocol data unit that is whole in the buffer. Its length is checked as soon as it is known.
+    fn take(&mut self) -> Result<Option<Pdu>, Error> {
+        let Some([_, _, a, b, c, d]) = self.buffer.first_chunk::<6>() else { return Ok(None) };
+        let length = u32::from_be_bytes([*a, *b, *c, *d]);
+        if length > MAX_PDU {
+            let what = format!("a unit of {length} bytes, {MAX_PDU} were agreed on");
+            return Err(self.protocol(what));
+        }
+        let end = 6 + length as usize;
+        let Some(unit) = self.buffer.get(..end) else { return Ok(None) };
+        let pdu = match dicom_ul::read_pdu(unit, MAX_PDU, true) {
+            Ok(Some(pdu)) => pdu,
+            Ok(None) => return Err(self.protocol("a unit that ends early")),
+            // The library's words may repeat what the peer sent.
+            Err(_) => return Err(self.protocol("a unit that cannot be read")),
+        };
+        self.buffer.drain(..end);
+        Ok(Some(pdu))
+    }
+
+    /// Gives the peer up when it was silent for too long.
+    fn mind(&self, moved: Instant) -> Result<(), Error> {
+        if moved.elapsed() < self.timeout {
+            return Ok(());
+        }
+        Err(self.broken(format!("no answer within {} s", self.timeout.as_secs_f64())))
+    }
+
+    /// The presentation data values of the next unit; `None` when the peer releases the association.
+    pub(crate) fn receive_values(&mut self) -> Result<Option<Vec<PDataValue>>, Error> {
+        match self.receive()? {
+            Pdu::PData { data } => Ok(Some(data)),
+            Pdu::ReleaseRQ => {
+                self.send(&Pdu::ReleaseRP)?;
+                self.open = false;
+                Ok(None)
+            }
+            other => Err(self.unexpected(&other)),
+        }
+    }
+
+    /// Ends the association in good order.
+    pub(crate) fn release(mut self) -> Result<(), Error> {
+        self.timeout = self.timeout.min(RELEASE);
+        self.send(&Pdu::ReleaseRQ)?;
+        loop {
+            match self.receive()? {
+                Pdu::ReleaseRP => break,
+                // What was under way when we asked.
+                Pdu::PData { .. } => {}
+                Pdu::ReleaseRQ => self.send(&Pdu::ReleaseRP)?,
+                other => return Err(self.unexpected(&other)),
+            }
+        }
+        self.open = false;
+        Ok(())
+    }
+
+    fn unexpected(&mut self, pdu: &Pdu) -> Error {
+        match pdu {
+            Pdu::AbortRQ { .. } => {
+                self.open = false;
+                self.broken("the peer aborted it")
+            }
+            Pdu::ReleaseRQ => self.broken("the peer released it early"),
+            other => self.protocol(format!("an unexpected unit: {}", kind(other))),
+        }
+    }
+
+    pub(crate) fn broken(&self, what: impl Into<String>) -> Error {
+        Error::Broken { node: self.peer.clone(), what: what.into() }
+    }
+
+    pub(crate) fn protocol(&self, what: impl Into<String>) -> Error {
+        Error::Protocol { node: self.peer.clone(), what: what.into() }
+    }
+}
+
+impl Drop for Link<'_> {
+    fn drop(&mut self) {
+        if self.open {
+            // A-ABORT by the service user (PS3.8 9.3.8); whether it still gets through is no matter.
+            let _best_effort = self.stream.write(&[7, 0, 0, 0, 0, 4, 0, 0, 0, 0]);
+        }
+    }
+}
+
+/// A connection to the peer: each of its addresses in turn.
+fn connect(call: &Call, go_on: GoOn<'_>) -> Result<TcpStream, Error> {
+    let fail = |source| Error::Connect { node: call.peer.clone(), source };
+    let addresses = (call.peer.host.as_str(), call.peer.port).to_socket_addrs().map_err(fail)?;
+    let mut last = std::io::Error::from(ErrorKind::AddrNotAvailable);
+    for address in addresses {
+        go_on()?;
+        match TcpStream::connect_timeout(&address, call.timeout.min(CONNECT)) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => last = error,
+        }
+    }
+    Err(fail(last))
+}
+
+fn own_variables() -> Vec<UserVariableItem> {
+    let (class, version) = supine_dicom::implementation();
+    vec![
+        UserVariableItem::MaxLength(MAX_PDU),
+        UserVariableItem::ImplementationClassUID(class.to_owned()),
+        UserVariableItem::ImplementationVersionName(version.to_owned()),
+    ]
+}
+
+/// A UID without its padding.
+fn bare(uid: &str) -> &str {
+    uid.trim_matches([' ', '\0'])
+}
+
+fn is_pause(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
+fn kind(pdu: &Pdu) -> &'static str {
+    match pdu {
+        Pdu::AssociationRQ(_) => "A-ASSOCIATE-RQ",
+        Pdu::AssociationAC(_) => "A-ASSOCIATE-AC",
+        Pdu::AssociationRJ(_) => "A-ASSOCIATE-RJ",
+        Pdu::PData { .. } => "P-DATA",
+        Pdu::ReleaseRQ => "A-RELEASE-RQ",
+        Pdu::ReleaseRP => "A-RELEASE-RP",
+        Pdu::AbortRQ { .. } => "A-ABORT",
+        Pdu::Unknown { .. } => "of unknown type",
+    }
+}

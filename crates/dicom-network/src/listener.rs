@@ -1,0 +1,138 @@
+//! The port on which the objects of a C-MOVE arrive, open only while we wait for them.
+
+use crate::command::{Command, field};
+use crate::error::{Error, ErrorKind};
+use crate::inbox::Inbox;
+use crate::link::{GoOn, Link};
+use crate::message::Talk;
+use crate::node::Title;
+use crate::{status, syntaxes};
+use dicom_dictionary_std::uids;
+use std::net::{IpAddr, TcpListener, TcpStream};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
+use supine_space::Stopped;
+
+/// How often it is looked whether somebody calls.
+const TURN: Duration = Duration::from_millis(20);
+/// Root of the UIDs of storage SOP classes (PS3.4 B.5).
+const STORAGE: &str = "1.2.840.10008.5.1.4.1.1.";
+
+/// An open port.
+#[derive(Debug)]
+pub(crate) struct Listener<'a> {
+    socket: TcpListener,
+    title: &'a Title,
+    timeout: Duration,
+}
+
+impl<'a> Listener<'a> {
+    pub(crate) fn open(
+        address: IpAddr,
+        port: u16,
+        title: &'a Title,
+        timeout: Duration,
+    ) -> Result<Self, Error> {
+        let fail = |source| Error::Listen { address: format!("{address} port {port}"), source };
+        let socket = TcpListener::bind((address, port)).map_err(fail)?;
+        socket.set_nonblocking(true).map_err(fail)?;
+        Ok(Self { socket, title, timeout })
+    }
+
+    /// Takes objects into the inbox while `work` runs, in another thread.
+    pub(crate) fn while_open(
+        self,
+        inbox: &Mutex<&mut Inbox>,
+        arrived: &AtomicUsize,
+        go_on: GoOn<'_>,
+        work: impl FnOnce(GoOn<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (finished, failed) = (AtomicBool::new(false), AtomicBool::new(false));
+        let receiving = || -> Result<(), Error> {
+            if finished.load(Ordering::Relaxed) { Err(Stopped.into()) } else { go_on() }
+        };
+        let working = || -> Result<(), Error> {
+            if failed.load(Ordering::Relaxed) { Err(Stopped.into()) } else { go_on() }
+        };
+        std::thread::scope(|scope| {
+            let receiver = scope.spawn(|| {
+                let outcome = self.receive(inbox, arrived, &receiving);
+                // Nothing can be kept any more: there is no use in waiting for the rest.
+                failed.store(outcome.is_err(), Ordering::Relaxed);
+                outcome
+            });
+            let worked = work(&working);
+            finished.store(true, Ordering::Relaxed);
+            match receiver.join() {
+                Ok(received) => received.and(worked),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        })
+    }
+
+    /// Takes one caller after the other until told to stop.
+    fn receive(
+        &self,
+        inbox: &Mutex<&mut Inbox>,
+        arrived: &AtomicUsize,
+        go_on: GoOn<'_>,
+    ) -> Result<(), Error> {
+        while go_on().is_ok() {
+            let Ok((stream, _)) = self.socket.accept() else {
+                std::thread::sleep(TURN);
+                continue;
+            };
+            match self.serve(stream, inbox, arrived, go_on) {
+                Err(error) if error.kind() == ErrorKind::Output => return Err(error),
+                Err(error) if error.kind() != ErrorKind::Stopped => {
+                    lock(inbox).problems.push(error.to_string());
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn serve(
+        &self,
+        stream: TcpStream,
+        inbox: &Mutex<&mut Inbox>,
+        arrived: &AtomicUsize,
+        go_on: GoOn<'_>,
+    ) -> Result<(), Error> {
+        let link = Link::accept(stream, self.title, &syntaxes_of, self.timeout, go_on)?;
+        let mut talk = Talk::new(link);
+        while let Some(message) = talk.receive()? {
+            match message.command.field() {
+                field::STORE => {
+                    let mut inbox = lock(inbox);
+                    inbox.take(&mut talk, &message)?;
+                    arrived.store(inbox.received, Ordering::Relaxed);
+                }
+                field::ECHO => {
+                    let answer = Command::answer(&message.command, status::SUCCESS);
+                    talk.send(message.context, &answer, None)?;
+                }
+                _ => return Err(talk.link.protocol("a request other than C-STORE and C-ECHO")),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The transfer syntaxes in which objects of a class are taken.
+fn syntaxes_of(class: &str) -> &'static [&'static str] {
+    if class == uids::VERIFICATION {
+        &syntaxes::IDENTIFIER
+    } else if class.starts_with(STORAGE) {
+        &syntaxes::OBJECT
+    } else {
+        &[]
+    }
+}
+
+/// The inbox; a thread that panicked leaves it as whole as its files are.
+fn lock<'i, 'b>(inbox: &'i Mutex<&'b mut Inbox>) -> std::sync::MutexGuard<'i, &'b mut Inbox> {
+    inbox.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

@@ -1,0 +1,338 @@
+//! C-STORE: objects to an archive, each as it stands in its file (PS3.4 Annex B).
+
+use crate::Call;
+use crate::command::{Command, element, field};
+use crate::error::{Error, ErrorKind};
+use crate::journal::Journal;
+use crate::link::{GoOn, Link, MAX_CONTEXTS, Proposal};
+use crate::message::Talk;
+use crate::{status, syntaxes};
+use dicom_dictionary_std::uids;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek as _, SeekFrom};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use supine_dicom::{ObjectFile, class_name, object_files, syntax_name};
+use supine_space::Progress;
+
+/// What is sent, and what is not.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SendParams {
+    /// Objects of every SOP class, not only CT, registrations, doses, structure sets, segmentations.
+    pub all: bool,
+    /// Objects too that the peer has acknowledged in an earlier call.
+    pub again: bool,
+}
+
+/// An object that the peer does not have, and why.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Refused {
+    /// Path of the file below the folder that was given.
+    pub file: String,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// What became of the objects.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+pub struct SendInfo {
+    /// Objects the peer has acknowledged in this call.
+    pub stored: usize,
+    /// Objects it had acknowledged before, which were not sent.
+    pub known: usize,
+    /// Objects that were not sent because the association broke; a further call sends them.
+    pub left: usize,
+    /// Bytes of the data sets that were acknowledged.
+    pub bytes: u64,
+    /// Associations that were opened.
+    pub associations: usize,
+    /// Objects the peer refuses, or that are not sent, and why.
+    pub refused: Vec<Refused>,
+    /// Files that are not DICOM, and so were left out.
+    pub foreign: usize,
+    /// Objects that were kept with a warning, and other things one has to know.
+    pub warnings: Vec<String>,
+    /// Why the rest did not get through, when some are left.
+    pub broken: Option<String>,
+}
+
+/// Sends the objects below folders, or in files, to an archive.
+///
+/// After a broken association a new one is opened and goes on with what is not acknowledged; when
+/// that was tried in vain, the objects that are left are counted and the reason is told.
+///
+/// # Errors
+/// When nothing can be sent, the peer rejects us for good, or the user asked to stop. What was
+/// acknowledged until then is on record.
+pub fn send(
+    paths: &[PathBuf],
+    call: &Call,
+    params: &SendParams,
+    progress: Progress<'_>,
+) -> Result<SendInfo, Error> {
+    let mut info = SendInfo::default();
+    let mut load = Load::gather(paths, call, params, &mut info, progress.part(0.0, 0.05))?;
+    let total: u64 = load.waiting.iter().map(|w| w.object.data_bytes).sum();
+    let moved = AtomicU64::new(0);
+    let progress = progress.part(0.05, 1.0);
+    let go_on = || -> Result<(), Error> {
+        let moved = moved.load(Ordering::Relaxed);
+        Ok(progress.at(moved as f64 / total.max(1) as f64)?)
+    };
+    let mut vain = 0;
+    while !load.waiting.is_empty() {
+        let before = info.stored + info.refused.len();
+        let outcome = load.one_association(call, &mut info, &moved, &go_on);
+        let Err(error) = outcome else { continue };
+        if error.kind() != ErrorKind::Retry {
+            if info.stored == 0 || error.kind() == ErrorKind::Stopped {
+                return Err(error);
+            }
+            info.broken = Some(error.to_string());
+            break;
+        }
+        vain = if info.stored + info.refused.len() > before { 0 } else { vain + 1 };
+        if vain > call.retries {
+            info.broken = Some(error.to_string());
+            break;
+        }
+        pause(vain, &go_on)?;
+    }
+    info.left = load.waiting.len();
+    go_on()?;
+    Ok(info)
+}
+
+/// Waits before the next association: half a second, then twice as long each time, 8 s at most.
+pub(crate) fn pause(vain: u32, go_on: GoOn<'_>) -> Result<(), Error> {
+    let wait = Duration::from_millis(500 << vain.saturating_sub(1).min(4));
+    let start = Instant::now();
+    while start.elapsed() < wait {
+        go_on()?;
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    Ok(())
+}
+
+/// An object on its way, with the number of the journal it is noted in.
+struct Waiting {
+    object: ObjectFile,
+    journal: usize,
+}
+
+struct Load {
+    waiting: Vec<Waiting>,
+    journals: Vec<Journal>,
+    /// Whether it was said that a journal cannot be written.
+    unwritable: bool,
+}
+
+impl Load {
+    /// Finds what is to be sent.
+    fn gather(
+        paths: &[PathBuf],
+        call: &Call,
+        params: &SendParams,
+        info: &mut SendInfo,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        let mut load = Self { waiting: Vec::new(), journals: Vec::new(), unwritable: false };
+        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        for path in paths {
+            let found = object_files(path, progress)?;
+            if found.objects.is_empty() {
+                let left = found.damaged.first().or(found.foreign.first());
+                let found = left.map_or("the folder is empty".into(), |l| l.reason.clone());
+                return Err(Error::NothingToSend { path: path.clone(), found });
+            }
+            info.foreign += found.foreign.len();
+            let refused = |file: &str, reason: String| Refused { file: file.to_owned(), reason };
+            info.refused.extend(found.damaged.into_iter().map(|d| refused(&d.file, d.reason)));
+            let journal = load.journal(Journal::open(path, &call.peer));
+            for object in found.objects {
+                if let Some(first) = seen.insert(object.instance.clone(), object.name.clone()) {
+                    let reason = format!("has the SOP Instance UID of {first}, which is sent");
+                    info.refused.push(refused(&object.name, reason));
+                } else if !params.all && !syntaxes::KINDS.contains(&object.class.as_str()) {
+                    let reason = format!("{}: sent only with --all", class_name(&object.class));
+                    info.refused.push(refused(&object.name, reason));
+                } else if !params.again && load.journals[journal].knows(&object) {
+                    info.known += 1;
+                } else {
+                    load.waiting.push(Waiting { object, journal });
+                }
+            }
+        }
+        Ok(load)
+    }
+
+    /// The number of a journal: files of one folder share it.
+    fn journal(&mut self, journal: Journal) -> usize {
+        let at = self.journals.iter().position(|j| j.path == journal.path);
+        at.unwrap_or_else(|| {
+            self.journals.push(journal);
+            self.journals.len() - 1
+        })
+    }
+
+    /// Sends what one association can take, and takes out of `waiting` what is settled.
+    fn one_association(
+        &mut self,
+        call: &Call,
+        info: &mut SendInfo,
+        moved: &AtomicU64,
+        go_on: GoOn<'_>,
+    ) -> Result<(), Error> {
+        let kinds = self.kinds();
+        let proposals: Vec<Proposal> =
+            std::iter::once(Proposal::new(uids::VERIFICATION, &syntaxes::IDENTIFIER))
+                .chain(kinds.iter().map(|(class, syntax)| Proposal::new(class, &[syntax])))
+                .collect();
+        let link = Link::open(call, &proposals, go_on)?;
+        info.associations += 1;
+        let mut talk = Talk::new(link);
+        echo(&mut talk, call)?;
+        let mut at = 0;
+        while at < self.waiting.len() {
+            let Waiting { object, journal } = &self.waiting[at];
+            if !kinds.contains(&(object.class.clone(), object.syntax.clone())) {
+                // Not proposed on this association: on the next.
+                at += 1;
+                continue;
+            }
+            let (object, journal) = (object.clone(), *journal);
+            let reason = match talk.link.context(&object.class, Some(&object.syntax)) {
+                Some((context, _)) => {
+                    let answer = store(&mut talk, context, &object, moved)?;
+                    self.settle(answer, &object, journal, call, info)?
+                }
+                None => Some(format!(
+                    "{} takes no {} in {}",
+                    call.peer,
+                    class_name(&object.class),
+                    syntax_name(&object.syntax)
+                )),
+            };
+            if let Some(reason) = reason {
+                info.refused.push(Refused { file: object.name.clone(), reason });
+            }
+            self.waiting.remove(at);
+        }
+        // All is acknowledged: how the association ends is no matter.
+        let _best_effort = talk.link.release();
+        Ok(())
+    }
+
+    /// The pairs of class and transfer syntax that are proposed: Explicit VR Little Endian first.
+    fn kinds(&self) -> Vec<(String, String)> {
+        let mut kinds = Vec::new();
+        for Waiting { object, .. } in &self.waiting {
+            let kind = (object.class.clone(), object.syntax.clone());
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        kinds.sort_by_key(|(_, syntax)| syntax != uids::EXPLICIT_VR_LITTLE_ENDIAN);
+        kinds.truncate(MAX_CONTEXTS - 1);
+        kinds
+    }
+
+    /// Notes what the peer answered; the reason when it refuses the object.
+    fn settle(
+        &mut self,
+        answer: u16,
+        object: &ObjectFile,
+        journal: usize,
+        call: &Call,
+        info: &mut SendInfo,
+    ) -> Result<Option<String>, Error> {
+        let words = status::words(answer);
+        if status::is_transient(answer) {
+            let (node, what) = (call.peer.clone(), "keep an object");
+            return Err(Error::Failed { node, what, status: words, transient: true });
+        }
+        if answer != status::SUCCESS && !status::is_warning(answer) {
+            return Ok(Some(words));
+        }
+        if answer != status::SUCCESS {
+            info.warnings.push(format!("{}: {words}", object.name));
+        }
+        info.stored += 1;
+        info.bytes += object.data_bytes;
+        let journal = &mut self.journals[journal];
+        if let (Err(error), false) = (journal.note(object), self.unwritable) {
+            self.unwritable = true;
+            let path = journal.path.display();
+            info.warnings.push(format!(
+                "{path} cannot be written ({error}): a further call will send all again"
+            ));
+        }
+        Ok(None)
+    }
+}
+
+/// C-ECHO (PS3.4 Annex A), where the peer offers it.
+fn echo(talk: &mut Talk<'_>, call: &Call) -> Result<(), Error> {
+    let Some((context, _)) = talk.link.context(uids::VERIFICATION, None) else { return Ok(()) };
+    let id = talk.next_id();
+    talk.send(context, &Command::request(field::ECHO, id, uids::VERIFICATION, false), None)?;
+    let answer = answer_to(talk, field::ECHO, id)?;
+    if answer == status::SUCCESS {
+        return Ok(());
+    }
+    let (node, what) = (call.peer.clone(), "answer C-ECHO");
+    Err(Error::Failed { node, what, status: status::words(answer), transient: false })
+}
+
+/// The status that answers a request.
+fn answer_to(talk: &mut Talk<'_>, asked: u16, id: u16) -> Result<u16, Error> {
+    let command = talk.answer()?.command;
+    let of = command.get_number(element::MESSAGE_ID_RESPONDED_TO);
+    match command.get_number(element::STATUS) {
+        Some(answer) if command.field() == asked | field::ANSWER && of == Some(id) => Ok(answer),
+        _ => Err(talk.link.protocol("an answer to something else than was asked")),
+    }
+}
+
+/// Sends one object; the peer's status.
+fn store(
+    talk: &mut Talk<'_>,
+    context: u8,
+    object: &ObjectFile,
+    moved: &AtomicU64,
+) -> Result<u16, Error> {
+    let read_error = |source| Error::Read { path: object.path.clone(), source };
+    let mut file = File::open(&object.path).map_err(read_error)?;
+    file.seek(SeekFrom::Start(object.data_start)).map_err(read_error)?;
+    let mut data = Counted { inner: BufReader::with_capacity(256 << 10, file), moved, read: 0 };
+    let id = talk.next_id();
+    let request = Command::request(field::STORE, id, &object.class, true)
+        .number(element::PRIORITY, 0)
+        .text(element::AFFECTED_SOP_INSTANCE, &object.instance);
+    let outcome = talk
+        .send(context, &request, Some((&mut data, object.data_bytes)))
+        .and_then(|()| answer_to(talk, field::STORE, id));
+    if outcome.is_err() {
+        // It will be sent from its beginning.
+        moved.fetch_sub(data.read, Ordering::Relaxed);
+    }
+    outcome
+}
+
+/// Counts what is read.
+struct Counted<'a, R> {
+    inner: R,
+    moved: &'a AtomicU64,
+    read: u64,
+}
+
+impl<R: Read> Read for Counted<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.inner.read(buffer)?;
+        self.read += read as u64;
+        self.moved.fetch_add(read as u64, Ordering::Relaxed);
+        Ok(read)
+    }
+}
