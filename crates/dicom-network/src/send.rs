@@ -87,11 +87,7 @@ pub fn send(
         let outcome = load.one_association(call, &mut info, &moved, &go_on);
         let Err(error) = outcome else { continue };
         if error.kind() != ErrorKind::Retry {
-            if info.stored == 0 || error.kind() == ErrorKind::Stopped {
-                return Err(error);
-            }
-            info.broken = Some(error.to_string());
-            break;
+            return Err(error);
         }
         vain = if info.stored + info.refused.len() > before { 0 } else { vain + 1 };
         if vain > call.retries {
@@ -204,10 +200,12 @@ impl Load {
             }
             let (object, journal) = (object.clone(), *journal);
             let reason = match talk.link.context(&object.class, Some(&object.syntax)) {
-                Some((context, _)) => {
-                    let answer = store(&mut talk, context, &object, moved)?;
-                    self.settle(answer, &object, journal, call, info)?
-                }
+                Some((context, _)) => match store(&mut talk, context, &object, moved) {
+                    Ok(answer) => self.settle(answer, &object, journal, call, info)?,
+                    // Nothing was sent of it yet.
+                    Err(error @ Error::Read { .. }) => Some(error.to_string()),
+                    Err(error) => return Err(error),
+                },
                 None => Some(format!(
                     "{} takes no {} in {}",
                     call.peer,

@@ -238,7 +238,7 @@ mod tests {
         }
         let back = Identifier::from_bytes(&query.to_bytes(true), true).unwrap();
         assert_eq!(back.text(tags::SOP_INSTANCE_UID), "1.2.3\\1.2.4");
-        assert!(Identifier::from_bytes(&query.to_bytes(true)[..20], true).is_err());
+        assert!(Identifier::from_bytes(&query.to_bytes(true)[..19], true).is_err());
     }
 
     #[test]
