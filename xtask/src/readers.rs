@@ -1,4 +1,4 @@
-//! The independent readers: DICOM validators and a solver from Debian, Python packages in `target/readers`.
+//! The independent readers: DICOM validators, an archive and a solver from Debian, Python packages in `target/readers`.
 //!
 //! Both are installed once: what is there already is left alone, and what is installed is said.
 
@@ -9,11 +9,15 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 8] = [
+const BINARIES: [(&str, &str); 12] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
     ("dcmftest", "dcmtk"),
+    ("storescp", "dcmtk"),
+    ("Orthanc", "orthanc"),
+    ("ip", "iproute2"),
+    ("unshare", "util-linux"),
     ("ccx", "calculix-ccx"),
     ("plastimatch", "plastimatch"),
     ("python3", "python3"),
@@ -27,7 +31,7 @@ const BINARIES: [(&str, &str); 8] = [
 pub(crate) fn install(house: &House) -> Result<()> {
     let mut packages: Vec<&str> = BINARIES
         .iter()
-        .filter(|(binary, _)| !on_path(binary))
+        .filter(|(binary, _)| !on_path(binary) && !Path::new("/usr/sbin").join(binary).is_file())
         .map(|(_, package)| *package)
         .collect();
     packages.dedup();

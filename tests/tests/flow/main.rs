@@ -9,6 +9,7 @@ mod carry;
 mod formats;
 mod hazards;
 mod labels;
+mod network;
 mod readers;
 mod refine;
 mod repeat;

@@ -1,0 +1,237 @@
+"""archive.py SUPINE SERIES SOURCE SCRATCH: `supine send` and `supine fetch` beside Orthanc and dcmtk.
+
+SERIES is a series that supine exported from SOURCE. Runs in a network name space of its own, since
+Orthanc listens on every address whatever it is told; ports are fixed for the same reason.
+"""
+
+import contextlib
+import json
+import pathlib
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+import pydicom
+from broken import Proxy, lying_peer, silent_peer
+
+SUPINE, SERIES, SOURCE, SCRATCH = (pathlib.Path(a) for a in sys.argv[1:5])
+ARCHIVE, RECEIVER, STORESCP, PROXY = 14242, 14243, 14244, 14245
+
+
+def supine(*words, code=0):
+    """Runs supine; the result it prints as JSON. No word of it may name the patient."""
+    command = [SUPINE, *map(str, words), "--json", "--no-progress"]
+    said = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert said.returncode == code, (words, said.returncode, said.stdout, said.stderr)
+    for secret in SECRETS:
+        assert secret not in said.stdout + said.stderr, f"{words} names the patient"
+    return (json.loads(said.stdout) if said.stdout else None), said.stderr
+
+
+def data_set(path):
+    """The bytes after the file header (PS3.10 7.1)."""
+    whole = path.read_bytes()
+    (length,) = struct.unpack("<I", whole[140:144])
+    return whole[144 + length :]
+
+
+def by_instance(folder):
+    files = [f for f in folder.rglob("*") if f.is_file() and not f.name.startswith(".")]
+    return {pydicom.dcmread(f, stop_before_pixels=True).SOPInstanceUID: f for f in files}
+
+
+def assert_same(sent, got):
+    """Every object is there once, its data set is the same to the byte, its file names no more than
+    its UID, and nothing else is there."""
+    a, b = by_instance(sent), by_instance(got)
+    assert a.keys() == b.keys(), (len(a), len(b))
+    for uid, file in a.items():
+        assert data_set(file) == data_set(b[uid]), uid
+        one, other = pydicom.dcmread(file), pydicom.dcmread(b[uid])
+        assert one == other and one.file_meta.TransferSyntaxUID == other.file_meta.TransferSyntaxUID
+    left = sorted(f.name for f in got.iterdir())
+    assert left == sorted(f"{uid}.dcm" for uid in a), left
+
+
+@contextlib.contextmanager
+def running(name, *command):
+    with (SCRATCH / f"{name}.log").open("w") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log)
+        try:
+            yield process
+        finally:
+            process.terminate()
+            process.wait(30)
+
+
+def wait_for(port):
+    for _ in range(300):
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    raise AssertionError(f"nobody listens on {port}")
+
+
+def orthanc():
+    store = SCRATCH / "orthanc"
+    store.mkdir()
+    settings = {
+        "StorageDirectory": str(store),
+        "IndexDirectory": str(store),
+        "HttpServerEnabled": False,
+        "DicomAet": "ARCHIVE",
+        "DicomPort": ARCHIVE,
+        "DicomCheckCalledAet": True,
+        "DicomAlwaysAllowFind": True,
+        "DicomAlwaysAllowGet": True,
+        "DicomAlwaysAllowMove": True,
+        "DicomModalities": {"receiver": ["RECEIVER", "127.0.0.1", RECEIVER]},
+        "Plugins": [],
+    }
+    (SCRATCH / "orthanc.json").write_text(json.dumps(settings))
+    return running("orthanc", "Orthanc", str(SCRATCH / "orthanc.json"))
+
+
+def copy(name, folder):
+    """A copy, without what is on record about the original."""
+    target = SCRATCH / name
+    shutil.copytree(folder, target, ignore=shutil.ignore_patterns(".*"))
+    return target
+
+
+def round_trip(name, folder):
+    """Send, find, fetch both ways: what comes back is what was sent."""
+    node, sent = f"ARCHIVE@127.0.0.1:{ARCHIVE}", copy(f"{name}-sent", folder)
+    count = len(by_instance(sent))
+    start = time.monotonic()
+    said, _ = supine("send", sent, "--to", node)
+    seconds = time.monotonic() - start
+    assert (said["stored"], said["known"], said["refused"]) == (count, 0, []), said
+    said, _ = supine("send", sent, "--to", node)
+    assert (said["stored"], said["known"], said["associations"]) == (0, count, 0), said
+
+    head = pydicom.dcmread(next(iter(by_instance(sent).values())), stop_before_pixels=True)
+    study, series = head.StudyInstanceUID, head.SeriesInstanceUID
+    keys = f"QueryRetrieveLevel=IMAGE StudyInstanceUID={study} SeriesInstanceUID={series} SOPInstanceUID"
+    words = [word for key in keys.split() for word in ("-k", key)]
+    found = subprocess.run(["findscu", "-S", "-aec", "ARCHIVE", *words, "127.0.0.1", str(ARCHIVE)],
+                           capture_output=True, text=True)
+    assert (found.stdout + found.stderr).count("SOPInstanceUID") >= count, "findscu sees them"
+
+    [listed], _ = supine("fetch", "--from", node, "--series", series, "--list")
+    assert listed["study"] == study and listed["series"][0]["instances"] == count, listed
+    wanted = ["--study", study, "--series", series]
+    got = SCRATCH / f"{name}-get"
+    start = time.monotonic()
+    said, _ = supine("fetch", "--from", node, *wanted, "--out", got)
+    back = time.monotonic() - start
+    assert (said["received"], said["missing"]) == (count, []), said
+    assert_same(sent, got)
+    for file in sorted(got.iterdir())[:5]:
+        file.unlink()
+    said, _ = supine("fetch", "--from", node, *wanted, "--out", got)
+    assert (said["received"], said["known"]) == (5, count - 5), said
+    assert_same(sent, got)
+
+    by_id = ["--patient-id", head.PatientID, "--date", head.StudyDate, "--series", series]
+    moved = SCRATCH / f"{name}-move"
+    said, _ = supine("fetch", "--from", node, *by_id, "--as", "RECEIVER", "--move-to", "RECEIVER",
+                     "--port", RECEIVER, "--out", moved)
+    assert said["received"] == count, said
+    assert_same(sent, moved)
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", RECEIVER)) != 0, "the port is closed again"
+    print(f"{name}: {count} objects sent in {seconds:.1f} s, back in {back:.1f} s")
+    return got, wanted
+
+
+def broken_send():
+    """A connection that breaks every 3 MB is got over; one that stays away is told, and the next
+    call goes on: nothing is lost, and no more than what was under way is sent twice."""
+    node = f"STORESCP@127.0.0.1:{PROXY}"
+    for name, stays_away in [("breaks", False), ("away", True)]:
+        sent, got = copy(f"{name}-sent", SERIES), SCRATCH / f"{name}-got"
+        got.mkdir()
+        count = len(by_instance(sent))
+        storescp = ["storescp", "-v", "-uf", "-aet", "STORESCP", "-od", str(got), str(STORESCP)]
+        with running(f"storescp-{name}", *storescp):
+            wait_for(STORESCP)
+            cut = {"cut": 3_000_000, "times": 1 if stays_away else 99}
+            with Proxy(PROXY, STORESCP, **cut, then_refuse=stays_away):
+                said, words = supine("send", sent, "--to", node, "--retries", 1,
+                                     code=75 if stays_away else 0)
+            if stays_away:
+                assert 0 < said["stored"] < count and said["stored"] + said["left"] == count, said
+                assert f"{said['stored']} stored, {said['left']} left" in words, words
+                first = said["stored"]
+                with Proxy(PROXY, STORESCP):
+                    said, _ = supine("send", sent, "--to", node)
+                assert (said["stored"], said["known"]) == (count - first, first), said
+            else:
+                assert said["stored"] == count and said["associations"] > 2, said
+                breaks = said["associations"] - 1
+        arrived = by_instance(got)
+        assert arrived.keys() == by_instance(sent).keys(), (len(arrived), count)
+        requests = (SCRATCH / f"storescp-{name}.log").read_text().count("Received Store Request")
+        assert count <= requests <= count + (1 if stays_away else breaks), (requests, count)
+
+
+def broken_fetch(sent, wanted):
+    node, got = f"ARCHIVE@127.0.0.1:{PROXY}", SCRATCH / "broken-get"
+    count = len(by_instance(sent))
+    # The first connection is for the queries.
+    with Proxy(PROXY, ARCHIVE, cut=3_000_000, times=1, then_refuse=True):
+        said, _ = supine("fetch", "--from", node, *wanted, "--out", got, "--retries", 1, code=75)
+    arrived = len(by_instance(got))
+    assert 0 < arrived == said["received"] < count, said
+    assert not [f for f in got.iterdir() if f.name.startswith(".")], "nothing half is left"
+    with Proxy(PROXY, ARCHIVE):
+        said, _ = supine("fetch", "--from", node, *wanted, "--out", got)
+    assert (said["received"], said["known"]) == (count - arrived, arrived), said
+    assert_same(sent, got)
+
+
+def refusals():
+    one = copy("refused", SOURCE)
+    count = len(by_instance(one))
+    with running("storescp-plain", "storescp", "-aet", "STORESCP", "--ignore", str(STORESCP)):
+        wait_for(STORESCP)
+        said, words = supine("send", one, "--to", f"STORESCP@127.0.0.1:{STORESCP}", code=1)
+        assert said["stored"] == 0 and len(said["refused"]) == count, said
+        assert "takes no CT Image Storage in RLE Lossless" in words, words
+    to = ["--to", f"ARCHIVE@127.0.0.1:{PROXY}", "--retries", 0]
+    _, words = supine("send", one, *to, code=75)
+    assert "Connection refused" in words, words
+    _, words = supine("send", one, "--to", f"WRONG@127.0.0.1:{ARCHIVE}", code=1)
+    assert "called AE title not recognized" in words, words
+    with lying_peer(PROXY):
+        _, words = supine("send", one, *to, code=1)
+        assert "4294967295 bytes" in words, words
+    with silent_peer(PROXY):
+        start = time.monotonic()
+        supine("send", one, *to, "--timeout", 1, code=75)
+        assert time.monotonic() - start < 5, "a silent peer is given up"
+        process = subprocess.Popen([SUPINE, "send", one, *map(str, to)], stderr=subprocess.DEVNULL)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(3) == 130, "Ctrl-C is heard while it waits"
+
+
+first = pydicom.dcmread(next(iter(by_instance(SERIES).values())), stop_before_pixels=True)
+SECRETS = [str(first.PatientName), str(first.PatientID), str(first.PatientBirthDate)]
+assert all(len(secret) > 3 for secret in SECRETS), SECRETS
+
+with orthanc():
+    wait_for(ARCHIVE)
+    exported, wanted = round_trip("exported", SERIES)
+    verify = [SUPINE, "verify-export", exported, "--source", SOURCE]
+    assert subprocess.run(verify, capture_output=True).returncode == 0, "verify-export"
+    round_trip("source", SOURCE)
+    broken_fetch(exported, wanted)
+    broken_send()
+    refusals()

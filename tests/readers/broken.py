@@ -1,0 +1,92 @@
+"""Networks and peers that misbehave, for archive.py."""
+
+import contextlib
+import socket
+import threading
+
+
+def listen(port):
+    server = socket.socket()
+    server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    server.bind(("127.0.0.1", port))
+    server.listen()
+    return server
+
+
+class Proxy:
+    """Carries bytes between a port and another. A connection is cut when it carried `cut` bytes, both
+    ways together; `times` connections are. `then_refuse`: after that the port is closed."""
+
+    def __init__(self, port, target, cut=None, times=0, then_refuse=False):
+        self.server, self.target = listen(port), target
+        self.cut, self.times, self.then_refuse = cut, times, then_refuse
+        self.lock = threading.Lock()
+
+    def __enter__(self):
+        threading.Thread(target=self.accept, daemon=True).start()
+        return self
+
+    def __exit__(self, *_):
+        close(self.server)
+
+    def accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                client, _ = self.server.accept()
+                peer = socket.create_connection(("127.0.0.1", self.target))
+                carried = [0]
+                for a, b in [(client, peer), (peer, client)]:
+                    arguments = (a, b, carried)
+                    threading.Thread(target=self.carry, args=arguments, daemon=True).start()
+
+    def carry(self, a, b, carried):
+        with contextlib.suppress(OSError):
+            while data := a.recv(16384):
+                with self.lock:
+                    carried[0] += len(data)
+                    over = self.times > 0 and carried[0] > self.cut
+                    if over:
+                        self.times -= 1
+                        if self.then_refuse:
+                            close(self.server)
+                if over:
+                    break
+                b.sendall(data)
+        close(a)
+        close(b)
+
+
+def close(one):
+    with contextlib.suppress(OSError):
+        one.shutdown(socket.SHUT_RDWR)
+    one.close()
+
+
+@contextlib.contextmanager
+def peer(port, answer):
+    """Answers the first bytes of every connection with `answer`, then keeps it open."""
+    server, kept = listen(port), []
+
+    def accept():
+        with contextlib.suppress(OSError):
+            while True:
+                client, _ = server.accept()
+                kept.append(client)
+                client.recv(4096)
+                client.sendall(answer)
+
+    threading.Thread(target=accept, daemon=True).start()
+    try:
+        yield
+    finally:
+        for one in [server, *kept]:
+            close(one)
+
+
+def lying_peer(port):
+    """Accepts the association with a unit that declares 4 GB."""
+    return peer(port, b"\x02\x00\xff\xff\xff\xff\x00\x01\x00\x00")
+
+
+def silent_peer(port):
+    return peer(port, b"")

@@ -1,0 +1,61 @@
+//! Archives on the network: Orthanc and dcmtk in a network name space of their own.
+
+use crate::shared::{scratch, shared};
+use std::path::Path;
+use std::process::Command;
+use supine_tests::{Outcome, root, source, supine_command, target};
+
+/// How a network name space of one's own is had: as root, or as root of a user name space.
+const WAYS: [&[&str]; 2] = [&["-n"], &["-r", "-n"]];
+
+/// The words that run a command in a network name space with a loopback device; none where the
+/// system does not allow it.
+fn name_space() -> Option<Command> {
+    let set_up = "ip link set lo up && exec \"$@\"";
+    let command = |way: &[&str]| {
+        let mut command = Command::new("unshare");
+        command.args(way).args(["sh", "-c", set_up, "sh"]);
+        command
+    };
+    let works = |way: &&&[&str]| {
+        command(way).arg("true").output().is_ok_and(|output| output.status.success())
+    };
+    WAYS.iter().find(works).map(|way| command(way))
+}
+
+/// Debian puts Orthanc where only root's path looks.
+fn path() -> std::ffi::OsString {
+    let mut path = std::env::var_os("PATH").unwrap_or_default();
+    path.push(":/usr/sbin:/sbin");
+    path
+}
+
+#[test]
+fn what_is_sent_to_an_archive_comes_back_and_broken_associations_lose_nothing() {
+    let Some(mut command) = name_space() else {
+        println!(
+            "left out: `unshare -n` is not permitted here, and Orthanc listens on every address"
+        );
+        return;
+    };
+    for program in ["Orthanc", "storescp", "findscu"] {
+        let found = std::env::split_paths(&path()).any(|folder| folder.join(program).is_file());
+        assert!(found, "`{program}` is not installed: run `cargo xtask readers` once");
+    }
+    let folder = scratch();
+    command.arg(target().join("readers/bin/python")).arg("-B");
+    command.arg(root().join("tests/readers/archive.py"));
+    command.arg(supine_command().get_program()).arg(shared().out.join("ct")).arg(source());
+    let said = Outcome::of(command.arg(folder.path()).env("PATH", path()));
+    println!("{}{}", said.stdout, logs(folder.path(), said.code));
+    said.success("archive.py");
+}
+
+/// What the archives said, when the test failed.
+fn logs(folder: &Path, code: Option<i32>) -> String {
+    if code == Some(0) {
+        return String::new();
+    }
+    let log = folder.join("orthanc.log");
+    std::fs::read_to_string(log).unwrap_or_default()
+}
