@@ -232,6 +232,10 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
 fn collect(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
+        // Hidden files are no data: the record of `supine send`, what a file manager leaves.
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
         let kind = entry.file_type()?;
         if kind.is_dir() && depth > 0 {
             collect(&entry.path(), depth - 1, files)?;
@@ -248,6 +252,18 @@ mod tests {
 
     fn store(dir: &Path, force: Option<Stage>) -> Store {
         Store::open(dir, force).unwrap()
+    }
+
+    #[test]
+    fn hidden_files_do_not_count() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("slice"), "pixels").unwrap();
+        let before = hash_of(dir.path()).unwrap();
+        std::fs::write(dir.path().join(".supine-sent"), "a record").unwrap();
+        let after = hash_of(dir.path()).unwrap();
+        assert_eq!((before.files, before.blake3), (after.files, after.blake3));
+        std::fs::write(dir.path().join("other"), "pixels").unwrap();
+        assert_ne!(before.files, hash_of(dir.path()).unwrap().files);
     }
 
     #[test]
