@@ -64,7 +64,8 @@ def close(one):
 
 @contextlib.contextmanager
 def peer(port, answer):
-    """Answers the first bytes of every connection with `answer`, then keeps it open."""
+    """Answers the first bytes of every connection with `answer`, then keeps it open; gives the list of
+    those that came."""
     server, kept = listen(port), []
 
     def accept():
@@ -77,7 +78,7 @@ def peer(port, answer):
 
     threading.Thread(target=accept, daemon=True).start()
     try:
-        yield
+        yield kept
     finally:
         for one in [server, *kept]:
             close(one)
