@@ -39,6 +39,8 @@ const TEXT_THERE: [(Tag, Tag); 2] = [
 
 /// Most frames of a file.
 const MAX_FRAMES: usize = 20_000;
+/// Most bytes of the headers of all frames: what the frames share is held once for each of them.
+const MAX_HEADERS_BYTES: usize = 256 << 20;
 
 /// Whether images of a class are read, and hold several frames each.
 pub(crate) fn is_multi_frame(class: &str) -> bool {
@@ -49,7 +51,8 @@ pub(crate) fn is_multi_frame(class: &str) -> bool {
 /// The header of each frame, in the order of their pixels.
 ///
 /// # Errors
-/// When Number of Frames and the functional groups do not go together.
+/// When Number of Frames and the functional groups do not go together, or what the frames share is too
+/// long to be held for each of them.
 pub(crate) fn headers(file: &str, set: &DataSet) -> Result<Vec<DataSet>, Error> {
     let frames = set.text(tags::NUMBER_OF_FRAMES);
     let count = parse_is(&frames).and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
@@ -75,6 +78,11 @@ pub(crate) fn headers(file: &str, set: &DataSet) -> Result<Vec<DataSet>, Error> 
     }
     for group in set.items(tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE) {
         lift(group, &mut common);
+    }
+    let held = common.held().saturating_mul(count);
+    if held > MAX_HEADERS_BYTES {
+        let reason = format!("is {count}, with {} bytes that all of them share", held / count);
+        return Err(Error::attribute(file, "Number of Frames", reason));
     }
     let header = |(n, group): (usize, &DataSet)| {
         let mut header = common.clone();
@@ -102,5 +110,28 @@ fn lift(groups: &DataSet, header: &mut DataSet) {
                 header.put_text(ours, VR::IS, &number.to_string());
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data_set::Value;
+
+    /// `count` frames that say nothing, and a private element of so many bytes that all of them share.
+    fn frames(count: usize, shared: usize) -> Result<Vec<DataSet>, Error> {
+        let mut set = DataSet::default();
+        set.put_text(tags::NUMBER_OF_FRAMES, VR::IS, &count.to_string());
+        let groups = vec![DataSet::default(); count];
+        set.put_items(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, groups);
+        set.put(Tag(9, 0x1001), VR::OB, Value::Bytes(vec![0; shared]));
+        headers("a", &set)
+    }
+
+    #[test]
+    fn what_all_frames_share_may_not_multiply_without_bound() {
+        assert_eq!(frames(100, 1000).unwrap().len(), 100);
+        let message = frames(1000, 1 << 20).unwrap_err().to_string();
+        assert!(message.contains("Number of Frames is 1000, with 10"), "{message}");
     }
 }

@@ -151,6 +151,7 @@ pub(crate) fn read_folder(
     let transfer_syntaxes = transfer_syntaxes(&series);
     let left_out = left_out(&folder, &series);
     let (stack, files) = assemble(&series.head.uid, series.files)?;
+    believable(stack.grid.len(), &files)?;
     let mut hu = vec![0; stack.grid.len()];
     let slices = decode(&files, &mut hu, progress)?;
 
@@ -182,6 +183,27 @@ pub(crate) fn read_folder(
     warn(&mut info, &source);
     let ct = Ct::new(stack.grid, hu).map_err(|e| Error::NotHounsfield { reason: e.to_string() })?;
     Ok((ct, Source { slices: source, padding }, info))
+}
+
+/// Most voxels that a byte of the files may stand for. Slices of nothing but air come to some 250; what
+/// claims more is made to exhaust the memory, which is asked for before the first slice is decoded.
+const MAX_VOXELS_PER_BYTE: u64 = 1 << 10;
+
+/// Checks the size of the volume against that of its files.
+fn believable(voxels: usize, files: &[(PathBuf, Slice)]) -> Result<(), Error> {
+    let paths: BTreeSet<&PathBuf> = files.iter().map(|(path, _)| path).collect();
+    let mut bytes = 0u64;
+    for path in paths {
+        let meta =
+            std::fs::metadata(path).map_err(|source| Error::Read { path: path.clone(), source })?;
+        bytes = bytes.saturating_add(meta.len());
+    }
+    if voxels as u64 <= bytes.saturating_mul(MAX_VOXELS_PER_BYTE) {
+        return Ok(());
+    }
+    let file = files.first().map(|(_, slice)| slice.file.clone()).unwrap_or_default();
+    let reason = format!("the series claims {voxels} voxels in {bytes} bytes");
+    Err(Error::Pixels { file, reason })
 }
 
 /// The slices of a series in order along the normal, with the grid they make.

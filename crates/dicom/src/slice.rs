@@ -236,7 +236,7 @@ fn pixel_format(
     let representation = r.u16(tags::PIXEL_REPRESENTATION, "Pixel Representation")?;
     let sound = matches!(bits_allocated, 8 | 16)
         && (1..=bits_allocated).contains(&bits_stored)
-        && high_bit + 1 == bits_stored
+        && high_bit == bits_stored - 1
         && representation < 2;
     if !sound {
         let reason = format!(

@@ -92,6 +92,10 @@ fn layers(raster: &Raster, values: &[u16]) -> Result<LabelLayers, Problem> {
         let reason = format!("{} values per voxel without names of segments", raster.layers);
         return Err(Problem::field("sizes", reason));
     }
+    if !segments::fit_together(raster.layers, &raster.keys) {
+        let reason = format!("{} layers are too many for the reference image", raster.layers);
+        return Err(Problem::field("sizes", reason));
+    }
     let grid = &raster.grid;
     let layer = |layer| {
         let map = Volume::from_fn(grid.clone(), |v| values[raster.place(layer, grid.offset(v))]);

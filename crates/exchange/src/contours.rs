@@ -4,7 +4,7 @@
 //! each other with the same structure and contour number are one contour.
 
 use crate::{Error, Problem, file};
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 use supine_space::Point;
 
 const HEADING: [&str; 5] = ["structure", "contour", "x", "y", "z"];
@@ -54,6 +54,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
         return Err(Problem::Line { line: 1, reason });
     }
     let mut structures: Vec<NamedContours> = Vec::new();
+    // Of each name: a file may hold as many names as rows.
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut last: Option<(usize, String)> = None;
     for record in reader.records() {
         let record = record.map_err(malformed)?;
@@ -65,7 +67,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
             })?;
         }
         let (name, number) = (&record[0], &record[1]);
-        let at = structures.iter().position(|s| s.name == name).unwrap_or_else(|| {
+        let at = places.get(name).copied().unwrap_or_else(|| {
+            places.insert(name.to_owned(), structures.len());
             structures.push(NamedContours { name: name.into(), contours: vec![] });
             structures.len() - 1
         });

@@ -123,3 +123,18 @@ fn a_field_in_nifti_has_ras_vectors_slowest_in_memory_and_says_so() {
     }
     assert_eq!(bytes.len(), start + 12 * voxels);
 }
+
+/// Five layers of one voxel each, and a reference image of 256 x 256 x 8192 around them.
+#[test]
+fn layers_that_would_fill_the_memory_around_themselves_are_refused() {
+    let header = "NRRD0004\ntype: uint8\ndimension: 4\nspace: LPS\nsizes: 5 1 1 1\n\
+        space directions: none (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\
+        Segment0_ID:=S\nSegment0_Name:=skin\nSegment0_Layer:=0\nSegment0_LabelValue:=1\n\
+        Segmentation_ConversionParameters:=Reference image geometry|\
+        -1;0;0;0;0;-1;0;0;0;0;1;0;0;0;0;1;0;255;0;255;0;8191;|\n\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.seg.nrrd");
+    std::fs::write(&path, [header.as_bytes(), &[1; 5]].concat()).unwrap();
+    let message = read_any_volume(&path, None, Progress::none()).unwrap_err().to_string();
+    assert!(message.contains("5 layers are too many"), "{message}");
+}

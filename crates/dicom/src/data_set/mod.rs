@@ -46,6 +46,16 @@ impl DataSet {
         &self.elements
     }
 
+    /// Bytes of memory that a copy takes, about. Nesting is bounded where a file is walked.
+    pub(crate) fn held(&self) -> usize {
+        let value = |value: &Value| match value {
+            Value::Bytes(bytes) => bytes.len(),
+            Value::Items(items) => items.iter().map(|i| size_of::<Self>() + i.held()).sum(),
+            Value::Fragments(all) => all.iter().map(|f| size_of::<Vec<u8>>() + f.len()).sum(),
+        };
+        self.elements.iter().map(|e| size_of::<Element>() + value(&e.value)).sum()
+    }
+
     pub(crate) fn get(&self, tag: Tag) -> Option<&Element> {
         self.elements.binary_search_by_key(&tag, |e| e.tag).ok().map(|at| &self.elements[at])
     }

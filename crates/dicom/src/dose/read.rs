@@ -111,7 +111,7 @@ impl Layout {
         let bits_stored = number(tags::BITS_STORED);
         let sound = matches!(bits_allocated, 16 | 32)
             && (1..=bits_allocated).contains(&bits_stored)
-            && number(tags::HIGH_BIT) + 1 == bits_stored;
+            && number(tags::HIGH_BIT) == bits_stored - 1;
         if !sound {
             let reason = format!("{bits_allocated} and Bits Stored {bits_stored} are not read");
             return object.fail("Bits Allocated", reason);

@@ -25,6 +25,27 @@ fn encode(slice: &mut Slice, bits: u16, signed: u16, intercept: &str) {
 }
 
 #[test]
+fn a_high_bit_beyond_all_bits_is_refused() {
+    let mut slices = six();
+    put(&mut slices[0], tags::HIGH_BIT, VR::US, u16::MAX);
+    let message = refusal(&slices);
+    assert!(message.contains("High Bit 65535"), "{message}");
+}
+
+#[test]
+fn more_voxels_than_the_files_can_hold_are_refused_before_they_are_asked_for() {
+    let mut slices = six();
+    for slice in &mut slices {
+        put_samples(slice, vec![0; 16]);
+        slice.meta_mut().transfer_syntax = "1.2.840.10008.1.2.5".into();
+        put(slice, tags::ROWS, VR::US, 4096_u16);
+        put(slice, tags::COLUMNS, VR::US, 4096_u16);
+    }
+    let message = refusal(&slices);
+    assert!(message.contains("the series claims 100663296 voxels in "), "{message}");
+}
+
+#[test]
 fn every_layout_of_the_same_values_gives_the_same_hu() {
     type Change = fn(usize, &mut Slice, Vec<u16>);
     let layouts: [(&str, Change); 5] = [

@@ -29,7 +29,10 @@ impl Segment {
 }
 
 /// Largest grid a segmentation is put back on, voxels: 512 x 512 x 2048.
-const LARGEST_REFERENCE: usize = 1 << 29;
+/// When fuzzing less, so that the limit of memory tells what grows with anything else.
+const LARGEST_REFERENCE: usize = if cfg!(fuzzing) { 1 << 22 } else { 1 << 29 };
+/// Largest number of voxels of all layers that are put back together.
+const LARGEST_OF_LAYERS: usize = 4 * LARGEST_REFERENCE;
 
 /// How far the cropped grid may lie from the voxels of its reference, voxels.
 const CROP_TOLERANCE: f64 = 1e-2;
@@ -173,6 +176,12 @@ fn reference_grid(keys: &BTreeMap<String, String>) -> Option<Grid> {
     let origin = Point::from(columns * Vector::from(lower) + offset);
     let grid = Grid::new(size, spacing, origin, direction).ok()?;
     (grid.len() <= LARGEST_REFERENCE).then_some(grid)
+}
+
+/// Whether all layers together may be put back: the file need not hold what lies around them, so that
+/// a few bytes could ask for any amount of memory.
+pub(crate) fn fit_together(layers: usize, keys: &BTreeMap<String, String>) -> bool {
+    reference_grid(keys).is_none_or(|g| g.len().saturating_mul(layers) <= LARGEST_OF_LAYERS)
 }
 
 /// The labels on the grid of their reference image, when they are a part of that grid; unchanged
