@@ -1,0 +1,9 @@
+//! A closed surface as PLY.
+#![no_main]
+
+use supine_exchange::{SurfaceFrame, read_surface};
+
+libfuzzer_sys::fuzz_target!(|input: &[u8]| {
+    let path = supine_fuzz::file("surface.ply", input);
+    let _ = read_surface(&path, SurfaceFrame::Ras);
+});
