@@ -257,12 +257,12 @@ mod tests {
     #[test]
     fn hidden_files_do_not_count() {
         let dir = tempfile::tempdir().unwrap();
-        std::fs::write(dir.path().join("slice"), "pixels").unwrap();
+        fs::write(dir.path().join("slice"), "pixels").unwrap();
         let before = hash_of(dir.path()).unwrap();
-        std::fs::write(dir.path().join(".supine-sent"), "a record").unwrap();
+        fs::write(dir.path().join(".supine-sent"), "a record").unwrap();
         let after = hash_of(dir.path()).unwrap();
         assert_eq!((before.files, before.blake3), (after.files, after.blake3));
-        std::fs::write(dir.path().join("other"), "pixels").unwrap();
+        fs::write(dir.path().join("other"), "pixels").unwrap();
         assert_ne!(before.files, hash_of(dir.path()).unwrap().files);
     }
 
