@@ -25,12 +25,6 @@ const LIFTED: [Tag; 11] = [
     tags::UNASSIGNED_PER_FRAME_CONVERTED_ATTRIBUTES_SEQUENCE,
 ];
 
-/// Elements that a CT Image has under another name: theirs, ours, and the VR there.
-const RENAMED: [(Tag, Tag, VR); 2] = [
-    (tags::FRAME_TYPE, tags::IMAGE_TYPE, VR::CS),
-    (tags::FRAME_ANATOMY_SEQUENCE, tags::ANATOMIC_REGION_SEQUENCE, VR::SQ),
-];
-
 /// Numbers that are binary here and text in a CT Image.
 const TEXT_THERE: [(Tag, Tag); 2] = [
     (tags::FRAME_ACQUISITION_NUMBER, tags::ACQUISITION_NUMBER),
@@ -100,10 +94,9 @@ fn lift(groups: &DataSet, header: &mut DataSet) {
         for Element { tag, vr, value } in group.elements() {
             header.put(*tag, *vr, value.clone());
         }
-        for (theirs, ours, vr) in RENAMED {
-            if let Some(element) = group.get(theirs) {
-                header.put(ours, vr, element.value.clone());
-            }
+        // What a CT Image calls Image Type.
+        if let Some(Element { vr, value, .. }) = group.get(tags::FRAME_TYPE) {
+            header.put(tags::IMAGE_TYPE, *vr, value.clone());
         }
         for (theirs, ours) in TEXT_THERE {
             if let Some(number) = group.u16(theirs) {
