@@ -39,10 +39,14 @@ for path in out.rglob("*"):
     if path.suffix == ".gz":
         data = gzip.decompress(data)
     for secret, needle in needles.items():
-        # Six digits of a time stand by chance among the numbers of a mesh, a picture or voxels.
+        # Six digits of a time stand by chance among the numbers of a mesh, a picture or voxels, and within UIDs.
         chance = secret.isdigit() and len(secret) <= 8 and path.suffix not in {".json", ".jsonl", ".html", ".dcm"}
+        within = needle in data
+        if within and secret.isdigit():
+            within = re.search(rb"(?<![0-9.])" + needle + rb"(?![0-9])", data) is not None
         # Pictures stand in pages as base64, where four letters in a row say nothing.
-        within = re.search(rb"(?<![\w+/])" + re.escape(needle) + rb"(?![\w+/])", data) if path.suffix == ".html" else needle in data
+        if within and path.suffix == ".html":
+            within = re.search(rb"(?<![\w+/])" + re.escape(needle) + rb"(?![\w+/])", data) is not None
         if within and not chance or secret in str(path.relative_to(out)):
             faults.append(f"{path.relative_to(out)}: {secret}")
     if path.suffix == ".dcm":
