@@ -101,6 +101,8 @@ pub(crate) struct Inspect {
     /// Decode every slice too, and say whether its values can be HU
     #[arg(long)]
     pub(crate) pixels: bool,
+    #[command(flatten)]
+    pub(crate) accept: Accept,
 }
 
 #[derive(Args, Debug)]
@@ -329,6 +331,8 @@ pub(crate) struct Warp {
     /// Series Instance UID, when the folder holds several
     #[arg(long, value_name = "UID")]
     pub(crate) series: Option<String>,
+    #[command(flatten)]
+    pub(crate) accept: Accept,
     /// The deformed mesh (.vtu, .msh): CT shape with point data `displacement`
     #[arg(long, value_name = "FILE")]
     pub(crate) mesh: PathBuf,
@@ -418,6 +422,8 @@ pub(crate) struct Carry {
     /// Series Instance UID, when the folder holds several
     #[arg(long, value_name = "UID", requires = "ct")]
     pub(crate) series: Option<String>,
+    #[command(flatten)]
+    pub(crate) accept: Accept,
     /// The voxels in which labels come out
     #[arg(long, value_enum, default_value = "own")]
     pub(crate) grid: CarryGrid,
@@ -470,6 +476,25 @@ pub(crate) struct VerifyExport {
     /// Expect the source's frame of reference
     #[arg(long)]
     pub(crate) same_frame: bool,
+    #[command(flatten)]
+    pub(crate) accept: Accept,
+}
+
+/// What is accepted of a DICOM CT beyond what is safe.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Accept {
+    /// Take stored values for HU where Rescale Slope and Intercept are missing
+    #[arg(long)]
+    assume_hu: bool,
+    /// Interpolate slices at unequal steps to equal ones
+    #[arg(long)]
+    equalise_steps: bool,
+}
+
+impl From<Accept> for supine_dicom::Accept {
+    fn from(Accept { assume_hu, equalise_steps }: Accept) -> Self {
+        Self { assume_hu, equalise_steps }
+    }
 }
 
 /// Three numbers of one argument.

@@ -12,7 +12,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::{Path, PathBuf};
-use supine_dicom::{RegionObject, is_dose, region_object};
+use supine_dicom::{ReadParams, RegionObject, is_dose, region_object};
 use supine_exchange::{AnyVolume, VolumeKind, is_contours, read_any_volume, read_mesh};
 use supine_mesh::{Displacement, TetMesh};
 use supine_pipeline::{CtInput, RunError, read_ct};
@@ -107,7 +107,9 @@ impl<'a> Job<'a> {
 
     fn read_ct(&self, path: &Path) -> Result<CtInput, Failure> {
         let watch = |share| self.screen.share("import", share);
-        Ok(read_ct(path, self.args.series.as_deref(), Progress::new(&watch))?)
+        let reading =
+            ReadParams { series: self.args.series.clone(), accept: self.args.accept.into() };
+        Ok(read_ct(path, &reading, Progress::new(&watch))?)
     }
 }
 

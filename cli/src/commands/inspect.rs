@@ -13,7 +13,8 @@ const NAMED: usize = 5;
 pub(crate) fn inspect(args: &args::Inspect, screen: &Screen) -> Result<u8, Failure> {
     let watch = |share| screen.share("inspect", share);
     let depth = if args.pixels { Depth::Pixels } else { Depth::Headers };
-    let found = supine_dicom::inspect(&args.path, depth, Progress::new(&watch))?;
+    let found =
+        supine_dicom::inspect(&args.path, depth, args.accept.into(), Progress::new(&watch))?;
     screen.clear();
     if screen.json {
         screen.result(&found, "");

@@ -21,7 +21,7 @@ const FOUND: f64 = 0.8;
 pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failure> {
     let case = args.case.as_ref().map(|path| Case::read(path).map_err(RunError::from));
     let case = case.transpose()?;
-    let series = case.as_ref().and_then(|c| c.series.clone());
+    let reading = case.as_ref().map(Case::read_params).unwrap_or_default();
     let tumour = case.as_ref().map(|c| c.tumour);
     let given = match (&args.seeds, case) {
         (Some(path), _) => Seeds::File(path.clone()),
@@ -36,7 +36,7 @@ pub(crate) fn segment(args: &args::Segment, screen: &Screen) -> Result<u8, Failu
     let progress = Progress::new(&watch);
     let params = Params { seeds: given.read(progress.part(0.0, 0.2))?, ..Params::default() };
     let part = progress.part(0.2, 1.0);
-    let input = supine_pipeline::read_ct(&args.ct, series.as_deref(), part)?;
+    let input = supine_pipeline::read_ct(&args.ct, &reading, part)?;
     let watch = |share| screen.share("segment", share);
     let progress = Progress::new(&watch);
     let segmenter = Segmenter::new(&input.ct, &params, progress.part(0.0, SEARCH));

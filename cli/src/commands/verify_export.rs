@@ -13,7 +13,7 @@ pub(crate) fn verify_export(args: &args::VerifyExport, screen: &Screen) -> Resul
         keep_equipment: args.keep_equipment,
         same_frame: args.same_frame,
     };
-    let expected = Expected { policy, anonymiser: None };
+    let expected = Expected { policy, anonymiser: None, accept: args.accept.into() };
     let (source, progress) = (args.source.as_deref(), Progress::new(&watch));
     let found = supine_dicom::verify_export(&args.dir, source, expected, progress)?;
     if screen.json {

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use grid::output_grid;
 use std::path::Path;
-use supine_dicom::{ExportParams, Policy, Source};
+use supine_dicom::{ExportParams, Policy, ReadParams, Source};
 use supine_exchange::{
     FieldKind, read_mesh, write_ct_nifti, write_ct_nrrd, write_field, write_scalar,
 };
@@ -37,7 +37,8 @@ pub(crate) fn warp(args: &args::Warp, screen: &Screen) -> Result<u8, Failure> {
         ))
     })?;
     let watch = |share| screen.share("import", share);
-    let input = supine_pipeline::read_ct(&args.ct, args.series.as_deref(), Progress::new(&watch))?;
+    let reading = ReadParams { series: args.series.clone(), accept: args.accept.into() };
+    let input = supine_pipeline::read_ct(&args.ct, &reading, Progress::new(&watch))?;
     let watch = |share| screen.share("warp", share);
     let params = Params { interpolation: args.interpolation.into(), ..Params::default() };
     let ct = input.ct.grid();

@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::path::Path;
 use supine_dicom::{
-    Depth, Expected, ExportParams, Policy, ReadParams, Verification, inspect, read_series,
+    Accept, Depth, Expected, ExportParams, Policy, ReadParams, Verification, inspect, read_series,
     verify_export, write_series,
 };
 use supine_space::{Progress, Side};
@@ -17,7 +17,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let (params, progress) = (ReadParams::default(), Progress::none());
     match args[..] {
-        ["inspect", path] => println!("{:#?}", inspect(Path::new(path), Depth::Pixels, progress)?),
+        ["inspect", path] => {
+            println!("{:#?}", inspect(Path::new(path), Depth::Pixels, Accept::default(), progress)?)
+        }
         ["read", path] => {
             let (ct, _, info) = read_series(Path::new(path), &params, progress)?;
             println!("{:#?}\n{info:#?}", ct.grid());

@@ -132,7 +132,7 @@ pub enum Error {
     },
     /// A slice is missing.
     #[error(
-        "gap of {gap_mm:.3} mm between {a} and {b}, the step is {step_mm:.3} mm: a slice is missing"
+        "gap of {gap_mm:.3} mm between {a} and {b}, the step is {step_mm:.3} mm: a slice is missing{hint}"
     )]
     Gap {
         /// The slice below the gap.
@@ -143,11 +143,13 @@ pub enum Error {
         gap_mm: f64,
         /// Median step, mm.
         step_mm: f64,
+        /// What can be done.
+        hint: &'static str,
     },
     /// The steps between slices are unequal.
     #[error(
         "the slices are not equally spaced: {found_mm:.4} mm between {a} and {b}, elsewhere \
-         {step_mm:.4} mm"
+         {step_mm:.4} mm{hint}"
     )]
     UnequalSteps {
         /// A file.
@@ -158,6 +160,8 @@ pub enum Error {
         found_mm: f64,
         /// Median step, mm.
         step_mm: f64,
+        /// What can be done.
+        hint: &'static str,
     },
     /// The slices are not stacked along their normal.
     #[error(

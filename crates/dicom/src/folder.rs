@@ -1,5 +1,6 @@
 //! What files a folder holds, and which series they make.
 
+use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
@@ -127,7 +128,7 @@ impl Found {
 
 impl Folder {
     /// Reads the heads of all files below a folder, or beside a file.
-    pub(crate) fn scan(path: &Path, progress: Progress<'_>) -> Result<Self, Error> {
+    pub(crate) fn scan(path: &Path, accept: Accept, progress: Progress<'_>) -> Result<Self, Error> {
         let read_error = |source| Error::Read { path: path.to_owned(), source };
         let meta = std::fs::metadata(path).map_err(read_error)?;
         let parent = || {
@@ -151,7 +152,7 @@ impl Folder {
             .map(|file| {
                 let n = done.fetch_add(1, Ordering::Relaxed);
                 progress.at(n as f64 / paths.len() as f64)?;
-                look(file, &root)
+                look(file, &root, accept)
             })
             .collect();
         let mut folder = Self {
@@ -323,7 +324,7 @@ pub(crate) fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Res
 }
 
 /// What a file is, and whether it has its preamble (true for what is not DICOM).
-fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
+fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error> {
     let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
     let mut container = match Container::open_head(path) {
         Ok(container) => container,
@@ -354,7 +355,7 @@ fn look(path: &Path, root: &Path) -> Result<(Found, bool), Error> {
         let (path, name, syntax) = (path.to_owned(), name.clone(), container.syntax.name());
         CtFile { path, name, series, syntax, slice }
     };
-    let found = match slices(&name, &class, &head, &container.syntax) {
+    let found = match slices(&name, &class, &head, &container.syntax, accept) {
         Ok(slices) => Found::Ct(slices.into_iter().map(ct_file).collect()),
         Err(error) => {
             let series = Some(head.set.text(tags::SERIES_INSTANCE_UID));
@@ -376,9 +377,10 @@ fn slices(
     class: &str,
     head: &Parsed,
     syntax: &TransferSyntax,
+    accept: Accept,
 ) -> Result<Vec<SliceOfSeries>, Error> {
     if !multi_frame::is_multi_frame(class) {
-        let slice = Slice::new(name, &head.set, syntax, head.pixel_bytes);
+        let slice = Slice::new(name, &head.set, syntax, head.pixel_bytes, accept);
         return Ok(vec![(series_head(&head.set), slice)]);
     }
     let headers = multi_frame::headers(name, &head.set)?;
@@ -386,7 +388,7 @@ fn slices(
     let pixel_bytes = head.pixel_bytes.map(|bytes| bytes / count);
     let slice = |index: usize, header: &DataSet| {
         let name = format!("{name} frame {}", index + 1);
-        let slice = Slice::new(&name, header, syntax, pixel_bytes)?;
+        let slice = Slice::new(&name, header, syntax, pixel_bytes, accept)?;
         Ok(Slice { frame: Frame { index, count }, ..slice })
     };
     let frames = headers.iter().enumerate();

@@ -1,5 +1,7 @@
 //! Slices in order along their normal, and the grid they make.
 
+use crate::accept::Accept;
+use crate::equalise::EqualSteps;
 use crate::error::Error;
 use crate::folder::MIN_SLICES;
 use crate::read::Source;
@@ -24,12 +26,15 @@ const SAME_SPACING: f64 = 1e-5;
 pub(crate) struct Stack {
     /// Indices of the slices, ascending along row direction x column direction.
     pub(crate) order: Vec<usize>,
+    /// Of the volume that is made.
     pub(crate) grid: Grid,
+    /// How the slices become that volume when their steps are unequal, and that is accepted.
+    pub(crate) equalised: Option<EqualSteps>,
     pub(crate) warnings: Vec<String>,
 }
 
 /// Checks that the slices make one regular volume.
-pub(crate) fn stack(series: &str, slices: &[&Slice]) -> Result<Stack, Error> {
+pub(crate) fn stack(series: &str, slices: &[&Slice], accept: Accept) -> Result<Stack, Error> {
     if slices.len() < MIN_SLICES {
         return Err(Error::TooFewSlices { series: series.to_owned(), slices: slices.len() });
     }
@@ -46,16 +51,23 @@ pub(crate) fn stack(series: &str, slices: &[&Slice]) -> Result<Stack, Error> {
     let places: Vec<f64> = order.iter().map(|&n| along(n)).collect();
     let names: Vec<&Slice> = order.iter().map(|&n| slices[n]).collect();
     not_interleaved(&names)?;
-    let step = even_step(&places, &names, &mut warnings)?;
+    let even = even_step(&places, &names, &mut warnings);
+    let (step, count, equalised) = match even {
+        Ok(step) => (step, slices.len(), None),
+        Err(error) => {
+            let steps = equal_steps(error, &places, accept, &mut warnings)?;
+            (steps.step(), steps.count(), Some(steps))
+        }
+    };
     not_tilted(&names, &normal, &places)?;
     warn_about_position(names[0], &mut warnings);
 
     let first = names[0];
-    let size = [first.pixels.columns.into(), first.pixels.rows.into(), slices.len()];
+    let size = [first.pixels.columns.into(), first.pixels.rows.into(), count];
     let spacing = Vector::new(first.column_spacing, first.row_spacing, step);
     let direction = Matrix::from_columns(&[row, column, normal]);
     let grid = Grid::new(size, spacing, first.position, direction)?;
-    Ok(Stack { order, grid, warnings })
+    Ok(Stack { order, grid, equalised, warnings })
 }
 
 /// Row and column direction with the rounding of the written cosines taken out.
@@ -172,9 +184,35 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
     let (a, b, found_mm) = (name(worst), name(worst + 1), steps[worst]);
     let multiple = (found_mm / median).round();
     if multiple >= 2.0 && (found_mm - multiple * median).abs() <= multiple * tolerance {
-        return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median });
+        return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median, hint: "" });
     }
-    Err(Error::UnequalSteps { a, b, found_mm, step_mm: median })
+    Err(Error::UnequalSteps { a, b, found_mm, step_mm: median, hint: "" })
+}
+
+/// Makes the best of unequal steps, where that is accepted.
+fn equal_steps(
+    mut error: Error,
+    places: &[f64],
+    accept: Accept,
+    warnings: &mut Vec<String>,
+) -> Result<EqualSteps, Error> {
+    let (Error::Gap { hint, .. } | Error::UnequalSteps { hint, .. }) = &mut error else {
+        return Err(error);
+    };
+    let Some(steps) = EqualSteps::of(places) else {
+        *hint = "; that is too far, or too unequal, to be interpolated";
+        return Err(error);
+    };
+    if !accept.equalise_steps {
+        *hint = "; `equalise_steps = true` in the case file, or --equalise-steps, interpolates linearly";
+        return Err(error);
+    }
+    let (count, step) = (steps.count(), steps.step());
+    warnings.push(format!(
+        "{error}; interpolated linearly from {} to {count} slices {step:.4} mm apart, as was asked",
+        places.len()
+    ));
+    Ok(steps)
 }
 
 /// What explains two slices at one place.
@@ -235,7 +273,7 @@ fn warn_about_position(slice: &Slice, warnings: &mut Vec<String>) {
 /// The grid of a source that was read before.
 pub(crate) fn grid_of(source: &Source) -> Result<Grid, Error> {
     let slices: Vec<&Slice> = source.slices.iter().map(|s| &s.slice).collect();
-    Ok(stack(&source.series_uid(), &slices)?.grid)
+    Ok(stack(&source.series_uid(), &slices, Accept::default())?.grid)
 }
 
 /// A volume to be written must lie on the grid of its source.

@@ -1,5 +1,6 @@
 //! What a folder of DICOM holds, and whether it can be used.
 
+use crate::accept::Accept;
 use crate::error::Error;
 use crate::folder::{Folder, LeftOut, Series};
 use crate::geometry::stack;
@@ -125,10 +126,16 @@ pub enum Depth {
 /// # Errors
 /// Only when the folder cannot be read or the user stops: what is wrong with a file or series is
 /// part of the answer.
-pub fn inspect(path: &Path, depth: Depth, progress: Progress<'_>) -> Result<Inspection, Error> {
+pub fn inspect(
+    path: &Path,
+    depth: Depth,
+    accept: Accept,
+    progress: Progress<'_>,
+) -> Result<Inspection, Error> {
     let headers = if depth == Depth::Pixels { 0.2 } else { 1.0 };
-    let folder = Folder::scan(path, progress.part(0.0, headers))?;
-    let mut series: Vec<SeriesReport> = folder.series.iter().map(report).collect();
+    let folder = Folder::scan(path, accept, progress.part(0.0, headers))?;
+    let mut series: Vec<SeriesReport> =
+        folder.series.iter().map(|series| report(series, accept)).collect();
     if depth == Depth::Pixels {
         let all: usize = folder.series.iter().map(|s| s.files.len()).sum();
         let mut before = 0;
@@ -154,12 +161,12 @@ pub fn inspect(path: &Path, depth: Depth, progress: Progress<'_>) -> Result<Insp
     })
 }
 
-fn report(series: &Series) -> SeriesReport {
+fn report(series: &Series, accept: Accept) -> SeriesReport {
     let slices: Vec<&Slice> = series.files.iter().filter_map(|f| f.slice.as_ref().ok()).collect();
     let faulty = series.files.iter().find_map(|f| f.slice.as_ref().err());
     let stacked = match faulty {
         Some(error) => Err(error.to_string()),
-        None => stack(&series.head.uid, &slices).map_err(|e| e.to_string()),
+        None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
     };
     let mut warnings: BTreeSet<String> = slices.iter().flat_map(|s| s.warnings.clone()).collect();
     let (grid, reason) = match stacked {

@@ -19,11 +19,13 @@
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
+mod accept;
 mod anonymise;
 mod companion;
 mod data_set;
 mod derived;
 mod dose;
+mod equalise;
 mod error;
 mod export;
 mod folder;
@@ -46,6 +48,7 @@ mod uid;
 mod verify;
 mod whole_file;
 
+pub use accept::Accept;
 pub use anonymise::Anonymiser;
 pub use companion::{CompanionParams, ObjectReference};
 pub use dose::{Dose, DoseInfo, read_dose, write_dose};

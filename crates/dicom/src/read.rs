@@ -1,5 +1,6 @@
 //! A CT series as a volume of Hounsfield units.
 
+use crate::accept::Accept;
 use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
 use crate::error::Error;
 use crate::export::Clock;
@@ -24,6 +25,8 @@ pub struct ReadParams {
     /// Series Instance UID; required when the folder holds several series that make a volume. A
     /// file given instead of a folder names its own series.
     pub series: Option<String>,
+    /// What is accepted beyond what is safe.
+    pub accept: Accept,
 }
 
 /// What was read, and what is doubtful about it.
@@ -132,27 +135,28 @@ pub fn read_series(
     params: &ReadParams,
     progress: Progress<'_>,
 ) -> Result<(Ct, Source, ReadInfo), Error> {
-    let folder = Folder::scan(path, progress.part(0.0, 0.2))?;
-    read_folder(folder, params.series.as_deref(), progress.part(0.2, 1.0))
+    let folder = Folder::scan(path, params.accept, progress.part(0.0, 0.2))?;
+    read_folder(folder, params, progress.part(0.2, 1.0))
 }
 
 /// Reads one series of a folder whose heads are known.
 pub(crate) fn read_folder(
     mut folder: Folder,
-    asked: Option<&str>,
+    params: &ReadParams,
     progress: Progress<'_>,
 ) -> Result<(Ct, Source, ReadInfo), Error> {
     let series_count = folder.series.iter().filter(|s| !s.files.is_empty()).count();
-    let series = folder.choose(asked)?;
+    let series = folder.choose(params.series.as_deref())?;
     // A damaged file may be a slice of this series.
     if let Some(error) = folder.damage_to(&series.head.uid) {
         return Err(error);
     }
     let transfer_syntaxes = transfer_syntaxes(&series);
     let left_out = left_out(&folder, &series);
-    let (stack, files) = assemble(&series.head.uid, series.files)?;
+    let (stack, files) = assemble(&series.head.uid, series.files, params.accept)?;
     believable(stack.grid.len(), &files)?;
-    let mut hu = vec![0; stack.grid.len()];
+    let [columns, rows, _] = stack.grid.size();
+    let mut hu = vec![0; columns * rows * files.len()];
     let slices = decode(&files, &mut hu, progress)?;
 
     let mut warnings = std::mem::take(&mut folder.warnings);
@@ -175,12 +179,18 @@ pub(crate) fn read_folder(
         source.push(slice.source);
         padding.push(slice.padding);
     }
-    let padding = Padding::join(padding);
+    let mut padding = Padding::join(padding);
     info.padded_voxels = padding.len();
     let mut tally = Tally::default();
     tally.add(&hu);
     info.hu_range = tally.plausible()?;
     warn(&mut info, &source);
+    if let Some(steps) = stack.equalised {
+        hu = steps.volume(&hu, columns * rows);
+        source = steps.headers(&source, &stack.grid);
+        // Between the slices there is no telling what was padding.
+        padding = Padding::default();
+    }
     let ct = Ct::new(stack.grid, hu).map_err(|e| Error::NotHounsfield { reason: e.to_string() })?;
     Ok((ct, Source { slices: source, padding }, info))
 }
@@ -207,13 +217,17 @@ fn believable(voxels: usize, files: &[(PathBuf, Slice)]) -> Result<(), Error> {
 }
 
 /// The slices of a series in order along the normal, with the grid they make.
-fn assemble(uid: &str, files: Vec<CtFile>) -> Result<(Stack, Vec<(PathBuf, Slice)>), Error> {
+fn assemble(
+    uid: &str,
+    files: Vec<CtFile>,
+    accept: Accept,
+) -> Result<(Stack, Vec<(PathBuf, Slice)>), Error> {
     let mut slices = Vec::new();
     for file in files {
         slices.push(Some((file.path, file.slice?)));
     }
     let heads: Vec<&Slice> = slices.iter().flatten().map(|(_, slice)| slice).collect();
-    let stack = stack(uid, &heads).map_err(|error| same_pixels(error, &slices))?;
+    let stack = stack(uid, &heads, accept).map_err(|error| same_pixels(error, &slices))?;
     let ordered = stack.order.iter().filter_map(|&n| slices[n].take()).collect();
     Ok((stack, ordered))
 }

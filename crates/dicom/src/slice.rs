@@ -1,5 +1,6 @@
 //! What the header of one CT slice says, checked value by value.
 
+use crate::accept::Accept;
 use crate::data_set::{DataSet, PixelCoding, TransferSyntax};
 use crate::error::Error;
 use crate::number::{parse_ds, parse_ds_list, parse_is};
@@ -136,11 +137,12 @@ impl Slice {
         set: &DataSet,
         syntax: &TransferSyntax,
         pixel_bytes: Option<usize>,
+        accept: Accept,
     ) -> Result<Self, Error> {
         let r = Reader { file, set };
         let mut warnings = Vec::new();
         let pixels = pixel_format(&r, syntax, pixel_bytes, &mut warnings)?;
-        let rescale = rescale(&r, &mut warnings)?;
+        let rescale = rescale(&r, accept, &mut warnings)?;
         let position: [f64; 3] =
             r.numbers(tags::IMAGE_POSITION_PATIENT, "Image Position (Patient)")?;
         let [a, b, c, d, e, f] =
@@ -260,21 +262,30 @@ fn pixel_format(
     Ok(format)
 }
 
-fn rescale(r: &Reader<'_>, warnings: &mut Vec<String>) -> Result<Rescale, Error> {
+fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<String>) -> Result<Rescale, Error> {
     if r.set.get(tags::MODALITY_LUT_SEQUENCE).is_some() {
         return r
             .fail("Modality LUT Sequence", "is not read; a CT needs Rescale Slope and Intercept");
     }
+    let given = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].map(|t| !r.set.text(t).is_empty());
+    let assumed = accept.assume_hu && given == [false, false];
     let one = |tag, name: &'static str| -> Result<f64, Error> {
         let text = r.set.text(tag);
         if text.is_empty() {
-            return r.fail(name, "is missing: the values cannot be taken for HU");
+            return r.fail(name, "is missing: stored values are taken for HU only when that is asked for (`assume_hu = true` \
+                        in the case file, --assume-hu)");
         }
         parse_ds(&text)
             .map_or_else(|| r.fail(name, format!("is {text:?}, not one decimal number")), Ok)
     };
-    let slope = one(tags::RESCALE_SLOPE, "Rescale Slope")?;
-    let intercept = one(tags::RESCALE_INTERCEPT, "Rescale Intercept")?;
+    let rescale = if assumed {
+        warnings.push(ASSUMED.into());
+        Rescale { slope: 1.0, intercept: 0.0 }
+    } else {
+        let slope = one(tags::RESCALE_SLOPE, "Rescale Slope")?;
+        Rescale { slope, intercept: one(tags::RESCALE_INTERCEPT, "Rescale Intercept")? }
+    };
+    let slope = rescale.slope;
     if slope <= 0.0 {
         return r.fail("Rescale Slope", format!("is {slope}; it must be above 0"));
     }
@@ -290,8 +301,12 @@ fn rescale(r: &Reader<'_>, warnings: &mut Vec<String>) -> Result<Rescale, Error>
         }
         other => return r.fail("Rescale Type", format!("is {other:?}: the values are not HU")),
     }
-    Ok(Rescale { slope, intercept })
+    Ok(rescale)
 }
+
+/// Said of a CT whose stored values were taken for HU.
+const ASSUMED: &str =
+    "Rescale Slope and Intercept are missing: the stored values were taken for HU, as was asked";
 
 /// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given.
 fn padding(set: &DataSet, pixels: PixelFormat) -> Option<[i32; 2]> {

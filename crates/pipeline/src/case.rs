@@ -10,6 +10,7 @@ pub use stiffness::{StiffnessMap, StiffnessWish};
 use crate::{Brought, Mesher, PartNames, RunError, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use supine_dicom::{Accept, ReadParams};
 use supine_fem::{Cut, Load, RestState, Tissue};
 use supine_mesh::Order;
 use supine_space::{BedPose, Point, Progress, Side, Sphere};
@@ -22,6 +23,8 @@ pub struct Case {
     pub ct: PathBuf,
     /// Series Instance UID, when the folder holds several.
     pub series: Option<String>,
+    /// What is accepted of a DICOM CT beyond what is safe.
+    pub accept: Accept,
     /// The breast that is operated.
     pub breast: Side,
     /// The table's tilt.
@@ -134,6 +137,10 @@ pub enum CaseError {
 struct CaseFile {
     ct: PathBuf,
     series: Option<String>,
+    #[serde(default)]
+    assume_hu: bool,
+    #[serde(default)]
+    equalise_steps: bool,
     breast: String,
     bed: BedFile,
     tumour: SphereFile,
@@ -285,6 +292,12 @@ impl Case {
         Load { ct: supine_space::supine(), target: self.bed.gravity() }
     }
 
+    /// How the CT is read when it is DICOM.
+    #[must_use]
+    pub fn read_params(&self) -> ReadParams {
+        ReadParams { series: self.series.clone(), accept: self.accept }
+    }
+
     /// How the displacement is solved.
     pub(crate) fn solver(&self) -> supine_fem::Params {
         let Self { rest, cut, spring_kpa_mm, .. } = *self;
@@ -299,6 +312,7 @@ impl Case {
         Ok(Self {
             ct: base.join(file.ct),
             series: file.series,
+            accept: Accept { assume_hu: file.assume_hu, equalise_steps: file.equalise_steps },
             breast: side("breast", &file.breast)?,
             bed: bed(&file.bed)?,
             tumour: sphere("tumour", &file.tumour)?,

@@ -21,7 +21,7 @@ pub struct CtInput {
 /// When it is not there, not readable, or not one usable series.
 pub fn read_ct(
     path: &Path,
-    series: Option<&str>,
+    params: &ReadParams,
     progress: Progress<'_>,
 ) -> Result<CtInput, RunError> {
     if let Err(source) = std::fs::metadata(path) {
@@ -33,8 +33,7 @@ pub fn read_ct(
             .map_err(|source| RunError::file("`ct`", source))?;
         return Ok(CtInput { ct, dicom: None });
     }
-    let params = ReadParams { series: series.map(Into::into) };
-    match supine_dicom::read_series(path, &params, progress) {
+    match supine_dicom::read_series(path, params, progress) {
         Ok((ct, source, info)) => Ok(CtInput { ct, dicom: Some((source, info)) }),
         Err(supine_dicom::Error::Stopped(_)) => Err(RunError::Stopped),
         Err(error) => Err(RunError::Ct(error)),

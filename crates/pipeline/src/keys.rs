@@ -16,6 +16,8 @@ const fn key(name: &'static str, within: &'static [&'static str]) -> Key {
 const KEYS: &[Key] = &[
     key("ct", &[]),
     key("series", &[]),
+    key("assume_hu", &[]),
+    key("equalise_steps", &[]),
     key("breast", &[]),
     key("bed", &["ap", "lat"]),
     key("tumour", &["centre", "radius"]),

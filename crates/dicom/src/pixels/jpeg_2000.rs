@@ -1,9 +1,12 @@
 //! JPEG 2000 (ISO/IEC 15444-1).
 
+use hayro_jpeg2000::{ComponentData, DecodeSettings, DecoderContext, Image};
+
 use crate::slice::PixelFormat;
 
 pub(super) fn jpeg_2000(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
-    let header = Jpeg2000Header::find(frame).ok_or("no JPEG 2000 header")?;
+    let stream = codestream(frame).ok_or("no JPEG 2000 header")?;
+    let header = Jpeg2000Header::of(stream).ok_or("the JPEG 2000 header is cut off")?;
     if header.size != [u32::from(format.columns), u32::from(format.rows)] {
         let [width, height] = header.size;
         return Err(format!("the JPEG 2000 image is {height} x {width}"));
@@ -12,19 +15,20 @@ pub(super) fn jpeg_2000(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, S
         let Jpeg2000Header { components, tiles, .. } = header;
         return Err(format!("the JPEG 2000 image has {components} channels and {tiles} tiles"));
     }
-    let image = jpeg2k::Image::from_bytes(frame).map_err(|e| e.to_string())?;
-    let [component] = image.components() else {
-        return Err(format!("the JPEG 2000 image has {} channels", image.num_components()));
+    let settings = DecodeSettings { strict: true, ..DecodeSettings::default() };
+    let image = Image::new(stream, &settings).map_err(|e| e.to_string())?;
+    let mut context = DecoderContext::default();
+    let decoded = image.decode(&mut context).map_err(|e| e.to_string())?;
+    let [component] = decoded.components() else {
+        return Err(format!("the JPEG 2000 image has {} channels", decoded.components().len()));
     };
-    if [component.width(), component.height()] != header.size
-        || component.data().len() != format.len()
-    {
+    if component.samples().len() != format.len() {
         return Err("the JPEG 2000 image is short".into());
     }
-    if component.precision() > format.bits_allocated.into() {
-        return Err(format!("the JPEG 2000 image has {} bits", component.precision()));
+    if u16::from(component.bit_depth()) > format.bits_allocated {
+        return Err(format!("the JPEG 2000 image has {} bits", component.bit_depth()));
     }
-    Ok(component.data().iter().map(|&v| v as u16).collect())
+    Ok(two_s_complement(component, header.signed))
 }
 
 /// Most tiles of a JPEG 2000 image: each costs the decoder memory before it holds a sample.
@@ -36,12 +40,12 @@ struct Jpeg2000Header {
     size: [u32; 2],
     components: u16,
     tiles: u64,
+    signed: bool,
 }
 
 impl Jpeg2000Header {
-    fn find(frame: &[u8]) -> Option<Self> {
-        let at = frame.windows(4).position(|w| w == [0xFF, 0x4F, 0xFF, 0x51])?;
-        let header = frame.get(at..at + 42)?;
+    fn of(stream: &[u8]) -> Option<Self> {
+        let header = stream.get(..43)?;
         let number =
             |n: usize| u32::from_be_bytes([header[n], header[n + 1], header[n + 2], header[n + 3]]);
         let size = [number(8).checked_sub(number(16))?, number(12).checked_sub(number(20))?];
@@ -50,6 +54,64 @@ impl Jpeg2000Header {
             size,
             components: u16::from_be_bytes([header[40], header[41]]),
             tiles: tiles_along(0) * tiles_along(1),
+            signed: header[42] & 0x80 != 0,
         })
+    }
+}
+
+/// From the first marker segment on: a frame is a bare codestream (PS3.5 A.4.4), which some writers wrap
+/// into a JP2 file all the same.
+fn codestream(frame: &[u8]) -> Option<&[u8]> {
+    let at = frame.windows(4).position(|w| w == [0xFF, 0x4F, 0xFF, 0x51])?;
+    frame.get(at..)
+}
+
+/// The decoder gives signed samples the level shift that unsigned ones have (ISO 15444-1 G.1).
+fn two_s_complement(component: &ComponentData, signed: bool) -> Vec<u16> {
+    let shift = if signed { 1 << (component.bit_depth() - 1) } else { 0 };
+    component.samples().iter().map(|&v| (v.round() as i32 - shift) as u16).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 40 x 24 samples of 16 bits, lossless, written by OpenJPEG (`tests/data/make.py`).
+    const RAMP: &[u8] = include_bytes!("../../tests/data/ramp.j2k");
+    const FORMAT: PixelFormat =
+        PixelFormat { rows: 24, columns: 40, bits_allocated: 16, bits_stored: 16, signed: false };
+
+    fn ramp() -> Vec<u16> {
+        let value = |n: u32| match n {
+            0 => 0,
+            959 => u16::MAX,
+            n => (n % 40 * 1999 + n / 40 * 9973) as u16,
+        };
+        (0..960).map(value).collect()
+    }
+
+    #[test]
+    fn sixteen_bits_come_out_as_they_went_in() {
+        assert_eq!(jpeg_2000(RAMP, FORMAT), Ok(ramp()));
+    }
+
+    #[test]
+    fn signed_samples_are_not_shifted() {
+        // The codestream of signed samples is that of the same samples plus 32768 but for one bit.
+        let mut signed = RAMP.to_vec();
+        signed[42] |= 0x80;
+        let expected = ramp().iter().map(|v| v ^ 0x8000).collect();
+        assert_eq!(jpeg_2000(&signed, PixelFormat { signed: true, ..FORMAT }), Ok(expected));
+    }
+
+    #[test]
+    fn a_stream_that_is_cut_or_of_another_size_is_refused() {
+        for cut in [0, 3, 42, 60, 200] {
+            assert!(jpeg_2000(&RAMP[..cut], FORMAT).is_err(), "{cut}");
+        }
+        let message = jpeg_2000(RAMP, PixelFormat { rows: 40, columns: 24, ..FORMAT }).unwrap_err();
+        assert_eq!(message, "the JPEG 2000 image is 24 x 40");
+        let message = jpeg_2000(RAMP, PixelFormat { bits_allocated: 8, ..FORMAT }).unwrap_err();
+        assert_eq!(message, "the JPEG 2000 image has 16 bits");
     }
 }

@@ -9,12 +9,13 @@ mod geometry;
 mod identity;
 mod pixels;
 
+use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
 use crate::folder::{Folder, MAX_FOLDER_DEPTH, list};
 use crate::policy::Policy;
-use crate::read::{Source, read_folder};
+use crate::read::{ReadParams, Source, read_folder};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
 use rayon::prelude::*;
@@ -132,6 +133,8 @@ pub struct Expected<'a> {
     pub policy: Policy,
     /// What took the patient out, so that she can be compared all the same.
     pub anonymiser: Option<&'a Anonymiser>,
+    /// What was accepted when the source was read.
+    pub accept: Accept,
 }
 
 /// Checks an exported series against its own rules and, when given, against the source series it
@@ -156,7 +159,7 @@ pub fn verify_export(
     let reference = match source {
         Some(path) => {
             let progress = progress.part(0.4, 0.8);
-            Some(load_source(path, expected.anonymiser, &images, progress)?)
+            Some(load_source(path, expected, &images, progress)?)
         }
         None => None,
     };
@@ -223,16 +226,18 @@ fn load_image(path: &Path, file: String) -> Loaded {
 
 fn load_source(
     path: &Path,
-    anonymiser: Option<&Anonymiser>,
+    expected: Expected<'_>,
     images: &[Image],
     progress: Progress<'_>,
 ) -> Result<Reference, Error> {
-    let folder = Folder::scan(path, progress.part(0.0, 0.2))?;
+    let Expected { anonymiser, accept, .. } = expected;
+    let folder = Folder::scan(path, accept, progress.part(0.0, 0.2))?;
     let named = images.iter().find_map(|image| {
         let item = image.set.items(tags::SOURCE_IMAGE_SEQUENCE).first()?;
         folder.series_of(&item.text(tags::REFERENCED_SOP_INSTANCE_UID), anonymiser)
     });
-    let (ct, source, _) = read_folder(folder, named.as_deref(), progress.part(0.2, 1.0))?;
+    let params = ReadParams { series: named, accept };
+    let (ct, source, _) = read_folder(folder, &params, progress.part(0.2, 1.0))?;
     let source = match anonymiser {
         Some(anonymiser) => source.anonymised(anonymiser),
         None => source,

@@ -1,6 +1,6 @@
 """Writes the files of this folder with tools that are not ours.
 
-Run with numpy, pydicom and highdicom installed, in this folder. The grid is oblique, of unequal
+Run with numpy, pydicom, highdicom and Pillow (OpenJPEG) installed, in this folder. The grid is oblique, of unequal
 spacing, and its frames have no whole number of bytes. Of voxel (i, j, k) the label is
 1 for 3 <= i < 15 and 2 <= j < 17 and k != 2, but 2 within that for i >= 9 - k.
 """
@@ -8,6 +8,7 @@ spacing, and its frames have no whole number of bytes. Of voxel (i, j, k) the la
 import highdicom as hd
 import numpy as np
 import pydicom
+from PIL import Image
 from pydicom.dataset import Dataset, FileMetaDataset
 from pydicom.sequence import Sequence
 from pydicom.sr.codedict import codes
@@ -145,6 +146,14 @@ def write_structures():
     ds.save_as("pydicom_rtstruct.dcm", enforce_file_format=True, implicit_vr=True, little_endian=True)
 
 
+def write_jpeg_2000():
+    j, i = np.mgrid[:24, :40]
+    values = (i * 1999 + j * 9973).astype(np.uint16)
+    values[0, 0], values[23, 39] = 0, 65535
+    Image.fromarray(values).save("ramp.j2k", "JPEG2000", no_jp2=True, num_resolutions=3)
+
+
 pydicom.config.settings.reading_validation_mode = pydicom.config.RAISE
 write_segmentations([slice_(k) for k in range(SLICES)])
 write_structures()
+write_jpeg_2000()

@@ -4,7 +4,7 @@ use crate::support::{Slice, folder, put, read, refusal, rename, six, slices, tex
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use std::path::Path;
-use supine_dicom::{Depth, Error, ErrorKind, ReadParams, inspect, read_series};
+use supine_dicom::{Accept, Depth, Error, ErrorKind, ReadParams, inspect, read_series};
 use supine_space::{Progress, Stopped};
 
 const OTHER: &str = "2.25.77";
@@ -28,14 +28,14 @@ fn several_series_are_listed_and_one_must_be_chosen() {
     assert_eq!(series[1].description, "bone kernel");
     assert!(error.to_string().contains(OTHER) && error.kind() == ErrorKind::Input);
 
-    let params = ReadParams { series: Some(OTHER.into()) };
+    let params = ReadParams { series: Some(OTHER.into()), ..ReadParams::default() };
     let (ct, _, info) = read_series(dir.path(), &params, Progress::none()).unwrap();
     assert_eq!(ct.grid().size()[2], 4);
     assert_eq!((info.series_uid.as_str(), info.series_count), (OTHER, 2));
     assert_eq!(info.left_out.len(), 6);
     assert!(info.warnings.iter().any(|w| w.contains("6 CT file(s) of other series")));
 
-    let params = ReadParams { series: Some("1.2.3".into()) };
+    let params = ReadParams { series: Some("1.2.3".into()), ..ReadParams::default() };
     let error = read_series(dir.path(), &params, Progress::none()).unwrap_err().to_string();
     assert!(error.contains("no CT series 1.2.3") && error.contains(OTHER), "{error}");
 
@@ -71,7 +71,8 @@ fn localizers_and_foreign_files_are_left_out_and_listed() {
     let error = read(&dir.path().join("7.dcm")).unwrap_err().to_string();
     assert!(error.contains("RT Dose"), "{error}");
 
-    let inspection = inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
+    let inspection =
+        inspect(dir.path(), Depth::Headers, Accept::default(), Progress::none()).unwrap();
     assert_eq!(inspection.files, 9);
     assert_eq!(inspection.usable().count(), 1);
     let series = &inspection.series[0];
@@ -118,7 +119,8 @@ fn identity_that_an_anonymiser_emptied_is_taken_from_the_file_header() {
 fn looking_at_the_pixels_finds_the_slice_that_cannot_be_decoded() {
     let dir = folder(&six());
     let pixels = || {
-        let mut inspection = inspect(dir.path(), Depth::Pixels, Progress::none()).unwrap();
+        let mut inspection =
+            inspect(dir.path(), Depth::Pixels, Accept::default(), Progress::none()).unwrap();
         let series = inspection.series.remove(0);
         (series.usable, series.reason, series.pixels.unwrap())
     };
@@ -171,7 +173,8 @@ fn damaged_files_are_refused_by_name() {
         let message = error.to_string();
         assert!(message.contains("3.dcm") && message.contains(expected), "{message}");
         assert_eq!(error.kind(), ErrorKind::Input);
-        let inspection = inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
+        let inspection =
+            inspect(dir.path(), Depth::Headers, Accept::default(), Progress::none()).unwrap();
         assert!(inspection.damaged.iter().any(|d| d.contains("3.dcm")));
     }
 }
@@ -187,7 +190,7 @@ fn a_damaged_file_of_another_series_does_not_matter() {
     let series = text(&six()[0], tags::SERIES_INSTANCE_UID);
     let (ct, ..) = read_series(
         dir.path(),
-        &ReadParams { series: Some(series.trim_end_matches('\0').into()) },
+        &ReadParams { series: Some(series.trim_end_matches('\0').into()), ..ReadParams::default() },
         Progress::none(),
     )
     .unwrap();
@@ -310,7 +313,7 @@ fn mutated_files_give_a_result_or_an_error_and_never_a_panic() {
             bytes.truncate(random(good.len()));
         }
         std::fs::write(&path, &bytes).unwrap();
-        inspect(dir.path(), Depth::Headers, Progress::none()).unwrap();
+        inspect(dir.path(), Depth::Headers, Accept::default(), Progress::none()).unwrap();
         match read(dir.path()) {
             Ok((ct, ..)) => {
                 assert_eq!(ct.grid().size()[..2], [256, 256]);

@@ -3,6 +3,8 @@
 use crate::support::{Slice, folder, put, put_samples, read, refusal, six, stored};
 use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
+use supine_dicom::{Accept, ReadParams, read_series};
+use supine_space::Progress;
 use supine_volume::Ct;
 
 /// The HU of the unchanged six slices and of changed ones.
@@ -155,6 +157,44 @@ fn unusable_values_are_refused_by_attribute() {
         let message = refusal(&slices);
         assert!(message.starts_with("5.dcm: ") && message.contains(expected), "{message}");
     }
+}
+
+/// The six slices with HU as stored values and without these elements.
+fn without(missing: &[dicom_core::Tag], hu: impl Fn(u16) -> i16) -> Vec<Slice> {
+    let mut slices = six();
+    let stored = stored(&slices);
+    for (slice, samples) in slices.iter_mut().zip(stored) {
+        encode(slice, 16, 1, "0");
+        put_samples(slice, samples.iter().map(|&v| hu(v) as u16).collect());
+        missing.iter().for_each(|&tag| assert!(slice.remove_element(tag)));
+    }
+    slices
+}
+
+#[test]
+fn values_without_rescale_are_taken_for_hu_only_when_asked() {
+    let (plain, ..) = read(folder(&six()).path()).unwrap();
+    let both = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT];
+    let accept = Accept { assume_hu: true, ..Accept::default() };
+    let assume = ReadParams { accept, ..ReadParams::default() };
+    let read_assuming = |slices: &[Slice]| {
+        read_series(folder(slices).path(), &assume, Progress::none())
+            .map_err(|error| error.to_string())
+    };
+    let hu = |v: u16| v as i16 - 1024;
+    let message = refusal(&without(&both, hu));
+    assert!(
+        message.contains("Rescale Slope is missing") && message.contains("assume_hu"),
+        "{message}"
+    );
+    let (ct, _, info) = read_assuming(&without(&both, hu)).unwrap();
+    assert!(ct == plain);
+    assert!(info.warnings.iter().any(|w| w.contains("taken for HU")), "{:?}", info.warnings);
+    // One of the two missing is a damaged header, and air at 24 is no HU.
+    let message = read_assuming(&without(&both[1..], hu)).unwrap_err();
+    assert!(message.contains("Rescale Intercept is missing"), "{message}");
+    let message = read_assuming(&without(&both, |v| v as i16)).unwrap_err();
+    assert!(message.contains("cannot be Hounsfield units"), "{message}");
 }
 
 #[test]

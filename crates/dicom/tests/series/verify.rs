@@ -2,7 +2,7 @@
 
 use crate::support::{
     Slice, deformed, export_params, folder, orient, place, position, put, put_samples, read,
-    rename, slices, text,
+    refusal, rename, slices, text,
 };
 use dicom_core::VR;
 use dicom_core::value::DataSetSequence;
@@ -10,8 +10,12 @@ use dicom_core::{DataElement, PrimitiveValue, Tag, dicom_value};
 use dicom_dictionary_std::tags;
 use dicom_object::{InMemDicomObject, open_file};
 use std::path::Path;
-use supine_dicom::{Expected, ExportParams, Policy, Verification, verify_export, write_series};
+use supine_dicom::{
+    Accept, Expected, ExportParams, Policy, ReadParams, Verification, read_series, verify_export,
+    write_series,
+};
 use supine_space::Progress;
+use supine_volume::Ct;
 use tempfile::TempDir;
 
 const OTHER: &str = "2.25.123456789012345678901234567890";
@@ -351,7 +355,7 @@ fn what_a_site_asks_for_is_written_and_expected() {
         let params = ExportParams { policy, series_description, ..export_params(&source) };
         write_series(&deformed(&ct), &source, &params, &dir, Progress::none()).unwrap();
         let verify = |policy| {
-            let expected = Expected { policy, anonymiser: None };
+            let expected = Expected { policy, ..Expected::default() };
             verify_export(&dir, Some(source_dir.path()), expected, Progress::none()).unwrap()
         };
         assert!(verify(policy).passed(), "{policy:?} {:?}", broken(&verify(policy)));
@@ -363,4 +367,47 @@ fn what_a_site_asks_for_is_written_and_expected() {
     let out = TempDir::new().unwrap();
     let dir = out.path().join("ct");
     write_series(&ct, &source, &params, &dir, Progress::none()).unwrap_err();
+}
+
+#[test]
+fn slices_at_unequal_steps_are_interpolated_when_asked_and_exported_at_equal_ones() {
+    // Every slice but two of those between: a step of 3, then 9, then 3 mm again.
+    let sparse = || {
+        let mut slices = slices(40, 8);
+        slices.drain(3..5);
+        slices
+    };
+    let dir = folder(&sparse());
+    let message = refusal(&sparse());
+    assert!(
+        message.contains("gap of 9.000 mm") && message.contains("--equalise-steps"),
+        "{message}"
+    );
+    let accept = Accept { equalise_steps: true, ..Accept::default() };
+    let params = ReadParams { accept, ..ReadParams::default() };
+    let (ct, source, info) = read_series(dir.path(), &params, Progress::none()).unwrap();
+    assert!(info.warnings.iter().any(|w| w.contains("from 6 to 8 slices")), "{:?}", info.warnings);
+    let (whole, ..) = read(folder(&slices(40, 8)).path()).unwrap();
+    assert_eq!(ct.grid(), whole.grid());
+    let per_slice = 256 * 256;
+    let slice = |ct: &Ct, k: usize| ct.data()[k * per_slice..(k + 1) * per_slice].to_vec();
+    for k in [0, 1, 2, 5, 6, 7] {
+        assert!(slice(&ct, k) == slice(&whole, k), "{k}");
+    }
+    let (below, above) = (slice(&ct, 2), slice(&ct, 5));
+    for (n, made) in slice(&ct, 3).into_iter().enumerate() {
+        let exact = (2.0 * f64::from(below[n]) + f64::from(above[n])) / 3.0;
+        assert!((f64::from(made) - exact).abs() <= 0.5, "{n}");
+    }
+    let out = TempDir::new().unwrap();
+    let export = out.path().join("ct");
+    write_series(&deformed(&ct), &source, &export_params(&source), &export, Progress::none())
+        .unwrap();
+    let verify = |accept| {
+        let expected = Expected { accept, ..Expected::default() };
+        verify_export(&export, Some(dir.path()), expected, Progress::none())
+    };
+    let verified = verify(accept).unwrap();
+    assert!(verified.passed(), "{:?}", broken(&verified));
+    assert!(verify(Accept::default()).is_err(), "the source is not read unasked");
 }

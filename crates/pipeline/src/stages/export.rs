@@ -101,7 +101,8 @@ impl Series<'_> {
         )
         .map_err(export_error)?;
         let (ct, progress) = (&self.case.ct, progress.part(0.6, 1.0));
-        let expected = Expected { policy: params.policy, anonymiser: anonymiser.as_ref() };
+        let (policy, accept) = (params.policy, self.case.accept);
+        let expected = Expected { policy, anonymiser: anonymiser.as_ref(), accept };
         let verified = supine_dicom::verify_export(&folder, Some(ct), expected, progress)
             .map_err(export_error)?;
         let passed = verified.checks.iter().filter(|c| c.passed == Some(true)).count();

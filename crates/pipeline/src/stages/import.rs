@@ -22,7 +22,7 @@ pub(crate) struct Imported {
 pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, RunError> {
     let secret = case.export.anonymise.then(|| secret(&bench.store)).transpose()?;
     bench.pass(Stage::Import, |progress| {
-        let input = read_ct(&case.ct, case.series.as_deref(), progress)?;
+        let input = read_ct(&case.ct, &case.read_params(), progress)?;
         let hashed = hash_of(&case.ct).map_err(|source| RunError::Missing {
             role: "`ct`",
             path: case.ct.clone(),
@@ -36,7 +36,8 @@ pub(crate) fn import(bench: &mut Bench<'_>, case: &Case) -> Result<Imported, Run
         };
         let named = secret.map_or_else(String::new, |key| blake3::hash(&key).to_string());
         let series = case.series.as_deref().unwrap_or("");
-        let key = crate::store::key(&[&origin.blake3, series, &named]);
+        let accepted = format!("{:?}", case.accept);
+        let key = crate::store::key(&[&origin.blake3, series, &accepted, &named]);
         let warnings = input.dicom.iter().flat_map(|(_, info)| info.warnings.clone()).collect();
         let facts = facts(&input, case.export.anonymise);
         let outward = input.dicom.as_ref().map(|(source, _)| match secret {
