@@ -19,8 +19,12 @@ def by_pydicom(path):
     return data.pixel_array * float(data.RescaleSlope) + float(data.RescaleIntercept)
 
 
+# Of these codings a decoder may round otherwise: JPEG baseline, and JPEG 2000 with the irreversible wavelet.
+LOSSY = ("jpeg-50", "J2KI")
+
+
 def readers_of(path, slice_):
-    """Which readers see the same HU in the slice, and the range of one that does not."""
+    """Which readers see the same HU in the slice; of one that does not, its range, which must be near."""
     frame = int(slice_["file"].split(" frame ")[1]) - 1 if " frame " in slice_["file"] else 0
     same, other = [], ""
     for name, read in [("SimpleITK", lambda: sitk.GetArrayFromImage(sitk.ReadImage(str(path)))),
@@ -33,6 +37,8 @@ def readers_of(path, slice_):
         if fingerprint(hu) == slice_["sha256"]:
             same.append(name)
         else:
+            ends = np.abs(np.array(slice_["hu_range"]) - [hu.min(), hu.max()])
+            assert any(l in path.name for l in LOSSY) and ends.max() <= 2, (path.name, name, ends)
             other = f"{name} differs ({hu.min():.0f} to {hu.max():.0f} HU)"
     return " and ".join(same) or other or "no reader decodes it"
 
@@ -74,10 +80,6 @@ for row in csv.DictReader(open(table, encoding="utf-8")):
     readable = row["suggested_outcome"].startswith("readable CT")
     if text.startswith("read") and not readable:
         faults.append(f"{row['file']}: read, though {row['suggested_outcome']}")
-    # Decoders of 8-bit lossy JPEG may round otherwise; all else must be equal.
-    if text.startswith("read") and " differs" in readers and "jpeg-50" not in row["file"]:
-        if "SimpleITK" not in readers.split(" differs")[0] or "; " in readers:
-            faults.append(f"{row['file']}: {readers}")
     if text.startswith("read") and "no reader" in readers:
         faults.append(f"{row['file']}: {readers}")
 

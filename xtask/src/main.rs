@@ -9,6 +9,7 @@
     reason = "a chore talks to the developer, times its steps and touches files under target/"
 )]
 
+mod fuzz;
 mod meshers;
 mod readers;
 mod solvers;
@@ -36,6 +37,8 @@ enum Chore {
     Test(test::Options),
     /// Only what `test` installs: the independent readers.
     Readers,
+    /// Fuzzes the readers of foreign files; needs cargo-fuzz and a nightly compiler.
+    Fuzz(fuzz::Options),
     /// Runs the stages beside the peers, in one run; needs the developers' reference data in
     /// ../shared.
     Bench {
@@ -79,6 +82,7 @@ fn chore() -> Result<()> {
     match arguments.chore {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
+        Chore::Fuzz(options) => fuzz::fuzz(&house, &options),
         Chore::Bench { stage } => verify::bench(&house, stage),
         Chore::Verify { parts } => verify::verify(&house, &parts),
     }

@@ -8,6 +8,7 @@ mod agreement;
 mod applicator;
 mod cut;
 mod dicom;
+mod fuzz;
 mod image;
 mod mechanics;
 mod mesh;
@@ -126,6 +127,8 @@ pub(crate) enum Part {
     Warp,
     /// Folders of many files, time and finds of verify-export.
     Dicom,
+    /// What the logs of `cargo xtask fuzz` say; only when named.
+    Fuzz,
 }
 
 impl Part {
@@ -155,15 +158,18 @@ impl Part {
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),
             Self::Dicom => dicom::section(bench),
+            Self::Fuzz => fuzz::section(bench),
         }
     }
 }
 
-/// Measures `parts` of the page, all when none is named; each is written as soon as it is known.
+/// Measures `parts` of the page, when none is named all that need no hours; each is written as soon as it is known.
 pub(crate) fn verify(house: &House, parts: &[Part]) -> Result<()> {
     let bench = Bench::with_supine(house)?;
     let mut page = page::Page::read(&bench)?;
-    let wanted = if parts.is_empty() { Part::value_variants() } else { parts };
+    let all: Vec<Part> =
+        Part::value_variants().iter().copied().filter(|p| *p != Part::Fuzz).collect();
+    let wanted = if parts.is_empty() { &all } else { parts };
     for part in wanted {
         let text = part.measure(&bench).with_context(|| part.name())?;
         let date = output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;

@@ -105,6 +105,16 @@ mod tests {
     }
 
     #[test]
+    fn the_irreversible_wavelet_is_inverted_to_within_its_rounding() {
+        let smooth = include_bytes!("../../tests/data/smooth.j2k");
+        let samples = jpeg_2000(smooth, FORMAT).unwrap();
+        for (n, &found) in samples.iter().enumerate() {
+            let written = 1000 + 3 * (n % 40) + 5 * (n / 40);
+            assert!(written.abs_diff(found.into()) <= 1, "{n}: {found}, not {written}");
+        }
+    }
+
+    #[test]
     fn a_stream_that_is_cut_or_of_another_size_is_refused() {
         for cut in [0, 3, 42, 60, 200] {
             assert!(jpeg_2000(&RAMP[..cut], FORMAT).is_err(), "{cut}");

@@ -151,6 +151,8 @@ def write_jpeg_2000():
     values = (i * 1999 + j * 9973).astype(np.uint16)
     values[0, 0], values[23, 39] = 0, 65535
     Image.fromarray(values).save("ramp.j2k", "JPEG2000", no_jp2=True, num_resolutions=3)
+    smooth = (1000 + 3 * i + 5 * j).astype(np.uint16)
+    Image.fromarray(smooth).save("smooth.j2k", "JPEG2000", no_jp2=True, num_resolutions=3, irreversible=True)
 
 
 pydicom.config.settings.reading_validation_mode = pydicom.config.RAISE
