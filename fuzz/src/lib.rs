@@ -3,6 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use supine_exchange::{
+    BroughtLabels, read_any_volume, read_brought_labels, read_ct, read_labels, read_seeds,
+    read_signed_distance, read_tenths,
+};
+use supine_space::Progress;
 
 /// A folder of this process; in memory where the system has a place for that, since each input is
 /// written to a file.
@@ -22,6 +27,22 @@ pub fn file(name: &str, input: &[u8]) -> PathBuf {
     let path = folder().join(name);
     fs::write(&path, input).expect("the input is written");
     path
+}
+
+/// Feeds every reader of volumes: a CT, maps of labels, segmentations, painted seeds, signed distances.
+pub fn read_volume(name: &str, input: &[u8]) {
+    let path = file(name, input);
+    let _ = read_ct(&path, Progress::none());
+    let _ = read_tenths(&path, Progress::none());
+    let _ = read_signed_distance(&path, Progress::none());
+    let _ = read_labels(&path, Progress::none());
+    let _ = read_seeds(&path, Progress::none());
+    let _ = read_any_volume(&path, None, Progress::none());
+    if let Ok(BroughtLabels::Segments(found)) = read_brought_labels(&path, Progress::none()) {
+        for place in 0..found.names().count() {
+            let _ = found.mask(place);
+        }
+    }
 }
 
 /// A folder with the input as the first of three slices. The others are good, and 2 mm apart.
@@ -74,7 +95,8 @@ pub fn slice(n: u8) -> Vec<u8> {
     for (element, number) in numbers {
         put(&mut set, (0x28, element), *b"US", &u16::to_le_bytes(number));
     }
-    let pixels: Vec<u8> = (0..256).flat_map(|at| (1000 + at * u16::from(n)).to_le_bytes()).collect();
+    let pixels: Vec<u8> =
+        (0..256).flat_map(|at| (1000 + at * u16::from(n)).to_le_bytes()).collect();
     put(&mut set, (0x7FE0, 0x10), *b"OW", &pixels);
     let mut file = vec![0; 128];
     file.extend(b"DICM");
