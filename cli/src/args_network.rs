@@ -4,7 +4,7 @@ use clap::{ArgGroup, Args};
 use std::net::IpAddr;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
-use supine_dicom_network::{Node, Title};
+use supine_dicom_network::{Error, Node, Title, Tls, TlsFiles};
 
 #[derive(Args, Debug)]
 pub(crate) struct Send {
@@ -23,6 +23,8 @@ pub(crate) struct Send {
     /// Also what the archive has acknowledged in an earlier call
     #[arg(long)]
     pub(crate) again: bool,
+    #[command(flatten)]
+    pub(crate) secure: Secure,
     #[command(flatten)]
     pub(crate) patience: Patience,
 }
@@ -64,7 +66,35 @@ pub(crate) struct Fetch {
     #[arg(long, value_name = "ADDRESS", requires = "move_to")]
     pub(crate) bind: Option<IpAddr>,
     #[command(flatten)]
+    pub(crate) secure: Secure,
+    #[command(flatten)]
     pub(crate) patience: Patience,
+}
+
+/// Encryption, and who is who.
+#[derive(Args, Debug)]
+pub(crate) struct Secure {
+    /// Encrypt, and have the archive prove who it is: TLS 1.2 or 1.3
+    #[arg(long)]
+    pub(crate) tls: bool,
+    /// Who may answer for the archive: certificates of issuers, or its own, PEM [default: the system's]
+    #[arg(long, value_name = "FILE", requires = "tls")]
+    pub(crate) tls_ca: Option<PathBuf>,
+    /// Our own certificate for archives that ask for one, PEM
+    #[arg(long, value_name = "FILE", requires = "tls", requires = "tls_key")]
+    pub(crate) tls_cert: Option<PathBuf>,
+    /// Its private key, PEM without a password
+    #[arg(long, value_name = "FILE", requires = "tls", requires = "tls_cert")]
+    pub(crate) tls_key: Option<PathBuf>,
+}
+
+impl Secure {
+    /// How TLS is spoken, when it is asked for.
+    pub(crate) fn tls(&self) -> Result<Option<Tls>, Error> {
+        let own = self.tls_cert.clone().zip(self.tls_key.clone());
+        let files = TlsFiles { trusted: self.tls_ca.clone(), own };
+        self.tls.then(|| Tls::new(&files)).transpose()
+    }
 }
 
 /// How long to wait, and how often to try.

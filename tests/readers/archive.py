@@ -1,107 +1,14 @@
-"""archive.py SUPINE SERIES SOURCE SCRATCH: `supine send` and `supine fetch` beside Orthanc and dcmtk.
+"""archive.py SUPINE SERIES SOURCE SCRATCH: send and fetch beside Orthanc and dcmtk, see nodes.py."""
 
-SERIES is a series that supine exported from SOURCE. Runs in a network name space of its own, since
-Orthanc listens on every address whatever it is told; ports are fixed for the same reason.
-"""
-
-import contextlib
-import json
-import pathlib
-import shutil
 import signal
 import socket
-import struct
 import subprocess
-import sys
 import time
 
 import pydicom
 from broken import Proxy, lying_peer, silent_peer
-
-SUPINE, SERIES, SOURCE, SCRATCH = (pathlib.Path(a) for a in sys.argv[1:5])
-ARCHIVE, RECEIVER, STORESCP, PROXY = 14242, 14243, 14244, 14245
-
-
-def supine(*words, code=0):
-    """Runs supine; the result it prints as JSON. No word of it may name the patient."""
-    command = [SUPINE, *map(str, words), "--json", "--no-progress"]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert said.returncode == code, (words, said.returncode, said.stdout, said.stderr)
-    for secret in SECRETS:
-        assert secret not in said.stdout + said.stderr, f"{words} names the patient"
-    return (json.loads(said.stdout) if said.stdout else None), said.stderr
-
-
-def data_set(path):
-    """The bytes after the file header (PS3.10 7.1)."""
-    whole = path.read_bytes()
-    (length,) = struct.unpack("<I", whole[140:144])
-    return whole[144 + length :]
-
-
-def by_instance(folder):
-    files = [f for f in folder.rglob("*") if f.is_file() and not f.name.startswith(".")]
-    return {pydicom.dcmread(f, stop_before_pixels=True).SOPInstanceUID: f for f in files}
-
-
-def assert_same(sent, got):
-    """Every object is there once, its data set is the same to the byte, its file names no more than
-    its UID, and nothing else is there."""
-    a, b = by_instance(sent), by_instance(got)
-    assert a.keys() == b.keys(), (len(a), len(b))
-    for uid, file in a.items():
-        assert data_set(file) == data_set(b[uid]), uid
-        one, other = pydicom.dcmread(file), pydicom.dcmread(b[uid])
-        assert one == other and one.file_meta.TransferSyntaxUID == other.file_meta.TransferSyntaxUID
-    left = sorted(f.name for f in got.iterdir())
-    assert left == sorted(f"{uid}.dcm" for uid in a), left
-
-
-@contextlib.contextmanager
-def running(name, *command):
-    with (SCRATCH / f"{name}.log").open("w") as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log)
-        try:
-            yield process
-        finally:
-            process.terminate()
-            process.wait(30)
-
-
-def wait_for(port):
-    for _ in range(300):
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return
-        time.sleep(0.1)
-    raise AssertionError(f"nobody listens on {port}")
-
-
-def orthanc():
-    store = SCRATCH / "orthanc"
-    store.mkdir()
-    settings = {
-        "StorageDirectory": str(store),
-        "IndexDirectory": str(store),
-        "HttpServerEnabled": False,
-        "DicomAet": "ARCHIVE",
-        "DicomPort": ARCHIVE,
-        "DicomCheckCalledAet": True,
-        "DicomAlwaysAllowFind": True,
-        "DicomAlwaysAllowGet": True,
-        "DicomAlwaysAllowMove": True,
-        "DicomModalities": {"receiver": ["RECEIVER", "127.0.0.1", RECEIVER]},
-        "Plugins": [],
-    }
-    (SCRATCH / "orthanc.json").write_text(json.dumps(settings))
-    return running("orthanc", "Orthanc", str(SCRATCH / "orthanc.json"))
-
-
-def copy(name, folder):
-    """A copy, without what is on record about the original."""
-    target = SCRATCH / name
-    shutil.copytree(folder, target, ignore=shutil.ignore_patterns(".*"))
-    return target
+from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, SOURCE, STORESCP, SUPINE, assert_same,
+                   by_instance, copy, orthanc, running, supine, wait_for)
 
 
 def round_trip(name, folder):
@@ -223,10 +130,6 @@ def refusals():
         process.send_signal(signal.SIGINT)
         assert process.wait(3) == 130, "Ctrl-C is heard while it waits"
 
-
-first = pydicom.dcmread(next(iter(by_instance(SERIES).values())), stop_before_pixels=True)
-SECRETS = [str(first.PatientName), str(first.PatientID), str(first.PatientBirthDate)]
-assert all(len(secret) > 3 for secret in SECRETS), SECRETS
 
 with orthanc():
     wait_for(ARCHIVE)

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 12] = [
+const BINARIES: [(&str, &str); 13] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
@@ -17,6 +17,7 @@ const BINARIES: [(&str, &str); 12] = [
     ("storescp", "dcmtk"),
     ("Orthanc", "orthanc"),
     ("ip", "iproute2"),
+    ("openssl", "openssl"),
     ("unshare", "util-linux"),
     ("ccx", "calculix-ccx"),
     ("plastimatch", "plastimatch"),

@@ -15,9 +15,15 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<u8, Failure> 
     let call = Call {
         peer: args.from.clone(),
         own: args.own.clone(),
+        tls: args.secure.tls()?,
         timeout: Duration::from_secs(args.patience.timeout.get().into()),
         retries: args.patience.retries,
     };
+    if args.move_to.is_some() && call.tls.as_ref().is_some_and(|tls| !tls.can_listen()) {
+        let why = "a C-MOVE with --tls is answered here: give --tls-cert and --tls-key, and the archive's \
+                   certificate or its issuer's as --tls-ca";
+        return Err(Failure::usage(why));
+    }
     let wanted = Wanted {
         study: args.study.clone(),
         series: args.series.clone(),

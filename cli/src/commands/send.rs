@@ -14,6 +14,7 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<u8, Failure> {
     let call = Call {
         peer: args.to.clone(),
         own: args.from.clone(),
+        tls: args.secure.tls()?,
         timeout: Duration::from_secs(args.patience.timeout.get().into()),
         retries: args.patience.retries,
     };

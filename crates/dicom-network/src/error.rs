@@ -29,6 +29,25 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The connection is there, but no TLS over it.
+    #[error("no TLS with {node}: {what}")]
+    Tls {
+        /// The peer, or who called us.
+        node: String,
+        /// Why, and what to do.
+        what: String,
+    },
+    /// A file for TLS is not what it should be.
+    #[error("cannot use {} for TLS: {what}", path.display())]
+    TlsFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// TLS cannot be set up.
+    #[error("{0}")]
+    TlsSetUp(String),
     /// The association ended before its work.
     #[error("the association with {node} broke: {what}")]
     Broken {

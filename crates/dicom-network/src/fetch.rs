@@ -121,7 +121,9 @@ pub fn fetch(
             Ok(()) if progressed => {}
             // Asked in good order and nothing came: it will not come.
             Ok(()) => break,
-            Err(error) if error.kind() != ErrorKind::Retry => return Err(error),
+            Err(error) if error.kind() != ErrorKind::Retry => {
+                return Err(because(error, &inbox.problems));
+            }
             Err(_) if vain > call.retries => break,
             Err(_) => pause(vain, &go_on)?,
         }
@@ -131,6 +133,16 @@ pub fn fetch(
     inbox.problems.dedup();
     info.warnings.extend(inbox.problems);
     Ok(info)
+}
+
+/// A failure with what went wrong here first, which may be why the archive fails.
+fn because(error: Error, problems: &[String]) -> Error {
+    match (error, problems.first()) {
+        (Error::Failed { node, what, status, transient }, Some(problem)) => {
+            Error::Failed { node, what, status: format!("{status}; here: {problem}"), transient }
+        }
+        (error, _) => error,
+    }
 }
 
 /// Tries again what failed for a reason that may pass.
@@ -245,7 +257,7 @@ impl Round<'_> {
         };
         let requests = self.requests(&inbox.missing);
         let inbox = Mutex::new(inbox);
-        let listener = Listener::open(address, port, title, self.call.timeout)?;
+        let listener = Listener::open(address, port, title, self.call)?;
         listener.while_open(&inbox, self.arrived, self.go_on, |go_on| {
             let mut talk = Talk::new(link);
             for keys in &requests {

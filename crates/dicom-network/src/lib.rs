@@ -25,9 +25,12 @@ mod link;
 mod listener;
 mod message;
 mod node;
+mod pinned;
 mod send;
 mod status;
 mod syntaxes;
+mod tls;
+mod wire;
 
 pub use error::{Error, ErrorKind};
 pub use fetch::{FetchInfo, Way, fetch};
@@ -35,6 +38,7 @@ pub use find::{SeriesEntry, StudyEntry, Wanted, list};
 pub use journal::JOURNAL;
 pub use node::{Node, Title};
 pub use send::{Refused, SendInfo, SendParams, send};
+pub use tls::{Tls, TlsFiles};
 
 use std::time::Duration;
 
@@ -45,6 +49,8 @@ pub struct Call {
     pub peer: Node,
     /// Our own application entity title.
     pub own: Title,
+    /// How TLS is spoken; without it the connection is not encrypted.
+    pub tls: Option<Tls>,
     /// Longest silence of the peer.
     pub timeout: Duration,
     /// How often it is tried again without anything new having got through.

@@ -5,12 +5,14 @@
 use crate::Call;
 use crate::error::Error;
 use crate::node::Title;
+use crate::tls::Tls;
+use crate::wire::Wire;
 use dicom_ul::pdu::{
     AssociationAC, AssociationRQ, PDataValue, Pdu, PresentationContextProposed,
     PresentationContextResult, PresentationContextResultReason, RequestorRoles, UserVariableItem,
 };
 use std::collections::BTreeMap;
-use std::io::{ErrorKind, Read as _, Write as _};
+use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::{Duration, Instant};
 
@@ -20,8 +22,6 @@ const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
 pub(crate) const MAX_PDU: u32 = 128 << 10;
 /// Shortest that a peer may ask for; the standard's table has no lower bound.
 const MIN_PDU: u32 = 64;
-/// How long reading or writing waits before it looks whether the user wants to stop.
-const TURN: Duration = Duration::from_millis(100);
 /// Longest time to wait for a connection to be made: the one wait that Ctrl-C does not end.
 const CONNECT: Duration = Duration::from_secs(10);
 /// Longest time for the peer to answer a release; the work is done by then.
@@ -58,7 +58,7 @@ pub(crate) struct Context {
 
 /// An association. One that is dropped without [`Link::release`] is aborted.
 pub(crate) struct Link<'a> {
-    stream: TcpStream,
+    wire: Wire,
     /// Who the peer is, for messages.
     pub(crate) peer: String,
     /// The contexts agreed on, by their number.
@@ -79,8 +79,11 @@ impl<'a> Link<'a> {
         proposals: &[Proposal],
         go_on: GoOn<'a>,
     ) -> Result<Self, Error> {
-        let stream = connect(call, go_on)?;
-        let mut link = Self::new(stream, call.peer.to_string(), call.timeout, go_on)?;
+        let socket = connect(call, go_on)?;
+        let peer = call.peer.to_string();
+        let wire = Wire::call(socket, call.tls.as_ref(), &call.peer.host)
+            .map_err(|what| Error::Tls { node: peer.clone(), what })?;
+        let mut link = Self::new(wire, peer, call.timeout, go_on)?;
         let numbered = || (1u8..).step_by(2).zip(proposals);
         let presentation_contexts = numbered().map(|(id, p)| PresentationContextProposed {
             id,
@@ -106,7 +109,15 @@ impl<'a> Link<'a> {
             presentation_contexts: presentation_contexts.collect(),
             user_variables,
         }))?;
-        let accepted = match link.receive()? {
+        let answer = link.receive().map_err(|error| match error {
+            // An archive that wants TLS just closes, or waits for more.
+            Error::Broken { node, what } if call.tls.is_none() => {
+                let what = format!("{what}, before it was accepted (does it want TLS, --tls?)");
+                Error::Broken { node, what }
+            }
+            error => error,
+        });
+        let accepted = match answer? {
             Pdu::AssociationAC(accepted) => accepted,
             Pdu::AssociationRJ(rejected) => {
                 link.open = false;
@@ -140,14 +151,17 @@ impl<'a> Link<'a> {
 
     /// Answers a peer that asks us, `own`, for an association on which it sends objects.
     pub(crate) fn accept(
-        stream: TcpStream,
+        socket: TcpStream,
+        tls: Option<&Tls>,
         own: &Title,
         syntaxes_of: &dyn Fn(&str) -> &'static [&'static str],
         timeout: Duration,
         go_on: GoOn<'a>,
     ) -> Result<Self, Error> {
-        let caller = stream.peer_addr().map_or_else(|_| "a caller".into(), |a| a.ip().to_string());
-        let mut link = Self::new(stream, caller, timeout, go_on)?;
+        let caller = socket.peer_addr().map_or_else(|_| "a caller".into(), |a| a.ip().to_string());
+        let wire =
+            Wire::answer(socket, tls).map_err(|what| Error::Tls { node: caller.clone(), what })?;
+        let mut link = Self::new(wire, caller, timeout, go_on)?;
         let asked = match link.receive()? {
             Pdu::AssociationRQ(asked) => asked,
             other => return Err(link.unexpected(&other)),
@@ -196,29 +210,29 @@ impl<'a> Link<'a> {
         Ok(link)
     }
 
-    fn new(
-        stream: TcpStream,
-        peer: String,
-        timeout: Duration,
-        go_on: GoOn<'a>,
-    ) -> Result<Self, Error> {
+    /// An association to be: both sides agree on keys, where there is TLS.
+    fn new(wire: Wire, peer: String, timeout: Duration, go_on: GoOn<'a>) -> Result<Self, Error> {
         let (contexts, buffer) = (BTreeMap::new(), Vec::new());
-        let link =
-            Self { stream, peer, contexts, buffer, peer_max: MAX_PDU, timeout, go_on, open: true };
-        // Small messages go back and forth: none may wait for the next (Nagle's algorithm).
-        let prepared = link
-            .stream
-            .set_nonblocking(false)
-            .and_then(|()| link.stream.set_nodelay(true))
-            .and_then(|()| link.stream.set_read_timeout(Some(TURN)))
-            .and_then(|()| link.stream.set_write_timeout(Some(TURN)));
-        prepared.map_err(|e| link.broken(e.to_string()))?;
+        let mut link =
+            Self { wire, peer, contexts, buffer, peer_max: MAX_PDU, timeout, go_on, open: false };
+        link.wire.prepare().map_err(|e| link.broken(e.to_string()))?;
+        let start = Instant::now();
+        while link.wire.is_handshaking() {
+            (link.go_on)()?;
+            match link.wire.shake_hands() {
+                Ok(()) => {}
+                Err(e) if !is_pause(&e) => return Err(link.failed(&e)),
+                Err(_) if start.elapsed() < timeout => {}
+                Err(_) => return Err(link.failed(&ErrorKind::TimedOut.into())),
+            }
+        }
+        link.open = true;
         Ok(link)
     }
 
     /// The address by which the peer reaches this machine.
     pub(crate) fn local_address(&self) -> Result<std::net::IpAddr, Error> {
-        self.stream.local_addr().map(|a| a.ip()).map_err(|e| self.broken(e.to_string()))
+        self.wire.socket.local_addr().map(|a| a.ip()).map_err(|e| self.broken(e.to_string()))
     }
 
     /// The number of a context for a class in a transfer syntax; any syntax where none is named.
@@ -256,14 +270,14 @@ impl<'a> Link<'a> {
         let mut moved = Instant::now();
         while !rest.is_empty() {
             (self.go_on)()?;
-            match self.stream.write(rest) {
+            match self.wire.write(rest) {
                 Ok(0) => return Err(self.broken("the connection is closed")),
                 Ok(written) => {
                     rest = &rest[written..];
                     moved = Instant::now();
                 }
                 Err(e) if is_pause(&e) => self.mind(moved)?,
-                Err(e) => return Err(self.broken(e.to_string())),
+                Err(e) => return Err(self.failed(&e)),
             }
         }
         Ok(())
@@ -278,15 +292,15 @@ impl<'a> Link<'a> {
                 return Ok(pdu);
             }
             (self.go_on)()?;
-            match self.stream.read(&mut chunk) {
+            match self.wire.read(&mut chunk) {
                 Ok(0) => return Err(self.broken("the connection was closed")),
                 Ok(read) => {
                     self.buffer.extend_from_slice(&chunk[..read]);
-                    acknowledge(&self.stream);
+                    acknowledge(&self.wire.socket);
                     moved = Instant::now();
                 }
                 Err(e) if is_pause(&e) => self.mind(moved)?,
-                Err(e) => return Err(self.broken(e.to_string())),
+                Err(e) => return Err(self.failed(&e)),
             }
         }
     }
@@ -295,6 +309,10 @@ impl<'a> Link<'a> {
     fn take(&mut self) -> Result<Option<Pdu>, Error> {
         let Some([_, _, a, b, c, d]) = self.buffer.first_chunk::<6>() else { return Ok(None) };
         let length = u32::from_be_bytes([*a, *b, *c, *d]);
+        if self.buffer.starts_with(&[0x15, 3]) {
+            // An alert, RFC 8446 section 5.1; no unit of DICOM has this type.
+            return Err(self.protocol("it wants TLS on this port: try with --tls"));
+        }
         if length > MAX_PDU {
             let what = format!("a unit of {length} bytes, {MAX_PDU} were agreed on");
             return Err(self.protocol(what));
@@ -360,6 +378,11 @@ impl<'a> Link<'a> {
         }
     }
 
+    /// The association cannot go on, since the connection does not.
+    fn failed(&mut self, error: &std::io::Error) -> Error {
+        self.wire.explain(error, &self.peer)
+    }
+
     pub(crate) fn broken(&self, what: impl Into<String>) -> Error {
         Error::Broken { node: self.peer.clone(), what: what.into() }
     }
@@ -373,8 +396,9 @@ impl Drop for Link<'_> {
     fn drop(&mut self) {
         if self.open {
             // A-ABORT by the service user (PS3.8 9.3.8); whether it still gets through is no matter.
-            let _best_effort = self.stream.write(&[7, 0, 0, 0, 0, 4, 0, 0, 0, 0]);
+            let _best_effort = self.wire.write(&[7, 0, 0, 0, 0, 4, 0, 0, 0, 0]);
         }
+        self.wire.close();
     }
 }
 

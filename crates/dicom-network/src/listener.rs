@@ -1,11 +1,13 @@
 //! The port on which the objects of a C-MOVE arrive, open only while we wait for them.
 
+use crate::Call;
 use crate::command::{Command, field};
 use crate::error::{Error, ErrorKind};
 use crate::inbox::Inbox;
 use crate::link::{GoOn, Link};
 use crate::message::Talk;
 use crate::node::Title;
+use crate::tls::Tls;
 use crate::{status, syntaxes};
 use dicom_dictionary_std::uids;
 use std::net::{IpAddr, TcpListener, TcpStream};
@@ -23,6 +25,7 @@ const STORAGE: &str = "1.2.840.10008.5.1.4.1.1.";
 #[derive(Debug)]
 pub(crate) struct Listener<'a> {
     socket: TcpListener,
+    tls: Option<&'a Tls>,
     title: &'a Title,
     timeout: Duration,
 }
@@ -32,12 +35,12 @@ impl<'a> Listener<'a> {
         address: IpAddr,
         port: u16,
         title: &'a Title,
-        timeout: Duration,
+        call: &'a Call,
     ) -> Result<Self, Error> {
         let fail = |source| Error::Listen { address: format!("{address} port {port}"), source };
         let socket = TcpListener::bind((address, port)).map_err(fail)?;
         socket.set_nonblocking(true).map_err(fail)?;
-        Ok(Self { socket, title, timeout })
+        Ok(Self { socket, tls: call.tls.as_ref(), title, timeout: call.timeout })
     }
 
     /// Takes objects into the inbox while `work` runs, in another thread.
@@ -101,7 +104,7 @@ impl<'a> Listener<'a> {
         arrived: &AtomicUsize,
         go_on: GoOn<'_>,
     ) -> Result<(), Error> {
-        let link = Link::accept(stream, self.title, &syntaxes_of, self.timeout, go_on)?;
+        let link = Link::accept(stream, self.tls, self.title, &syntaxes_of, self.timeout, go_on)?;
         let mut talk = Talk::new(link);
         while let Some(message) = talk.receive()? {
             match message.command.field() {

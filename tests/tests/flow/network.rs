@@ -30,25 +30,35 @@ fn path() -> std::ffi::OsString {
     path
 }
 
-#[test]
-fn what_is_sent_to_an_archive_comes_back_and_broken_associations_lose_nothing() {
+/// Runs a script of `tests/readers` beside archives, where the system allows it.
+fn beside_archives(script: &str) {
     let Some(mut command) = name_space() else {
         println!(
             "left out: `unshare -n` is not permitted here, and Orthanc listens on every address"
         );
         return;
     };
-    for program in ["Orthanc", "storescp", "findscu"] {
+    for program in ["Orthanc", "storescp", "findscu", "openssl"] {
         let found = std::env::split_paths(&path()).any(|folder| folder.join(program).is_file());
         assert!(found, "`{program}` is not installed: run `cargo xtask readers` once");
     }
     let folder = scratch();
     command.arg(target().join("readers/bin/python")).arg("-B");
-    command.arg(root().join("tests/readers/archive.py"));
+    command.arg(root().join("tests/readers").join(script));
     command.arg(supine_command().get_program()).arg(shared().out.join("ct")).arg(source());
     let said = Outcome::of(command.arg(folder.path()).env("PATH", path()));
     println!("{}{}", said.stdout, logs(folder.path(), said.code));
-    said.success("archive.py");
+    said.success(script);
+}
+
+#[test]
+fn what_is_sent_to_an_archive_comes_back_and_broken_associations_lose_nothing() {
+    beside_archives("archive.py");
+}
+
+#[test]
+fn over_tls_each_side_proves_who_it_is_and_refusals_say_what_to_do() {
+    beside_archives("secure.py");
 }
 
 /// What the archives said, when the test failed.
@@ -56,6 +66,11 @@ fn logs(folder: &Path, code: Option<i32>) -> String {
     if code == Some(0) {
         return String::new();
     }
-    let log = folder.join("orthanc.log");
-    std::fs::read_to_string(log).unwrap_or_default()
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+    let logs = entries.filter(|path| path.extension().is_some_and(|end| end == "log"));
+    logs.map(|log| {
+        let text = std::fs::read_to_string(&log).unwrap_or_default();
+        format!("-- {}\n{text}\n", log.display())
+    })
+    .collect()
 }
