@@ -44,6 +44,9 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<u8, Failure> {
 
 fn describe(info: &SendInfo, args: &args::Send) -> String {
     let mut text = format!("{} stored at {}", info.stored, args.to);
+    if info.converted > 0 {
+        text += &format!(", {} of them converted to Implicit VR Little Endian", info.converted);
+    }
     if info.known > 0 {
         text += &format!(", {} were there before (--again sends them)", info.known);
     }

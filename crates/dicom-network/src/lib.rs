@@ -7,9 +7,9 @@
 //!   by C-MOVE to a port that is open only meanwhile
 //!
 //! The protocol data units are read and written by `dicom-ul`; their length is checked first, so
-//! that a peer cannot ask for memory. Nothing is converted: data sets travel in the transfer syntax
-//! of their file and are kept in the one they came in. No message carries the patient's name, ID or
-//! dates, nor any text of the peer's, which might.
+//! that a peer cannot ask for memory. Data sets travel in the transfer syntax of their file, or in
+//! Implicit VR where a peer takes no Explicit VR, and are kept in the one they came in. No message
+//! carries the patient's name, ID or dates, nor any text of the peer's that might.
 #![expect(
     clippy::disallowed_methods,
     reason = "edge crate: files, sockets and the clock of timeouts"

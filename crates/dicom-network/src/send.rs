@@ -10,11 +10,11 @@ use crate::{status, syntaxes};
 use dicom_dictionary_std::uids;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek as _, SeekFrom};
+use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use supine_dicom::{ObjectFile, class_name, object_files, syntax_name};
+use supine_dicom::{ObjectFile, class_name, implicit_data_set, object_files, syntax_name};
 use supine_space::Progress;
 
 /// What is sent, and what is not.
@@ -44,7 +44,9 @@ pub struct SendInfo {
     pub known: usize,
     /// Objects that were not sent because the association broke; a further call sends them.
     pub left: usize,
-    /// Bytes of the data sets that were acknowledged.
+    /// Of them, those that were converted to Implicit VR Little Endian, since the peer takes no other.
+    pub converted: usize,
+    /// Bytes of the data sets that were acknowledged, as they stand in their files.
     pub bytes: u64,
     /// Associations that were opened.
     pub associations: usize,
@@ -185,6 +187,7 @@ impl Load {
         let proposals: Vec<Proposal> =
             std::iter::once(Proposal::new(uids::VERIFICATION, &syntaxes::IDENTIFIER))
                 .chain(kinds.iter().map(|(class, syntax)| Proposal::new(class, &[syntax])))
+                .chain(implicit_too(&kinds))
                 .collect();
         let link = Link::open(call, &proposals, go_on)?;
         info.associations += 1;
@@ -199,19 +202,17 @@ impl Load {
                 continue;
             }
             let (object, journal) = (object.clone(), *journal);
-            let reason = match talk.link.context(&object.class, Some(&object.syntax)) {
-                Some((context, _)) => match store(&mut talk, context, &object, moved) {
-                    Ok(answer) => self.settle(answer, &object, journal, call, info)?,
-                    // Nothing was sent of it yet.
-                    Err(error @ Error::Read { .. }) => Some(error.to_string()),
-                    Err(error) => return Err(error),
-                },
-                None => Some(format!(
-                    "{} takes no {} in {}",
-                    call.peer,
-                    class_name(&object.class),
-                    syntax_name(&object.syntax)
-                )),
+            let reason = match Body::open(&object, &talk.link) {
+                Ok(body) => {
+                    let converted = body.is_converted();
+                    let answer = store(&mut talk, body, &object, moved)?;
+                    let before = info.stored;
+                    let reason = self.settle(answer, &object, journal, call, info)?;
+                    info.converted += usize::from(converted && info.stored > before);
+                    reason
+                }
+                // Nothing was sent of it yet.
+                Err(reason) => Some(reason),
             };
             if let Some(reason) = reason {
                 info.refused.push(Refused { file: object.name.clone(), reason });
@@ -233,7 +234,8 @@ impl Load {
             }
         }
         kinds.sort_by_key(|(_, syntax)| syntax != uids::EXPLICIT_VR_LITTLE_ENDIAN);
-        kinds.truncate(MAX_CONTEXTS - 1);
+        // A place for each pair, for its class in Implicit VR, and for C-ECHO.
+        kinds.truncate((MAX_CONTEXTS - 1) / 2);
         kinds
     }
 
@@ -271,6 +273,53 @@ impl Load {
     }
 }
 
+/// The default transfer syntax, which every archive takes (PS3.5 10.1), for what can be converted to it.
+fn implicit_too(kinds: &[(String, String)]) -> Vec<Proposal> {
+    let implicit = uids::IMPLICIT_VR_LITTLE_ENDIAN;
+    let stored = |class: &String| kinds.iter().any(|(c, s)| c == class && s == implicit);
+    let explicit = kinds.iter().filter(|(_, s)| s == uids::EXPLICIT_VR_LITTLE_ENDIAN);
+    let classes = explicit.map(|(class, _)| class).filter(|class| !stored(class));
+    classes.map(|class| Proposal::new(class, &[implicit])).collect()
+}
+
+/// The data set of an object as it is sent, and in which context.
+enum Body {
+    /// As it stands in the file.
+    File(u8, BufReader<File>, u64),
+    /// Converted to Implicit VR Little Endian.
+    Converted(u8, Vec<u8>),
+}
+
+impl Body {
+    /// The data set in a transfer syntax that the peer takes; why there is none, in words.
+    fn open(object: &ObjectFile, link: &Link<'_>) -> Result<Self, String> {
+        if let Some((context, _)) = link.context(&object.class, Some(&object.syntax)) {
+            let mut file = File::open(&object.path).map_err(|e| format!("cannot be read: {e}"))?;
+            let start = SeekFrom::Start(object.data_start);
+            file.seek(start).map_err(|e| format!("cannot be read: {e}"))?;
+            return Ok(Self::File(
+                context,
+                BufReader::with_capacity(256 << 10, file),
+                object.data_bytes,
+            ));
+        }
+        let convertible = object.syntax == uids::EXPLICIT_VR_LITTLE_ENDIAN;
+        let implicit = link.context(&object.class, Some(uids::IMPLICIT_VR_LITTLE_ENDIAN));
+        let (true, Some((context, _))) = (convertible, implicit) else {
+            let (class, syntax) = (class_name(&object.class), syntax_name(&object.syntax));
+            return Err(format!("{} takes no {class} in {syntax}", link.peer));
+        };
+        let bytes = implicit_data_set(object).map_err(|why| {
+            format!("{} wants it in Implicit VR Little Endian, which cannot be: {why}", link.peer)
+        })?;
+        Ok(Self::Converted(context, bytes))
+    }
+
+    fn is_converted(&self) -> bool {
+        matches!(self, Self::Converted(..))
+    }
+}
+
 /// C-ECHO (PS3.4 Annex A), where the peer offers it.
 fn echo(talk: &mut Talk<'_>, call: &Call) -> Result<(), Error> {
     let Some((context, _)) = talk.link.context(uids::VERIFICATION, None) else { return Ok(()) };
@@ -297,20 +346,24 @@ fn answer_to(talk: &mut Talk<'_>, asked: u16, id: u16) -> Result<u16, Error> {
 /// Sends one object; the peer's status.
 fn store(
     talk: &mut Talk<'_>,
-    context: u8,
+    body: Body,
     object: &ObjectFile,
     moved: &AtomicU64,
 ) -> Result<u16, Error> {
-    let read_error = |source| Error::Read { path: object.path.clone(), source };
-    let mut file = File::open(&object.path).map_err(read_error)?;
-    file.seek(SeekFrom::Start(object.data_start)).map_err(read_error)?;
-    let mut data = Counted { inner: BufReader::with_capacity(256 << 10, file), moved, read: 0 };
+    let (context, inner, length): (u8, Box<dyn Read>, u64) = match body {
+        Body::File(context, file, length) => (context, Box::new(file), length),
+        Body::Converted(context, bytes) => {
+            let length = bytes.len() as u64;
+            (context, Box::new(Cursor::new(bytes)), length)
+        }
+    };
+    let mut data = Counted { inner, moved, read: 0 };
     let id = talk.next_id();
     let request = Command::request(field::STORE, id, &object.class, true)
         .number(element::PRIORITY, 0)
         .text(element::AFFECTED_SOP_INSTANCE, &object.instance);
     let outcome = talk
-        .send(context, &request, Some((&mut data, object.data_bytes)))
+        .send(context, &request, Some((&mut data, length)))
         .and_then(|()| answer_to(talk, field::STORE, id));
     if outcome.is_err() {
         // It will be sent from its beginning.

@@ -60,8 +60,8 @@ pub use inspect::{
 };
 pub use object::{RegionObject, is_dose, region_object};
 pub use object_file::{
-    Identifier, ObjectFile, ObjectFiles, class_name, file_header, implementation, is_uid,
-    object_files, syntax_name,
+    Identifier, ObjectFile, ObjectFiles, class_name, file_header, implementation,
+    implicit_data_set, is_uid, object_files, syntax_name,
 };
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, Source, read_series};

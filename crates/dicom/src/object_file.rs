@@ -1,8 +1,8 @@
 //! Objects as files that are handed on unchanged: what a file holds and where its data set begins.
 
 use crate::data_set::{
-    Container, DataSet, Encoding, OpenError, TransferSyntax, Until, Value, encode, parse,
-    part10_head,
+    Container, DataSet, Encoding, OpenError, TransferSyntax, Until, can_be_implicit, encode,
+    encode_implicit, parse, part10_head,
 };
 use crate::error::Error;
 use crate::folder::{LeftOut, MAX_FOLDER_DEPTH, kind, list};
@@ -132,6 +132,31 @@ fn open(mut container: Container, path: &Path, file: &str) -> Result<ObjectFile,
     })
 }
 
+/// The data set of an object that is stored in Explicit VR Little Endian, in Implicit VR Little Endian:
+/// every element with its bytes, in order; group lengths, which are redundant, are left out.
+///
+/// # Errors
+/// In words, when the file has changed or cannot be read, or when the data set would lose its meaning.
+pub fn implicit_data_set(object: &ObjectFile) -> Result<Vec<u8>, String> {
+    let set = Container::open(&object.path).and_then(|mut container| {
+        let syntax = container.syntax.uid().to_owned();
+        Ok((syntax, container.data(Until::End)?.set))
+    });
+    let (syntax, set) = set.map_err(|error| match error {
+        OpenError::Io(source) => format!("cannot be read: {source}"),
+        OpenError::NotDicom(reason) => reason.to_owned(),
+        OpenError::Malformed { reason, .. } => reason,
+    })?;
+    let instance = set.text(tags::SOP_INSTANCE_UID);
+    if syntax != uids::EXPLICIT_VR_LITTLE_ENDIAN
+        || (!instance.is_empty() && instance != object.instance)
+    {
+        return Err("it changed while it was read".into());
+    }
+    can_be_implicit(&set)?;
+    Ok(encode_implicit(&set))
+}
+
 /// Whether a text has the form of a UID (PS3.5 9.1), and so is harmless as the name of a file.
 pub fn is_uid(text: &str) -> bool {
     uid::is_uid(text)
@@ -191,16 +216,7 @@ impl Identifier {
         if explicit {
             return encode(&self.set);
         }
-        let mut out = Vec::new();
-        for element in self.set.elements() {
-            // All values are texts, see `with`; none has items.
-            let Value::Bytes(bytes) = &element.value else { continue };
-            out.extend(element.tag.0.to_le_bytes());
-            out.extend(element.tag.1.to_le_bytes());
-            out.extend((bytes.len() as u32).to_le_bytes());
-            out.extend(bytes);
-        }
-        out
+        encode_implicit(&self.set)
     }
 
     /// From Explicit or Implicit VR Little Endian.

@@ -61,6 +61,11 @@ fn over_tls_each_side_proves_who_it_is_and_refusals_say_what_to_do() {
     beside_archives("secure.py");
 }
 
+#[test]
+fn an_archive_of_implicit_vr_gets_every_element_as_it_was() {
+    beside_archives("implicit.py");
+}
+
 /// What the archives said, when the test failed.
 fn logs(folder: &Path, code: Option<i32>) -> String {
     if code == Some(0) {

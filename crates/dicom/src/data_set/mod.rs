@@ -4,11 +4,13 @@
 //! has to see the bytes as they are; so values stay bytes (little endian) until someone asks.
 
 mod file;
+mod implicit;
 mod parse;
 mod syntax;
 mod write;
 
 pub(crate) use file::{Container, OpenError};
+pub(crate) use implicit::{can_be_implicit, encode_implicit};
 pub(crate) use parse::{Encoding, Parsed, Until, dictionary_vr, parse};
 pub(crate) use syntax::{PixelCoding, TransferSyntax};
 pub(crate) use write::{encode, part10, part10_head};

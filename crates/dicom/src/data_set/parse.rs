@@ -13,7 +13,7 @@ const MAX_DEPTH: usize = 32;
 /// Most elements in a file; a multi-frame object of 2000 frames has about 100 000.
 const MAX_ELEMENTS: usize = 400_000;
 /// The length that says "until the delimiter".
-const UNDEFINED: u32 = u32::MAX;
+pub(super) const UNDEFINED: u32 = u32::MAX;
 
 const ITEM: Tag = Tag(0xFFFE, 0xE000);
 const ITEM_END: Tag = Tag(0xFFFE, 0xE00D);

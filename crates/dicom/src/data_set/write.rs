@@ -81,7 +81,7 @@ fn put_set(out: &mut Vec<u8>, set: &DataSet) {
 }
 
 /// The byte that makes a value's length even (PS3.5 6.2).
-fn pad(vr: VR) -> u8 {
+pub(super) fn pad(vr: VR) -> u8 {
     if matches!(vr, VR::UI | VR::OB | VR::UN) { 0 } else { b' ' }
 }
 
@@ -99,7 +99,7 @@ fn put_header(out: &mut Vec<u8>, tag: Tag, vr: VR, length: usize) {
     }
 }
 
-fn put_delimiter(out: &mut Vec<u8>, element: u16, length: usize) {
+pub(super) fn put_delimiter(out: &mut Vec<u8>, element: u16, length: usize) {
     out.extend_from_slice(&0xFFFEu16.to_le_bytes());
     out.extend_from_slice(&element.to_le_bytes());
     out.extend_from_slice(&(length as u32).to_le_bytes());
