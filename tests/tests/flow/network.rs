@@ -66,6 +66,11 @@ fn an_archive_of_implicit_vr_gets_every_element_as_it_was() {
     beside_archives("implicit.py");
 }
 
+#[test]
+fn all_that_a_run_leaves_comes_back_from_an_archive_to_the_byte() {
+    beside_archives("whole.py");
+}
+
 /// What the archives said, when the test failed.
 fn logs(folder: &Path, code: Option<i32>) -> String {
     if code == Some(0) {
