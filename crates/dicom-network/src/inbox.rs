@@ -47,7 +47,8 @@ fn holds(path: &Path, instance: &str) -> Result<(), String> {
     match &found.objects[..] {
         [object] if object.instance == instance => Ok(()),
         [_] => Err("it is another instance than announced".into()),
-        _ => Err("its data set is not sound".into()),
+        // Such as a data set of another instance than the file header, which is ours, names.
+        _ => Err(found.damaged.first().map_or("it is no object", |d| &d.reason).into()),
     }
 }
 

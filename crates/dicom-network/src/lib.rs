@@ -29,6 +29,8 @@ mod pinned;
 mod send;
 mod status;
 mod syntaxes;
+#[cfg(test)]
+mod tests;
 mod tls;
 mod wire;
 

@@ -18,6 +18,8 @@ use supine_space::Stopped;
 
 /// How often it is looked whether somebody calls.
 const TURN: Duration = Duration::from_millis(20);
+/// Most callers at once; any more are turned away.
+const MOST_CALLERS: usize = 16;
 /// Root of the UIDs of storage SOP classes (PS3.4 B.5).
 const STORAGE: &str = "1.2.840.10008.5.1.4.1.1.";
 
@@ -74,27 +76,42 @@ impl<'a> Listener<'a> {
         })
     }
 
-    /// Takes one caller after the other until told to stop.
+    /// Takes callers until told to stop, each in a thread of its own: one who says nothing must not keep
+    /// the archive out.
     fn receive(
         &self,
         inbox: &Mutex<&mut Inbox>,
         arrived: &AtomicUsize,
         go_on: GoOn<'_>,
     ) -> Result<(), Error> {
-        while go_on().is_ok() {
-            let Ok((stream, _)) = self.socket.accept() else {
-                std::thread::sleep(TURN);
-                continue;
-            };
-            match self.serve(stream, inbox, arrived, go_on) {
-                Err(error) if error.kind() == ErrorKind::Output => return Err(error),
-                Err(error) if error.kind() != ErrorKind::Stopped => {
-                    lock(inbox).problems.push(error.to_string());
+        let (failed, callers) = (Mutex::new(None), AtomicUsize::new(0));
+        let sound = || -> Result<(), Error> {
+            if lock(&failed).is_some() { Err(Stopped.into()) } else { go_on() }
+        };
+        std::thread::scope(|scope| {
+            while sound().is_ok() {
+                let Ok((stream, _)) = self.socket.accept() else {
+                    std::thread::sleep(TURN);
+                    continue;
+                };
+                if callers.load(Ordering::Relaxed) >= MOST_CALLERS {
+                    continue;
                 }
-                _ => {}
+                callers.fetch_add(1, Ordering::Relaxed);
+                scope.spawn(|| {
+                    match self.serve(stream, inbox, arrived, &sound) {
+                        Err(e) if e.kind() == ErrorKind::Output => *lock(&failed) = Some(e),
+                        Err(e) if e.kind() != ErrorKind::Stopped => {
+                            lock(inbox).problems.push(e.to_string());
+                        }
+                        _ => {}
+                    }
+                    callers.fetch_sub(1, Ordering::Relaxed);
+                });
             }
-        }
-        Ok(())
+        });
+        let failed = lock(&failed).take();
+        failed.map_or(Ok(()), Err)
     }
 
     fn serve(
@@ -135,7 +152,7 @@ fn syntaxes_of(class: &str) -> &'static [&'static str] {
     }
 }
 
-/// The inbox; a thread that panicked leaves it as whole as its files are.
-fn lock<'i, 'b>(inbox: &'i Mutex<&'b mut Inbox>) -> std::sync::MutexGuard<'i, &'b mut Inbox> {
-    inbox.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+/// What a mutex guards; a thread that panicked leaves the inbox as whole as its files are.
+fn lock<T>(guarded: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    guarded.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
