@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import pydicom
-from broken import Proxy, lying_peer, silent_peer
+from broken import Proxy, full_peer, lying_peer, silent_peer
 from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, SOURCE, STORESCP, SUPINE, assert_same,
                    by_instance, copy, orthanc, running, supine, wait_for)
 
@@ -129,6 +129,14 @@ def refusals():
             time.sleep(0.1)
         process.send_signal(signal.SIGINT)
         assert process.wait(3) == 130, "Ctrl-C is heard while it waits"
+    with full_peer(PROXY) as knocking:
+        before = knocking()
+        process = subprocess.Popen([SUPINE, "send", one, *map(str, to)], stderr=subprocess.DEVNULL)
+        while knocking() == before:
+            assert process.poll() is None, "it waits for a connection"
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(3) == 130, "Ctrl-C is heard while it connects"
 
 
 with orthanc():

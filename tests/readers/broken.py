@@ -91,3 +91,28 @@ def lying_peer(port):
 
 def silent_peer(port):
     return peer(port, b"")
+
+
+@contextlib.contextmanager
+def full_peer(port):
+    """Lets nobody in: its queue is full, and who knocks hears nothing. Gives a function that says how
+    many knock."""
+    server = socket.socket()
+    server.bind(("127.0.0.1", port))
+    server.listen(0)
+    callers = [socket.socket() for _ in range(4)]
+    for caller in callers:
+        caller.setblocking(False)
+        caller.connect_ex(("127.0.0.1", port))
+
+    def knocking():
+        with open("/proc/net/tcp") as table:
+            lines = [line.split() for line in table][1:]
+        # State 2: SYN sent.
+        return sum(line[2].endswith(f":{port:04X}") and line[3] == "02" for line in lines)
+
+    try:
+        yield knocking
+    finally:
+        for one in [server, *callers]:
+            close(one)

@@ -63,8 +63,9 @@ def running(name, *command):
         try:
             yield process
         finally:
-            process.terminate()
-            process.wait(30)
+            # Orthanc takes seconds to say farewell, for a store that nobody looks at again.
+            process.kill()
+            process.wait()
 
 
 def wait_for(port):

@@ -6,14 +6,14 @@ use crate::Call;
 use crate::error::Error;
 use crate::node::Title;
 use crate::tls::Tls;
-use crate::wire::Wire;
+use crate::wire::{Wire, connect};
 use dicom_ul::pdu::{
     AssociationAC, AssociationRQ, PDataValue, Pdu, PresentationContextProposed,
     PresentationContextResult, PresentationContextResultReason, RequestorRoles, UserVariableItem,
 };
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::net::{TcpStream, ToSocketAddrs as _};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 /// The application context of DICOM (PS3.7 A.2.1).
@@ -22,8 +22,6 @@ const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
 pub(crate) const MAX_PDU: u32 = 128 << 10;
 /// Shortest that a peer may ask for; the standard's table has no lower bound.
 const MIN_PDU: u32 = 64;
-/// Longest time to wait for a connection to be made: the one wait that Ctrl-C does not end.
-const CONNECT: Duration = Duration::from_secs(10);
 /// Longest time for the peer to answer a release; the work is done by then.
 const RELEASE: Duration = Duration::from_secs(5);
 
@@ -400,21 +398,6 @@ impl Drop for Link<'_> {
         }
         self.wire.close();
     }
-}
-
-/// A connection to the peer: each of its addresses in turn.
-fn connect(call: &Call, go_on: GoOn<'_>) -> Result<TcpStream, Error> {
-    let fail = |source| Error::Connect { node: call.peer.clone(), source };
-    let addresses = (call.peer.host.as_str(), call.peer.port).to_socket_addrs().map_err(fail)?;
-    let mut last = std::io::Error::from(ErrorKind::AddrNotAvailable);
-    for address in addresses {
-        go_on()?;
-        match TcpStream::connect_timeout(&address, call.timeout.min(CONNECT)) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => last = error,
-        }
-    }
-    Err(fail(last))
 }
 
 /// Acknowledges what came at once. Peers write the head of an answer and its body one after the other,

@@ -2,15 +2,56 @@
 //!
 //! Reading and writing wait for one turn at most and then end with `WouldBlock`, TLS or not.
 
+use crate::Call;
 use crate::error::Error;
+use crate::link::GoOn;
 use crate::tls::{Asked, Tls};
 use rustls::{AlertDescription, CertificateError, Connection};
 use std::io::{ErrorKind, Read as _, Result, Write as _};
-use std::net::TcpStream;
-use std::time::Duration;
+use std::net::{TcpStream, ToSocketAddrs as _};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 /// How long reading or writing waits before the caller may look whether the user wants to stop.
 const TURN: Duration = Duration::from_millis(100);
+
+/// Longest time for one address of a peer to answer.
+const CONNECT: Duration = Duration::from_secs(10);
+
+/// A TCP connection to the peer, each of its addresses in turn.
+///
+/// Looking up a name and waiting for an address are waits of the system that nothing cuts short. They are
+/// a thread's, which is left to itself when the user wants to stop; it ends by itself.
+pub(crate) fn connect(call: &Call, go_on: GoOn<'_>) -> std::result::Result<TcpStream, Error> {
+    let fail = |source| Error::Connect { node: call.peer.clone(), source };
+    let (host, port, longest) = (call.peer.host.clone(), call.peer.port, call.timeout.min(CONNECT));
+    let (sender, outcome) = mpsc::sync_channel(1);
+    let reaching = move || {
+        // Nobody may listen any more: then the connection is closed again.
+        let _unheard = sender.send(reach(&host, port, longest));
+    };
+    std::thread::Builder::new().spawn(reaching).map_err(fail)?;
+    let start = Instant::now();
+    loop {
+        go_on()?;
+        match outcome.recv_timeout(TURN) {
+            Ok(reached) => return reached.map_err(fail),
+            Err(mpsc::RecvTimeoutError::Timeout) if start.elapsed() < call.timeout + CONNECT => {}
+            Err(_) => return Err(fail(ErrorKind::TimedOut.into())),
+        }
+    }
+}
+
+fn reach(host: &str, port: u16, longest: Duration) -> Result<TcpStream> {
+    let mut last = std::io::Error::from(ErrorKind::AddrNotAvailable);
+    for address in (host, port).to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, longest) {
+            Ok(socket) => return Ok(socket),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
 
 /// A connection.
 pub(crate) struct Wire {
