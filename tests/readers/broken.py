@@ -5,11 +5,11 @@ import socket
 import threading
 
 
-def listen(port):
+def listen(port, queue=64):
     server = socket.socket()
     server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     server.bind(("127.0.0.1", port))
-    server.listen()
+    server.listen(queue)
     return server
 
 
@@ -34,6 +34,8 @@ class Proxy:
             while True:
                 client, _ = self.server.accept()
                 peer = socket.create_connection(("127.0.0.1", self.target))
+                for one in (client, peer):
+                    one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 carried = [0]
                 for a, b in [(client, peer), (peer, client)]:
                     arguments = (a, b, carried)
@@ -41,7 +43,9 @@ class Proxy:
 
     def carry(self, a, b, carried):
         with contextlib.suppress(OSError):
-            while data := a.recv(16384):
+            while data := a.recv(65536):
+                # Else the sender of half a message waits 40 ms for the acknowledgement, for each object.
+                a.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
                 with self.lock:
                     carried[0] += len(data)
                     over = self.times > 0 and carried[0] > self.cut
@@ -97,9 +101,7 @@ def silent_peer(port):
 def full_peer(port):
     """Lets nobody in: its queue is full, and who knocks hears nothing. Gives a function that says how
     many knock."""
-    server = socket.socket()
-    server.bind(("127.0.0.1", port))
-    server.listen(0)
+    server = listen(port, 0)
     callers = [socket.socket() for _ in range(4)]
     for caller in callers:
         caller.setblocking(False)
