@@ -30,12 +30,12 @@ def some(name, count=3):
 
 
 @contextlib.contextmanager
-def storescp(name, certificate, key, *more):
+def storescp(name, certificate, key, *more, before=()):
     """dcmtk's receiver, which wants our certificate unless told otherwise; gives where objects go."""
     got = SCRATCH / f"{name}-got"
     got.mkdir()
     words = ["-v", "-aet", "STORESCP", "-od", got, "+tls", key, certificate, "+cf", ours.pem, *more]
-    with running(name, "storescp", *map(str, words), str(STORESCP)):
+    with running(name, *before, "storescp", *map(str, words), str(STORESCP)):
         wait_for(STORESCP)
         yield got
 
@@ -58,6 +58,26 @@ def every_form_of_key():
                              *BY_AUTHORITY, *as_us(*form))
             assert said["stored"] == 3, (n, said)
         assert by_instance(got).keys() == by_instance(sent).keys()
+
+
+def version_1_2():
+    """An archive that knows no TLS 1.3, and one that knows no more than 1.1."""
+    sent, rsa = some("version-sent"), ours.issue("rsa", rsa=True)
+    node = f"STORESCP@127.0.0.1:{STORESCP}"
+    for version, code in [("TLSv1.2", 0), ("TLSv1.1", 1)]:
+        settings = SCRATCH / f"{version}.cnf"
+        settings.write_text("openssl_conf = a\n[a]\nssl_conf = b\n[b]\nsystem_default = c\n[c]\n"
+                            f"MinProtocol = TLSv1\nMaxProtocol = {version}\n"
+                            "CipherString = ALL:@SECLEVEL=0\n")
+        with storescp(version, *rsa, "+px", before=["env", f"OPENSSL_CONF={settings}"]) as got:
+            said, words = supine("send", sent, "--to", node, "--retries", 0, "--timeout", 5,
+                                 *BY_AUTHORITY, *as_us(*OWN), code=code)
+            if code == 0:
+                assert by_instance(got).keys() == by_instance(sent).keys(), said
+            else:
+                assert "TLS 1.2 or 1.3 is wanted" in words, words
+        # Nothing was sent to it yet, as far as is known here.
+        (sent / ".supine-sent").unlink(missing_ok=True)
 
 
 def refusals():
@@ -160,6 +180,7 @@ def there_and_back():
 
 
 every_form_of_key()
+version_1_2()
 refusals()
 by_itself()
 there_and_back()

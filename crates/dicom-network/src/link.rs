@@ -378,7 +378,11 @@ impl<'a> Link<'a> {
 
     /// The association cannot go on, since the connection does not.
     fn failed(&mut self, error: &std::io::Error) -> Error {
-        self.wire.explain(error, &self.peer)
+        match self.wire.explain(error, &self.peer) {
+            // Once both have agreed it is no matter of certificates: worth another try.
+            Error::Tls { node, what } if !self.contexts.is_empty() => Error::Broken { node, what },
+            error => error,
+        }
     }
 
     pub(crate) fn broken(&self, what: impl Into<String>) -> Error {

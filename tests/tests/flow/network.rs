@@ -30,13 +30,11 @@ fn path() -> std::ffi::OsString {
     path
 }
 
-/// Runs a script of `tests/readers` beside archives, where the system allows it.
-fn beside_archives(script: &str) {
+/// Runs a script of `tests/readers` beside archives, where the system allows it; what it says.
+fn beside_archives(script: &str) -> String {
     let Some(mut command) = name_space() else {
-        println!(
-            "left out: `unshare -n` is not permitted here, and Orthanc listens on every address"
-        );
-        return;
+        return "left out: `unshare -n` is not permitted here, and Orthanc listens on every address"
+            .into();
     };
     for program in ["Orthanc", "storescp", "findscu", "openssl"] {
         let found = std::env::split_paths(&path()).any(|folder| folder.join(program).is_file());
@@ -47,35 +45,33 @@ fn beside_archives(script: &str) {
     command.arg(root().join("tests/readers").join(script));
     command.arg(supine_command().get_program()).arg(shared().out.join("ct")).arg(source());
     let said = Outcome::of(command.arg(folder.path()).env("PATH", path()));
-    println!("{}{}", said.stdout, logs(folder.path(), said.code));
-    said.success(script);
+    let logs = || logs(folder.path());
+    assert_eq!(said.code, Some(0), "{script}\n{}\n{}\n{}", said.stdout, said.stderr, logs());
+    said.stdout
 }
 
 #[test]
 fn what_is_sent_to_an_archive_comes_back_and_broken_associations_lose_nothing() {
-    beside_archives("archive.py");
+    println!("{}", beside_archives("archive.py"));
 }
 
 #[test]
 fn over_tls_each_side_proves_who_it_is_and_refusals_say_what_to_do() {
-    beside_archives("secure.py");
+    println!("{}", beside_archives("secure.py"));
 }
 
 #[test]
 fn an_archive_of_implicit_vr_gets_every_element_as_it_was() {
-    beside_archives("implicit.py");
+    println!("{}", beside_archives("implicit.py"));
 }
 
 #[test]
 fn all_that_a_run_leaves_comes_back_from_an_archive_to_the_byte() {
-    beside_archives("whole.py");
+    println!("{}", beside_archives("whole.py"));
 }
 
-/// What the archives said, when the test failed.
-fn logs(folder: &Path, code: Option<i32>) -> String {
-    if code == Some(0) {
-        return String::new();
-    }
+/// What the archives said, each in a file.
+fn logs(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
     let logs = entries.filter(|path| path.extension().is_some_and(|end| end == "log"));
     logs.map(|log| {
