@@ -6,6 +6,9 @@
 //! wherever it stands. What says DEFORMED and from what is written by this crate in its own words, so that
 //! it survives.
 
+mod names;
+mod objects;
+
 use crate::data_set::{DataSet, Value};
 use crate::derived::{MANUFACTURER, MODEL, code};
 use crate::read::{Source, SourceSlice};
@@ -116,9 +119,11 @@ impl Anonymiser {
         format!("2.25.{}", uuid.as_u128())
     }
 
-    /// What stands for the patient's name and ID.
+    /// What stands for the patient, who is told by her ID alone where she has one: objects of other systems
+    /// write her name in other ways.
     fn pseudonym(&self, header: &DataSet) -> String {
-        let who = [tags::PATIENT_ID, tags::PATIENT_NAME].map(|tag| header.text(tag)).join("\\");
+        let (id, name) = (header.text(tags::PATIENT_ID), header.text(tags::PATIENT_NAME));
+        let who = if id.is_empty() { format!("name {name}") } else { format!("id {id}") };
         let number = self.hash("patient", &who)[..5].iter().fold(0, |n, &b| n << 8 | u64::from(b));
         format!("ANON-{number:010X}")
     }
@@ -147,11 +152,13 @@ impl Anonymiser {
     }
 }
 
+/// What was done, in words; by it an export of ours is known.
+const METHOD: &str = "supine: PS3.15 Basic Profile, Clean Descriptors";
+
 /// Says that and how it was done (PS3.15 E.1.1, PS3.3 C.12.1.1.7).
 fn put_method(set: &mut DataSet) {
     set.put_text(tags::PATIENT_IDENTITY_REMOVED, VR::CS, "YES");
-    let method = "supine: PS3.15 Basic Profile, Clean Descriptors";
-    set.put_text(tags::DEIDENTIFICATION_METHOD, VR::LO, method);
+    set.put_text(tags::DEIDENTIFICATION_METHOD, VR::LO, METHOD);
     let codes = METHODS.map(|(value, meaning)| code("DCM", value, meaning)).to_vec();
     set.put_items(tags::DEIDENTIFICATION_METHOD_CODE_SEQUENCE, codes);
     set.put_text(tags::LONGITUDINAL_TEMPORAL_INFORMATION_MODIFIED, VR::CS, "REMOVED");
@@ -173,6 +180,13 @@ impl Source {
             slice: source.slice.clone(),
         };
         Self { slices: self.slices.iter().map(slice).collect(), padding: self.padding.clone() }
+    }
+
+    /// Whether the series was de-identified by this software: its UIDs were mapped by a key.
+    pub fn is_anonymised(&self) -> bool {
+        let header = &self.slices[0].header;
+        header.text(tags::PATIENT_IDENTITY_REMOVED) == "YES"
+            && header.text(tags::DEIDENTIFICATION_METHOD) == METHOD
     }
 }
 

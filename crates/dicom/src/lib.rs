@@ -67,8 +67,8 @@ pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, Source, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};
 pub use segmentation::{
-    Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, read_segmentation,
-    write_carried_segmentation, write_segmentation,
+    Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, frame_of_reference,
+    read_segmentation, write_carried_segmentation, write_segmentation,
 };
 pub use structures::{Roi, Structures, StructuresInfo, read_structures, write_structures};
 pub use verify::{Check, Expected, Verification, verify_export};

@@ -15,9 +15,9 @@ use supine_volume::Volume;
 /// `Debug`.
 #[derive(Clone)]
 pub struct Dose {
-    file: String,
+    pub(crate) file: String,
     volume: Volume<f32>,
-    header: DataSet,
+    pub(crate) header: DataSet,
     step_gy: f64,
     warnings: Vec<String>,
 }

@@ -35,10 +35,10 @@ pub struct Segment {
 /// A segmentation on the grid of a CT. The voxels stay packed as in the file until they are asked. It names
 /// the patient: not for logs, hence only the segments in its `Debug`.
 pub struct Segmentation {
-    file: String,
+    pub(crate) file: String,
     /// All but the pixels.
-    header: DataSet,
-    segments: Vec<Segment>,
+    pub(crate) header: DataSet,
+    pub(crate) segments: Vec<Segment>,
     warnings: Vec<String>,
     grid: Grid,
     shape: Shape,
@@ -187,6 +187,15 @@ pub(crate) fn same_frame_of_reference(
         )),
         _ => Ok(()),
     }
+}
+
+/// Frame of Reference UID of an object; empty when it has none. For who has to compare it before the object is
+/// read onto a grid.
+///
+/// # Errors
+/// When the file is no sound DICOM file.
+pub fn frame_of_reference(path: &Path) -> Result<String, Error> {
+    Ok(Object::open(path)?.set.text(tags::FRAME_OF_REFERENCE_UID))
 }
 
 fn segments(object: &Object) -> Result<Vec<Segment>, Error> {

@@ -44,10 +44,10 @@ impl Roi {
 /// The regions of a structure set. It names the patient: not for logs, hence only the regions in its `Debug`.
 #[derive(Clone)]
 pub struct Structures {
-    file: String,
-    rois: Vec<Roi>,
+    pub(crate) file: String,
+    pub(crate) rois: Vec<Roi>,
     /// All but the contours.
-    header: DataSet,
+    pub(crate) header: DataSet,
 }
 
 impl std::fmt::Debug for Structures {
