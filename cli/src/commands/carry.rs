@@ -1,7 +1,6 @@
 //! `supine carry`: whatever is known in the CT, in the operating position.
 
 mod contours;
-mod dicom;
 mod dose;
 mod labels;
 mod points;
@@ -15,7 +14,7 @@ use std::path::{Path, PathBuf};
 use supine_dicom::{ReadParams, RegionObject, is_dose, region_object};
 use supine_exchange::{AnyVolume, VolumeKind, is_contours, read_any_volume, read_mesh};
 use supine_mesh::{Displacement, TetMesh};
-use supine_pipeline::{CtInput, RunError, read_ct};
+use supine_pipeline::{Company, CtInput, RunError, read_ct};
 use supine_space::Progress;
 
 pub(crate) fn carry(args: &args::Carry, screen: &Screen) -> Result<u8, Failure> {
@@ -103,6 +102,26 @@ impl<'a> Job<'a> {
             Failure::usage("--ct is needed: the result goes on the slices of the CT")
         })?;
         self.read_ct(path)
+    }
+
+    /// Whether the result is to be a DICOM object.
+    fn to_dicom(&self) -> bool {
+        self.args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("dcm"))
+    }
+
+    /// What DICOM objects of the patient are held against; `before` is what `--ct` names. What a DICOM object to be
+    /// written would lack is told before the work.
+    fn company(&self, before: Option<&CtInput>) -> Result<Company, Failure> {
+        let source = before.and_then(|ct| ct.dicom.as_ref()).map(|(source, _)| source);
+        let watch = |share| self.screen.share("import", share);
+        let company = Company::of(self.from, source, Progress::new(&watch))?;
+        if self.to_dicom() && company.exported().is_none() {
+            return Err(Failure::usage(
+                "a DICOM object (.dcm) goes with the exported CT of a run: name the folder of a \
+                 run whose CT came as DICOM, or another ending",
+            ));
+        }
+        Ok(company)
     }
 
     fn read_ct(&self, path: &Path) -> Result<CtInput, Failure> {

@@ -1,5 +1,6 @@
 //! The case file (TOML): as typed, and validated.
 
+mod carry;
 mod export;
 mod refine;
 mod stiffness;
@@ -7,7 +8,7 @@ pub use export::ExportWish;
 pub use refine::RefineWish;
 pub use stiffness::{StiffnessMap, StiffnessWish};
 
-use crate::{Brought, Mesher, PartNames, RunError, keys};
+use crate::{Brought, Mesher, PartNames, RunError, Wanted, keys};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use supine_dicom::{Accept, ReadParams};
@@ -55,6 +56,8 @@ pub struct Case {
     pub interpolation: Interpolation,
     /// Point lists to carry.
     pub points: Vec<PathBuf>,
+    /// Doses, structure sets and segmentations to carry, in this order.
+    pub carried: Vec<Wanted>,
     /// Whether fat, gland and other tissues are labelled too, for the report.
     pub tissues: bool,
     /// What is asked of what leaves in DICOM.
@@ -154,7 +157,7 @@ struct CaseFile {
     #[serde(default)]
     warp: WarpFile,
     #[serde(default)]
-    carry: CarryFile,
+    carry: carry::CarryFile,
     #[serde(default)]
     tissues: bool,
     #[serde(default)]
@@ -247,12 +250,6 @@ impl Default for NamesFile {
     }
 }
 
-#[derive(Deserialize, Default)]
-struct CarryFile {
-    #[serde(default)]
-    points: Vec<PathBuf>,
-}
-
 /// The tilts a table can do; beyond them a typing error is likelier than a patient.
 const MAX_TILT_DEG: f64 = 90.0;
 
@@ -284,6 +281,7 @@ impl Case {
             .chain(self.labels.iter().map(|l| ("`labels`", &l.file)))
             .chain(seeds.map(|p| ("`seeds`", p)))
             .chain(self.points.iter().map(|p| ("`carry.points`", p)))
+            .chain(self.carried.iter().map(|w| (w.kind.key(), &w.path)))
             .map(|(role, path)| (role, path.as_path()))
     }
 
@@ -343,7 +341,8 @@ impl Case {
                 file.warp.interpolation.as_deref(),
                 &Interpolation::ALL.map(|i| (i.name(), i)),
             )?,
-            points: file.carry.points.iter().map(|p| base.join(p)).collect(),
+            points: file.carry.points(base),
+            carried: file.carry.objects(base),
             tissues: file.tissues || stiffness.is_some(),
             export: export::wish(&file.export)?,
         })

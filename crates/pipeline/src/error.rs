@@ -89,6 +89,37 @@ pub enum RunError {
     /// The exported series.
     #[error("the series cannot be exported: {0}")]
     Export(supine_dicom::Error),
+    /// A dose, a structure set or a segmentation that is carried along.
+    #[error("{0}")]
+    Carried(supine_dicom::Error),
+    /// A structure that cannot be carried.
+    #[error("warping: {name}: {source}")]
+    Structure {
+        /// Its name.
+        name: String,
+        /// Why.
+        source: supine_warp::Error,
+    },
+    /// What is carried belongs to another scan.
+    #[error("{path} was drawn in another frame of reference than that of the CT")]
+    OtherFrame {
+        /// The object.
+        path: PathBuf,
+    },
+    /// A registration beside a series that it does not register.
+    #[error("{path} is not the registration of {series}")]
+    OtherRegistration {
+        /// The registration.
+        path: PathBuf,
+        /// The series.
+        series: PathBuf,
+    },
+    /// Objects of a CT that did not come as DICOM.
+    #[error(
+        "the CT did not come as DICOM: there is no exported series to which a dose, a structure set or a segmentation \
+         could belong"
+    )]
+    NoSeries,
     /// The labels as a DICOM segmentation.
     #[error("the labels cannot be exported as DICOM: {0}")]
     DicomLabels(supine_dicom::Error),
@@ -181,6 +212,9 @@ impl RunError {
             | Self::Overlap { .. }
             | Self::Unfinished { .. }
             | Self::Regions(_)
+            | Self::OtherFrame { .. }
+            | Self::OtherRegistration { .. }
+            | Self::NoSeries
             | Self::Roles(_)
             | Self::Labels(_)
             | Self::Region(_)
@@ -191,7 +225,13 @@ impl RunError {
             #[cfg(feature = "tetgen")]
             Self::Tetgen(_) => 3,
             Self::Mesh(supine_tetrahedralise::Error::Solid(_)) => 1,
+            Self::Structure { .. } => 3,
             Self::Segment(_) | Self::Mesh(_) | Self::Solve(_) | Self::Warp(_) => 3,
+            Self::Carried(error) => match error.kind() {
+                supine_dicom::ErrorKind::Input => 1,
+                supine_dicom::ErrorKind::Output => output_code(error),
+                supine_dicom::ErrorKind::Stopped => 130,
+            },
             Self::Export(error) | Self::DicomLabels(error) => output_code(error),
             Self::Product(error) => output_code(error),
             Self::Report(error) => output_code(error),

@@ -46,14 +46,14 @@ const KEYS: &[Key] = &[
     key("seeds", &["chest_wall", "soft_tissue", "exclude"]),
     key("labels", &["file", "body", "soft_tissue", "chest_wall"]),
     key("warp", &["interpolation"]),
-    key("carry", &["points"]),
+    key("carry", &["points", "dose", "structures", "segmentation"]),
     key("export", &["anonymise", "study", "equipment", "frame", "registration"]),
     key("tissues", &[]),
 ];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
 /// than ignored: a planner who asks for a thing must not believe that it was done.
-const LATER: &[&str] = &["scans", "carry.dose", "carry.structures", "export.spacing"];
+const LATER: &[&str] = &["scans", "export.spacing"];
 
 /// The first key that cannot be used, in words; `None` when all are known.
 pub(crate) fn first_unknown(case: &Table) -> Option<String> {
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn what_is_not_built_is_refused_and_not_ignored() {
         assert!(first("[scans]\nsupine = 's.ply'").unwrap().contains("not supported"));
-        assert!(first("[carry]\ndose = ['d.dcm']").unwrap().contains("not supported"));
+        assert_eq!(first("[carry]\ndose = ['d.dcm']"), None);
         assert!(first("[export]\nspacing = 1.0").unwrap().contains("not supported"));
         assert_eq!(first("[export]\nregistration = false"), None);
     }

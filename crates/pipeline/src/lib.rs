@@ -20,6 +20,7 @@ mod options;
 mod outward;
 mod refine;
 mod registration;
+mod rt;
 mod run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
@@ -30,6 +31,7 @@ mod surfaces;
 mod texts;
 
 mod stages {
+    pub(crate) mod carry;
     pub(crate) mod export;
     pub(crate) mod import;
     pub(crate) mod mesh;
@@ -59,6 +61,11 @@ pub use options::Options;
 pub use outward::{Outward, forgetful_anonymiser};
 pub use refine::{Goal, Refine};
 pub use registration::write_registration;
+pub use rt::{
+    CarriedContours, CarriedSegments, Company, DOSE_NOTE, Kind, Wanted, carry_named_contours,
+    carry_segments, carry_with_totals, closed_contours, write_carried_dose, write_carried_segments,
+    write_carried_structures,
+};
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Effort, Found, Try};

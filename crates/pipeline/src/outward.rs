@@ -34,6 +34,14 @@ pub fn forgetful_anonymiser() -> Result<Anonymiser, RunError> {
     Ok(Anonymiser::new(random()?))
 }
 
+/// What took the patient out of the finished run in a folder; none when its key is gone.
+///
+/// # Errors
+/// When the key is there and cannot be read.
+pub(crate) fn known_anonymiser(run: &Path) -> Result<Option<Anonymiser>, RunError> {
+    Ok(read(&run.join(SECRET))?.map(Anonymiser::new))
+}
+
 /// The secret of a run's folder, made on first use: the same patient keeps her pseudonym and UIDs when the
 /// run is repeated or more is carried. Whoever has it can test which patient this was.
 pub(crate) fn secret(store: &Store) -> Result<[u8; 32], RunError> {

@@ -1,7 +1,7 @@
 //! The whole flow.
 
 use crate::bench::{Bench, Watch};
-use crate::stages::{export, import, mesh, region, report, segment, solve, tissues, warp};
+use crate::stages::{carry, export, import, mesh, region, report, segment, solve, tissues, warp};
 use crate::store::refuse_overlap;
 use crate::{Case, Options, RunError, Stage};
 use std::path::Path;
@@ -30,6 +30,7 @@ pub fn run(
     if until(Stage::Import) {
         return Ok(None);
     }
+    carry::check(case, &input)?;
     let labels = segment::segment(&mut bench, case, &input)?;
     if until(Stage::Segment) {
         return Ok(None);
@@ -60,6 +61,11 @@ pub fn run(
     if until(Stage::Export) {
         return Ok(None);
     }
-    let flow = report::Flow { input, labels, region, mesh, solved, warped, export, tissues };
+    let carried = carry::carry(&mut bench, case, (&input, map), &export)?;
+    if until(Stage::Carry) {
+        return Ok(None);
+    }
+    let flow =
+        report::Flow { input, labels, region, mesh, solved, warped, export, carried, tissues };
     report::report(bench, case, &flow).map(Some)
 }

@@ -19,13 +19,15 @@ pub enum Stage {
     Warp,
     /// Write the series.
     Export,
+    /// Carry the patient's own doses, structures and segmentations.
+    Carry,
     /// Write the report.
     Report,
 }
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Import,
         Self::Segment,
         Self::Region,
@@ -34,6 +36,7 @@ impl Stage {
         Self::Solve,
         Self::Warp,
         Self::Export,
+        Self::Carry,
         Self::Report,
     ];
 
@@ -48,6 +51,7 @@ impl Stage {
             Self::Solve => "solve",
             Self::Warp => "warp",
             Self::Export => "export",
+            Self::Carry => "carry",
             Self::Report => "report",
         }
     }
@@ -75,6 +79,7 @@ impl Stage {
             Self::Solve => &["mesh/deformed.vtu"],
             Self::Warp => &[".stages/warped.nrrd", "field", "points.csv"],
             Self::Export => &["ct", "ct.nrrd", "registration"],
+            Self::Carry => &["rt"],
             Self::Report => &["report", "summary.json"],
         }
     }

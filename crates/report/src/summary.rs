@@ -8,7 +8,9 @@ mod agreement;
 mod moved;
 
 pub use agreement::{Agreement, SkinAgreement};
-pub use moved::{CarriedPoint, Consistency, Jacobian, Movement, VolumeChange, Warp};
+pub use moved::{
+    CarriedObject, CarriedPoint, CarriedRegion, Consistency, Jacobian, Movement, VolumeChange, Warp,
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +52,9 @@ pub struct Summary {
     pub nipple: Option<Movement>,
     /// Further points that were carried along.
     pub points: Vec<CarriedPoint>,
+    /// Doses, structures and segments that were carried along; absent when the case names none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub carried: Vec<CarriedObject>,
     /// The exported series; `None` when nothing was exported.
     pub export: Option<Export>,
     /// What the user must know before trusting the result, in order of the stages.

@@ -444,6 +444,31 @@ pub(crate) fn points(s: &Summary) -> Option<Table> {
     (!t.rows.is_empty()).then_some(t)
 }
 
+/// The doses, structures and segments that were carried along.
+pub(crate) fn carried(s: &Summary) -> Option<Table> {
+    let mut t = Table::list(
+        "Dose and structures carried along",
+        &["File", "What", "CT", "Operating table"],
+    );
+    let mut row = |file: &str, what: &str, pair: [String; 2]| {
+        let [before, after] = pair;
+        t.rows.push(vec![file.to_owned(), what.to_owned(), before, after]);
+    };
+    for object in &s.carried {
+        if let Some(gy) = object.max_gy {
+            row(&object.file, "largest dose", gy.map(|gy| format!("{} Gy", fixed(gy, 2))));
+        }
+        if let Some(mj) = object.energy_mj {
+            row(&object.file, "energy imparted", mj.map(|mj| format!("{} mJ", fixed(mj, 1))));
+        }
+        for region in &object.regions {
+            let ml = [region.before_ml, region.after_ml].map(|ml| format!("{} ml", fixed(ml, 2)));
+            row(&object.file, &region.name, ml);
+        }
+    }
+    (!t.rows.is_empty()).then_some(t)
+}
+
 /// What was read, left out and written.
 pub(crate) fn files(s: &Summary) -> Vec<Table> {
     let mut inputs = Table::list("Read", &["What", "Form", "Files", "BLAKE3"]);

@@ -1,7 +1,9 @@
 //! De-identified results.
 
 use crate::shared::{run, scratch};
-use supine_tests::{Case, copy_series, readers_python, supine, tool};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use supine_tests::{Case, copy_series, readers_python, source, supine, tool};
 
 #[test]
 fn nothing_of_the_patient_is_in_a_de_identified_run() {
@@ -35,4 +37,63 @@ fn nothing_of_the_patient_is_in_a_de_identified_run() {
     let again = run(&case, &out, 2).success("supine run, again");
     assert_eq!(before, std::fs::read(out.join("ct/CT0001.dcm")).expect("a slice can be read"));
     assert!(!again.stderr.contains("PHANTOM"), "{}", again.stderr);
+}
+
+#[test]
+fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
+    let folder = scratch();
+    let own = folder.path().join("of PHANTOM^FIXTURE");
+    std::fs::create_dir(&own).expect("a folder can be made");
+    let words = [source(), own.clone(), PathBuf::from("91.37,-248.09,-594.5")];
+    readers_python("own_objects.py", words).success("own_objects.py");
+    let object = |name: &str| own.join(format!("{name}.dcm"));
+    let carry = ["dose", "structures", "segmentation"]
+        .map(|name| format!("{name} = ['{}']", object(name).display()))
+        .join(", ");
+    let case = Case::small()
+        .with("export", "{ anonymise = true }")
+        .with("carry", &format!("{{ {carry} }}"))
+        .write(folder.path());
+    let out = folder.path().join("out");
+    run(&case, &out, 2).success("supine run");
+    let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    let summary: Value = serde_json::from_str(&summary).expect("the summary is JSON");
+    assert_eq!(summary["carried"].as_array().expect("what was carried").len(), 3, "{summary}");
+    println!("{}", summary["carried"]);
+
+    // By themselves they come out the same, to the byte.
+    for name in ["dose", "structures", "segmentation"] {
+        let (given, again) = (object(name), out.join(format!("{name}.dcm")));
+        let said = supine(&[&"carry", &out, &given, &"--out", &again, &"--json"]);
+        let said = said.success("supine carry");
+        assert!(!said.stdout.to_lowercase().contains("auster"), "{}", said.stdout);
+        let bytes = |path: &Path| std::fs::read(path).expect("the object is there");
+        assert!(bytes(&again) == bytes(&out.join(format!("rt/{name}-1.dcm"))), "{name} differs");
+        let faults = tool("dciodvfy", ["-new".as_ref(), again.as_os_str()]).stderr;
+        let fault = faults.lines().find(|line| line.starts_with("Error"));
+        // It ends itself on doses of 32 bits.
+        assert!(fault.is_none() || name == "dose", "{name}: {fault:?}");
+    }
+    let list = out.join("structures.csv");
+    supine(&[&"carry", &out, &object("structures"), &"--out", &list]).success("supine carry");
+    let told =
+        [source(), out.clone(), object("dose"), object("structures"), object("segmentation")];
+    println!("{}", readers_python("identifiers.py", told).success("identifiers.py").stdout.trim());
+    println!(
+        "{}",
+        readers_python("own_found.py", [&out, &own]).success("own_found.py").stdout.trim()
+    );
+
+    // Without the key nothing connects them, and an object of someone else is refused with it.
+    let other = own.join("other.dcm");
+    let words = [object("structures"), other.clone()];
+    readers_python("renamed.py", words).success("renamed.py");
+    let refused = |what: &Path, word: &str| {
+        let said = supine(&[&"carry", &out, &what, &"--out", &out.join("x.dcm")]);
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        assert!(said.stderr.contains(word) && !out.join("x.dcm").exists(), "{}", said.stderr);
+    };
+    refused(&other, "not that of the patient");
+    std::fs::remove_file(out.join(".stages/anonymise.key")).expect("the key can be removed");
+    refused(&object("structures"), "frame of reference");
 }

@@ -125,7 +125,7 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
     let labels = std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels");
     let case = Case::small().with("bed", "{ ap = 0.0, lat = -10.0 }").write(folder.path());
     run(&case, &out, 2).success("the run with another bed");
-    assert_eq!(redone(&out), ["solve", "warp", "export", "report"]);
+    assert_eq!(redone(&out), ["solve", "warp", "export", "carry", "report"]);
     assert_eq!(labels, std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels"));
 }
 

@@ -4,7 +4,7 @@ use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use supine_tests::{readers_python, source, supine, tool};
+use supine_tests::{Case, readers_python, source, supine, tool};
 
 /// `supine carry FROM WHAT --out OUT --json`; what it says.
 fn carry(from: &Path, what: &Path, out: &Path) -> Value {
@@ -93,6 +93,14 @@ fn what_belongs_elsewhere_is_refused_before_anything_is_written() {
     let contours = folder.join("c.csv");
     std::fs::write(&contours, "structure,contour,x,y,z\nA,1,0,0,0\n").expect("it is written");
     refused(run, &contours, 2, "structure set");
+    // A case is told so before the work begins.
+    let dose = folder.join("dose.dcm");
+    let carry = format!("{{ dose = ['{}'] }}", dose.display());
+    let case = Case::small().with("carry", &carry).write(folder);
+    let said = crate::shared::run(&case, &folder.join("out"), 2);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("another frame of reference"), "{}", said.stderr);
+    assert!(!said.stderr.contains("segment"), "{}", said.stderr);
 }
 
 #[test]

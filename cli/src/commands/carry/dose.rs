@@ -1,15 +1,14 @@
 //! Doses.
 
-use super::{Job, dicom, stopped, warped};
+use super::Job;
 use crate::failure::Failure;
-use supine_dicom::{Dose, DoseInfo, read_dose, write_dose};
+use supine_dicom::{Dose, DoseInfo};
 use supine_exchange::write_scalar;
+use supine_pipeline::{CtInput, DOSE_NOTE, carry_with_totals, write_carried_dose};
 use supine_space::Progress;
 use supine_volume::Volume;
-use supine_warp::{DoseTotals, Origins, Params, carry_dose, dose_totals};
+use supine_warp::DoseTotals;
 
-const NOTE: &str = "the dose was carried with the tissue; it was not computed anew on the deformed \
-                    anatomy";
 const NO_CT: &str = "without --ct (the CT before deformation) the density of the tissue is not \
                      known: the total is by volume only";
 
@@ -21,7 +20,7 @@ pub(super) fn carry(job: &Job<'_>, given: &Volume<f32>) -> Result<u8, Failure> {
              dose itself, or name a .nrrd or .nii.gz file",
         ));
     }
-    let (carried, totals) = carried(job, given)?;
+    let (carried, totals) = carried(job, given, job.ct()?.as_ref())?;
     let watch = |share| job.screen.share("export", share);
     write_scalar(&carried, &job.args.out, Progress::new(&watch))?;
     tell(job, [given, &carried], &totals, (None, vec![]));
@@ -30,38 +29,32 @@ pub(super) fn carry(job: &Job<'_>, given: &Volume<f32>) -> Result<u8, Failure> {
 
 /// A DICOM RT dose.
 pub(super) fn carry_dicom(job: &Job<'_>) -> Result<u8, Failure> {
-    let dose = read_dose(job.what)?;
-    let mut warnings = dose.warnings().to_vec();
-    warnings.extend(job.same_frame(&[dose.frame_of_reference_uid()])?);
+    let ct = job.ct()?;
+    let company = job.company(ct.as_ref())?;
+    let (dose, mut warnings) = company.dose(job.what)?;
     let given = dose.volume();
-    // What is missing for the object is told before the work.
-    let exported = if job.to_dicom() { Some(job.exported()?) } else { None };
-    let (carried, totals) = carried(job, given)?;
-    let Some(exported) = exported else {
+    let (carried, totals) = carried(job, given, ct.as_ref())?;
+    if !job.to_dicom() {
         let watch = |share| job.screen.share("export", share);
         write_scalar(&carried, &job.args.out, Progress::new(&watch))?;
         tell(job, [given, &carried], &totals, (None, warnings));
         return Ok(0);
-    };
-    let params = dicom::params("dose", &exported.source);
-    let by = exported.registration.as_ref();
-    let written = write_dose(&carried, &dose, &exported.source, &params, by, &job.args.out)?;
+    }
+    let written = write_carried_dose(&carried, &dose, &company, &job.args.out)?;
     warnings.extend(written.warnings.iter().cloned());
     tell(job, [given, &carried], &totals, (Some((&dose, &written)), warnings));
     Ok(0)
 }
 
 /// The dose in the operating position, on its own grid, with its totals.
-fn carried(job: &Job<'_>, given: &Volume<f32>) -> Result<(Volume<f32>, DoseTotals), Failure> {
-    let ct = job.ct()?;
+fn carried(
+    job: &Job<'_>,
+    given: &Volume<f32>,
+    ct: Option<&CtInput>,
+) -> Result<(Volume<f32>, DoseTotals), Failure> {
     let watch = |share| job.screen.share("carry", share);
-    let progress = Progress::new(&watch);
-    let origins =
-        Origins::new(given.grid(), job.map(), &Params::default(), 0.0, progress.part(0.0, 0.8))
-            .map_err(warped)?;
-    let carried = carry_dose(given, &origins, progress.part(0.8, 1.0)).map_err(stopped)?;
-    let totals = dose_totals([given, &carried], &origins, ct.as_ref().map(|input| &input.ct));
-    Ok((carried, totals))
+    let ct = ct.map(|input| &input.ct);
+    Ok(carry_with_totals(given, ct, job.map(), Progress::new(&watch))?)
 }
 
 fn tell(
@@ -70,7 +63,7 @@ fn tell(
     totals: &DoseTotals,
     (dicom, doubts): (Option<(&Dose, &DoseInfo)>, Vec<String>),
 ) {
-    let mut warnings = vec![NOTE.to_owned()];
+    let mut warnings = vec![DOSE_NOTE.to_owned()];
     if totals.energy_mj.is_none() {
         warnings.push(NO_CT.into());
     }

@@ -1,5 +1,6 @@
 //! The report and `summary.json`.
 
+use super::carry::{self, Carried};
 use super::export::Exported;
 use super::import::Imported;
 use super::region::Chosen;
@@ -27,6 +28,7 @@ pub(crate) struct Flow {
     pub(crate) solved: Done<Displacement, SolveFacts>,
     pub(crate) warped: Done<Ct, WarpFacts>,
     pub(crate) export: Exported,
+    pub(crate) carried: Carried,
     pub(crate) tissues: Labelled,
 }
 
@@ -37,7 +39,7 @@ pub(crate) fn report(mut bench: Bench<'_>, case: &Case, flow: &Flow) -> Result<S
     let decided = summary.to_json();
     let done = bench.stage(
         Stage::Report,
-        &[&flow.export.key, &flow.labels.key, &flow.tissues.key, &decided],
+        &[&flow.export.key, &flow.carried.key, &flow.labels.key, &flow.tissues.key, &decided],
         |_, _| Ok(()),
         |store, progress| {
             let folder = store.path("report")?;
@@ -124,6 +126,7 @@ fn summarise(bench: &Bench<'_>, case: &Case, flow: &Flow) -> Result<Summary, Run
         modulus_interval: flow.solved.facts.interval.clone(),
         nipple: flow.warped.facts.nipple.clone(),
         points: flow.warped.facts.points.clone(),
+        carried: flow.carried.facts.clone(),
         export: flow.export.facts.clone(),
         warnings: bench.warnings.clone(),
         outputs: bench.store.outputs().into_iter().filter(|o| o.path != "report").collect(),
@@ -151,6 +154,7 @@ fn inputs(case: &Case, flow: &Flow) -> Result<Vec<Input>, RunError> {
             blake3: hashed.blake3,
         });
     }
+    inputs.extend(carry::inputs(case)?);
     Ok(inputs)
 }
 

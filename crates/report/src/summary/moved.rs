@@ -106,3 +106,34 @@ pub struct CarriedPoint {
     /// Whether it lies in the mesh; outside, nothing is known to move and `after` is `before`.
     pub inside: bool,
 }
+
+/// A dose, a structure set or a segmentation of the patient's own that was carried along.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct CarriedObject {
+    /// `dose`, `structures` or `segmentation`.
+    pub kind: String,
+    /// The object that was written, below the run's folder.
+    pub file: String,
+    /// Its SOP Instance UID.
+    pub instance_uid: String,
+    /// Of a dose: its largest value before and after, Gy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_gy: Option<[f64; 2]>,
+    /// Of a dose: the energy imparted before and after, mJ, by 1 + HU / 1000 g/ml.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_mj: Option<[f64; 2]>,
+    /// Of structures and segments: all that have a volume, in the order of the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<CarriedRegion>,
+}
+
+/// A region of interest or segment that was carried along.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct CarriedRegion {
+    /// Its name, as it was written.
+    pub name: String,
+    /// Volume in the CT, ml.
+    pub before_ml: f64,
+    /// Volume on the operating table, ml.
+    pub after_ml: f64,
+}

@@ -194,6 +194,18 @@ pub(crate) fn example() -> Summary {
             after_mm: [31.0, -24.5, -1.5],
             inside: true,
         }],
+        carried: vec![CarriedObject {
+            kind: "structures".into(),
+            file: "rt/structures-1.dcm".into(),
+            instance_uid: "2.25.9".into(),
+            max_gy: None,
+            energy_mj: None,
+            regions: vec![CarriedRegion {
+                name: "CTV <2>".into(),
+                before_ml: 13.2,
+                after_ml: 13.05,
+            }],
+        }],
         export: Some(Export {
             folder: "ct".into(),
             files: 86,

@@ -1,0 +1,215 @@
+//! A patient's own dose, structures and segments in the operating position, as objects of the exported CT.
+//!
+//! The one way for a run (`carry.*` in the case) and for `supine carry`: [`Company`] says what an object is
+//! compared with and what it may name, the other files move it and write it.
+
+mod contours;
+mod dose;
+mod segments;
+
+pub use contours::{
+    CarriedContours, carry_named_contours, closed_contours, write_carried_structures,
+};
+pub use dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
+pub use segments::{CarriedSegments, carry_segments, write_carried_segments};
+
+use crate::outward::known_anonymiser;
+use crate::{CtInput, RunError, read_ct};
+use std::path::{Path, PathBuf};
+use supine_dicom::{
+    Anonymiser, CompanionParams, Deformable, Dose, ObjectReference, Segmentation, Source,
+    Structures, frame_of_reference, read_deformable, read_dose, read_segmentation, read_structures,
+};
+use supine_space::{Grid, Progress};
+use supine_volume::Ct;
+
+/// Said when the CT before deformation is not known.
+const NOT_COMPARED: &str = "the frame of reference was not compared with the CT's (--ct)";
+
+/// What an object of the patient is held against before it is carried.
+#[derive(Debug)]
+pub struct Company {
+    /// The exported CT, when the run has one.
+    exported: Option<(Ct, Source)>,
+    registration: Option<Deformable>,
+    /// What took the patient out of the exported CT.
+    anonymiser: Option<Anonymiser>,
+    /// Frame of reference of the CT before deformation, as far as it is known.
+    before: Option<String>,
+}
+
+impl Company {
+    /// The company of the run in a folder, or of a mesh alone; `before` is the series before deformation, where it is
+    /// at hand.
+    ///
+    /// # Errors
+    /// When the exported series, its registration or the key of its de-identification cannot be read, or do not
+    /// belong together.
+    pub fn of(
+        run: &Path,
+        before: Option<&Source>,
+        progress: Progress<'_>,
+    ) -> Result<Self, RunError> {
+        let folder = run.join("ct");
+        let exported = match folder.is_dir() {
+            true => match read_ct(&folder, None, progress)? {
+                CtInput { ct, dicom: Some((source, _)) } => Some((ct, source)),
+                CtInput { dicom: None, .. } => None,
+            },
+            false => None,
+        };
+        let path = run.join("registration").join("deformable.dcm");
+        let registration = path
+            .is_file()
+            .then(|| read_deformable(&path).map_err(RunError::Carried))
+            .transpose()?;
+        if let (Some(r), Some((_, source))) = (&registration, &exported)
+            && r.registered_frame_uid != source.frame_of_reference_uid()
+        {
+            return Err(RunError::OtherRegistration { path, series: folder });
+        }
+        let anonymised = exported.as_ref().is_some_and(|(_, source)| source.is_anonymised());
+        let anonymiser = if anonymised { known_anonymiser(run)? } else { None };
+        let before = before.map(Source::frame_of_reference_uid);
+        let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
+        Ok(Self { exported, registration, anonymiser, before })
+    }
+
+    /// What is known before the CT is exported.
+    pub(crate) fn ahead(before: &Source, anonymiser: Option<Anonymiser>) -> Self {
+        let before = Some(before.frame_of_reference_uid());
+        Self { exported: None, registration: None, anonymiser, before }
+    }
+
+    /// The exported CT, to which a DICOM object will belong.
+    pub fn exported(&self) -> Option<&(Ct, Source)> {
+        self.exported.as_ref()
+    }
+
+    /// The registration of the exported CT with the one before.
+    fn registration(&self) -> Option<&ObjectReference> {
+        self.registration.as_ref().map(|r| &r.object)
+    }
+
+    /// An RT dose that lies on the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// When it cannot be read, or belongs to another CT or patient.
+    pub fn dose(&self, path: &Path) -> Result<(Dose, Vec<String>), RunError> {
+        let dose = read_dose(path).map_err(RunError::Carried)?;
+        let mut warnings = dose.warnings().to_vec();
+        warnings.extend(self.compare(path, &[dose.frame_of_reference_uid()])?);
+        let Some((_, source)) = &self.exported else { return Ok((dose, warnings)) };
+        let dose = dose.outward(source, self.anonymiser.as_ref()).map_err(RunError::Carried)?;
+        Ok((dose, warnings))
+    }
+
+    /// A structure set that was drawn on the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// As [`Self::dose`].
+    pub fn structures(&self, path: &Path) -> Result<(Structures, Vec<String>), RunError> {
+        let structures = read_structures(path).map_err(RunError::Carried)?;
+        let frames: Vec<String> =
+            structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
+        let mut warnings: Vec<String> = self.compare(path, &frames)?.into_iter().collect();
+        let Some((_, source)) = &self.exported else { return Ok((structures, warnings)) };
+        let outward = structures.outward(source, self.anonymiser.as_ref());
+        let (structures, renamed) = outward.map_err(RunError::Carried)?;
+        warnings.extend(renamed);
+        Ok((structures, warnings))
+    }
+
+    /// A segmentation on the voxels of the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// As [`Self::dose`]; and when its pixels are no voxels of the CT.
+    pub fn segmentation(
+        &self,
+        path: &Path,
+        grid: &Grid,
+    ) -> Result<(Segmentation, Vec<String>), RunError> {
+        let found = frame_of_reference(path).map_err(RunError::Carried)?;
+        let mut warnings: Vec<String> =
+            self.compare(path, std::slice::from_ref(&found))?.into_iter().collect();
+        let given = read_segmentation(path, grid, Some(&found)).map_err(RunError::Carried)?;
+        warnings.extend(given.warnings().to_vec());
+        let Some((_, source)) = &self.exported else { return Ok((given, warnings)) };
+        let outward = given.outward(source, self.anonymiser.as_ref());
+        let (given, renamed) = outward.map_err(RunError::Carried)?;
+        warnings.extend(renamed);
+        Ok((given, warnings))
+    }
+
+    /// What is carried must lie in the frame of reference of the CT, under its own UID or the mapped one; a warning when
+    /// that is not known.
+    fn compare(&self, path: &Path, found: &[String]) -> Result<Option<String>, RunError> {
+        let Some(own) = &self.before else { return Ok(Some(NOT_COMPARED.into())) };
+        let mapped = |uid: &str| self.anonymiser.as_ref().map(|by| by.uid(uid));
+        let same = |uid: &String| {
+            uid == own || mapped(uid).as_ref() == Some(own) || mapped(own).as_ref() == Some(uid)
+        };
+        if found.iter().any(|uid| !uid.is_empty() && !same(uid)) {
+            return Err(RunError::OtherFrame { path: path.into() });
+        }
+        Ok(None)
+    }
+
+    /// The headers that an object is written with.
+    fn source(&self) -> Result<&Source, RunError> {
+        self.exported.as_ref().map(|(_, source)| source).ok_or(RunError::NoSeries)
+    }
+}
+
+/// What a carried object says about itself.
+fn params(what: &str, source: &Source) -> CompanionParams {
+    CompanionParams {
+        series_description: format!("DEFORMED {what} [supine]"),
+        derivation: format!(
+            "DERIVED: {what} carried with the tissue of a simulated deformation, not made anew on \
+             it. The CT:"
+        ),
+        clock: source.clock(),
+        software_version: env!("CARGO_PKG_VERSION").into(),
+    }
+}
+
+/// The kinds of the objects that a case can name, in the order in which they are carried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// RT doses.
+    Dose,
+    /// RT structure sets.
+    Structures,
+    /// Segmentations.
+    Segmentation,
+}
+
+impl Kind {
+    /// Name in the summary and in names of files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dose => "dose",
+            Self::Structures => "structures",
+            Self::Segmentation => "segmentation",
+        }
+    }
+
+    /// The key of the case file.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            Self::Dose => "`carry.dose`",
+            Self::Structures => "`carry.structures`",
+            Self::Segmentation => "`carry.segmentation`",
+        }
+    }
+}
+
+/// An object that a case names.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// What it is.
+    pub kind: Kind,
+    /// Where it is.
+    pub path: PathBuf,
+}

@@ -1,0 +1,96 @@
+//! Contours and structure sets.
+
+use super::{Company, params};
+use crate::RunError;
+use std::path::Path;
+use supine_dicom::{Structures, StructuresInfo, write_structures};
+use supine_exchange::NamedContours;
+use supine_mesh::{Displacement, TetMesh};
+use supine_report::CarriedRegion;
+use supine_space::{Grid, Progress};
+use supine_warp::{Carried, Params, carry_contours};
+
+/// Structures in the operating position.
+#[derive(Debug, Default)]
+pub struct CarriedContours {
+    /// All of them, in their order; those without contours stay so.
+    pub structures: Vec<NamedContours>,
+    /// What became of those with contours: how many they had, and what the surface did.
+    pub moved: Vec<(usize, Carried)>,
+}
+
+impl CarriedContours {
+    /// Volumes of those with contours.
+    pub fn regions(&self) -> Vec<CarriedRegion> {
+        let facts = self.moved.iter().map(|(n, carried)| {
+            let [before_ml, after_ml] = carried.volume_ml;
+            CarriedRegion { name: self.structures[*n].name.clone(), before_ml, after_ml }
+        });
+        facts.collect()
+    }
+}
+
+/// Structures on the slices of a grid. `map` is the mesh with the displacement as the solver gave it.
+///
+/// # Errors
+/// When the contours of a structure enclose nothing or are not parallel to the slices, or the user stopped.
+pub fn carry_named_contours(
+    given: &[NamedContours],
+    grid: &Grid,
+    map: (&TetMesh, &Displacement),
+    progress: Progress<'_>,
+) -> Result<CarriedContours, RunError> {
+    let mut carried = CarriedContours::default();
+    for (n, structure) in given.iter().enumerate() {
+        let all = given.len() as f64;
+        let progress = progress.part(n as f64 / all, (n + 1) as f64 / all);
+        let NamedContours { name, contours } = structure;
+        if contours.is_empty() {
+            carried.structures.push(structure.clone());
+            continue;
+        }
+        let (contours, facts) = carry_contours(contours, grid, map, &Params::default(), progress)
+            .map_err(|error| match RunError::from(error) {
+            RunError::Warp(source) => RunError::Structure { name: name.clone(), source },
+            other => other,
+        })?;
+        carried.moved.push((n, facts));
+        carried.structures.push(NamedContours { name: name.clone(), contours });
+    }
+    Ok(carried)
+}
+
+/// The closed contours of a structure set, and what of it is left out.
+pub fn closed_contours(structures: &Structures) -> (Vec<NamedContours>, Vec<String>) {
+    let (mut warnings, mut given) = (Vec::new(), Vec::new());
+    for roi in structures.rois() {
+        let name = &roi.name;
+        if roi.open_contours > 0 {
+            let open = roi.open_contours;
+            warnings.push(format!("{name}: {open} points and open lines are left out"));
+        }
+        let mut contours = roi.contours.clone();
+        if !contours.is_empty() && contours.iter().all(|c| c.len() < 3) {
+            warnings.push(format!("{name}: no contour has three corners; it is left empty"));
+            contours.clear();
+        }
+        given.push(NamedContours { name: name.clone(), contours });
+    }
+    (given, warnings)
+}
+
+/// Writes carried structures as a structure set of the exported CT.
+///
+/// # Errors
+/// When there is no exported CT, they are of another patient, or the file cannot be written or does not read back.
+pub fn write_carried_structures(
+    carried: &CarriedContours,
+    from: &Structures,
+    company: &Company,
+    path: &Path,
+) -> Result<StructuresInfo, RunError> {
+    let source = company.source()?;
+    let contours: Vec<_> = carried.structures.iter().map(|s| s.contours.clone()).collect();
+    write_structures(&contours, from, source, &params("structures", source), path)
+        .map_err(RunError::Carried)
+}
