@@ -107,6 +107,8 @@ def look():
         (a, area), (b, grown) = middle(before), middle(after)
         moved.append(name)
         print(f"{name}: middle moved by {np.round(b - a, 2)} mm, area {area:.0f} to {grown:.0f} mm2 in all slices")
+        if name == "Scar":
+            check(grown / area > 0.85, f"{name}: {grown:.0f} of {area:.0f} mm2 are left of a thin structure that slants")
         if name == "Tumor Bed":
             solid = np.concatenate([filled(p) for p in before])
             gradient = np.stack([(displacement(solid + e) - displacement(solid - e)) / 0.02 for e in 0.01 * np.eye(3)], -1)

@@ -146,3 +146,34 @@ fn what_does_not_move_is_given_back_and_what_cannot_be_is_refused() {
         "{refused:?}"
     );
 }
+
+#[test]
+fn a_thin_band_that_slants_is_still_there_between_its_planes() {
+    let mesh = block();
+    let grid = slices(false);
+    // 2.4 mm wide and 14 mm long, from slice to slice 7 mm on along itself and 1 mm across; carried by nearly half a step.
+    let axes = *grid.direction();
+    let band = |n: usize| -> Vec<Point> {
+        let on = n as f64 - 2.0;
+        let middle = Vector::new(7.0 * on, on, 0.0);
+        let corner = |[x, y]: [f64; 2]| {
+            let centre = grid.centre([0, 0, 28 + n]);
+            let flat = axes * (middle + Vector::new(7.0 * x, 1.2 * y, 0.0));
+            Point::new(flat.x, flat.y, centre.z)
+        };
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner).to_vec()
+    };
+    let given: Vec<Vec<Point>> = (0..5).map(band).collect();
+    let u = moved(&mesh, Order::Linear, |_| Vector::new(0.0, 0.0, 0.8));
+    let (contours, _) =
+        carry_contours(&given, &grid, (&mesh, &u), &params(), Progress::none()).unwrap();
+    let area = |contours: &[Vec<Point>]| -> f64 {
+        let one = |c: &Vec<Point>| {
+            let fan = c.windows(2).map(|w| (w[0] - c[0]).cross(&(w[1] - c[0])));
+            0.5 * fan.sum::<Vector>().norm()
+        };
+        contours.iter().map(one).sum()
+    };
+    let share = area(&contours) / area(&given);
+    assert!((0.9..1.05).contains(&share), "{share} of the area is left");
+}
