@@ -18,7 +18,7 @@ const CHANGES: usize = 7;
 fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).context("bench-segment CT")?;
     let import = Instant::now();
-    let input = supine_pipeline::read_ct(Path::new(&path), None, Progress::none())?;
+    let input = supine_pipeline::read_ct(Path::new(&path), &Default::default(), Progress::none())?;
     let import = import.elapsed();
     let ct = &input.ct;
     let after_import = peak_mb()?;

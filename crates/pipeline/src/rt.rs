@@ -17,8 +17,9 @@ use crate::outward::known_anonymiser;
 use crate::{CtInput, RunError, read_ct};
 use std::path::{Path, PathBuf};
 use supine_dicom::{
-    Anonymiser, CompanionParams, Deformable, Dose, ObjectReference, Segmentation, Source,
-    Structures, frame_of_reference, read_deformable, read_dose, read_segmentation, read_structures,
+    Anonymiser, CompanionParams, Deformable, Dose, ObjectReference, ReadParams, Segmentation,
+    Source, Structures, frame_of_reference, read_deformable, read_dose, read_segmentation,
+    read_structures,
 };
 use supine_space::{Grid, Progress};
 use supine_volume::Ct;
@@ -52,7 +53,7 @@ impl Company {
     ) -> Result<Self, RunError> {
         let folder = run.join("ct");
         let exported = match folder.is_dir() {
-            true => match read_ct(&folder, None, progress)? {
+            true => match read_ct(&folder, &ReadParams::default(), progress)? {
                 CtInput { ct, dicom: Some((source, _)) } => Some((ct, source)),
                 CtInput { dicom: None, .. } => None,
             },
