@@ -62,7 +62,15 @@ pub fn supine_command() -> Command {
 /// Builds the binary, so that no test judges yesterday's, and tells where cargo put it.
 fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut build = Command::new(cargo)
+    let mut build = Command::new(cargo);
+    // What cargo told us of ourselves: else a build script that heeds it runs anew, with all that follows.
+    for (name, _) in std::env::vars_os() {
+        let text = name.to_string_lossy();
+        if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {
+            build.env_remove(name);
+        }
+    }
+    let mut build = build
         // From the whole workspace, as `cargo xtask test` does: cargo then chooses the same features of other crates.
         .args(["build", "--workspace", "--bin", "supine"])
         .arg("--message-format=json-render-diagnostics")
