@@ -77,7 +77,7 @@ def wait_for(port):
     raise AssertionError(f"nobody listens on {port}")
 
 
-def orthanc(name="orthanc", receiver=("RECEIVER", "127.0.0.1", RECEIVER), **more):
+def orthanc(name="orthanc", **more):
     store = SCRATCH / name
     store.mkdir()
     settings = {
@@ -90,7 +90,7 @@ def orthanc(name="orthanc", receiver=("RECEIVER", "127.0.0.1", RECEIVER), **more
         "DicomAlwaysAllowFind": True,
         "DicomAlwaysAllowGet": True,
         "DicomAlwaysAllowMove": True,
-        "DicomModalities": {"receiver": receiver},
+        "DicomModalities": {"receiver": ["RECEIVER", "127.0.0.1", RECEIVER]},
         "Plugins": [],
         **more,
     }

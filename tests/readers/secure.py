@@ -2,11 +2,13 @@
 
 import contextlib
 import shutil
+import signal
+import subprocess
 
 import pydicom
-from broken import Proxy
+from broken import Proxy, silent_peer
 from certificates import Authority, rewritten, self_signed
-from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, STORESCP, assert_same,
+from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, STORESCP, SUPINE, assert_same,
                    by_instance, copy, orthanc, running, supine, wait_for)
 
 ours = Authority(SCRATCH, "authority")
@@ -134,6 +136,24 @@ def by_itself():
         assert "give that of its issuer" in words, words
 
 
+def strangers(wanted):
+    """While a C-MOVE is under way its port takes those we trust, and nobody else. The archive waits for
+    a receiver that says nothing, so that there is time to call."""
+    held = ["--out", SCRATCH / "held", "--as", "SILENT", "--move-to", "SILENT", "--port", RECEIVER]
+    nobody = stranger.issue("caller")
+    callers = [(["+tls", OWN[1], OWN[0]], True), (["+tls", nobody[1], nobody[0]], False), (["+tla"], False)]
+    with silent_peer(PROXY):
+        process = subprocess.Popen([SUPINE, "fetch", *map(str, [*wanted, *held])], stderr=subprocess.DEVNULL)
+        wait_for(RECEIVER)
+        for how, trusted in callers:
+            words = ["echoscu", *how, "+cf", ours.pem, "-aec", "SILENT", "127.0.0.1", RECEIVER]
+            said = subprocess.run(list(map(str, words)), capture_output=True, text=True)
+            assert (said.returncode == 0) == trusted, (words, said.stderr)
+        assert process.poll() is None, "the port was open all the time"
+        process.send_signal(signal.SIGINT)
+        assert process.wait(5) == 130
+
+
 def there_and_back():
     """Orthanc with TLS on both ways; an association that breaks; C-MOVE to a port with TLS."""
     settings = {
@@ -144,12 +164,13 @@ def there_and_back():
         "DicomTlsRemoteCertificateRequired": True,
     }
     receiver = {"AET": "RECEIVER", "Host": "127.0.0.1", "Port": RECEIVER, "UseDicomTls": True}
+    settings["DicomModalities"] = {"receiver": receiver, "silent": ["SILENT", "127.0.0.1", PROXY]}
     tls = [*BY_AUTHORITY, *as_us(*OWN)]
     sent = copy("tls-sent", SERIES)
     count = len(by_instance(sent))
     head = pydicom.dcmread(next(iter(by_instance(sent).values())), stop_before_pixels=True)
     node = f"ARCHIVE@127.0.0.1:{ARCHIVE}"
-    with orthanc("orthanc-tls", receiver, **settings):
+    with orthanc("orthanc-tls", **settings):
         wait_for(ARCHIVE)
         with Proxy(PROXY, ARCHIVE, cut=3_000_000, times=2):
             said, _ = supine("send", sent, "--to", f"ARCHIVE@127.0.0.1:{PROXY}", *tls)
@@ -166,11 +187,12 @@ def there_and_back():
         assert_same(sent, moved)
         _, words = supine("fetch", *wanted[:4], *BY_AUTHORITY, *move, code=2)
         assert "a C-MOVE with --tls is answered here" in words, words
+        strangers(wanted)
     # One that calls us without TLS gets nothing, and it is told why.
     settings |= {"DicomPort": STORESCP, "StorageDirectory": str(SCRATCH / "orthanc-tls"),
                  "IndexDirectory": str(SCRATCH / "orthanc-tls")}
-    plain = {**receiver, "UseDicomTls": False}
-    with orthanc("orthanc-half", plain, **settings):
+    settings["DicomModalities"] = {"receiver": {**receiver, "UseDicomTls": False}}
+    with orthanc("orthanc-half", **settings):
         wait_for(STORESCP)
         moved.rename(SCRATCH / "tls-moved")
         wanted[1] = f"ARCHIVE@127.0.0.1:{STORESCP}"
