@@ -122,16 +122,13 @@ impl Wire {
 
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
         let Some(tunnel) = &mut self.tunnel else { return self.socket.read(buffer) };
-        loop {
-            match tunnel.connection.reader().read(buffer) {
-                Err(e) if e.kind() == ErrorKind::WouldBlock => {}
-                read => return read,
-            }
-            // Sends what waits, or reads.
-            if pauses(tunnel.connection.complete_io(&mut self.socket))? == (0, 0) {
-                return tunnel.connection.reader().read(buffer);
-            }
+        match tunnel.connection.reader().read(buffer) {
+            Err(e) if e.kind() == ErrorKind::WouldBlock => {}
+            read => return read,
         }
+        // Sends what waits, or reads: once, since what comes may be no data for as long as the peer likes.
+        pauses(tunnel.connection.complete_io(&mut self.socket))?;
+        tunnel.connection.reader().read(buffer)
     }
 
     /// Takes some of the bytes. What was taken may wait here until the next call, of whatever kind.
