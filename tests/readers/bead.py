@@ -159,7 +159,8 @@ def write_circles(path, ct):
             ball.append(circle(header, middle, np.sqrt(RADIUS**2 - off**2)))
     far = [circle(ct[k], place([12, 40, k]), 5.0) for k in (3, 4)]
     point = (ct[9], "POINT", middle[None])
-    write_structures(path, ct, [("Clip Höhle", "CTV", [*ball, point]), ("Empty", "ORGAN", []), ("Far", "ORGAN", far)])
+    wire = (ct[9], "OPEN_PLANAR", middle + np.outer([-8, -4, 0, 4, 8], [1, 0, 0]))
+    write_structures(path, ct, [("Clip Höhle", "CTV", [*ball, point, wire]), ("Empty", "ORGAN", []), ("Far", "ORGAN", far)])
 
 
 if __name__ == "__main__":

@@ -25,6 +25,8 @@ check(names == ["PTV_50.4Gy", "ROI 2", "ROI 3", "Scar"], f"names of regions: {na
 types = [o.RTROIInterpretedType for o in structures.RTROIObservationsSequence]
 check(types == ["PTV", "MARKER", "ORGAN", ""], f"types of regions: {types}")
 check([r.ROIDisplayColor for r in structures.ROIContourSequence] == [r.ROIDisplayColor for r in given[1].ROIContourSequence], "colours of regions")
+kinds = [{c.ContourGeometricType for c in r.get("ContourSequence", [])} for r in structures.ROIContourSequence]
+check(kinds == [{"CLOSED_PLANAR"}, {"POINT"}, {"OPEN_NONPLANAR"}, {"CLOSED_PLANAR"}], f"types of contours: {kinds}")
 for roi in structures.ROIContourSequence:
     for contour in roi.get("ContourSequence", []):
         named = [i.ReferencedSOPInstanceUID for i in contour.get("ContourImageSequence", [])]

@@ -205,6 +205,20 @@ mod tests {
     }
 
     #[test]
+    fn a_patient_is_told_by_her_number_however_her_name_is_written() {
+        let anonymiser = Anonymiser::new([1; 32]);
+        let called = |name: &str, id: &str| {
+            let mut header = DataSet::default();
+            header.put_text(tags::PATIENT_NAME, VR::PN, name);
+            header.put_text(tags::PATIENT_ID, VR::LO, id);
+            anonymiser.pseudonym(&header)
+        };
+        assert_eq!(called("Doe^Jane", "4711"), called("DOE^JANE^^", "4711"));
+        assert_ne!(called("Doe^Jane", "4711"), called("Doe^Jane", "4712"));
+        assert_ne!(called("Doe^Jane", ""), called("Roe^Jane", ""));
+    }
+
+    #[test]
     fn what_is_not_listed_is_gone() {
         let mut header = DataSet::default();
         header.put_text(tags::PATIENT_NAME, VR::PN, "Doe^Jane");

@@ -70,5 +70,7 @@ pub use segmentation::{
     Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, frame_of_reference,
     read_segmentation, write_carried_segmentation, write_segmentation,
 };
-pub use structures::{Roi, Structures, StructuresInfo, read_structures, write_structures};
+pub use structures::{
+    Drawing, Line, LineKind, Roi, Structures, StructuresInfo, read_structures, write_structures,
+};
 pub use verify::{Check, Expected, Verification, verify_export};

@@ -62,9 +62,9 @@ pub use outward::{Outward, forgetful_anonymiser};
 pub use refine::{Goal, Refine};
 pub use registration::write_registration;
 pub use rt::{
-    CarriedContours, CarriedSegments, Company, DOSE_NOTE, Kind, Wanted, carry_named_contours,
-    carry_segments, carry_with_totals, closed_contours, write_carried_dose, write_carried_segments,
-    write_carried_structures,
+    CarriedContours, CarriedSegments, Company, DOSE_NOTE, Kind, Wanted, carry_lines,
+    carry_named_contours, carry_segments, carry_with_totals, closed_contours, write_carried_dose,
+    write_carried_segments, write_carried_structures,
 };
 pub use run::run;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]

@@ -8,7 +8,7 @@ mod dose;
 mod segments;
 
 pub use contours::{
-    CarriedContours, carry_named_contours, closed_contours, write_carried_structures,
+    CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
 pub use dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
 pub use segments::{CarriedSegments, carry_segments, write_carried_segments};

@@ -60,7 +60,7 @@ pub use labels::carry_labels;
 pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;
-pub use surface::{Carried, carry_surface};
+pub use surface::{Carried, carry_surface, carry_vertices};
 
 use crate::{
     collar::Skin,

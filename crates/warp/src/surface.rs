@@ -50,6 +50,27 @@ pub fn carry_surface(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(TriSurface, Carried), Error> {
+    with_field((mesh, displacement), params, |field| carried(surface, field, progress))?
+}
+
+/// Points (LPS, mm) in the operating position, moved as those of a surface ([`carry_surface`]), such as the corners of
+/// open lines.
+///
+/// # Errors
+/// When the displacement belongs to another mesh or a parameter is out of range.
+pub fn carry_vertices(
+    points: &[Point],
+    map: (&TetMesh, &Displacement),
+    params: &Params,
+) -> Result<Vec<Point>, Error> {
+    with_field(map, params, |field| points.par_iter().map(|p| p + field.at(p)).collect())
+}
+
+fn with_field<T>(
+    (mesh, displacement): (&TetMesh, &Displacement),
+    params: &Params,
+    work: impl FnOnce(&Field<'_>) -> T,
+) -> Result<T, Error> {
     let (faded, _) = fade(mesh, displacement, params)?;
     let embedding = Embedding::new(mesh);
     let reach_mm = params.collar_mm + DECAY_MM;
@@ -57,8 +78,15 @@ pub fn carry_surface(
     let motion = Motion::new(&embedding, &faded, surround)?;
     let (low, high) = mesh.bounds();
     let margin = Vector::repeat(reach_mm);
-    let field =
-        Field { embedding: &embedding, motion: &motion, low: low - margin, high: high + margin };
+    let (low, high) = (low - margin, high + margin);
+    Ok(work(&Field { embedding: &embedding, motion: &motion, low, high }))
+}
+
+fn carried(
+    surface: &TriSurface,
+    field: &Field<'_>,
+    progress: Progress<'_>,
+) -> Result<(TriSurface, Carried), Error> {
     let mut pieces = Pieces {
         displacement: surface.points().par_iter().map(|p| field.at(p)).collect(),
         points: surface.points().to_vec(),
@@ -68,7 +96,7 @@ pub fn carry_surface(
     let mut settled = HashSet::new();
     for round in 0..ROUNDS {
         progress.at(round as f64 / ROUNDS as f64)?;
-        if !pieces.split(&field, &mut settled) {
+        if !pieces.split(field, &mut settled) {
             break;
         }
     }

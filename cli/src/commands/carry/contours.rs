@@ -4,7 +4,7 @@ use super::Job;
 use crate::failure::Failure;
 use supine_exchange::{NamedContours, read_contours, write_contours};
 use supine_pipeline::{
-    CarriedContours, carry_named_contours, closed_contours, write_carried_structures,
+    CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
 use supine_space::{Grid, Progress};
 
@@ -22,7 +22,7 @@ pub(super) fn carry_csv(job: &Job<'_>) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Closed planar contours of a structure set.
+/// A structure set: points and open lines of it come out in DICOM only.
 pub(super) fn carry_structures(job: &Job<'_>) -> Result<u8, Failure> {
     let ct = job.ct()?;
     let company = job.company(ct.as_ref())?;
@@ -36,13 +36,19 @@ pub(super) fn carry_structures(job: &Job<'_>) -> Result<u8, Failure> {
         None => carry(job, &given, job.ct_for_grid()?.ct.grid())?,
     };
     if !job.to_dicom() {
+        for roi in structures.rois().iter().filter(|roi| !roi.lines.is_empty()) {
+            let (name, n) = (&roi.name, roi.lines.len());
+            warnings
+                .push(format!("{name}: {n} points and open lines are left out of the .csv file"));
+        }
         let drawn: Vec<NamedContours> =
             carried.structures.iter().filter(|s| !s.contours.is_empty()).cloned().collect();
         write_contours(&drawn, &job.args.out)?;
         tell(job, &given, &carried, &warnings, None);
         return Ok(0);
     }
-    let written = write_carried_structures(&carried, &structures, &company, &job.args.out)?;
+    let lines = carry_lines(&structures, job.map())?;
+    let written = write_carried_structures(&carried, lines, &structures, &company, &job.args.out)?;
     warnings.extend(written.warnings);
     tell(job, &given, &carried, &warnings, Some(&written.object.instance_uid));
     Ok(0)

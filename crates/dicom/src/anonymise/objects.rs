@@ -108,8 +108,8 @@ impl Anonymiser {
     /// The header as that of a slice, and the CT's pseudonym.
     fn object(&self, header: &DataSet, ct: &Source) -> DataSet {
         let mut clean = self.clean(header);
-        for tag in [tags::PATIENT_ID, tags::PATIENT_NAME] {
-            clean.put_text(tag, VR::LO, &ct.slices[0].header.text(tag));
+        for (tag, vr) in [(tags::PATIENT_ID, VR::LO), (tags::PATIENT_NAME, VR::PN)] {
+            clean.put_text(tag, vr, &ct.slices[0].header.text(tag));
         }
         clean
     }

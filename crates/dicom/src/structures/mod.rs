@@ -2,7 +2,7 @@
 
 mod write;
 
-pub use write::{StructuresInfo, write_structures};
+pub use write::{Drawing, StructuresInfo, write_structures};
 
 use crate::data_set::{DataSet, text_of};
 use crate::error::Error;
@@ -13,6 +13,39 @@ use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 use supine_space::{Grid, Point};
 use supine_volume::{Filled, Volume, fill_contours};
+
+/// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineKind {
+    /// Points by themselves.
+    Point,
+    /// An open line in one plane.
+    OpenPlanar,
+    /// An open line.
+    OpenNonplanar,
+}
+
+impl LineKind {
+    const ALL: [(Self, &'static str); 3] = [
+        (Self::Point, "POINT"),
+        (Self::OpenPlanar, "OPEN_PLANAR"),
+        (Self::OpenNonplanar, "OPEN_NONPLANAR"),
+    ];
+
+    /// The defined term.
+    fn term(self) -> &'static str {
+        Self::ALL.iter().find(|(kind, _)| *kind == self).map_or("", |(_, term)| term)
+    }
+}
+
+/// Points or an open line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// What they are.
+    pub kind: LineKind,
+    /// LPS, mm.
+    pub points: Vec<Point>,
+}
 
 /// A region of interest.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,8 +63,10 @@ pub struct Roi {
     /// Closed contours in one plane each (CLOSED_PLANAR, CLOSEDPLANAR_XOR), LPS, mm. The inside
     /// follows the even-odd rule per plane.
     pub contours: Vec<Vec<Point>>,
-    /// Points and open lines, which enclose nothing and were left out.
-    pub open_contours: usize,
+    /// Points and open lines, which enclose nothing.
+    pub lines: Vec<Line>,
+    /// Contours of types that are not known, which were left out.
+    pub unknown_contours: usize,
 }
 
 impl Roi {
@@ -91,7 +126,7 @@ impl Structures {
 fn doubts(roi: &Roi, filled: Filled) -> Vec<String> {
     let mut warnings = Vec::new();
     let name = &roi.name;
-    let nothing = filled.degenerate + roi.open_contours;
+    let nothing = filled.degenerate + roi.lines.len() + roi.unknown_contours;
     if nothing > 0 {
         warnings.push(format!(
             "{nothing} contour(s) of the region {name:?} enclose nothing (points, open lines, or \
@@ -133,7 +168,8 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
             colour: None,
             frame_of_reference: item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID),
             contours: Vec::new(),
-            open_contours: 0,
+            lines: Vec::new(),
+            unknown_contours: 0,
         });
     }
     if rois.is_empty() {
@@ -148,11 +184,17 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         let Some(roi) = referenced(&mut rois, item) else { continue };
         roi.colour = colour(item);
         for contour in item.items(tags::CONTOUR_SEQUENCE) {
-            match contour.text(tags::CONTOUR_GEOMETRIC_TYPE).as_str() {
-                "CLOSED_PLANAR" | "CLOSEDPLANAR_XOR" => {
+            let kind = contour.text(tags::CONTOUR_GEOMETRIC_TYPE);
+            let open = LineKind::ALL.iter().find(|(_, term)| *term == kind);
+            match (kind.as_str(), open) {
+                ("CLOSED_PLANAR" | "CLOSEDPLANAR_XOR", _) => {
                     roi.contours.push(points(&object, &roi.name, contour)?);
                 }
-                _ => roi.open_contours += 1,
+                (_, Some(&(kind, _))) => {
+                    let points = points(&object, &roi.name, contour)?;
+                    roi.lines.push(Line { kind, points });
+                }
+                (_, None) => roi.unknown_contours += 1,
             }
         }
     }

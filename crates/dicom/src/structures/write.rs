@@ -1,6 +1,6 @@
 //! Contours that were carried along, as a structure set of the exported CT.
 
-use super::{Structures, read_structures};
+use super::{Line, LineKind, Structures, read_structures};
 use crate::companion::{
     CompanionParams, Kind, ObjectReference, characters, common, derivation, plain, put_texts,
     same_patient, write,
@@ -26,6 +26,8 @@ const KIND: Kind = Kind {
 const PER_MM: f64 = 1e4;
 /// Longest Contour Data: beyond it the element would lose its VR (PS3.5 6.2.2), which some readers do not take.
 const MAX_BYTES: usize = 65_534;
+/// Points of which the decimal strings always fit it: three of 16 characters each, and what lies between.
+const MOST_POINTS: usize = 1280;
 /// Where it would be longer, corners this near to the line of their neighbours are left out, mm; twice as much until it
 /// fits.
 const THIN_MM: f64 = 0.01;
@@ -39,29 +41,41 @@ const OBSERVED: &[Tag] = &[
     tags::ROI_INTERPRETER,
 ];
 
+/// What is drawn of a region.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drawing {
+    /// Closed contours, LPS, mm.
+    pub contours: Vec<Vec<Point>>,
+    /// Points and open lines.
+    pub lines: Vec<Line>,
+}
+
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct StructuresInfo {
     /// The object.
     pub object: ObjectReference,
-    /// Contours written.
+    /// Closed contours written.
     pub contours: usize,
+    /// Points and open lines written.
+    pub lines: usize,
     /// Doubts that a user has to know of.
     pub warnings: Vec<String>,
 }
 
 /// Writes the regions of a structure set after deformation into the file `path`, as one of the exported CT.
 ///
-/// `carried` are the closed contours (LPS, mm) of the regions of `from`, in its order. Numbers, names, colours and interpreted types
+/// `carried` is what is drawn of the regions of `from`, in its order. Numbers, names, colours and interpreted types
 /// are kept, and a region without contours stays one. A contour in a slice of the CT names that slice and has
-/// its very position string (readers compare by equality); one between slices names none. A hole is a contour of its own. UIDs are 2.25 from the hash of all
+/// its very position string (readers compare by equality); one between slices names none. An open line with more than 1,280
+/// points becomes several that meet. A hole is a contour of its own. UIDs are 2.25 from the hash of all
 /// that is written. The file appears only when it was read back equal.
 ///
 /// # Errors
 /// When the structures are of another patient than the CT, a text does not fit its attribute, or the file cannot be
 /// written or does not read back. Nothing is left then.
 pub fn write_structures(
-    carried: &[Vec<Vec<Point>>],
+    carried: &[Drawing],
     from: &Structures,
     ct: &Source,
     params: &CompanionParams,
@@ -102,8 +116,9 @@ pub fn write_structures(
         let read = read_structures(written).map_err(|e| e.to_string())?;
         compare(&read, &drawn.regions, from, ascii_only)
     })?;
-    let contours = drawn.regions.iter().map(Vec::len).sum();
-    Ok(StructuresInfo { object, contours, warnings })
+    let contours = drawn.regions.iter().map(|r| r.contours.len()).sum();
+    let lines = drawn.regions.iter().map(|r| r.lines.len()).sum();
+    Ok(StructuresInfo { object, contours, lines, warnings })
 }
 
 /// The frame of reference and the images of the exported CT (PS3.3 C.8.8.5).
@@ -160,7 +175,7 @@ impl Slices<'_> {
 
 /// The regions and their contours.
 struct Regions<'a> {
-    carried: &'a [Vec<Vec<Point>>],
+    carried: &'a [Drawing],
     from: &'a Structures,
     slices: &'a Slices<'a>,
     ascii_only: bool,
@@ -169,8 +184,8 @@ struct Regions<'a> {
 /// What became of the contours.
 #[derive(Default)]
 struct Drawn {
-    /// Corners that are written, by region and contour.
-    regions: Vec<Vec<Vec<Point>>>,
+    /// What is written, by region.
+    regions: Vec<Drawing>,
     between: usize,
     thinned: usize,
     thinned_mm: f64,
@@ -198,10 +213,12 @@ impl Regions<'_> {
                 let text = rgb.map(|c| c.to_string()).join("\\");
                 item.put_text(tags::ROI_DISPLAY_COLOR, VR::IS, &text);
             }
-            drawn.regions.push(Vec::new());
-            let given = self.carried.get(n).map_or(&[][..], Vec::as_slice);
-            let items: Vec<DataSet> =
-                given.iter().filter_map(|c| self.contour(c, &mut drawn)).collect();
+            drawn.regions.push(Drawing::default());
+            let none = Drawing::default();
+            let given = self.carried.get(n).unwrap_or(&none);
+            let mut items: Vec<DataSet> =
+                given.contours.iter().filter_map(|c| self.contour(c, &mut drawn)).collect();
+            items.extend(given.lines.iter().flat_map(|l| self.line(l, &mut drawn)));
             if !items.is_empty() {
                 item.put_items(tags::CONTOUR_SEQUENCE, items);
             }
@@ -272,9 +289,37 @@ impl Regions<'_> {
         item.put_text(tags::NUMBER_OF_CONTOUR_POINTS, VR::IS, &texts.len().to_string());
         item.put_text(tags::CONTOUR_DATA, VR::DS, &texts.join("\\"));
         if let Some(region) = drawn.regions.last_mut() {
-            region.push(corners);
+            region.contours.push(corners);
         }
         Some(item)
+    }
+
+    /// Points, or an open line, in as many pieces as it takes; one that lies in a slice names it.
+    fn line(&self, line: &Line, drawn: &mut Drawn) -> Vec<DataSet> {
+        // Pieces of a line meet in a point.
+        let step = if line.kind == LineKind::Point { MOST_POINTS } else { MOST_POINTS - 1 };
+        let last = line.points.len().saturating_sub(usize::from(line.kind != LineKind::Point));
+        let starts = (0..last.max(line.points.len().min(1))).step_by(step);
+        let piece = |from: usize| {
+            let end = (from + MOST_POINTS).min(line.points.len());
+            let points = line.points[from..end].to_vec();
+            let slice = self.slices.of(&points);
+            let mut item = DataSet::default();
+            if let Some(k) = slice {
+                let image = instance_reference(&self.slices.ct.slices[k].header);
+                item.put_items(tags::CONTOUR_IMAGE_SEQUENCE, vec![image]);
+            }
+            let texts = points.iter().map(|p| self.slices.texts(p, slice).join("\\"));
+            let texts: Vec<String> = texts.collect();
+            item.put_text(tags::CONTOUR_GEOMETRIC_TYPE, VR::CS, line.kind.term());
+            item.put_text(tags::NUMBER_OF_CONTOUR_POINTS, VR::IS, &texts.len().to_string());
+            item.put_text(tags::CONTOUR_DATA, VR::DS, &texts.join("\\"));
+            if let Some(region) = drawn.regions.last_mut() {
+                region.lines.push(Line { kind: line.kind, points });
+            }
+            item
+        };
+        starts.map(piece).collect()
     }
 
     /// The corners as written, without one that repeats its neighbour; the first is not repeated at the end.
@@ -319,21 +364,30 @@ fn thinned(contour: &[Point], tolerance: f64) -> Vec<Point> {
 /// What another reading finds must be what was meant.
 fn compare(
     read: &Structures,
-    drawn: &[Vec<Vec<Point>>],
+    drawn: &[Drawing],
     from: &Structures,
     ascii_only: bool,
 ) -> Result<(), String> {
     if read.rois.len() != from.rois.len() {
         return Err("a region is missing".into());
     }
-    for ((found, meant), contours) in read.rois.iter().zip(&from.rois).zip(drawn) {
+    for ((found, meant), Drawing { contours, lines }) in read.rois.iter().zip(&from.rois).zip(drawn)
+    {
         let name = &meant.name;
         let same = (found.name == *name || ascii_only)
             && (found.number, found.colour) == (meant.number, meant.colour)
             && found.interpreted_type == meant.interpreted_type
-            && found.contours.len() == contours.len();
+            && found.contours.len() == contours.len()
+            && found.lines.len() == lines.len();
         if !same {
             return Err(format!("the region {name:?} differs"));
+        }
+        for (a, b) in found.lines.iter().zip(lines) {
+            let near = |(p, q): (&Point, &Point)| (p - q).norm() < 2.0 * ROUNDING_MM;
+            let same = a.kind == b.kind && a.points.len() == b.points.len();
+            if !same || !a.points.iter().zip(&b.points).all(near) {
+                return Err(format!("a line of the region {name:?} differs"));
+            }
         }
         for (a, b) in found.contours.iter().zip(contours) {
             // The corners in their order; those that repeat a neighbour were left out.

@@ -32,7 +32,7 @@ fn names_types_and_colours_are_read() {
     assert_eq!(s.rois()[0].meaning(), Some(Meaning::Body));
     assert_eq!(s.rois()[2].meaning(), None);
     assert_eq!(s.rois()[1].colour, Some([250, 20, 0]));
-    assert_eq!(s.rois()[3].open_contours, 1);
+    assert_eq!(s.rois()[3].lines.len(), 1);
 }
 
 #[test]

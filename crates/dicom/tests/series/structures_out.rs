@@ -7,7 +7,9 @@ use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, InMemDicomObject, open_file};
 use std::path::Path;
-use supine_dicom::{Source, Structures, StructuresInfo, read_structures, write_structures};
+use supine_dicom::{
+    Drawing, Line, LineKind, Source, Structures, StructuresInfo, read_structures, write_structures,
+};
 use supine_space::Point;
 use tempfile::TempDir;
 
@@ -34,6 +36,11 @@ fn square(middle: [f64; 2], half: f64, z: f64) -> Vec<Point> {
 }
 
 fn write(carried: &[Vec<Vec<Point>>], path: &Path) -> (StructuresInfo, DefaultDicomObject) {
+    let closed = |c: &Vec<Vec<Point>>| Drawing { contours: c.clone(), lines: vec![] };
+    draw(&carried.iter().map(closed).collect::<Vec<_>>(), path)
+}
+
+fn draw(carried: &[Drawing], path: &Path) -> (StructuresInfo, DefaultDicomObject) {
     let (from, ct, _) = given();
     let info = write_structures(carried, &from, &ct, &params(&ct), path).unwrap();
     (info, open_file(path).unwrap())
@@ -117,6 +124,33 @@ fn a_long_contour_is_thinned_until_its_element_keeps_its_vr() {
     };
     let exact = std::f64::consts::PI * 150.0 * 120.0;
     assert!((area(&read.rois()[0].contours[0]) / exact - 1.0).abs() < 2e-4);
+}
+
+#[test]
+fn points_and_open_lines_stay_what_they_are() {
+    let (_, _, heights) = given();
+    let along = |n: usize| Point::new(0.01 * n as f64, 5.0, heights[1] + 0.002 * n as f64);
+    let lines = vec![
+        Line { kind: LineKind::Point, points: vec![Point::new(1.0, 2.0, heights[2])] },
+        Line { kind: LineKind::Point, points: vec![Point::new(1.0, 2.0, heights[2] + 0.7)] },
+        Line { kind: LineKind::OpenPlanar, points: square([3.0, 4.0], 2.0, heights[2]) },
+        Line { kind: LineKind::OpenNonplanar, points: (0..3000).map(along).collect() },
+    ];
+    let dir = TempDir::new().unwrap();
+    let path = dir.path().join("rs.dcm");
+    let (info, object) = draw(&[Drawing { contours: vec![], lines: lines.clone() }], &path);
+    assert_eq!((info.contours, info.lines), (0, 6));
+    let read = read_structures(&path).unwrap();
+    let found = &read.rois()[0].lines;
+    assert_eq!(
+        found.iter().map(|l| l.points.len()).collect::<Vec<_>>(),
+        [1, 1, 4, 1280, 1280, 442]
+    );
+    assert_eq!(found[3].points[1279], found[4].points[0], "the pieces meet");
+    assert_eq!(found[2].kind, LineKind::OpenPlanar);
+    let written = items(&items(&object, tags::ROI_CONTOUR_SEQUENCE)[0], tags::CONTOUR_SEQUENCE);
+    let slices = written.iter().map(|c| items(c, tags::CONTOUR_IMAGE_SEQUENCE).len());
+    assert_eq!(slices.collect::<Vec<_>>(), [1, 0, 1, 0, 0, 0], "a point between slices names none");
 }
 
 #[test]

@@ -3,12 +3,12 @@
 use super::{Company, params};
 use crate::RunError;
 use std::path::Path;
-use supine_dicom::{Structures, StructuresInfo, write_structures};
+use supine_dicom::{Drawing, Line, LineKind, Structures, StructuresInfo, write_structures};
 use supine_exchange::NamedContours;
 use supine_mesh::{Displacement, TetMesh};
 use supine_report::CarriedRegion;
-use supine_space::{Grid, Progress};
-use supine_warp::{Carried, Params, carry_contours};
+use supine_space::{Grid, Point, Progress};
+use supine_warp::{Carried, Params, carry_contours, carry_vertices};
 
 /// Structures in the operating position.
 #[derive(Debug, Default)]
@@ -60,14 +60,40 @@ pub fn carry_named_contours(
     Ok(carried)
 }
 
+/// Points and open lines of the regions of a structure set in the operating position, in their order. A planar line that
+/// moves is planar no longer.
+///
+/// # Errors
+/// When the displacement belongs to another mesh.
+pub fn carry_lines(
+    structures: &Structures,
+    map: (&TetMesh, &Displacement),
+) -> Result<Vec<Vec<Line>>, RunError> {
+    let lines = || structures.rois().iter().flat_map(|roi| &roi.lines);
+    let given: Vec<Point> = lines().flat_map(|line| line.points.iter().copied()).collect();
+    if given.is_empty() {
+        return Ok(structures.rois().iter().map(|_| vec![]).collect());
+    }
+    let mut moved = carry_vertices(&given, map, &Params::default())?.into_iter();
+    let mut one = |line: &Line| {
+        let points: Vec<Point> = moved.by_ref().take(line.points.len()).collect();
+        let kind = match line.kind {
+            LineKind::OpenPlanar if points != line.points => LineKind::OpenNonplanar,
+            kind => kind,
+        };
+        Line { kind, points }
+    };
+    Ok(structures.rois().iter().map(|roi| roi.lines.iter().map(&mut one).collect()).collect())
+}
+
 /// The closed contours of a structure set, and what of it is left out.
 pub fn closed_contours(structures: &Structures) -> (Vec<NamedContours>, Vec<String>) {
     let (mut warnings, mut given) = (Vec::new(), Vec::new());
     for roi in structures.rois() {
         let name = &roi.name;
-        if roi.open_contours > 0 {
-            let open = roi.open_contours;
-            warnings.push(format!("{name}: {open} points and open lines are left out"));
+        if roi.unknown_contours > 0 {
+            let n = roi.unknown_contours;
+            warnings.push(format!("{name}: {n} contours of unknown types are left out"));
         }
         let mut contours = roi.contours.clone();
         if !contours.is_empty() && contours.iter().all(|c| c.len() < 3) {
@@ -81,16 +107,24 @@ pub fn closed_contours(structures: &Structures) -> (Vec<NamedContours>, Vec<Stri
 
 /// Writes carried structures as a structure set of the exported CT.
 ///
+/// `lines` are those of [`carry_lines`].
+///
 /// # Errors
 /// When there is no exported CT, they are of another patient, or the file cannot be written or does not read back.
 pub fn write_carried_structures(
     carried: &CarriedContours,
+    lines: Vec<Vec<Line>>,
     from: &Structures,
     company: &Company,
     path: &Path,
 ) -> Result<StructuresInfo, RunError> {
     let source = company.source()?;
-    let contours: Vec<_> = carried.structures.iter().map(|s| s.contours.clone()).collect();
-    write_structures(&contours, from, source, &params("structures", source), path)
+    let drawn: Vec<Drawing> = carried
+        .structures
+        .iter()
+        .zip(lines)
+        .map(|(s, lines)| Drawing { contours: s.contours.clone(), lines })
+        .collect();
+    write_structures(&drawn, from, source, &params("structures", source), path)
         .map_err(RunError::Carried)
 }

@@ -4,8 +4,9 @@ use super::export::Exported;
 use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
 use crate::rt::{
-    Company, DOSE_NOTE, Kind, Wanted, carry_named_contours, carry_segments, carry_with_totals,
-    closed_contours, write_carried_dose, write_carried_segments, write_carried_structures,
+    Company, DOSE_NOTE, Kind, Wanted, carry_lines, carry_named_contours, carry_segments,
+    carry_with_totals, closed_contours, write_carried_dose, write_carried_segments,
+    write_carried_structures,
 };
 use crate::store::{Hashed, Store, form, hash_of};
 use crate::{Case, RunError, Stage};
@@ -158,7 +159,8 @@ impl Job<'_> {
         let (given, left_out) = closed_contours(&structures);
         warnings.extend(left_out);
         let carried = carry_named_contours(&given, self.ct.grid(), self.map, progress)?;
-        let written = write_carried_structures(&carried, &structures, self.company, out)?;
+        let lines = carry_lines(&structures, self.map)?;
+        let written = write_carried_structures(&carried, lines, &structures, self.company, out)?;
         object.instance_uid = written.object.instance_uid;
         object.regions = carried.regions();
         warnings.extend(written.warnings);
