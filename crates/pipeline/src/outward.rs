@@ -57,6 +57,21 @@ pub(crate) fn secret(store: &Store) -> Result<[u8; 32], RunError> {
 /// Where the secret lies in a run's folder.
 const SECRET: &str = ".stages/anonymise.key";
 
+/// A message without the names of regions in it, which stand in quotation marks as Rust writes them.
+pub(crate) fn unnamed(message: &str) -> String {
+    let (mut out, mut within, mut escaped) = (String::new(), false, false);
+    for c in message.chars() {
+        if c == '"' && !escaped {
+            within = !within;
+            out += if within { "\"..." } else { "\"" };
+        } else if !within {
+            out.push(c);
+        }
+        escaped = within && c == '\\' && !escaped;
+    }
+    out
+}
+
 fn read(path: &Path) -> Result<Option<[u8; 32]>, RunError> {
     match std::fs::read(path) {
         Ok(bytes) => Ok(bytes.try_into().ok()),
@@ -69,4 +84,17 @@ fn random() -> Result<[u8; 32], RunError> {
     let mut key = [0; 32];
     getrandom::fill(&mut key).map_err(|error| RunError::Random(error.to_string()))?;
     Ok(key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_messages_are_left_out() {
+        let names = ["CTV Doe", "a \"b\" \\", "c\\\"d"];
+        let message = format!("regions {:?}, {:?} and {:?}: none", names[0], names[1], names[2]);
+        assert_eq!(unnamed(&message), r#"regions "...", "..." and "...": none"#);
+        assert_eq!(unnamed("nothing named"), "nothing named");
+    }
 }

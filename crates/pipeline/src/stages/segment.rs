@@ -4,6 +4,7 @@ use super::import::Imported;
 use crate::bench::{Bench, Done, Made};
 use crate::facts::gate;
 use crate::labels::{LabelOrigin, read_brought, write_dicom_labels};
+use crate::outward::unnamed;
 use crate::store::{Store, form, hash_of};
 use crate::surfaces::write_surfaces;
 use crate::{Case, RunError, Seeds, Stage};
@@ -54,7 +55,11 @@ pub(crate) fn segment(
             let (labels, mut facts, warnings) = match &case.labels {
                 Some(labels) => {
                     let part = progress.part(0.0, 0.9);
-                    let (labels, warnings) = read_brought(labels, &input.input, part)?;
+                    let (labels, mut warnings) = read_brought(labels, &input.input, part)?;
+                    // Regions that were brought along can be named after the patient.
+                    if case.export.anonymise {
+                        warnings.iter_mut().for_each(|w| *w = unnamed(w));
+                    }
                     (labels, Facts::default(), warnings)
                 }
                 None => found(store, input, &case.seeds, progress.part(0.0, 0.9))?,
