@@ -11,7 +11,7 @@
 //! where that is not enough) in the `order` of a curve; `resample` samples
 //! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
 //! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
-//! `labels` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
+//! `labels`, `masks` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
 //! fields against each other.
 
 mod batch;
@@ -30,6 +30,7 @@ mod isosurface;
 mod kernel;
 mod labels;
 mod map;
+mod masks;
 mod order;
 mod origins;
 mod outline;
@@ -57,6 +58,7 @@ pub use fields::{Fields, fields};
 pub use filter::Interpolation;
 pub use frames::Frames;
 pub use labels::carry_labels;
+pub use masks::carry_mask;
 pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;

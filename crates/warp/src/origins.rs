@@ -103,6 +103,11 @@ impl Origins {
         &self.grid
     }
 
+    /// First voxel and size of the part in which something moves.
+    pub(crate) fn moving(&self) -> Option<([usize; 3], [usize; 3])> {
+        self.part.as_ref().map(|(start, part)| (*start, part.grid().size()))
+    }
+
     /// Where the value of a voxel comes from.
     pub fn at(&self, voxel: [usize; 3]) -> Origin {
         let Some((start, part)) = &self.part else { return Origin::Here };

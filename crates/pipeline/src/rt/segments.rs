@@ -10,7 +10,7 @@ use supine_mesh::{Displacement, TetMesh};
 use supine_report::CarriedRegion;
 use supine_space::{Grid, Progress};
 use supine_volume::Volume;
-use supine_warp::{Origins, Params, carry_labels};
+use supine_warp::{Origins, Params, carry_mask};
 
 /// Segments in the operating position.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub fn carry_segments(
     let mut carried = CarriedSegments { masks: Vec::new(), regions: Vec::new() };
     for segment in given.segments() {
         let mask = given.mask(segment.number);
-        let moved = carry_labels(&mask, &origins, progress.part(0.8, 1.0))?;
+        let moved = carry_mask(&mask, &origins, progress.part(0.8, 1.0))?;
         let [before_ml, after_ml] = [&mask, &moved].map(ml);
         carried.regions.push(CarriedRegion { name: segment.name.clone(), before_ml, after_ml });
         carried.masks.push(moved);

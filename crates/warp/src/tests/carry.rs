@@ -2,7 +2,8 @@
 
 use super::fixture::{lattice, moved};
 use crate::{
-    Origins, Params, carry_dose, carry_labels, carry_surface, consistency, dose_totals, fields,
+    Origins, Params, carry_dose, carry_labels, carry_mask, carry_surface, consistency, dose_totals,
+    fields,
 };
 use supine_mesh::{BoundaryTag, Displacement, Order, TetMesh, TriSurface};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
@@ -67,6 +68,59 @@ fn labels_go_with_the_tissue_and_are_never_mixed() {
     let still =
         Origins::new(&grid, (&mesh, &Displacement::zero(&mesh)), &params(), 2.0, Progress::none());
     assert_eq!(carry_labels(&labels, &still.unwrap(), Progress::none()).unwrap(), labels);
+}
+
+/// Voxels that hold in both, twice, as a share of those that hold in either (Dice).
+fn dice(a: &Volume<bool>, b: &Volume<bool>) -> f64 {
+    let count = |v: &Volume<bool>| v.data().iter().filter(|held| **held).count() as f64;
+    let both = a.data().iter().zip(b.data()).filter(|(a, b)| **a && **b).count() as f64;
+    2.0 * both / (count(a) + count(b))
+}
+
+#[test]
+fn masks_keep_their_volume_between_thick_slices() {
+    let mesh = block();
+    let turn = Matrix::identity();
+    let size = [60, 60, 30];
+    let grid = Grid::new(size, Vector::new(1.5, 1.5, 3.0), Point::new(-44.0, -44.5, -43.8), turn);
+    let grid = grid.unwrap();
+    let (mut worst, mut agreed) = ([0.0f64; 2], [0.0; 2]);
+    for shift in [0.0, 0.4, 0.9, 1.3, 1.5, 1.7, 2.2, 2.6] {
+        for radii in [[6.0; 3], [11.0; 3], [14.0, 9.0, 2.2]] {
+            let factors = [1.0, 1.03, 0.95];
+            let u = affine(&mesh, factors, [0.3 * shift, 0.0, shift]);
+            let centre = [5.0, -4.0, 2.0];
+            let mask = |centre: [f64; 3], radii: [f64; 3]| {
+                Volume::from_fn(grid.clone(), |v| ball(grid.centre(v), centre, radii) < 0.0)
+            };
+            let given = mask(centre, radii);
+            let origins =
+                Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+            let carried = carry_mask(&given, &origins, Progress::none()).unwrap();
+            let nearest = carry_labels(&given, &origins, Progress::none()).unwrap();
+            let truth = mask(
+                [0, 1, 2].map(|a| centre[a] * factors[a] + [0.3 * shift, 0.0, shift][a]),
+                [0, 1, 2].map(|a| radii[a] * factors[a]),
+            );
+            let voxels = |v: &Volume<bool>| v.data().iter().filter(|held| **held).count() as f64;
+            let wanted = voxels(&given) * factors.iter().product::<f64>();
+            let off = |v: &Volume<bool>| (voxels(v) / wanted - 1.0).abs();
+            let allowed = if radii[2] < 3.0 { 0.05 } else { 0.02 };
+            assert!(off(&carried) < allowed, "{radii:?} {shift}: {}", off(&carried));
+            agreed = [agreed[0] + dice(&carried, &truth), agreed[1] + dice(&nearest, &truth)];
+            worst = [worst[0].max(off(&carried)), worst[1].max(off(&nearest))];
+        }
+    }
+    let better = worst[1] > 3.0 * worst[0] && agreed[0] > agreed[1] + 0.3;
+    assert!(better, "no better than the nearest: {worst:?} {agreed:?} of 24");
+    let still =
+        Origins::new(&grid, (&mesh, &Displacement::zero(&mesh)), &params(), 2.0, Progress::none());
+    let mask = Volume::from_fn(grid.clone(), |v| ball(grid.centre(v), [1.0; 3], [12.0; 3]) < 0.0);
+    assert_eq!(carry_mask(&mask, &still.unwrap(), Progress::none()).unwrap(), mask);
+    let none = mask.map(|_| false);
+    let u = affine(&mesh, [1.0; 3], [0.0, 0.0, 4.0]);
+    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    assert_eq!(carry_mask(&none, &origins, Progress::none()).unwrap(), none);
 }
 
 #[test]
