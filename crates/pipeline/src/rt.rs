@@ -13,7 +13,7 @@ pub use contours::{
 pub use dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
 pub use segments::{CarriedSegments, carry_segments, write_carried_segments};
 
-use crate::outward::known_anonymiser;
+use crate::outward::{Outward, known_anonymiser};
 use crate::{CtInput, RunError, read_ct};
 use std::path::{Path, PathBuf};
 use supine_dicom::{
@@ -32,6 +32,8 @@ const NOT_COMPARED: &str = "the frame of reference was not compared with the CT'
 pub struct Company {
     /// The exported CT, when the run has one.
     exported: Option<(Ct, Source)>,
+    /// The series that an export will be made from, while there is none.
+    ahead: Option<Source>,
     registration: Option<Deformable>,
     /// What took the patient out of the exported CT.
     anonymiser: Option<Anonymiser>,
@@ -73,13 +75,19 @@ impl Company {
         let anonymiser = if anonymised { known_anonymiser(run)? } else { None };
         let before = before.map(Source::frame_of_reference_uid);
         let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
-        Ok(Self { exported, registration, anonymiser, before })
+        Ok(Self { exported, ahead: None, registration, anonymiser, before })
     }
 
-    /// What is known before the CT is exported.
-    pub(crate) fn ahead(before: &Source, anonymiser: Option<Anonymiser>) -> Self {
+    /// What is known before the CT is exported; `before` is the series as it was read.
+    pub(crate) fn ahead(before: &Source, outward: &Outward) -> Self {
+        let (ahead, anonymiser) = (Some(outward.source.clone()), outward.anonymiser.clone());
         let before = Some(before.frame_of_reference_uid());
-        Self { exported: None, registration: None, anonymiser, before }
+        Self { exported: None, ahead, registration: None, anonymiser, before }
+    }
+
+    /// The series whose patient an object has to be of.
+    fn whose(&self) -> Option<&Source> {
+        self.exported.as_ref().map(|(_, source)| source).or(self.ahead.as_ref())
     }
 
     /// The exported CT, to which a DICOM object will belong.
@@ -100,7 +108,7 @@ impl Company {
         let dose = read_dose(path).map_err(RunError::Carried)?;
         let mut warnings = dose.warnings().to_vec();
         warnings.extend(self.compare(path, &[dose.frame_of_reference_uid()])?);
-        let Some((_, source)) = &self.exported else { return Ok((dose, warnings)) };
+        let Some(source) = self.whose() else { return Ok((dose, warnings)) };
         let dose = dose.outward(source, self.anonymiser.as_ref()).map_err(RunError::Carried)?;
         Ok((dose, warnings))
     }
@@ -114,7 +122,7 @@ impl Company {
         let frames: Vec<String> =
             structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
         let mut warnings: Vec<String> = self.compare(path, &frames)?.into_iter().collect();
-        let Some((_, source)) = &self.exported else { return Ok((structures, warnings)) };
+        let Some(source) = self.whose() else { return Ok((structures, warnings)) };
         let outward = structures.outward(source, self.anonymiser.as_ref());
         let (structures, renamed) = outward.map_err(RunError::Carried)?;
         warnings.extend(renamed);
@@ -135,7 +143,7 @@ impl Company {
             self.compare(path, std::slice::from_ref(&found))?.into_iter().collect();
         let given = read_segmentation(path, grid, Some(&found)).map_err(RunError::Carried)?;
         warnings.extend(given.warnings().to_vec());
-        let Some((_, source)) = &self.exported else { return Ok((given, warnings)) };
+        let Some(source) = self.whose() else { return Ok((given, warnings)) };
         let outward = given.outward(source, self.anonymiser.as_ref());
         let (given, renamed) = outward.map_err(RunError::Carried)?;
         warnings.extend(renamed);

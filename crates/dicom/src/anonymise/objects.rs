@@ -4,6 +4,7 @@
 //! means, and to what it refers. Of that little, this leaves what cannot name the patient.
 
 use super::{Anonymiser, names::plain};
+use crate::companion::same_patient;
 use crate::data_set::{DataSet, Value};
 use crate::dose::Dose;
 use crate::error::Error;
@@ -89,7 +90,7 @@ fn cleaner<'a>(
     let own = header.text(tags::PATIENT_ID);
     let wanted = ct.slices[0].header.text(tags::PATIENT_ID);
     if !ct.is_anonymised() || own == wanted {
-        return Ok(None);
+        return same_patient(file, header, ct).map(|()| None);
     }
     let refused = |reason: &str| Err(Error::attribute(file, "Patient ID", reason));
     let Some(by) = by else {

@@ -30,7 +30,7 @@ pub(crate) fn check(case: &Case, input: &Imported) -> Result<(), RunError> {
     let (Some((source, _)), Some(outward)) = (&input.input.dicom, &input.outward) else {
         return Err(RunError::NoSeries);
     };
-    let company = Company::ahead(source, outward.anonymiser.clone());
+    let company = Company::ahead(source, outward);
     for Wanted { kind, path } in &case.carried {
         hashed(*kind, path)?;
         match kind {
