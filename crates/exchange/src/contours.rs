@@ -131,6 +131,17 @@ mod tests {
     }
 
     #[test]
+    fn as_many_structures_as_rows_are_read_by_name() {
+        // Each row was compared with every name before it: minutes for this file.
+        let rows = (0..200_000).map(|n| format!("S{},1,{n},0,0\n", n % 150_000));
+        let text = format!("structure,contour,x,y,z\n{}", rows.collect::<String>());
+        let read = parse(text.as_bytes()).unwrap();
+        assert_eq!(read.len(), 150_000);
+        let sizes = [0, 49_999, 50_000].map(|n| read[n].contours.len());
+        assert_eq!((sizes, read[7].contours[1][0].x), ([2, 2, 1], 150_007.0));
+    }
+
+    #[test]
     fn what_is_no_contour_is_refused_by_line() {
         let line = |text: &[u8]| match parse(text) {
             Err(Problem::Line { line, .. }) => line,

@@ -41,6 +41,10 @@ impl Elements {
         nodes: &[Point],
         displacement: Option<&[Vector]>,
     ) -> Result<(TetMesh, Option<Displacement>), Problem> {
+        if let Some(vectors) = displacement.filter(|vectors| vectors.len() != nodes.len()) {
+            let reason = format!("has {} vectors for {} points", vectors.len(), nodes.len());
+            return Err(Problem::field("displacement", reason));
+        }
         // Corners keep their order; mid-side nodes are told by their edges.
         let mut place = vec![None; nodes.len()];
         self.tets.iter().flat_map(|t| &t[..4]).for_each(|&n| place[n] = Some(0));

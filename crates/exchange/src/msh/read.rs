@@ -99,6 +99,9 @@ impl File {
 
     fn nodes(&mut self, lines: &mut Lines<'_>) -> Result<(), Problem> {
         let [blocks, ..] = lines.whole::<4>()?;
+        if !self.positions.is_empty() {
+            return Err(lines.wrong("begins a second section of nodes"));
+        }
         for _ in 0..blocks {
             let [_, _, _, count] = lines.whole()?;
             let mut numbers = Vec::new();
@@ -116,6 +119,9 @@ impl File {
 
     fn elements(&mut self, lines: &mut Lines<'_>) -> Result<(), Problem> {
         let [blocks, ..] = lines.whole::<4>()?;
+        if !self.elements.tets.is_empty() {
+            return Err(lines.wrong("begins a second section of elements"));
+        }
         for _ in 0..blocks {
             let [_, entity, kind, count] = lines.whole()?;
             let size = match kind {
@@ -175,6 +181,9 @@ impl File {
         }
         if name != "displacement" {
             return Ok(());
+        }
+        if self.displacement.is_some() {
+            return Err(lines.wrong("is a second `displacement`: save the file with one time step"));
         }
         if tags.get(1) != Some(&3) {
             return Err(lines.wrong("`displacement` must have three components"));

@@ -40,6 +40,20 @@ fn what_cannot_be_used_is_named() {
     assert!(refused("$EndNodes", "$EndNode").contains("`Nodes`: has no end"));
     assert!(refused("5 10 40 30\n6 20", "6 20").contains("line"));
     assert!(refused("$Nodes\n2 ", "$Nodes\n9999999999999 ").contains("line"));
+    // A section again, behind what was read by the first one (found by fuzzing).
+    let again = |section: &str| {
+        let (begin, end) = (format!("${section}\n"), format!("$End{section}\n"));
+        let start = FILE.find(&begin).unwrap();
+        let length = FILE[start..].find(&end).unwrap() + end.len();
+        parse(format!("{FILE}{}", &FILE[start..start + length]).as_bytes()).unwrap_err().to_string()
+    };
+    assert!(again("Nodes").contains("second section of nodes"));
+    assert!(again("Elements").contains("second section of elements"));
+    assert!(again("NodeData").contains("one time step"));
+    let early = "$NodeData\n1\n\"displacement\"\n1\n0\n3\n0\n3\n0\n$EndNodeData\n$Nodes\n";
+    let (data, _) = FILE.split_once("$NodeData").unwrap();
+    let message = parse(data.replacen("$Nodes\n", early, 1).as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("has 0 vectors for 4 points"), "{message}");
     assert!(parse(b"solid").unwrap_err().to_string().contains("MSH 4.1"));
 }
 
