@@ -118,7 +118,7 @@ fn a_run_leaves_registrations_that_are_valid_and_says_how_far_they_are_off() {
 }
 
 #[test]
-fn a_segmentation_is_carried_as_the_label_map_of_the_same_labels() {
+fn a_segmentation_is_carried_as_the_label_map_of_the_same_labels_but_for_their_boundary() {
     let scratch = scratch();
     let [seg, map] = ["seg.dcm", "map.seg.nrrd"].map(|name| scratch.path().join(name));
     let run = &shared().out;
@@ -130,8 +130,9 @@ fn a_segmentation_is_carried_as_the_label_map_of_the_same_labels() {
     for (segment, label) in [0, 1].map(|n| (&facts["segments"][n], &said["labels"][n])) {
         assert_eq!(segment["before_ml"], label["before_ml"], "{facts}\n{said}");
     }
-    // highdicom sees the same voxels in the slices of the exported CT.
-    readers_python("segmentation.py", [run.join("ct"), seg.clone(), map])
+    // highdicom sees the same voxels in the slices of the exported CT. The label map has the nearest label, each
+    // segment its own shape and volume: they part at the boundary.
+    readers_python("segmentation.py", [run.join("ct"), seg.clone(), map, "0.003".into()])
         .success("segmentation.py");
     valid(&seg, "Segmentation");
     let out = scratch.path().join("out.nrrd");
