@@ -25,10 +25,9 @@ impl Log {
             let words: Vec<&str> = line.split_whitespace().collect();
             let number = |n: usize| words.get(n).and_then(|w| w.parse::<u64>().ok()).unwrap_or(0);
             match words.as_slice() {
-                ["Done", _, "runs", "in", ..] => {
-                    log.inputs += number(1);
-                    log.minutes += number(4) as f64 / 60.0;
-                }
+                // Also of runs that end with a finding, which do not say "Done".
+                ["stat::number_of_executed_units:", _] => log.inputs += number(1),
+                ["real", time] => log.minutes += minutes(time),
                 ["user" | "sys", time] => log.processor_minutes += minutes(time),
                 ["stat::peak_rss_mb:", _] => log.peak_mb = log.peak_mb.max(number(1)),
                 _ if line.contains("SUMMARY: ") => log.findings += 1,
@@ -73,8 +72,8 @@ mod tests {
     #[test]
     fn runs_of_a_log_add_up() {
         let text = "#1\tINITED cov: 300 ft: 9 corp: 1\n#9\tNEW    cov: 310 ft: 9\n\
-                    Done 40 runs in 120 second(s)\nstat::peak_rss_mb:   55\n\nreal\t2m0.1s\nuser\t1m30.0s\nsys\t0m6.0s\n\
-                    Done 2 runs in 60 second(s)\nSUMMARY: libFuzzer: deadly signal\nuser\t0m24.0s\n";
+                    stat::number_of_executed_units: 40\nstat::peak_rss_mb:   55\n\nreal\t2m0.0s\nuser\t1m30.0s\nsys\t0m6.0s\n\
+                    SUMMARY: libFuzzer: deadly signal\nstat::number_of_executed_units: 2\n\nreal\t1m0.0s\nuser\t0m24.0s\n";
         let log = Log::read(text);
         assert_eq!((log.inputs, log.branches, log.peak_mb, log.findings), (42, 310, 55, 1));
         assert!((log.minutes - 3.0).abs() < 1e-9 && (log.processor_minutes - 2.0).abs() < 1e-9);
