@@ -1,6 +1,6 @@
-"""segmentation.py SOURCE SEG LABELS [SHARE]: highdicom sees our labels in the DICOM segmentation, slice by
+"""segmentation.py SOURCE SEG LABELS [SHARE ML,ML...]: highdicom sees our labels in the DICOM segmentation, slice by
 slice of the source that it names, and the colours that the label map has. SHARE of the voxels of a label
-may differ, none without it."""
+may differ, none without it; the segments hold exactly ML."""
 
 import sys
 
@@ -11,6 +11,7 @@ from grids import by_pydicom, check, check_same_grid, of_itk, slices
 
 source, segmentation, labels = sys.argv[1:4]
 SHARE = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
+VOLUMES = [float(ml) for ml in sys.argv[5].split(",")] if len(sys.argv) > 5 else []
 image = sitk.ReadImage(labels)
 ours = of_itk(image)
 check_same_grid("labels against CT", ours, by_pydicom(source))
@@ -32,6 +33,9 @@ for number, segment in segments.items():
     seen = seg.get_pixels_by_source_instance(instances, segment_numbers=[number], assert_missing_frames_are_empty=True)
     value = int(keys[key + "LabelValue"])
     differ = np.count_nonzero((seen[..., 0] > 0) != (ours[0] == value))
+    if VOLUMES:
+        ml = np.count_nonzero(seen) * np.prod(image.GetSpacing()) / 1000
+        check(abs(ml - VOLUMES[number - 1]) < 1e-6, f"{segment.segment_label}: {ml} ml, not {VOLUMES[number - 1]}")
     there = np.count_nonzero(ours[0] == value)
     check(differ <= SHARE * there, f"{segment.segment_label}: {differ} of {there} voxels differ")
     seen = highdicom.color.CIELabColor.from_dicom_value(segment.RecommendedDisplayCIELabValue).to_rgb()
