@@ -2,19 +2,24 @@
 //!
 //! Everything is in the DICOM patient frame LPS (x to the patient's left, y posterior, z superior),
 //! in millimetres and f64. This crate knows no voxels' values, no mesh, no file.
+//! Also what every stage answers with: [`Failure`] (the kind of an error), [`Warning`], [`Progress`].
 //! Numbers that are computed several at once ([`Pack`]) are here because the stages share them.
 
+mod failure;
 mod gravity;
 mod grid;
 mod pack;
 mod progress;
 mod sphere;
+mod warning;
 
+pub use failure::Failure;
 pub use gravity::{BedPose, GRAVITY_M_S2, sitting, supine};
 pub use grid::{Grid, GridError};
 pub use pack::{LANES, Pack};
 pub use progress::{Progress, Stopped};
 pub use sphere::{Sphere, SphereError};
+pub use warning::Warning;
 
 /// A position in patient space, LPS, mm.
 pub type Point = nalgebra::Point3<f64>;
