@@ -20,9 +20,10 @@ use anyhow::{Result, bail, ensure};
 use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::{Value, json};
-use supine_fem::{Applicator, Body, Contact, Cut, Load, Params, Pose, SphereOnShaft, Tissue};
+use std::sync::Arc;
+use supine_fem::{Applicator, Body, Contact, Cut, Load, Params, SphereOnShaft, Tissue};
 use supine_mesh::{Edges, Order, TetMesh};
-use supine_space::{Point, Progress, Vector, supine};
+use supine_space::{Point, Pose, Progress, Vector, supine};
 
 /// The sphere of the reference in the tilted breast.
 const SPHERE: SphereOnShaft = SphereOnShaft {
@@ -50,16 +51,19 @@ fn main() -> Result<()> {
         bail!("bench-applicator REFERENCE MESH ORDER PATH [sliding]");
     };
     let reference = Reference(folder.into());
-    let (body, tissue) = (reference.mesh(mesh)?, Tissue::default());
+    let (body, tissue) = (Arc::new(reference.mesh(mesh)?), Tissue::default());
     let load = Load { ct: supine(), target: reference::tilt() };
     let order = order(number)?;
     let params = Params { order, cut: Cut::Free, tolerance: SETTLED, ..Params::default() };
     let attach = |sphere: &SphereOnShaft| {
-        let body = Body::new(&body, &tissue);
-        Applicator::attach(&body, &load, &params, (sphere, contact), Progress::none())
+        let body = Body::new(body.clone(), tissue);
+        Applicator::attach(&body, &load, &params, sphere, contact, Progress::none())
     };
     if path == "surface" {
-        println!("{}", surface::measure(&reference, &Body::new(&body, &tissue), &load, &params)?);
+        println!(
+            "{}",
+            surface::measure(&reference, &Body::new(body.clone(), tissue), &load, &params)?
+        );
         return Ok(());
     }
     if path == "stored" {
@@ -71,7 +75,7 @@ fn main() -> Result<()> {
     let mut exact = Vec::new();
     for step in 1..=STEPS {
         settled.settle(&pose(path, step)?, SETTLED, Progress::none())?;
-        exact.push(settled.displacement()?.values().to_vec());
+        exact.push(settled.deformation()?.displacement().values().to_vec());
     }
     let (mut times, mut renewals) = (vec![Vec::new(); STEPS], Vec::new());
     let (mut corrections, mut error, mut anew) = (0, 0.0f64, 0);
@@ -85,8 +89,11 @@ fn main() -> Result<()> {
             let made = live.step(&pose)?;
             times[step - 1].push(1e3 * (cpu_s() - start));
             corrections += made.corrections;
-            anew += usize::from(made.anew);
-            error = error.max(largest_difference(live.displacement()?.values(), &exact[step - 1]));
+            anew += usize::from(made.by_newton);
+            error = error.max(largest_difference(
+                live.deformation()?.displacement().values(),
+                &exact[step - 1],
+            ));
             off = off.max(off_surface(&nodes, &first, &live)?);
             let start = cpu_s();
             live.renew()?;
@@ -136,9 +143,9 @@ fn nodes(mesh: &TetMesh, order: Order) -> Vec<Point> {
 
 /// The nodes on which the sphere acts at its first pose, with their distances from its centre, mm.
 fn within(nodes: &[Point], applicator: &Applicator) -> Result<Vec<(usize, f64)>> {
-    let u = applicator.displacement()?;
+    let u = applicator.deformation()?;
     let distance = |(n, u): (usize, &Vector)| (n, (nodes[n] + u - SPHERE.centre).norm());
-    let mut found: Vec<_> = u.values().iter().enumerate().map(distance).collect();
+    let mut found: Vec<_> = u.displacement().values().iter().enumerate().map(distance).collect();
     found.retain(|(_, distance)| *distance <= SPHERE.radius_mm * 1.0001);
     let coupled = applicator.coupled_nodes();
     ensure!(found.len() == coupled, "{} nodes in the sphere, {coupled} coupled", found.len());
@@ -147,8 +154,10 @@ fn within(nodes: &[Point], applicator: &Applicator) -> Result<Vec<(usize, f64)>>
 
 /// How far a node in the sphere is off its first distance from the centre, at most, mm.
 fn off_surface(nodes: &[Point], first: &[(usize, f64)], applicator: &Applicator) -> Result<f64> {
-    let (u, centre) = (applicator.displacement()?, applicator.pose() * SPHERE.centre);
-    let off = |&(n, was): &(usize, f64)| ((nodes[n] + u.values()[n] - centre).norm() - was).abs();
+    let (u, centre) = (applicator.deformation()?, applicator.pose() * SPHERE.centre);
+    let off = |&(n, was): &(usize, f64)| {
+        ((nodes[n] + u.displacement().values()[n] - centre).norm() - was).abs()
+    };
     Ok(first.iter().map(off).fold(0.0, f64::max))
 }
 
@@ -163,9 +172,13 @@ fn agreement(
         let field = format!("app{path}_b{step}");
         let Some(found) = stored_field(reference, (mesh, order), &field)? else { continue };
         settled.settle(&pose(path, step)?, SETTLED, Progress::none())?;
-        let u = settled.displacement()?;
-        ensure!(found.len() == u.values().len(), "{field} has {} nodes", found.len());
-        off = off.max(largest_difference(u.values(), &found));
+        let u = settled.deformation()?;
+        ensure!(
+            found.len() == u.displacement().values().len(),
+            "{field} has {} nodes",
+            found.len()
+        );
+        off = off.max(largest_difference(u.displacement().values(), &found));
         stored += 1;
     }
     ensure!(stored > 0, "no field of an applicator is stored for {mesh}");

@@ -17,10 +17,11 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use supine_exchange::{NamedPoint, read_labels, read_points};
 use supine_fem::{Body, Cut, Load, Params as Solver, RestState, Tissue, solve};
+use supine_flow::{Mesher, Refine, mesh_region};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
-use supine_pipeline::{Mesher, Refine, mesh_region};
 use supine_space::{Point, Progress, Sphere, Vector, sitting, supine};
 use supine_tetrahedralise::Params;
 use supine_volume::{LabelMap, Region, label};
@@ -60,7 +61,7 @@ fn main() -> Result<()> {
 /// A patient and her truth.
 struct Patient {
     folder: PathBuf,
-    labels: LabelMap,
+    labels: Arc<LabelMap>,
     /// Footprint of the breast.
     breast: Sphere,
     rest: RestState,
@@ -126,7 +127,7 @@ impl Patient {
         };
         Ok(Self {
             folder: folder.into(),
-            labels: labels.map(|l| LABELS[usize::from(*l)]),
+            labels: Arc::new(labels.map(|l| LABELS[usize::from(*l)])),
             breast,
             rest: match truth["rest_state"].as_str() {
                 Some("net") => RestState::Net,
@@ -144,7 +145,7 @@ impl Patient {
     /// The errors with a sphere that reaches so far beyond the breast; none when the CT does not hold it.
     fn rows<'c>(&self, beyond: f64, cuts: impl Iterator<Item = &'c str>) -> Result<Vec<Value>> {
         let sphere = Sphere::new(self.breast.centre(), self.breast.radius() + beyond)?;
-        let region = match Region::new(&self.labels, sphere) {
+        let region = match Region::new(self.labels.clone(), sphere) {
             Ok(region) => region,
             Err(held) => {
                 return Ok(vec![json!({ "beyond_mm": beyond, "refused": held.to_string() })]);
@@ -154,7 +155,9 @@ impl Patient {
         let mesher = (Mesher::Native, &Refine::Nowhere);
         let (mesh, _) = mesh_region(&region, &params, mesher, Progress::none())?;
         let moduli = self.moduli.map(|m| self.young(&mesh, m));
-        let body = Body { young_kpa: moduli.as_deref(), ..Body::new(&mesh, &self.tissue) };
+        let mesh = Arc::new(mesh);
+        let young_kpa = moduli.map(Into::into);
+        let body = Body { young_kpa, ..Body::new(mesh.clone(), self.tissue) };
         let mut rows = Vec::new();
         for cut in cuts {
             let (kind, spring_kpa_mm) = match cut {
@@ -175,7 +178,7 @@ impl Patient {
                 };
                 let (u, info) = solve(&body, &load, &solver, Progress::none())
                     .with_context(|| self.folder.display().to_string())?;
-                let mut row = self.errors(&mesh, &u, pose)?;
+                let mut row = self.errors(&mesh, u.displacement(), pose)?;
                 row["beyond_mm"] = beyond.into();
                 row["cut"] = cut.into();
                 row["pose"] = pose.name.into();
@@ -214,8 +217,8 @@ impl Patient {
             .collect()
     }
 
-    fn errors(&self, mesh: &TetMesh, u: &Displacement, pose: &Pose) -> Result<Value> {
-        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+    fn errors(&self, mesh: &Arc<TetMesh>, u: &Displacement, pose: &Pose) -> Result<Value> {
+        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh.clone()));
         let (mut tumour, mut fiducials) = (None, Vec::new());
         for (from, to) in self.supine.iter().zip(&pose.points) {
             ensure!(from.name == to.name, "{} and {} are no pair", from.name, to.name);

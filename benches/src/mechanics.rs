@@ -19,6 +19,7 @@ use ndarray::{Array1, Array2};
 use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::json;
+use std::sync::Arc;
 use supine_fem::{Body, Cut, Info, Load, Params, RestState, Tissue, sensitivity, solve, unload};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Point, Progress, Vector, sitting, supine};
@@ -75,9 +76,9 @@ fn main() -> Result<()> {
 
 /// What is solved.
 struct Problem {
-    mesh: TetMesh,
+    mesh: Arc<TetMesh>,
     tissue: Tissue,
-    young_kpa: Option<Vec<f64>>,
+    young_kpa: Option<Arc<[f64]>>,
     /// How far the nodes of curved elements lie off the straight mesh, mm.
     curved: Option<Displacement>,
     load: Load,
@@ -97,18 +98,21 @@ enum Wanted {
 
 impl Problem {
     fn solve(&self, tolerance: f64) -> Result<(Displacement, Info)> {
-        let Self { mesh, tissue, young_kpa, .. } = self;
-        let curved = self.curved.as_ref();
-        let body = Body { young_kpa: young_kpa.as_deref(), curved, ..Body::new(mesh, tissue) };
+        let (young_kpa, curved) = (self.young_kpa.clone(), self.curved.clone());
+        let body = Body { young_kpa, curved, ..Body::new(self.mesh.clone(), self.tissue) };
         let params = Params { tolerance, ..self.params };
         match self.wanted {
-            Wanted::Displacement => Ok(solve(&body, &self.load, &params, Progress::none())?),
+            Wanted::Displacement => {
+                let (found, info) = solve(&body, &self.load, &params, Progress::none())?;
+                Ok((found.displacement().clone(), info))
+            }
             Wanted::Slope => {
                 let (_, slope, info) = sensitivity(&body, &self.load, &params, Progress::none())?;
                 Ok((slope, info))
             }
             Wanted::Shape => {
                 let (y, unloading) = unload(&body, self.load.ct, &params, Progress::none())?;
+                let y = y.displacement().clone();
                 Ok((y, Info { unloading: Some(unloading), ..Info::default() }))
             }
         }
@@ -145,7 +149,7 @@ impl Reference {
         let young_kpa = if hetero {
             let mut stored = self.fields(mesh, order)?.context("no moduli for this mesh")?;
             let moduli: Array1<f64> = stored.by_name("hetero_E")?;
-            Some(moduli.to_vec())
+            Some(moduli.to_vec().into())
         } else {
             None
         };
@@ -156,7 +160,7 @@ impl Reference {
             _ => Wanted::Displacement,
         };
         Ok(Problem {
-            mesh: self.mesh(mesh)?,
+            mesh: self.mesh(mesh)?.into(),
             tissue,
             young_kpa,
             curved: None,
@@ -200,14 +204,19 @@ impl Reference {
     }
 
     /// Error at the probes against the finest quadratic solution, rms and largest, mm, if there is one.
-    fn at_probes(&self, mesh: &TetMesh, u: &Displacement, field: &str) -> Result<Option<[f64; 2]>> {
+    fn at_probes(
+        &self,
+        mesh: &Arc<TetMesh>,
+        u: &Displacement,
+        field: &str,
+    ) -> Result<Option<[f64; 2]>> {
         let probes: Array2<f64> = self.open("probes")?.by_name("pts")?;
         let name = format!("P2_{field}");
         let finest = TRUE.into_iter().find_map(|finest| {
             self.open(&format!("probes_{finest}")).ok()?.by_name::<_, ndarray::Ix2>(&name).ok()
         });
         let Some(finest): Option<Array2<f64>> = finest else { return Ok(None) };
-        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh.clone()));
         let mut errors = Vec::new();
         for (at, moved) in rows(&probes).into_iter().zip(rows(&finest)) {
             let place = locator.nearest(&Point::from(at));

@@ -8,9 +8,10 @@
 
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use supine_exchange::{read_labels, write_vtu};
-use supine_pipeline::{Effort, by_cgal};
+use supine_flow::{Effort, by_cgal};
 use supine_space::{Point, Progress, Sphere};
 use supine_tetrahedralise::{Domain, Params};
 use supine_volume::Region;
@@ -27,7 +28,7 @@ fn main() -> Result<()> {
     let sphere = Sphere::new(Point::new(x, y, z), words[2].parse()?)?;
     let (tetrahedra, folder) = (words[3].parse()?, Path::new(&words[4]));
     let labels = read_labels(Path::new(&words[0]), Progress::none())?;
-    let region = Region::new(&labels, sphere)?;
+    let region = Region::new(Arc::new(labels), sphere)?;
     let start = Instant::now();
     let domain = Domain::new(&region, &Params::default(), Progress::none())?;
     let fields_s = start.elapsed().as_secs_f64();

@@ -11,9 +11,10 @@
 
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
+use std::sync::Arc;
 use supine_fem::{Body, Load, Params as SolverParams, Tissue, solve};
+use supine_flow::{Goal, Mesher, Refine, Summary, mesh_region, read_surfaces};
 use supine_mesh::{Displacement, Edges, Locator, Order, TetMesh};
-use supine_pipeline::{Goal, Mesher, Refine, Summary, mesh_region, read_surfaces};
 use supine_space::{Point, Progress, Sphere, Vector};
 use supine_tetrahedralise::{Domain, Params};
 use supine_volume::Region;
@@ -59,7 +60,7 @@ fn main() -> Result<()> {
 
 /// The tissue, the tumour and what moves it.
 struct Problem {
-    region: (supine_volume::LabelMap, Option<supine_volume::Surfaces>, Sphere),
+    region: (Arc<supine_volume::LabelMap>, Option<Arc<supine_volume::Surfaces>>, Sphere),
     tumour: Sphere,
     tissue: Tissue,
     load: Load,
@@ -73,10 +74,10 @@ impl Problem {
         let surfaces = read_surfaces(&run.join(".stages/surfaces"), &labels, Progress::none())?;
         let region = &summary.parameters.region;
         let sphere = Sphere::new(Point::from(region.centre_mm), region.radius_mm)?;
-        let tumour = summary.case.tumour.as_ref().context("no tumour")?;
-        let gravity = Vector::from(summary.case.bed.gravity);
+        let tumour = summary.position.tumour.as_ref().context("no tumour")?;
+        let gravity = Vector::from(summary.position.bed.gravity);
         Ok(Self {
-            region: (labels, surfaces, sphere),
+            region: (Arc::new(labels), surfaces.map(Arc::new), sphere),
             tumour: Sphere::new(Point::from(tumour.centre_mm), tumour.radius_mm)?,
             tissue: Tissue::default(),
             load: Load { ct: supine_space::supine(), target: gravity.normalize() },
@@ -84,9 +85,9 @@ impl Problem {
     }
 
     /// A mesh, fine where the displacement of elements of that order depends on it.
-    fn mesh(&self, tetrahedra: usize, goal: Option<Order>) -> Result<TetMesh> {
+    fn mesh(&self, tetrahedra: usize, goal: Option<Order>) -> Result<Arc<TetMesh>> {
         let (labels, surfaces, sphere) = &self.region;
-        let region = Region::new(labels, *sphere)?.with_surfaces(surfaces.as_ref())?;
+        let region = Region::new(labels.clone(), *sphere)?.with_surfaces(surfaces.clone())?;
         let params = Params { tetrahedra, ..Params::default() };
         let refine = goal.map_or(Refine::Nowhere, |order| {
             Refine::Goal(Goal {
@@ -99,22 +100,22 @@ impl Problem {
         let mesher = (Mesher::Native, &refine);
         let (mesh, _) = mesh_region(&region, &params, mesher, Progress::none())?;
         ensure!(mesh.tets().len() == tetrahedra, "{} tetrahedra", mesh.tets().len());
-        Ok(mesh)
+        Ok(mesh.into())
     }
 
     /// Mean displacement of the tumour, mm, by elements straight or curved.
-    fn moved(&self, mesh: &TetMesh, order: Order, curved: bool) -> Result<Vector> {
+    fn moved(&self, mesh: &Arc<TetMesh>, order: Order, curved: bool) -> Result<Vector> {
         let (labels, surfaces, sphere) = &self.region;
         let offsets = if curved {
-            let region = Region::new(labels, *sphere)?.with_surfaces(surfaces.as_ref())?;
+            let region = Region::new(labels.clone(), *sphere)?.with_surfaces(surfaces.clone())?;
             let domain = Domain::new(&region, &Params::default(), Progress::none())?;
             Some(domain.curved(mesh)?.0)
         } else {
             None
         };
-        let body = Body { curved: offsets.as_ref(), ..Body::new(mesh, &self.tissue) };
+        let body = Body { curved: offsets, ..Body::new(mesh.clone(), self.tissue) };
         let (u, _) = solve(&body, &self.load, &solver(order), Progress::none())?;
-        Ok(mean(mesh, &u, &self.tumour))
+        Ok(mean(mesh, u.displacement(), &self.tumour))
     }
 }
 
@@ -122,8 +123,8 @@ fn solver(order: Order) -> SolverParams {
     SolverParams { order, ..SolverParams::default() }
 }
 
-fn mean(mesh: &TetMesh, u: &Displacement, place: &Sphere) -> Vector {
-    let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+fn mean(mesh: &Arc<TetMesh>, u: &Displacement, place: &Sphere) -> Vector {
+    let (edges, locator) = (Edges::new(mesh), Locator::new(mesh.clone()));
     let step = place.radius() / f64::from(SAMPLES);
     let along = || (-SAMPLES..=SAMPLES).map(|n| f64::from(n) * step);
     let found: Vec<_> = along()

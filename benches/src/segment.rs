@@ -7,6 +7,7 @@
 
 use anyhow::{Context, Result};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use supine_segment::{Params, Segmenter};
 use supine_space::{Grid, Progress};
@@ -18,13 +19,13 @@ const CHANGES: usize = 7;
 fn main() -> Result<()> {
     let path = std::env::args_os().nth(1).context("bench-segment CT")?;
     let import = Instant::now();
-    let input = supine_pipeline::read_ct(Path::new(&path), &Default::default(), Progress::none())?;
+    let input = supine_flow::read_ct(Path::new(&path), &Default::default(), Progress::none())?;
     let import = import.elapsed();
-    let ct = &input.ct;
+    let ct = Arc::new(input.ct);
     let after_import = peak_mb()?;
     let params = Params::default();
     let whole = Instant::now();
-    let segmenter = Segmenter::new(ct, &params, Progress::none())?;
+    let segmenter = Segmenter::new(ct.clone(), &params, Progress::none())?;
     let (made, _) = segmenter.segment(&Seeds::default(), Progress::none())?;
     let whole = whole.elapsed();
     let found = peak_mb()?;

@@ -17,8 +17,11 @@ use ndarray::{Array1, Array2, Array3};
 use ndarray_npy::{NpzReader, read_npy, write_npy};
 use serde_json::json;
 use std::fs::File;
+use std::sync::Arc;
 use std::time::Instant;
-use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
+use supine_mesh::{
+    BoundaryFace, BoundaryTag, Deformation, Displacement, Edges, TET_FACES, TetMesh,
+};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, Volume};
 use supine_warp::{Frames, Params};
@@ -30,23 +33,23 @@ fn main() -> Result<()> {
         [workload, ct, runs, out] => (workload, ct, runs.parse()?, Some(out)),
         _ => bail!("bench-warp WORKLOAD.npz CT.npy RUNS [OUT.npy]"),
     };
-    let Workload { ct, mesh, displacement } = Workload::read(workload, ct)?;
+    let Workload { ct, deformation } = Workload::read(workload, ct)?;
     // As the reference has it: one sample for each voxel.
     let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
-    let mut out_ct = ct.clone();
+    let mut out_ct = Ct::clone(&ct);
     let volumes_mb = memory_mb("VmRSS")?;
-    let (frames, prepare) = timed(|| Frames::new(&ct, &mesh, &params));
+    let (frames, prepare) = timed(|| Frames::new(ct.clone(), deformation.mesh().clone(), &params));
     let mut frames = frames?;
     let mut times: [Vec<Time>; 4] = Default::default();
     for _ in 0..runs {
         let (_, copy) = timed(|| out_ct.data_mut().copy_from_slice(ct.data()));
         frames.restore(&mut out_ct);
-        let (painted, paint) = timed(|| frames.paint(&displacement, &mut out_ct));
+        let (painted, paint) = timed(|| frames.paint(&deformation, &mut out_ct));
         painted?;
         let (_, restore) = timed(|| frames.restore(&mut out_ct));
         let (framed, frame) = {
-            frames.paint(&displacement, &mut out_ct)?;
-            timed(|| frames.next(&displacement, &mut out_ct))
+            frames.paint(&deformation, &mut out_ct)?;
+            timed(|| frames.next(&deformation, &mut out_ct))
         };
         framed?;
         for (all, one) in times.iter_mut().zip([copy, paint, restore, frame]) {
@@ -60,16 +63,16 @@ fn main() -> Result<()> {
     frames.restore(&mut out_ct);
     let mut collared = out_ct.clone();
     let with_collar = Params { supersample_below: 0.0, ..Params::default() };
-    let collar_frame = frame_time(&ct, &mesh, &with_collar, &displacement, &mut collared, runs)?;
-    let bent = bent(&mesh, &displacement)?;
-    let bent_frame = frame_time(&ct, &mesh, &params, &bent, &mut collared, runs)?;
-    let both_frame = frame_time(&ct, &mesh, &with_collar, &bent, &mut collared, runs)?;
-    let pieces = supine_warp::warp(&ct, &mesh, &bent, &params, Progress::none())?.1.pieces;
-    frames.paint(&displacement, &mut out_ct)?;
+    let collar_frame = frame_time(&ct, &with_collar, &deformation, &mut collared, runs)?;
+    let bent = bent(&deformation)?;
+    let bent_frame = frame_time(&ct, &params, &bent, &mut collared, runs)?;
+    let both_frame = frame_time(&ct, &with_collar, &bent, &mut collared, runs)?;
+    let pieces = supine_warp::warp(&ct, &bent, &params, Progress::none())?.1.pieces;
+    frames.paint(&deformation, &mut out_ct)?;
     println!(
         "{}",
         json!({
-            "threads": rayon_threads(), "tetrahedra": mesh.tets().len(), "prepare_ms": prepare.cpu_ms,
+            "threads": rayon_threads(), "tetrahedra": deformation.mesh().tets().len(), "prepare_ms": prepare.cpu_ms,
             "copy_ms": copy.cpu_ms, "paint_ms": paint.cpu_ms, "restore_ms": restore.cpu_ms,
             "frame_ms": frame.cpu_ms, "frame_with_collar_ms": collar_frame.cpu_ms,
             "frame_quadratic_ms": bent_frame.cpu_ms, "quadratic_pieces": pieces,
@@ -89,18 +92,17 @@ fn main() -> Result<()> {
 
 /// The median time of a frame that follows another. `out` holds the CT, and does so afterwards.
 fn frame_time(
-    ct: &Ct,
-    mesh: &TetMesh,
+    ct: &Arc<Ct>,
     params: &Params,
-    displacement: &Displacement,
+    deformation: &Deformation,
     out: &mut Ct,
     runs: usize,
 ) -> Result<Time> {
-    let mut frames = Frames::new(ct, mesh, params)?;
-    frames.paint(displacement, out)?;
+    let mut frames = Frames::new(ct.clone(), deformation.mesh().clone(), params)?;
+    frames.paint(deformation, out)?;
     let mut times = Vec::new();
     for _ in 0..runs {
-        let (framed, time) = timed(|| frames.next(displacement, out));
+        let (framed, time) = timed(|| frames.next(deformation, out));
         framed?;
         times.push(time);
     }
@@ -110,7 +112,8 @@ fn frame_time(
 
 /// The same displacement with a quadratic part: the middle of each edge moves by a hundredth more than the mean of
 /// its ends, 0.13 mm at most.
-fn bent(mesh: &TetMesh, displacement: &Displacement) -> Result<Displacement> {
+fn bent(deformation: &Deformation) -> Result<Deformation> {
+    let (mesh, displacement) = (deformation.mesh(), deformation.displacement());
     let edges = Edges::new(mesh);
     let mut values = displacement.values()[..mesh.points().len()].to_vec();
     let middles = edges.ends().iter().map(|ends| {
@@ -119,14 +122,14 @@ fn bent(mesh: &TetMesh, displacement: &Displacement) -> Result<Displacement> {
     });
     let middles: Vec<Vector> = middles.collect();
     values.extend(middles);
-    Ok(Displacement::new(mesh, &edges, values)?)
+    let displacement = Displacement::new(mesh, &edges, values)?;
+    Ok(Deformation::new(mesh.clone(), displacement)?)
 }
 
 /// What is carried.
 struct Workload {
-    ct: Ct,
-    mesh: TetMesh,
-    displacement: Displacement,
+    ct: Arc<Ct>,
+    deformation: Deformation,
 }
 
 impl Workload {
@@ -157,7 +160,7 @@ impl Workload {
         let mesh = TetMesh::new(points, tets, boundary)?;
         let displacement =
             Displacement::new(&mesh, &Edges::new(&mesh), rows(file.by_name("disp")?))?;
-        Ok(Self { ct, mesh, displacement })
+        Ok(Self { ct: ct.into(), deformation: Deformation::new(mesh.into(), displacement)? })
     }
 }
 

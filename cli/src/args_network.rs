@@ -4,7 +4,8 @@ use clap::{ArgGroup, Args};
 use std::net::IpAddr;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
-use supine_dicom_network::{Error, Node, Title, Tls, TlsFiles};
+use std::time::Duration;
+use supine_dicom_network::{Call, Error, Node, Title, Tls, TlsFiles};
 
 #[derive(Args, Debug)]
 pub(crate) struct Send {
@@ -24,9 +25,7 @@ pub(crate) struct Send {
     #[arg(long)]
     pub(crate) again: bool,
     #[command(flatten)]
-    pub(crate) secure: Secure,
-    #[command(flatten)]
-    pub(crate) patience: Patience,
+    pub(crate) link: Link,
 }
 
 #[derive(Args, Debug)]
@@ -66,44 +65,45 @@ pub(crate) struct Fetch {
     #[arg(long, value_name = "ADDRESS", requires = "move_to")]
     pub(crate) bind: Option<IpAddr>,
     #[command(flatten)]
-    pub(crate) secure: Secure,
-    #[command(flatten)]
-    pub(crate) patience: Patience,
+    pub(crate) link: Link,
 }
 
-/// Encryption, and who is who.
+/// How an archive is spoken to.
 #[derive(Args, Debug)]
-pub(crate) struct Secure {
+pub(crate) struct Link {
     /// Encrypt, and have the archive prove who it is: TLS 1.2 or 1.3
     #[arg(long)]
-    pub(crate) tls: bool,
+    tls: bool,
     /// Who may answer for the archive: certificates of issuers, or its own, PEM [default: the system's]
     #[arg(long, value_name = "FILE", requires = "tls")]
-    pub(crate) tls_ca: Option<PathBuf>,
+    tls_ca: Option<PathBuf>,
     /// Our own certificate for archives that ask for one, PEM
     #[arg(long, value_name = "FILE", requires = "tls", requires = "tls_key")]
-    pub(crate) tls_cert: Option<PathBuf>,
+    tls_cert: Option<PathBuf>,
     /// Its private key, PEM without a password
     #[arg(long, value_name = "FILE", requires = "tls", requires = "tls_cert")]
-    pub(crate) tls_key: Option<PathBuf>,
-}
-
-impl Secure {
-    /// How TLS is spoken, when it is asked for.
-    pub(crate) fn tls(&self) -> Result<Option<Tls>, Error> {
-        let own = self.tls_cert.clone().zip(self.tls_key.clone());
-        let files = TlsFiles { trusted: self.tls_ca.clone(), own };
-        self.tls.then(|| Tls::new(&files)).transpose()
-    }
-}
-
-/// How long to wait, and how often to try.
-#[derive(Args, Debug)]
-pub(crate) struct Patience {
+    tls_key: Option<PathBuf>,
     /// Longest silence of the archive, seconds
     #[arg(long, value_name = "S", default_value = "30")]
-    pub(crate) timeout: NonZeroU32,
+    timeout: NonZeroU32,
     /// How often to try again when nothing more gets through
     #[arg(long, value_name = "N", default_value_t = 3)]
-    pub(crate) retries: u32,
+    retries: u32,
+}
+
+impl Link {
+    /// A call of the archive under our own title.
+    pub(crate) fn call(&self, peer: &Node, own: &Title) -> Result<Call, Error> {
+        let files = TlsFiles {
+            trusted: self.tls_ca.clone(),
+            own: self.tls_cert.clone().zip(self.tls_key.clone()),
+        };
+        Ok(Call {
+            peer: peer.clone(),
+            own: own.clone(),
+            tls: self.tls.then(|| Tls::new(&files)).transpose()?,
+            timeout: Duration::from_secs(self.timeout.get().into()),
+            retries: self.retries,
+        })
+    }
 }

@@ -2,55 +2,93 @@
 //!
 //! stdout is data, stderr is people.
 
-#![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the bar")]
+#![expect(clippy::disallowed_methods, reason = "edge crate: the demo's files")]
 #![expect(clippy::print_stderr, reason = "a command line talks")]
 
 mod args;
 mod args_network;
 mod commands;
 mod failure;
+mod parameters;
 mod screen;
+mod words;
 
 use args::{Cli, Command};
 use clap::Parser;
+use commands::{carry, demo, fetch, inspect, manual, run, send, stages};
 use failure::Failure;
-use screen::Screen;
+use screen::{Screen, data};
 use std::process::ExitCode;
+use supine_flow::{commands::summary_schema, spec::case_schema};
+use supine_space::Failure as Kind;
+use words::Schema;
+
+#[global_allocator]
+static ALLOCATOR: supine_flow::CountingAllocator = supine_flow::CountingAllocator;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let screen = Screen::new(&cli.common);
-    match run(cli, &screen) {
-        Ok(code) => ExitCode::from(code),
-        Err(failure) => {
-            screen.fail(&failure.message);
-            ExitCode::from(failure.code)
-        }
+    let done = work(cli, &screen);
+    if let Err(failure) = &done {
+        screen.fail(&failure.message);
+    }
+    match done {
+        Ok(End::Done) => ExitCode::SUCCESS,
+        Ok(End::Failed(kind)) => ExitCode::from(kind.exit_code()),
+        Err(failure) => ExitCode::from(failure.kind.exit_code()),
     }
 }
 
-fn run(cli: Cli, screen: &Screen) -> Result<u8, Failure> {
+/// How a command ends that said what there is to say.
+#[derive(Clone, Copy, Debug)]
+enum End {
+    Done,
+    /// The answer itself is that something is wrong.
+    Failed(Kind),
+}
+
+impl End {
+    /// Done if all is well, else failed in such a way.
+    fn of(well: bool, kind: Kind) -> Self {
+        if well { Self::Done } else { Self::Failed(kind) }
+    }
+}
+
+fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
     if let Some(threads) = cli.common.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global();
-        pool.map_err(|e| Failure::usage(format!("--threads: {e}")))?;
+        pool.map_err(|e| Failure::new(Kind::Usage, format!("--threads: {e}")))?;
     }
     screen.catch_interrupts()?;
     match cli.command {
-        Command::Demo(args) => commands::demo::demo(&args, screen),
-        Command::Inspect(args) => commands::inspect::inspect(&args, screen),
-        Command::Run(args) => commands::run::run(&args, screen),
-        Command::Segment(args) => commands::segment::segment(&args, screen),
-        Command::Mesh(args) => commands::mesh::mesh(&args, screen),
-        Command::Coarsen(args) => commands::coarsen::coarsen(&args, screen),
-        Command::Solve(args) => commands::solve::solve(&args, screen),
-        Command::Warp(args) => commands::warp::warp(&args, screen),
-        Command::Carry(args) => commands::carry::carry(&args, screen),
-        Command::Send(args) => commands::send::send(&args, screen),
-        Command::Fetch(args) => commands::fetch::fetch(&args, screen),
-        Command::VerifyExport(args) => commands::verify_export::verify_export(&args, screen),
+        Command::Demo(args) => demo::demo(&args, screen),
+        Command::Inspect(args) => inspect::inspect(args, screen),
+        Command::Check(args) => stages::check(args, screen),
+        Command::Run(args) => run::run(args, screen),
+        Command::Segment(args) => stages::segment(args, screen),
+        Command::Mesh(args) => stages::mesh(args, screen),
+        Command::Coarsen(args) => stages::coarsen(args, screen),
+        Command::Solve(args) => stages::solve(args, screen),
+        Command::Warp(args) => stages::warp(args, screen),
+        Command::Carry(args) => carry::carry(args, screen),
+        Command::Send(args) => send::send(&args, screen),
+        Command::Fetch(args) => fetch::fetch(&args, screen),
+        Command::VerifyExport(args) => inspect::verify_export(args, screen),
+        Command::Schema { of } => {
+            let schema = match of {
+                Schema::Case => case_schema(),
+                Schema::Summary => summary_schema(),
+            };
+            data(&format!("{schema:#}\n"));
+            Ok(End::Done)
+        }
         #[cfg(feature = "tetgen")]
-        Command::TetgenWorker => commands::mesh::tetgen_worker(),
-        Command::Completions { shell } => commands::manual::completions(shell),
-        Command::Man { out } => commands::manual::man(&out),
+        Command::TetgenWorker => {
+            supine_flow::tetgen_work().map_err(|e| Failure::new(Kind::Method, e))?;
+            Ok(End::Done)
+        }
+        Command::Completions { shell } => manual::completions(shell),
+        Command::Man { out } => manual::man(&out),
     }
 }

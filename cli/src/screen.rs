@@ -4,8 +4,11 @@ use crate::args::Common;
 use crate::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-use supine_pipeline::{Stage, Watch};
+use supine_flow::Warning;
+use supine_flow::{NodeId, Observer};
+use supine_space::Failure as Kind;
 
 /// Set by Ctrl-C; every progress callback answers with it.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -13,9 +16,11 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// stderr, and the wish to stop.
 pub(crate) struct Screen {
     bar: ProgressBar,
+    /// What is worked on; the bar shows the one that began last.
+    running: Mutex<Vec<NodeId>>,
     pub(crate) json: bool,
     quiet: bool,
-    /// One line per stage instead of a bar.
+    /// One line per node instead of a bar.
     lines: bool,
 }
 
@@ -25,12 +30,12 @@ impl Screen {
         if common.quiet || common.no_progress {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
-        let style = ProgressStyle::with_template("{msg:>9} [{bar:32}] {percent:>3} %  {elapsed}");
+        let style = ProgressStyle::with_template("{msg:>13} [{bar:32}] {percent:>3} %  {elapsed}");
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }
         let lines = !common.quiet && (common.verbose || bar.is_hidden());
-        Self { bar, json: common.json, quiet: common.quiet, lines }
+        Self { bar, running: Mutex::default(), json: common.json, quiet: common.quiet, lines }
     }
 
     /// Makes Ctrl-C stop the work at its next step; a second one ends the program at once.
@@ -38,34 +43,24 @@ impl Screen {
         let bar = self.bar.clone();
         ctrlc::set_handler(move || {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
+                std::process::exit(Kind::Stopped.exit_code().into());
             }
             bar.suspend(|| eprintln!("stopping (Ctrl-C again to end at once)"));
         })
-        .map_err(|e| Failure { code: 75, message: format!("Ctrl-C cannot be caught: {e}") })
+        .map_err(|e| Failure::new(Kind::Retry, format!("Ctrl-C cannot be caught: {e}")))
     }
 
-    /// Progress of a command with one part.
+    /// Progress of a command that is no part of the flow.
     pub(crate) fn share(&self, what: &'static str, share: f64) -> bool {
         self.bar.set_message(what);
         self.bar.set_position((share * 1000.0) as u64);
-        if share >= 1.0 {
-            self.bar.reset();
-        }
-        !INTERRUPTED.load(Ordering::SeqCst)
+        self.go_on()
     }
 
     /// A line for people.
     pub(crate) fn say(&self, text: &str) {
         if !self.quiet {
             self.bar.suspend(|| eprintln!("{text}"));
-        }
-    }
-
-    /// Warnings of a command with one part.
-    pub(crate) fn warn_all(&self, warnings: &[String]) {
-        for warning in warnings {
-            self.say(&format!("warning: {warning}"));
         }
     }
 
@@ -76,20 +71,44 @@ impl Screen {
 
     /// The one message of a command that failed.
     pub(crate) fn fail(&self, message: &str) {
-        self.bar.finish_and_clear();
+        self.clear();
         eprintln!("error: {message}");
     }
 
     /// The result of a command: for scripts on stdout, or `text` for people on stderr.
     pub(crate) fn result(&self, json: &impl serde::Serialize, text: &str) {
-        self.bar.finish_and_clear();
+        self.clear();
         if self.json {
-            match serde_json::to_string_pretty(json) {
-                Ok(json) => data(&(json + "\n")),
-                Err(e) => eprintln!("error: the result is not JSON: {e}"),
-            }
+            self.json(json);
         } else {
             self.say(text);
+        }
+    }
+
+    /// The answer of a command on stdout: for scripts, or as `text`.
+    pub(crate) fn answer(&self, json: &impl serde::Serialize, text: &str) {
+        self.clear();
+        if self.json {
+            self.json(json);
+        } else {
+            data(text);
+        }
+    }
+
+    fn json(&self, json: &impl serde::Serialize) {
+        match serde_json::to_string_pretty(json) {
+            Ok(json) => data(&(json + "\n")),
+            Err(e) => eprintln!("error: the result is not JSON: {e}"),
+        }
+    }
+
+    /// Changes what is worked on, and shows it.
+    fn now(&self, change: impl FnOnce(&mut Vec<NodeId>)) {
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut running);
+        if let Some(last) = running.last() {
+            self.bar.set_message(last.name());
+            self.bar.set_position(0);
         }
     }
 }
@@ -100,27 +119,32 @@ pub(crate) fn data(text: &str) {
     let _closed_early = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
-impl Watch for Screen {
-    fn begin(&self, stage: Stage) {
-        self.bar.set_message(stage.name());
-        self.bar.set_position(0);
+impl Observer for Screen {
+    fn begin(&self, node: NodeId) {
+        self.now(|running| running.push(node));
         self.bar.enable_steady_tick(Duration::from_millis(200));
     }
 
-    fn progress(&self, stage: Stage, share: f64) -> bool {
-        self.bar.set_message(stage.name());
-        self.bar.set_position((share * 1000.0) as u64);
-        !INTERRUPTED.load(Ordering::SeqCst)
+    fn share(&self, node: NodeId, share: f64) {
+        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        if running.last() == Some(&node) {
+            self.bar.set_position((share * 1000.0) as u64);
+        }
     }
 
-    fn warning(&self, stage: Stage, message: &str) {
-        self.say(&format!("warning ({stage}): {message}"));
+    fn warning(&self, node: NodeId, warning: &Warning) {
+        self.say(&format!("warning ({node}): {}", warning.message));
     }
 
-    fn end(&self, stage: Stage, seconds: f64, cached: bool) {
+    fn end(&self, node: NodeId, seconds: f64, cached: bool) {
+        self.now(|running| running.retain(|running| *running != node));
         if self.lines {
             let how = if cached { "done before".into() } else { format!("{seconds:.1} s") };
-            self.say(&format!("{:>9}  {how}", stage.name()));
+            self.say(&format!("{:>13}  {how}", node.name()));
         }
+    }
+
+    fn go_on(&self) -> bool {
+        !INTERRUPTED.load(Ordering::SeqCst)
     }
 }

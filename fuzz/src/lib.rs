@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use supine_exchange::{
-    BroughtLabels, read_any_volume, read_brought_labels, read_ct, read_labels, read_seeds,
-    read_signed_distance, read_tenths,
+    SuppliedLabels, read_any_volume, read_ct, read_labels, read_seeds, read_signed_distance,
+    read_supplied_labels, read_tenths,
 };
 use supine_space::Progress;
 
@@ -38,7 +38,7 @@ pub fn read_volume(name: &str, input: &[u8]) {
     let _ = read_labels(&path, Progress::none());
     let _ = read_seeds(&path, Progress::none());
     let _ = read_any_volume(&path, None, Progress::none());
-    if let Ok(BroughtLabels::Segments(found)) = read_brought_labels(&path, Progress::none()) {
+    if let Ok(SuppliedLabels::Segments(found)) = read_supplied_labels(&path, Progress::none()) {
         for place in 0..found.names().count() {
             let _ = found.mask(place);
         }

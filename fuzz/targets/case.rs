@@ -1,8 +1,15 @@
-//! The case file.
+//! The case file, and the case in a summary.
 #![no_main]
 
-use supine_pipeline::Case;
+use supine_flow::Spec;
 
 libfuzzer_sys::fuzz_target!(|input: &[u8]| {
-    let _ = Case::read(&supine_fuzz::file("case.toml", input));
+    // The first byte decides which of the two it is.
+    let (name, text) = match input.split_first() {
+        Some((0, text)) => ("summary.json", text),
+        _ => ("case.toml", input),
+    };
+    if let Ok(spec) = Spec::read(&supine_fuzz::file(name, text)) {
+        let _ = spec.case().map(|case| case.canonical());
+    }
 });

@@ -77,7 +77,7 @@ def version_1_2():
             if code == 0:
                 assert by_instance(got).keys() == by_instance(sent).keys(), said
             else:
-                assert "TLS 1.2 or 1.3 is wanted" in words, words
+                assert "TLS 1.2 or 1.3 is needed" in words, words
         # Nothing was sent to it yet, as far as is known here.
         (sent / ".supine-sent").unlink(missing_ok=True)
 

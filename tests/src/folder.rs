@@ -11,7 +11,7 @@ pub const FINAL_NAMES: [&str; 13] = [
     "registration",
     "labels.seg.nrrd",
     "labels.dcm",
-    "labels-doubt.nrrd",
+    "labels-uncertainty.nrrd",
     "tissues.seg.nrrd",
     "mesh",
     "field",

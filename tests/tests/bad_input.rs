@@ -156,7 +156,7 @@ fn a_tumour_outside_the_region() {
         folder.path(),
         INPUT,
         &["tumour"],
-        &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd"],
+        &["labels.seg.nrrd", "labels.dcm", "labels-uncertainty.nrrd"],
     );
 }
 
@@ -169,7 +169,7 @@ fn a_region_outside_the_body() {
         folder.path(),
         INPUT,
         &["region"],
-        &["labels.seg.nrrd", "labels.dcm", "labels-doubt.nrrd"],
+        &["labels.seg.nrrd", "labels.dcm", "labels-uncertainty.nrrd"],
     );
 }
 
@@ -182,8 +182,8 @@ fn values_that_cannot_be() {
         ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = -1.0 }", "tumour"),
         ("tumour", "{ centre = [91.37, nan, -594.5], radius = 9.0 }", "tumour"),
         ("bed", "{ ap = inf, lat = 5.0 }", "bed"),
-        ("tissue", "{ young = 0.0 }", "`tissue`"),
-        ("tissue", "{ poisson = 0.5 }", "`tissue`"),
+        ("tissue", "{ young = 0.0 }", "`tissue.young`: 0 is not a number from 0.001"),
+        ("tissue", "{ poisson = 0.5 }", "`tissue.poisson`"),
         ("breast", "\"middle\"", "breast"),
         ("export", "{ frame = \"source\" }", "although the breast has moved in it"),
         ("export", "{ study = \"mine\" }", "export.study"),

@@ -13,7 +13,7 @@ const HEADERS: [(&str, &str); 2] = [
 ];
 /// What cargo is told to switch both on.
 const FEATURES: &str = "supine-tetrahedralise-cgal/cgal,supine-tetrahedralise-tetgen/tetgen,\
-                        supine-pipeline/cgal,supine-pipeline/tetgen,supine/cgal,supine/tetgen";
+                        supine-flow/cgal,supine-flow/tetgen,supine/cgal,supine/tetgen";
 /// The tests of what they compile. The whole workspace is named and these tests picked from it, so that
 /// cargo resolves all other crates as it did before and compiles none of them again.
 const TESTS: [&str; 6] = ["--test", "layer", "--test", "worker", "--test", "meshers"];

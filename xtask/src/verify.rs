@@ -8,6 +8,7 @@ mod agreement;
 mod applicator;
 mod cut;
 mod dicom;
+mod flow;
 mod fuzz;
 mod image;
 mod mechanics;
@@ -113,6 +114,8 @@ pub(crate) enum Part {
     Patients,
     /// Real CTs, whole runs.
     Real,
+    /// Whole and repeated runs: time and memory.
+    Flow,
     /// Segmentation against contours and truth, time and memory.
     Segmentation,
     /// Meshes of known shapes, beside CGAL and TetGen.
@@ -145,6 +148,7 @@ impl Part {
                 page::patients(&patients)
             }
             Self::Real => page::real(&real::all(bench)?),
+            Self::Flow => flow::section(bench),
             Self::Segmentation => {
                 let speed = speed::table(bench)?;
                 page::segmentation(&study::study(bench)?, &speed)

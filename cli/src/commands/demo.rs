@@ -1,25 +1,30 @@
 //! `supine demo`: the patient inside the program.
 
 use super::run::case_into;
+use crate::End;
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use include_dir::{Dir, include_dir};
 use std::path::Path;
-use supine_pipeline::{Case, Options, RunError};
+use supine_flow::Options;
+use supine_flow::commands::run::Run;
+use supine_space::Failure as Kind;
 
 /// The synthetic patient: `fixtures/patient`, which no person ever was.
 static CT: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../fixtures/patient/ct");
 const CASE: &str = include_str!("../../../fixtures/patient/case.toml");
 
-pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<u8, Failure> {
+pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
     let folder = args.out.join("case");
     unpack(&folder).map_err(|e| {
-        Failure::output(format!("the demo's case cannot be written to {}: {e}", folder.display()))
+        let text = format!("the demo's case cannot be written to {}: {e}", folder.display());
+        Failure::new(Kind::of_output(&e), text)
     })?;
-    screen.say(&format!("a synthetic patient: {}", folder.join("case.toml").display()));
-    let case = Case::read(&folder.join("case.toml")).map_err(RunError::from)?;
-    case_into(&case, &args.out, Options::default(), screen)
+    let case = folder.join("case.toml");
+    screen.say(&format!("a synthetic patient: {}", case.display()));
+    let (out, options) = (args.out.clone(), Options::default());
+    case_into(&Run { case, changes: vec![], anonymise: false, out, options }, screen)
 }
 
 fn unpack(folder: &Path) -> std::io::Result<()> {

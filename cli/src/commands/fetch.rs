@@ -1,30 +1,24 @@
 //! `supine fetch`.
 
+use crate::End;
 use crate::args_network as args;
 use crate::failure::Failure;
-use crate::screen::{Screen, data};
+use crate::screen::Screen;
 use std::fmt::Write as _;
-use std::time::Duration;
-use supine_dicom_network::{Call, StudyEntry, Wanted, Way};
-use supine_space::Progress;
+use supine_dicom_network::{QuerySpec, StudyEntry, Way};
+use supine_space::{Failure as Kind, Progress};
 
 /// More instances that are missing than this are only counted.
 const NAMED: usize = 20;
 
-pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<u8, Failure> {
-    let call = Call {
-        peer: args.from.clone(),
-        own: args.own.clone(),
-        tls: args.secure.tls()?,
-        timeout: Duration::from_secs(args.patience.timeout.get().into()),
-        retries: args.patience.retries,
-    };
+pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure> {
+    let call = args.link.call(&args.from, &args.own)?;
     if args.move_to.is_some() && call.tls.as_ref().is_some_and(|tls| !tls.can_listen()) {
         let why = "a C-MOVE with --tls is answered here: give --tls-cert and --tls-key, and the archive's \
                    certificate or its issuer's as --tls-ca";
-        return Err(Failure::usage(why));
+        return Err(Failure::new(Kind::Usage, why));
     }
-    let wanted = Wanted {
+    let wanted = QuerySpec {
         study: args.study.clone(),
         series: args.series.clone(),
         patient_id: args.patient_id.clone(),
@@ -34,16 +28,11 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<u8, Failure> 
     let progress = Progress::new(&watch);
     let Some(out) = &args.out else {
         let studies = supine_dicom_network::list(&call, &wanted, progress)?;
-        screen.clear();
-        if screen.json {
-            screen.result(&studies, "");
-        } else {
-            data(&table(&studies));
-        }
+        screen.answer(&studies, &table(&studies));
         return if studies.is_empty() {
-            Err(Failure::input(format!("{} lists nothing of that", args.from)))
+            Err(Failure::new(Kind::Input, format!("{} lists nothing of that", args.from)))
         } else {
-            Ok(0)
+            Ok(End::Done)
         };
     };
     let way = match (&args.move_to, args.port) {
@@ -51,7 +40,7 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<u8, Failure> 
         _ => Way::Get,
     };
     let info = supine_dicom_network::fetch(&call, &wanted, &way, out, progress)?;
-    screen.warn_all(&info.warnings);
+    info.warnings.iter().for_each(|warning| screen.say(&format!("warning: {warning}")));
     for missing in info.missing.iter().take(NAMED) {
         screen.say(&format!("missing: {missing}"));
     }
@@ -63,15 +52,15 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<u8, Failure> 
     screen.result(&info, &text);
     let left = info.missing.len();
     match &info.broken {
-        _ if left == 0 => Ok(0),
+        _ if left == 0 => Ok(End::Done),
         Some(broken) => {
             let received = info.received;
             let message = format!(
                 "{broken}; {received} fetched, {left} left: the same call goes on from there"
             );
-            Err(Failure { code: 75, message })
+            Err(Failure::new(Kind::Retry, message))
         }
-        None => Err(Failure::input(format!("{left} instances did not come"))),
+        None => Err(Failure::new(Kind::Input, format!("{left} instances did not come"))),
     }
 }
 

@@ -1,30 +1,45 @@
-//! `supine inspect`.
+//! `supine inspect` and `supine verify-export`.
 
+use crate::End;
 use crate::args;
 use crate::failure::Failure;
-use crate::screen::{Screen, data};
+use crate::screen::Screen;
 use std::fmt::Write;
-use supine_dicom::{Depth, Inspection, PixelReport, SeriesReport};
-use supine_space::Progress;
+use supine_flow::commands::dicom::{self, Inspection, PixelReport, SeriesReport};
+use supine_space::Failure as Kind;
 
 /// More files of no use than this are only counted.
 const NAMED: usize = 5;
 
-pub(crate) fn inspect(args: &args::Inspect, screen: &Screen) -> Result<u8, Failure> {
-    let watch = |share| screen.share("inspect", share);
-    let depth = if args.pixels { Depth::Pixels } else { Depth::Headers };
-    let found =
-        supine_dicom::inspect(&args.path, depth, args.accept.into(), Progress::new(&watch))?;
-    screen.clear();
-    if screen.json {
-        screen.result(&found, "");
-    } else {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        let _infallible = describe(&found, &mut text);
-        data(&text);
-    }
-    Ok(u8::from(found.usable().next().is_none()))
+pub(crate) fn inspect(args: args::Inspect, screen: &Screen) -> Result<End, Failure> {
+    let args::Inspect { path, pixels, given } = args;
+    let found = dicom::inspect(&dicom::Inspect { spec: given.spec, path, pixels }, screen)?;
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _infallible = describe(&found, &mut text);
+    screen.answer(&found, &text);
+    Ok(End::of(found.usable().next().is_some(), Kind::Input))
+}
+
+pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result<End, Failure> {
+    let args::VerifyExport { dir, source, new_study, keep_equipment, same_frame, given } = args;
+    let spec = given.spec;
+    let given = dicom::Verify { spec, dir, source, new_study, keep_equipment, same_frame };
+    let found = dicom::verify_export(&given, screen)?;
+    let lines = found.checks.iter().map(|check| {
+        let verdict = match check.passed {
+            Some(true) => "PASS",
+            Some(false) => "FAIL",
+            None => "----",
+        };
+        format!("{verdict}  {}  {}\n", check.rule, check.detail)
+    });
+    screen.answer(&found, &lines.collect::<String>());
+    let failed = found.failures().count();
+    let open = found.checks.iter().filter(|c| c.passed.is_none()).count();
+    screen
+        .say(&format!("{} checks: {failed} failed, {open} could not be made", found.checks.len()));
+    Ok(End::of(found.passed(), Kind::Check))
 }
 
 fn describe(found: &Inspection, text: &mut String) -> std::fmt::Result {
@@ -43,7 +58,10 @@ fn describe(found: &Inspection, text: &mut String) -> std::fmt::Result {
     if found.foreign.len() > NAMED {
         writeln!(text, "left out: {} more files", found.foreign.len() - NAMED)?;
     }
-    for warning in found.damaged.iter().chain(&found.warnings) {
+    for damaged in &found.damaged {
+        writeln!(text, "warning: {damaged}")?;
+    }
+    for warning in &found.warnings {
         writeln!(text, "warning: {warning}")?;
     }
     Ok(())

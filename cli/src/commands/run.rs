@@ -1,37 +1,33 @@
 //! `supine run`.
 
+use crate::End;
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
-use supine_pipeline::{Case, Options, RunError, Summary};
+use supine_flow::commands::run::{self, Run};
+use supine_flow::{Options, Summary};
+use supine_space::Failure as Kind;
 
-pub(crate) fn run(args: &args::Run, screen: &Screen) -> Result<u8, Failure> {
-    let mut case = Case::read(&args.case).map_err(RunError::from)?;
-    case.export.anonymise |= args.anonymise;
-    case_into(&case, &args.out, Options { until: args.until, force: args.force }, screen)
+pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
+    let args::Run { case, out, changes, anonymise, until, force } = args;
+    case_into(&Run { case, changes, anonymise, out, options: Options { until, force } }, screen)
 }
 
 /// Runs a case and says how it ended.
-pub(crate) fn case_into(
-    case: &Case,
-    out: &Path,
-    options: Options,
-    screen: &Screen,
-) -> Result<u8, Failure> {
-    let Some(summary) = supine_pipeline::run(case, out, options, screen)? else {
-        let until = options.until.map_or("", |s| s.name());
-        let done = serde_json::json!({ "until": until, "out": out });
-        screen.result(&done, &format!("done until {until}: {}", out.display()));
-        return Ok(0);
+pub(crate) fn case_into(given: &Run, screen: &Screen) -> Result<End, Failure> {
+    let done = run::run(given, screen)?;
+    if done.renewed {
+        screen.say("the folder held results of another version, which were made anew");
+    }
+    let Some(summary) = &done.summary else {
+        let until = given.options.until.map_or("", |node| node.name());
+        let json = serde_json::json!({ "until": until, "out": given.out });
+        screen.result(&json, &format!("done until {until}: {}", given.out.display()));
+        return Ok(End::Done);
     };
-    screen.result(&summary, &conclusion(&summary, out));
-    Ok(if checks_passed(&summary) { 0 } else { 4 })
-}
-
-/// The export's own checks; a run without DICOM has none.
-fn checks_passed(summary: &Summary) -> bool {
-    summary.export.as_ref().is_none_or(|e| e.verified.passed == e.verified.total)
+    screen.result(summary, &conclusion(summary, &given.out));
+    Ok(End::of(done.checks_passed(), Kind::Check))
 }
 
 fn conclusion(summary: &Summary, out: &Path) -> String {

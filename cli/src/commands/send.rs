@@ -1,27 +1,21 @@
 //! `supine send`.
 
+use crate::End;
 use crate::args_network as args;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use std::time::Duration;
-use supine_dicom_network::{Call, SendInfo, SendParams};
-use supine_space::Progress;
+use supine_dicom_network::{SendInfo, SendParams};
+use supine_space::{Failure as Kind, Progress};
 
 /// More refused objects than this are only counted.
 const NAMED: usize = 20;
 
-pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<u8, Failure> {
-    let call = Call {
-        peer: args.to.clone(),
-        own: args.from.clone(),
-        tls: args.secure.tls()?,
-        timeout: Duration::from_secs(args.patience.timeout.get().into()),
-        retries: args.patience.retries,
-    };
+pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
+    let call = args.link.call(&args.to, &args.from)?;
     let params = SendParams { all: args.all, again: args.again };
     let watch = |share| screen.share("send", share);
     let info = supine_dicom_network::send(&args.paths, &call, &params, Progress::new(&watch))?;
-    screen.warn_all(&info.warnings);
+    info.warnings.iter().for_each(|warning| screen.say(&format!("warning: {warning}")));
     for refused in info.refused.iter().take(NAMED) {
         screen.say(&format!("not stored: {}: {}", refused.file, refused.reason));
     }
@@ -34,12 +28,13 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<u8, Failure> {
             "{broken}; {} stored, {} left: the same call goes on from there",
             info.stored, info.left
         );
-        return Err(Failure { code: 75, message });
+        return Err(Failure::new(Kind::Retry, message));
     }
     if !info.refused.is_empty() {
-        return Err(Failure::input(format!("{} objects were not stored", info.refused.len())));
+        let message = format!("{} objects were not stored", info.refused.len());
+        return Err(Failure::new(Kind::Input, message));
     }
-    Ok(0)
+    Ok(End::Done)
 }
 
 fn describe(info: &SendInfo, args: &args::Send) -> String {

@@ -2,20 +2,7 @@
 
 use crate::node::Node;
 use std::path::PathBuf;
-use supine_space::Stopped;
-
-/// What a caller has to do about an [`Error`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorKind {
-    /// The input, or how the peer is set up, has to be changed.
-    Input,
-    /// The output cannot be written.
-    Output,
-    /// Worth a retry: the peer or the network was not there.
-    Retry,
-    /// The user asked to stop.
-    Stopped,
-}
+use supine_space::{Failure, Stopped};
 
 /// Why objects did not get through.
 #[derive(Debug, thiserror::Error)]
@@ -138,21 +125,23 @@ pub enum Error {
 }
 
 impl Error {
-    /// What to do about it.
-    pub fn kind(&self) -> ErrorKind {
+    /// What kind of failure it is; that the peer or the network was not there is worth a retry.
+    pub fn kind(&self) -> Failure {
         match self {
-            Self::Connect { .. } | Self::Broken { .. } => ErrorKind::Retry,
+            Self::Connect { .. } | Self::Broken { .. } => Failure::Retry,
             Self::Rejected { transient, .. } | Self::Failed { transient, .. } if *transient => {
-                ErrorKind::Retry
+                Failure::Retry
             }
-            Self::Write { .. } | Self::Listen { .. } => ErrorKind::Output,
-            Self::Stopped(_) => ErrorKind::Stopped,
-            Self::Dicom(error) => match error.kind() {
-                supine_dicom::ErrorKind::Output => ErrorKind::Output,
-                supine_dicom::ErrorKind::Stopped => ErrorKind::Stopped,
-                supine_dicom::ErrorKind::Input => ErrorKind::Input,
-            },
-            _ => ErrorKind::Input,
+            Self::Write { source, .. } => Failure::of_output(source),
+            Self::Listen { .. } => Failure::Output,
+            Self::Stopped(_) => Failure::Stopped,
+            Self::Dicom(error) => error.kind(),
+            _ => Failure::Input,
         }
+    }
+
+    /// Whether another association may get on; a full disk is worth a retry too, but not by the peer.
+    pub(crate) fn of_the_peer(&self) -> bool {
+        self.kind() == Failure::Retry && !matches!(self, Self::Write { .. } | Self::Dicom(_))
     }
 }

@@ -2,12 +2,14 @@
 
 use crate::Call;
 use crate::command::{Command, element, field};
-use crate::error::{Error, ErrorKind};
-use crate::find::{Finder, InstanceEntry, Wanted};
+use crate::contexts::{MAX_CONTEXTS, Proposal};
+use crate::error::Error;
+use crate::find::{Finder, InstanceEntry, QuerySpec};
+use crate::go_on::GoOn;
 use crate::inbox::{Inbox, is_here};
-use crate::link::{GoOn, Link, MAX_CONTEXTS, Proposal};
+use crate::link::Link;
 use crate::listener::Listener;
-use crate::message::Talk;
+use crate::message::{Payload, Talk};
 use crate::node::Title;
 use crate::send::pause;
 use crate::{status, syntaxes};
@@ -19,7 +21,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_dicom::Identifier;
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 
 /// Most instances that one request names, bytes of UIDs below what fits in one value (64 KiB).
 const AT_ONCE: usize = 200;
@@ -59,7 +61,8 @@ pub struct FetchInfo {
     /// Associations that were opened to retrieve, not counting those for queries.
     pub associations: usize,
     /// What was not kept, and other things one has to know.
-    pub warnings: Vec<String>,
+    #[serde(serialize_with = "crate::texts")]
+    pub warnings: Vec<Warning>,
     /// Why the rest did not arrive, when some are missing for a reason that may pass.
     pub broken: Option<String>,
 }
@@ -79,7 +82,7 @@ struct Part {
 /// be written, or the user asked to stop. What arrived until then stays.
 pub fn fetch(
     call: &Call,
-    wanted: &Wanted,
+    spec: &QuerySpec,
     way: &Way,
     out: &Path,
     progress: Progress<'_>,
@@ -91,7 +94,7 @@ pub fn fetch(
         Ok(progress.at(share)?)
     };
     let mut info = FetchInfo::default();
-    let parts = patiently(call, &go_on, || plan(call, wanted, &go_on))?;
+    let parts = patiently(call, &go_on, || plan(call, spec, &go_on))?;
     info.study = parts.first().map(|part| part.study.clone()).unwrap_or_default();
     let mut missing = BTreeSet::new();
     for entry in parts.iter().flat_map(|part| &part.instances) {
@@ -121,7 +124,7 @@ pub fn fetch(
             Ok(()) if progressed => {}
             // Asked in good order and nothing came: it will not come.
             Ok(()) => break,
-            Err(error) if error.kind() != ErrorKind::Retry => {
+            Err(error) if !error.of_the_peer() => {
                 return Err(because(error, &inbox.problems));
             }
             Err(_) if vain > call.retries => break,
@@ -136,7 +139,7 @@ pub fn fetch(
 }
 
 /// A failure with what went wrong here first, which may be why the archive fails.
-fn because(error: Error, problems: &[String]) -> Error {
+fn because(error: Error, problems: &[Warning]) -> Error {
     match (error, problems.first()) {
         (Error::Failed { node, what, status, transient }, Some(problem)) => {
             Error::Failed { node, what, status: format!("{status}; here: {problem}"), transient }
@@ -154,7 +157,7 @@ fn patiently<T>(
     let mut vain = 0;
     loop {
         match work() {
-            Err(error) if error.kind() == ErrorKind::Retry && vain < call.retries => vain += 1,
+            Err(error) if error.of_the_peer() && vain < call.retries => vain += 1,
             outcome => return outcome,
         }
         pause(vain, go_on)?;
@@ -162,9 +165,9 @@ fn patiently<T>(
 }
 
 /// What the archive lists of what is meant.
-fn plan(call: &Call, wanted: &Wanted, go_on: GoOn<'_>) -> Result<Vec<Part>, Error> {
+fn plan(call: &Call, spec: &QuerySpec, go_on: GoOn<'_>) -> Result<Vec<Part>, Error> {
     let mut finder = Finder::open(call, go_on)?;
-    let studies = finder.studies(wanted)?;
+    let studies = finder.studies(spec)?;
     let [study] = &studies[..] else {
         finder.close();
         if studies.is_empty() {
@@ -350,7 +353,8 @@ impl Round<'_> {
             let failed = command.get_number(element::FAILED).unwrap_or_default();
             if failed > 0 {
                 let node = &self.call.peer;
-                info.warnings.push(format!("{node} says that {failed} transfers failed"));
+                let text = format!("{node} says that {failed} transfers failed");
+                info.warnings.push(Warning::new("transfers-failed", text));
             }
             return Ok(true);
         }
@@ -384,7 +388,7 @@ impl Request<'_> {
         if let Some(title) = destination {
             command = command.text(element::MOVE_DESTINATION, title.as_str());
         }
-        talk.send(self.context, &command, Some((&mut &bytes[..], bytes.len() as u64)))?;
+        talk.send(self.context, &command, Some(Payload::of(&mut &bytes[..])))?;
         Ok(id)
     }
 }

@@ -2,9 +2,11 @@
 
 use crate::Call;
 use crate::command::{Command, element, field};
+use crate::contexts::Proposal;
 use crate::error::Error;
-use crate::link::{GoOn, Link, Proposal};
-use crate::message::Talk;
+use crate::go_on::GoOn;
+use crate::link::Link;
+use crate::message::{Payload, Talk};
 use crate::{status, syntaxes};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
@@ -20,7 +22,7 @@ const MAX_IDENTIFIER: u64 = 1 << 20;
 
 /// What is looked for. All that is given has to fit.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct QuerySpec {
     /// Study Instance UID.
     pub study: Option<String>,
     /// Series Instance UID.
@@ -74,12 +76,12 @@ pub(crate) struct InstanceEntry {
 /// not answer, or when the user asked to stop.
 pub fn list(
     call: &Call,
-    wanted: &Wanted,
+    spec: &QuerySpec,
     progress: Progress<'_>,
 ) -> Result<Vec<StudyEntry>, Error> {
     let go_on = || -> Result<(), Error> { Ok(progress.at(0.0)?) };
     let mut finder = Finder::open(call, &go_on)?;
-    let studies = finder.studies(wanted)?;
+    let studies = finder.studies(spec)?;
     finder.close();
     Ok(studies)
 }
@@ -109,13 +111,13 @@ impl<'a> Finder<'a> {
     }
 
     /// The studies that are meant, with their series.
-    pub(crate) fn studies(&mut self, wanted: &Wanted) -> Result<Vec<StudyEntry>, Error> {
-        check(wanted)?;
+    pub(crate) fn studies(&mut self, spec: &QuerySpec) -> Result<Vec<StudyEntry>, Error> {
+        check(spec)?;
         let mut studies = Vec::new();
-        for study in self.study_uids(wanted)? {
+        for study in self.study_uids(spec)? {
             let (uid, date, description) = study;
-            let series = self.series(&uid, wanted.series.as_deref())?;
-            if wanted.series.is_none() || !series.is_empty() {
+            let series = self.series(&uid, spec.series.as_deref())?;
+            if spec.series.is_none() || !series.is_empty() {
                 studies.push(StudyEntry { study: uid, date, description, series });
             }
         }
@@ -124,9 +126,9 @@ impl<'a> Finder<'a> {
     }
 
     /// UID, date and description of the studies that may be meant.
-    fn study_uids(&mut self, wanted: &Wanted) -> Result<Vec<(String, String, String)>, Error> {
-        let mut study = wanted.study.clone();
-        if let (None, Some(series)) = (&study, &wanted.series) {
+    fn study_uids(&mut self, spec: &QuerySpec) -> Result<Vec<(String, String, String)>, Error> {
+        let mut study = spec.study.clone();
+        if let (None, Some(series)) = (&study, &spec.series) {
             // Which study it is of: a query across levels, which most archives answer though the
             // standard leaves it to them (PS3.4 C.4.1.2.2).
             let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
@@ -138,8 +140,8 @@ impl<'a> Finder<'a> {
         }
         let keys = [
             (tags::STUDY_INSTANCE_UID, study.as_deref().unwrap_or_default()),
-            (tags::PATIENT_ID, wanted.patient_id.as_deref().unwrap_or_default()),
-            (tags::STUDY_DATE, wanted.date.as_deref().unwrap_or_default()),
+            (tags::PATIENT_ID, spec.patient_id.as_deref().unwrap_or_default()),
+            (tags::STUDY_DATE, spec.date.as_deref().unwrap_or_default()),
             (tags::STUDY_DESCRIPTION, ""),
         ];
         // The patient is asked for only where she was named.
@@ -148,8 +150,7 @@ impl<'a> Finder<'a> {
         let mut found = Vec::new();
         for one in self.find("STUDY", &asked)? {
             let uid = one.text(tags::STUDY_INSTANCE_UID);
-            let fits =
-                wanted.patient_id.as_ref().is_none_or(|id| one.text(tags::PATIENT_ID) == *id);
+            let fits = spec.patient_id.as_ref().is_none_or(|id| one.text(tags::PATIENT_ID) == *id);
             if is_uid(&uid) && fits {
                 found.push((uid, one.text(tags::STUDY_DATE), one.text(tags::STUDY_DESCRIPTION)));
             }
@@ -220,7 +221,7 @@ impl<'a> Finder<'a> {
         let bytes = query.to_bytes(self.explicit);
         let id = self.talk.next_id();
         let request = Command::request(field::FIND, id, MODEL, true).number(element::PRIORITY, 0);
-        self.talk.send(self.context, &request, Some((&mut &bytes[..], bytes.len() as u64)))?;
+        self.talk.send(self.context, &request, Some(Payload::of(&mut &bytes[..])))?;
         let mut matches = Vec::new();
         loop {
             let message = self.talk.answer()?;
@@ -260,8 +261,8 @@ impl<'a> Finder<'a> {
 }
 
 /// Whether what is looked for can be asked: no wild cards, which would ask for other patients' data.
-fn check(wanted: &Wanted) -> Result<(), Error> {
-    let Wanted { study, series, patient_id, date } = wanted;
+fn check(spec: &QuerySpec) -> Result<(), Error> {
+    let QuerySpec { study, series, patient_id, date } = spec;
     let wrong = |what: &str| Err(Error::Query(what.to_owned()));
     if study.is_none() && series.is_none() && patient_id.is_none() {
         return wrong("say which study, series or patient");
@@ -290,14 +291,14 @@ mod tests {
 
     #[test]
     fn a_query_names_what_it_wants() {
-        let patient = |id: &str| Wanted { patient_id: Some(id.into()), ..Wanted::default() };
+        let patient = |id: &str| QuerySpec { patient_id: Some(id.into()), ..QuerySpec::default() };
         assert!(check(&patient("A 17")).is_ok());
         for id in ["", "*", "A?", "A\\B"] {
             assert!(check(&patient(id)).is_err(), "{id}");
         }
-        assert!(check(&Wanted::default()).is_err());
-        assert!(check(&Wanted { study: Some("1.*".into()), ..Wanted::default() }).is_err());
-        let dated = |d: &str| Wanted { date: Some(d.into()), ..patient("A") };
+        assert!(check(&QuerySpec::default()).is_err());
+        assert!(check(&QuerySpec { study: Some("1.*".into()), ..QuerySpec::default() }).is_err());
+        let dated = |d: &str| QuerySpec { date: Some(d.into()), ..patient("A") };
         for date in ["20260101", "20260101-20260201", "20260101-", "-20260101"] {
             assert!(check(&dated(date)).is_ok(), "{date}");
         }

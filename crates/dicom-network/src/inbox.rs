@@ -1,15 +1,15 @@
 //! Objects that arrive: each under a temporary name until it is whole and sound (PS3.4 B, as SCP).
 
 use crate::command::{Command, element};
+use crate::contexts::Context;
 use crate::error::Error;
-use crate::link::Context;
 use crate::message::{Message, Talk};
 use crate::status;
 use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use supine_dicom::{file_header, is_uid, object_files};
-use supine_space::Progress;
+use supine_dicom::{LeftOutReason, file_header, is_uid, object_files};
+use supine_space::{Progress, Warning};
 
 /// Largest data set that is kept, bytes: what this software reads.
 const MAX_OBJECT: u64 = 1 << 30;
@@ -27,7 +27,7 @@ pub(crate) struct Inbox {
     /// Bytes of their data sets.
     pub(crate) bytes: u64,
     /// What was not kept, and why.
-    pub(crate) problems: Vec<String>,
+    pub(crate) problems: Vec<Warning>,
 }
 
 /// The name of an instance's file, which carries nothing of the patient.
@@ -41,14 +41,24 @@ pub(crate) fn is_here(folder: &Path, instance: &str) -> bool {
     path.is_file() && holds(&path, instance).is_ok()
 }
 
-/// Whether a file is a sound object of this instance; why not, in words.
-fn holds(path: &Path, instance: &str) -> Result<(), String> {
-    let found = object_files(path, Progress::none()).map_err(|e| e.to_string())?;
-    match &found.objects[..] {
-        [object] if object.instance == instance => Ok(()),
-        [_] => Err("it is another instance than announced".into()),
-        // Such as a data set of another instance than the file header, which is ours, names.
-        _ => Err(found.damaged.first().map_or("it is no object", |d| &d.reason).into()),
+/// Why a file is not kept.
+enum Unfit {
+    /// It is another instance than announced: why that is known.
+    Another(String),
+    /// It is no sound object: why.
+    Unsound(String),
+}
+
+/// Whether a file is a sound object of this instance.
+fn holds(path: &Path, instance: &str) -> Result<(), Unfit> {
+    let found = object_files(path, Progress::none()).map_err(|e| Unfit::Unsound(e.to_string()))?;
+    match (&found.objects[..], found.damaged.first().map(|damaged| &damaged.reason)) {
+        ([object], _) if object.instance == instance => Ok(()),
+        ([_], _) => Err(Unfit::Another("it is another instance than announced".into())),
+        // The file header is ours and names what was announced.
+        (_, Some(reason @ LeftOutReason::TwoNames)) => Err(Unfit::Another(reason.to_string())),
+        (_, Some(reason)) => Err(Unfit::Unsound(reason.to_string())),
+        _ => Err(Unfit::Unsound("it is no object".into())),
     }
 }
 
@@ -74,7 +84,8 @@ impl Inbox {
                 // Sent twice is no fault of the peer's; anything else nobody asked for.
                 let twice = is_uid(&instance) && self.folder.join(file_name(&instance)).exists();
                 if !twice {
-                    self.problems.push("an object came that was not asked for".into());
+                    let text = "an object came that was not asked for";
+                    self.problems.push(Warning::new("object-not-asked-for", text));
                 }
                 if twice { status::SUCCESS } else { status::NOT_AUTHORISED }
             }
@@ -112,10 +123,14 @@ impl Inbox {
             let _best_effort = talk.send(message.context, &refusal, None);
             return Err(write_error(source));
         }
-        if let Err(reason) = holds(file.path(), instance) {
-            self.problems.push(format!("{instance} is not kept: {reason}"));
-            let another = reason.contains("another");
-            return Ok(if another { status::DOES_NOT_MATCH } else { status::CANNOT_UNDERSTAND });
+        if let Err(unfit) = holds(file.path(), instance) {
+            let (reason, status) = match unfit {
+                Unfit::Another(reason) => (reason, status::DOES_NOT_MATCH),
+                Unfit::Unsound(reason) => (reason, status::CANNOT_UNDERSTAND),
+            };
+            let text = format!("{instance} is not kept: {reason}");
+            self.problems.push(Warning::new("object-not-kept", text));
+            return Ok(status);
         }
         let path = self.folder.join(file_name(instance));
         file.persist(&path).map_err(|e| Error::Write { path, source: e.error })?;

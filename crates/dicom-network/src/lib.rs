@@ -16,9 +16,11 @@
 )]
 
 mod command;
+mod contexts;
 mod error;
 mod fetch;
 mod find;
+mod go_on;
 mod inbox;
 mod journal;
 mod link;
@@ -32,17 +34,29 @@ mod syntaxes;
 #[cfg(test)]
 mod tests;
 mod tls;
+mod units;
 mod wire;
 
-pub use error::{Error, ErrorKind};
+pub use error::Error;
 pub use fetch::{FetchInfo, Way, fetch};
-pub use find::{SeriesEntry, StudyEntry, Wanted, list};
+pub use find::{QuerySpec, SeriesEntry, StudyEntry, list};
 pub use journal::JOURNAL;
 pub use node::{Node, Title};
 pub use send::{Refused, SendInfo, SendParams, send};
 pub use tls::{Tls, TlsFiles};
 
+use serde::{Serializer, ser::SerializeSeq as _};
 use std::time::Duration;
+use supine_space::Warning;
+
+/// Writes warnings as their texts.
+fn texts<S: Serializer>(warnings: &[Warning], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut texts = serializer.serialize_seq(Some(warnings.len()))?;
+    for warning in warnings {
+        texts.serialize_element(&warning.to_string())?;
+    }
+    texts.end()
+}
 
 /// Who we talk to, as whom, and how patiently.
 #[derive(Clone, Debug)]

@@ -3,9 +3,12 @@
 //! Reading and writing wait in short turns, so that Ctrl-C is heard and a silent peer is given up.
 
 use crate::Call;
+use crate::contexts::{Context, Proposal};
 use crate::error::Error;
+use crate::go_on::GoOn;
 use crate::node::Title;
 use crate::tls::Tls;
+use crate::units::{MAX_PDU, kind, own_variables};
 use crate::wire::{Wire, connect};
 use dicom_ul::pdu::{
     AssociationAC, AssociationRQ, PDataValue, Pdu, PresentationContextProposed,
@@ -18,41 +21,10 @@ use std::time::{Duration, Instant};
 
 /// The application context of DICOM (PS3.7 A.2.1).
 const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
-/// Longest protocol data unit that is taken, and sent whatever the peer would take, bytes.
-pub(crate) const MAX_PDU: u32 = 128 << 10;
 /// Shortest that a peer may ask for; the standard's table has no lower bound.
 const MIN_PDU: u32 = 64;
 /// Longest time for the peer to answer a release; the work is done by then.
 const RELEASE: Duration = Duration::from_secs(5);
-
-/// Whether to go on; asked again and again while something is waited for.
-pub(crate) type GoOn<'a> = &'a (dyn Fn() -> Result<(), Error> + Sync);
-
-/// A presentation context that is proposed.
-#[derive(Clone, Debug)]
-pub(crate) struct Proposal {
-    pub(crate) class: String,
-    pub(crate) syntaxes: Vec<String>,
-    /// Whether we, who ask for the association, are to receive objects of this class.
-    pub(crate) receives: bool,
-}
-
-impl Proposal {
-    pub(crate) fn new(class: &str, syntaxes: &[&str]) -> Self {
-        let syntaxes = syntaxes.iter().map(|&s| s.to_owned()).collect();
-        Self { class: class.to_owned(), syntaxes, receives: false }
-    }
-}
-
-/// Most presentation contexts of an association: their numbers are odd and end at 255.
-pub(crate) const MAX_CONTEXTS: usize = 128;
-
-/// A presentation context both sides agreed on.
-#[derive(Clone, Debug)]
-pub(crate) struct Context {
-    pub(crate) class: String,
-    pub(crate) syntax: String,
-}
 
 /// An association. One that is dropped without [`Link::release`] is aborted.
 pub(crate) struct Link<'a> {
@@ -406,7 +378,7 @@ impl Drop for Link<'_> {
 
 /// Acknowledges what came at once. Peers write the head of an answer and its body one after the other,
 /// and by Nagle's algorithm keep the body back until the head is acknowledged, which a system puts off
-/// by 40 ms otherwise, for each object. Linux forgets the wish, so it is made after each read.
+/// by 40 ms otherwise, for each object. Linux forgets the setting, so it is made after each read.
 fn acknowledge(stream: &TcpStream) {
     #[cfg(target_os = "linux")]
     {
@@ -418,15 +390,6 @@ fn acknowledge(stream: &TcpStream) {
     let _ = stream;
 }
 
-fn own_variables() -> Vec<UserVariableItem> {
-    let (class, version) = supine_dicom::implementation();
-    vec![
-        UserVariableItem::MaxLength(MAX_PDU),
-        UserVariableItem::ImplementationClassUID(class.to_owned()),
-        UserVariableItem::ImplementationVersionName(version.to_owned()),
-    ]
-}
-
 /// A UID without its padding.
 fn bare(uid: &str) -> &str {
     uid.trim_matches([' ', '\0'])
@@ -434,17 +397,4 @@ fn bare(uid: &str) -> &str {
 
 fn is_pause(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
-}
-
-fn kind(pdu: &Pdu) -> &'static str {
-    match pdu {
-        Pdu::AssociationRQ(_) => "A-ASSOCIATE-RQ",
-        Pdu::AssociationAC(_) => "A-ASSOCIATE-AC",
-        Pdu::AssociationRJ(_) => "A-ASSOCIATE-RJ",
-        Pdu::PData { .. } => "P-DATA",
-        Pdu::ReleaseRQ => "A-RELEASE-RQ",
-        Pdu::ReleaseRP => "A-RELEASE-RP",
-        Pdu::AbortRQ { .. } => "A-ABORT",
-        Pdu::Unknown { .. } => "of unknown type",
-    }
 }

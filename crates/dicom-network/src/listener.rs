@@ -2,9 +2,10 @@
 
 use crate::Call;
 use crate::command::{Command, field};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
+use crate::go_on::GoOn;
 use crate::inbox::Inbox;
-use crate::link::{GoOn, Link};
+use crate::link::Link;
 use crate::message::Talk;
 use crate::node::Title;
 use crate::tls::Tls;
@@ -14,7 +15,7 @@ use std::net::{IpAddr, TcpListener, TcpStream};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
-use supine_space::Stopped;
+use supine_space::{Failure, Stopped, Warning};
 
 /// How often it is looked whether somebody calls.
 const TURN: Duration = Duration::from_millis(20);
@@ -100,9 +101,11 @@ impl<'a> Listener<'a> {
                 callers.fetch_add(1, Ordering::Relaxed);
                 scope.spawn(|| {
                     match self.serve(stream, inbox, arrived, &sound) {
-                        Err(e) if e.kind() == ErrorKind::Output => *lock(&failed) = Some(e),
-                        Err(e) if e.kind() != ErrorKind::Stopped => {
-                            lock(inbox).problems.push(e.to_string());
+                        Err(e @ (Error::Write { .. } | Error::Listen { .. })) => {
+                            *lock(&failed) = Some(e)
+                        }
+                        Err(e) if e.kind() != Failure::Stopped => {
+                            lock(inbox).problems.push(Warning::new("caller-failed", e.to_string()));
                         }
                         _ => {}
                     }

@@ -21,6 +21,21 @@ pub(crate) struct Message {
     pub(crate) command: Command,
 }
 
+/// A data set that is sent.
+pub(crate) struct Payload<'a> {
+    pub(crate) reader: &'a mut dyn Read,
+    /// How many bytes of it.
+    pub(crate) length: u64,
+}
+
+impl<'a> Payload<'a> {
+    /// All of these bytes.
+    pub(crate) fn of(bytes: &'a mut &[u8]) -> Self {
+        let length = bytes.len() as u64;
+        Self { reader: bytes, length }
+    }
+}
+
 /// An association on which messages go back and forth.
 pub(crate) struct Talk<'a> {
     pub(crate) link: Link<'a>,
@@ -39,12 +54,12 @@ impl<'a> Talk<'a> {
         self.last_id
     }
 
-    /// Sends a command, and the data set of `length` bytes that follows it.
+    /// Sends a command, and the data set that follows it.
     pub(crate) fn send(
         &mut self,
         context: u8,
         command: &Command,
-        data: Option<(&mut dyn Read, u64)>,
+        data: Option<Payload<'_>>,
     ) -> Result<(), Error> {
         let most = self.link.peer_max as usize - 6;
         let mut out = Vec::new();
@@ -54,7 +69,7 @@ impl<'a> Talk<'a> {
             put_header(&mut out, context, part.len(), true, n + 1 == parts);
             out.extend_from_slice(part);
         }
-        if let Some((reader, length)) = data {
+        if let Some(Payload { reader, length }) = data {
             let mut left = length;
             while left > 0 {
                 let size = (left).min(most as u64) as usize;

@@ -2,10 +2,12 @@
 
 use crate::Call;
 use crate::command::{Command, element, field};
-use crate::error::{Error, ErrorKind};
+use crate::contexts::{MAX_CONTEXTS, Proposal};
+use crate::error::Error;
+use crate::go_on::GoOn;
 use crate::journal::Journal;
-use crate::link::{GoOn, Link, MAX_CONTEXTS, Proposal};
-use crate::message::Talk;
+use crate::link::Link;
+use crate::message::{Payload, Talk};
 use crate::{status, syntaxes};
 use dicom_dictionary_std::uids;
 use std::collections::BTreeMap;
@@ -15,7 +17,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use supine_dicom::{ObjectFile, class_name, implicit_data_set, object_files, syntax_name};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 
 /// What is sent, and what is not.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +57,8 @@ pub struct SendInfo {
     /// Files that are not DICOM, and so were left out.
     pub foreign: usize,
     /// Objects that were kept with a warning, and other things one has to know.
-    pub warnings: Vec<String>,
+    #[serde(serialize_with = "crate::texts")]
+    pub warnings: Vec<Warning>,
     /// Why the rest did not get through, when some are left.
     pub broken: Option<String>,
 }
@@ -88,7 +91,7 @@ pub fn send(
         let before = info.stored + info.refused.len();
         let outcome = load.one_association(call, &mut info, &moved, &go_on);
         let Err(error) = outcome else { continue };
-        if error.kind() != ErrorKind::Retry {
+        if !error.of_the_peer() {
             return Err(error);
         }
         vain = if info.stored + info.refused.len() > before { 0 } else { vain + 1 };
@@ -142,12 +145,13 @@ impl Load {
             let found = object_files(path, progress)?;
             if found.objects.is_empty() {
                 let left = found.damaged.first().or(found.foreign.first());
-                let found = left.map_or("the folder is empty".into(), |l| l.reason.clone());
+                let found = left.map_or("the folder is empty".into(), |l| l.reason.to_string());
                 return Err(Error::NothingToSend { path: path.clone(), found });
             }
             info.foreign += found.foreign.len();
             let refused = |file: &str, reason: String| Refused { file: file.to_owned(), reason };
-            info.refused.extend(found.damaged.into_iter().map(|d| refused(&d.file, d.reason)));
+            info.refused
+                .extend(found.damaged.into_iter().map(|d| refused(&d.file, d.reason.to_string())));
             let journal = load.journal(Journal::open(path, &call.peer));
             for object in found.objects {
                 if let Some(first) = seen.insert(object.instance.clone(), object.name.clone()) {
@@ -257,17 +261,17 @@ impl Load {
             return Ok(Some(words));
         }
         if answer != status::SUCCESS {
-            info.warnings.push(format!("{}: {words}", object.name));
+            let kept = Warning::new("stored-with-warning", "").name(&object.name);
+            info.warnings.push(kept.text(format!(": {words}")));
         }
         info.stored += 1;
         info.bytes += object.data_bytes;
         let journal = &mut self.journals[journal];
         if let (Err(error), false) = (journal.note(object), self.unwritable) {
             self.unwritable = true;
-            let path = journal.path.display();
-            info.warnings.push(format!(
-                "{path} cannot be written ({error}): a further call will send all again"
-            ));
+            let path = journal.path.display().to_string();
+            let text = format!(" cannot be written ({error}): a further call will send all again");
+            info.warnings.push(Warning::new("journal-unwritable", "").name(path).text(text));
         }
         Ok(None)
     }
@@ -363,7 +367,7 @@ fn store(
         .number(element::PRIORITY, 0)
         .text(element::AFFECTED_SOP_INSTANCE, &object.instance);
     let outcome = talk
-        .send(context, &request, Some((&mut data, length)))
+        .send(context, &request, Some(Payload { reader: &mut data, length }))
         .and_then(|()| answer_to(talk, field::STORE, id));
     if outcome.is_err() {
         // It will be sent from its beginning.

@@ -1,9 +1,10 @@
 //! Send and fetch beside a small archive that answers as the test says.
 
 use crate::command::{Command, element, field};
-use crate::link::{Link, Proposal};
-use crate::message::{Message, Talk};
-use crate::{Call, Error, ErrorKind, SendParams, Title, Wanted, Way, syntaxes};
+use crate::contexts::Proposal;
+use crate::link::Link;
+use crate::message::{Message, Payload, Talk};
+use crate::{Call, Error, QuerySpec, SendParams, Title, Way, syntaxes};
 use dicom_dictionary_std::{tags, uids};
 use std::net::{IpAddr, Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
@@ -11,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use supine_dicom::{Identifier, file_header};
-use supine_space::Progress;
+use supine_space::{Failure, Progress};
 
 const CLASS: &str = uids::CT_IMAGE_STORAGE;
 const STUDY: &str = "1.2.1";
@@ -145,7 +146,8 @@ fn a_warning_is_kept_and_told_and_a_failure_is_sent_again_in_the_next_call() {
     let told = [("1.dcm", "B000H"), ("2.dcm", "B006H"), ("3.dcm", "B007H")];
     assert_eq!(info.warnings.len(), told.len(), "{info:?}");
     for (warning, (file, status)) in info.warnings.iter().zip(told) {
-        assert!(warning.starts_with(file) && warning.contains(status), "{warning}");
+        let told = warning.to_string();
+        assert!(told.starts_with(&format!("{file:?}")) && told.contains(status), "{told}");
     }
     let refused: Vec<&str> = info.refused.iter().map(|refused| &*refused.file).collect();
     assert_eq!(refused, ["4.dcm", "5.dcm"]);
@@ -197,7 +199,8 @@ fn found(talk: &mut Talk<'_>, message: &Message) {
             .to_bytes(true);
         let pending = Command::answer(&message.command, 0xFF00).number(element::DATA_SET_TYPE, 1);
         let length = found.len() as u64;
-        talk.send(message.context, &pending, Some((&mut &found[..], length))).unwrap();
+        talk.send(message.context, &pending, Some(Payload { reader: &mut &found[..], length }))
+            .unwrap();
     }
     reply(talk, message, 0);
 }
@@ -212,7 +215,7 @@ fn store_at(port: u16, instance: &str, data: &[u8]) -> u16 {
     let (context, _) = talk.link.context(CLASS, None).unwrap();
     let request = Command::request(field::STORE, 1, CLASS, true)
         .text(element::AFFECTED_SOP_INSTANCE, instance);
-    talk.send(context, &request, Some((&mut &data[..], data.len() as u64))).unwrap();
+    talk.send(context, &request, Some(Payload::of(&mut &data[..]))).unwrap();
     let status = talk.answer().unwrap().command.get_number(element::STATUS).unwrap();
     talk.link.release().unwrap();
     status
@@ -233,10 +236,10 @@ fn mover(mut moves: impl FnMut() -> (u16, u16) + Send + 'static) -> Archive {
 }
 
 fn fetch(archive: &Archive, port: u16, out: &Path) -> Result<crate::FetchInfo, Error> {
-    let wanted = Wanted { study: Some(STUDY.into()), ..Wanted::default() };
+    let spec = QuerySpec { study: Some(STUDY.into()), ..QuerySpec::default() };
     let bind = Some(IpAddr::from(Ipv4Addr::LOCALHOST));
     let way = Way::Move { title: title("RECEIVER"), bind, port };
-    crate::fetch(&call(archive.port, 1), &wanted, &way, out, Progress::none())
+    crate::fetch(&call(archive.port, 1), &spec, &way, out, Progress::none())
 }
 
 #[test]
@@ -263,7 +266,7 @@ fn what_an_archive_fails_to_move_is_asked_for_again_and_told() {
     assert_eq!((info.received, info.associations), (2, 2), "{info:?}");
     assert_eq!(info.missing, INSTANCES[2..], "{info:?}");
     assert!(info.broken.is_none(), "it will not come: {info:?}");
-    let told = info.warnings.join("\n");
+    let told: String = info.warnings.iter().map(|w| w.to_string() + "\n").collect();
     for words in ["1 transfers failed", "not asked for", "names another object"] {
         assert!(told.contains(words), "{words}: {told}");
     }
@@ -281,7 +284,7 @@ fn an_archive_that_cannot_move_now_or_at_all_is_told_apart() {
     assert_eq!(info.missing.len(), 3);
     let archive = mover(|| (0xA801, 0));
     let error = fetch(&archive, port, out.path()).unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Input);
+    assert_eq!(error.kind(), Failure::Input);
     assert!(error.to_string().contains("the move destination is unknown there"), "{error}");
 }
 

@@ -4,7 +4,7 @@
 
 use crate::Call;
 use crate::error::Error;
-use crate::link::GoOn;
+use crate::go_on::GoOn;
 use crate::tls::{Asked, Tls};
 use rustls::{AlertDescription, CertificateError, Connection};
 use std::io::{ErrorKind, Read as _, Result, Write as _};
@@ -221,7 +221,7 @@ impl Tunnel {
             },
             Fault::AlertReceived(Alert::ProtocolVersion | Alert::HandshakeFailure)
             | Fault::PeerIncompatible(_) => format!(
-                "no common version and cipher ({fault}): TLS 1.2 or 1.3 is wanted, see PS3.15 B.12"
+                "no common version and cipher ({fault}): TLS 1.2 or 1.3 is needed, see PS3.15 B.12"
             ),
             fault => fault.to_string(),
         }

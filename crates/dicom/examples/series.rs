@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::path::Path;
 use supine_dicom::{
-    Accept, Depth, Expected, ExportParams, Policy, ReadParams, Verification, inspect, read_series,
-    verify_export, write_series,
+    Accept, Depth, Expected, ExportParams, Original, Policy, ReadParams, Verification, inspect,
+    read_series, verify_export, write_series,
 };
 use supine_space::{Progress, Side};
 
@@ -18,7 +18,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (params, progress) = (ReadParams::default(), Progress::none());
     match args[..] {
         ["inspect", path] => {
-            println!("{:#?}", inspect(Path::new(path), Depth::Pixels, Accept::default(), progress)?)
+            let found = inspect(Path::new(path), Depth::Pixels, Accept::default(), progress)?;
+            println!("{}", serde_json::to_string_pretty(&found)?);
         }
         ["read", path] => {
             let (ct, _, info) = read_series(Path::new(path), &params, progress)?;
@@ -45,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["verify", dir, source] => {
             print_checks(&verify_export(
                 Path::new(dir),
-                Some(Path::new(source)),
+                Some(Original::Files(Path::new(source))),
                 Expected::default(),
                 progress,
             )?);

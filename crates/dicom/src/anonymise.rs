@@ -11,7 +11,7 @@ mod objects;
 
 use crate::data_set::{DataSet, Value};
 use crate::derived::{MANUFACTURER, MODEL, code};
-use crate::read::{Source, SourceSlice};
+use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 use hmac::{Hmac, Mac as _};

@@ -1,20 +1,21 @@
 //! What goes with an exported CT: doses, structures and registrations say the same of patient,
 //! study, frame of reference and maker.
 
+use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
     instance_reference, put_missing, series_number,
 };
 use crate::error::Error;
-use crate::export::Clock;
-use crate::read::Source;
+use crate::source::Source;
 use crate::whole_file::is_text;
 use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
+use supine_space::Warning;
 
 /// What an object that goes with an exported CT says about itself.
 #[derive(Clone, Debug)]
@@ -183,7 +184,7 @@ pub(crate) fn write(
     set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &reference.series_uid);
     set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &reference.instance_uid);
     let version: String = params.software_version.chars().take(9).collect();
-    let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
+    let bytes = part10(&set, &format!("SUPINE_{version}"));
     whole_file::write(path, &bytes, |written| {
         whole_file::same_elements(written, &set)?;
         check(written)
@@ -196,7 +197,7 @@ pub(crate) fn characters(
     set: &mut DataSet,
     from: &DataSet,
     names: &[Tag],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> bool {
     let plain = |items: &[DataSet]| items.iter().all(ascii);
     let charset = |set: &DataSet| set.text(tags::SPECIFIC_CHARACTER_SET);
@@ -207,11 +208,9 @@ pub(crate) fn characters(
         set.put_text(tags::SPECIFIC_CHARACTER_SET, VR::CS, &charset(from));
         return false;
     }
-    warnings.push(
-        "names of regions are written in another character set than the patient's name: letters \
-         beyond ASCII became question marks"
-            .into(),
-    );
+    let text = "names of regions are written in another character set than the patient's name: letters \
+                beyond ASCII became question marks";
+    warnings.push(Warning::new("letters-replaced", text));
     true
 }
 

@@ -1,11 +1,11 @@
 //! What every object that is made here says of its patient, its study and its maker.
 
+use crate::clock::Clock;
 use crate::data_set::{DataSet, Element, Value};
 use crate::error::Error;
-use crate::export::Clock;
 use crate::number::{DS_LENGTH, format_ds, parse_ds, parse_is};
-use crate::pixels::Frame;
-use crate::read::{Source, SourceSlice};
+use crate::pixel_format::Frame;
+use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 

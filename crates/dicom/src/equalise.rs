@@ -1,7 +1,7 @@
 //! A volume of equal steps from slices at unequal ones.
 
 use crate::number::{format_ds, parse_ds};
-use crate::read::SourceSlice;
+use crate::source::SourceSlice;
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use supine_space::{Grid, Point};
 
 /// Slices farther apart than this are not interpolated, mm: what lies between is not known.
 const FARTHEST_MM: f64 = 10.0;
-/// Most slices that one may become.
+/// Most slices that one may become. Chosen, not measured.
 const MOST_PER_SLICE: usize = 4;
 
 /// Equal steps in place of unequal ones: as short as the shortest, so that no slice is passed over.

@@ -1,19 +1,9 @@
 //! What can go wrong, in words that name the file and never the patient.
 
-use crate::folder::SeriesSummary;
+use crate::series_summary::SeriesSummary;
 use std::fmt::Write as _;
 use std::path::PathBuf;
-
-/// What a caller has to do about an [`Error`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorKind {
-    /// The input cannot be used.
-    Input,
-    /// The output cannot be written.
-    Output,
-    /// The user asked to stop.
-    Stopped,
-}
+use supine_space::Failure;
 
 /// Why a series cannot be read or written.
 ///
@@ -148,8 +138,8 @@ pub enum Error {
     },
     /// The steps between slices are unequal.
     #[error(
-        "the slices are not equally spaced: {found_mm:.4} mm between {a} and {b}, elsewhere \
-         {step_mm:.4} mm{hint}"
+        "the slices are not equally spaced: {found_mm:.3} mm between {a} and {b}, elsewhere \
+         {step_mm:.3} mm{hint}"
     )]
     UnequalSteps {
         /// A file.
@@ -165,13 +155,26 @@ pub enum Error {
     },
     /// The slices are not stacked along their normal.
     #[error(
-        "the slices are shifted sideways (gantry tilt): {file} lies {lateral_mm:.3} mm beside the \
-         normal through the first slice; resample the series to an untilted grid first"
+        "the slices are shifted sideways (gantry tilt): the line through them leans {degrees:.2} degrees \
+         from their normal, {file} lies {lateral_mm:.3} mm beside the normal through the first slice; \
+         resample the series to an untilted grid first"
     )]
     Tilted {
         /// The slice that lies farthest aside.
         file: String,
+        /// Angle of the line through the slices with their normal, degrees.
+        degrees: f64,
         /// Its distance from the normal through the first slice, mm.
+        lateral_mm: f64,
+    },
+    /// A slice does not lie above the others.
+    #[error(
+        "{file} lies {lateral_mm:.3} mm beside the line through the slices; is its position right?"
+    )]
+    Stray {
+        /// The slice that lies farthest aside.
+        file: String,
+        /// Its distance from the line, mm.
         lateral_mm: f64,
     },
     /// The positions and spacings make no grid.
@@ -245,12 +248,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether the input, the output or the user is the reason.
-    pub fn kind(&self) -> ErrorKind {
+    /// What kind of failure it is.
+    pub fn kind(&self) -> Failure {
         match self {
-            Self::Write { .. } | Self::Occupied { .. } | Self::ReadBack { .. } => ErrorKind::Output,
-            Self::Stopped(_) => ErrorKind::Stopped,
-            _ => ErrorKind::Input,
+            Self::Write { source, .. } => Failure::of_output(source),
+            Self::Occupied { .. } | Self::ReadBack { .. } => Failure::Output,
+            Self::Stopped(_) => Failure::Stopped,
+            _ => Failure::Input,
         }
     }
 

@@ -4,8 +4,11 @@ use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
+use crate::files::Place;
+use crate::left_out::{LeftOut, LeftOutReason};
 use crate::multi_frame;
-use crate::pixels::Frame;
+use crate::pixel_format::Frame;
+use crate::series_summary::SeriesSummary;
 use crate::slice::Slice;
 use dicom_core::dictionary::UidDictionary as _;
 use dicom_dictionary_std::{StandardSopClassDictionary, tags, uids};
@@ -13,34 +16,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 
-/// Deepest folder below the given one that is searched.
-pub(crate) const MAX_FOLDER_DEPTH: usize = 8;
-/// Most files that are looked at.
-const MAX_FILES: usize = 200_000;
 /// Fewest slices that make a volume.
 pub(crate) const MIN_SLICES: usize = 3;
-
-/// A file that is not part of the series that was read.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct LeftOut {
-    /// Path below the folder that was given.
-    pub file: String,
-    /// Why it was left out.
-    pub reason: String,
-}
-
-/// A CT series, in one line.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct SeriesSummary {
-    /// Series Instance UID.
-    pub uid: String,
-    /// Series Description.
-    pub description: String,
-    /// Number of slices without localizers.
-    pub slices: usize,
-}
 
 /// A slice: a CT file, or a frame of one, with the series it belongs to.
 #[derive(Debug)]
@@ -105,7 +84,7 @@ pub(crate) struct Folder {
     pub(crate) damaged: Vec<Damaged>,
     /// The series of the file that was given instead of a folder.
     pub(crate) given: Option<String>,
-    pub(crate) warnings: Vec<String>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 enum Found {
@@ -129,30 +108,15 @@ impl Found {
 impl Folder {
     /// Reads the heads of all files below a folder, or beside a file.
     pub(crate) fn scan(path: &Path, accept: Accept, progress: Progress<'_>) -> Result<Self, Error> {
-        let read_error = |source| Error::Read { path: path.to_owned(), source };
-        let meta = std::fs::metadata(path).map_err(read_error)?;
-        let parent = || {
-            let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-            parent.unwrap_or(Path::new(".")).to_owned()
-        };
-        // A DICOMDIR lists what lies in its folder (PS3.10 8.6). Looking there instead of following
-        // its paths finds what it forgot, and never leaves the folder.
-        let directory = path.file_name().is_some_and(|name| name == "DICOMDIR");
-        let (root, depth) = match (meta.is_dir(), directory) {
-            (true, _) => (path.to_owned(), MAX_FOLDER_DEPTH),
-            (false, true) => (parent(), MAX_FOLDER_DEPTH),
-            (false, false) => (parent(), 0),
-        };
-        let mut paths = Vec::new();
-        list(&root, depth, &mut paths)?;
-        paths.sort();
+        let place = Place::of(path)?;
+        let paths = place.files()?;
         let done = AtomicUsize::new(0);
         let found: Vec<Result<(Found, bool), Error>> = paths
             .par_iter()
             .map(|file| {
                 let n = done.fetch_add(1, Ordering::Relaxed);
                 progress.at(n as f64 / paths.len() as f64)?;
-                look(file, &root, accept)
+                look(file, &place.root, accept)
             })
             .collect();
         let mut folder = Self {
@@ -165,7 +129,7 @@ impl Folder {
             given: None,
             warnings: Vec::new(),
         };
-        let given = (!meta.is_dir() && !directory).then_some(path);
+        let given = place.one_file.then_some(path);
         folder.sort(found, given)?;
         Ok(folder)
     }
@@ -192,8 +156,8 @@ impl Folder {
             }
         }
         if bare > 0 {
-            self.warnings
-                .push(format!("{bare} file(s) lack the preamble of a DICOM file (PS3.10 7.1)"));
+            let text = format!("{bare} file(s) lack the preamble of a DICOM file (PS3.10 7.1)");
+            self.warnings.push(Warning::new("no-preamble", text));
         }
         self.series = series.into_values().collect();
         Ok(())
@@ -251,7 +215,7 @@ impl Folder {
     fn not_ct(&self, path: &Path) -> Error {
         let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
         for left in self.other.iter().chain(&self.foreign) {
-            *kinds.entry(left.reason.clone()).or_default() += 1;
+            *kinds.entry(left.reason.to_string()).or_default() += 1;
         }
         for series in self.series.iter().filter(|s| s.files.is_empty()) {
             *kinds.entry("CT localizer".into()).or_default() += series.localizers.len();
@@ -299,30 +263,6 @@ fn series_of_given(found: &Found) -> Result<String, Error> {
     }
 }
 
-/// Regular files below a folder; hidden files and symbolic links to folders are passed over.
-pub(crate) fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
-    let read_error = |source| Error::Read { path: folder.to_owned(), source };
-    for entry in std::fs::read_dir(folder).map_err(read_error)? {
-        let entry = entry.map_err(read_error)?;
-        if entry.file_name().to_string_lossy().starts_with('.') {
-            continue;
-        }
-        let kind = entry.file_type().map_err(read_error)?;
-        if kind.is_dir() {
-            if depth > 0 {
-                list(&entry.path(), depth - 1, paths)?;
-            }
-        } else if entry.path().is_file() {
-            paths.push(entry.path());
-        }
-        if paths.len() > MAX_FILES {
-            let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
-            return Err(Error::NoCt { path: folder.to_owned(), found });
-        }
-    }
-    Ok(())
-}
-
 /// What a file is, and whether it has its preamble (true for what is not DICOM).
 fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error> {
     let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
@@ -333,7 +273,10 @@ fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error
     let preamble = container.preamble;
     let class = container.meta.text(tags::MEDIA_STORAGE_SOP_CLASS_UID);
     if !class.is_empty() && !is_ct(&class) {
-        return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
+        return Ok((
+            Found::Other(LeftOut { file: name, reason: LeftOutReason::OtherObject(kind(&class)) }),
+            preamble,
+        ));
     }
     let mut head = match container.data(Until::PixelData) {
         Ok(head) => head,
@@ -342,7 +285,10 @@ fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error
     let identified = container.identify(&mut head.set);
     let class = head.set.text(tags::SOP_CLASS_UID);
     if !is_ct(&class) {
-        return Ok((Found::Other(LeftOut { file: name, reason: kind(&class) }), preamble));
+        return Ok((
+            Found::Other(LeftOut { file: name, reason: LeftOutReason::OtherObject(kind(&class)) }),
+            preamble,
+        ));
     }
     if head.set.text(tags::SERIES_INSTANCE_UID).is_empty() {
         let error = Error::attribute(&name, "Series Instance UID", "is missing");
@@ -350,7 +296,7 @@ fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error
     }
     let ct_file = |(series, mut slice): SliceOfSeries| {
         if let (Ok(slice), true) = (&mut slice, identified) {
-            slice.warnings.push(IDENTIFIED.into());
+            slice.warnings.push(Warning::new("uids-from-file-header", IDENTIFIED));
         }
         let (path, name, syntax) = (path.to_owned(), name.clone(), container.syntax.name());
         CtFile { path, name, series, syntax, slice }
@@ -404,7 +350,7 @@ fn opened(error: OpenError, path: &Path, file: String) -> Result<Found, Error> {
     match error {
         OpenError::Io(source) => Err(Error::Read { path: path.to_owned(), source }),
         OpenError::NotDicom(reason) => {
-            Ok(Found::Foreign(LeftOut { file, reason: reason.to_owned() }))
+            Ok(Found::Foreign(LeftOut { file, reason: LeftOutReason::NotDicom(reason) }))
         }
         OpenError::Malformed { reason, series } => {
             let error = Error::Malformed { file: file.clone(), reason };

@@ -4,16 +4,17 @@ use crate::accept::Accept;
 use crate::equalise::EqualSteps;
 use crate::error::Error;
 use crate::folder::MIN_SLICES;
-use crate::read::Source;
+use crate::number::ROUNDING_MM;
 use crate::slice::Slice;
+use crate::source::Source;
+use crate::tilt::Lean;
 use std::collections::BTreeSet;
-use supine_space::{Grid, Matrix, Vector};
+use supine_space::{Grid, Matrix, Point, Vector, Warning};
 
-/// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it.
+/// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not measured:
+/// far above the rounding of positions with three decimals, far below a missing slice.
 const STEP_MM: f64 = 0.01;
 const STEP_SHARE: f64 = 0.01;
-/// Positions written with one decimal are off by half of it.
-pub(crate) const ROUNDING_MM: f64 = 0.05;
 /// Slices closer than this lie at the same place, mm.
 const SAME_PLACE_MM: f64 = 1e-3;
 /// Components of direction cosines may differ by this much within a series.
@@ -30,7 +31,7 @@ pub(crate) struct Stack {
     pub(crate) grid: Grid,
     /// How the slices become that volume when their steps are unequal, and that is accepted.
     pub(crate) equalised: Option<EqualSteps>,
-    pub(crate) warnings: Vec<String>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// Checks that the slices make one regular volume.
@@ -59,7 +60,7 @@ pub(crate) fn stack(series: &str, slices: &[&Slice], accept: Accept) -> Result<S
             (steps.step(), steps.count(), Some(steps))
         }
     };
-    not_tilted(&names, &normal, &places)?;
+    not_tilted(&names, &normal)?;
     warn_about_position(names[0], &mut warnings);
 
     let first = names[0];
@@ -153,7 +154,7 @@ fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
 }
 
 /// The distance of neighbouring slices, mm.
-fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> Result<f64, Error> {
+fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<Warning>) -> Result<f64, Error> {
     let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let name = |n: usize| slices[n].file.clone();
     if let Some(n) = steps.iter().position(|s| *s < SAME_PLACE_MM) {
@@ -174,11 +175,12 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<String>) -> R
     // Positions rounded to 0.1 mm jitter by half of that around a straight line.
     let (slope, residual) = straight_line(places);
     if residual <= ROUNDING_MM + 1e-6 {
-        warnings.push(format!(
-            "the slice positions are rounded: steps of {:.3} to {:.3} mm are taken as {slope:.4} mm",
+        let text = format!(
+            "the slice positions are rounded: steps of {:.3} to {:.3} mm are taken as {slope:.3} mm",
             sorted[0],
             sorted[sorted.len() - 1]
-        ));
+        );
+        warnings.push(Warning::new("rounded-positions", text));
         return Ok(slope);
     }
     let (a, b, found_mm) = (name(worst), name(worst + 1), steps[worst]);
@@ -194,10 +196,20 @@ fn equal_steps(
     mut error: Error,
     places: &[f64],
     accept: Accept,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<EqualSteps, Error> {
-    let (Error::Gap { hint, .. } | Error::UnequalSteps { hint, .. }) = &mut error else {
-        return Err(error);
+    let (told, hint) = match &mut error {
+        Error::Gap { a, b, gap_mm, step_mm, hint } => {
+            let text =
+                format!("gap of {gap_mm:.3} mm, the step is {step_mm:.3} mm: a slice is missing");
+            (between(text, a, b), hint)
+        }
+        Error::UnequalSteps { a, b, found_mm, step_mm, hint } => {
+            let text = "the slices are not equally spaced";
+            let text = format!("{text}: {found_mm:.3} mm, elsewhere {step_mm:.3} mm");
+            (between(text, a, b), hint)
+        }
+        _ => return Err(error),
     };
     let Some(steps) = EqualSteps::of(places) else {
         *hint = "; that is too far, or too unequal, to be interpolated";
@@ -208,11 +220,16 @@ fn equal_steps(
         return Err(error);
     }
     let (count, step) = (steps.count(), steps.step());
-    warnings.push(format!(
-        "{error}; interpolated linearly from {} to {count} slices {step:.4} mm apart, as was asked",
+    warnings.push(told.text(format!(
+        "; interpolated linearly from {} to {count} slices {step:.3} mm apart, as was asked",
         places.len()
-    ));
+    )));
     Ok(steps)
+}
+
+/// Said of steps that were made equal, with the slices between which they are not.
+fn between(text: String, a: &str, b: &str) -> Warning {
+    Warning::new("steps-equalised", text + " (").name(a).text(" and ").name(b).text(")")
 }
 
 /// What explains two slices at one place.
@@ -239,34 +256,40 @@ pub(crate) fn straight_line(places: &[f64]) -> (f64, f64) {
     (slope, residuals.fold(0.0, f64::max))
 }
 
-/// Every slice must lie on the normal through the first one.
-fn not_tilted(slices: &[&Slice], normal: &Vector, places: &[f64]) -> Result<(), Error> {
-    let lateral = |n: usize| {
-        let offset = slices[n].position - slices[0].position;
-        (offset - normal * (places[n] - places[0])).norm()
-    };
-    let farthest = (0..slices.len()).max_by(|&a, &b| lateral(a).total_cmp(&lateral(b)));
-    match farthest {
-        Some(n) if lateral(n) > ROUNDING_MM.max(STEP_MM * n as f64) * std::f64::consts::SQRT_2 => {
-            Err(Error::Tilted { file: slices[n].file.clone(), lateral_mm: lateral(n) })
-        }
-        _ => Ok(()),
+/// The slices must lie along their normal, but for the rounding of their positions.
+fn not_tilted(slices: &[&Slice], normal: &Vector) -> Result<(), Error> {
+    let positions: Vec<Point> = slices.iter().map(|s| s.position).collect();
+    let lean = Lean::of(&positions, normal);
+    let file = |n: usize| slices[n].file.clone();
+    if lean.is_tilted() {
+        let (degrees, farthest) = (lean.degrees, lean.farthest);
+        return Err(Error::Tilted { file: file(farthest.slice), degrees, lateral_mm: farthest.mm });
     }
+    if lean.has_stray() {
+        return Err(Error::Stray { file: file(lean.strayed.slice), lateral_mm: lean.strayed.mm });
+    }
+    Ok(())
 }
 
 /// Gravity is taken along the patient's back; another posture than supine contradicts that.
-fn warn_about_position(slice: &Slice, warnings: &mut Vec<String>) {
+fn warn_about_position(slice: &Slice, warnings: &mut Vec<Warning>) {
     match slice.patient_position.as_str() {
         "HFS" | "FFS" => {}
-        "" => warnings
-            .push("Patient Position is missing; the patient is taken to lie on her back".into()),
-        other => warnings.push(format!(
-            "Patient Position is {other}: the patient did not lie on her back, so gravity during \
-             the scan was not what the method assumes"
-        )),
+        "" => {
+            let text = "Patient Position is missing; the patient is taken to lie on her back";
+            warnings.push(Warning::new("patient-position-missing", text));
+        }
+        other => {
+            let text = format!(
+                "Patient Position is {other}: the patient did not lie on her back, so gravity \
+                 during the scan was not what the method assumes"
+            );
+            warnings.push(Warning::new("patient-not-supine", text));
+        }
     }
     if slice.frame_of_reference.is_empty() {
-        warnings.push("Frame of Reference UID is missing".into());
+        let text = "Frame of Reference UID is missing";
+        warnings.push(Warning::new("frame-of-reference-missing", text));
     }
 }
 

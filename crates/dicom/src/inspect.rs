@@ -2,17 +2,19 @@
 
 use crate::accept::Accept;
 use crate::error::Error;
-use crate::folder::{Folder, LeftOut, Series};
+use crate::folder::{Folder, Series};
 use crate::geometry::stack;
+use crate::left_out::LeftOut;
 use crate::plausible::Tally;
-use crate::read::{Opened, shared};
+use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
+use crate::warnings::distinct;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 
 /// What a folder holds. Carries no name, ID or date of a patient.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -27,8 +29,9 @@ pub struct Inspection {
     pub foreign: Vec<LeftOut>,
     /// DICOM files that cannot be read, with the reason.
     pub damaged: Vec<String>,
-    /// Doubts about the files.
-    pub warnings: Vec<String>,
+    /// What is odd about the files.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
 }
 
 impl Inspection {
@@ -72,8 +75,9 @@ pub struct SeriesReport {
     pub transfer_syntaxes: Vec<String>,
     /// Bits Stored and whether values are signed, for example `12 bits unsigned`.
     pub stored: String,
-    /// Doubts about the series.
-    pub warnings: Vec<String>,
+    /// What is odd about the series.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
     /// What the pixels are, if they were looked at.
     pub pixels: Option<PixelReport>,
 }
@@ -146,11 +150,11 @@ pub fn inspect(
             before += series.files.len();
         }
     }
-    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
     for object in &folder.other {
-        *kinds.entry(&object.reason).or_default() += 1;
+        *kinds.entry(object.reason.to_string()).or_default() += 1;
     }
-    let other = kinds.iter().map(|(&kind, &files)| KindCount { kind: kind.to_owned(), files });
+    let other = kinds.into_iter().map(|(kind, files)| KindCount { kind, files });
     Ok(Inspection {
         files: folder.files,
         other: other.collect(),
@@ -168,7 +172,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
         Some(error) => Err(error.to_string()),
         None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
     };
-    let mut warnings: BTreeSet<String> = slices.iter().flat_map(|s| s.warnings.clone()).collect();
+    let mut warnings: Vec<Warning> = slices.iter().flat_map(|s| s.warnings.clone()).collect();
     let (grid, reason) = match stacked {
         Ok(stack) => {
             warnings.extend(stack.warnings);
@@ -196,7 +200,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
         patient_position: slices.first().map_or(String::new(), |s| s.patient_position.clone()),
         transfer_syntaxes: syntaxes.into_iter().map(str::to_owned).collect(),
         stored: stored.into_iter().collect::<Vec<_>>().join(", "),
-        warnings: warnings.into_iter().collect(),
+        warnings: distinct(warnings),
         pixels: None,
     }
 }
@@ -207,17 +211,20 @@ fn look_at_pixels(
     report: &mut SeriesReport,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
-    let files: Vec<(PathBuf, Slice)> = series
+    let files: Vec<SliceFile> = series
         .files
         .iter()
-        .filter_map(|f| Some((f.path.clone(), f.slice.as_ref().ok()?.clone())))
+        .filter_map(|f| {
+            let slice = f.slice.as_ref().ok()?.clone();
+            Some(SliceFile { path: f.path.clone(), slice })
+        })
         .collect();
     // A file that cannot be opened is told once per slice below.
     let shared = shared(&files).unwrap_or_default();
     let done = AtomicUsize::new(0);
     let decoded: Vec<Result<(SlicePixels, Tally), Error>> = files
         .par_iter()
-        .map(|(path, slice)| {
+        .map(|SliceFile { path, slice }| {
             progress.at(done.fetch_add(1, Ordering::Relaxed) as f64 / files.len() as f64)?;
             let hu = match shared.get(path.as_path()) {
                 Some(opened) => opened.hu(slice),
@@ -250,8 +257,7 @@ fn look_at_pixels(
 }
 
 fn values(slice: &Slice, hu: &[i16]) -> (SlicePixels, Tally) {
-    let mut tally = Tally::default();
-    tally.add(hu);
+    let tally = Tally::of(hu);
     let bytes: Vec<u8> = hu.iter().flat_map(|v| v.to_le_bytes()).collect();
     let sha256 = format!("{:x}", Sha256::digest(&bytes));
     (SlicePixels { file: slice.file.clone(), hu_range: tally.range(), sha256 }, tally)

@@ -21,6 +21,7 @@
 
 mod accept;
 mod anonymise;
+mod clock;
 mod companion;
 mod data_set;
 mod derived;
@@ -28,49 +29,60 @@ mod dose;
 mod equalise;
 mod error;
 mod export;
+mod files;
 mod folder;
 mod geometry;
 mod inspect;
+mod left_out;
 mod multi_frame;
 mod number;
 mod object;
 mod object_file;
 mod padding;
+mod pixel_format;
 mod pixels;
 mod plausible;
 mod policy;
 mod read;
 mod registration;
 mod segmentation;
+mod series_summary;
 mod slice;
+mod source;
 mod structures;
+mod tilt;
 mod uid;
 mod verify;
+mod warnings;
 mod whole_file;
 
 pub use accept::Accept;
 pub use anonymise::Anonymiser;
+pub use clock::Clock;
 pub use companion::{CompanionParams, ObjectReference};
 pub use dose::{Dose, DoseInfo, read_dose, write_dose};
-pub use error::{Error, ErrorKind};
-pub use export::{Clock, ExportParams, WriteInfo, write_series};
-pub use folder::{LeftOut, SeriesSummary};
+pub use error::Error;
+pub use export::{ExportParams, WriteInfo, write_series};
+pub use files::{source_files, source_folder};
 pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
 };
+pub use left_out::{LeftOut, LeftOutReason};
 pub use object::{RegionObject, is_dose, region_object};
 pub use object_file::{
     Identifier, ObjectFile, ObjectFiles, class_name, file_header, implementation,
     implicit_data_set, is_uid, object_files, syntax_name,
 };
 pub use policy::Policy;
-pub use read::{ReadInfo, ReadParams, Source, read_series};
+pub use read::{ReadInfo, ReadParams, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};
 pub use segmentation::{
     Meaning, Segment, Segmentation, SegmentationInfo, SegmentationParams, frame_of_reference,
     read_segmentation, write_carried_segmentation, write_segmentation,
 };
+pub use series_summary::SeriesSummary;
+pub use source::Source;
 pub use structures::{
     Drawing, Line, LineKind, Roi, Structures, StructuresInfo, read_structures, write_structures,
 };
-pub use verify::{Check, Expected, Verification, verify_export};
+pub use verify::{Check, Expected, Original, Verification, verify_export};

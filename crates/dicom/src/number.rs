@@ -2,6 +2,8 @@
 
 /// Longest value of a decimal string, bytes.
 pub(crate) const DS_LENGTH: usize = 16;
+/// Positions are written with one decimal by some scanners, and are then off by half of it, mm.
+pub(crate) const ROUNDING_MM: f64 = 0.05;
 
 /// The number a decimal string says; `None` for anything the standard does not allow but length.
 pub(crate) fn parse_ds(text: &str) -> Option<f64> {

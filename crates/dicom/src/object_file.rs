@@ -5,7 +5,9 @@ use crate::data_set::{
     encode_implicit, parse, part10_head,
 };
 use crate::error::Error;
-use crate::folder::{LeftOut, MAX_FOLDER_DEPTH, kind, list};
+use crate::files::{MAX_FOLDER_DEPTH, below};
+use crate::folder::kind;
+use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -50,13 +52,11 @@ pub struct ObjectFiles {
 /// When the folder or a file in it cannot be read, or the user asked to stop.
 pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, Error> {
     let read_error = |source| Error::Read { path: path.to_owned(), source };
-    let mut paths = Vec::new();
-    if std::fs::metadata(path).map_err(read_error)?.is_dir() {
-        list(path, MAX_FOLDER_DEPTH, &mut paths)?;
-        paths.sort();
+    let paths = if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+        below(path, MAX_FOLDER_DEPTH)?
     } else {
-        paths.push(path.to_owned());
-    }
+        vec![path.to_owned()]
+    };
     let done = AtomicUsize::new(0);
     let found: Vec<Result<Looked, Error>> = paths
         .par_iter()
@@ -87,41 +87,50 @@ fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
     let below = path.strip_prefix(root).ok().filter(|p| !p.as_os_str().is_empty());
     let file_name = || Path::new(path.file_name().unwrap_or_default());
     let file = below.unwrap_or_else(file_name).display().to_string();
-    let left = |reason: String| LeftOut { file: file.clone(), reason };
+    let left = |reason: LeftOutReason| LeftOut { file: file.clone(), reason };
     let outcome = Container::open_head(path).and_then(|container| open(container, path, &file));
     match outcome {
-        Ok(object) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {
-            Ok(Looked::Foreign(left(kind(&object.class))))
+        Ok(Ok(object)) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {
+            Ok(Looked::Foreign(left(LeftOutReason::OtherObject(kind(&object.class)))))
         }
-        Ok(object) => Ok(Looked::Object(object)),
+        Ok(Ok(object)) => Ok(Looked::Object(object)),
+        Ok(Err(reason)) => Ok(Looked::Damaged(left(reason))),
         Err(OpenError::Io(source)) => Err(Error::Read { path: path.to_owned(), source }),
-        Err(OpenError::NotDicom(reason)) => Ok(Looked::Foreign(left(reason.to_owned()))),
-        Err(OpenError::Malformed { reason, .. }) => Ok(Looked::Damaged(left(reason))),
+        Err(OpenError::NotDicom(reason)) => {
+            Ok(Looked::Foreign(left(LeftOutReason::NotDicom(reason))))
+        }
+        Err(OpenError::Malformed { reason, .. }) => {
+            Ok(Looked::Damaged(left(LeftOutReason::Damaged(reason))))
+        }
     }
 }
 
 /// The object of a file whose header was read: its data set is walked up to Pixel Data, whose length
-/// is checked.
-fn open(mut container: Container, path: &Path, file: &str) -> Result<ObjectFile, OpenError> {
+/// is checked. Else why it does not say which object it is.
+fn open(
+    mut container: Container,
+    path: &Path,
+    file: &str,
+) -> Result<Result<ObjectFile, LeftOutReason>, OpenError> {
     let (start, total) = container.extent();
     let mut set = container.data(Until::PixelData)?.set;
-    let malformed = |reason: &str| OpenError::Malformed { reason: reason.to_owned(), series: None };
     for (in_header, tag) in [
         (tags::MEDIA_STORAGE_SOP_CLASS_UID, tags::SOP_CLASS_UID),
         (tags::MEDIA_STORAGE_SOP_INSTANCE_UID, tags::SOP_INSTANCE_UID),
     ] {
         let (header, own) = (container.meta.text(in_header), set.text(tag));
         if !header.is_empty() && !own.is_empty() && header != own {
-            return Err(malformed("its file header names another object than its data set"));
+            return Ok(Err(LeftOutReason::TwoNames));
         }
     }
     container.identify(&mut set);
     let (class, instance) = (set.text(tags::SOP_CLASS_UID), set.text(tags::SOP_INSTANCE_UID));
     if !is_uid(&class) || !is_uid(&instance) {
-        return Err(malformed("it lacks its SOP Class or Instance UID"));
+        let reason = "it lacks its SOP Class or Instance UID";
+        return Ok(Err(LeftOutReason::Damaged(reason.to_owned())));
     }
     let syntax = container.syntax.uid().to_owned();
-    Ok(ObjectFile {
+    Ok(Ok(ObjectFile {
         path: path.to_owned(),
         name: file.to_owned(),
         class,
@@ -129,7 +138,7 @@ fn open(mut container: Container, path: &Path, file: &str) -> Result<ObjectFile,
         syntax,
         data_start: start as u64,
         data_bytes: (total - start) as u64,
-    })
+    }))
 }
 
 /// The data set of an object that is stored in Explicit VR Little Endian, in Implicit VR Little Endian:
@@ -182,7 +191,7 @@ pub fn implementation() -> (&'static str, &'static str) {
 
 /// What stands in a file before a data set: preamble, marker and file header (PS3.10 7.1).
 pub fn file_header(class: &str, instance: &str, syntax: &str) -> Vec<u8> {
-    part10_head(class, instance, syntax, implementation())
+    part10_head(class, instance, syntax, implementation().1)
 }
 
 /// A small data set that travels by itself: a query or an answer to one (PS3.4 C.4).

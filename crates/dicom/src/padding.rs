@@ -1,11 +1,15 @@
 //! Voxels that hold no measurement: outside the reconstruction circle, or marked as padding.
 
+use rayon::prelude::*;
 use supine_volume::Ct;
 
 /// What such voxels are in the volume: air, HU.
 pub(crate) const AIR_HU: i16 = -1000;
 /// Nothing measured lies below this, HU: vacuum is -1000, noise and the 12-bit floor reach -1024.
 pub(crate) const LOWEST_MEASURED_HU: i16 = -1024;
+
+/// Voxels that one thread puts back at a time.
+const PART: usize = 1 << 18;
 
 /// Consecutive voxels without measurement and the HU that the file has for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,14 +61,19 @@ impl Padding {
 
     /// The volume with the source's values where padding still is air.
     pub(crate) fn put_back(&self, ct: &Ct) -> Vec<i16> {
-        let mut hu = ct.data().to_vec();
-        for run in &self.runs {
-            for value in &mut hu[run.start..run.start + run.length] {
-                if *value == AIR_HU {
-                    *value = run.hu;
-                }
+        let mut hu = vec![0; ct.data().len()];
+        let parts = hu.par_chunks_mut(PART).zip(ct.data().par_chunks(PART)).enumerate();
+        parts.for_each(|(n, (hu, given))| {
+            hu.copy_from_slice(given);
+            let (from, end) = (n * PART, n * PART + hu.len());
+            // The runs are in order and do not overlap.
+            let first = self.runs.partition_point(|run| run.start + run.length <= from);
+            for run in self.runs[first..].iter().take_while(|run| run.start < end) {
+                let run_end = (run.start + run.length).min(end);
+                let within = &mut hu[run.start.max(from) - from..run_end - from];
+                within.iter_mut().filter(|v| **v == AIR_HU).for_each(|v| *v = run.hu);
             }
-        }
+        });
         hu
     }
 }
@@ -84,5 +93,18 @@ mod tests {
         let grid = Grid::new([8, 1, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
         let ct = Ct::new(grid.unwrap(), hu).unwrap();
         assert_eq!(padding.put_back(&ct), [-2048, 30, -1024, 40, -3024, -1000, 7, 7]);
+    }
+
+    #[test]
+    fn padding_returns_across_the_parts_that_threads_take() {
+        let count = 3 * PART + 5;
+        let marked = |n: usize| n.is_multiple_of(7) || n.abs_diff(PART) < 9 || n + 4 > 2 * PART;
+        let before: Vec<i16> = (0..count).map(|n| if marked(n) { -3000 } else { 40 }).collect();
+        let mut hu = before.clone();
+        let padding = Padding::take(0, &mut hu, |_| false);
+        let grid =
+            Grid::new([count, 1, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
+        let ct = Ct::new(grid.unwrap(), hu).unwrap();
+        assert_eq!(padding.put_back(&ct), before);
     }
 }

@@ -3,20 +3,23 @@
 use crate::accept::Accept;
 use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
 use crate::error::Error;
-use crate::export::Clock;
-use crate::folder::{CtFile, Folder, LeftOut, Series};
+use crate::folder::{CtFile, Folder, Series};
 use crate::geometry::{Stack, stack};
+use crate::left_out::{LeftOut, LeftOutReason as Reason};
 use crate::multi_frame;
 use crate::padding::Padding;
-use crate::pixels::{self, Frame};
+use crate::pixel_format::{Frame, Rescale};
+use crate::pixels;
 use crate::plausible::Tally;
-use crate::slice::{Rescale, Slice};
+use crate::slice::Slice;
+use crate::source::{Source, SourceSlice};
+use crate::warnings::distinct;
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 use supine_volume::Ct;
 
 /// What to read.
@@ -29,11 +32,12 @@ pub struct ReadParams {
     pub accept: Accept,
 }
 
-/// What was read, and what is doubtful about it.
+/// What was read, and what a user must know of it.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ReadInfo {
-    /// Doubts that a user has to know of.
-    pub warnings: Vec<String>,
+    /// What a user must know before trusting it.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
     /// Series Instance UID.
     pub series_uid: String,
     /// Series Description.
@@ -56,62 +60,10 @@ pub struct ReadInfo {
     pub hu_range: [i16; 2],
 }
 
-/// What an export inherits from the series a volume was read from.
-///
-/// Holds the headers of all slices as they were written, the patient's name among them: not for
-/// logs, hence no content in its `Debug`.
-#[derive(Clone)]
-pub struct Source {
-    /// Ascending along the normal, as the volume's slices.
-    pub(crate) slices: Vec<SourceSlice>,
-    pub(crate) padding: Padding,
-}
-
-/// One slice without its pixels.
-#[derive(Clone)]
-pub(crate) struct SourceSlice {
-    pub(crate) header: DataSet,
+/// A slice and its file.
+pub(crate) struct SliceFile {
+    pub(crate) path: PathBuf,
     pub(crate) slice: Slice,
-}
-
-impl std::fmt::Debug for Source {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Source({} slices)", self.slices.len())
-    }
-}
-
-impl Source {
-    /// Date and time of the source series; of its study or 19000101 000000 when it has none.
-    pub fn clock(&self) -> Clock {
-        let header = &self.slices[0].header;
-        let text = |wanted: [_; 3], digits: usize| {
-            wanted.iter().map(|&tag| header.text(tag)).find_map(|text| {
-                let part = text.get(..digits)?;
-                part.bytes().all(|b| b.is_ascii_digit()).then(|| part.to_owned())
-            })
-        };
-        let dates = [tags::SERIES_DATE, tags::ACQUISITION_DATE, tags::STUDY_DATE];
-        let times = [tags::SERIES_TIME, tags::ACQUISITION_TIME, tags::STUDY_TIME];
-        Clock {
-            date: text(dates, 8).unwrap_or_else(|| "19000101".to_owned()),
-            time: text(times, 6).unwrap_or_else(|| "000000".to_owned()),
-        }
-    }
-
-    /// Series Instance UID of the source.
-    pub fn series_uid(&self) -> String {
-        self.slices[0].header.text(tags::SERIES_INSTANCE_UID)
-    }
-
-    /// Frame of Reference UID of the source; empty when it has none.
-    pub fn frame_of_reference_uid(&self) -> String {
-        self.slices[0].header.text(tags::FRAME_OF_REFERENCE_UID)
-    }
-
-    /// The files of the slices, ascending along the normal.
-    pub fn files(&self) -> Vec<&str> {
-        self.slices.iter().map(|s| s.slice.file.as_str()).collect()
-    }
 }
 
 /// What a slice holds beside its HU.
@@ -181,9 +133,7 @@ pub(crate) fn read_folder(
     }
     let mut padding = Padding::join(padding);
     info.padded_voxels = padding.len();
-    let mut tally = Tally::default();
-    tally.add(&hu);
-    info.hu_range = tally.plausible()?;
+    info.hu_range = Tally::of(&hu).plausible()?;
     warn(&mut info, &source);
     if let Some(steps) = stack.equalised {
         hu = steps.volume(&hu, columns * rows);
@@ -200,8 +150,8 @@ pub(crate) fn read_folder(
 const MAX_VOXELS_PER_BYTE: u64 = 1 << 10;
 
 /// Checks the size of the volume against that of its files.
-fn believable(voxels: usize, files: &[(PathBuf, Slice)]) -> Result<(), Error> {
-    let paths: BTreeSet<&PathBuf> = files.iter().map(|(path, _)| path).collect();
+fn believable(voxels: usize, files: &[SliceFile]) -> Result<(), Error> {
+    let paths: BTreeSet<&PathBuf> = files.iter().map(|file| &file.path).collect();
     let mut bytes = 0u64;
     for path in paths {
         let meta =
@@ -211,7 +161,7 @@ fn believable(voxels: usize, files: &[(PathBuf, Slice)]) -> Result<(), Error> {
     if voxels as u64 <= bytes.saturating_mul(MAX_VOXELS_PER_BYTE) {
         return Ok(());
     }
-    let file = files.first().map(|(_, slice)| slice.file.clone()).unwrap_or_default();
+    let file = files.first().map(|file| file.slice.file.clone()).unwrap_or_default();
     let reason = format!("the series claims {voxels} voxels in {bytes} bytes");
     Err(Error::Pixels { file, reason })
 }
@@ -221,22 +171,22 @@ fn assemble(
     uid: &str,
     files: Vec<CtFile>,
     accept: Accept,
-) -> Result<(Stack, Vec<(PathBuf, Slice)>), Error> {
+) -> Result<(Stack, Vec<SliceFile>), Error> {
     let mut slices = Vec::new();
     for file in files {
-        slices.push(Some((file.path, file.slice?)));
+        slices.push(Some(SliceFile { path: file.path, slice: file.slice? }));
     }
-    let heads: Vec<&Slice> = slices.iter().flatten().map(|(_, slice)| slice).collect();
+    let heads: Vec<&Slice> = slices.iter().flatten().map(|file| &file.slice).collect();
     let stack = stack(uid, &heads, accept).map_err(|error| same_pixels(error, &slices))?;
     let ordered = stack.order.iter().filter_map(|&n| slices[n].take()).collect();
     Ok((stack, ordered))
 }
 
 /// Says of two slices at one place whether they are the same picture under two names.
-fn same_pixels(error: Error, slices: &[Option<(PathBuf, Slice)>]) -> Error {
+fn same_pixels(error: Error, slices: &[Option<SliceFile>]) -> Error {
     let Error::DuplicatePosition { a, b, hint } = error else { return error };
     let hu = |file: &str| {
-        let (path, slice) = slices.iter().flatten().find(|(_, slice)| slice.file == file)?;
+        let SliceFile { path, slice } = slices.iter().flatten().find(|s| s.slice.file == file)?;
         Opened::new(path, slice).ok()?.hu(slice).ok()
     };
     let hint = match (hint.is_empty(), hu(&a), hu(&b)) {
@@ -248,7 +198,7 @@ fn same_pixels(error: Error, slices: &[Option<(PathBuf, Slice)>]) -> Error {
 
 /// Decodes all slices into `hu`; the first error in the order of the slices wins.
 fn decode(
-    files: &[(PathBuf, Slice)],
+    files: &[SliceFile],
     hu: &mut [i16],
     progress: Progress<'_>,
 ) -> Result<Vec<Decoded>, Error> {
@@ -259,7 +209,7 @@ fn decode(
         .par_iter()
         .zip(hu.par_chunks_mut(per_slice))
         .enumerate()
-        .map(|(k, ((path, slice), hu))| {
+        .map(|(k, (SliceFile { path, slice }, hu))| {
             let n = done.fetch_add(1, Ordering::Relaxed);
             progress.at(n as f64 / files.len() as f64)?;
             match shared.get(path.as_path()) {
@@ -272,9 +222,9 @@ fn decode(
 }
 
 /// The files that hold several of the slices, so that each is opened once.
-pub(crate) fn shared(files: &[(PathBuf, Slice)]) -> Result<BTreeMap<&Path, Opened>, Error> {
+pub(crate) fn shared(files: &[SliceFile]) -> Result<BTreeMap<&Path, Opened>, Error> {
     let mut shared = BTreeMap::new();
-    for (path, slice) in files.iter().filter(|(_, slice)| slice.frame != Frame::ONLY) {
+    for SliceFile { path, slice } in files.iter().filter(|f| f.slice.frame != Frame::ONLY) {
         if !shared.contains_key(path.as_path()) {
             shared.insert(path.as_path(), Opened::new(path, slice)?);
         }
@@ -313,7 +263,7 @@ impl Opened {
     fn decode(&self, slice: &Slice, start: usize, hu: &mut [i16]) -> Result<Decoded, Error> {
         let samples = self.samples(slice)?;
         rescale(slice, &samples, hu);
-        let (clipped, padding) = doubtful(slice, &samples, start, hu);
+        let (clipped, padding) = padding_and_clipped(slice, &samples, start, hu);
         let header = match self.frames.get(slice.frame.index) {
             Some(header) => header.clone(),
             None => self.data.without(tags::PIXEL_DATA),
@@ -340,7 +290,12 @@ fn rescale(slice: &Slice, samples: &[u16], hu: &mut [i16]) {
 }
 
 /// Tells the clipped voxels, counted, and those without measurement, which become air.
-fn doubtful(slice: &Slice, samples: &[u16], start: usize, hu: &mut [i16]) -> (usize, Padding) {
+fn padding_and_clipped(
+    slice: &Slice,
+    samples: &[u16],
+    start: usize,
+    hu: &mut [i16],
+) -> (usize, Padding) {
     let stored = |n: usize| slice.pixels.stored(samples[n]);
     // Only values at the ends of the 16 bits can have been clipped.
     let clips = |&n: &usize| {
@@ -360,11 +315,13 @@ fn transfer_syntaxes(series: &Series) -> Vec<String> {
 /// Every file that is not part of the volume, ascending by name.
 fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
     let mut left: Vec<LeftOut> = folder.other.iter().chain(&folder.foreign).cloned().collect();
-    let named = |file: &String, reason: &str| LeftOut { file: file.clone(), reason: reason.into() };
-    left.extend(series.localizers.iter().map(|file| named(file, "localizer")));
+    let named =
+        |file: &String, reason: &Reason| LeftOut { file: file.clone(), reason: reason.clone() };
+    left.extend(series.localizers.iter().map(|file| named(file, &Reason::Localizer)));
     for other in &folder.series {
-        left.extend(other.localizers.iter().map(|file| named(file, "localizer of another series")));
-        left.extend(other.files.iter().map(|f| named(&f.name, "CT image of another series")));
+        let localizers = other.localizers.iter();
+        left.extend(localizers.map(|file| named(file, &Reason::LocalizerOfAnotherSeries)));
+        left.extend(other.files.iter().map(|f| named(&f.name, &Reason::ImageOfAnotherSeries)));
     }
     left.sort_by(|a, b| a.file.cmp(&b.file));
     // A file of several frames is one file.
@@ -374,28 +331,33 @@ fn left_out(folder: &Folder, series: &Series) -> Vec<LeftOut> {
 
 /// Adds the warnings that need the whole series.
 fn warn(info: &mut ReadInfo, source: &[SourceSlice]) {
-    let texts: BTreeSet<&String> = source.iter().flat_map(|s| &s.slice.warnings).collect();
-    info.warnings.extend(texts.into_iter().cloned());
+    info.warnings.extend(distinct(source.iter().flat_map(|s| s.slice.warnings.iter().cloned())));
+    let mut warn = |code, text: String| info.warnings.push(Warning::new(code, text));
     let mut rescales: Vec<Rescale> = source.iter().map(|s| s.slice.rescale).collect();
     rescales.dedup();
     if rescales.len() > 1 {
-        info.warnings
-            .push("the rescale differs from slice to slice; it was applied per slice".into());
+        let text = "the rescale differs from slice to slice; it was applied per slice";
+        warn("rescale-per-slice", text.into());
     }
     if rescales.iter().any(|r| r.slope.fract() != 0.0 || r.intercept.fract() != 0.0) {
-        info.warnings.push("the rescale is not whole-numbered; HU were rounded to integers".into());
+        let text = "the rescale is not whole-numbered; HU were rounded to integers";
+        warn("rescale-rounded", text.into());
     }
     if info.padded_voxels > 0 {
-        info.warnings.push(format!(
-            "{} voxels hold no measurement (padding, or below -1024 HU); they are taken for air",
-            info.padded_voxels
-        ));
+        let text =
+            "voxels hold no measurement (padding, or below -1024 HU); they are taken for air";
+        warn("padding-as-air", format!("{} {text}", info.padded_voxels));
     }
     if info.clipped_voxels > 0 {
-        info.warnings.push(format!("{} voxels were clipped to 16 bits", info.clipped_voxels));
+        warn(
+            "clipped-to-16-bits",
+            format!("{} voxels were clipped to 16 bits", info.clipped_voxels),
+        );
     }
-    let series = info.left_out.iter().filter(|l| l.reason.contains("another series")).count();
+    let of_another = [Reason::ImageOfAnotherSeries, Reason::LocalizerOfAnotherSeries];
+    let series = info.left_out.iter().filter(|l| of_another.contains(&l.reason)).count();
     if series > 0 {
-        info.warnings.push(format!("{series} CT file(s) of other series were left out"));
+        let text = format!("{series} CT file(s) of other series were left out");
+        warn("other-series-left-out", text);
     }
 }

@@ -4,14 +4,14 @@ use crate::accept::Accept;
 use crate::data_set::{DataSet, PixelCoding, TransferSyntax};
 use crate::error::Error;
 use crate::number::{parse_ds, parse_ds_list, parse_is};
-use crate::pixels::Frame;
+use crate::pixel_format::{Frame, PixelFormat, Rescale};
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
-use supine_space::{Point, Vector};
+use supine_space::{Point, Vector, Warning};
 
-/// Largest and smallest Rows and Columns that are read.
+/// Smallest and largest Rows and Columns that are read; scanners make 256 to 1024.
 const MATRIX: std::ops::RangeInclusive<u16> = 16..=4096;
-/// Pixel spacings that are believed, mm.
+/// Pixel spacings that are believed, mm; those of CT lie between 0.1 and 2.
 const SPACING_MM: std::ops::RangeInclusive<f64> = 0.05..=10.0;
 
 /// Values of Image Type that say that an image shows no attenuation (PS3.3 C.8.15.3.1.1 and usage).
@@ -43,63 +43,7 @@ pub(crate) struct Slice {
     /// What must not differ within a series but must not be shown either.
     pub(crate) identity: [(&'static str, String); 3],
     pub(crate) lossy: bool,
-    pub(crate) warnings: Vec<String>,
-}
-
-/// Layout of the stored values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PixelFormat {
-    pub(crate) rows: u16,
-    pub(crate) columns: u16,
-    pub(crate) bits_allocated: u16,
-    pub(crate) bits_stored: u16,
-    pub(crate) signed: bool,
-}
-
-impl PixelFormat {
-    /// Samples in the slice.
-    pub(crate) fn len(self) -> usize {
-        usize::from(self.rows) * usize::from(self.columns)
-    }
-
-    /// Bytes of the native slice.
-    pub(crate) fn bytes(self) -> usize {
-        self.len() * usize::from(self.bits_allocated / 8)
-    }
-
-    /// The lower Bits Stored of a sample.
-    #[inline]
-    pub(crate) fn pattern(self, sample: u16) -> usize {
-        usize::from(sample) & ((1 << self.bits_stored) - 1)
-    }
-
-    /// The stored value in the lower Bits Stored of a sample: what stands above is masked, the sign
-    /// extended (PS3.5 8.1.1).
-    #[inline]
-    pub(crate) fn stored(self, sample: u16) -> i32 {
-        let bits = u32::from(self.bits_stored);
-        let value = self.pattern(sample) as i32;
-        if self.signed && value >= 1 << (bits - 1) { value - (1 << bits) } else { value }
-    }
-}
-
-/// HU = slope * stored value + intercept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rescale {
-    pub(crate) slope: f64,
-    pub(crate) intercept: f64,
-}
-
-impl Rescale {
-    pub(crate) fn hu(self, stored: i32) -> f64 {
-        f64::from(stored) * self.slope + self.intercept
-    }
-
-    /// HU of every pattern of Bits Stored bits, rounded half to even, clipped to 16 bits.
-    pub(crate) fn table(self, format: PixelFormat) -> Vec<i16> {
-        let hu = |pattern: u32| self.hu(format.stored(pattern as u16)).round_ties_even() as i16;
-        (0..1u32 << format.bits_stored).map(hu).collect()
-    }
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// Reads values of one header, naming the file in every error.
@@ -161,13 +105,15 @@ impl Slice {
             return r.fail("Pixel Spacing", reason);
         }
         if position.iter().any(|c| c.abs() > 1e4) {
-            warnings.push("positions lie more than 10 m from the origin".into());
+            let text = "positions lie more than 10 m from the origin";
+            warnings.push(Warning::new("far-from-origin", text));
         }
         let text = |tag| set.text(tag);
         let temporal = text(tags::TEMPORAL_POSITION_IDENTIFIER);
         let lossy = text(tags::LOSSY_IMAGE_COMPRESSION) == "01";
         if lossy {
-            warnings.push("the images were compressed with loss".into());
+            let text = "the images were compressed with loss";
+            warnings.push(Warning::new("lossy-compression", text));
         }
         Ok(Self {
             file: file.to_owned(),
@@ -205,7 +151,7 @@ fn pixel_format(
     r: &Reader<'_>,
     syntax: &TransferSyntax,
     pixel_bytes: Option<usize>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<PixelFormat, Error> {
     if syntax.pixel_coding() == PixelCoding::Unknown {
         let what = format!(
@@ -256,13 +202,14 @@ fn pixel_format(
             return r.fail("Pixel Data", reason);
         }
         if found > format.bytes() + 1 {
-            warnings.push("Pixel Data is longer than the images need; the rest is ignored".into());
+            let text = "Pixel Data is longer than the images need; the rest is ignored";
+            warnings.push(Warning::new("pixel-data-too-long", text));
         }
     }
     Ok(format)
 }
 
-fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<String>) -> Result<Rescale, Error> {
+fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<Warning>) -> Result<Rescale, Error> {
     if r.set.get(tags::MODALITY_LUT_SEQUENCE).is_some() {
         return r
             .fail("Modality LUT Sequence", "is not read; a CT needs Rescale Slope and Intercept");
@@ -279,7 +226,7 @@ fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<String>) -> Result
             .map_or_else(|| r.fail(name, format!("is {text:?}, not one decimal number")), Ok)
     };
     let rescale = if assumed {
-        warnings.push(ASSUMED.into());
+        warnings.push(Warning::new("hu-assumed", ASSUMED));
         Rescale { slope: 1.0, intercept: 0.0 }
     } else {
         let slope = one(tags::RESCALE_SLOPE, "Rescale Slope")?;
@@ -297,7 +244,8 @@ fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<String>) -> Result
     match r.set.text(tags::RESCALE_TYPE).as_str() {
         "" | "HU" => {}
         "US" => {
-            warnings.push("Rescale Type is unspecified (US); the values are taken for HU".into())
+            let text = "Rescale Type is unspecified (US); the values are taken for HU";
+            warnings.push(Warning::new("rescale-type-unspecified", text));
         }
         other => return r.fail("Rescale Type", format!("is {other:?}: the values are not HU")),
     }

@@ -5,8 +5,8 @@ use crate::{
     labels::segments,
     nii,
     nrrd::{self, Axis},
-    raster::{self, Raster},
-    write_labels,
+    raster::Raster,
+    raster_file, write_labels,
 };
 use std::{collections::BTreeMap, path::Path};
 use supine_space::{Grid, Progress};
@@ -56,7 +56,7 @@ pub fn read_any_volume(
     kind: Option<VolumeKind>,
     progress: Progress<'_>,
 ) -> Result<AnyVolume, Error> {
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     let scalar = || scalar(&raster).map(AnyVolume::Scalar).map_err(|p| p.of(path));
     if kind == Some(VolumeKind::Scalar) {
         return scalar();

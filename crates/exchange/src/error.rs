@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 use supine_mesh::{DisplacementError, MeshError, SurfaceError};
-use supine_space::{GridError, Stopped};
+use supine_space::{Failure, GridError, Stopped};
 
 /// A file that cannot be used or written.
 #[derive(Debug, thiserror::Error)]
@@ -46,24 +46,14 @@ pub enum Error {
     Stopped(#[from] Stopped),
 }
 
-/// Which side of the work failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorKind {
-    /// An input cannot be used.
-    Input,
-    /// An output cannot be written.
-    Output,
-    /// The user stopped it.
-    Stopped,
-}
-
 impl Error {
-    /// Which side of the work failed: decides the exit code.
-    pub fn kind(&self) -> ErrorKind {
+    /// What kind of failure it is.
+    pub fn kind(&self) -> Failure {
         match self {
-            Self::Read { .. } | Self::Input { .. } => ErrorKind::Input,
-            Self::Write { .. } | Self::Unwritable { .. } => ErrorKind::Output,
-            Self::Stopped(_) => ErrorKind::Stopped,
+            Self::Read { .. } | Self::Input { .. } => Failure::Input,
+            Self::Write { cause, .. } => Failure::of_output(cause),
+            Self::Unwritable { .. } => Failure::Output,
+            Self::Stopped(_) => Failure::Stopped,
         }
     }
 }
@@ -112,7 +102,7 @@ pub enum Problem {
     #[error("there is not enough memory for {0} bytes")]
     Memory(usize),
     /// A voxel whose value cannot be taken.
-    #[error("voxel ({}, {}, {}) has the value {value}: {reason}", voxel[0], voxel[1], voxel[2])]
+    #[error("voxel ({}, {}, {}) has the value {}: {reason}", voxel[0], voxel[1], voxel[2], short(*value))]
     Value {
         /// The first such voxel, (i, j, k).
         voxel: [usize; 3],
@@ -189,6 +179,11 @@ pub enum Problem {
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+/// Three decimals at most.
+fn short(value: f64) -> f64 {
+    if value.abs() < 1e9 { (value * 1e3).round() / 1e3 } else { value }
 }
 
 fn named(name: &Option<String>) -> String {

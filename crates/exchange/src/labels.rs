@@ -5,7 +5,8 @@ pub(crate) mod segments;
 use crate::{
     Error, Problem, file, nii,
     nrrd::{self, Axis},
-    raster::{self, Raster},
+    raster::Raster,
+    raster_file,
 };
 use segments::Segment;
 use std::{collections::BTreeMap, path::Path};
@@ -24,13 +25,13 @@ use supine_volume::{LabelMap, Volume, label};
 /// When the file cannot be read or is damaged, does not say which way its axes point, or holds a
 /// label or segment that is not one of [`supine_volume::label::ALL`].
 pub fn read_labels(path: &Path, progress: Progress<'_>) -> Result<LabelMap, Error> {
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     labels(&raster).map_err(|p| p.of(path))
 }
 
-/// Labels that someone brings along: known by their numbers, or by names that others gave them.
+/// Labels that someone supplies: known by their numbers, or by names that others gave them.
 #[derive(Debug)]
-pub enum BroughtLabels {
+pub enum SuppliedLabels {
     /// The numbers of [`supine_volume::label`].
     Numbers(LabelMap),
     /// Named segments, whatever their names.
@@ -43,14 +44,14 @@ pub enum BroughtLabels {
 /// # Errors
 /// When the file cannot be read or is damaged, does not say which way its axes point, or holds a
 /// number without a name that is not one of [`supine_volume::label::ALL`].
-pub fn read_brought_labels(path: &Path, progress: Progress<'_>) -> Result<BroughtLabels, Error> {
-    let raster = raster::read(path, progress)?;
+pub fn read_supplied_labels(path: &Path, progress: Progress<'_>) -> Result<SuppliedLabels, Error> {
+    let raster = raster_file::read(path, progress)?;
     if raster.segments.is_empty() {
-        return labels(&raster).map(BroughtLabels::Numbers).map_err(|p| p.of(path));
+        return labels(&raster).map(SuppliedLabels::Numbers).map_err(|p| p.of(path));
     }
     let expected = "expected a whole number, the number of a segment";
     let values = raster.whole::<i16>(expected).map_err(|p| p.of(path))?;
-    Ok(BroughtLabels::Segments(Segments { raster, values }))
+    Ok(SuppliedLabels::Segments(Segments { raster, values }))
 }
 
 /// Named segments of a file.

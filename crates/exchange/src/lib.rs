@@ -36,6 +36,7 @@ mod nodes;
 mod nrrd;
 mod points;
 mod raster;
+mod raster_file;
 mod scalar;
 mod seeds;
 mod surfaces;
@@ -44,8 +45,8 @@ mod vtu;
 
 pub use carried::{AnyVolume, LabelLayers, VolumeKind, read_any_volume, write_label_layers};
 pub use contours::{NamedContours, is_contours, read_contours, write_contours};
-pub use error::{Error, ErrorKind, Problem};
-pub use labels::{BroughtLabels, Segments, read_brought_labels, read_labels, write_labels};
+pub use error::{Error, Problem};
+pub use labels::{Segments, SuppliedLabels, read_labels, read_supplied_labels, write_labels};
 pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;

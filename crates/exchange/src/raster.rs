@@ -1,8 +1,8 @@
 //! Voxel data as a file holds them, before they become HU or labels.
 
-use crate::{Problem, file, labels::segments::Segment, nii, nrrd, scalar::Scalar};
-use std::{collections::BTreeMap, path::Path};
-use supine_space::{Grid, Progress};
+use crate::{Problem, labels::segments::Segment, scalar::Scalar};
+use std::collections::BTreeMap;
+use supine_space::Grid;
 
 /// Samples on a grid, still in the type of the file.
 #[derive(Debug)]
@@ -75,22 +75,5 @@ impl Raster {
             Problem::Value { voxel, value, reason: expected }
         })?;
         Ok(values)
-    }
-}
-
-/// The voxel data of a NRRD or NIfTI file.
-pub(crate) fn read(path: &Path, progress: Progress<'_>) -> Result<Raster, crate::Error> {
-    let bytes = file::read(path)?;
-    parse(&bytes, progress).map_err(|p| p.of(path))
-}
-
-/// The voxel data of a NRRD or NIfTI file; its first bytes decide which it is.
-pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Problem> {
-    if bytes.starts_with(b"NRRD") {
-        nrrd::parse(bytes, progress)
-    } else if nii::is_nifti(bytes) {
-        nii::parse(bytes, progress)
-    } else {
-        Err(Problem::Format("NRRD (.nrrd) or NIfTI-1 (.nii, .nii.gz)"))
     }
 }

@@ -3,7 +3,7 @@
 use crate::{
     Error, Problem, file, nii,
     nrrd::{self, Axis},
-    raster,
+    raster_file,
 };
 use std::path::Path;
 use supine_space::Progress;
@@ -17,7 +17,7 @@ use supine_volume::{Ct, SignedDistance, Volume};
 /// When the file cannot be read, is damaged, does not say which way its axes point, holds several
 /// values per voxel or a value that is no whole HU.
 pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     let ct = || {
         if raster.layers != 1 {
             let reason = format!("{} values per voxel, a CT has one", raster.layers);
@@ -37,7 +37,7 @@ pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
 /// When the file cannot be read, is damaged, does not say which way its axes point, or holds
 /// anything but one whole number from 0 to 255 per voxel.
 pub fn read_tenths(path: &Path, progress: Progress<'_>) -> Result<Volume<u8>, Error> {
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     let data = if raster.layers == 1 {
         raster.whole::<u8>("expected a whole number of tenths of mm from 0 to 255")
     } else {
@@ -177,7 +177,7 @@ pub fn write_signed_distance(
 /// # Errors
 /// When the file cannot be read, is damaged or does not hold whole numbers of 1/2000 mm.
 pub fn read_signed_distance(path: &Path, progress: Progress<'_>) -> Result<SignedDistance, Error> {
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     let values = || {
         let unit = raster.keys.get(DISTANCE_UNIT.0).map(String::as_str);
         if unit != Some(DISTANCE_UNIT.1) || raster.layers != 1 {

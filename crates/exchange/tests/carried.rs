@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use supine_exchange::*;
 use supine_mesh::TriSurface;
-use supine_space::{Grid, Matrix, Point, Progress, Vector};
+use supine_space::{Failure, Grid, Matrix, Point, Progress, Vector};
 use supine_volume::Volume;
 
 fn data(name: &str) -> PathBuf {
@@ -100,7 +100,7 @@ fn surfaces_are_read_back_in_lps() {
         assert!(again.points().iter().all(|p| off(p) < 1e-6), "{name}");
     }
     let refused = write_surface(&surface, &folder.path().join("a.vtk")).unwrap_err();
-    assert_eq!(refused.kind(), ErrorKind::Output);
+    assert_eq!(refused.kind(), Failure::Output);
 }
 
 #[test]

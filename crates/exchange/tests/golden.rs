@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use supine_exchange::{
-    BroughtLabels, Segments, read_brought_labels, read_ct, read_labels, read_points, read_seeds,
+    Segments, SuppliedLabels, read_ct, read_labels, read_points, read_seeds, read_supplied_labels,
     read_vtu,
 };
 use supine_mesh::Order;
@@ -81,9 +81,9 @@ fn segmentations_in_the_layout_of_slicer() {
 }
 
 fn segments(name: &str) -> Segments {
-    match read_brought_labels(&data(name), Progress::none()).expect("the file is read") {
-        BroughtLabels::Segments(segments) => segments,
-        BroughtLabels::Numbers(_) => panic!("{name}: the names are not seen"),
+    match read_supplied_labels(&data(name), Progress::none()).expect("the file is read") {
+        SuppliedLabels::Segments(segments) => segments,
+        SuppliedLabels::Numbers(_) => panic!("{name}: the names are not seen"),
     }
 }
 

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::path::Path;
 use supine_exchange::*;
 use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
-use supine_space::{Grid, Point, Progress, Vector};
+use supine_space::{Failure, Grid, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, SeedKind, Volume};
 
 fn grid(size: [usize; 3], angles: [f64; 3], spacing: [f64; 3], left_handed: bool) -> Grid {
@@ -220,10 +220,10 @@ fn failures_name_the_file_and_leave_nothing() {
     let written = ct(grid([2, 2, 2], [0.0; 3], [1.0; 3], false));
     let missing = folder.path().join("no/such/folder.nrrd");
     let error = write_ct_nrrd(&written, &missing, "", Progress::none()).unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Output);
+    assert_eq!(error.kind(), Failure::Output);
     assert!(error.to_string().contains("folder.nrrd"), "{error}");
     let error = read_ct(&missing, Progress::none()).unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Input);
+    assert_eq!(error.kind(), Failure::Input);
     assert!(error.to_string().contains("folder.nrrd"), "{error}");
 
     let refused = [
@@ -237,7 +237,7 @@ fn failures_name_the_file_and_leave_nothing() {
         write_ct_nrrd(&written, folder.path(), "", Progress::none()),
     ];
     for result in refused {
-        assert_eq!(result.unwrap_err().kind(), ErrorKind::Output);
+        assert_eq!(result.unwrap_err().kind(), Failure::Output);
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 
@@ -359,5 +359,5 @@ fn a_stop_ends_reading_and_writing_and_leaves_nothing() {
     write_labels(&written, &path, Progress::none()).unwrap();
     let error = read_labels(&path, Progress::new(&stop)).unwrap_err();
     assert!(matches!(error, Error::Stopped(_)), "{error}");
-    assert_eq!(error.kind(), ErrorKind::Stopped);
+    assert_eq!(error.kind(), Failure::Stopped);
 }

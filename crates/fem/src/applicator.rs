@@ -1,33 +1,20 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
-use crate::coupling::Coupling;
-use crate::guide::Guide;
-use crate::newton::Halt;
+use crate::coupling::{Coupling, Step};
+use crate::outcome::Halt;
 use crate::rest::Settled;
 use crate::rigid::RigidBody;
-use crate::site::{Answers, Place, Site, Tissue, elements_of};
+use crate::site::{Place, Responses, Site, Tissue, Touch, elements_of};
 use crate::sliding::{Slider, Sliding};
+use crate::smoothed_distance::SmoothedDistance;
 use crate::{Body, Contact, Error, Info, Job, Load, Params, checked};
+use std::sync::Arc;
 use std::thread::JoinHandle;
-use supine_mesh::{Displacement, Edges, Order, TetMesh};
-use supine_space::{Point, Progress, Vector};
-
-/// How a rigid body lies: what moves it from where it was attached to where it is (LPS, mm).
-pub type Pose = nalgebra::Isometry3<f64>;
+use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
+use supine_space::{Point, Pose, Progress, Vector};
 
 /// Nodes this close to the surface, as a share of the applicator's size, lie on it.
 const ON_SURFACE: f64 = 1e-4;
-
-/// How a step went.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// Corrections made, or Newton iterations.
-    pub corrections: usize,
-    /// Estimate of the error left at the worst node, mm.
-    pub error_mm: f64,
-    /// Whether corrections did not suffice and Newton's method took over: this step took its time.
-    pub anew: bool,
-}
 
 /// What the tissue does to the applicator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,15 +28,15 @@ pub struct Reaction {
 /// A meshed body with an applicator in it.
 ///
 /// Nodes that lie inside the applicator when it is attached follow its pose, or slide on it: see [`Contact`].
-/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear answer to the six
+/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear response to the six
 /// motions of a rigid body, and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are
 /// renewed by [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with
 /// old ones, and become slower.
 pub struct Applicator {
-    mesh: TetMesh,
+    mesh: Arc<TetMesh>,
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
-    beside: Option<JoinHandle<Option<Answers>>>,
+    beside: Option<JoinHandle<Option<Responses>>>,
 }
 
 /// The same for linear and for quadratic elements.
@@ -70,28 +57,29 @@ macro_rules! either {
 impl Applicator {
     /// Puts an applicator (placed in the frame of the CT, where the target's gravity has the tissue) into
     /// `body`: solves as [`crate::solve`] does, and couples the nodes that then lie within `rigid`. Where they
-    /// slide, the tissue settles anew without its cavity.
+    /// slide, the tissue settles again without its cavity.
     ///
     /// # Errors
     /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the applicator. Where
     /// nodes slide, [`Error::ApplicatorMiddle`] when the applicator has no normal at one of them, and
     /// [`Error::ApplicatorStuck`] when the tissue finds no equilibrium around the cavity.
     pub fn attach(
-        body: &Body<'_>,
+        body: &Body,
         load: &Load,
         params: &Params,
-        (rigid, contact): (&dyn RigidBody, Contact),
+        rigid: &dyn RigidBody,
+        contact: Contact,
         progress: Progress<'_>,
     ) -> Result<(Self, Info), Error> {
         let edges = checked(body, load, params)?;
-        let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
+        let job = Job::new(body, &edges, load, params);
         let (coupling, info) = match params.order {
             Order::Linear => {
-                let (coupling, info) = job.couple::<4, 1>((rigid, contact), progress)?;
+                let (coupling, info) = job.couple::<4, 1>(rigid, contact, progress)?;
                 (Either::Linear(coupling), info)
             }
             Order::Quadratic => {
-                let (coupling, info) = job.couple::<10, 4>((rigid, contact), progress)?;
+                let (coupling, info) = job.couple::<10, 4>(rigid, contact, progress)?;
                 (Either::Quadratic(coupling), info)
             }
         };
@@ -120,7 +108,7 @@ impl Applicator {
         self.told(made)
     }
 
-    /// Moves the applicator to `pose` as [`Applicator::step`] does, to the last digits and in its own time:
+    /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own time:
     /// by Newton's method until the relative residual is at most `tolerance`.
     ///
     /// # Errors
@@ -136,7 +124,7 @@ impl Applicator {
         self.told(made)
     }
 
-    /// Renews the factor and the linear answers at the present pose.
+    /// Renews the factor and the linear responses at the present pose.
     ///
     /// # Errors
     /// [`Error::Memory`].
@@ -144,15 +132,15 @@ impl Applicator {
         either!(&mut self.coupling, c => {
             let unknowns = c.site.pattern.unknowns();
             let spare = c.take_spare();
-            let answers = c.site.answers(&c.place, spare).map_err(|_| Error::Memory { unknowns })?;
-            if let Some(answers) = answers {
-                c.adopt(answers);
+            let responses = c.site.responses(&c.place, spare).map_err(|_| Error::Memory { unknowns })?;
+            if let Some(responses) = responses {
+                c.adopt(responses);
             }
         });
         Ok(())
     }
 
-    /// Begins to renew the factor and the linear answers at the present pose in another thread, unless that
+    /// Begins to renew the factor and the linear responses at the present pose in another thread, unless that
     /// is under way; a later step takes them when they are there.
     pub fn renew_beside(&mut self) {
         self.take_renewal(false);
@@ -161,8 +149,8 @@ impl Applicator {
         }
         let thread = either!(&mut self.coupling, c => {
             let (site, place, spare) = (c.site.clone(), c.place.clone(), c.take_spare());
-            // Without memory the old answers serve on.
-            std::thread::spawn(move || site.answers(&place, spare).ok().flatten())
+            // Without memory the old responses serve on.
+            std::thread::spawn(move || site.responses(&place, spare).ok().flatten())
         });
         self.beside = Some(thread);
     }
@@ -172,22 +160,23 @@ impl Applicator {
         let Some(thread) = self.beside.take_if(|thread| wait || thread.is_finished()) else {
             return;
         };
-        if let Ok(Some(answers)) = thread.join() {
-            either!(&mut self.coupling, c => c.adopt(answers));
+        if let Ok(Some(responses)) = thread.join() {
+            either!(&mut self.coupling, c => c.adopt(responses));
         }
     }
 
-    /// Displacement from the CT shape at the present pose, mm. Where the tissue slides it means nothing within
+    /// The mesh displaced from the CT shape as it is at the present pose, mm. Where the tissue slides it means nothing within
     /// the cavity: nodes that follow the pose and nodes that slide may pass each other there.
     ///
     /// # Errors
     /// None is known: it holds a finite vector for every node.
-    pub fn displacement(&self) -> Result<Displacement, Error> {
+    pub fn deformation(&self) -> Result<Deformation, Error> {
         let values = either!(&self.coupling, c => {
             let from_ct = c.place.u.iter().zip(&c.site.to_ct).map(|(u, ct)| u - ct);
             c.site.straight.of(&from_ct.collect::<Vec<Vector>>())
         });
-        Ok(Displacement::new(&self.mesh, &self.edges, values)?)
+        let displacement = Displacement::new(&self.mesh, &self.edges, values)?;
+        Ok(Deformation::new(self.mesh.clone(), displacement)?)
     }
 
     /// Force and moment of the tissue on the applicator at the present pose.
@@ -249,7 +238,8 @@ type Touched = (Vec<bool>, Option<Sliding>);
 impl Job<'_> {
     fn couple<const N: usize, const Q: usize>(
         &self,
-        (rigid, contact): (&dyn RigidBody, Contact),
+        rigid: &dyn RigidBody,
+        contact: Contact,
         progress: Progress<'_>,
     ) -> Result<(Coupling<N, Q>, Info), Error> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
@@ -264,12 +254,18 @@ impl Job<'_> {
         let (follow, sliding) = match contact {
             Contact::Tied => (inside, None),
             Contact::Frictionless => {
-                self.slide(&mut tissue, &u, (rigid, &inside), progress.part(0.6, 0.8))?
+                self.slide(&mut tissue, &u, rigid, &inside, progress.part(0.6, 0.8))?
             }
         };
         let (unknowns, slides) = (info.unknowns, sliding.is_some());
-        let rigid = (rigid.centre().coords, rigid.size_mm());
-        let site = Site::new(tissue, &u, (&held, &follow), sliding, rigid);
+        let touch = Touch {
+            held: &held,
+            follow: &follow,
+            sliding,
+            centre: rigid.centre().coords,
+            size_mm: rigid.size_mm(),
+        };
+        let site = Site::new(tissue, &u, touch);
         let mut coupling = Coupling::new(site, u)
             .map_err(|_| Error::Memory { unknowns })?
             .ok_or(Error::Singular)?;
@@ -280,10 +276,11 @@ impl Job<'_> {
         }
         let Coupling { site, place, .. } = &coupling;
         let from_ct: Vec<Vector> = place.u.iter().zip(&site.to_ct).map(|(u, ct)| u - ct).collect();
-        self.warn::<N>(&positions, &from_ct, &mut info);
         if let Ok(ratio) = site.model.volume_ratio(&place.u) {
             (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
+            info.min_det_f_at = self.middle(&site.model.elements.nodes[ratio.worst]);
         }
+        self.warn::<N>(&positions, &from_ct, &mut info);
         info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
         Ok((coupling, info))
     }
@@ -293,7 +290,8 @@ impl Job<'_> {
         &self,
         tissue: &mut Tissue<N, Q>,
         u: &[Vector],
-        (rigid, inside): (&dyn RigidBody, &[bool]),
+        rigid: &dyn RigidBody,
+        inside: &[bool],
         progress: Progress<'_>,
     ) -> Result<Touched, Error> {
         let elements = &tissue.model.elements.nodes;
@@ -310,15 +308,16 @@ impl Job<'_> {
         let at = |n: usize| tissue.rest[n] + u[n];
         let centre = rigid.centre().coords;
         let reach = nodes().map(|n| (at(n) - centre).norm()).fold(0.0, f64::max);
-        let guide = Guide::new(rigid, reach, progress)?;
+        let distance = SmoothedDistance::new(rigid, reach, progress)?;
         let slider = |n: usize| {
-            let level = guide.at(&at(n)).ok_or(Error::ApplicatorMiddle { place: at(n).into() })?;
+            let level =
+                distance.at(&at(n)).ok_or(Error::ApplicatorMiddle { place: at(n).into() })?;
             let (rest, load) = (tissue.rest[n], tissue.load[n]);
             Ok(Slider { node: n as u32, level: level.value, rest, load })
         };
         let nodes = nodes().map(slider).collect::<Result<_, Error>>()?;
         let around = elements_of(elements, &slides);
-        Ok((follow, Some(Sliding { guide, nodes, around })))
+        Ok((follow, Some(Sliding { distance, nodes, around })))
     }
 }
 

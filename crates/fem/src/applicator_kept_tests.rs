@@ -1,12 +1,11 @@
 //! What an applicator keeps from step to step, and what it must not keep.
 
 use crate::test_mesh::block;
-use crate::{
-    Applicator, Body, Contact, Error, Load, Params, Pose, RigidBody, SphereOnShaft, Tissue,
-};
+use crate::{Applicator, Body, Contact, Error, Load, Params, RigidBody, SphereOnShaft, Tissue};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{Edges, Order, TetMesh};
-use supine_space::{Point, Progress, Vector, sitting, supine};
+use supine_space::{Point, Pose, Progress, Vector, sitting, supine};
 
 const TOLERANCE: f64 = 1e-11;
 /// Nodal difference of solutions to that tolerance, mm.
@@ -14,7 +13,7 @@ const CLOSE_MM: f64 = 1e-9;
 const BOTH: [Order; 2] = [Order::Linear, Order::Quadratic];
 
 /// A cube with so many cells along its sides.
-fn mesh(cells: usize) -> TetMesh {
+fn mesh(cells: usize) -> Arc<TetMesh> {
     block([cells; 3], 60.0 / cells as f64, 0.1)
 }
 
@@ -28,10 +27,8 @@ fn attached(cells: usize, order: Order) -> Applicator {
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, tolerance: TOLERANCE, ..Params::default() };
     let body = mesh(cells);
-    let body = Body::new(&body, &tissue);
-    Applicator::attach(&body, &load, &params, (&sphere(), Contact::Tied), Progress::none())
-        .unwrap()
-        .0
+    let body = Body::new(body.clone(), tissue);
+    Applicator::attach(&body, &load, &params, &sphere(), Contact::Tied, Progress::none()).unwrap().0
 }
 
 /// A shift (mm), and a turn (radians) about the centre of the sphere.
@@ -49,8 +46,8 @@ fn positions(applicator: &Applicator, mesh: &TetMesh) -> Vec<Point> {
         nalgebra::center(&mesh.points()[*a as usize], &mesh.points()[*b as usize])
     };
     places.extend(edges.ends().iter().map(middle));
-    let u = applicator.displacement().unwrap();
-    places.iter().zip(u.values()).map(|(p, u)| p + u).collect()
+    let u = applicator.deformation().unwrap();
+    places.iter().zip(u.displacement().values()).map(|(p, u)| p + u).collect()
 }
 
 fn apart(a: &[Point], b: &[Point]) -> f64 {
@@ -124,16 +121,16 @@ fn a_failed_step_leaves_nothing_behind() {
         assert!(apart(&settled(&mut applicator, &mesh, &to), &fresh) < CLOSE_MM, "{order:?}");
         // Stopped by the user at every place.
         let other = pose([-9.0, 6.0, 7.0], [0.3, 0.2, 0.0]);
-        for most in 1.. {
+        for calls_before in 1.. {
             let calls = AtomicUsize::new(0);
-            let stop = |_: f64| calls.fetch_add(1, Ordering::Relaxed) + 1 < most;
+            let stop = |_: f64| calls.fetch_add(1, Ordering::Relaxed) + 1 < calls_before;
             match applicator.settle(&other, TOLERANCE, Progress::new(&stop)) {
                 Ok(_) => break,
                 Err(error) => assert!(matches!(error, Error::Stopped(_)), "{error}"),
             }
             assert!(
                 apart(&settled(&mut applicator, &mesh, &to), &fresh) < CLOSE_MM,
-                "{order:?} {most}"
+                "{order:?} {calls_before}"
             );
         }
     }

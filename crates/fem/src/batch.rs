@@ -30,7 +30,7 @@ pub(crate) struct Batches<const N: usize, const Q: usize> {
     batches: Vec<Batch<N, Q>>,
 }
 
-/// ln J at the quadrature points of all elements, as a step foresaw it.
+/// ln J at the quadrature points of all elements, as a step predicted it.
 #[derive(Clone, Debug)]
 pub(crate) struct VolumeStrain<const Q: usize>(Vec<[Pack; Q]>);
 
@@ -83,7 +83,7 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
     /// ln J after a `step` (mm) from `u`, to first order: ln J + F^-T : grad step.
     ///
     /// `None` when an element is turned inside out at `u`.
-    pub(crate) fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
+    pub(crate) fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
         Arch::new().dispatch(Foresee { batches: &self.batches, u, step })
     }
 
@@ -93,13 +93,13 @@ impl<const N: usize, const Q: usize> Batches<N, Q> {
     pub(crate) fn stiffness(
         &self,
         u: &[Vector],
-        foreseen: Option<&VolumeStrain<Q>>,
+        predicted: Option<&VolumeStrain<Q>>,
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
         blocks.fill([0.0; 9]);
         let own = vec![[Pack::ZERO; 9]; N * (N + 1) / 2];
-        Arch::new().dispatch(Stiffness { all: self, u, foreseen, own, pattern, blocks })
+        Arch::new().dispatch(Stiffness { all: self, u, predicted, own, pattern, blocks })
     }
 }
 
@@ -123,7 +123,7 @@ impl<const N: usize, const Q: usize> WithSimd for Evaluate<'_, N, Q> {
     }
 }
 
-/// The work of [`Batches::foreseen`].
+/// The work of [`Batches::predicted`].
 struct Foresee<'a, const N: usize, const Q: usize> {
     batches: &'a [Batch<N, Q>],
     u: &'a [Vector],
@@ -137,7 +137,7 @@ impl<const N: usize, const Q: usize> WithSimd for Foresee<'_, N, Q> {
     fn with_simd<S: Simd>(self, _: S) -> Option<VolumeStrain<Q>> {
         let mut strain = Vec::with_capacity(self.batches.len());
         for batch in self.batches {
-            strain.push(batch.foreseen(self.u, self.step)?);
+            strain.push(batch.predicted(self.u, self.step)?);
         }
         Some(VolumeStrain(strain))
     }
@@ -147,7 +147,7 @@ impl<const N: usize, const Q: usize> WithSimd for Foresee<'_, N, Q> {
 struct Stiffness<'a, const N: usize, const Q: usize> {
     all: &'a Batches<N, Q>,
     u: &'a [Vector],
-    foreseen: Option<&'a VolumeStrain<Q>>,
+    predicted: Option<&'a VolumeStrain<Q>>,
     own: Vec<Nine>,
     pattern: &'a Pattern,
     blocks: &'a mut [Block],
@@ -160,7 +160,7 @@ impl<const N: usize, const Q: usize> WithSimd for Stiffness<'_, N, Q> {
     fn with_simd<S: Simd>(mut self, _: S) -> Option<()> {
         for (n, batch) in self.all.batches.iter().enumerate() {
             let first = n * LANES;
-            batch.stiffness(self.u, self.foreseen.map(|strain| &strain.0[n]), &mut self.own)?;
+            batch.stiffness(self.u, self.predicted.map(|strain| &strain.0[n]), &mut self.own)?;
             for lane in 0..LANES.min(self.all.elements - first) {
                 let places = self.pattern.places::<N>(first + lane);
                 for (place, block) in places.iter().zip(&self.own) {
@@ -231,7 +231,7 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
 
     /// ln J after `step`, to first order; `None` when an element is turned inside out.
     #[inline(always)]
-    fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<[Pack; Q]> {
+    fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<[Pack; Q]> {
         let (u, step) = (self.gather(u), self.gather(step));
         let mut strain = [Pack::ZERO; Q];
         for (strain, gradients) in strain.iter_mut().zip(&self.gradients) {
@@ -252,14 +252,14 @@ impl<const N: usize, const Q: usize> Batch<N, Q> {
     fn stiffness(
         &self,
         u: &[Vector],
-        foreseen: Option<&[Pack; Q]>,
+        predicted: Option<&[Pack; Q]>,
         blocks: &mut [Nine],
     ) -> Option<()> {
         let u = self.gather(u);
         blocks.fill([Pack::ZERO; 9]);
         for (q, (gradients, weight)) in self.gradients.iter().zip(&self.weights).enumerate() {
             let state = self.state(&u, gradients)?;
-            let c = foreseen.map_or(state.c, |strain| self.lambda * strain[q] - self.mu);
+            let c = predicted.map_or(state.c, |strain| self.lambda * strain[q] - self.mu);
             let (mu, c, lambda) = (*weight * self.mu, *weight * c, *weight * self.lambda);
             let mut h = [[Pack::ZERO; 3]; N];
             for (h, g) in h.iter_mut().zip(gradients) {

@@ -2,26 +2,27 @@
 
 use crate::material::NeoHookean;
 use crate::{Error, Tissue};
+use std::sync::Arc;
 use supine_mesh::{Displacement, TetMesh};
 
-/// A meshed body and what it is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct Body<'a> {
+/// A meshed body and what it is made of. Copies share mesh, moduli and offsets.
+#[derive(Clone, Debug)]
+pub struct Body {
     /// Its shape in the CT.
-    pub mesh: &'a TetMesh,
+    pub mesh: Arc<TetMesh>,
     /// Its tissue; the modulus counts where `young_kpa` gives none.
-    pub tissue: &'a Tissue,
+    pub tissue: Tissue,
     /// Young's modulus of each tetrahedron, kPa, in place of that of `tissue`.
-    pub young_kpa: Option<&'a [f64]>,
+    pub young_kpa: Option<Arc<[f64]>>,
     /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh`, mm: for
     /// elements that follow a curved surface. Linear elements stay straight. Results are given at the
-    /// straight places.
-    pub curved: Option<&'a Displacement>,
+    /// places of straight elements.
+    pub curved: Option<Displacement>,
 }
 
-impl<'a> Body<'a> {
+impl Body {
     /// A body of one tissue.
-    pub fn new(mesh: &'a TetMesh, tissue: &'a Tissue) -> Self {
+    pub fn new(mesh: Arc<TetMesh>, tissue: Tissue) -> Self {
         Self { mesh, tissue, young_kpa: None, curved: None }
     }
 
@@ -32,19 +33,19 @@ impl<'a> Body<'a> {
     /// many moduli as tetrahedra.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.tissue.check()?;
-        let Some(moduli) = self.young_kpa else { return Ok(()) };
+        let Some(moduli) = &self.young_kpa else { return Ok(()) };
         if moduli.len() != self.mesh.tets().len() {
             return Err(Error::Moduli { moduli: moduli.len(), tets: self.mesh.tets().len() });
         }
-        moduli.iter().try_for_each(|&young_kpa| Tissue { young_kpa, ..*self.tissue }.check())
+        moduli.iter().try_for_each(|&young_kpa| Tissue { young_kpa, ..self.tissue }.check())
     }
 
     /// The law of each tetrahedron, its moduli taken `factor` times.
     pub(crate) fn materials(&self, factor: f64) -> Vec<NeoHookean> {
         let of = |young_kpa: f64| {
-            NeoHookean::new(&Tissue { young_kpa: young_kpa * factor, ..*self.tissue })
+            NeoHookean::new(&Tissue { young_kpa: young_kpa * factor, ..self.tissue })
         };
-        match self.young_kpa {
+        match &self.young_kpa {
             Some(moduli) => moduli.iter().map(|e| of(*e)).collect(),
             None => vec![of(self.tissue.young_kpa); self.mesh.tets().len()],
         }
@@ -52,7 +53,7 @@ impl<'a> Body<'a> {
 
     /// Mean modulus over the volume, kPa.
     pub(crate) fn mean_young_kpa(&self) -> f64 {
-        let Some(moduli) = self.young_kpa else { return self.tissue.young_kpa };
+        let Some(moduli) = &self.young_kpa else { return self.tissue.young_kpa };
         let (mut sum, mut whole) = (0.0, 0.0);
         for (t, e) in moduli.iter().enumerate() {
             let volume = self.mesh.volume(t);

@@ -1,27 +1,40 @@
 //! Tissue that follows a rigid body: steps from one pose to the next.
 
-use crate::applicator::{Pose, Step};
-use crate::linear::OutOfMemory;
-use crate::newton::{Cause, Halt, Newton, Stall};
+use crate::analysis::OutOfMemory;
+use crate::newton::{Limits, Newton};
+use crate::outcome::{Cause, Halt, Stall};
 use crate::quasi_newton::Memory;
-use crate::site::{Answers, MOTIONS, Place, Site};
+use crate::site::{MOTIONS, Place, Responses, Site};
 use crate::tangent::Tangent;
 use std::sync::Arc;
-use supine_space::{Progress, Vector};
+use supine_space::{Pose, Progress, Vector};
 
 /// A step ends when the error that is left is estimated below this, mm.
 const ERROR_MM: f64 = 0.004;
 /// Corrections of a step; more mean that the factor is too old.
 const CORRECTIONS: usize = 10;
 /// The first guess how much of an error a correction leaves when the rigid body has moved by its size since
-/// the factor was made; how fast a guess that proved too high falls; and the least that is believed.
+/// the factor was made; how fast a guess that proved too high falls; and the lowest that is believed.
 const FIRST_RATE: f64 = 4.0;
 const RATE_FALL: f64 = 0.8;
-const LEAST_RATE: f64 = 0.05;
+const MIN_RATE: f64 = 0.05;
 /// A correction may be so many times the one before.
 const GROWTH: f64 = 2.0;
+/// Newton iterations of a part of a motion; one that needs more is halved. Chosen, not measured.
+const ITERATIONS: usize = 40;
 /// The smallest part of a motion that is tried alone.
 const SMALLEST_PART: f64 = 1.0 / 64.0;
+
+/// How a step went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Corrections made, or Newton iterations.
+    pub corrections: usize,
+    /// Estimate of the error left at the worst node, mm.
+    pub error_mm: f64,
+    /// Whether corrections did not suffice and Newton's method took over: this step took its time.
+    pub by_newton: bool,
+}
 
 /// What the last step taught.
 struct Lesson {
@@ -34,8 +47,8 @@ struct Lesson {
 pub(crate) struct Coupling<const N: usize, const Q: usize> {
     pub(crate) site: Arc<Site<N, Q>>,
     pub(crate) place: Place,
-    answers: Answers,
-    /// Room of the answers before the last ones.
+    responses: Responses,
+    /// Room of the responses before the last ones.
     spare: Option<Tangent>,
     lesson: Option<Lesson>,
     /// Share of the error that a correction leaves when the body has moved by its size since the factor was
@@ -60,29 +73,29 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     /// When there is not enough memory.
     pub(crate) fn new(site: Site<N, Q>, u: Vec<Vector>) -> Result<Option<Self>, OutOfMemory> {
         let (site, place) = (Arc::new(site), Place { pose: Pose::identity(), u });
-        let Some(answers) = site.answers(&place, None)? else { return Ok(None) };
-        Ok(Some(Self { site, place, answers, spare: None, lesson: None, rate: FIRST_RATE }))
+        let Some(responses) = site.responses(&place, None)? else { return Ok(None) };
+        Ok(Some(Self { site, place, responses, spare: None, lesson: None, rate: FIRST_RATE }))
     }
 
-    /// Settles the tissue at the first pose, and makes the answers there.
+    /// Settles the tissue at the first pose, and makes the responses there.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn begin(&mut self, goal: f64, progress: Progress<'_>) -> Result<(), Halt> {
         self.settle(&Pose::identity(), goal, progress)?;
-        if let Some(answers) = self.site.answers(&self.place, self.spare.take())? {
-            self.adopt(answers);
+        if let Some(responses) = self.site.responses(&self.place, self.spare.take())? {
+            self.adopt(responses);
         }
         Ok(())
     }
 
-    /// Takes answers made for another place of the same site.
-    pub(crate) fn adopt(&mut self, answers: Answers) {
-        let before = std::mem::replace(&mut self.answers, answers);
+    /// Takes responses made for another place of the same site.
+    pub(crate) fn adopt(&mut self, responses: Responses) {
+        let before = std::mem::replace(&mut self.responses, responses);
         self.spare = Some(before.tangent);
     }
 
-    /// Room for new answers.
+    /// Room for new responses.
     pub(crate) fn take_spare(&mut self) -> Option<Tangent> {
         self.spare.take()
     }
@@ -110,10 +123,10 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
         let mut lack = curvature;
         let mut last = f64::INFINITY;
-        let way = self.site.motion(&self.answers.pose, pose);
+        let way = self.site.motion(&self.responses.pose, pose);
         let way = way.iter().map(|v| v * v).sum::<f64>().sqrt() / self.site.size_mm;
         // What a correction leaves of the error.
-        let mut left = (self.rate * way).clamp(LEAST_RATE, 1.0);
+        let mut left = (self.rate * way).clamp(MIN_RATE, 1.0);
         for corrections in 1..=CORRECTIONS {
             let mut forces = self.site.out_of_balance(&u)?;
             if let Some(slide) = &slide {
@@ -125,7 +138,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 memory.keep(step, change);
             }
             let mut step: Vec<f64> = residual.iter().map(|r| -r).collect();
-            if !memory.apply(&mut step, |x| self.answers.tangent.apply_factor(x)) {
+            if !memory.apply(&mut step, |x| self.responses.tangent.apply_factor(x)) {
                 return None;
             }
             let size = largest(&step);
@@ -145,7 +158,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             let error_mm = size * left / (1.0 - left).max(0.1);
             if error_mm <= ERROR_MM {
                 self.lesson = Some(Lesson { motion, lack });
-                let made = Step { corrections, error_mm, anew: false };
+                let made = Step { corrections, error_mm, by_newton: false };
                 return Some((Place { pose: *pose, u }, made));
             }
             last = size;
@@ -163,7 +176,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         motion: &[f64; MOTIONS],
     ) -> Option<(Vec<Vector>, Vec<f64>)> {
         let mut step = vec![0.0; self.site.pattern.unknowns()];
-        for (length, column) in motion.iter().zip(&self.answers.columns) {
+        for (length, column) in motion.iter().zip(&self.responses.columns) {
             if *length != 0.0 {
                 step.iter_mut().zip(column).for_each(|(step, c)| *step += length * c);
             }
@@ -199,10 +212,10 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             let next = (share + part).min(1.0);
             let between = if next < 1.0 { site.between(&first, pose, next) } else { *pose };
             // A shorter part starts from the same place.
-            if self.answers.pose != self.place.pose
-                && let Some(answers) = site.answers(&self.place, self.spare.take())?
+            if self.responses.pose != self.place.pose
+                && let Some(responses) = site.responses(&self.place, self.spare.take())?
             {
-                self.adopt(answers);
+                self.adopt(responses);
             }
             self.lesson = None;
             let motion = site.motion(&self.place.pose, &between);
@@ -215,8 +228,10 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 continue;
             };
             let model = site.model_at(&between);
-            let mut newton = Newton::new(&model, &site.pattern, &site.held, site.weight, 40)?;
-            match newton.minimise(&site.load, u, (goal, 40), progress.part(share, next)) {
+            let limits = Limits { goal, iterations: ITERATIONS };
+            let (pattern, held) = (&site.pattern, &site.held);
+            let mut newton = Newton::new(&model, pattern, held, site.weight, ITERATIONS)?;
+            match newton.minimise(&site.load, u, limits, progress.part(share, next)) {
                 Ok(found) => {
                     corrections += newton.effort.iterations;
                     self.place = Place { pose: between, u: found.u };
@@ -226,6 +241,6 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 Err(other) => return Err(other),
             }
         }
-        Ok(Step { corrections, error_mm: 0.0, anew: true })
+        Ok(Step { corrections, error_mm: 0.0, by_newton: true })
     }
 }

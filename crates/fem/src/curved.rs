@@ -1,8 +1,8 @@
 //! Bodies whose quadratic elements are curved in the CT.
 //!
-//! Nodes lie off the points and edge middles of the straight-sided mesh; the elements are isoparametric
+//! Nodes lie off the points and edge middles of the mesh, whose own elements are straight; the elements are isoparametric
 //! (`element`). What is found at the nodes is handed on where the mesh has them: the curved elements' field
-//! at the straight places.
+//! at the places of straight elements.
 
 use crate::element::{element_nodes, node_coordinates, parent_map, parent_slopes, shape};
 use crate::{Body, Error, Job};
@@ -14,26 +14,25 @@ const STEPS: usize = 20;
 /// They are found when a step is this small, in barycentric units.
 const FOUND: f64 = 1e-13;
 
-impl Body<'_> {
+impl Body {
     /// Checks that the curved shape is one of this mesh.
     ///
     /// # Errors
-    /// [`Error::Displacement`] when it has another number of nodes, [`Error::Curved`] when it is not
-    /// quadratic.
-    pub(crate) fn check_curved(&self, edges: &supine_mesh::Edges) -> Result<(), Error> {
-        let Some(offsets) = self.curved else { return Ok(()) };
-        offsets.check(self.mesh, edges)?;
+    /// [`Error::Displacement`] when it is one of another mesh, [`Error::Curved`] when it is not quadratic.
+    pub(crate) fn check_curved(&self) -> Result<(), Error> {
+        let Some(offsets) = &self.curved else { return Ok(()) };
+        offsets.check(&self.mesh)?;
         if offsets.order() == Order::Quadratic { Ok(()) } else { Err(Error::Curved) }
     }
 }
 
 impl Job<'_> {
-    /// How far each node lies off its place in the straight-sided mesh, mm; `None` when none does.
+    /// How far each node lies off its place in the mesh of straight elements, mm; `None` when none does.
     pub(crate) fn offsets<const N: usize>(&self) -> Option<&[Vector]> {
-        self.body.curved.filter(|_| N == 10).map(|offsets| offsets.values())
+        self.body.curved.as_ref().filter(|_| N == 10).map(|offsets| offsets.values())
     }
 
-    /// Where the places that the nodes have in the straight-sided mesh lie in the curved elements with
+    /// Where the places that the nodes have in the mesh of straight elements lie in the curved elements with
     /// nodes at `positions`.
     pub(crate) fn straightening<const N: usize>(&self, positions: &[Vector]) -> Straightening<N> {
         let Some(offsets) = self.offsets::<N>() else {
@@ -41,14 +40,14 @@ impl Job<'_> {
         };
         // Of each node the best coordinates so far and how far inside they are.
         let mut best: Vec<Option<(f64, Place<N>)>> = vec![None; positions.len()];
-        for element in element_nodes::<N>(self.body.mesh, self.edges) {
+        for element in element_nodes::<N>(&self.body.mesh, self.edges) {
             for (node, start) in element.iter().zip(node_coordinates::<N>()) {
                 let n = *node as usize;
                 if offsets[n] == Vector::zeros() {
                     continue;
                 }
                 let place = positions[n] - offsets[n];
-                let Some(l) = parent_place(positions, &element, (start, place)) else { continue };
+                let Some(l) = parent_place(positions, &element, start, place) else { continue };
                 let inside = l.iter().copied().fold(f64::INFINITY, f64::min);
                 if best[n].is_none_or(|(other, _)| inside > other) {
                     best[n] = Some((inside, Place { node: *node, element, shares: shape::<N>(l) }));
@@ -59,7 +58,7 @@ impl Job<'_> {
     }
 }
 
-/// The place of a node in the straight-sided mesh: shares of the nodes of a curved element.
+/// The place of a node in the mesh of straight elements: shares of the nodes of a curved element.
 #[derive(Clone, Copy, Debug)]
 struct Place<const N: usize> {
     node: u32,
@@ -67,7 +66,7 @@ struct Place<const N: usize> {
     shares: [f64; N],
 }
 
-/// Hands fields of curved elements on to the nodes of the straight-sided mesh.
+/// Hands fields of curved elements on to the nodes of the mesh of straight elements.
 #[derive(Clone, Debug)]
 pub(crate) struct Straightening<const N: usize> {
     places: Vec<Place<N>>,
@@ -75,7 +74,7 @@ pub(crate) struct Straightening<const N: usize> {
 
 impl<const N: usize> Straightening<N> {
     /// The field with these values at the nodes of the curved elements at the nodes' places in the
-    /// straight-sided mesh.
+    /// mesh of straight elements.
     ///
     /// A place outside all curved elements of its node takes the field of the one it lies least outside of,
     /// carried on.
@@ -94,7 +93,8 @@ impl<const N: usize> Straightening<N> {
 fn parent_place<const N: usize>(
     positions: &[Vector],
     element: &[u32; N],
-    (start, place): ([f64; 4], Vector),
+    start: [f64; 4],
+    place: Vector,
 ) -> Option<[f64; 4]> {
     let mut l = start;
     for _ in 0..STEPS {

@@ -10,7 +10,7 @@ use supine_space::{Matrix, Vector};
 
 /// Shape functions N_a at barycentric coordinates `l`.
 ///
-/// Linear: l_a. Quadratic: l_a (2 l_a − 1) at corners, 4 l_a l_b at mid-sides.
+/// Linear: l_a. Quadratic: l_a (2 l_a − 1) at corners, 4 l_a l_b at mid-edges.
 pub(crate) fn shape<const N: usize>(l: [f64; 4]) -> [f64; N] {
     std::array::from_fn(|a| {
         if N == 4 {
@@ -68,12 +68,12 @@ pub(crate) fn node_coordinates<const N: usize>() -> [[f64; 4]; N] {
     })
 }
 
-/// Nodes of each element: the corners, then (N = 10) the mid-sides.
+/// Nodes of each element: the corners, then (N = 10) the mid-edges.
 pub(crate) fn element_nodes<const N: usize>(mesh: &TetMesh, edges: &Edges) -> Vec<[u32; N]> {
     let points = mesh.points().len() as u32;
     let both = mesh.tets().iter().zip(edges.of_tets());
-    both.map(|(tet, sides)| {
-        std::array::from_fn(|a| if a < 4 { tet[a] } else { points + sides[a - 4] })
+    both.map(|(tet, edges)| {
+        std::array::from_fn(|a| if a < 4 { tet[a] } else { points + edges[a - 4] })
     })
     .collect()
 }

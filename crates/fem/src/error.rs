@@ -1,6 +1,6 @@
-//! Why the mechanics cannot give an answer.
+//! Why the mechanics have no result.
 
-use supine_space::Stopped;
+use supine_space::{Failure, Stopped};
 
 /// Why a solution could not be found.
 #[derive(Debug, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum Error {
     },
     /// A gravity direction is not a unit vector.
     #[error(
-        "the {which} gravity direction ({0}, {1}, {2}) has length {length}, but a direction of \
+        "the {which} gravity direction ({0:.3}, {1:.3}, {2:.3}) has length {length:.3}, but a direction of \
          length 1 is needed", direction[0], direction[1], direction[2]
     )]
     Direction {
@@ -69,7 +69,7 @@ pub enum Error {
     /// The displacement does not fit the mesh.
     #[error(transparent)]
     Displacement(#[from] supine_mesh::DisplacementError),
-    /// The curved shape has no mid-sides.
+    /// The offsets of curved elements are without mid-side nodes.
     #[error("the offsets of a curved shape need a vector for each edge too, not for points alone")]
     Curved,
     /// The equations were not solved.
@@ -98,7 +98,7 @@ pub enum Error {
     },
     /// No stress-free shape from which supine gravity gives the CT shape.
     #[error(
-        "no usable unloaded shape at a modulus of {young_kpa} kPa: {problem}. {}",
+        "no usable unloaded shape at a modulus of {young_kpa:.3} kPa: {problem}. {}",
         advice(*exists_from_kpa)
     )]
     NoUnloadedShape {
@@ -116,7 +116,7 @@ pub enum Error {
     Singular,
     /// The place whose displacement is wanted lies outside the mesh.
     #[error(
-        "no tissue of the mesh lies within the goal at {centre:?} (LPS, mm): check its place and the region"
+        "no tissue of the mesh lies within the goal at {centre:.1?} (LPS, mm): check its place and the region"
     )]
     GoalOutside {
         /// Its centre, LPS, mm.
@@ -124,7 +124,7 @@ pub enum Error {
     },
     /// The applicator holds no tissue.
     #[error(
-        "the applicator at {centre:?} (LPS, mm) holds no free node of the mesh: check its place, or mesh \
+        "the applicator at {centre:.1?} (LPS, mm) holds no free node of the mesh: check its place, or mesh \
          finer there"
     )]
     ApplicatorOutside {
@@ -133,7 +133,7 @@ pub enum Error {
     },
     /// Tissue cannot slide on the applicator at a node.
     #[error(
-        "a node at {place:?} (LPS, mm) lies near the middle of the applicator, where its surface has no \
+        "a node at {place:.1?} (LPS, mm) lies near the middle of the applicator, where its surface has no \
          normal to slide by: mesh finer there, move points onto the surface, or tie the contact"
     )]
     ApplicatorMiddle {
@@ -161,6 +161,32 @@ pub enum Error {
 }
 
 impl Error {
+    /// What kind of failure this is.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Stopped(_) => Failure::Stopped,
+            Self::Displacement(error) => error.kind(),
+            Self::OutOfRange { .. }
+            | Self::Moduli { .. }
+            | Self::Direction { .. }
+            | Self::Curved
+            | Self::GoalOutside { .. }
+            | Self::ApplicatorOutside { .. }
+            | Self::ApplicatorPose => Failure::Input,
+            // A mesh that the method moved or that the mesher made, not one that was read.
+            Self::Mesh(_)
+            | Self::NoSupport { .. }
+            | Self::NothingFree
+            | Self::Flat { .. }
+            | Self::NonConvergence { .. }
+            | Self::NoUnloadedShape { .. }
+            | Self::Singular
+            | Self::ApplicatorMiddle { .. }
+            | Self::ApplicatorStuck { .. } => Failure::Method,
+            Self::Memory { .. } => Failure::Retry,
+        }
+    }
+
     pub(crate) fn flat(tet: usize) -> Self {
         Self::Flat { tet }
     }

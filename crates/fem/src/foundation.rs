@@ -6,7 +6,7 @@
 //!
 //! Where no stiffness is given, k = π μ / 2h: beyond the cut a layer of thickness h goes on, glued to the
 //! chest wall and free at the skin. What is sheared at its end dies away as
-//! sin(π n / 2h) exp(−π s / 2h), the lowest solution of Laplace's equation with these two sides (n from
+//! sin(π n / 2h) exp(−π s / 2h), the lowest solution of Laplace's equation with these two boundaries (n from
 //! wall to skin, s along the layer), and bears the traction μ ∂u/∂s = −(π μ / 2h) u. The layer's own
 //! weight is left out.
 
@@ -66,7 +66,7 @@ impl<const N: usize> Foundation<N> {
         Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
     }
 
-    /// The springs at those elements that are to be kept, which then are numbered anew.
+    /// The springs at those elements that are to be kept, which then are renumbered.
     pub(crate) fn only(&self, keep: &[bool]) -> Self {
         let mut number = vec![0; keep.len()];
         (1..keep.len()).for_each(|e| number[e] = number[e - 1] + usize::from(keep[e - 1]));
@@ -164,12 +164,12 @@ fn cut_faces(mesh: &TetMesh) -> Vec<(usize, [usize; 3])> {
 /// and that to the nearest point of the skin. Infinite where the mesh has no wall or no skin.
 fn cut_thickness(mesh: &TetMesh) -> BTreeMap<u32, f64> {
     let at = |p: u32| mesh.points()[p as usize];
-    let sides = [BoundaryTag::ChestWall, BoundaryTag::Skin]
+    let surfaces = [BoundaryTag::ChestWall, BoundaryTag::Skin]
         .map(|tag| mesh.points_on(tag).into_iter().map(at).collect::<Vec<Point>>());
     let way = |from: Point, to: &[Point]| {
         to.iter().map(|p| (p - from).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()
     };
-    let thickness = |p: u32| sides.each_ref().map(|side| way(at(p), side)).iter().sum();
+    let thickness = |p: u32| surfaces.each_ref().map(|surface| way(at(p), surface)).iter().sum();
     mesh.points_on(BoundaryTag::Cut).into_iter().map(|p| (p, thickness(p))).collect()
 }
 

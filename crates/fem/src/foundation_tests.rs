@@ -5,13 +5,14 @@ use crate::foundation::Foundation;
 use crate::test_mesh::{block, tagged};
 use crate::{Body, Cut, Error, Info, Load, Params, RestState, Tissue, solve};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Order, TetMesh};
 use supine_space::{Progress, Vector, sitting, supine};
 
 const THICK_MM: f64 = 18.0;
 
 /// A slab on the chest wall, cut all around.
-fn slab() -> TetMesh {
+fn slab() -> Arc<TetMesh> {
     tagged(&block([5, 4, 3], THICK_MM / 3.0, 0.0), |c| {
         let all_at = |z: f64| c.iter().all(|p| p.z == z);
         match (all_at(0.0), all_at(THICK_MM)) {
@@ -25,8 +26,8 @@ fn slab() -> TetMesh {
 fn moved(params: Params) -> (Vec<Vector>, Info) {
     let load = Load { ct: supine(), target: sitting() };
     let tissue = Tissue { young_kpa: 1.5, ..Tissue::default() };
-    let (u, info) = solve(&Body::new(&slab(), &tissue), &load, &params, Progress::none()).unwrap();
-    (u.values().to_vec(), info)
+    let (u, info) = solve(&Body::new(slab(), tissue), &load, &params, Progress::none()).unwrap();
+    (u.displacement().values().to_vec(), info)
 }
 
 fn difference(a: &[Vector], b: &[Vector]) -> f64 {
@@ -76,7 +77,7 @@ fn a_stiffness_that_is_none_is_refused() {
     let load = Load { ct: supine(), target: sitting() };
     let body = slab();
     let tissue = Tissue::default();
-    let refused = solve(&Body::new(&body, &tissue), &load, &params, Progress::none());
+    let refused = solve(&Body::new(body.clone(), tissue), &load, &params, Progress::none());
     assert!(
         matches!(refused, Err(Error::OutOfRange { value, .. }) if value == -1.0),
         "{refused:?}"
@@ -87,7 +88,8 @@ fn a_stiffness_that_is_none_is_refused() {
 #[test]
 fn springs_can_be_taken_apart() {
     let (mesh, tissue) = (slab(), Tissue::default());
-    let springs = Foundation::<4>::new(&mesh, &Body::new(&mesh, &tissue).materials(1.0), None);
+    let springs =
+        Foundation::<4>::new(&mesh, &Body::new(mesh.clone(), tissue).materials(1.0), None);
     let first: Vec<bool> = (0..mesh.tets().len()).map(|t| t % 3 == 0).collect();
     let second: Vec<bool> = first.iter().map(|first| !first).collect();
     let u: Vec<Vector> = mesh.points().iter().map(|p| p.coords * 0.1).collect();

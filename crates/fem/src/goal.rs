@@ -8,6 +8,7 @@
 use crate::element::{Elements, element_nodes, parent_map, parent_slopes, shape};
 use crate::material::cofactor;
 use crate::model::Model;
+use crate::newton::Known;
 use crate::pattern::{Pattern, Storage};
 use crate::{Body, Error, Job, Load, Params, RestState, checked, support};
 use std::sync::Arc;
@@ -23,13 +24,13 @@ const ACROSS: usize = 5;
 ///
 /// The elements are taken for straight even where `body.curved` has them follow skin and chest wall, and the
 /// CT shape for free of stress whatever `params.rest` says: where the mesh should be fine hardly depends on
-/// either. What curved sides take off the error itself is not in the shares: their sum is that of straight
+/// either. What curved elements take off the error itself is not in the shares: their sum is that of straight
 /// elements.
 ///
 /// # Errors
 /// As [`crate::solve`]; [`Error::GoalOutside`] when no tissue of the mesh lies within `goal`.
 pub fn error_shares(
-    body: &Body<'_>,
+    body: &Body,
     load: &Load,
     params: &Params,
     goal: &Sphere,
@@ -37,8 +38,8 @@ pub fn error_shares(
 ) -> Result<Vec<f64>, Error> {
     let edges = checked(body, load, params)?;
     let params = Params { rest: RestState::Net, ..*params };
-    let body = &Body { curved: None, ..*body };
-    let job = Job { body, edges: &edges, load, params: &params, stiffer: 1.0, slope: false };
+    let body = &Body { curved: None, ..body.clone() };
+    let job = Job::new(body, &edges, load, &params);
     match params.order {
         Order::Linear => job.shares::<4, 1>(goal, progress),
         Order::Quadratic => job.shares::<10, 4>(goal, progress),
@@ -53,9 +54,9 @@ impl Job<'_> {
     ) -> Result<Vec<f64>, Error> {
         let positions = self.positions::<N>();
         let held =
-            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(self.body.mesh, &held)?;
-        let nodes = element_nodes::<N>(self.body.mesh, self.edges);
+            support::held_nodes(&self.body.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(&self.body.mesh, &held)?;
+        let nodes = element_nodes::<N>(&self.body.mesh, self.edges);
         let means = self.means(goal, &nodes, positions.len())?;
         let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
         let pattern = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
@@ -67,10 +68,16 @@ impl Job<'_> {
         let zero = vec![Vector::zeros(); held.len()];
         let mut newton = self.newton(&model, &pattern, &held)?;
         let found = newton
-            .equilibrium(&load, &zero, (&zero, &zero), self.params.tolerance, progress)
+            .equilibrium(
+                &load,
+                &zero,
+                Known { u: &zero, load: &zero },
+                self.params.tolerance,
+                progress,
+            )
             .map_err(|halt| self.halted(halt, newton.effort, &model, &pattern))?;
         let lack =
-            |field: &[Vector]| lacking(&positions, &model.elements.nodes, self.body.mesh, field);
+            |field: &[Vector]| missing(&positions, &model.elements.nodes, &self.body.mesh, field);
         let own = lack(&found.u);
         let means = means.each_ref().map(Vec::as_slice);
         let adjoints = newton
@@ -93,7 +100,7 @@ impl Job<'_> {
         elements: &[[u32; N]],
         nodes: usize,
     ) -> Result<[Vec<Vector>; 3], Error> {
-        let locator = Locator::new(self.body.mesh);
+        let locator = Locator::new(self.body.mesh.clone());
         let found: Vec<_> = samples(goal).filter_map(|p| locator.locate(&p)).collect();
         if found.is_empty() {
             return Err(Error::GoalOutside { centre: goal.centre().coords.into() });
@@ -121,7 +128,7 @@ fn samples(sphere: &Sphere) -> impl Iterator<Item = Point> {
 }
 
 /// L2 norm over each tetrahedron of what the gradient of a field lacks to the recovered one.
-fn lacking<const N: usize>(
+fn missing<const N: usize>(
     positions: &[Vector],
     elements: &[[u32; N]],
     mesh: &TetMesh,
@@ -171,7 +178,7 @@ mod tests {
         Load { ct: Vector::y(), target: Vector::new(0.5, 0.75f64.sqrt(), 0.0) }
     }
 
-    /// So stiff that the answer is nearly linear.
+    /// So stiff that the response is nearly linear.
     fn tissue() -> Tissue {
         Tissue { young_kpa: 12.0, ..Tissue::default() }
     }
@@ -185,13 +192,13 @@ mod tests {
     }
 
     /// A cube held at z = 0, with so many cells along each side.
-    fn cube(cells: usize) -> TetMesh {
+    fn cube(cells: usize) -> Arc<TetMesh> {
         block([cells; 3], SIDE_MM / cells as f64, 0.1)
     }
 
-    fn shares(mesh: &TetMesh, order: Order) -> Vec<f64> {
+    fn shares(mesh: &Arc<TetMesh>, order: Order) -> Vec<f64> {
         error_shares(
-            &Body::new(mesh, &tissue()),
+            &Body::new(mesh.clone(), tissue()),
             &load(),
             &solver(order),
             &goal(),
@@ -201,12 +208,14 @@ mod tests {
     }
 
     /// Mean displacement at the goal's samples.
-    fn mean(mesh: &TetMesh, order: Order) -> Vector {
+    fn mean(mesh: &Arc<TetMesh>, order: Order) -> Vector {
         let (u, _) =
-            solve(&Body::new(mesh, &tissue()), &load(), &solver(order), Progress::none()).unwrap();
-        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh));
+            solve(&Body::new(mesh.clone(), tissue()), &load(), &solver(order), Progress::none())
+                .unwrap();
+        let (edges, locator) = (Edges::new(mesh), Locator::new(mesh.clone()));
         let found: Vec<_> = samples(&goal()).filter_map(|p| locator.locate(&p)).collect();
-        let sum: Vector = found.iter().map(|l| u.at(mesh, &edges, l.tet, l.weights)).sum();
+        let sum: Vector =
+            found.iter().map(|l| u.displacement().at(mesh, &edges, l.tet, l.weights)).sum();
         sum / found.len() as f64
     }
 
@@ -214,7 +223,7 @@ mod tests {
     fn the_estimate_is_near_the_error_and_falls_with_it() {
         let truth = mean(&cube(6), Order::Quadratic);
         let [coarse, fine] = [4, 8].map(cube);
-        let estimate = |mesh: &TetMesh| shares(mesh, Order::Linear).iter().sum::<f64>();
+        let estimate = |mesh: &Arc<TetMesh>| shares(mesh, Order::Linear).iter().sum::<f64>();
         let (before, after) = (estimate(&coarse), estimate(&fine));
         for (mesh, estimate) in [(&coarse, before), (&fine, after)] {
             let error = (mean(mesh, Order::Linear) - truth).norm();
@@ -247,7 +256,7 @@ mod tests {
     fn a_goal_outside_the_mesh_is_refused() {
         let away = Sphere::new(Point::new(200.0, 0.0, 0.0), 5.0).unwrap();
         let found = error_shares(
-            &Body::new(&cube(2), &tissue()),
+            &Body::new(cube(2), tissue()),
             &load(),
             &Params::default(),
             &away,

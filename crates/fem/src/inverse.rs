@@ -6,13 +6,13 @@
 //! equals the forward one on X, so the forward solution on X is x to rounding, if it is the one
 //! that a forward solve finds.
 
+use crate::analysis::OutOfMemory;
 use crate::element::Elements;
 use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
-use crate::linear::OutOfMemory;
-use crate::material::{Deformation, NeoHookean};
+use crate::material::{Gradient, NeoHookean};
 use crate::model::{Folded, Model};
-use crate::newton::Halt;
+use crate::outcome::Halt;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::tangent::Tangent;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ const ITERATIONS: usize = 20;
 const STEP_GOAL: f64 = 1e-6;
 /// Steps of the linear iteration; ten to twenty are usual, a hundred near the limit of existence.
 const KRYLOV_STEPS: usize = 120;
-/// Residual goal of linear answers that are results.
+/// Relative residual of linear systems whose solution is a result.
 const LINEAR_GOAL: f64 = 1e-11;
 
 /// The inverse problem of one body.
@@ -118,7 +118,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     }
 
     fn point(&self, e: usize, q: usize, y: &[Vector]) -> Result<Point, Folded> {
-        let back = Deformation::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
+        let back = Gradient::new(self.loaded.gradient(e, q, y)).ok_or(Folded(e))?;
         let f = back.inverse_transpose.transpose();
         let b = f * f.transpose();
         let NeoHookean { mu, lambda } = self.materials[e];
@@ -231,9 +231,9 @@ impl Solver {
             }
             progress.at(iteration as f64 / 10.0)?;
             self.iterations += 1;
-            // No more digits than the next iteration can keep.
-            let digits = relative.min(1e-2).max(0.1 * goal / relative);
-            let Some(direction) = self.direction(problem, &y, &r, digits)? else {
+            // A smaller forcing term than this gains nothing in the next iteration.
+            let forcing = relative.min(1e-2).max(0.1 * goal / relative);
+            let Some(direction) = self.direction(problem, &y, &r, forcing)? else {
                 return Ok(None);
             };
             let next = (0..SHORTENINGS).find_map(|shortening| {
@@ -258,7 +258,7 @@ impl Solver {
         problem: &Inverse<'_, N, Q>,
         y: &[Vector],
         r: &[f64],
-        digits: f64,
+        forcing: f64,
     ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
         let mut values = problem.full.zeros()?;
         if problem.derivative(y, &mut values).is_err() {
@@ -274,7 +274,7 @@ impl Solver {
             |x, product| problem.full.multiply(&values, x, product),
             |x| self.tangent.apply_factor(x),
             &wanted,
-            digits,
+            forcing,
             KRYLOV_STEPS,
         );
         Ok(direction.map(|direction| problem.full.scatter(&direction)))

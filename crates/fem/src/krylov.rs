@@ -1,17 +1,17 @@
 //! Iterative solvers for systems close to one that can be factorised.
 
-/// Solves A x = b to |A x − b| ≤ `goal` |b|; `None` when `most` steps do not suffice.
+/// Solves A x = b to |A x − b| ≤ `goal` |b|; `None` when `max_steps` steps do not suffice.
 ///
 /// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A up to sign and scale.
 /// Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) that
-/// keeps the preconditioned vectors, so that an M⁻¹ that rounds costs no digits (Saad, SIAM J. Sci. Comput.
-/// 14, 1993). Memory: two times `most` vectors at the worst.
+/// keeps the preconditioned vectors, so that an M⁻¹ that rounds costs no accuracy (Saad, SIAM J. Sci. Comput.
+/// 14, 1993). Memory: two times `max_steps` vectors at the worst.
 pub(crate) fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]) -> bool,
     b: &[f64],
     goal: f64,
-    most: usize,
+    max_steps: usize,
 ) -> Option<Vec<f64>> {
     let scale = norm(b);
     if scale == 0.0 {
@@ -20,7 +20,7 @@ pub(crate) fn gmres(
     let mut basis = vec![b.iter().map(|v| v / scale).collect::<Vec<f64>>()];
     let mut preconditioned: Vec<Vec<f64>> = Vec::new();
     let mut triangle = Triangle { columns: Vec::new(), turns: Vec::new(), right: vec![scale] };
-    for step in 0..most {
+    for step in 0..max_steps {
         let mut z = basis[step].clone();
         if !precondition(&mut z) {
             return None;
@@ -54,7 +54,7 @@ pub(crate) fn gmres(
 }
 
 /// Solves A x = b, A symmetric, to |A x − b| ≤ `goal` |b|; `None` when A is seen not to be positive definite
-/// or `most` steps do not suffice.
+/// or `max_steps` steps do not suffice.
 ///
 /// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A. Source: Hestenes and Stiefel, J.
 /// Res. Natl. Bur. Stand. 49, 1952; with the factor of Polak and Ribière, which bears an M⁻¹ that rounds
@@ -64,7 +64,7 @@ pub(crate) fn conjugate_gradients(
     mut precondition: impl FnMut(&mut [f64]) -> bool,
     b: &[f64],
     goal: f64,
-    most: usize,
+    max_steps: usize,
 ) -> Option<Vec<f64>> {
     let mut x = vec![0.0; b.len()];
     let mut r = b.to_vec();
@@ -76,7 +76,7 @@ pub(crate) fn conjugate_gradients(
     let (mut before, mut alpha) = (1.0, 0.0);
     let mut steps = 0;
     while norm(&r) > end {
-        if steps == most {
+        if steps == max_steps {
             return None;
         }
         steps += 1;
@@ -180,8 +180,8 @@ mod tests {
             let n = x.len();
             for (i, product) in product.iter_mut().enumerate() {
                 let near = [i.wrapping_sub(1), i + 1];
-                let sides: f64 = near.iter().filter(|k| **k < n).map(|k| x[*k]).sum();
-                *product = (2.1 - shift) * x[i] - sides;
+                let others: f64 = near.iter().filter(|k| **k < n).map(|k| x[*k]).sum();
+                *product = (2.1 - shift) * x[i] - others;
             }
         }
     }

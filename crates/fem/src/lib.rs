@@ -13,6 +13,7 @@
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
 
+mod analysis;
 mod applicator;
 #[cfg(test)]
 mod applicator_kept_tests;
@@ -27,13 +28,13 @@ mod foundation;
 #[cfg(test)]
 mod foundation_tests;
 mod goal;
-mod guide;
 mod inverse;
 mod krylov;
 mod linear;
 mod material;
 mod model;
 mod newton;
+mod outcome;
 mod params;
 mod pattern;
 mod quasi_newton;
@@ -42,6 +43,7 @@ mod rigid;
 mod sensitivity;
 mod site;
 mod sliding;
+mod smoothed_distance;
 mod snap;
 #[cfg(test)]
 mod solve_tests;
@@ -50,12 +52,13 @@ mod tangent;
 #[cfg(test)]
 mod test_mesh;
 
-pub use applicator::{Applicator, Pose, Reaction, Step};
+pub use applicator::{Applicator, Reaction};
 pub use body::Body;
 pub use contact::Contact;
+pub use coupling::Step;
 pub use error::Error;
 pub use goal::error_shares;
-pub use params::{Cut, Info, Load, Params, RestState, Tissue, Unloading};
+pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unloading};
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
@@ -63,12 +66,12 @@ pub use snap::snapped;
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
 use pattern::{Pattern, Storage};
-use rest::Settled;
+use rest::{Free, Settled};
 use std::sync::Arc;
-use supine_mesh::{Displacement, Edges, Order};
-use supine_space::{Progress, Vector};
+use supine_mesh::{Deformation, Displacement, Edges, Order};
+use supine_space::{Progress, Vector, Warning};
 
-/// Displacement of `body` (from its CT shape) when gravity turns from `load.ct` to `load.target`, mm.
+/// `body` displaced from its CT shape when gravity turns from `load.ct` to `load.target`, mm.
 ///
 /// The displacement is measured from the CT shape whatever the rest state; its order is that of
 /// `params`. Same input, same bytes.
@@ -77,44 +80,62 @@ use supine_space::{Progress, Vector};
 /// When a number is out of range, nothing holds the tissue, no equilibrium or no usable unloaded
 /// shape is found, memory is short, or the user stops.
 pub fn solve(
-    body: &Body<'_>,
+    body: &Body,
     load: &Load,
     params: &Params,
     progress: Progress<'_>,
-) -> Result<(Displacement, Info), Error> {
-    let (displacement, _, info) = answer(body, load, params, (1.0, false), progress)?;
-    Ok((displacement, info))
+) -> Result<(Deformation, Info), Error> {
+    let asked = Asked { stiffer: 1.0, slope: false };
+    let Found { deformation, info, .. } = found(body, load, params, asked, progress)?;
+    Ok((deformation, info))
 }
 
-/// As [`solve`], with all moduli taken `stiffer` times, and when asked with the derivative of the
-/// displacement per kPa of their mean.
-fn answer(
-    body: &Body<'_>,
+/// What is asked beside the deformation under a load.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// Factor of all moduli.
+    stiffer: f64,
+    /// Whether the derivative by the modulus is wanted.
+    slope: bool,
+}
+
+/// What [`found`] finds.
+struct Found {
+    deformation: Deformation,
+    /// Derivative of the displacement per kPa of the mean modulus, mm/kPa, when asked for.
+    slope: Option<Displacement>,
+    info: Info,
+}
+
+/// As [`solve`], for what is asked.
+fn found(
+    body: &Body,
     load: &Load,
     params: &Params,
-    (stiffer, slope): (f64, bool),
+    asked: Asked,
     progress: Progress<'_>,
-) -> Result<(Displacement, Option<Displacement>, Info), Error> {
+) -> Result<Found, Error> {
     let edges = checked(body, load, params)?;
-    let job = Job { body, edges: &edges, load, params, stiffer, slope };
+    let Asked { stiffer, slope } = asked;
+    let job = Job { stiffer, slope, ..Job::new(body, &edges, load, params) };
     let Solved { u, slope, mut info } = match params.order {
         Order::Linear => job.run::<4, 1>(progress)?,
         Order::Quadratic => job.run::<10, 4>(progress)?,
     };
-    let displacement = Displacement::new(body.mesh, &edges, u)?;
+    let displacement = Displacement::new(&body.mesh, &edges, u)?;
     info.max_displacement_mm = displacement.max_norm();
-    let slope = slope.map(|s| Displacement::new(body.mesh, &edges, s)).transpose()?;
-    Ok((displacement, slope, info))
+    let slope = slope.map(|s| Displacement::new(&body.mesh, &edges, s)).transpose()?;
+    let deformation = Deformation::new(body.mesh.clone(), displacement)?;
+    Ok(Found { deformation, slope, info })
 }
 
 /// The edges of a body, if what is asked of it is in range.
-fn checked(body: &Body<'_>, load: &Load, params: &Params) -> Result<Edges, Error> {
+fn checked(body: &Body, load: &Load, params: &Params) -> Result<Edges, Error> {
     body.check()?;
     load.check()?;
     params.check()?;
-    let edges = Edges::new(body.mesh);
-    body.check_curved(&edges)?;
-    Ok(edges)
+    body.check_curved()?;
+    Ok(Edges::new(&body.mesh))
 }
 
 /// What was found, one vector per node.
@@ -133,25 +154,26 @@ pub(crate) struct Solved {
 /// # Errors
 /// As [`solve`]; [`Error::NoUnloadedShape`] with a modulus at which there is such a shape.
 pub fn unload(
-    body: &Body<'_>,
+    body: &Body,
     gravity: Vector,
     params: &Params,
     progress: Progress<'_>,
-) -> Result<(Displacement, Unloading), Error> {
+) -> Result<(Deformation, Unloading), Error> {
     let load = &Load { ct: gravity, target: gravity };
     let edges = checked(body, load, params)?;
-    let job = Job { body, edges: &edges, load, params, stiffer: 1.0, slope: false };
+    let job = Job::new(body, &edges, load, params);
     let (values, unloading) = match params.order {
         Order::Linear => job.unload::<4, 1>(progress)?,
         Order::Quadratic => job.unload::<10, 4>(progress)?,
     };
-    Ok((Displacement::new(body.mesh, &edges, values)?, unloading))
+    let displacement = Displacement::new(&body.mesh, &edges, values)?;
+    Ok((Deformation::new(body.mesh.clone(), displacement)?, unloading))
 }
 
 /// What is asked.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
-    pub(crate) body: &'a Body<'a>,
+    pub(crate) body: &'a Body,
     pub(crate) edges: &'a Edges,
     pub(crate) load: &'a Load,
     pub(crate) params: &'a Params,
@@ -164,7 +186,12 @@ pub(crate) struct Job<'a> {
 /// Positions of nodes (mm), which of them are held, and the elements on them.
 type Shape<const N: usize, const Q: usize> = (Vec<Vector>, Vec<bool>, Elements<N, Q>);
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// The moduli as they are, and no derivative.
+    fn new(body: &'a Body, edges: &'a Edges, load: &'a Load, params: &'a Params) -> Self {
+        Self { body, edges, load, params, stiffer: 1.0, slope: false }
+    }
+
     /// Solves with elements of `N` nodes and `Q` quadrature points.
     fn run<const N: usize, const Q: usize>(&self, progress: Progress<'_>) -> Result<Solved, Error> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
@@ -203,8 +230,8 @@ impl Job<'_> {
     ) -> Result<(Vec<Vector>, Unloading), Error> {
         let (positions, held, shape) = self.shape::<N, Q>()?;
         let pattern = Arc::new(Pattern::new(&shape.nodes, &held, Storage::Lower));
-        let (rest, unloading) =
-            rest::stress_free(self, &positions, &shape, (&held, &pattern), progress)?;
+        let free = Free { held: &held, pattern: &pattern };
+        let (rest, unloading) = rest::stress_free(self, &positions, &shape, free, progress)?;
         let values: Vec<Vector> = rest.to_ct.iter().map(|u| -u).collect();
         Ok((self.straightening::<N>(&positions).of(&values), unloading))
     }
@@ -213,9 +240,9 @@ impl Job<'_> {
     fn shape<const N: usize, const Q: usize>(&self) -> Result<Shape<N, Q>, Error> {
         let positions = self.positions::<N>();
         let held =
-            support::held_nodes(self.body.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(self.body.mesh, &held)?;
-        let shape = Elements::<N, Q>::new(&positions, element_nodes(self.body.mesh, self.edges))
+            support::held_nodes(&self.body.mesh, self.edges, positions.len(), self.params.cut);
+        support::check_support(&self.body.mesh, &held)?;
+        let shape = Elements::<N, Q>::new(&positions, element_nodes(&self.body.mesh, self.edges))
             .map_err(Error::flat)?;
         Ok((positions, held, shape))
     }
@@ -237,37 +264,44 @@ impl Job<'_> {
 
     /// Says what a user should know of a result.
     fn warn<const N: usize>(&self, positions: &[Vector], u: &[Vector], info: &mut Info) {
-        let nodes = element_nodes::<N>(self.body.mesh, self.edges);
+        let nodes = element_nodes::<N>(&self.body.mesh, self.edges);
         let moved: Vec<Vector> = positions.iter().zip(u).map(|(x, u)| x + u).collect();
         let corners = node_coordinates::<N>().map(parent_slopes::<N>);
         let folded = |element: &&[u32; N]| {
             corners.iter().any(|s| parent_map(&moved, element, s).determinant() <= 0.0)
         };
         let folds = nodes.iter().filter(folded).count();
+        let mut warn = |code, text| info.warnings.push(Warning::new(code, text));
         if folds > 0 {
-            info.warnings.push(format!(
+            let text = format!(
                 "{folds} of {} tetrahedra fold over at a corner or mid-side: the deformed image is \
                  not to be trusted there",
                 nodes.len()
-            ));
+            );
+            warn("folded-elements", text);
         }
-        if info.min_det_f < 0.3 {
-            info.warnings.push(format!(
-                "tissue is compressed to {:.2} of its volume at the worst point",
+        if info.min_det_f < SQUEEZED_DET_F {
+            let [x, y, z] = info.min_det_f_at.coords.into();
+            let text = format!(
+                "the tissue around [{x:.1}, {y:.1}, {z:.1}] mm (LPS, in the CT) is squeezed to {:.2} of \
+                 its volume (below {SQUEEZED_DET_F}): its law is out of its depth there",
                 info.min_det_f
-            ));
+            );
+            warn("squeezed-tissue", text);
         }
         if info.load_steps > 1 {
-            info.warnings.push(format!(
+            let text = format!(
                 "the load had to be applied in {} steps: the solution may be one of several",
                 info.load_steps
-            ));
+            );
+            warn("load-steps", text);
         }
         if self.body.tissue.poisson > 0.49 {
-            info.warnings.push(format!(
-                "a Poisson ratio of {} makes tetrahedra too stiff (volumetric locking)",
+            let text = format!(
+                "a Poisson ratio of {:.3} makes tetrahedra too stiff (volumetric locking)",
                 self.body.tissue.poisson
-            ));
+            );
+            warn("volumetric-locking", text);
         }
     }
 }

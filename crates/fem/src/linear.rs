@@ -1,39 +1,22 @@
 //! The sparse direct solver.
 
+use crate::analysis::{Analysis, OutOfMemory, buffer};
 use crate::pattern::{Block, Pattern};
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::perm::PermRef;
+use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SparseColMatRef;
-use faer::sparse::SymbolicSparseColMat;
-use faer::sparse::linalg::SupernodalThreshold;
-use faer::sparse::linalg::amd;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
-    factorize_symbolic_cholesky,
-};
+use faer::sparse::linalg::cholesky::LltRef;
 use faer::traits::RealField;
 use faer::{Conj, MatMut, Par, Side};
 
-/// There is not enough memory for the factors.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OutOfMemory;
-
-/// Above this many unknowns the dense blocks of the factor pay.
-const SUPERNODAL_FROM: usize = 600;
-
-fn buffer(request: StackReq) -> Result<MemBuffer, OutOfMemory> {
-    MemBuffer::try_new(request).map_err(|_| OutOfMemory)
-}
-
-/// Digits in which a factor is computed.
-pub(crate) trait Digits: RealField + Copy {
-    /// Rounds to these digits.
+/// Precision in which a factor is computed.
+pub(crate) trait Precision: RealField + Copy {
+    /// Rounds to it.
     fn of(value: f64) -> Self;
     /// The value.
     fn value(self) -> f64;
 }
 
-impl Digits for f32 {
+impl Precision for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
@@ -42,7 +25,7 @@ impl Digits for f32 {
     }
 }
 
-impl Digits for f64 {
+impl Precision for f64 {
     fn of(value: f64) -> Self {
         value
     }
@@ -51,60 +34,7 @@ impl Digits for f64 {
     }
 }
 
-/// What the factors of all matrices of one pattern (lower half stored) share.
-#[derive(Debug)]
-pub(crate) struct Analysis {
-    columns: SymbolicSparseColMat<usize>,
-    symbolic: SymbolicCholesky<usize>,
-}
-
-impl Analysis {
-    /// Orders the unknowns by minimum degree, node by node (Amestoy, Davis and Duff 1996), and finds the
-    /// entries of the factor.
-    ///
-    /// # Errors
-    /// When there is not enough memory.
-    pub(crate) fn new(pattern: &Pattern) -> Result<Self, OutOfMemory> {
-        let threshold = if pattern.unknowns() > SUPERNODAL_FROM {
-            SupernodalThreshold::FORCE_SUPERNODAL
-        } else {
-            SupernodalThreshold::AUTO
-        };
-        let parameters = CholeskySymbolicParams {
-            supernodal_flop_ratio_threshold: threshold,
-            ..Default::default()
-        };
-        let (order, inverse) = minimum_degree(pattern)?;
-        let ordering =
-            SymmetricOrdering::Custom(PermRef::new_checked(&order, &inverse, order.len()));
-        let columns = pattern.scalar_columns();
-        let symbolic =
-            factorize_symbolic_cholesky(columns.as_ref(), Side::Lower, ordering, parameters)
-                .map_err(|_| OutOfMemory)?;
-        Ok(Self { columns, symbolic })
-    }
-
-    /// Stored entries of a factor.
-    pub(crate) fn entries(&self) -> usize {
-        self.symbolic.len_val()
-    }
-}
-
-/// The elimination order of the unknowns and its inverse.
-fn minimum_degree(pattern: &Pattern) -> Result<(Vec<usize>, Vec<usize>), OutOfMemory> {
-    let graph = pattern.graph();
-    let nodes = graph.ncols();
-    let (mut order, mut inverse) = (vec![0; nodes], vec![0; nodes]);
-    let mut work = buffer(amd::order_scratch::<usize>(nodes, graph.compute_nnz()))?;
-    let control = amd::Control::default();
-    amd::order(&mut order, &mut inverse, graph.as_ref(), control, MemStack::new(&mut work))
-        .map_err(|_| OutOfMemory)?;
-    let each =
-        |nodes: Vec<usize>| nodes.iter().flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
-    Ok((each(order), each(inverse)))
-}
-
-/// Cholesky factor L Lᵀ of a symmetric matrix, in the digits of `T`.
+/// Cholesky factor L Lᵀ of a symmetric matrix, in the precision of `T`.
 ///
 /// Computed on one thread: several were never faster at these sizes, and one gives the same bytes
 /// everywhere.
@@ -117,7 +47,7 @@ pub(crate) struct Factor<T> {
     solve_work: MemBuffer,
 }
 
-impl<T: Digits> Factor<T> {
+impl<T: Precision> Factor<T> {
     /// Room for a factor.
     ///
     /// # Errors
@@ -141,7 +71,7 @@ impl<T: Digits> Factor<T> {
         })
     }
 
-    /// Factorises; false when the matrix is not positive definite in these digits.
+    /// Factorises; false when the matrix is not positive definite in this precision.
     pub(crate) fn factorise(&mut self, pattern: &Pattern, blocks: &[Block]) -> bool {
         let Ok(analysis) = pattern.analysis() else { return false };
         if !blocks.iter().flatten().all(|v| v.is_finite()) {
@@ -163,8 +93,8 @@ impl<T: Digits> Factor<T> {
     /// Solves in place with the last factor; false when the result is not finite.
     pub(crate) fn solve(&mut self, pattern: &Pattern, x: &mut [f64]) -> bool {
         let Ok(analysis) = pattern.analysis() else { return false };
-        // A vector of any size fits the digits.
-        let scale = x.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        // Scaled, a vector of any size fits the precision.
+        let scale = x.iter().fold(0.0f64, |max, v| max.max(v.abs()));
         if scale == 0.0 {
             return true;
         }

@@ -16,9 +16,9 @@ pub(crate) struct NeoHookean {
     pub(crate) lambda: f64,
 }
 
-/// The deformation at a point.
+/// The deformation gradient at a point.
 #[derive(Clone, Debug)]
-pub(crate) struct Deformation {
+pub(crate) struct Gradient {
     /// grad u = F − I; row = displacement, column = reference axis.
     gradient: Matrix,
     /// F^-T.
@@ -29,11 +29,11 @@ pub(crate) struct Deformation {
     pub(crate) ln_j: f64,
 }
 
-impl Deformation {
+impl Gradient {
     /// The deformation with displacement gradient grad u.
     ///
     /// `None` unless det F is finite and above 0: the material would be turned inside out. J is
-    /// summed from the invariants of grad u, so that ln J keeps its digits at small strain.
+    /// summed from the invariants of grad u, so that ln J is not lost in rounding at small strain.
     pub(crate) fn new(gradient: Matrix) -> Option<Self> {
         let h = &gradient;
         let minors = h[(0, 0)] * h[(1, 1)] - h[(0, 1)] * h[(1, 0)] + h[(1, 1)] * h[(2, 2)]
@@ -71,32 +71,32 @@ impl NeoHookean {
 
     /// Energy Ψ per stress-free volume, kPa.
     #[cfg(test)]
-    pub(crate) fn energy(&self, d: &Deformation) -> f64 {
+    pub(crate) fn energy(&self, d: &Gradient) -> f64 {
         // tr FᵀF − 3 by way of grad u, without the cancellation.
         let stretch = 2.0 * d.gradient.trace() + d.gradient.norm_squared();
         self.mu * (0.5 * stretch - d.ln_j) + 0.5 * self.lambda * d.ln_j * d.ln_j
     }
 
     /// c = λ ln J − μ, kPa: the factor of F^-T in stress and tangent.
-    pub(crate) fn c(&self, d: &Deformation) -> f64 {
+    pub(crate) fn c(&self, d: &Gradient) -> f64 {
         self.lambda * d.ln_j - self.mu
     }
 
     /// First Piola-Kirchhoff stress P = μ F + (λ ln J − μ) F^-T, kPa.
     ///
     /// Row = current axis, column = stress-free axis.
-    pub(crate) fn stress(&self, d: &Deformation) -> Matrix {
+    pub(crate) fn stress(&self, d: &Gradient) -> Matrix {
         d.f() * self.mu + d.inverse_transpose * self.c(d)
     }
 
-    /// What must be added to the tangent to lift its eigenvalues to at least `floor` (kPa): weights
+    /// What must be added to the tangent to shift its eigenvalues to at least `floor` (kPa): weights
     /// (kPa, 0 or above) and unit directions M of dF, to be added as Σ weight M (M : dF).
     ///
     /// With F = U S Vᵀ the tangent couples, in the frame of U and V, only the diagonal of dF and
     /// each pair of its mirrored entries: one 3 × 3 and three 2 × 2 eigenproblems instead of a
     /// 9 × 9 one. Compare Smith, de Goes and Kim, Analytic eigensystems for isotropic distortion
     /// energies, ACM Trans. Graph. 38, 2019, section 4.
-    pub(crate) fn lift(&self, d: &Deformation, floor: f64) -> Vec<(f64, Matrix)> {
+    pub(crate) fn shift(&self, d: &Gradient, floor: f64) -> Vec<(f64, Matrix)> {
         let svd = d.f().svd(true, true);
         let (Some(u), Some(vt)) = (svd.u, svd.v_t) else { return Vec::new() };
         let inverse = svd.singular_values.map(|s| 1.0 / s);

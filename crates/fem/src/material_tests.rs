@@ -5,7 +5,7 @@ use proptest::prelude::*;
 const TISSUE: NeoHookean = NeoHookean { mu: 0.21, lambda: 1.89 };
 
 /// dP of the docstrings: μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T.
-fn tangent(m: &NeoHookean, d: &Deformation, df: &Matrix) -> Matrix {
+fn tangent(m: &NeoHookean, d: &Gradient, df: &Matrix) -> Matrix {
     let it = d.inverse_transpose;
     df * m.mu - it * df.transpose() * it * m.c(d) + it * (m.lambda * it.dot(df))
 }
@@ -28,41 +28,41 @@ fn turns() -> impl Strategy<Value = Matrix> {
 proptest! {
     #[test]
     fn stress_is_the_slope_of_energy(h in gradients(), dh in directions()) {
-        let at = |t: f64| TISSUE.energy(&Deformation::new(h + dh * t).unwrap());
+        let at = |t: f64| TISSUE.energy(&Gradient::new(h + dh * t).unwrap());
         let step = 1e-6;
         let slope = (at(step) - at(-step)) / (2.0 * step);
-        let stress = TISSUE.stress(&Deformation::new(h).unwrap());
+        let stress = TISSUE.stress(&Gradient::new(h).unwrap());
         prop_assert!((slope - stress.dot(&dh)).abs() < 1e-6, "{slope} {}", stress.dot(&dh));
     }
 
     #[test]
     fn tangent_is_the_slope_of_stress(h in gradients(), dh in directions()) {
-        let at = |t: f64| TISSUE.stress(&Deformation::new(h + dh * t).unwrap());
+        let at = |t: f64| TISSUE.stress(&Gradient::new(h + dh * t).unwrap());
         let step = 1e-6;
         let slope = (at(step) - at(-step)) / (2.0 * step);
-        let want = tangent(&TISSUE, &Deformation::new(h).unwrap(), &dh);
+        let want = tangent(&TISSUE, &Gradient::new(h).unwrap(), &dh);
         prop_assert!((slope - want).norm() < 1e-5 * want.norm().max(1.0), "{slope} {want}");
     }
 
     #[test]
     fn a_rigid_turn_bears_no_stress(q in turns()) {
-        let d = Deformation::new(q - Matrix::identity()).unwrap();
+        let d = Gradient::new(q - Matrix::identity()).unwrap();
         prop_assert!(TISSUE.stress(&d).norm() < 1e-14);
         prop_assert!(TISSUE.energy(&d).abs() < 1e-14);
     }
 
     #[test]
     fn stress_turns_with_the_observer(h in gradients(), q in turns()) {
-        let d = Deformation::new(h).unwrap();
-        let turned = Deformation::new(q * d.f() - Matrix::identity()).unwrap();
+        let d = Gradient::new(h).unwrap();
+        let turned = Gradient::new(q * d.f() - Matrix::identity()).unwrap();
         prop_assert!((TISSUE.stress(&turned) - q * TISSUE.stress(&d)).norm() < 1e-12);
         prop_assert!((TISSUE.energy(&turned) - TISSUE.energy(&d)).abs() < 1e-12);
     }
 
-    /// The lifted tangent equals the full 9 × 9 one with its eigenvalues raised.
+    /// The shifted tangent equals the full 9 × 9 one with its eigenvalues raised.
     #[test]
-    fn lifting_equals_the_full_eigenproblem(h in gradients()) {
-        let d = Deformation::new(h * 1.5).filter(|d| d.j > 0.05);
+    fn shifting_equals_the_full_eigenproblem(h in gradients()) {
+        let d = Gradient::new(h * 1.5).filter(|d| d.j > 0.05);
         prop_assume!(d.is_some());
         let d = d.unwrap();
         let floor = 0.5 * TISSUE.mu;
@@ -76,7 +76,7 @@ proptest! {
             * SMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(floor)))
             * eigen.eigenvectors.transpose();
         let mut ours = full;
-        for (weight, m) in TISSUE.lift(&d, floor) {
+        for (weight, m) in TISSUE.shift(&d, floor) {
             prop_assert!(weight > 0.0);
             ours += SMatrix::<f64, 9, 9>::from_fn(|r, c| weight * m[r] * m[c]);
         }
@@ -86,9 +86,9 @@ proptest! {
 
 #[test]
 fn material_turned_inside_out_is_refused() {
-    assert!(Deformation::new(Matrix::from_diagonal(&Vector::new(-2.0, 0.0, 0.0))).is_none());
-    assert!(Deformation::new(Matrix::from_diagonal(&Vector::new(-1.0, 0.0, 0.0))).is_none());
-    assert!(Deformation::new(Matrix::repeat(f64::NAN)).is_none());
+    assert!(Gradient::new(Matrix::from_diagonal(&Vector::new(-2.0, 0.0, 0.0))).is_none());
+    assert!(Gradient::new(Matrix::from_diagonal(&Vector::new(-1.0, 0.0, 0.0))).is_none());
+    assert!(Gradient::new(Matrix::repeat(f64::NAN)).is_none());
 }
 
 /// Simple shear by k: Cauchy shear stress μ k, no volume change. Bonet and Wood 2008, section 6.4.3.
@@ -97,7 +97,7 @@ fn simple_shear_has_the_known_stress() {
     let k = 0.7;
     let mut h = Matrix::zeros();
     h[(0, 1)] = k;
-    let d = Deformation::new(h).unwrap();
+    let d = Gradient::new(h).unwrap();
     let cauchy = TISSUE.stress(&d) * d.f().transpose() / d.j;
     let (b, i) = (d.f() * d.f().transpose(), Matrix::identity());
     assert!((cauchy[(0, 1)] - TISSUE.mu * k).abs() < 1e-15);

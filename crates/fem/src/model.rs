@@ -3,7 +3,7 @@
 use crate::batch::{Batches, VolumeStrain};
 use crate::element::{Elements, kept};
 use crate::foundation::Foundation;
-use crate::material::{Deformation, NeoHookean};
+use crate::material::{Gradient, NeoHookean};
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::sliding::Slide;
 use std::sync::Arc;
@@ -62,8 +62,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Self { slide, ..self.clone() }
     }
 
-    fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Deformation> {
-        Deformation::new(self.elements.gradient(e, q, u))
+    fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Gradient> {
+        Gradient::new(self.elements.gradient(e, q, u))
     }
 
     fn points(&self) -> impl Iterator<Item = (usize, usize)> {
@@ -81,7 +81,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         for (e, q) in self.points() {
             let d = self.deformation(e, q, u).ok_or(Folded(e))?;
             energy += self.elements.weights[e][q] * self.materials[e].energy(&d);
-            self.add_stress((e, q), &self.materials[e].stress(&d), &mut forces);
+            self.add_stress(e, q, &self.materials[e].stress(&d), &mut forces);
         }
         let springs = self.springs(u, &mut forces);
         Ok((energy + springs, forces))
@@ -120,30 +120,30 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     ///
     /// Newton's method for displacement and pressure as separate fields, the pressure condensed, differs from
     /// that for the displacement alone by this only: its stiffness has the pressure that the last step
-    /// foresaw. A long step that turns tissue also swells it, since it goes straight; the pressure of
+    /// predicted. A long step that turns tissue also swells it, since it goes straight; the pressure of
     /// that swelling, many times that of the solution in nearly incompressible tissue, then stays out of
     /// the stiffness. See Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986.
     ///
     /// `None` when an element is turned inside out at `u`.
-    pub(crate) fn foreseen(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
-        self.batches.foreseen(u, step)
+    pub(crate) fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
+        self.batches.predicted(u, step)
     }
 
     /// Fills `blocks` with the stiffness
     ///
     /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
-    /// c = λ ln J − μ, and that of the springs; with the `foreseen` volume strain in place of ln J in c, if
+    /// c = λ ln J − μ, and that of the springs; with the `predicted` volume strain in place of ln J in c, if
     /// there is one; projected where nodes slide.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
         &self,
         u: &[Vector],
-        foreseen: Option<&VolumeStrain<Q>>,
+        predicted: Option<&VolumeStrain<Q>>,
         pattern: &Pattern,
         blocks: &mut [Block],
     ) -> Option<()> {
-        self.batches.stiffness(u, foreseen, pattern, blocks)?;
+        self.batches.stiffness(u, predicted, pattern, blocks)?;
         if let Some(springs) = &self.foundation {
             springs.add_stiffness(1.0, pattern, blocks);
         }
@@ -162,7 +162,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             for q in 0..Q {
                 let d = self.deformation(e as usize, q, u)?;
                 let stress = self.materials[e as usize].stress(&d);
-                self.add_stress((e as usize, q), &stress, &mut forces);
+                self.add_stress(e as usize, q, &stress, &mut forces);
             }
         }
         self.springs(u, &mut forces);
@@ -174,7 +174,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// curvature of the surface, which may not be.
     ///
     /// `None` when an element is turned inside out.
-    pub(crate) fn lifted_stiffness(
+    pub(crate) fn shifted_stiffness(
         &self,
         u: &[Vector],
         floor: f64,
@@ -191,14 +191,14 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 let g = &self.elements.gradients[e][q];
                 let h = g.map(|g| d.inverse_transpose * g);
                 let (mu, c) = (weight * material.mu, weight * material.c(&d));
-                let lifts = material.lift(&d, floor * material.mu);
+                let shifts = material.shift(&d, floor * material.mu);
                 for (a, b) in pairs(N, Storage::Lower) {
                     let block = &mut own[a][b];
                     *block += h[a] * (h[b] * (weight * material.lambda)).transpose();
                     *block -= h[b] * (h[a] * c).transpose();
                     *block += Matrix::from_diagonal_element(mu * g[a].dot(&g[b]));
-                    for (lift, m) in &lifts {
-                        *block += (m * g[a]) * (m * g[b] * (weight * lift)).transpose();
+                    for (shift, m) in &shifts {
+                        *block += (m * g[a]) * (m * g[b] * (weight * shift)).transpose();
                     }
                 }
             }
@@ -237,7 +237,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
                 let df = self.elements.gradient(e, q, v);
                 let stress = df * material.mu - it * df.transpose() * it * material.c(&d)
                     + it * (material.lambda * it.dot(&df));
-                self.add_stress((e, q), &stress, &mut forces);
+                self.add_stress(e, q, &stress, &mut forces);
             }
         }
         self.springs(v, &mut forces);
@@ -245,7 +245,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     }
 
     /// Adds the nodal forces w P grad N_a (mN) of a stress P (kPa) at a quadrature point.
-    fn add_stress(&self, (e, q): (usize, usize), stress: &Matrix, forces: &mut [Vector]) {
+    fn add_stress(&self, e: usize, q: usize, stress: &Matrix, forces: &mut [Vector]) {
         let stress = stress * self.elements.weights[e][q];
         for (node, g) in self.elements.nodes[e].iter().zip(&self.elements.gradients[e][q]) {
             forces[*node as usize] += stress * g;

@@ -1,12 +1,12 @@
 use super::*;
 use crate::element::element_nodes;
 use crate::inverse::Inverse;
-use crate::newton::{Newton, norm};
+use crate::newton::{Limits, Newton, norm};
 use crate::pattern::Storage;
 use crate::test_mesh::{block, tagged};
 use nalgebra::Rotation3;
 use std::sync::Arc;
-use supine_mesh::{BoundaryTag, Edges, TetMesh};
+use supine_mesh::{BoundaryTag, Edges};
 use supine_space::Progress;
 
 const SOLID: NeoHookean = NeoHookean { mu: 0.21, lambda: 1.89 };
@@ -30,7 +30,7 @@ struct Body<const N: usize, const Q: usize> {
 
 /// A shaken block; with `springs` on its whole surface but the wall.
 fn body<const N: usize, const Q: usize>(springs: bool) -> Body<N, Q> {
-    let mesh: TetMesh = block([4, 3, 3], 5.0, 0.15);
+    let mesh = block([4, 3, 3], 5.0, 0.15);
     let edges = Edges::new(&mesh);
     let mut positions: Vec<Vector> = mesh.points().iter().map(|p| p.coords).collect();
     let middle = |[a, b]: &[u32; 2]| (positions[*a as usize] + positions[*b as usize]) / 2.0;
@@ -104,13 +104,13 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
     let worst = difference(&pattern.gather(&plain), &pattern.gather(&fast));
     assert!(worst < 1e-13 * largest(&pattern.gather(&plain)), "forces: {worst}");
     let mut plain = pattern.zeros().unwrap();
-    model.lifted_stiffness(&u, f64::NEG_INFINITY, &pattern, &mut plain).unwrap();
+    model.shifted_stiffness(&u, f64::NEG_INFINITY, &pattern, &mut plain).unwrap();
     let (plain, fast) = (plain.as_flattened(), blocks.as_flattened());
     assert!(difference(plain, fast) < 1e-13 * largest(plain));
 }
 
-/// The foreseen volume strain is that of the step to first order, and the stiffness takes it.
-fn check_foreseen<const N: usize, const Q: usize>() {
+/// The predicted volume strain is that of the step to first order, and the stiffness takes it.
+fn check_predicted<const N: usize, const Q: usize>() {
     let Body { model, .. } = body::<N, Q>(false);
     let count = model.elements.nodes.iter().flatten().max().map_or(0, |m| *m as usize + 1);
     let u: Vec<Vector> = noise(count).iter().map(|v| v * 0.15).collect();
@@ -120,8 +120,8 @@ fn check_foreseen<const N: usize, const Q: usize>() {
         let step: Vec<Vector> = v.iter().map(|v| v * h).collect();
         let end: Vec<Vector> = u.iter().zip(&step).map(|(u, s)| u + s).collect();
         let (mut with, mut without) = (pattern.zeros().unwrap(), pattern.zeros().unwrap());
-        let foreseen = model.foreseen(&u, &step).unwrap();
-        model.stiffness(&end, Some(&foreseen), &pattern, &mut with).unwrap();
+        let predicted = model.predicted(&u, &step).unwrap();
+        model.stiffness(&end, Some(&predicted), &pattern, &mut with).unwrap();
         model.stiffness(&end, None, &pattern, &mut without).unwrap();
         let largest = largest(without.as_flattened());
         difference(with.as_flattened(), without.as_flattened()) / largest
@@ -132,9 +132,9 @@ fn check_foreseen<const N: usize, const Q: usize>() {
 }
 
 #[test]
-fn the_foreseen_volume_strain_is_of_first_order() {
-    check_foreseen::<4, 1>();
-    check_foreseen::<10, 4>();
+fn the_predicted_volume_strain_is_of_first_order() {
+    check_predicted::<4, 1>();
+    check_predicted::<10, 4>();
 }
 
 fn energy<const N: usize, const Q: usize>(model: &Model<N, Q>, u: &[Vector]) -> f64 {
@@ -224,7 +224,9 @@ fn check_patch<const N: usize, const Q: usize>() {
     let pattern = Arc::new(Pattern::new(&model.elements.nodes, &outer, Storage::Lower));
     let mut newton = Newton::new(&model, &pattern, &outer, 1.0, 30).ok().unwrap();
     let none = vec![Vector::zeros(); positions.len()];
-    let found = newton.minimise(&none, start.clone(), (1e-12, 30), Progress::none()).unwrap();
+    let found = newton
+        .minimise(&none, start.clone(), Limits { goal: 1e-12, iterations: 30 }, Progress::none())
+        .unwrap();
     let error: Vec<Vector> = found.u.iter().zip(&want).map(|(a, b)| a - b).collect();
     assert!(norm(&error) < 1e-10, "{}", norm(&error));
     let disturbed: Vec<Vector> = start.iter().zip(&want).map(|(a, b)| a - b).collect();

@@ -1,33 +1,35 @@
 //! Newton's method for the minimum of the potential energy.
 
+use crate::analysis::OutOfMemory;
 use crate::batch::VolumeStrain;
-use crate::linear::OutOfMemory;
 use crate::model::Model;
+use crate::outcome::{Cause, Equilibrium, Halt, Stall};
 use crate::pattern::Pattern;
-use crate::tangent::{Answer, Tangent};
+use crate::tangent::{LinearSolution, Tangent};
 use std::sync::Arc;
-use supine_space::{Progress, Stopped, Vector};
+use supine_space::{Progress, Vector};
 
 /// Share of the promised decrease of energy that a step must bring (Armijo).
 const ARMIJO: f64 = 1e-4;
 /// Steps are shortened at most so often.
 const SHORTENINGS: usize = 40;
-/// Steps with a lifted stiffness are doubled at most so often.
+/// Steps with a shifted stiffness are doubled at most so often.
 const DOUBLINGS: i32 = 6;
 /// Below this share of the energy's terms a change of it is rounding.
-const ENERGY_DIGITS: f64 = 1e-12;
+const ENERGY_ROUNDING: f64 = 1e-12;
 /// Loads below this share of full gravity are solved to an absolute residual.
 const SMALL_LOAD: f64 = 1e-4;
 /// Residual goal between load steps.
 const STEP_GOAL: f64 = 1e-6;
 /// Smallest load step.
 const SMALLEST_STEP: f64 = 1.0 / 32.0;
-/// Share of the residual that may remain of the first direction, the most of a later one, and of one that
-/// counts as the exact answer. In between it falls with the residual, so that Newton's method stays
-/// quadratic: Eisenstat and Walker, SIAM J. Sci. Comput. 17, 1996, choice 2.
-const FIRST_DIGITS: f64 = 0.03;
-const FEWEST_DIGITS: f64 = 0.1;
-const ALL_DIGITS: f64 = 1e-11;
+/// Forcing term (relative residual of the linear system) of the first direction, and the largest of a later one.
+/// It falls with the residual, so that Newton's method stays quadratic: Eisenstat and Walker, SIAM J. Sci. Comput.
+/// 17, 1996, choice 2.
+const FIRST_FORCING: f64 = 0.03;
+const MAX_FORCING: f64 = 0.1;
+/// Relative residual of linear systems whose solution is a result.
+const RESULT_TOLERANCE: f64 = 1e-11;
 /// The last direction leaves this share of the goal.
 const SPARE: f64 = 0.3;
 /// Iterations of a load step: one that needs more is cut. Of all load steps together, in units of those that
@@ -35,62 +37,20 @@ const SPARE: f64 = 0.3;
 const STEP_ITERATIONS: usize = 20;
 const STEPS_ITERATIONS: usize = 4;
 
-/// An equilibrium.
-#[derive(Clone, Debug)]
-pub(crate) struct Equilibrium {
-    /// Displacement of the nodes from the stress-free shape, mm.
-    pub(crate) u: Vec<Vector>,
-    /// Relative residual.
-    pub(crate) residual: f64,
+/// An equilibrium to start from: its displacement (mm) and its load (mN per node).
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    pub(crate) u: &'a [Vector],
+    pub(crate) load: &'a [Vector],
 }
 
-/// Why no equilibrium was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Cause {
-    /// The start is turned inside out.
-    Start,
-    /// Too many iterations.
-    Iterations,
-    /// No step along the direction lowers the energy.
-    NoDescent,
-    /// The lifted stiffness has no Cholesky factor.
-    Singular,
-}
-
-/// Where Newton's method came to a halt without an equilibrium.
-#[derive(Clone, Debug)]
-pub(crate) struct Stall {
-    /// Why.
-    pub(crate) cause: Cause,
-    /// Relative residual.
-    pub(crate) residual: f64,
-    /// Displacement at the end, mm.
-    pub(crate) u: Vec<Vector>,
-    /// Share of the load up to which equilibria were found.
-    pub(crate) load_share: f64,
-}
-
-/// No result.
-#[derive(Clone, Debug)]
-pub(crate) enum Halt {
-    /// The user stopped.
-    Stopped(Stopped),
-    /// Out of memory.
-    Memory,
-    /// No equilibrium found.
-    Stalled(Stall),
-}
-
-impl From<Stopped> for Halt {
-    fn from(stopped: Stopped) -> Self {
-        Self::Stopped(stopped)
-    }
-}
-
-impl From<OutOfMemory> for Halt {
-    fn from(_: OutOfMemory) -> Self {
-        Self::Memory
-    }
+/// When Newton's method ends.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits {
+    /// The relative residual to be reached.
+    pub(crate) goal: f64,
+    /// Most iterations.
+    pub(crate) iterations: usize,
 }
 
 /// What was spent.
@@ -136,8 +96,8 @@ fn moved(u: &[Vector], t: f64, d: &[Vector]) -> Vec<Vector> {
 /// A state on the way: its displacement, energy and residual.
 struct State<const Q: usize> {
     u: Vec<Vector>,
-    /// ln J as the step that led here foresaw it.
-    foreseen: Option<VolumeStrain<Q>>,
+    /// ln J as the step that led here predicted it.
+    predicted: Option<VolumeStrain<Q>>,
     /// Potential energy: elastic energy less the work of the load, mN mm.
     potential: f64,
     /// Work of the load, mN mm.
@@ -152,8 +112,8 @@ struct State<const Q: usize> {
 struct Direction {
     /// The full step, mm.
     step: Vec<Vector>,
-    /// By the lifted stiffness, not the exact one.
-    lifted: bool,
+    /// By the shifted stiffness, not the exact one.
+    shifted: bool,
 }
 
 impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
@@ -182,12 +142,12 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         &mut self,
         load: &[Vector],
         start: &[Vector],
-        known: (&[Vector], &[Vector]),
+        known: Known<'_>,
         goal: f64,
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
-        let most = self.max_iterations;
-        match self.minimise(load, start.to_vec(), (goal, most), progress.part(0.0, 0.6)) {
+        let limits = Limits { goal, iterations: self.max_iterations };
+        match self.minimise(load, start.to_vec(), limits, progress.part(0.0, 0.6)) {
             Ok(found) => {
                 self.effort.load_steps = 1;
                 Ok(found)
@@ -201,19 +161,21 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     fn step_by_step(
         &mut self,
         load: &[Vector],
-        (known, known_load): (&[Vector], &[Vector]),
+        known: Known<'_>,
         goal: f64,
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
-        let (mut u, mut share, mut step) = (known.to_vec(), 0.0, 0.25);
+        let (mut u, mut share, mut step) = (known.u.to_vec(), 0.0, 0.25);
         let last = self.effort.iterations + STEPS_ITERATIONS * self.max_iterations;
         loop {
             let next: f64 = if share + step > 1.0 - SMALLEST_STEP { 1.0 } else { share + step };
             let part: Vec<Vector> =
-                load.iter().zip(known_load).map(|(l, k)| k * (1.0 - next) + l * next).collect();
-            let step_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
+                load.iter().zip(known.load).map(|(l, k)| k * (1.0 - next) + l * next).collect();
             let left = last.saturating_sub(self.effort.iterations);
-            let limits = (step_goal, STEP_ITERATIONS.min(self.max_iterations).min(left));
+            let limits = Limits {
+                goal: if next < 1.0 { STEP_GOAL.max(goal) } else { goal },
+                iterations: STEP_ITERATIONS.min(self.max_iterations).min(left),
+            };
             match self.minimise(&part, u.clone(), limits, progress.part(share, next)) {
                 Ok(found) => {
                     self.effort.load_steps += 1;
@@ -233,8 +195,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         }
     }
 
-    /// Newton's method from `u` until the relative residual is at most `goal`, in at most `most`
-    /// iterations.
+    /// Newton's method from `u`.
     ///
     /// # Errors
     /// When stopped, out of memory, or when no equilibrium was found.
@@ -242,33 +203,34 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         &mut self,
         load: &[Vector],
         u: Vec<Vector>,
-        (goal, most): (f64, usize),
+        limits: Limits,
         progress: Progress<'_>,
     ) -> Result<Equilibrium, Halt> {
+        let Limits { goal, iterations } = limits;
         let stall =
             |cause, residual, u| Err(Halt::Stalled(Stall { cause, residual, u, load_share: 0.0 }));
         let Some(mut state) = self.state(u.clone(), load) else {
             return stall(Cause::Start, f64::INFINITY, u);
         };
         let (first, mut share) = (state.residual, 0f64);
-        let mut digits = FIRST_DIGITS;
-        for _ in 0..most {
+        let mut forcing = FIRST_FORCING;
+        for _ in 0..iterations {
             if state.residual <= goal {
                 return Ok(Equilibrium { u: state.u, residual: state.residual });
             }
             share = share.max((first / state.residual).ln() / (first / goal).ln());
             progress.at(share)?;
             self.effort.iterations += 1;
-            let least = (SPARE * goal / state.residual).min(FIRST_DIGITS);
-            let Some(direction) = self.direction(&state, digits.max(least))? else {
+            let min = (SPARE * goal / state.residual).min(FIRST_FORCING);
+            let Some(direction) = self.direction(&state, forcing.max(min))? else {
                 return stall(Cause::Singular, state.residual, state.u);
             };
             match self.search(&state, &direction, load) {
                 Some(mut next) => {
-                    digits = FEWEST_DIGITS.min(0.9 * (next.residual / state.residual).powi(2));
+                    forcing = MAX_FORCING.min(0.9 * (next.residual / state.residual).powi(2));
                     let step: Vec<Vector> =
                         next.u.iter().zip(&state.u).map(|(new, old)| new - old).collect();
-                    next.foreseen = self.model.foreseen(&state.u, &step);
+                    next.predicted = self.model.predicted(&state.u, &step);
                     state = next;
                 }
                 None => return stall(Cause::NoDescent, state.residual, state.u),
@@ -324,7 +286,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         let residual = norm(&forces) / scale;
         Some(State {
             u,
-            foreseen: None,
+            predicted: None,
             potential: energy - work,
             work,
             out_of_balance: forces,
@@ -332,24 +294,24 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         })
     }
 
-    /// The Newton direction to `digits`; `None` when the stiffness is singular.
+    /// The Newton direction with this forcing term; `None` when the stiffness is singular.
     fn direction(
         &mut self,
         state: &State<Q>,
-        digits: f64,
+        forcing: f64,
     ) -> Result<Option<Direction>, OutOfMemory> {
         let right: Vec<f64> =
             self.pattern.gather(&state.out_of_balance).iter().map(|r| -r).collect();
-        let (u, foreseen) = (&state.u, state.foreseen.as_ref());
-        let found = self.tangent.answers(self.model, u, foreseen, [&right], digits)?;
-        Ok(found.map(|[Answer { x, exact }]| {
+        let (u, predicted) = (&state.u, state.predicted.as_ref());
+        let found = self.tangent.solve(self.model, u, predicted, [&right], forcing)?;
+        Ok(found.map(|[LinearSolution { x, exact }]| {
             self.effort.indefinite += usize::from(!exact);
-            Direction { step: self.pattern.scatter(&x), lifted: !exact }
+            Direction { step: self.pattern.scatter(&x), shifted: !exact }
         }))
     }
 
-    /// The linear answers of all nodes at displacement `u` to nodal values `q` (those of held nodes count
-    /// for nothing): with the exact stiffness, or the lifted one where the exact one is not positive
+    /// The solutions of the linear system at displacement `u` for nodal values `q` (those of held nodes count
+    /// for nothing): with the exact stiffness, or the shifted one where the exact one is not positive
     /// definite. `None` when neither has a factor.
     ///
     /// # Errors
@@ -361,25 +323,27 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     ) -> Result<Option<[Vec<Vector>; K]>, OutOfMemory> {
         let right = q.map(|q| self.pattern.gather(q));
         let right = right.each_ref().map(Vec::as_slice);
-        let mut found = self.tangent.answers(self.model, u, None, right, ALL_DIGITS)?;
-        let exact = |found: &Option<[Answer; K]>| found.iter().flatten().all(|answer| answer.exact);
-        // A stiffness may only seem indefinite in few digits.
-        if !exact(&found) && self.tangent.more_digits()? {
-            found = self.tangent.answers(self.model, u, None, right, ALL_DIGITS)?;
+        let mut found = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
+        let exact = |found: &Option<[LinearSolution; K]>| {
+            found.iter().flatten().all(|solution| solution.exact)
+        };
+        // A stiffness may only seem indefinite in single precision.
+        if !exact(&found) && self.tangent.use_double()? {
+            found = self.tangent.solve(self.model, u, None, right, RESULT_TOLERANCE)?;
         }
-        Ok(found.map(|answers| {
-            self.effort.indefinite += usize::from(answers.iter().any(|answer| !answer.exact));
-            answers.map(|answer| self.pattern.scatter(&answer.x))
+        Ok(found.map(|solutions| {
+            self.effort.indefinite += usize::from(solutions.iter().any(|solution| !solution.exact));
+            solutions.map(|solution| self.pattern.scatter(&solution.x))
         }))
     }
 
     /// The first state along `direction` that lowers the potential enough, from the full step down.
     ///
-    /// Near the equilibrium the potential has no digits left: there a step counts when the residual
+    /// Near the equilibrium a change of the potential is rounding: there a step counts when the residual
     /// does not grow.
     fn search(&self, state: &State<Q>, direction: &Direction, load: &[Vector]) -> Option<State<Q>> {
         let slope = dot(&state.out_of_balance, &direction.step);
-        let digits = ENERGY_DIGITS * (state.potential.abs() + state.work.abs());
+        let rounding = ENERGY_ROUNDING * (state.potential.abs() + state.work.abs());
         let mut t = 1.0;
         for _ in 0..SHORTENINGS {
             let Some(next) = self.state_at(moved(&state.u, t, &direction.step), load) else {
@@ -388,10 +352,10 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
             };
             let rise = next.potential - state.potential;
             if rise <= ARMIJO * t * slope {
-                let short = direction.lifted && t == 1.0;
+                let short = direction.shifted && t == 1.0;
                 return Some(if short { self.longer(state, next, direction, load) } else { next });
             }
-            if (t * slope).abs() < digits && next.residual <= state.residual {
+            if (t * slope).abs() < rounding && next.residual <= state.residual {
                 return Some(next);
             }
             // The minimum of the parabola through both potentials and the slope.
@@ -410,7 +374,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     }
 
     /// The last of steps twice as long as the one before that lower the potential further than `next`, the
-    /// full step from `state`: a lifted stiffness is stiffer than the body, and its steps fall short.
+    /// full step from `state`: a shifted stiffness is stiffer than the body, and its steps fall short.
     fn longer(
         &self,
         state: &State<Q>,

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use supine_mesh::Order;
-use supine_space::{GRAVITY_M_S2, Vector};
+use supine_space::{GRAVITY_M_S2, Point, Vector, Warning};
 
 /// The soft tissue: homogeneous, compressible neo-Hookean.
 ///
@@ -60,6 +60,19 @@ pub enum RestState {
     Unloaded,
 }
 
+impl RestState {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Net, Self::Unloaded];
+
+    /// Name in case files, on the command line, in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Net => "net",
+            Self::Unloaded => "unloaded",
+        }
+    }
+}
+
 /// What happens at the sphere that bounds the region.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cut {
@@ -70,6 +83,20 @@ pub enum Cut {
     /// On springs in place of the tissue beyond: see [`Params::spring_kpa_mm`].
     #[default]
     Spring,
+}
+
+impl Cut {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Free, Self::Fixed, Self::Spring];
+
+    /// Name in case files, on the command line, in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Fixed => "fixed",
+            Self::Spring => "spring",
+        }
+    }
 }
 
 /// Directions of gravity: unit vectors in LPS.
@@ -144,14 +171,18 @@ impl Params {
     }
 }
 
+/// Below this det F a result carries a warning: tissue squeezed to less is beyond what its law is known to
+/// describe. Chosen, not measured.
+pub const SQUEEZED_DET_F: f64 = 0.3;
+
 /// What happened.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Info {
     /// What a user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Newton iterations of the final solution, all load steps together.
     pub iterations: usize,
-    /// Those whose stiffness was not positive definite and was lifted.
+    /// Those whose stiffness was not positive definite and was shifted.
     pub indefinite: usize,
     /// Load steps; 1 when the whole load was solved at once.
     pub load_steps: usize,
@@ -159,6 +190,8 @@ pub struct Info {
     pub residual: f64,
     /// Smallest det F from the stress-free shape, over the quadrature points.
     pub min_det_f: f64,
+    /// The middle of the tetrahedron with it, in the CT, LPS, mm.
+    pub min_det_f_at: Point,
     /// Largest det F.
     pub max_det_f: f64,
     /// Largest displacement from the CT shape, mm.

@@ -1,6 +1,6 @@
 //! Which blocks the stiffness matrix has, and where an element's blocks go.
 
-use crate::linear::{Analysis, OutOfMemory};
+use crate::analysis::{Analysis, OutOfMemory};
 use faer::sparse::SymbolicSparseColMat;
 use std::sync::OnceLock;
 use supine_space::{Matrix, Vector};
@@ -150,7 +150,7 @@ impl Pattern {
         if let Some(analysis) = self.analysis.get() {
             return Ok(analysis);
         }
-        let analysis = Analysis::new(self)?;
+        let analysis = Analysis::new(&self.graph(), self.scalar_columns())?;
         Ok(self.analysis.get_or_init(|| analysis))
     }
 
@@ -183,7 +183,7 @@ impl Pattern {
     }
 
     /// The pattern node by node.
-    pub(crate) fn graph(&self) -> SymbolicSparseColMat<usize> {
+    fn graph(&self) -> SymbolicSparseColMat<usize> {
         let rows = self.rows.iter().map(|&r| r as usize).collect();
         SymbolicSparseColMat::new_checked(
             self.free.len(),
@@ -195,7 +195,7 @@ impl Pattern {
     }
 
     /// The pattern unknown by unknown.
-    pub(crate) fn scalar_columns(&self) -> SymbolicSparseColMat<usize> {
+    fn scalar_columns(&self) -> SymbolicSparseColMat<usize> {
         let (mut starts, mut rows) = (vec![0], Vec::with_capacity(9 * self.rows.len()));
         self.each_entry(|row, _| rows.push(row), |end| starts.push(end));
         SymbolicSparseColMat::new_checked(self.unknowns(), self.unknowns(), starts, None, rows)

@@ -5,12 +5,13 @@ use crate::foundation::Foundation;
 use crate::inverse::Inverse;
 use crate::material::NeoHookean;
 use crate::model::Model;
-use crate::newton::{Cause, Effort, Equilibrium, Halt, Newton, Stall, norm};
+use crate::newton::{Effort, Known, Newton, norm};
+use crate::outcome::{Equilibrium, Halt, Stall};
 use crate::pattern::{Pattern, Storage};
 use crate::{Cut, Error, Info, Job, RestState, Unloading, sensitivity};
 use std::sync::Arc;
 use supine_mesh::BoundaryTag;
-use supine_space::{Progress, Vector};
+use supine_space::{Point, Progress, Vector, Warning};
 
 /// An unloaded shape counts only when a forward solve from it returns this close to the CT, mm.
 const RELOAD_LIMIT_MM: f64 = 0.05;
@@ -56,7 +57,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     let zero = vec![Vector::zeros(); held.len()];
     let mut newton = job.newton(&model, &pattern, held)?;
     let found = newton
-        .equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress)
+        .equilibrium(&load, &zero, Known { u: &zero, load: &zero }, job.params.tolerance, progress)
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let info = job.info(&found, newton.effort, &model, &pattern)?;
     let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
@@ -80,31 +81,59 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
 ) -> Result<Settled<N, Q>, Error> {
     let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
     let (Rest { model, to_ct }, unloading) =
-        stress_free(job, positions, shape, (held, &pattern), progress)?;
+        stress_free(job, positions, shape, Free { held, pattern: &pattern }, progress)?;
     let load = model.elements.load(held.len(), job.force());
     let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
     let mut newton = job.newton(&model, &pattern, held)?;
     let goal = job.params.tolerance;
     let found = newton
-        .equilibrium(&load, &to_ct, (&to_ct, &ct_load), goal, progress.part(0.6, 1.0))
+        .equilibrium(
+            &load,
+            &to_ct,
+            Known { u: &to_ct, load: &ct_load },
+            goal,
+            progress.part(0.6, 1.0),
+        )
         .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
     let mut info = job.info(&found, newton.effort, &model, &pattern)?;
     info.unloading = Some(unloading);
     let softness = job.body.tissue.weight() * thickness(job) / job.young_kpa();
     if softness > SOFTNESS_LIMIT {
-        info.warnings.push(format!(
+        let text = format!(
             "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
              {SOFTNESS_LIMIT}): from the unloaded shape small tilts give large motions"
-        ));
+        );
+        info.warnings.push(Warning::new("soft-tissue", text));
     }
     let slope = job.slope.then(|| {
         let full = Pattern::new(&shape.nodes, held, Storage::Full);
-        let tissue = (&model.materials[..], model.foundation.as_deref());
-        let inverse = job.inverse(positions, shape, tissue, (&full, &pattern));
-        sensitivity::unloaded(job, &mut newton, &inverse, (&to_ct, &found.u))
+        let tissue =
+            Elastic { materials: &model.materials, foundation: model.foundation.as_deref() };
+        let patterns = Patterns { full: &full, lower: &pattern };
+        let inverse = job.inverse(positions, shape, tissue, patterns);
+        sensitivity::unloaded(job, &mut newton, &inverse, &to_ct, &found.u)
     });
     let slope = slope.transpose()?;
     Ok(Settled { model, load, to_ct, u: found.u, slope, info })
+}
+
+/// Which nodes are held, and the pattern of the stiffness of the others.
+#[derive(Clone, Copy)]
+pub(crate) struct Free<'a> {
+    pub(crate) held: &'a [bool],
+    pub(crate) pattern: &'a Arc<Pattern>,
+}
+
+/// What resists deformation: the material of each element, and springs.
+struct Elastic<'a, const N: usize> {
+    materials: &'a [NeoHookean],
+    foundation: Option<&'a Foundation<N>>,
+}
+
+/// The same pattern with all entries and with the lower half.
+struct Patterns<'a> {
+    full: &'a Pattern,
+    lower: &'a Arc<Pattern>,
 }
 
 /// A stress-free shape.
@@ -123,15 +152,15 @@ pub(crate) fn stress_free<const N: usize, const Q: usize>(
     job: &Job<'_>,
     positions: &[Vector],
     shape: &Elements<N, Q>,
-    held: (&[bool], &Arc<Pattern>),
+    free: Free<'_>,
     progress: Progress<'_>,
 ) -> Result<(Rest<N, Q>, Unloading), Error> {
-    let found = unload(job, positions, shape, held, SMALLEST_STEP, progress.part(0.0, 0.6))?;
+    let found = unload(job, positions, shape, free, SMALLEST_STEP, progress.part(0.0, 0.6))?;
     let problem = match found {
         Ok(found) => return Ok(found),
         Err(problem) => problem,
     };
-    let exists_from_kpa = search_modulus(job, positions, shape, held, progress.part(0.6, 1.0))?;
+    let exists_from_kpa = search_modulus(job, positions, shape, free, progress.part(0.6, 1.0))?;
     let young_kpa = job.young_kpa();
     Err(Error::NoUnloadedShape { young_kpa, problem, exists_from_kpa })
 }
@@ -141,15 +170,17 @@ fn unload<const N: usize, const Q: usize>(
     job: &Job<'_>,
     positions: &[Vector],
     shape: &Elements<N, Q>,
-    (held, pattern): (&[bool], &Arc<Pattern>),
+    free: Free<'_>,
     smallest_step: f64,
     progress: Progress<'_>,
 ) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
+    let Free { held, pattern } = free;
     let materials = job.body.materials(job.stiffer);
     let foundation = job.foundation(&materials);
     let full = Pattern::new(&shape.nodes, held, Storage::Full);
-    let tissue = (&materials[..], foundation.as_ref());
-    let inverse = job.inverse(positions, shape, tissue, (&full, pattern));
+    let tissue = Elastic { materials: &materials, foundation: foundation.as_ref() };
+    let patterns = Patterns { full: &full, lower: pattern };
+    let inverse = job.inverse(positions, shape, tissue, patterns);
     let (to_rest, iterations) =
         match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
@@ -200,7 +231,13 @@ fn reload<const N: usize, const Q: usize>(
 ) -> Result<Option<Vec<Vector>>, Error> {
     let load = model.elements.load(newton.nodes(), job.load.ct * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); newton.nodes()];
-    match newton.equilibrium(&load, &zero, (&zero, &zero), job.params.tolerance, progress) {
+    match newton.equilibrium(
+        &load,
+        &zero,
+        Known { u: &zero, load: &zero },
+        job.params.tolerance,
+        progress,
+    ) {
         Ok(found) => Ok(Some(found.u)),
         Err(Halt::Stalled(_)) => Ok(None),
         Err(Halt::Stopped(stopped)) => Err(stopped.into()),
@@ -213,7 +250,7 @@ fn search_modulus<const N: usize, const Q: usize>(
     job: &Job<'_>,
     positions: &[Vector],
     shape: &Elements<N, Q>,
-    held: (&[bool], &Arc<Pattern>),
+    free: Free<'_>,
     progress: Progress<'_>,
 ) -> Result<Option<f64>, Error> {
     let (factor, trials) = SEARCH;
@@ -222,7 +259,7 @@ fn search_modulus<const N: usize, const Q: usize>(
         stiffer *= factor;
         let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
         let trial = Job { stiffer, ..*job };
-        if unload(&trial, positions, shape, held, 1.0, progress.part(from, to))?.is_ok() {
+        if unload(&trial, positions, shape, free, 1.0, progress.part(from, to))?.is_ok() {
             return Ok(Some(stiffer * job.body.mean_young_kpa()));
         }
     }
@@ -232,7 +269,7 @@ fn search_modulus<const N: usize, const Q: usize>(
 /// Thickness of the tissue: the largest distance of a skin point from the nearest chest wall point,
 /// mm.
 fn thickness(job: &Job<'_>) -> f64 {
-    let mesh = job.body.mesh;
+    let mesh = &job.body.mesh;
     let of = |tag: BoundaryTag| -> Vec<Vector> {
         mesh.points_on(tag).iter().map(|&p| mesh.points()[p as usize].coords).collect()
     };
@@ -258,9 +295,10 @@ impl Job<'_> {
         &self,
         positions: &'m [Vector],
         loaded: &'m Elements<N, Q>,
-        (materials, foundation): (&'m [NeoHookean], Option<&'m Foundation<N>>),
-        (full, lower): (&'m Pattern, &'m Arc<Pattern>),
+        tissue: Elastic<'m, N>,
+        patterns: Patterns<'m>,
     ) -> Inverse<'m, N, Q> {
+        let (Elastic { materials, foundation }, Patterns { full, lower }) = (tissue, patterns);
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
         Inverse { loaded, materials, foundation, force, positions, weight, full, lower }
@@ -272,7 +310,7 @@ impl Job<'_> {
         materials: &[NeoHookean],
     ) -> Option<Foundation<N>> {
         let springs = self.params.cut == Cut::Spring;
-        springs.then(|| Foundation::new(self.body.mesh, materials, self.params.spring_kpa_mm))
+        springs.then(|| Foundation::new(&self.body.mesh, materials, self.params.spring_kpa_mm))
     }
 
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
@@ -300,12 +338,19 @@ impl Job<'_> {
             load_steps: effort.load_steps,
             residual: found.residual,
             min_det_f: ratio.min,
+            min_det_f_at: self.middle(&model.elements.nodes[ratio.worst]),
             max_det_f: ratio.max,
             unknowns: pattern.unknowns(),
             factor_entries: effort.factor_entries,
             spring_kpa_mm: model.foundation.as_ref().map(|f| f.mean_kpa_mm),
             ..Info::default()
         })
+    }
+
+    /// The middle of an element in the CT.
+    pub(crate) fn middle<const N: usize>(&self, element: &[u32; N]) -> Point {
+        let corners = element[..4].iter().map(|n| self.body.mesh.points()[*n as usize].coords);
+        Point::from(corners.sum::<Vector>() / 4.0)
     }
 
     pub(crate) fn halted<const N: usize, const Q: usize>(
@@ -335,32 +380,6 @@ impl Job<'_> {
                     advice,
                 }
             }
-        }
-    }
-}
-
-impl Cause {
-    /// What it means, and what to do.
-    fn explain(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Start => (
-                "a tetrahedron is turned inside out at the start",
-                "Mesh again with other tetrahedra",
-            ),
-            Self::Iterations => (
-                "too many iterations",
-                "The tissue may be too soft for this load: try a higher modulus, more iterations, \
-                 or a mesh with better tetrahedra there",
-            ),
-            Self::NoDescent => (
-                "no step lowers the energy",
-                "The tissue may be too soft for this load, or the tolerance too small for this \
-                 mesh: try a higher modulus, or a mesh with better tetrahedra there",
-            ),
-            Self::Singular => (
-                "the stiffness is singular",
-                "Part of the mesh may hang by a single point or edge: mesh again",
-            ),
         }
     }
 }

@@ -22,11 +22,11 @@
 use crate::element::Elements;
 use crate::inverse::Inverse;
 use crate::newton::Newton;
-use crate::{Body, Error, Info, Job, Load, Params, answer};
-use supine_mesh::Displacement;
-use supine_space::{Progress, Vector};
+use crate::{Asked, Body, Error, Found, Info, Job, Load, Params, found};
+use supine_mesh::{Deformation, Displacement};
+use supine_space::{Progress, Vector, Warning};
 
-/// The displacement as by [`crate::solve`], and its derivative by the modulus, mm/kPa.
+/// The deformation as by [`crate::solve`], and the derivative of its displacement by the modulus, mm/kPa.
 ///
 /// Poisson's ratio and the weight stay; the moduli of all tetrahedra keep their proportions, and a kPa is
 /// one of their mean over the volume. The derivative costs one linear solution more, or two when the CT
@@ -35,28 +35,29 @@ use supine_space::{Progress, Vector};
 /// # Errors
 /// As [`crate::solve`]; [`Error::Singular`] when the solution is not a stable one.
 pub fn sensitivity(
-    body: &Body<'_>,
+    body: &Body,
     load: &Load,
     params: &Params,
     progress: Progress<'_>,
-) -> Result<(Displacement, Displacement, Info), Error> {
-    let (displacement, slope, info) = answer(body, load, params, (1.0, true), progress)?;
-    Ok((displacement, slope.ok_or(Error::Singular)?, info))
+) -> Result<(Deformation, Displacement, Info), Error> {
+    let asked = Asked { stiffer: 1.0, slope: true };
+    let Found { deformation, slope, info } = found(body, load, params, asked, progress)?;
+    Ok((deformation, slope.ok_or(Error::Singular)?, info))
 }
 
 /// The displacement at both ends of an interval of moduli.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Between {
     /// With the lower modulus, mm.
-    pub low: Displacement,
+    pub low: Deformation,
     /// With the higher one, mm.
-    pub high: Displacement,
+    pub high: Deformation,
     /// How far the displacement with a modulus between may lie outside what both span, mm: of any
     /// component of any node, by the cubics in 1/E through values and slopes at both ends. Near 0 as long
     /// as every component only grows or only falls with the modulus.
     pub overshoot_mm: f64,
     /// What a user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The displacement when the mean modulus lies between `young_kpa`'s two, the proportions kept.
@@ -67,7 +68,7 @@ pub struct Between {
 /// # Errors
 /// As [`crate::solve`], and [`Error::OutOfRange`] when the two are not in ascending order.
 pub fn between(
-    body: &Body<'_>,
+    body: &Body,
     load: &Load,
     params: &Params,
     young_kpa: [f64; 2],
@@ -81,21 +82,22 @@ pub fn between(
     }
     let mean = body.mean_young_kpa();
     let mut warnings = Vec::new();
-    let mut end = |kpa: f64, progress| -> Result<(Displacement, Vec<Vector>), Error> {
-        let (u, slope, info) = answer(body, load, params, (kpa / mean, true), progress)?;
-        warnings.extend(info.warnings.iter().map(|w| format!("at {kpa} kPa: {w}")));
+    let mut end = |kpa: f64, progress| -> Result<(Deformation, Vec<Vector>), Error> {
+        let asked = Asked { stiffer: kpa / mean, slope: true };
+        let Found { deformation, slope, info } = found(body, load, params, asked, progress)?;
+        warnings.extend(info.warnings.into_iter().map(|w| w.of(format!("at {kpa:.3} kPa: "))));
         // Slopes are per kPa of the mean modulus; by 1/E they are −E² times those.
         let slope = slope.ok_or(Error::Singular)?;
-        Ok((u, slope.values().iter().map(|s| s * (-kpa * kpa)).collect()))
+        Ok((deformation, slope.values().iter().map(|s| s * (-kpa * kpa)).collect()))
     };
     let (low, low_slope) = end(low_kpa, progress.part(0.0, 0.5))?;
     let (high, high_slope) = end(high_kpa, progress.part(0.5, 1.0))?;
     let way = 1.0 / high_kpa - 1.0 / low_kpa;
     let slopes = low_slope.iter().zip(&high_slope);
-    let overshoot_mm = low
-        .values()
+    let [from, to] = [&low, &high].map(|end| end.displacement().values());
+    let overshoot_mm = from
         .iter()
-        .zip(high.values())
+        .zip(to)
         .zip(slopes)
         .flat_map(|((a, b), (m, n))| {
             [0, 1, 2].map(|k| overshoot(a[k], b[k], m[k] * way, n[k] * way))
@@ -131,7 +133,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     u: &[Vector],
 ) -> Result<Vec<Vector>, Error> {
     let forces = newton.model().forces_by_modulus(u).ok_or(Error::Singular)?;
-    stable_answer(newton, u, &forces, job.young_kpa())
+    stable_solution(newton, u, &forces, job.young_kpa())
 }
 
 /// dx/dE at the equilibrium `u` from the stress-free shape that `inverse` found, mm/kPa.
@@ -141,7 +143,8 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     job: &Job<'_>,
     newton: &mut Newton<'_, N, Q>,
     inverse: &Inverse<'_, N, Q>,
-    (to_ct, u): (&[Vector], &[Vector]),
+    to_ct: &[Vector],
+    u: &[Vector],
 ) -> Result<Vec<Vector>, Error> {
     let model = newton.model();
     let to_rest: Vec<Vector> = to_ct.iter().map(|v| -v).collect();
@@ -159,25 +162,25 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let carried = there.times_derivative(&back, &rest).map_err(memory)?.ok_or(Error::Singular)?;
     let forces = model.forces_by_modulus(u).ok_or(Error::Singular)?;
     let right: Vec<Vector> = forces.iter().zip(&carried).map(|(f, c)| f - c).collect();
-    stable_answer(newton, u, &right, job.young_kpa())
+    stable_solution(newton, u, &right, job.young_kpa())
 }
 
 /// −K(u)⁻¹ `right` / E over the free nodes.
-fn stable_answer<const N: usize, const Q: usize>(
+fn stable_solution<const N: usize, const Q: usize>(
     newton: &mut Newton<'_, N, Q>,
     u: &[Vector],
     right: &[Vector],
     young_kpa: f64,
 ) -> Result<Vec<Vector>, Error> {
-    let lifted = newton.effort.indefinite;
+    let shifted = newton.effort.indefinite;
     let unknowns = newton.unknowns();
     let found = newton.linearised(u, [right]).map_err(|_| Error::Memory { unknowns })?;
-    let [answer] = found.ok_or(Error::Singular)?;
-    // A lifted stiffness answers another question.
-    if newton.effort.indefinite > lifted {
+    let [solution] = found.ok_or(Error::Singular)?;
+    // A shifted stiffness solves another system.
+    if newton.effort.indefinite > shifted {
         return Err(Error::Singular);
     }
-    Ok(answer.into_iter().map(|v| v / -young_kpa).collect())
+    Ok(solution.into_iter().map(|v| v / -young_kpa).collect())
 }
 
 #[cfg(test)]

@@ -1,15 +1,14 @@
 //! Where a rigid body acts on tissue.
 
-use crate::applicator::Pose;
+use crate::analysis::OutOfMemory;
 use crate::curved::Straightening;
-use crate::linear::OutOfMemory;
 use crate::model::Model;
 use crate::pattern::{Pattern, Storage};
 use crate::sliding::{Slide, Sliding};
 use crate::tangent::Tangent;
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
-use supine_space::Vector;
+use supine_space::{Pose, Vector};
 
 /// Directions in which a rigid body moves: three shifts, three turns.
 pub(crate) const MOTIONS: usize = 6;
@@ -24,6 +23,18 @@ pub(crate) struct Tissue<const N: usize, const Q: usize> {
     pub(crate) weight: f64,
 }
 
+/// Where and how a rigid body touches tissue at its first pose.
+pub(crate) struct Touch<'a> {
+    /// Whether each node is held, and whether it follows the body.
+    pub(crate) held: &'a [bool],
+    pub(crate) follow: &'a [bool],
+    /// The nodes that slide.
+    pub(crate) sliding: Option<Sliding>,
+    /// Centre (mm) and size (mm) of the body.
+    pub(crate) centre: Vector,
+    pub(crate) size_mm: f64,
+}
+
 /// What does not change while the rigid body moves.
 pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) model: Model<N, Q>,
@@ -31,7 +42,7 @@ pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) load: Vec<Vector>,
     /// Displacement from the stress-free shape to the CT shape, mm.
     pub(crate) to_ct: Vec<Vector>,
-    /// To the nodes of the straight-sided mesh.
+    /// To the nodes of the mesh of straight elements.
     pub(crate) straight: Straightening<N>,
     /// Stress-free positions, mm.
     pub(crate) rest: Vec<Vector>,
@@ -51,8 +62,8 @@ pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) weight: f64,
 }
 
-/// A factor of the stiffness and the answers to the rigid body's motions.
-pub(crate) struct Answers {
+/// A factor of the stiffness and the linear responses to the rigid body's motions.
+pub(crate) struct Responses {
     pub(crate) tangent: Tangent,
     /// Where they were made.
     pub(crate) pose: Pose,
@@ -69,15 +80,9 @@ pub(crate) struct Place {
 }
 
 impl<const N: usize, const Q: usize> Site<N, Q> {
-    /// The site of a body that takes the nodes that `follow` it or slide where they are at displacement `u`
-    /// (mm).
-    pub(crate) fn new(
-        tissue: Tissue<N, Q>,
-        u: &[Vector],
-        (held, follow): (&[bool], &[bool]),
-        sliding: Option<Sliding>,
-        (centre, size_mm): (Vector, f64),
-    ) -> Self {
+    /// The site of a body that takes the nodes it touches where they are at displacement `u` (mm).
+    pub(crate) fn new(tissue: Tissue<N, Q>, u: &[Vector], touch: Touch<'_>) -> Self {
+        let Touch { held, follow, sliding, centre, size_mm } = touch;
         let Tissue { model, load, to_ct, straight, rest, weight } = tissue;
         let around = match &sliding {
             Some(sliding) => sliding.around.clone(),
@@ -171,15 +176,15 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         self.slide(pose).is_none_or(|slide| slide.bring(u))
     }
 
-    /// The factor at a place, and the answers to the motions there; `None` when there is no factor.
+    /// The factor at a place, and the responses to the motions there; `None` when there is no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
-    pub(crate) fn answers(
+    pub(crate) fn responses(
         &self,
         place: &Place,
         spare: Option<Tangent>,
-    ) -> Result<Option<Answers>, OutOfMemory> {
+    ) -> Result<Option<Responses>, OutOfMemory> {
         let mut tangent = match spare {
             Some(tangent) => tangent,
             None => Tangent::new(&self.pattern)?,
@@ -196,10 +201,10 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
                 return Ok(None);
             }
         }
-        Ok(Some(Answers { tangent, pose: place.pose, columns }))
+        Ok(Some(Responses { tangent, pose: place.pose, columns }))
     }
 
-    /// Change of what is out of balance per mm of each motion, mN/mm, before the others answer.
+    /// Change of what is out of balance per mm of each motion, mN/mm, before the others respond.
     fn changes(&self, place: &Place) -> Option<Vec<Vec<Vector>>> {
         let slide = self.slide(&place.pose);
         let forces = slide.is_some().then(|| self.out_of_balance(&place.u));

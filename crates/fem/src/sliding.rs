@@ -7,11 +7,10 @@
 //! tangential planes P = I − n nᵀ, −(r · n) P ∇²φ P / |∇φ| is added for the curvature of the surface, and each
 //! step ends by bringing the nodes back to their level.
 
-use crate::applicator::Pose;
-use crate::guide::Guide;
 use crate::pattern::Plane;
+use crate::smoothed_distance::SmoothedDistance;
 use std::sync::Arc;
-use supine_space::{Matrix, Vector};
+use supine_space::{Matrix, Pose, Vector};
 
 /// A node that slides.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +27,7 @@ pub(crate) struct Slider {
 /// The nodes that slide on a rigid body.
 #[derive(Debug)]
 pub(crate) struct Sliding {
-    pub(crate) guide: Guide,
+    pub(crate) distance: SmoothedDistance,
     pub(crate) nodes: Vec<Slider>,
     /// Elements with such nodes.
     pub(crate) around: Vec<u32>,
@@ -45,7 +44,7 @@ impl Slide {
     /// Unit normal of the level surface that a node lies on, and ∇²φ / |∇φ| (1/mm); `None` where the body
     /// has no normal.
     fn surface(&self, slider: &Slider, u: &[Vector]) -> Option<(Vector, Matrix)> {
-        let level = self.sliding.guide.at(&self.own(&self.position(slider, u)))?;
+        let level = self.sliding.distance.at(&self.own(&self.position(slider, u)))?;
         let steep = level.slope.norm();
         let turn = self.pose.rotation.to_rotation_matrix();
         let curvature = turn.matrix() * level.curvature * turn.matrix().transpose() / steep;
@@ -65,7 +64,9 @@ impl Slide {
     pub(crate) fn bring(&self, u: &mut [Vector]) -> bool {
         for slider in &self.sliding.nodes {
             let own = self.own(&self.position(slider, u));
-            let Some(found) = self.sliding.guide.brought(&own, slider.level) else { return false };
+            let Some(found) = self.sliding.distance.brought(&own, slider.level) else {
+                return false;
+            };
             let place = self.pose.transform_point(&found.into()).coords;
             u[slider.node as usize] = place - slider.rest;
         }

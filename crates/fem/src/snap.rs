@@ -2,13 +2,14 @@
 
 use crate::rigid::RigidBody;
 use crate::{Body, Error, Load, Params, solve};
+use std::sync::Arc;
 use supine_mesh::{Displacement, Edges, TetMesh};
 use supine_space::{Point, Progress, Vector};
 
-/// The points are moved, the tissue settled anew, and the points moved by what they are off then: a micrometre after three rounds.
+/// The points are moved, the tissue settled again, and the points moved by what they are off then: a micrometre after three rounds.
 const ROUNDS: usize = 3;
 /// A move leaves each tetrahedron at least this share of its volume.
-const LEAST_VOLUME: f64 = 0.3;
+const MIN_VOLUME: f64 = 0.3;
 /// Halvings when a surface is sought along an edge.
 const HALVINGS: usize = 40;
 
@@ -22,20 +23,20 @@ const HALVINGS: usize = 40;
 /// # Errors
 /// As [`solve`].
 pub fn snapped(
-    body: &Body<'_>,
+    body: &Body,
     load: &Load,
     params: &Params,
     rigid: &dyn RigidBody,
     progress: Progress<'_>,
-) -> Result<(TetMesh, usize), Error> {
+) -> Result<(Arc<TetMesh>, usize), Error> {
     let mut mesh = body.mesh.clone();
     let mut moved = vec![false; mesh.points().len()];
     for round in 0..ROUNDS {
         let (from, to) = (round as f64 / ROUNDS as f64, (round + 1) as f64 / ROUNDS as f64);
-        let body = Body { mesh: &mesh, curved: None, ..*body };
-        let (u, _) = solve(&body, load, params, progress.part(from, to))?;
-        let points = moved_points(&mesh, &u, rigid, &mut moved);
-        mesh = TetMesh::new(points, mesh.tets().to_vec(), mesh.boundary().to_vec())?;
+        let body = Body { mesh: mesh.clone(), curved: None, ..body.clone() };
+        let (settled, _) = solve(&body, load, params, progress.part(from, to))?;
+        let points = moved_points(&mesh, settled.displacement(), rigid, &mut moved);
+        mesh = TetMesh::new(points, mesh.tets().to_vec(), mesh.boundary().to_vec())?.into();
     }
     Ok((mesh, moved.iter().filter(|m| **m).count()))
 }
@@ -75,7 +76,7 @@ fn moved_points(
         let before = points[p];
         let old: Vec<f64> = around[p].iter().map(|t| volume(&points, *t)).collect();
         points[p] += (mesh.points()[other as usize] - mesh.points()[p]) * share;
-        let kept = |(t, old): (&u32, &f64)| volume(&points, *t) >= LEAST_VOLUME * old;
+        let kept = |(t, old): (&u32, &f64)| volume(&points, *t) >= MIN_VOLUME * old;
         if around[p].iter().zip(&old).all(kept) {
             moved[p] = true;
         } else {

@@ -1,7 +1,7 @@
 //! The whole solver on blocks of tetrahedra: known solutions, refusals, and hard cases.
 
 use crate::test_mesh::{block, tagged};
-use crate::{Body, Cut, Error, Load, Params, RestState, Tissue, solve};
+use crate::{Body, Cut, Error, Load, Params, RestState, SQUEEZED_DET_F, Tissue, solve};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{BoundaryTag, Edges, Order, TetMesh};
@@ -35,13 +35,14 @@ fn a_column_stretches_as_the_closed_solution_says() {
     let steps = 4000;
     let strip = |k: usize| stretch((k as f64 + 0.5) * height / f64::from(steps)) - 1.0;
     let top: f64 = (0..steps as usize).map(|k| strip(k) * height / f64::from(steps)).sum();
-    // A layer's points do not share its load evenly: a linear element answers with some shear.
+    // A layer's points do not share its load evenly: a linear element responds with some shear.
     for (order, share, sideways) in [(Order::Linear, 1e-2, 6e-2), (Order::Quadratic, 1e-3, 5e-3)] {
         let params = params(order, RestState::Net);
-        let (u, _) = solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap();
-        let most = u.values().iter().map(|u| u.xy().norm()).fold(0.0, f64::max);
-        assert!(most < sideways * top, "{order:?}: sideways {most} of {top}");
-        let both = mesh.points().iter().zip(u.values());
+        let (u, _) =
+            solve(&Body::new(mesh.clone(), tissue), &load, &params, Progress::none()).unwrap();
+        let largest = u.displacement().values().iter().map(|u| u.xy().norm()).fold(0.0, f64::max);
+        assert!(largest < sideways * top, "{order:?}: sideways {largest} of {top}");
+        let both = mesh.points().iter().zip(u.displacement().values());
         let end: Vec<f64> = both.filter(|(p, _)| p.z > height - 1e-9).map(|(_, u)| u.z).collect();
         let mean = end.iter().sum::<f64>() / end.len() as f64;
         assert!((mean - top).abs() < share * top, "{order:?}: {mean} instead of {top}");
@@ -54,14 +55,14 @@ fn no_change_of_gravity_moves_nothing() {
     for order in BOTH {
         let p = params(order, RestState::Net);
         let (u, info) =
-            solve(&Body::new(&mesh, &Tissue::default()), &to(supine()), &p, Progress::none())
+            solve(&Body::new(mesh.clone(), Tissue::default()), &to(supine()), &p, Progress::none())
                 .unwrap();
-        assert_eq!((u.max_norm(), info.iterations), (0.0, 0));
+        assert_eq!((u.displacement().max_norm(), info.iterations), (0.0, 0));
         let p = params(order, RestState::Unloaded);
         let (u, info) =
-            solve(&Body::new(&mesh, &Tissue::default()), &to(supine()), &p, Progress::none())
+            solve(&Body::new(mesh.clone(), Tissue::default()), &to(supine()), &p, Progress::none())
                 .unwrap();
-        assert!(u.max_norm() < 1e-9, "{}", u.max_norm());
+        assert!(u.displacement().max_norm() < 1e-9, "{}", u.displacement().max_norm());
         assert!(info.unloading.unwrap().max_distance_mm > 0.1);
     }
 }
@@ -72,11 +73,15 @@ fn the_order_is_as_asked() {
     let mesh = block([2, 2, 2], 10.0, 0.1);
     for order in BOTH {
         let p = params(order, RestState::Net);
-        let (u, _) =
-            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
-                .unwrap();
+        let (u, _) = solve(
+            &Body::new(mesh.clone(), Tissue::default()),
+            &to(sitting()),
+            &p,
+            Progress::none(),
+        )
+        .unwrap();
         let edges = if order == Order::Linear { 0 } else { Edges::new(&mesh).ends().len() };
-        assert_eq!(u.values().len(), mesh.points().len() + edges);
+        assert_eq!(u.displacement().values().len(), mesh.points().len() + edges);
     }
 }
 
@@ -101,13 +106,14 @@ fn a_mid_side_between_wall_points_may_move() {
         );
     let p = params(Order::Quadratic, RestState::Net);
     let (u, _) =
-        solve(&Body::new(&held, &Tissue::default()), &to(sitting()), &p, Progress::none()).unwrap();
+        solve(&Body::new(held.clone(), Tissue::default()), &to(sitting()), &p, Progress::none())
+            .unwrap();
     let edges = Edges::new(&held);
     let points = held.points().len();
     let (mut free, mut fixed) = (0, 0);
     for (edge, [a, b]) in edges.ends().iter().enumerate() {
         let [a, b] = [a, b].map(|p| held.points()[*p as usize]);
-        let moved = u.values()[points + edge].norm() > 0.0;
+        let moved = u.displacement().values()[points + edge].norm() > 0.0;
         if (a.z - b.z).abs() > 0.0 {
             free += 1;
             assert!(moved, "{a} {b}");
@@ -116,7 +122,11 @@ fn a_mid_side_between_wall_points_may_move() {
             assert!(!moved, "{a} {b}");
         }
     }
-    assert!(free > 0 && fixed > 0 && u.values()[..points].iter().all(|u| u.norm() == 0.0));
+    assert!(
+        free > 0
+            && fixed > 0
+            && u.displacement().values()[..points].iter().all(|u| u.norm() == 0.0)
+    );
 }
 
 /// Tissue that turns far swells on the straight way there; the pressure of that swelling makes the stiffness
@@ -127,8 +137,8 @@ fn nearly_incompressible_tissue_turns_in_few_iterations() {
     let tissue = Tissue { young_kpa: 2.0, poisson: 0.49, ..Tissue::default() };
     let params = Params { tolerance: 1e-9, ..params(Order::Linear, RestState::Net) };
     let (u, info) =
-        solve(&Body::new(&mesh, &tissue), &to(sitting()), &params, Progress::none()).unwrap();
-    assert!(u.max_norm() > 25.0, "{}", u.max_norm());
+        solve(&Body::new(mesh.clone(), tissue), &to(sitting()), &params, Progress::none()).unwrap();
+    assert!(u.displacement().max_norm() > 25.0, "{}", u.displacement().max_norm());
     // Nine with the pressure of the straight way.
     assert!(info.iterations <= 6 && info.indefinite == 0, "{info:?}");
 }
@@ -145,11 +155,18 @@ fn a_fixed_cut_is_held() {
     });
     let cut_moves = |cut: Cut| {
         let p = Params { cut, ..Params::default() };
-        let (u, _) =
-            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
-                .unwrap();
+        let (u, _) = solve(
+            &Body::new(mesh.clone(), Tissue::default()),
+            &to(sitting()),
+            &p,
+            Progress::none(),
+        )
+        .unwrap();
         let faces = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Cut);
-        faces.flat_map(|f| f.points).map(|p| u.values()[p as usize].norm()).fold(0.0, f64::max)
+        faces
+            .flat_map(|f| f.points)
+            .map(|p| u.displacement().values()[p as usize].norm())
+            .fold(0.0, f64::max)
     };
     assert_eq!(cut_moves(Cut::Fixed), 0.0);
     assert!(cut_moves(Cut::Free) > 0.1);
@@ -159,7 +176,9 @@ fn a_fixed_cut_is_held() {
 fn numbers_out_of_range_are_named() {
     let mesh = block([1, 1, 1], 10.0, 0.0);
     let refused = |tissue: Tissue, load: Load, params: Params| {
-        solve(&Body::new(&mesh, &tissue), &load, &params, Progress::none()).unwrap_err().to_string()
+        solve(&Body::new(mesh.clone(), tissue), &load, &params, Progress::none())
+            .unwrap_err()
+            .to_string()
     };
     let (t, l, p) = (Tissue::default(), to(sitting()), Params::default());
     let says = |message: String, words: &[&str]| {
@@ -179,15 +198,20 @@ fn a_body_without_support_is_refused() {
     let loose = tagged(&block([2, 2, 2], 10.0, 0.0), |_| BoundaryTag::Skin);
     for rest in [RestState::Net, RestState::Unloaded] {
         let p = params(Order::Quadratic, rest);
-        let error =
-            solve(&Body::new(&loose, &Tissue::default()), &to(sitting()), &p, Progress::none())
-                .unwrap_err();
+        let error = solve(
+            &Body::new(loose.clone(), Tissue::default()),
+            &to(sitting()),
+            &p,
+            Progress::none(),
+        )
+        .unwrap_err();
         assert!(matches!(error, Error::NoSupport { tets: 48, of: 48, tet: 0 }), "{error}");
     }
     let all = tagged(&block([1, 1, 1], 10.0, 0.0), |_| BoundaryTag::ChestWall);
     let p = params(Order::Linear, RestState::Net);
-    let error = solve(&Body::new(&all, &Tissue::default()), &to(sitting()), &p, Progress::none())
-        .unwrap_err();
+    let error =
+        solve(&Body::new(all.clone(), Tissue::default()), &to(sitting()), &p, Progress::none())
+            .unwrap_err();
     assert!(matches!(error, Error::NothingFree), "{error}");
 }
 
@@ -206,8 +230,9 @@ fn a_separate_piece_is_refused() {
     }));
     let mesh = TetMesh::new(points, tets, boundary).unwrap();
     let p = Params::default();
-    let error = solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
-        .unwrap_err();
+    let error =
+        solve(&Body::new(mesh.into(), Tissue::default()), &to(sitting()), &p, Progress::none())
+            .unwrap_err();
     assert!(matches!(error, Error::NoSupport { tets: 6, of: 12, tet: 6 }), "{error}");
 }
 
@@ -215,8 +240,9 @@ fn a_separate_piece_is_refused() {
 fn a_load_that_is_not_solved_is_an_error_with_figures() {
     let mesh = block([2, 2, 4], 10.0, 0.1);
     let p = Params { max_iterations: 1, ..Params::default() };
-    let error = solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none())
-        .unwrap_err();
+    let error =
+        solve(&Body::new(mesh.clone(), Tissue::default()), &to(sitting()), &p, Progress::none())
+            .unwrap_err();
     let message = error.to_string();
     let Error::NonConvergence { iterations, residual, tet, load_share, .. } = error else {
         panic!("{message}");
@@ -225,21 +251,46 @@ fn a_load_that_is_not_solved_is_an_error_with_figures() {
     assert!(message.contains("too many iterations") && message.contains("modulus"), "{message}");
 }
 
+/// Pressed down by twice its weight.
+#[test]
+fn squeezed_tissue_is_told_with_its_place() {
+    let mesh = block([2, 2, 4], 10.0, 0.05);
+    let tissue = Tissue { young_kpa: 0.2, poisson: 0.1, ..Tissue::default() };
+    let load = Load { ct: -sitting(), target: sitting() };
+    let params = params(Order::Linear, RestState::Net);
+    let (_, info) = solve(&Body::new(mesh, tissue), &load, &params, Progress::none()).unwrap();
+    assert!(info.min_det_f < SQUEEZED_DET_F, "{info:?}");
+    let told = info.warnings.iter().find(|w| w.code() == "squeezed-tissue").unwrap().to_string();
+    let [x, y, z] = info.min_det_f_at.coords.into();
+    assert!(z < 10.0, "the lowest layer bears all: {z} mm");
+    assert!(told.contains(&format!("[{x:.1}, {y:.1}, {z:.1}] mm")), "{told}");
+}
+
+#[test]
+fn failures_have_their_kinds() {
+    use supine_space::Failure;
+    assert_eq!(Error::Memory { unknowns: 3 }.kind(), Failure::Retry);
+    assert_eq!(Error::NothingFree.kind(), Failure::Method);
+    assert_eq!(Error::ApplicatorPose.kind(), Failure::Input);
+    assert_eq!(Error::from(supine_space::Stopped).kind(), Failure::Stopped);
+}
+
 /// One iteration too few for the whole load at once: its steps reach the same solution.
 #[test]
 fn load_steps_are_the_last_resort_and_are_told() {
     let mesh = block([2, 2, 3], 10.0, 0.1);
     let run = |max_iterations| {
         let p = Params { max_iterations, ..params(Order::Linear, RestState::Net) };
-        solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::none()).unwrap()
+        solve(&Body::new(mesh.clone(), Tissue::default()), &to(sitting()), &p, Progress::none())
+            .unwrap()
     };
     let (direct, info) = run(60);
     assert_eq!(info.load_steps, 1);
     assert!(info.warnings.is_empty());
     let (stepped, told) = run(info.iterations - 1);
     assert!(told.load_steps > 1);
-    assert!(told.warnings.iter().any(|w| w.contains("steps")), "{told:?}");
-    let both = direct.values().iter().zip(stepped.values());
+    assert!(told.warnings.iter().any(|w| w.to_string().contains("steps")), "{told:?}");
+    let both = direct.displacement().values().iter().zip(stepped.displacement().values());
     assert!(both.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) < 1e-7);
 }
 
@@ -254,7 +305,12 @@ fn a_stop_is_obeyed_at_every_call() {
             true
         };
         let run = |sink: &(dyn Fn(f64) -> bool + Sync)| {
-            solve(&Body::new(&mesh, &Tissue::default()), &to(sitting()), &p, Progress::new(sink))
+            solve(
+                &Body::new(mesh.clone(), Tissue::default()),
+                &to(sitting()),
+                &p,
+                Progress::new(sink),
+            )
         };
         run(&count).unwrap();
         let all = calls.load(Ordering::Relaxed);
@@ -274,8 +330,9 @@ fn the_same_input_gives_the_same_bits() {
     for rest in [RestState::Net, RestState::Unloaded] {
         let p = params(Order::Quadratic, rest);
         let tissue = Tissue { young_kpa: 2.0, ..Tissue::default() };
-        let run =
-            || solve(&Body::new(&mesh, &tissue), &to(sitting()), &p, Progress::none()).unwrap();
+        let run = || {
+            solve(&Body::new(mesh.clone(), tissue), &to(sitting()), &p, Progress::none()).unwrap()
+        };
         assert_eq!(run(), run());
     }
 }
@@ -300,10 +357,10 @@ proptest! {
         let rest = if unloaded { RestState::Unloaded } else { RestState::Net };
         let tissue = Tissue { young_kpa, poisson, ..Tissue::default() };
         let load = to(BedPose { ap_deg, lat_deg }.gravity());
-        match solve(&Body::new(&mesh, &tissue), &load, &params(order, rest), Progress::none()) {
+        match solve(&Body::new(mesh.clone(), tissue), &load, &params(order, rest), Progress::none()) {
             Ok((u, info)) => {
                 prop_assert!(info.residual <= 1e-10 && info.min_det_f > 0.0);
-                let wall = mesh.points().iter().zip(u.values()).filter(|(p, _)| p.z == 0.0);
+                let wall = mesh.points().iter().zip(u.displacement().values()).filter(|(p, _)| p.z == 0.0);
                 prop_assert!(wall.map(|(_, u)| u.norm()).fold(0.0, f64::max) == 0.0);
             }
             Err(Error::NonConvergence { .. } | Error::NoUnloadedShape { .. }) => {}

@@ -1,21 +1,22 @@
-//! Linear answers with the stiffness at a displacement.
+//! Linear systems with the stiffness at a displacement.
 
+use crate::analysis::{Analysis, OutOfMemory};
 use crate::batch::VolumeStrain;
 use crate::krylov::conjugate_gradients;
-use crate::linear::{Analysis, Factor, OutOfMemory};
+use crate::linear::Factor;
 use crate::model::Model;
 use crate::pattern::{Block, Pattern};
 use std::sync::Arc;
 use supine_space::Vector;
 
-/// Lowest eigenvalue of the lifted material tangent, in units of the shear modulus.
+/// Lowest eigenvalue of the shifted material tangent, in units of the shear modulus.
 pub(crate) const FLOOR: f64 = 1e-3;
 /// Steps of the iteration when the factor is that of the matrix itself; two or three are usual.
 const FRESH_STEPS: usize = 25;
 
 /// A factor whose product undoes that of the matrix nearly.
 enum Preconditioner {
-    /// Half the memory and time, seven digits.
+    /// Half the memory and time.
     Single(Factor<f32>),
     Double(Factor<f64>),
 }
@@ -30,7 +31,7 @@ impl Preconditioner {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stiffness {
     Exact,
-    Lifted,
+    Shifted,
 }
 
 /// The stiffness of one body, and a factor of it or of a former one.
@@ -45,10 +46,10 @@ pub(crate) struct Tangent {
     factorised: bool,
 }
 
-/// The answer of the linear system.
-pub(crate) struct Answer {
+/// The solution of a linear system.
+pub(crate) struct LinearSolution {
     pub(crate) x: Vec<f64>,
-    /// That of the exact stiffness, not of the lifted one.
+    /// That of the exact stiffness, not of the shifted one.
     pub(crate) exact: bool,
 }
 
@@ -68,22 +69,22 @@ impl Tangent {
         self.pattern.analysis().map_or(0, Analysis::entries)
     }
 
-    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, K with the `foreseen`
-    /// volume strain if there is one, or with the lifted stiffness where that one is not positive definite.
+    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, K with the `predicted`
+    /// volume strain if there is one, or with the shifted stiffness where that one is not positive definite.
     ///
     /// `None` when an element is turned inside out at `u` or neither has a factor.
     ///
     /// # Errors
     /// When there is not enough memory.
-    pub(crate) fn answers<const N: usize, const Q: usize, const K: usize>(
+    pub(crate) fn solve<const N: usize, const Q: usize, const K: usize>(
         &mut self,
         model: &Model<N, Q>,
         u: &[Vector],
-        foreseen: Option<&VolumeStrain<Q>>,
+        predicted: Option<&VolumeStrain<Q>>,
         right: [&[f64]; K],
         goal: f64,
-    ) -> Result<Option<[Answer; K]>, OutOfMemory> {
-        if model.stiffness(u, foreseen, &self.pattern, &mut self.blocks).is_none() {
+    ) -> Result<Option<[LinearSolution; K]>, OutOfMemory> {
+        if model.stiffness(u, predicted, &self.pattern, &mut self.blocks).is_none() {
             return Ok(None);
         }
         if self.factorised
@@ -94,23 +95,23 @@ impl Tangent {
         loop {
             let exact = match self.factorise_some(model, u)? {
                 None => return Ok(None),
-                Some(Stiffness::Lifted) => false,
+                Some(Stiffness::Shifted) => false,
                 Some(Stiffness::Exact) => {
                     if let Some(found) = self.iterate(right, goal, FRESH_STEPS) {
                         return Ok(Some(found));
                     }
-                    if self.more_digits()? {
+                    if self.use_double()? {
                         continue;
                     }
-                    // There are no more digits to be had.
+                    // There is no higher precision.
                     true
                 }
             };
-            let answers = right.map(|right| {
+            let solutions = right.map(|right| {
                 let mut x = right.to_vec();
-                self.apply_factor(&mut x).then_some(Answer { x, exact })
+                self.apply_factor(&mut x).then_some(LinearSolution { x, exact })
             });
-            return Ok(all(answers));
+            return Ok(all(solutions));
         }
     }
 
@@ -126,7 +127,7 @@ impl Tangent {
         if model.stiffness(u, None, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
-        Ok(self.factorise() || (self.more_digits()? && self.factorise()))
+        Ok(self.factorise() || (self.use_double()? && self.factorise()))
     }
 
     /// Replaces `x` by what the factor makes of it.
@@ -137,7 +138,7 @@ impl Tangent {
         }
     }
 
-    /// Makes the factor that of the exact stiffness of `model` at `u`, or of the lifted one.
+    /// Makes the factor that of the exact stiffness of `model` at `u`, or of the shifted one.
     ///
     /// # Errors
     /// When there is not enough memory.
@@ -152,8 +153,8 @@ impl Tangent {
         Ok(self.factorise_some(model, u)?.is_some())
     }
 
-    /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the lifted one, first in the
-    /// digits at hand, then in all. `None` when neither has a factor.
+    /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the shifted one, first in the
+    /// precision at hand, then in double. `None` when neither has a factor.
     fn factorise_some<const N: usize, const Q: usize>(
         &mut self,
         model: &Model<N, Q>,
@@ -164,16 +165,16 @@ impl Tangent {
                 return Ok(Some(Stiffness::Exact));
             }
             let blocks = &mut self.blocks;
-            if model.lifted_stiffness(u, FLOOR, &self.pattern, blocks).is_none() {
+            if model.shifted_stiffness(u, FLOOR, &self.pattern, blocks).is_none() {
                 return Ok(None);
             }
             if self.factorise() {
-                return Ok(Some(Stiffness::Lifted));
+                return Ok(Some(Stiffness::Shifted));
             }
             let blocks = &mut self.blocks;
             if !(self.preconditioner.is_single()
                 && model.stiffness(u, None, &self.pattern, blocks).is_some()
-                && self.more_digits()?)
+                && self.use_double()?)
             {
                 return Ok(None);
             }
@@ -188,8 +189,8 @@ impl Tangent {
         self.factorised
     }
 
-    /// Changes to a factor in all digits; false when it is one already.
-    pub(crate) fn more_digits(&mut self) -> Result<bool, OutOfMemory> {
+    /// Changes to a factor in double precision; false when it is one already.
+    pub(crate) fn use_double(&mut self) -> Result<bool, OutOfMemory> {
         if !self.preconditioner.is_single() {
             return Ok(false);
         }
@@ -210,9 +211,9 @@ impl Tangent {
         &mut self,
         right: [&[f64]; K],
         goal: f64,
-        most: usize,
-    ) -> Option<[Answer; K]> {
-        let answers = right.map(|right| {
+        max_steps: usize,
+    ) -> Option<[LinearSolution; K]> {
+        let solutions = right.map(|right| {
             let (pattern, blocks) = (&*self.pattern, &self.blocks);
             let preconditioner = &mut self.preconditioner;
             let x = conjugate_gradients(
@@ -223,11 +224,11 @@ impl Tangent {
                 },
                 right,
                 goal,
-                most,
+                max_steps,
             )?;
-            Some(Answer { x, exact: true })
+            Some(LinearSolution { x, exact: true })
         });
-        all(answers)
+        all(solutions)
     }
 }
 

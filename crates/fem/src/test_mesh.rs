@@ -1,6 +1,7 @@
 //! A block of tetrahedra and a ball of them for tests.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
 use supine_space::{Point, Vector};
 
@@ -8,8 +9,8 @@ use supine_space::{Point, Vector};
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
 
 /// A block of `cells` cubes of side `side` mm, six tetrahedra each, its points shaken by `shake`
-/// sides. The face at z = 0 is chest wall, the rest skin.
-pub(crate) fn block(cells: [usize; 3], side: f64, shake: f64) -> TetMesh {
+/// of these. The face at z = 0 is chest wall, the rest skin.
+pub(crate) fn block(cells: [usize; 3], side: f64, shake: f64) -> Arc<TetMesh> {
     let at = |c: [usize; 3]| ((c[2] * (cells[1] + 1) + c[1]) * (cells[0] + 1) + c[0]) as u32;
     let mut points = Vec::new();
     for z in 0..=cells[2] {
@@ -64,16 +65,18 @@ pub(crate) fn block(cells: [usize; 3], side: f64, shake: f64) -> TetMesh {
             tag: if wall(&face) { BoundaryTag::ChestWall } else { BoundaryTag::Skin },
         })
         .collect();
-    TetMesh::new(points.clone(), tets, boundary).expect("a block")
+    TetMesh::new(points.clone(), tets, boundary).expect("a block").into()
 }
 
 /// The mesh with the tag that `tag` gives to the corners of each boundary face.
-pub(crate) fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -> TetMesh {
+pub(crate) fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -> Arc<TetMesh> {
     let mut boundary = mesh.boundary().to_vec();
     for face in &mut boundary {
         face.tag = tag(&face.points.map(|p| mesh.points()[p as usize]));
     }
-    TetMesh::new(mesh.points().to_vec(), mesh.tets().to_vec(), boundary).expect("the same mesh")
+    TetMesh::new(mesh.points().to_vec(), mesh.tets().to_vec(), boundary)
+        .expect("the same mesh")
+        .into()
 }
 
 /// Points on the unit sphere and triangles between them, outward: an icosahedron whose triangles are cut into
@@ -121,7 +124,7 @@ pub(crate) fn ball(
     outer: f64,
     layers: usize,
     rounds: usize,
-) -> (TetMesh, Displacement) {
+) -> (Arc<TetMesh>, Displacement) {
     let (unit, triangles) = icosphere(rounds);
     let each = unit.len() as u32;
     let mut points = vec![Point::origin()];
@@ -160,5 +163,5 @@ pub(crate) fn ball(
         off.push(if inside { Vector::zeros() } else { middle.normalize() * radius - middle });
     }
     let off = Displacement::new(&mesh, &edges, off).expect("one vector per node");
-    (mesh, off)
+    (mesh.into(), off)
 }

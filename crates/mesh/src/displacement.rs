@@ -1,7 +1,8 @@
 //! Displacement of a mesh.
 
-use crate::{Edges, TetMesh};
-use supine_space::{Matrix, Vector};
+use crate::{Edges, MeshId, TetMesh};
+use std::sync::Arc;
+use supine_space::{Failure, Matrix, Vector};
 
 /// Polynomial order of the displacement within a tetrahedron.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,17 @@ pub enum Order {
 }
 
 impl Order {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Linear, Self::Quadratic];
+
+    /// Name in case files, on the command line, in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Quadratic => "quadratic",
+        }
+    }
+
     /// 1 or 2.
     pub fn number(self) -> u8 {
         match self {
@@ -25,11 +37,12 @@ impl Order {
 /// Displacement of the nodes of a mesh, always from the CT shape, mm.
 ///
 /// Nodes are the points of the mesh, and for quadratic order also the midpoints of its edges in
-/// the order of [`Edges`]. The mesh itself (the CT shape) is straight-sided.
+/// the order of [`Edges`]. The elements of the mesh itself (the CT shape) are straight. Copies share the vectors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
+    mesh: MeshId,
     order: Order,
-    values: Vec<Vector>,
+    values: Arc<[Vector]>,
 }
 
 /// Why a displacement cannot be.
@@ -52,6 +65,25 @@ pub enum DisplacementError {
     /// A vector is not finite.
     #[error("displacement vector {0} is not finite")]
     NotFinite(usize),
+    /// It was made for another mesh.
+    #[error(
+        "the {values} displacement vectors belong to another mesh than this one of {points} points"
+    )]
+    OtherMesh {
+        /// Vectors of the displacement.
+        values: usize,
+        /// Points of the mesh that it was to belong to.
+        points: usize,
+    },
+}
+
+impl DisplacementError {
+    /// What kind of failure this is.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Count { .. } | Self::NotFinite(_) | Self::OtherMesh { .. } => Failure::Input,
+        }
+    }
 }
 
 impl Displacement {
@@ -67,21 +99,26 @@ impl Displacement {
         let order = order_of(mesh, edges, values.len())?;
         match values.iter().position(|v| !v.iter().all(|c| c.is_finite())) {
             Some(n) => Err(DisplacementError::NotFinite(n)),
-            None => Ok(Self { order, values }),
+            None => Ok(Self { mesh: mesh.id(), order, values: values.into() }),
         }
     }
 
     /// Checks that this is a displacement of `mesh`.
     ///
     /// # Errors
-    /// [`DisplacementError::Count`] when it has another number of vectors.
-    pub fn check(&self, mesh: &TetMesh, edges: &Edges) -> Result<(), DisplacementError> {
-        order_of(mesh, edges, self.values.len()).map(|_| ())
+    /// [`DisplacementError::OtherMesh`] when it was made for one with other points or tetrahedra.
+    pub fn check(&self, mesh: &TetMesh) -> Result<(), DisplacementError> {
+        if self.mesh == mesh.id() {
+            return Ok(());
+        }
+        let (values, points) = (self.values.len(), mesh.points().len());
+        Err(DisplacementError::OtherMesh { values, points })
     }
 
     /// No displacement.
     pub fn zero(mesh: &TetMesh) -> Self {
-        Self { order: Order::Linear, values: vec![Vector::zeros(); mesh.points().len()] }
+        let values = vec![Vector::zeros(); mesh.points().len()].into();
+        Self { mesh: mesh.id(), order: Order::Linear, values }
     }
 
     /// Order within a tetrahedron.
@@ -104,12 +141,12 @@ impl Displacement {
             Order::Quadratic => {
                 let n = mesh.points().len();
                 let corners: Vector = (0..4).map(|a| corner[a] * (l[a] * (2.0 * l[a] - 1.0))).sum();
-                let sides: Vector = crate::TET_EDGES
+                let middles: Vector = crate::TET_EDGES
                     .iter()
                     .zip(edges.of_tets()[tet])
                     .map(|([a, b], e)| self.values[n + e as usize] * (4.0 * l[*a] * l[*b]))
                     .sum();
-                corners + sides
+                corners + middles
             }
         }
     }
@@ -127,11 +164,11 @@ impl Displacement {
         let n = mesh.points().len();
         let corners: Matrix =
             (0..4).map(|a| corner[a] * slopes[a].transpose() * (4.0 * l[a] - 1.0)).sum();
-        let sides = crate::TET_EDGES.iter().zip(edges.of_tets()[tet]).map(|(&[a, b], e)| {
+        let middles = crate::TET_EDGES.iter().zip(edges.of_tets()[tet]).map(|(&[a, b], e)| {
             let slope = slopes[b] * l[a] + slopes[a] * l[b];
             self.values[n + e as usize] * slope.transpose() * 4.0
         });
-        corners + sides.sum::<Matrix>()
+        corners + middles.sum::<Matrix>()
     }
 
     /// Largest norm, mm.

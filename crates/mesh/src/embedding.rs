@@ -5,6 +5,7 @@ use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::{TriMesh, TrianglePointLocation};
 use rayon::prelude::*;
+use std::sync::Arc;
 use supine_space::{Matrix, Point, Vector};
 
 /// Where a point lies relative to a mesh in its CT shape.
@@ -46,10 +47,10 @@ impl Beside {
 ///
 /// Places depend on the shape alone, so those of many points serve for one displacement after another
 /// ([`crate::Motion`]).
-pub struct Embedding<'a> {
-    mesh: &'a TetMesh,
+pub struct Embedding {
+    mesh: Arc<TetMesh>,
     edges: Edges,
-    locator: Locator<'a>,
+    locator: Locator,
     /// `None` only without a boundary, which no mesh is.
     boundary: Option<TriMesh>,
     /// Edges of the cut and the chest wall, lower point first, sorted.
@@ -57,37 +58,37 @@ pub struct Embedding<'a> {
     wall: Vec<[u32; 2]>,
 }
 
-impl std::fmt::Debug for Embedding<'_> {
+impl std::fmt::Debug for Embedding {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Embedding({:?})", self.locator)
     }
 }
 
-impl<'a> Embedding<'a> {
+impl Embedding {
     /// Prepares the search in `mesh`.
-    pub fn new(mesh: &'a TetMesh) -> Self {
+    pub fn new(mesh: Arc<TetMesh>) -> Self {
         let points = mesh.points().iter().map(|p| Vec3::new(p.x, p.y, p.z)).collect();
         let faces = mesh.boundary().iter().map(|f| f.points).collect();
         let rim = |tag| {
             let faces = mesh.boundary().iter().filter(|f| f.tag == tag);
-            let mut rim: Vec<[u32; 2]> = faces.flat_map(|f| sides(f.points)).collect();
+            let mut rim: Vec<[u32; 2]> = faces.flat_map(|f| edges_of(f.points)).collect();
             rim.sort_unstable();
             rim.dedup();
             rim
         };
         Self {
-            mesh,
-            edges: Edges::new(mesh),
-            locator: Locator::new(mesh),
+            edges: Edges::new(&mesh),
+            locator: Locator::new(mesh.clone()),
             boundary: TriMesh::new(points, faces).ok(),
             cut: rim(BoundaryTag::Cut),
             wall: rim(BoundaryTag::ChestWall),
+            mesh,
         }
     }
 
     /// The mesh.
-    pub fn mesh(&self) -> &'a TetMesh {
-        self.mesh
+    pub fn mesh(&self) -> &Arc<TetMesh> {
+        &self.mesh
     }
 
     /// Its edges.
@@ -116,8 +117,8 @@ impl<'a> Embedding<'a> {
                 let on = |rim: &[[u32; 2]]| rim.iter().any(|e| e.contains(&corners[v]));
                 (self.rim(face, on), unit(v), [Vector::zeros(); 3])
             }
-            TrianglePointLocation::OnEdge(side, [first, second]) => {
-                let (a, b) = PARRY_SIDES[side as usize % 3];
+            TrianglePointLocation::OnEdge(edge, [first, second]) => {
+                let (a, b) = PARRY_EDGES[edge as usize % 3];
                 let key = [corners[a].min(corners[b]), corners[a].max(corners[b])];
                 let mut weights = [0.0; 3];
                 (weights[a], weights[b]) = (first, second);
@@ -170,10 +171,10 @@ impl<'a> Embedding<'a> {
     }
 }
 
-/// Corners of the sides of a triangle as parry numbers them in point locations.
-const PARRY_SIDES: [(usize, usize); 3] = [(0, 1), (1, 2), (0, 2)];
+/// Corners of the edges of a triangle as parry numbers them in point locations.
+const PARRY_EDGES: [(usize, usize); 3] = [(0, 1), (1, 2), (0, 2)];
 
-fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+fn edges_of([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [(a, b), (b, c), (c, a)].map(|(p, q)| [p.min(q), p.max(q)])
 }
 

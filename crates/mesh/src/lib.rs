@@ -2,6 +2,7 @@
 //!
 //! Knows no voxels, no material and no file.
 
+mod deformation;
 mod displacement;
 mod edges;
 mod embedding;
@@ -13,6 +14,7 @@ mod tet_mesh;
 mod transfer;
 mod tri_surface;
 
+pub use deformation::Deformation;
 pub use displacement::{Displacement, DisplacementError, Order};
 pub use edges::{Edges, TET_EDGES};
 pub use embedding::{Beside, Embedding, Place};
@@ -23,6 +25,6 @@ pub use quality::{
     tet_quality,
 };
 pub use surface_distance::SurfaceDistance;
-pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
+pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, MeshId, TET_FACES, TetMesh};
 pub use transfer::transfer;
 pub use tri_surface::{SurfaceError, TriSurface};

@@ -4,6 +4,7 @@ use crate::{TetMesh, tet_mesh::signed_volume};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use std::sync::Arc;
 use supine_space::Point;
 
 /// A tetrahedron and the barycentric coordinates of a point in it.
@@ -16,14 +17,14 @@ pub struct Located {
 }
 
 /// Finds the tetrahedron of a mesh in its CT shape that holds a point.
-pub struct Locator<'a> {
-    mesh: &'a TetMesh,
+pub struct Locator {
+    mesh: Arc<TetMesh>,
     tree: Bvh,
     /// Lowest and highest coordinates of the mesh.
     extent: (Point, Point),
 }
 
-impl std::fmt::Debug for Locator<'_> {
+impl std::fmt::Debug for Locator {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Locator({} tetrahedra)", self.mesh.tets().len())
     }
@@ -32,15 +33,12 @@ impl std::fmt::Debug for Locator<'_> {
 /// How far outside, in barycentric units, a point on a face may seem through rounding.
 const ON_FACE: f64 = 1e-9;
 
-impl<'a> Locator<'a> {
+impl Locator {
     /// Prepares the search in `mesh`.
-    pub fn new(mesh: &'a TetMesh) -> Self {
-        let boxes: Vec<Aabb> = (0..mesh.tets().len()).map(|t| bounds(mesh, t)).collect();
-        Self {
-            mesh,
-            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
-            extent: mesh.bounds(),
-        }
+    pub fn new(mesh: Arc<TetMesh>) -> Self {
+        let boxes: Vec<Aabb> = (0..mesh.tets().len()).map(|t| bounds(&mesh, t)).collect();
+        let (tree, extent) = (Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes), mesh.bounds());
+        Self { mesh, tree, extent }
     }
 
     /// The lowest tetrahedron that holds the point (LPS, mm); `None` outside the mesh.
@@ -119,8 +117,8 @@ mod tests {
 
     #[test]
     fn points_inside_are_found_and_outside_are_not() {
-        let mesh = cube();
-        let locator = Locator::new(&mesh);
+        let mesh = Arc::new(cube());
+        let locator = Locator::new(mesh.clone());
         for (x, y, z) in [(0.3, 0.9, 1.7), (1.0, 1.0, 1.0), (0.0, 2.0, 0.5), (2.0, 2.0, 2.0)] {
             let p = Point::new(x, y, z);
             let found = locator.locate(&p).unwrap();

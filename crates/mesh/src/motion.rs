@@ -3,6 +3,7 @@
 use crate::embedding::slopes_in_plane;
 use crate::{Beside, BoundaryTag, Displacement, DisplacementError, Embedding, Order, Place};
 use rayon::prelude::*;
+use std::sync::Arc;
 use supine_space::{Matrix, Vector};
 
 /// How what lies outside the skin moves with it.
@@ -62,26 +63,26 @@ impl Surround {
 /// normal jumps at the skin (air does not stretch as tissue does), and both jump where two feet are
 /// equally near.
 #[derive(Debug)]
-pub struct Motion<'a> {
-    embedding: &'a Embedding<'a>,
-    displacement: &'a Displacement,
+pub struct Motion {
+    embedding: Arc<Embedding>,
+    displacement: Displacement,
     surround: Surround,
     /// A − I at the points of the mesh; zero away from the skin.
     turns: Vec<Matrix>,
 }
 
-impl<'a> Motion<'a> {
+impl Motion {
     /// A displacement of the mesh of `embedding`.
     ///
     /// # Errors
     /// When the displacement is not one of that mesh.
     pub fn new(
-        embedding: &'a Embedding<'a>,
-        displacement: &'a Displacement,
+        embedding: Arc<Embedding>,
+        displacement: Displacement,
         surround: Surround,
     ) -> Result<Self, DisplacementError> {
-        displacement.check(embedding.mesh(), embedding.edges())?;
-        let turns = turns(embedding, displacement);
+        displacement.check(embedding.mesh())?;
+        let turns = turns(&embedding, &displacement);
         Ok(Self { embedding, displacement, surround, turns })
     }
 
@@ -127,7 +128,7 @@ impl<'a> Motion<'a> {
         let corners = self.embedding.mesh().boundary()[beside.face].points;
         let turns = corners.iter().zip(beside.weights);
         let turned: Vector = turns.map(|(&c, l)| self.turns[c as usize] * beside.offset * l).sum();
-        on_face(self.embedding, self.displacement, beside.face, beside.weights) + turned
+        on_face(&self.embedding, &self.displacement, beside.face, beside.weights) + turned
     }
 
     /// s' v ŵᵀ + s [Σ ∂u/∂l_a b_aᵀ + Σ (A_a − I) w b_aᵀ + (A − I)(I − ∂c)], v the motion without decay, b_a
@@ -136,7 +137,7 @@ impl<'a> Motion<'a> {
         let Beside { face, weights, offset, slopes } = beside;
         let mesh = self.embedding.mesh();
         let (share, slope) = self.surround.share(offset.norm());
-        let along = slopes_on_face(self.embedding, self.displacement, *face, *weights);
+        let along = slopes_on_face(&self.embedding, &self.displacement, *face, *weights);
         let still = Matrix::identity() - beside.foot_slopes(mesh);
         let mut sum = Matrix::zeros();
         for (a, &corner) in mesh.boundary()[*face].points.iter().enumerate() {
@@ -148,46 +149,41 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Nodal displacements of a face: its corners, then (quadratic) its sides 01, 12, 20.
+/// Nodal displacements of a face: its corners, then (quadratic) the middles of its edges 01, 12, 20.
 fn nodal(
-    embedding: &Embedding<'_>,
+    embedding: &Embedding,
     displacement: &Displacement,
     face: usize,
 ) -> ([Vector; 3], Option<[Vector; 3]>) {
     let (mesh, values) = (embedding.mesh(), displacement.values());
     let corners = mesh.boundary()[face].points;
-    let sides = (displacement.order() == Order::Quadratic).then(|| {
+    let middles = (displacement.order() == Order::Quadratic).then(|| {
         [(0, 1), (1, 2), (2, 0)].map(|(a, b)| {
             let edge = embedding.edges().between(corners[a], corners[b]);
             edge.map_or_else(Vector::zeros, |e| values[mesh.points().len() + e as usize])
         })
     });
-    (corners.map(|c| values[c as usize]), sides)
+    (corners.map(|c| values[c as usize]), middles)
 }
 
 /// Displacement on a face at barycentric coordinates `l`: Σ l_a u_a, or for quadratic order
 /// Σ l_a (2 l_a − 1) u_a + Σ 4 l_a l_b u_ab.
-fn on_face(
-    embedding: &Embedding<'_>,
-    displacement: &Displacement,
-    face: usize,
-    l: [f64; 3],
-) -> Vector {
-    let (corners, sides) = nodal(embedding, displacement, face);
-    let Some([ab, bc, ca]) = sides else { return (0..3).map(|a| corners[a] * l[a]).sum() };
+fn on_face(embedding: &Embedding, displacement: &Displacement, face: usize, l: [f64; 3]) -> Vector {
+    let (corners, middles) = nodal(embedding, displacement, face);
+    let Some([ab, bc, ca]) = middles else { return (0..3).map(|a| corners[a] * l[a]).sum() };
     let corners: Vector = (0..3).map(|a| corners[a] * (l[a] * (2.0 * l[a] - 1.0))).sum();
     corners + (ab * (l[0] * l[1]) + bc * (l[1] * l[2]) + ca * (l[2] * l[0])) * 4.0
 }
 
 /// Slopes of [`on_face`] in each of the three barycentric coordinates, taken as independent.
 fn slopes_on_face(
-    embedding: &Embedding<'_>,
+    embedding: &Embedding,
     displacement: &Displacement,
     face: usize,
     l: [f64; 3],
 ) -> [Vector; 3] {
-    let (corners, sides) = nodal(embedding, displacement, face);
-    let Some([ab, bc, ca]) = sides else { return corners };
+    let (corners, middles) = nodal(embedding, displacement, face);
+    let Some([ab, bc, ca]) = middles else { return corners };
     [
         corners[0] * (4.0 * l[0] - 1.0) + (ab * l[1] + ca * l[2]) * 4.0,
         corners[1] * (4.0 * l[1] - 1.0) + (ab * l[0] + bc * l[2]) * 4.0,
@@ -199,7 +195,7 @@ fn slopes_on_face(
 ///
 /// Of one face: A = T + n' nᵀ with T the map of its tangents and n, n' its unit normals before and after.
 /// A face that is deformed to a line at a corner has no normal there and does not count.
-fn turns(embedding: &Embedding<'_>, displacement: &Displacement) -> Vec<Matrix> {
+fn turns(embedding: &Embedding, displacement: &Displacement) -> Vec<Matrix> {
     let mesh = embedding.mesh();
     let mut sums = vec![(Matrix::zeros(), 0.0); mesh.points().len()];
     let skin = mesh.boundary().iter().enumerate().filter(|(_, f)| f.tag == BoundaryTag::Skin);

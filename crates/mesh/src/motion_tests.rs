@@ -2,10 +2,11 @@ use super::*;
 use crate::tet_mesh::tests::cube;
 use crate::{BoundaryFace, Edges, TetMesh};
 use proptest::prelude::*;
+use std::sync::Arc;
 use supine_space::Point;
 
 /// A cube of side 20 mm from the origin: chest wall at z = 0, cut at x = 0, the rest skin.
-fn block() -> TetMesh {
+fn block() -> Arc<TetMesh> {
     let small = cube();
     let points: Vec<Point> = small.points().iter().map(|p| p * 10.0).collect();
     let tag = |f: &BoundaryFace| {
@@ -17,7 +18,7 @@ fn block() -> TetMesh {
         }
     };
     let boundary = small.boundary().iter().map(|f| BoundaryFace { tag: tag(f), ..*f }).collect();
-    TetMesh::new(points.clone(), small.tets().to_vec(), boundary).unwrap()
+    Arc::new(TetMesh::new(points.clone(), small.tets().to_vec(), boundary).unwrap())
 }
 
 fn moved(mesh: &TetMesh, order: Order, field: impl Fn(&Point) -> Vector) -> Displacement {
@@ -65,8 +66,8 @@ proptest! {
     fn the_derivative_is_that_of_the_value(p in around(), quadratic: bool) {
         let mesh = block();
         let u = moved(&mesh, BOTH[usize::from(quadratic)], bent);
-        let embedding = Embedding::new(&mesh);
-        let motion = Motion::new(&embedding, &u, NEAR).unwrap();
+        let embedding = Arc::new(Embedding::new(mesh.clone()));
+        let motion = Motion::new(embedding.clone(), u, NEAR).unwrap();
         let here = embedding.place(&p);
         let Some(gradient) = motion.gradient(&here) else {
             prop_assert!(motion.at(&here).is_none());
@@ -91,8 +92,8 @@ proptest! {
     fn the_value_has_no_steps(p in around(), way in around(), quadratic: bool) {
         let mesh = block();
         let u = moved(&mesh, BOTH[usize::from(quadratic)], bent);
-        let embedding = Embedding::new(&mesh);
-        let motion = Motion::new(&embedding, &u, NEAR).unwrap();
+        let embedding = Arc::new(Embedding::new(mesh.clone()));
+        let motion = Motion::new(embedding.clone(), u, NEAR).unwrap();
         let steps = 2000;
         let mut last: Option<Vector> = None;
         for n in 0..=steps {
@@ -117,6 +118,7 @@ proptest! {
         let small = cube();
         let points = small.points().iter().map(|p| p * 10.0).collect();
         let mesh = TetMesh::new(points, small.tets().to_vec(), small.boundary().to_vec()).unwrap();
+        let mesh = Arc::new(mesh);
         let axis = Vector::from(axis);
         prop_assume!(axis.norm() > 0.1);
         let axis = axis.normalize() * angle;
@@ -126,8 +128,8 @@ proptest! {
             + cross * cross * ((1.0 - angle.cos()) / (angle * angle).max(1e-18));
         let field = |p: &Point| turn * p.coords + Vector::new(3.0, -7.0, 5.0);
         let u = moved(&mesh, BOTH[usize::from(quadratic)], field);
-        let embedding = Embedding::new(&mesh);
-        let motion = Motion::new(&embedding, &u, Surround { rigid_mm: 30.0, reach_mm: 31.0 }).unwrap();
+        let embedding = Arc::new(Embedding::new(mesh.clone()));
+        let motion = Motion::new(embedding.clone(), u, Surround { rigid_mm: 30.0, reach_mm: 31.0 }).unwrap();
         let place = embedding.place(&p);
         prop_assert!((motion.at(&place).unwrap() - field(&p)).norm() < 1e-9);
         prop_assert!((motion.gradient(&place).unwrap() - turn).norm() < 1e-9);
@@ -137,10 +139,10 @@ proptest! {
 #[test]
 fn the_skin_itself_moves_as_the_tissue_does() {
     let mesh = block();
-    let embedding = Embedding::new(&mesh);
+    let embedding = Arc::new(Embedding::new(mesh.clone()));
     for order in BOTH {
         let u = moved(&mesh, order, bent);
-        let motion = Motion::new(&embedding, &u, Surround::default()).unwrap();
+        let motion = Motion::new(embedding.clone(), u, Surround::default()).unwrap();
         for (n, face) in mesh.boundary().iter().enumerate() {
             let l = [0.2, 0.5, 0.3];
             let corners = face.points.map(|p| mesh.points()[p as usize]);
@@ -171,7 +173,7 @@ fn the_skin_itself_moves_as_the_tissue_does() {
 #[test]
 fn rims_belong_to_the_cut_then_to_the_wall() {
     let mesh = block();
-    let embedding = Embedding::new(&mesh);
+    let embedding = Arc::new(Embedding::new(mesh.clone()));
     // Beyond the edge of cut and skin, of wall and skin, and the corner of all three.
     assert_eq!(embedding.place(&Point::new(-1.0, 21.0, 7.0)), Place::Beyond);
     assert_eq!(embedding.place(&Point::new(7.0, 21.0, -1.0)), Place::Wall);
@@ -201,9 +203,9 @@ fn the_decay_begins_and_ends_as_stated() {
 #[test]
 fn many_places_are_those_of_each() {
     let mesh = block();
-    let embedding = Embedding::new(&mesh);
+    let embedding = Arc::new(Embedding::new(mesh.clone()));
     let u = moved(&mesh, Order::Quadratic, bent);
-    let motion = Motion::new(&embedding, &u, NEAR).unwrap();
+    let motion = Motion::new(embedding.clone(), u, NEAR).unwrap();
     let points: Vec<Point> =
         (0..500).map(f64::from).map(|n| Point::new(n % 31.0, n % 37.0, n % 29.0)).collect();
     let places = embedding.places(&points);
@@ -214,5 +216,5 @@ fn many_places_are_those_of_each() {
     let faces = crate::TET_FACES.map(|f| f.map(|c| c as u32));
     let boundary = faces.map(|points| BoundaryFace { points, tag: BoundaryTag::Skin }).to_vec();
     let other = TetMesh::new(points, vec![[0, 1, 2, 3]], boundary).unwrap();
-    assert!(Motion::new(&embedding, &Displacement::zero(&other), NEAR).is_err());
+    assert!(Motion::new(embedding, Displacement::zero(&other), NEAR).is_err());
 }

@@ -1,7 +1,8 @@
 //! The tetrahedral mesh.
 
 use std::collections::BTreeMap;
-use supine_space::{Point, Vector};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use supine_space::{Failure, Point, Vector};
 
 /// What a boundary face is part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -64,6 +65,24 @@ pub struct TetMesh {
     points: Vec<Point>,
     tets: Vec<[u32; 4]>,
     boundary: Vec<BoundaryFace>,
+    id: MeshId,
+}
+
+/// Which mesh something belongs to: equal for the same points and tetrahedra in the same order, whatever the
+/// boundary faces are part of. Only for comparisons within a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MeshId(u64);
+
+impl MeshId {
+    fn of(points: &[Point], tets: &[[u32; 4]]) -> Self {
+        let mut hasher = DefaultHasher::new();
+        points.len().hash(&mut hasher);
+        // Adding 0 makes -0 the same as 0, as in comparisons of points.
+        let bits = points.iter().flat_map(|p| p.coords.iter().map(|c| (c + 0.0).to_bits()));
+        bits.for_each(|bits| hasher.write_u64(bits));
+        tets.as_flattened().hash(&mut hasher);
+        Self(hasher.finish())
+    }
 }
 
 /// Why a mesh cannot be.
@@ -92,7 +111,7 @@ pub enum MeshError {
         points: usize,
     },
     /// A tetrahedron is flat or inverted.
-    #[error("tetrahedron {tet} of the mesh is flat or inverted (volume {volume:e} mm³)")]
+    #[error("tetrahedron {tet} of the mesh is flat or inverted (volume {volume:.1e} mm³)")]
     Volume {
         /// Which one.
         tet: usize,
@@ -113,6 +132,13 @@ pub enum MeshError {
         /// Tagged faces that are not on the boundary.
         foreign: usize,
     },
+}
+
+impl MeshError {
+    /// What kind of failure this is.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
 }
 
 /// Sorted points of a face: its name whatever its orientation.
@@ -140,7 +166,8 @@ impl TetMesh {
         }
         check_indices("tetrahedron", tets.iter().map(|t| &t[..]), points.len())?;
         check_indices("boundary face", boundary.iter().map(|f| &f.points[..]), points.len())?;
-        let mut mesh = Self { points, tets, boundary };
+        let id = MeshId::of(&points, &tets);
+        let mut mesh = Self { points, tets, boundary, id };
         let mut used = vec![false; mesh.points.len()];
         for (tet, corners) in mesh.tets.iter().enumerate() {
             let volume = mesh.volume(tet);
@@ -194,6 +221,11 @@ impl TetMesh {
             }
         }
         Ok(open)
+    }
+
+    /// Which mesh this is, for what belongs to it.
+    pub fn id(&self) -> MeshId {
+        self.id
     }
 
     /// Points, LPS, mm.
@@ -299,7 +331,7 @@ pub(crate) mod tests {
             [0, 4, 5, 7],
             [0, 5, 1, 7],
         ];
-        let mesh = TetMesh { points, tets, boundary: vec![] };
+        let mesh = TetMesh { id: MeshId::of(&points, &tets), points, tets, boundary: vec![] };
         let boundary = mesh.open_faces().unwrap().into_values();
         let boundary =
             boundary.map(|points| BoundaryFace { points, tag: BoundaryTag::Skin }).collect();
@@ -320,6 +352,19 @@ pub(crate) mod tests {
             })
             .sum();
         assert!((out - 8.0).abs() < 1e-14, "faces point outwards: {out}");
+    }
+
+    #[test]
+    fn a_mesh_is_known_by_its_points_and_tetrahedra() {
+        let mesh = cube();
+        let (points, tets) = (mesh.points().to_vec(), mesh.tets().to_vec());
+        let mut boundary = mesh.boundary().to_vec();
+        boundary[0].tag = BoundaryTag::Cut;
+        let tagged = TetMesh::new(points.clone(), tets.clone(), boundary.clone()).unwrap();
+        assert_eq!(tagged.id(), mesh.id());
+        let mut moved = points;
+        moved[3].x += 1e-9;
+        assert_ne!(TetMesh::new(moved, tets, boundary).unwrap().id(), mesh.id());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Closed surfaces of triangles.
 
-use supine_space::Point;
+use supine_space::{Failure, Point};
 
 /// A closed surface of triangles that wind counter-clockwise seen from outside; points in LPS, mm.
 ///
@@ -66,6 +66,13 @@ pub enum SurfaceError {
         /// Middle of the first, LPS, mm.
         at: [f64; 3],
     },
+}
+
+impl SurfaceError {
+    /// What kind of failure this is.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
 }
 
 impl TriSurface {

@@ -14,8 +14,8 @@ const STEP_MM: f64 = 0.25;
 
 /// The measures of the scene: the moved mesh against the moved CT, independent of how that was made.
 pub fn agreement(scene: &Scene<'_>) -> Agreement {
-    let moved = |point: u32| scene.displacement.values()[point as usize].norm();
-    let wall = scene.mesh.points_on(BoundaryTag::ChestWall).into_iter().map(moved);
+    let moved = |point: u32| scene.displacement().values()[point as usize].norm();
+    let wall = scene.mesh().points_on(BoundaryTag::ChestWall).into_iter().map(moved);
     Agreement {
         voxel_mm: scene.ct.grid().spacing().max(),
         chest_wall_mm: wall.fold(0.0, f64::max),
@@ -24,7 +24,7 @@ pub fn agreement(scene: &Scene<'_>) -> Agreement {
 }
 
 fn skin(scene: &Scene<'_>) -> Option<SkinAgreement> {
-    let faces = scene.mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
+    let faces = scene.mesh().boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
     let found: Vec<Option<f64>> = faces.filter_map(|face| distance(scene, face)).collect();
     let mut distances: Vec<f64> = found.iter().map(|d| d.unwrap_or(SEARCH_MM)).collect();
     distances.sort_by(f64::total_cmp);
@@ -44,7 +44,7 @@ fn skin(scene: &Scene<'_>) -> Option<SkinAgreement> {
 fn distance(scene: &Scene<'_>, face: &BoundaryFace) -> Option<Option<f64>> {
     let corners = face
         .points
-        .map(|p| scene.mesh.points()[p as usize] + scene.displacement.values()[p as usize]);
+        .map(|p| scene.mesh().points()[p as usize] + scene.displacement().values()[p as usize]);
     let middle = Point::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
     let normal = normal.try_normalize(f64::EPSILON)?;

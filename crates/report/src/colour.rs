@@ -11,8 +11,8 @@ pub(crate) const AFTER: Rgb = [255, 84, 224];
 pub(crate) const SKIN: Rgb = [64, 212, 255];
 /// The chest wall.
 pub(crate) const CHEST_WALL: Rgb = [255, 92, 72];
-/// The chest wall where its place is doubtful.
-pub(crate) const DOUBT: Rgb = [255, 255, 255];
+/// The chest wall where its place is uncertain.
+pub(crate) const UNCERTAIN: Rgb = [255, 255, 255];
 /// The cut.
 pub(crate) const CUT: Rgb = [132, 226, 112];
 /// Edges within the mesh.

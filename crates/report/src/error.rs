@@ -1,6 +1,7 @@
 //! Why there is no report.
 
 use std::path::PathBuf;
+use supine_space::Failure;
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
@@ -30,4 +31,15 @@ pub enum Error {
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] supine_space::Stopped),
+}
+
+impl Error {
+    /// What kind of failure it is.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Write { source, .. } => Failure::of_output(source),
+            Self::Picture { .. } | Self::Page(_) => Failure::Output,
+            Self::Stopped(_) => Failure::Stopped,
+        }
+    }
 }

@@ -1,11 +1,12 @@
 //! The page: one file, no scripts, nothing loaded from elsewhere.
 
-use crate::pictures::Row;
+use crate::encoded::EncodedRow;
 use crate::tables::{self, Table};
 use crate::verdict::Verdict;
 use crate::{Mesh, Summary, tg132, words};
 use askama::Template;
 use base64::Engine;
+use supine_space::Warning;
 
 /// The page as the template sees it.
 #[derive(Template)]
@@ -48,18 +49,14 @@ struct Figure<'a> {
     height: usize,
 }
 
-/// The page. `pngs` are the rows' pictures as PNG files, row by row.
+/// The page.
 ///
 /// # Errors
 /// What the template engine says.
-pub(crate) fn page(
-    summary: &Summary,
-    rows: &[Row],
-    pngs: &[Vec<u8>],
-) -> Result<String, askama::Error> {
+pub(crate) fn page(summary: &Summary, rows: &[EncodedRow]) -> Result<String, askama::Error> {
     Page {
         summary,
-        breast: words::capital(&summary.case.breast),
+        breast: words::capital(&summary.position.breast),
         verdict: Verdict::new(summary),
         key: tables::key(summary),
         tables: tables::stages(summary),
@@ -67,7 +64,7 @@ pub(crate) fn page(
         carried: tables::carried(summary),
         tg132: tg132::table(summary),
         files: tables::files(summary),
-        sections: sections(rows, pngs),
+        sections: sections(rows),
     }
     .render()
 }
@@ -77,7 +74,7 @@ pub(crate) fn page(
 #[template(path = "mesh.html")]
 struct MeshPage<'a> {
     title: String,
-    warnings: &'a [String],
+    warnings: &'a [Warning],
     version: &'static str,
     table: Table,
     sections: Vec<Section<'a>>,
@@ -88,27 +85,26 @@ struct MeshPage<'a> {
 /// # Errors
 /// What the template engine says.
 pub(crate) fn mesh_page(
-    (facts, warnings): (&Mesh, &[String]),
-    rows: &[Row],
-    pngs: &[Vec<u8>],
+    facts: &Mesh,
+    warnings: &[Warning],
+    rows: &[EncodedRow],
 ) -> Result<String, askama::Error> {
     let version = env!("CARGO_PKG_VERSION");
     let title = format!("Mesh of {} tetrahedra", words::count(facts.tetrahedra));
-    let (table, sections) = (tables::shape(facts), sections(rows, pngs));
+    let (table, sections) = (tables::shape(facts), sections(rows));
     MeshPage { title, warnings, version, table, sections }.render()
 }
 
 /// The rows under their headings, with their pictures in order.
-fn sections<'a>(rows: &'a [Row], pngs: &[Vec<u8>]) -> Vec<Section<'a>> {
-    let mut pngs = pngs.iter();
+fn sections(rows: &[EncodedRow]) -> Vec<Section<'_>> {
     let mut sections: Vec<Section<'_>> = Vec::new();
     for row in rows {
-        let figures = row.pictures.iter().zip(pngs.by_ref()).map(|(picture, png)| Figure {
+        let figures = row.pictures.iter().map(|picture| Figure {
             caption: &picture.caption,
             alt: format!("{}. {}", picture.caption, row.text),
-            data: base64::engine::general_purpose::STANDARD.encode(png),
-            width: picture.canvas.width(),
-            height: picture.canvas.height(),
+            data: base64::engine::general_purpose::STANDARD.encode(&picture.png),
+            width: picture.width,
+            height: picture.height,
         });
         let shown = Shown {
             text: &row.text,
@@ -125,7 +121,7 @@ fn sections<'a>(rows: &'a [Row], pngs: &[Vec<u8>]) -> Vec<Section<'a>> {
     sections
 }
 
-fn columns(row: &Row) -> String {
-    let widths = row.pictures.iter().map(|p| format!("{}fr", p.canvas.width()));
+fn columns(row: &EncodedRow) -> String {
+    let widths = row.pictures.iter().map(|p| format!("{}fr", p.width));
     widths.collect::<Vec<_>>().join(" ")
 }

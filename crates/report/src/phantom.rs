@@ -2,7 +2,10 @@
 
 use crate::Scene;
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, TET_FACES, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{
+    BoundaryFace, BoundaryTag, Deformation, Displacement, Edges, TET_FACES, TetMesh,
+};
 use supine_space::{Grid, Matrix, Point, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, Volume, label};
 
@@ -16,10 +19,9 @@ pub(crate) struct Phantom {
     pub(crate) ct: Ct,
     pub(crate) deformed: Ct,
     pub(crate) labels: LabelMap,
-    pub(crate) doubt: Volume<u8>,
+    pub(crate) uncertainty: Volume<u8>,
     pub(crate) tissues: LabelMap,
-    pub(crate) mesh: TetMesh,
-    pub(crate) displacement: Displacement,
+    pub(crate) deformation: Deformation,
 }
 
 impl Phantom {
@@ -54,8 +56,9 @@ impl Phantom {
         let mesh = block(4, 40.0);
         let values = vec![u; mesh.points().len()];
         let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
-        // The patient's left half of the boundary is doubtful.
-        let doubt = Volume::from_fn(grid.clone(), |v| {
+        let deformation = Deformation::new(Arc::new(mesh), displacement).unwrap();
+        // The patient's left half of the boundary is uncertain.
+        let uncertainty = Volume::from_fn(grid.clone(), |v| {
             let p = grid.centre(v);
             let near = (p.y - 5.0).abs() < 3.0 && hu(p) > -1000;
             if near && p.x > 0.0 { 40 } else { u8::from(near) }
@@ -66,7 +69,7 @@ impl Phantom {
             label::SOFT_TISSUE => label::FAT,
             other => other,
         });
-        Self { ct, deformed, labels, doubt, tissues, mesh, displacement }
+        Self { ct, deformed, labels, uncertainty, tissues, deformation }
     }
 
     /// The scene with the nipple as focus; no tumour.
@@ -75,10 +78,9 @@ impl Phantom {
             ct: &self.ct,
             deformed: &self.deformed,
             labels: &self.labels,
-            doubt: Some(&self.doubt),
+            uncertainty: Some(&self.uncertainty),
             tissues: Some(&self.tissues),
-            mesh: &self.mesh,
-            displacement: &self.displacement,
+            deformation: &self.deformation,
             sphere: Sphere::new(Point::origin(), 48.0).unwrap(),
             tumour: None,
             tumour_after: None,

@@ -1,6 +1,7 @@
-//! What the pictures show.
+//! What the pictures show, and what is told of it.
 
-use supine_mesh::{Displacement, TetMesh};
+use crate::{Mesh, Movement, Segmentation, Summary, VolumeChange};
+use supine_mesh::{Deformation, Displacement, TetMesh};
 use supine_space::{Point, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Volume};
 
@@ -15,14 +16,12 @@ pub struct Scene<'a> {
     pub labels: &'a LabelMap,
     /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and 0
     /// elsewhere, on the grid of the labels; `None` when it is not known.
-    pub doubt: Option<&'a Volume<u8>>,
+    pub uncertainty: Option<&'a Volume<u8>>,
     /// The finer labels, on the grid of the labels; `None` when the case did not ask for them.
     pub tissues: Option<&'a LabelMap>,
-    /// The mesh in the CT shape.
-    pub mesh: &'a TetMesh,
-    /// Displacement from the CT shape to the operating position, as the CT was carried: with its fade
+    /// The mesh in the CT shape with its displacement to the operating position, as the CT was carried: with its fade
     /// towards the cut.
-    pub displacement: &'a Displacement,
+    pub deformation: &'a Deformation,
     /// The region.
     pub sphere: Sphere,
     /// The tumour in the CT.
@@ -33,4 +32,40 @@ pub struct Scene<'a> {
     pub nipple: Option<Point>,
     /// The side of the breast.
     pub side: Side,
+}
+
+/// What the captions and tables beside the pictures tell.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// What was found of the chest wall and the soft tissue.
+    pub segmentation: &'a Segmentation,
+    /// What the mesh is like.
+    pub mesh: &'a Mesh,
+    /// How the volume of each structure changes: [`crate::volume_changes`].
+    pub volumes: &'a [VolumeChange],
+    /// The nipple before and after.
+    pub nipple: Option<&'a Movement>,
+}
+
+impl<'a> Scene<'a> {
+    /// The mesh in the CT shape.
+    pub(crate) fn mesh(&self) -> &'a TetMesh {
+        self.deformation.mesh()
+    }
+
+    /// Displacement from the CT shape, mm.
+    pub(crate) fn displacement(&self) -> &'a Displacement {
+        self.deformation.displacement()
+    }
+}
+
+impl<'a> From<&'a Summary> for Shown<'a> {
+    fn from(summary: &'a Summary) -> Self {
+        Self {
+            segmentation: &summary.segmentation,
+            mesh: &summary.mesh,
+            volumes: &summary.volumes,
+            nipple: summary.nipple.as_ref(),
+        }
+    }
 }

@@ -12,17 +12,23 @@ pub use moved::{
     CarriedObject, CarriedPoint, CarriedRegion, Consistency, Jacobian, Movement, VolumeChange, Warp,
 };
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Everything there is to say about a run.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Summary {
+    /// Version of this structure: [`Summary::SCHEMA`].
+    pub schema: u32,
     /// What made the result.
     pub tool: Tool,
     /// What the result must not be used for, one statement per entry: [`must_not_be_used_for`].
     pub must_not_be_used_for: Vec<String>,
-    /// What was asked.
-    pub case: Case,
+    /// The case as it was checked, with its defaults: what `supine run` repeats the run from. Without what names files
+    /// when the patient was taken out.
+    pub case: serde_json::Map<String, serde_json::Value>,
+    /// Which breast, on which table, with which tumour.
+    pub position: Position,
     /// The files that were read.
     pub inputs: Vec<Input>,
     /// Every parameter that shaped the result, defaults included.
@@ -61,12 +67,14 @@ pub struct Summary {
     pub warnings: Vec<Warning>,
     /// The files that were written, `summary.json` left out; the page also leaves itself out.
     pub outputs: Vec<Output>,
+    /// The results that this one rests on, from the inputs on, each with the key of its content.
+    pub chain: Vec<Link>,
     /// Times, memory and threads: differ from run to run.
     pub run: Run,
 }
 
 /// What made the result.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Tool {
     /// `supine`.
     pub name: String,
@@ -74,9 +82,9 @@ pub struct Tool {
     pub version: String,
 }
 
-/// What was asked.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Case {
+/// Which breast, on which table, with which tumour.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct Position {
     /// The patient's side: `left` or `right`.
     pub breast: String,
     /// The operating table.
@@ -86,7 +94,7 @@ pub struct Case {
 }
 
 /// The tilt of the operating table.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Bed {
     /// Head-up angle, degrees: positive raises the head.
     pub ap_deg: f64,
@@ -97,7 +105,7 @@ pub struct Bed {
 }
 
 /// A ball.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Ball {
     /// Centre, LPS, mm.
     pub centre_mm: [f64; 3],
@@ -106,7 +114,7 @@ pub struct Ball {
 }
 
 /// A file or folder that was read.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Input {
     /// What it served for: `ct`, `labels`, `seeds`, `points`, ...
     pub role: String,
@@ -119,7 +127,7 @@ pub struct Input {
 }
 
 /// Every parameter that shaped the result.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// The soft tissue and how it is loaded.
     pub tissue: Tissue,
@@ -134,7 +142,7 @@ pub struct Parameters {
 }
 
 /// The soft tissue and how it is loaded.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Tissue {
     /// Young's modulus, kPa; with `moduli` their mean over the mesh. It belongs to the rest state and the
     /// element order beside it.
@@ -155,7 +163,7 @@ pub struct Tissue {
 }
 
 /// Moduli that differ from tissue to tissue, kPa.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Moduli {
     /// What decided the tissue: `labels`, or `hu` between fat and gland.
     pub map: String,
@@ -176,7 +184,7 @@ pub struct Moduli {
 }
 
 /// What the displacement of the tumour comes to when the modulus lies within an interval.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ModulusInterval {
     /// The interval, kPa: of the mean modulus where it differs from tissue to tissue.
     pub young_kpa: [f64; 2],
@@ -187,7 +195,7 @@ pub struct ModulusInterval {
 }
 
 /// What was asked of the mesher.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct MeshParameters {
     /// Number of tetrahedra asked for.
     pub tetrahedra: usize,
@@ -199,7 +207,7 @@ pub struct MeshParameters {
 }
 
 /// The spherical region.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct RegionParameters {
     /// Centre, LPS, mm.
     pub centre_mm: [f64; 3],
@@ -210,7 +218,7 @@ pub struct RegionParameters {
 }
 
 /// The CT as it was read.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CtFacts {
     /// Voxels along the grid's axes.
     pub size: [usize; 3],
@@ -227,7 +235,7 @@ pub struct CtFacts {
 }
 
 /// A file that was not used.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Its name, without the way to it.
     pub file: String,
@@ -236,27 +244,27 @@ pub struct LeftOut {
 }
 
 /// Result of the segmentation.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Segmentation {
-    /// HU found for fat; `None` when the labels were brought.
+    /// HU found for fat; `None` when the labels were supplied.
     pub fat_hu: Option<f64>,
-    /// HU found for muscle; `None` when the labels were brought.
+    /// HU found for muscle; `None` when the labels were supplied.
     pub muscle_hu: Option<f64>,
     /// Soft tissue within the region, ml.
     pub soft_tissue_ml: f64,
     /// Chest wall within the region, with all it encloses, ml.
     pub chest_wall_ml: f64,
-    /// Doubt about the boundary between them; `None` when the labels were brought.
-    pub doubt: Option<WallDoubt>,
+    /// Uncertainty of the boundary between them; `None` when the labels were supplied.
+    pub uncertainty: Option<WallUncertainty>,
     /// What the whole case was judged by, and how near a warning or refusal it was.
-    pub gates: Vec<Gate>,
+    pub quality_checks: Vec<QualityCheck>,
     /// Finer tissues; `None` when the case did not ask for them.
     pub tissues: Option<Tissues>,
 }
 
 /// A figure that the whole case was judged by.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct Gate {
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct QualityCheck {
     /// What was measured.
     pub what: String,
     /// Its unit.
@@ -274,7 +282,7 @@ pub struct Gate {
 }
 
 /// Fat, gland and other tissues. Nothing is computed from them.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Tissues {
     /// Commonest value of the fat, HU.
     pub fat_hu: f64,
@@ -290,7 +298,7 @@ pub struct Tissues {
 }
 
 /// How much there is of a tissue.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TissueVolume {
     /// Its name, as in the file of labels.
     pub name: String,
@@ -303,21 +311,21 @@ pub struct TissueVolume {
 }
 
 /// How sure the boundary between chest wall and soft tissue is within the region.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct WallDoubt {
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct WallUncertainty {
     /// Its area, cm².
     pub boundary_cm2: f64,
     /// The area that may be wrong by more than `limit_mm`, cm².
-    pub doubtful_cm2: f64,
-    /// The boundary is called doubtful where it may be wrong by more than this, mm.
+    pub uncertain_cm2: f64,
+    /// The boundary is called uncertain where it may be wrong by more than this, mm.
     pub limit_mm: f64,
-    /// The largest doubtful place; `None` when there is none.
-    pub largest: Option<DoubtfulPatch>,
+    /// The largest uncertain place; `None` when there is none.
+    pub largest: Option<UncertainPatch>,
 }
 
-/// A connected part of the boundary that is doubtful.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct DoubtfulPatch {
+/// A connected part of the boundary that is uncertain.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct UncertainPatch {
     /// Area, cm².
     pub area_cm2: f64,
     /// Its middle, LPS, mm.
@@ -329,7 +337,7 @@ pub struct DoubtfulPatch {
 }
 
 /// Result of the mesher.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Number of tetrahedra asked for.
     pub asked: usize,
@@ -380,7 +388,7 @@ pub struct Mesh {
 }
 
 /// Nodes that lie off the straight mesh so that elements follow skin and chest wall.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Curved {
     /// How many.
     pub nodes: usize,
@@ -394,7 +402,7 @@ pub struct Curved {
 
 /// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the labels,
 /// the sphere, or the surface of the mesh that was coarsened.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct SurfaceFit {
     /// The tag: `skin`, `chest_wall` or `cut`.
     pub tag: String,
@@ -407,7 +415,7 @@ pub struct SurfaceFit {
 }
 
 /// A tetrahedron of poor shape.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct WorstTet {
     /// Its number in the mesh, from 0.
     pub tet: usize,
@@ -422,7 +430,7 @@ pub struct WorstTet {
 }
 
 /// Result of the mechanics.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Solve {
     /// Newton iterations over all load steps.
     pub iterations: usize,
@@ -441,7 +449,7 @@ pub struct Solve {
 }
 
 /// The exported DICOM series.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Export {
     /// Folder, relative to the run's folder.
     pub folder: String,
@@ -461,7 +469,7 @@ pub struct Export {
 }
 
 /// The map as registration objects: deformable for the tissue, rigid for the chest wall.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Registration {
     /// Folder, relative to the run's folder.
     pub folder: String,
@@ -480,7 +488,7 @@ pub struct Registration {
 }
 
 /// How many checks were passed.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Checks {
     /// Checks passed.
     pub passed: usize,
@@ -489,16 +497,19 @@ pub struct Checks {
 }
 
 /// What the user must know before trusting the result.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Warning {
     /// The stage that says it: `import`, `segment`, `mesh`, `solve`, `warp`, `export`, ...
     pub stage: String,
+    /// The kind of warning, for programs: lower-case words joined by `-`, the same for every occurrence.
+    #[serde(default)]
+    pub code: String,
     /// What it says.
     pub message: String,
 }
 
 /// A file or folder that was written.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Output {
     /// Path relative to the run's folder, with `/`.
     pub path: String,
@@ -506,9 +517,27 @@ pub struct Output {
     pub blake3: String,
 }
 
+/// A result of a stage, and what it was made from.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Name of the stage.
+    pub stage: String,
+    /// Hash (BLAKE3, hexadecimal) of its name, of the version of its method, of its own parameters and input files, and
+    /// of the keys of the results that it was made from.
+    pub key: String,
+    /// Hash of what it made, where the results that were made from it are known by that; else absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
+    /// Those keys, or values.
+    pub parents: Vec<String>,
+}
+
 /// What differs from run to run of the same case.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
 pub struct Run {
+    /// The folder that the case's paths lead from; `None` when the patient was taken out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub case_folder: Option<std::path::PathBuf>,
     /// The stages in the order they ran.
     pub stages: Vec<StageTime>,
     /// Wall time of the whole run, seconds.
@@ -520,7 +549,7 @@ pub struct Run {
 }
 
 /// How long a stage took.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct StageTime {
     /// Name of the stage.
     pub name: String,
@@ -548,7 +577,15 @@ pub fn must_not_be_used_for() -> Vec<String> {
     .to_vec()
 }
 
+/// The JSON schema of `summary.json`.
+pub fn summary_schema() -> serde_json::Value {
+    schemars::schema_for!(Summary).into()
+}
+
 impl Summary {
+    /// Version of its structure: 2 since the whole case stands in it.
+    pub const SCHEMA: u32 = 2;
+
     /// The summary as JSON: indented, keys in the order of the fields, ends with a line feed.
     pub fn to_json(&self) -> String {
         // Plain structs of numbers, strings and lists: there is no value that JSON cannot hold.

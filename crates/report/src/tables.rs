@@ -1,7 +1,7 @@
 //! The report's tables, as text.
 
 use crate::words::{capital, count, directions, fixed, triple};
-use crate::{Gate, Mesh, Movement, Summary, Tissues, VolumeChange, WallDoubt};
+use crate::{Mesh, Movement, QualityCheck, Summary, Tissues, VolumeChange, WallUncertainty};
 
 /// A table of text; the template escapes it.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl Table {
 /// What a planner must know.
 pub(crate) fn key(s: &Summary) -> Table {
     let mut t = Table::facts("At a glance");
-    let bed = &s.case.bed;
+    let bed = &s.position.bed;
     t.row(
         "Operating table",
         format!(
@@ -140,12 +140,12 @@ pub(crate) fn stages(s: &Summary) -> Vec<Table> {
 
 fn position(s: &Summary) -> Table {
     let mut t = Table::facts("Position");
-    let bed = &s.case.bed;
+    let bed = &s.position.bed;
     t.row("Table, AP", format!("{}° (positive raises the head)", fixed(bed.ap_deg, 1)));
     let lat = fixed(bed.lat_deg, 1);
     t.row("Table, LAT", format!("{lat}° (positive lowers the patient's left side)"));
     t.row("Gravity, LPS", triple(bed.gravity, 4));
-    if let Some(b) = &s.case.tumour {
+    if let Some(b) = &s.position.tumour {
         t.row("Tumour radius", format!("{} mm", fixed(b.radius_mm, 1)));
     }
     for (name, m) in [("Tumour", &s.tumour), ("Nipple, estimated,", &s.nipple)] {
@@ -209,8 +209,8 @@ fn segmentation(s: &Summary) -> Table {
     t.row("Muscle", hu(s.segmentation.muscle_hu));
     t.row("Soft tissue in the region", format!("{} ml", fixed(s.segmentation.soft_tissue_ml, 0)));
     t.row("Chest wall in the region", format!("{} ml", fixed(s.segmentation.chest_wall_ml, 0)));
-    if let Some(doubt) = &s.segmentation.doubt {
-        t.row("Doubtful boundary", doubtful(doubt));
+    if let Some(uncertainty) = &s.segmentation.uncertainty {
+        t.row("Uncertain boundary", uncertain(uncertainty));
     }
     if let Some(tissues) = &s.segmentation.tissues {
         t.row("Breast density", density(tissues));
@@ -227,23 +227,23 @@ fn density(tissues: &Tissues) -> String {
 }
 
 /// How near the case was to a warning or refusal; none when nothing was measured.
-pub(crate) fn gates(gates: &[Gate]) -> Option<Table> {
+pub(crate) fn quality_checks(quality_checks: &[QualityCheck]) -> Option<Table> {
     let mut t = Table::list(
         "How near a warning or refusal the whole case was. * refuses only together with another one",
         &["Measured", "Figure", "Warns", "Refuses"],
     );
-    for gate in gates {
+    for check in quality_checks {
         let limit = |limit: Option<f64>| match limit {
-            Some(limit) if gate.at_most => format!("above {}", figure(limit, &gate.unit)),
-            Some(limit) => format!("below {}", figure(limit, &gate.unit)),
+            Some(limit) if check.at_most => format!("above {}", figure(limit, &check.unit)),
+            Some(limit) => format!("below {}", figure(limit, &check.unit)),
             None => "\u{2013}".into(),
         };
-        let star = if gate.jointly { " *" } else { "" };
+        let star = if check.jointly { " *" } else { "" };
         t.rows.push(vec![
-            capital(&gate.what),
-            figure(gate.value, &gate.unit),
-            limit(gate.warns),
-            limit(gate.refuses) + star,
+            capital(&check.what),
+            figure(check.value, &check.unit),
+            limit(check.warns),
+            limit(check.refuses) + star,
         ]);
     }
     (!t.rows.is_empty()).then_some(t)
@@ -297,10 +297,10 @@ pub(crate) fn volumes(changes: &[VolumeChange]) -> Option<Table> {
 }
 
 /// `12.5 of 180 cm² may be off by more than 2 mm; largest: 7.8 cm², upper outer quadrant`.
-fn doubtful(doubt: &WallDoubt) -> String {
-    let (bad, all) = (fixed(doubt.doubtful_cm2, 1), fixed(doubt.boundary_cm2, 0));
-    let limit = fixed(doubt.limit_mm, 0);
-    let largest = doubt.largest.as_ref().map_or_else(String::new, |p| {
+fn uncertain(uncertainty: &WallUncertainty) -> String {
+    let (bad, all) = (fixed(uncertainty.uncertain_cm2, 1), fixed(uncertainty.boundary_cm2, 0));
+    let limit = fixed(uncertainty.limit_mm, 0);
+    let largest = uncertainty.largest.as_ref().map_or_else(String::new, |p| {
         format!("; largest: {} cm², {}", fixed(p.area_cm2, 1), p.place)
     });
     format!("{bad} of {all} cm² may be off by more than {limit} mm{largest}")

@@ -38,7 +38,7 @@ pub fn volume_changes(
     scene: &Scene<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<VolumeChange>, Stopped> {
-    let edges = Edges::new(scene.mesh);
+    let edges = Edges::new(scene.mesh());
     progress.at(0.1)?;
     let all = tissue(scene, &edges);
     progress.at(0.7)?;
@@ -66,7 +66,7 @@ pub fn volume_changes(
 
 /// Samples of every tetrahedron.
 fn tissue(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
-    let mesh = scene.mesh;
+    let mesh = scene.mesh();
     let quarters: Vec<[f64; 4]> = (0..=4u8)
         .flat_map(|a| (0..=4 - a).map(move |b| (a, b)))
         .flat_map(|(a, b)| (0..=4 - a - b).map(move |c| [a, b, c, 4 - a - b - c]))
@@ -75,7 +75,7 @@ fn tissue(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
     let sample = |tet: usize| {
         let (corners, volume) = (mesh.corners(tet), mesh.volume(tet) / quarters.len() as f64);
         let at = move |&l: &[f64; 4]| Sample {
-            det: det_f(mesh, edges, scene.displacement, tet, l),
+            det: det_f(mesh, edges, scene.displacement(), tet, l),
             volume,
             place: Point::from((0..4).map(|c| corners[c].coords * l[c]).sum::<Vector>()),
         };
@@ -87,7 +87,7 @@ fn tissue(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
 /// Samples of the tumour's sphere; none when there is none.
 fn tumour(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
     let Some(sphere) = scene.tumour else { return Vec::new() };
-    let locator = Locator::new(scene.mesh);
+    let locator = Locator::new(std::sync::Arc::clone(scene.deformation.mesh()));
     let step = sphere.radius() / f64::from(ACROSS);
     let along = -ACROSS..=ACROSS;
     let mut samples = Vec::new();
@@ -100,7 +100,7 @@ fn tumour(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
                 }
                 let place = sphere.centre() + offset;
                 let det = locator.locate(&place).map_or(1.0, |at| {
-                    det_f(scene.mesh, edges, scene.displacement, at.tet, at.weights)
+                    det_f(scene.mesh(), edges, scene.displacement(), at.tet, at.weights)
                 });
                 samples.push(Sample { det, volume: 0.0, place });
             }
@@ -114,7 +114,7 @@ fn tumour(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
 
 /// The figures of a structure from its samples in ascending order, one at least.
 fn change(name: &str, samples: &[Sample], span: f64) -> VolumeChange {
-    let (least, most) = (samples[0], samples[samples.len() - 1]);
+    let (min, max) = (samples[0], samples[samples.len() - 1]);
     let before: f64 = samples.iter().map(|s| s.volume).sum();
     let after: f64 = samples.iter().map(|s| s.volume * s.det).sum();
     let mut shares = vec![0.0; CLASSES];
@@ -127,14 +127,14 @@ fn change(name: &str, samples: &[Sample], span: f64) -> VolumeChange {
         before_ml: before / 1000.0,
         after_ml: after / 1000.0,
         jacobian: Jacobian {
-            min: least.det,
+            min: min.det,
             p01: percentile(samples, 0.01),
             mean: after / before,
             p99: percentile(samples, 0.99),
-            max: most.det,
+            max: max.det,
         },
-        least_mm: least.place.coords.into(),
-        most_mm: most.place.coords.into(),
+        min_mm: min.place.coords.into(),
+        max_mm: max.place.coords.into(),
         span,
         shares,
     }
@@ -155,16 +155,17 @@ fn percentile(samples: &[Sample], share: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::phantom::Phantom;
-    use supine_mesh::Displacement;
+    use supine_mesh::{Deformation, Displacement};
     use supine_space::{Matrix, Sphere};
 
     /// The phantom, stretched along x at the patient's left and squeezed at her right.
     fn stretched() -> Phantom {
         let mut phantom = Phantom::new(Matrix::identity(), Vector::zeros());
         let u = |p: &Point| Vector::new(0.1 * p.x.abs(), 0.0, 0.0);
-        let values = phantom.mesh.points().iter().map(u).collect();
-        let edges = Edges::new(&phantom.mesh);
-        phantom.displacement = Displacement::new(&phantom.mesh, &edges, values).unwrap();
+        let mesh = std::sync::Arc::clone(phantom.deformation.mesh());
+        let values = mesh.points().iter().map(u).collect();
+        let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
+        phantom.deformation = Deformation::new(mesh, displacement).unwrap();
         phantom
     }
 
@@ -181,7 +182,7 @@ mod tests {
         close(all.after_ml, 64.0, 1e-9);
         close(all.jacobian.min, 0.9, 1e-12);
         close(all.jacobian.p99, 1.1, 1e-12);
-        assert!(all.least_mm[0] <= 0.0 && all.most_mm[0] >= 0.0, "{all:?}");
+        assert!(all.min_mm[0] <= 0.0 && all.max_mm[0] >= 0.0, "{all:?}");
         close(all.shares.iter().sum(), 1.0, 1e-9);
         close(all.shares[0] + all.shares[39], 1.0, 1e-9);
         close(of("tumour").after_ml / of("tumour").before_ml, 1.1, 1e-12);

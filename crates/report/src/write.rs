@@ -1,42 +1,59 @@
 //! The report's folder.
 
+use crate::encoded::{EncodedRow, encoded};
 use crate::files::{builder, replace_folder};
-use crate::pictures::{Picture, Row};
-use crate::{Error, Mesh, Scene, Summary, html, pictures};
-use rayon::prelude::*;
+use crate::{Error, Mesh, Scene, Shown, Summary, html, pictures};
 use std::path::{Path, PathBuf};
 use supine_mesh::TetMesh;
-use supine_space::{Point, Progress, Vector};
+use supine_space::{Point, Progress, Vector, Warning};
 
-/// What was written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Info {
-    /// The files, relative to the report's folder: `index.html`, then the pictures.
-    pub files: Vec<PathBuf>,
+/// All pictures of a report, encoded, with their captions and tables.
+#[derive(Debug)]
+pub struct Pictures {
+    rows: Vec<EncodedRow>,
     /// What the pictures could not show.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
-/// Writes `dir/index.html`, self-contained, and its pictures as `dir/*.png`.
+impl Pictures {
+    /// Memory that they hold, bytes.
+    pub fn bytes(&self) -> usize {
+        self.rows.iter().flat_map(|row| &row.pictures).map(|picture| picture.png.len()).sum()
+    }
+}
+
+/// Draws all pictures of a report. They rest on nothing that is exported, so that they can be drawn meanwhile.
+///
+/// # Errors
+/// [`Error::Picture`] when the encoder fails, [`Error::Stopped`] when the user asked to stop.
+pub fn draw(
+    shown: &Shown<'_>,
+    scene: &Scene<'_>,
+    progress: Progress<'_>,
+) -> Result<Pictures, Error> {
+    let rows = pictures::rows(shown, scene, progress.part(0.0, 0.7))?;
+    let rows = encoded(rows, progress.part(0.7, 1.0))?;
+    Ok(Pictures { rows, warnings: missing(scene) })
+}
+
+/// Writes `dir/index.html`, self-contained, and its pictures as `dir/*.png`; the files, relative to `dir`: `index.html`, then
+/// the pictures.
 ///
 /// Everything is written into a temporary folder beside `dir`, which then takes the place of
 /// `dir`. Nothing in it differs from run to run of the same case.
 ///
 /// # Errors
-/// [`Error::Write`] when the folder cannot be written, [`Error::Page`] and [`Error::Picture`] when
-/// an encoder fails, [`Error::Stopped`] when the user asked to stop. `dir` is then as it was.
+/// [`Error::Write`] when the folder cannot be written, [`Error::Page`] when the page cannot be made, [`Error::Stopped`] when
+/// the user asked to stop. `dir` is then as it was.
 pub fn write(
     summary: &Summary,
-    scene: &Scene<'_>,
+    pictures: &Pictures,
     dir: &Path,
     progress: Progress<'_>,
-) -> Result<Info, Error> {
-    let rows = pictures::rows(summary, scene, progress.part(0.0, 0.7))?;
-    let pngs = encoded(&rows, progress.part(0.7, 0.95))?;
-    let page = html::page(summary, &rows, &pngs)?;
-    progress.at(0.95)?;
-    let files = write_folder(&page, &rows, &pngs, dir)?;
-    Ok(Info { files, warnings: missing(scene) })
+) -> Result<Vec<PathBuf>, Error> {
+    let page = html::page(summary, &pictures.rows)?;
+    progress.at(0.5)?;
+    write_folder(&page, &pictures.rows, dir)
 }
 
 /// Writes `dir/index.html`, a page on a mesh alone, and its pictures as `dir/*.png`, as [`write()`] does.
@@ -46,46 +63,31 @@ pub fn write(
 pub fn write_mesh(
     mesh: &TetMesh,
     facts: &Mesh,
-    warnings: &[String],
+    warnings: &[Warning],
     dir: &Path,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
     let middle =
         mesh.points().iter().map(|p| p.coords).sum::<Vector>() / mesh.points().len() as f64;
     let rows = pictures::of_mesh(mesh, facts, &Point::from(middle), progress.part(0.0, 0.6))?;
-    let pngs = encoded(&rows, progress.part(0.6, 0.95))?;
-    let page = html::mesh_page((facts, warnings), &rows, &pngs)?;
-    write_folder(&page, &rows, &pngs, dir)?;
+    let rows = encoded(rows.into(), progress.part(0.6, 0.95))?;
+    let page = html::mesh_page(facts, warnings, &rows)?;
+    write_folder(&page, &rows, dir)?;
     Ok(())
-}
-
-/// The pictures as PNG files, row by row.
-fn encoded(rows: &[Row], progress: Progress<'_>) -> Result<Vec<Vec<u8>>, Error> {
-    let all: Vec<_> = rows.iter().flat_map(|row| &row.pictures).collect();
-    let encode = |(n, picture): (usize, &&Picture)| {
-        progress.at(n as f64 / all.len() as f64)?;
-        let fail = |source| Error::Picture { name: picture.name.clone(), source };
-        picture.canvas.png().map_err(fail)
-    };
-    all.par_iter().enumerate().map(encode).collect()
 }
 
 /// The page and its pictures in a temporary folder that then takes the place of `dir`; the files,
 /// relative to it.
-fn write_folder(
-    page: &str,
-    rows: &[Row],
-    pngs: &[Vec<u8>],
-    dir: &Path,
-) -> Result<Vec<PathBuf>, Error> {
+fn write_folder(page: &str, rows: &[EncodedRow], dir: &Path) -> Result<Vec<PathBuf>, Error> {
     let parent = dir.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let fail = |source| Error::Write { path: dir.to_path_buf(), source };
     std::fs::create_dir_all(parent).map_err(fail)?;
     let fresh = builder(0o777).tempdir_in(parent).map_err(fail)?;
-    let mut files = Vec::with_capacity(1 + pngs.len());
-    let names = rows.iter().flat_map(|row| &row.pictures).map(|p| format!("{}.png", p.name));
+    let mut files = Vec::new();
+    let pictures = rows.iter().flat_map(|row| &row.pictures);
+    let pictures = pictures.map(|p| (format!("{}.png", p.name), p.png.as_slice()));
     let pages = std::iter::once(("index.html".to_string(), page.as_bytes()));
-    for (name, bytes) in pages.chain(names.zip(pngs.iter().map(Vec::as_slice))) {
+    for (name, bytes) in pages.chain(pictures) {
         std::fs::write(fresh.path().join(&name), bytes).map_err(fail)?;
         files.push(PathBuf::from(name));
     }
@@ -94,10 +96,10 @@ fn write_folder(
 }
 
 /// What the pictures could not show.
-fn missing(scene: &Scene<'_>) -> Vec<String> {
+fn missing(scene: &Scene<'_>) -> Vec<Warning> {
     let lost = scene.tumour.is_some() && scene.tumour_after.is_none();
     let text = "the tumour's place on the operating table is not known: it is not drawn";
-    lost.then(|| text.into()).into_iter().collect()
+    lost.then(|| Warning::new("tumour-place-unknown", text)).into_iter().collect()
 }
 
 #[cfg(test)]
@@ -107,34 +109,39 @@ mod tests {
     use crate::summary::tests::example;
     use supine_space::{Matrix, Point, Sphere, Vector};
 
-    fn report(dir: &Path) -> Info {
+    fn drawn(scene: &Scene<'_>, progress: Progress<'_>) -> Result<Pictures, Error> {
+        draw(&(&example()).into(), scene, progress)
+    }
+
+    fn report(dir: &Path) -> Vec<PathBuf> {
         let phantom = Phantom::new(Matrix::identity(), Vector::new(2.0, 1.0, -3.0));
         let mut scene = phantom.scene();
         scene.tumour = Some(Sphere::new(Point::new(5.0, -10.0, 4.0), 8.0).unwrap());
         scene.tumour_after = Some(Point::new(7.0, -9.0, 1.0));
-        write(&example(), &scene, dir, Progress::none()).unwrap()
+        let pictures = drawn(&scene, Progress::none()).unwrap();
+        write(&example(), &pictures, dir, Progress::none()).unwrap()
     }
 
     #[test]
     fn a_report_is_the_same_each_time_and_replaces_the_old_one() {
         let root = tempfile::tempdir().unwrap();
         let (a, b) = (root.path().join("a"), root.path().join("b"));
-        let info = report(&a);
+        let files = report(&a);
         std::fs::create_dir(&b).unwrap();
         std::fs::write(b.join("stale.png"), "old").unwrap();
-        assert_eq!(report(&b), info);
-        for file in &info.files {
+        assert_eq!(report(&b), files);
+        for file in &files {
             let read = |dir: &Path| std::fs::read(dir.join(file)).unwrap();
             assert!(read(&a) == read(&b), "{}", file.display());
         }
         assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 2, "nothing temporary is left");
         let mut names: Vec<PathBuf> =
             std::fs::read_dir(&b).unwrap().map(|f| f.unwrap().file_name().into()).collect();
-        let mut told = info.files.clone();
+        let mut told = files.clone();
         names.sort_unstable();
         told.sort_unstable();
         assert_eq!(told, names);
-        stands_alone(&std::fs::read_to_string(a.join("index.html")).unwrap(), info.files.len() - 1);
+        stands_alone(&std::fs::read_to_string(a.join("index.html")).unwrap(), files.len() - 1);
     }
 
     fn stands_alone(page: &str, pictures: usize) {
@@ -157,14 +164,18 @@ mod tests {
         let scene = phantom.scene();
         let dir = root.path().join("report");
         {
-            let sink = |share: f64| share < 0.95;
-            let error = write(&example(), &scene, &dir, Progress::new(&sink)).unwrap_err();
+            let sink = |share: f64| share < 0.5;
+            let error = drawn(&scene, Progress::new(&sink)).unwrap_err();
             assert!(matches!(error, Error::Stopped(_)), "{error}");
         }
+        let pictures = drawn(&scene, Progress::none()).unwrap();
+        let sink = |share: f64| share < 0.5;
+        let error = write(&example(), &pictures, &dir, Progress::new(&sink)).unwrap_err();
+        assert!(matches!(error, Error::Stopped(_)), "{error}");
         assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
         std::fs::write(root.path().join("file"), "").unwrap();
         let inside = root.path().join("file").join("report");
-        let error = write(&example(), &scene, &inside, Progress::none()).unwrap_err();
+        let error = write(&example(), &pictures, &inside, Progress::none()).unwrap_err();
         assert!(error.to_string().contains("report"), "{error}");
     }
 

@@ -4,7 +4,7 @@
 //! paths that end in each cell, costs summed, the cheapest level taken. Here 8 directions on the
 //! ring of rays times the slices; the jump costs grow linearly and jumps beyond a reach are barred.
 
-use crate::sheet::RAYS;
+use crate::radial_map::RAYS;
 use rayon::prelude::*;
 
 /// Costs of (slice, ray, level), level fastest.
@@ -37,13 +37,22 @@ impl Costs {
 /// What a jump between neighbours costs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Jumps {
-    /// Cost per level between neighbouring rays, and levels allowed.
-    pub(crate) ray: (f32, usize),
-    /// The same between neighbouring slices.
-    pub(crate) slice: (f32, usize),
+    /// Between neighbouring rays.
+    pub(crate) ray: Jump,
+    /// Between neighbouring slices.
+    pub(crate) slice: Jump,
 }
 
-/// Rays walked before the first one that counts, so that the ring has no seam.
+/// A jump along a path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jump {
+    /// Cost per level.
+    pub(crate) cost: f32,
+    /// Levels allowed.
+    pub(crate) reach: usize,
+}
+
+/// Rays walked before the first one that counts, so that the ring has no seam (reference, section 4).
 const WARM: usize = 60;
 
 /// The summed path costs of every (slice, ray, level).
@@ -55,18 +64,20 @@ pub(crate) fn aggregate(costs: &Costs, jumps: Jumps) -> Costs {
             ring(costs, k, forward, jumps.ray, out);
         }
     });
-    let diagonal = (0.9 * jumps.ray.0.hypot(jumps.slice.0), jumps.ray.1.max(jumps.slice.1) + 1);
+    let Jumps { ray, slice } = jumps;
+    let diagonal =
+        Jump { cost: 0.9 * ray.cost.hypot(slice.cost), reach: ray.reach.max(slice.reach) + 1 };
     for up in [true, false] {
         for turn in [0, 1, RAYS - 1] {
             let rule = if turn == 0 { jumps.slice } else { diagonal };
-            add_paths(costs, (up, turn), rule, &mut sum);
+            add_paths(costs, up, turn, rule, &mut sum);
         }
     }
     sum
 }
 
 /// Adds the paths from the first slice up (or the last one down) that turn by `turn` rays per slice.
-fn add_paths(costs: &Costs, (up, turn): (bool, usize), rule: (f32, usize), sum: &mut Costs) {
+fn add_paths(costs: &Costs, up: bool, turn: usize, rule: Jump, sum: &mut Costs) {
     let levels = costs.levels;
     let slices = costs.values.len() / (RAYS * levels);
     // The walk at place p is on ray p.
@@ -100,7 +111,7 @@ pub(crate) fn cheapest(sum: &Costs) -> Vec<usize> {
 }
 
 /// Adds the paths round the ring of one slice.
-fn ring(costs: &Costs, k: usize, forward: bool, rule: (f32, usize), out: &mut [f32]) {
+fn ring(costs: &Costs, k: usize, forward: bool, rule: Jump, out: &mut [f32]) {
     let levels = costs.levels;
     let ray = |step: usize| if forward { step % RAYS } else { RAYS - 1 - step % RAYS };
     let mut walk = Walk::new(levels, rule);
@@ -127,7 +138,7 @@ struct Walk {
 }
 
 impl Walk {
-    fn new(levels: usize, (jump, reach): (f32, usize)) -> Self {
+    fn new(levels: usize, Jump { cost: jump, reach }: Jump) -> Self {
         let doublings = (reach + 1).next_power_of_two().ilog2();
         let pad = 1 << doublings >> 1;
         let mut padded = vec![f32::INFINITY; levels + 2 * pad];
@@ -167,6 +178,10 @@ impl Walk {
 mod tests {
     use super::*;
 
+    fn alike(cost: f32, reach: usize) -> Jumps {
+        Jumps { ray: Jump { cost, reach }, slice: Jump { cost, reach } }
+    }
+
     /// Evidence for level 10 + 5 sin on two rays of three, against noise everywhere.
     #[test]
     fn a_smooth_surface_is_found_through_gaps_and_false_evidence() {
@@ -185,7 +200,7 @@ mod tests {
                 }
             }
         });
-        let sum = aggregate(&costs, Jumps { ray: (0.5, 3), slice: (0.5, 3) });
+        let sum = aggregate(&costs, alike(0.5, 3));
         let got = cheapest(&sum);
         let wrong = (0..30 * RAYS).filter(|n| got[*n].abs_diff(truth(n / RAYS, n % RAYS)) > 2);
         let wrong = wrong.count();
@@ -199,7 +214,7 @@ mod tests {
                 out[p * 5 + (p + k) % 5] = -1.0;
             }
         });
-        let got = cheapest(&aggregate(&costs, Jumps { ray: (0.0, 4), slice: (0.0, 4) }));
+        let got = cheapest(&aggregate(&costs, alike(0.0, 4)));
         assert!((0..3 * RAYS).all(|n| got[n] == (n % RAYS + n / RAYS) % 5));
     }
 }

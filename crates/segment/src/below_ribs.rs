@@ -1,12 +1,12 @@
 //! The shell below the ribs: carried on at its last distance under the skin.
 
 use crate::body::flag;
-use crate::bones::median;
 use crate::plane::bilinear;
+use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
 use crate::scan::Scan;
-use crate::sheet::{RAYS, Rays, Sheet};
-use crate::shell::{LEVELS, START_MM};
+use supine_volume::median;
 
+// Chosen, not measured: without ribs there is no truth to measure against (reference, section 5).
 /// Bone deeper than this below the expected shell is not a rib (spine, contrast in a kidney), mm.
 const TOO_DEEP_MM: f32 = 12.0;
 /// The distance under the skin follows the ribs with this length, mm.
@@ -25,26 +25,27 @@ const BARE_SHARE: f32 = 0.6;
 /// below a breast, where the ribs do not.
 const INSIDE_MM: f32 = 15.0;
 const OUTSIDE_MM: f32 = 10.0;
-/// Ribs are doubted only where the lungs have shrunk to this share of their widest slice.
+/// Whether there are ribs is asked only where the lungs have shrunk to this share of their widest slice.
 const LUNG_SHARE: f32 = 0.4;
 
 /// The expected radius on rays that have no rib near them, from the lower third of the lungs
 /// towards the feet; NaN where ribs decide.
-pub(crate) fn expected(scan: Scan<'_>, shell: &Sheet, on_bone: &Sheet) -> Sheet {
+pub(crate) fn expected(scan: Scan<'_>, shell: &RadialMap, on_bone: &RadialMap) -> RadialMap {
     let slices = shell.slices();
     let order = lower_slices(scan);
-    let (mut ribs, mut goals) = (Sheet::new(slices, f32::NAN), Sheet::new(slices, f32::NAN));
+    let (mut ribs, mut goals) =
+        (RadialMap::new(slices, f32::NAN), RadialMap::new(slices, f32::NAN));
     let spacing = scan.frame.spacing[2];
     let rate = 1.0 - (-spacing / FOLLOW_MM).exp();
     let Some(&start) = order.first() else { return goals };
-    let skin = Sheet::from_fn(slices, |k, p| skin(scan, k, p));
+    let skin = RadialMap::from_fn(slices, |k, p| skin(scan, k, p));
     let near = (START_NEAR_MM / spacing) as usize;
     let window = start.saturating_sub(near)..(start + near + 1).min(slices);
     let at_start = |fallback: f32, value: &(dyn Fn(usize, usize) -> f32 + Sync)| {
-        Sheet::from_fn(1, |_, p| {
+        RadialMap::from_fn(1, |_, p| {
             let rib = |&k: &usize| on_bone.at(k, p) > 0.0;
             let mut seen: Vec<f32> = window.clone().filter(rib).map(|k| value(k, p)).collect();
-            if seen.is_empty() { f32::NAN } else { median(&mut seen) }
+            median(&mut seen).unwrap_or(f32::NAN)
         })
         .filled(spacing, fallback)
     };
@@ -77,7 +78,7 @@ pub(crate) fn expected(scan: Scan<'_>, shell: &Sheet, on_bone: &Sheet) -> Sheet 
 }
 
 /// The slices below the ribs.
-pub(crate) fn ribless(expected: &Sheet, rays: &Rays) -> Vec<bool> {
+pub(crate) fn ribless(expected: &RadialMap, rays: &Rays) -> Vec<bool> {
     let front: Vec<usize> = (0..RAYS).filter(|&p| rays.to_back[p] < 0.2).collect();
     (0..expected.slices())
         .map(|k| {
@@ -112,6 +113,6 @@ fn skin(scan: Scan<'_>, k: usize, p: usize) -> f32 {
         let at = scan.rays.pixel(k, p, r);
         bilinear(depth, scan.frame.size[0], at, f32::from).is_some_and(|d| d > 0.5)
     };
-    let mut radii = (0..LEVELS + 60).rev().map(|i| START_MM + i as f32);
+    let mut radii = (0..RADII + 60).rev().map(|i| START_MM + i as f32);
     radii.find(|&r| inside(r)).unwrap_or(START_MM)
 }

@@ -3,21 +3,24 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::parts::Parts;
-use crate::plane::smooth;
 use rayon::prelude::*;
 use supine_space::Progress;
-use supine_volume::Ct;
+use supine_volume::{Ct, Parts, Run, gaussian_slice, median, ranked};
 
-/// In-plane smoothing before any level is compared, mm.
+/// In-plane smoothing before any level is compared, mm (reference, section 4, step 3).
 pub(crate) const SMOOTH_MM: f32 = 0.9;
-/// Bone lies deeper under the skin than this, mm.
+/// Bone lies deeper under the skin than this, mm (the same).
 const BONE_DEPTH_MM: f32 = 5.0;
-/// Least volume of a bone, cm³.
+/// Least volume of a bone, cm³ (the same).
 const BONE_CM3: f64 = 1.5;
-/// Least area of bone in a slice that tells where the thorax is, mm².
+/// The thorax reaches from side to side and from front to back over this middle of the bones: single voxels
+/// beyond do not count (reference, section 4, step 2).
+const OUTERMOST: [f32; 2] = [0.01, 0.99];
+/// Its axis lies at this share of the way from front to back (the same).
+const TO_BACK: f32 = 0.55;
+/// Least area of bone in a slice that tells where the thorax is, mm². Chosen, not measured.
 const BONE_AREA_MM2: f32 = 80.0;
-/// Slices with bone that are needed.
+/// Slices with bone that are needed (reference, section 8: proposed there, not measured).
 const BONE_SLICES: usize = 6;
 
 /// A slice in f32, padding and metal clamped, smoothed in its plane.
@@ -27,7 +30,7 @@ pub(crate) fn smoothed(ct: &Ct, frame: &Frame, k: usize, sigma_mm: f32) -> Vec<f
         .iter()
         .map(|&v| f32::from(v.clamp(-1024, 3071)))
         .collect();
-    smooth(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], sigma_mm);
+    gaussian_slice(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], sigma_mm);
     image
 }
 
@@ -40,17 +43,19 @@ pub(crate) fn mark_bones(
     progress: Progress<'_>,
 ) -> Result<(), Error> {
     let plane = frame.plane();
-    let dense: Vec<Vec<bool>> = (0..frame.size[2])
+    let ni = frame.size[0];
+    let dense: Vec<Vec<Run>> = (0..frame.size[2])
         .into_par_iter()
         .map(|k| {
             let image = smoothed(ct, frame, k, SMOOTH_MM);
-            (0..plane)
-                .map(|n| image[n] > bone_hu && body.depth_mm(k * plane + n) > BONE_DEPTH_MM)
-                .collect()
+            let start = k * plane;
+            let on = |n: usize| image[n - start] > bone_hu && body.depth_mm(n) > BONE_DEPTH_MM;
+            let row = |n: usize| Run::within(start + n..start + n + ni, on);
+            (0..plane).step_by(ni).flat_map(row).collect()
         })
         .collect();
     progress.at(0.7)?;
-    let parts = Parts::new(frame.size, |n| dense[n / plane][n % plane]);
+    let parts = Parts::of_runs(frame.size, dense.concat());
     for (run, part) in parts.iter() {
         if parts.voxels[part] as f64 * frame.voxel_cm3() > BONE_CM3 {
             run.voxels().for_each(|n| body.flags[n] |= flag::BONE);
@@ -90,13 +95,13 @@ fn bone_centre(frame: &Frame, flags: &[u8]) -> Option<[f32; 2]> {
     if (left.len() as f32) * frame.pixel().powi(2) < BONE_AREA_MM2 {
         return None;
     }
-    left.sort_by(f32::total_cmp);
-    back.sort_by(f32::total_cmp);
-    let at = |v: &[f32], share: f32| v[((v.len() - 1) as f32 * share) as usize];
-    Some([
-        0.5 * (at(&left, 0.01) + at(&left, 0.99)),
-        0.45 * at(&back, 0.01) + 0.55 * at(&back, 0.99),
-    ])
+    let ends = |values: &mut [f32]| -> Option<[f32; 2]> {
+        let last = (values.len() - 1) as f32;
+        let [low, high] = OUTERMOST.map(|share| ranked(values, (last * share) as usize));
+        Some([low?, high?])
+    };
+    let ([left, right], [front, back]) = (ends(&mut left)?, ends(&mut back)?);
+    Some([0.5 * (left + right), (1.0 - TO_BACK) * front + TO_BACK * back])
 }
 
 /// Offset and slope of the line through (x, y) by the median of all slopes (Theil and Sen).
@@ -106,18 +111,9 @@ fn theil_sen(points: &[(f32, f32)]) -> (f32, f32) {
         .enumerate()
         .flat_map(|(n, p)| points[n + 1..].iter().map(move |q| (q.1 - p.1) / (q.0 - p.0)))
         .collect();
-    let slope = median(&mut slopes);
+    let slope = median(&mut slopes).unwrap_or(0.0);
     let mut offsets: Vec<f32> = points.iter().map(|p| p.1 - slope * p.0).collect();
-    (median(&mut offsets), slope)
-}
-
-/// The median (upper of two); 0 of nothing.
-pub(crate) fn median(values: &mut [f32]) -> f32 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    (median(&mut offsets).unwrap_or(0.0), slope)
 }
 
 #[cfg(test)]

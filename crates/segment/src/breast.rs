@@ -4,11 +4,11 @@
 //! the line where the body is widest (about the mid-axillary line).
 
 use crate::Error;
-use crate::bones::median;
 use crate::front::Front;
 use supine_space::{Grid, Point, Side, Sphere, Vector};
-use supine_volume::{LabelMap, Volume, gaussian, sample_trilinear_at};
+use supine_volume::{LabelMap, Volume, gaussian, median, quantile, sample_trilinear_at};
 
+// Chosen, not measured, unless a reason is given.
 /// The mound is looked for at this scale, mm: about half the radius of a small breast.
 const MOUND_MM: f64 = 30.0;
 /// The breast ends where the thickness has fallen to this share between the rest and its peak.
@@ -30,7 +30,7 @@ const HELD: f64 = 0.8;
 /// at the rim runs out over about 15 mm, and the cut is to lie 15 mm beyond.
 const MARGIN_MM: f64 = 30.0;
 /// Where the slices end the margin may shrink to this before the sphere is moved, mm.
-const LEAST_MARGIN_MM: f64 = 15.0;
+const MIN_MARGIN_MM: f64 = 15.0;
 /// The sphere stays this far from the first and last slice, mm.
 const CLEAR_MM: f64 = 1.0;
 /// The highest point is not looked for this close to the first and last slice, mm.
@@ -38,7 +38,7 @@ const ENDS_MM: f64 = 20.0;
 /// What lies this close to the first and last slice tells whether they cut the breast, mm.
 const EDGE_MM: f64 = 8.0;
 /// Least thickness of a breast at its peak, mm.
-const LEAST_MM: f32 = 12.0;
+const MIN_MM: f32 = 12.0;
 
 /// The breast of one side.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl Breast {
         let mut known: Vec<f32> = own.iter().map(|&n| front.thickness.data()[n]).collect();
         known.retain(|&mm| mm > 0.0);
         let highest = own.iter().map(|&n| thick[n]).fold(0.0, f32::max);
-        let rest = median(&mut known).min(0.5 * highest);
+        let rest = median(&mut known).unwrap_or(0.0).min(0.5 * highest);
         let mut mound = front.smooth.map(|_| 0.0);
         for &n in &own {
             mound.data_mut()[n] = (thick[n] - rest).max(0.0);
@@ -86,7 +86,7 @@ impl Breast {
         };
         let within = |mm: f64| (mm / grid.spacing()[2]) as usize;
         let top = highest(within(ENDS_MM), rows);
-        if top < LEAST_MM {
+        if top < MIN_MM {
             return Err(fail(
                 "the soft tissue in front of the chest wall is too thin for a breast",
             ));
@@ -105,8 +105,7 @@ impl Breast {
     /// Distance from the middle that eight tenths of the rim do not exceed, mm.
     pub(crate) fn reach(&self) -> f64 {
         let mut away: Vec<f64> = self.rim.iter().map(|p| (p - self.centre).norm()).collect();
-        away.sort_by(f64::total_cmp);
-        away[((away.len() - 1) as f64 * HELD) as usize]
+        quantile(&mut away, HELD).unwrap_or(0.0)
     }
 
     /// Sphere for the simulation: the breast and 15 mm, and the tumour and 15 mm, kept clear of the
@@ -117,11 +116,11 @@ impl Breast {
     /// [`Error::NoRegion`] when no sphere within the volume can hold the tumour.
     pub fn region(&self, labels: &LabelMap, tumour: Option<Sphere>) -> Result<Sphere, Error> {
         let fail = |why: String| Error::NoRegion { side: self.side, why };
-        let (mut centre, mut needed) = (self.centre, self.reach());
+        let mut needed = Ball { centre: self.centre, radius: self.reach() };
         if let Some(t) = tumour {
-            (centre, needed) = enclosing((centre, needed), (t.centre(), t.radius()));
+            needed = enclosing(needed, Ball { centre: t.centre(), radius: t.radius() });
         }
-        let (centre, radius) = keep_clear(labels.grid(), centre, needed);
+        let Ball { centre, radius } = keep_clear(labels.grid(), needed);
         let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
         match tumour {
             Some(t) if sphere.signed_distance(&t.centre()) + t.radius() > 0.0 => {
@@ -181,29 +180,37 @@ fn outline(
     (!rim.is_empty()).then(|| (Point::from(sum / area), rim))
 }
 
+/// A sphere on the way to its final size, LPS, mm; it may have no radius yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ball {
+    centre: Point,
+    radius: f64,
+}
+
 /// The smallest sphere round two.
-fn enclosing((a, ra): (Point, f64), (b, rb): (Point, f64)) -> (Point, f64) {
-    let away = (b - a).norm();
-    if away + rb <= ra {
-        return (a, ra);
+fn enclosing(a: Ball, b: Ball) -> Ball {
+    let way = b.centre - a.centre;
+    let away = way.norm();
+    if away + b.radius <= a.radius {
+        return a;
     }
-    if away + ra <= rb {
-        return (b, rb);
+    if away + a.radius <= b.radius {
+        return b;
     }
-    let radius = 0.5 * (away + ra + rb);
-    (a + (b - a) * ((radius - ra) / away), radius)
+    let radius = 0.5 * (away + a.radius + b.radius);
+    Ball { centre: a.centre + way * ((radius - a.radius) / away), radius }
 }
 
 /// The sphere of that radius and the margin: with less margin, then moved along the slices' normal,
 /// then smaller, where the slices end.
-fn keep_clear(grid: &Grid, centre: Point, needed: f64) -> (Point, f64) {
+fn keep_clear(grid: &Grid, Ball { centre, radius: needed }: Ball) -> Ball {
     let normal: Vector = grid.direction().column(2).into();
     let depth = normal.dot(&(centre - grid.origin()));
     let length = (grid.size()[2] - 1) as f64 * grid.spacing()[2];
-    let needed = (needed + LEAST_MARGIN_MM).min(0.5 * length - CLEAR_MM);
+    let needed = (needed + MIN_MARGIN_MM).min(0.5 * length - CLEAR_MM);
     let moved = depth.min(length - needed - CLEAR_MM).max(needed + CLEAR_MM);
-    let radius = (needed - LEAST_MARGIN_MM + MARGIN_MM).min(moved.min(length - moved) - CLEAR_MM);
-    (centre + normal * (moved - depth), radius)
+    let radius = (needed - MIN_MARGIN_MM + MARGIN_MM).min(moved.min(length - moved) - CLEAR_MM);
+    Ball { centre: centre + normal * (moved - depth), radius }
 }
 
 #[cfg(test)]
@@ -265,7 +272,7 @@ mod tests {
         assert!((less.radius() - (208.0 - less.centre().z - CLEAR_MM)).abs() < 1e-6, "{less:?}");
         let (reach, at_ends, moved) = of(188);
         assert!(moved.centre().z < less.centre().z - 3.0, "{moved:?}");
-        assert!((moved.radius() - reach - LEAST_MARGIN_MM).abs() < 1e-6, "{moved:?}");
+        assert!((moved.radius() - reach - MIN_MARGIN_MM).abs() < 1e-6, "{moved:?}");
         assert!(at_ends < 0.7);
         // It ends where the breast is thickest.
         assert!(Breast::find(&chest(120), Side::Left, Some(BREAST)).unwrap().at_ends > 0.9);
@@ -273,10 +280,11 @@ mod tests {
 
     #[test]
     fn the_smallest_sphere_round_two() {
-        let a = (Point::origin(), 10.0);
-        assert_eq!(enclosing(a, (Point::new(1.0, 0.0, 0.0), 2.0)), a);
-        assert_eq!(enclosing((Point::origin(), 1.0), (Point::origin(), 2.0)).1, 2.0);
-        let (centre, radius) = enclosing(a, (Point::new(0.0, 20.0, 0.0), 4.0));
+        let ball = |x: f64, y: f64, radius| Ball { centre: Point::new(x, y, 0.0), radius };
+        let a = ball(0.0, 0.0, 10.0);
+        assert_eq!(enclosing(a, ball(1.0, 0.0, 2.0)), a);
+        assert_eq!(enclosing(ball(0.0, 0.0, 1.0), ball(0.0, 0.0, 2.0)).radius, 2.0);
+        let Ball { centre, radius } = enclosing(a, ball(0.0, 20.0, 4.0));
         assert!((centre - Point::new(0.0, 7.0, 0.0)).norm() < 1e-12 && radius == 17.0);
     }
 }

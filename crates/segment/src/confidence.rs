@@ -8,17 +8,20 @@
 
 use crate::body::flag;
 use crate::plane::squared_distance;
+use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
-use crate::sheet::{RAYS, Sheet};
+use crate::shell::Shell;
 use crate::wall::Wall;
 use rayon::prelude::*;
-use supine_volume::{Volume, label};
+use supine_volume::{Volume, label, median};
 
+// Constants that are not called measured were chosen.
 /// Facts are taken from the rays around: mm along the body, rays to each side.
 const AROUND_MM: f32 = 5.0;
 const AROUND_RAYS: usize = 4;
-/// Error that 9 of 10 rays do not exceed, mm, by the share of rays around that have an edge.
+/// Error that 9 of 10 rays do not exceed, mm, by the share of rays around that have an edge: as measured (see
+/// above).
 const BY_EDGES: [(f32, f32); 6] =
     [(0.0, 3.0), (0.3, 3.0), (0.45, 2.0), (0.7, 1.2), (0.87, 0.9), (1.0, 0.7)];
 /// A place with this share of edges is known; from there on the error grows, mm per mm.
@@ -34,22 +37,22 @@ const CARRIED_ON_MM: f32 = 10.0;
 const SEED_MM: f32 = 3.0;
 /// The voxels this near to the boundary along their ray carry its error, mm.
 const BAND_MM: f32 = 3.0;
-/// Larger errors are not told apart, mm.
-const MOST_MM: f32 = 25.5;
+/// Larger errors are not told apart, mm: what eight bits hold in tenths.
+const MAX_MM: f32 = 25.5;
 /// Units of the map per mm.
 pub(crate) const PER_MM: f32 = 10.0;
 
 /// The error of the boundary that 9 of 10 rays do not exceed, mm, per ray.
 pub(crate) fn error(
     scan: Scan<'_>,
-    (shell, ribless): (&Sheet, &[bool]),
+    Shell { radius: shell, ribless, .. }: &Shell,
     wall: &Wall,
     seeds: &Constraints,
-) -> Sheet {
+) -> RadialMap {
     let (height, slice_mm) = (&wall.height, scan.frame.spacing[2]);
-    let around = |sheet: &Sheet, of: fn(&mut [f32]) -> f32| {
+    let around = |facts: &RadialMap, of: fn(&mut [f32]) -> f32| {
         let dk = ((AROUND_MM / slice_mm).round() as usize).max(1);
-        sheet.window(dk, AROUND_RAYS, of)
+        facts.window(dk, AROUND_RAYS, of)
     };
     let sure: Vec<bool> = (0..height.values.len())
         .map(|n| seeds.bound(n).touches(height.values[n], SEED_MM))
@@ -59,7 +62,7 @@ pub(crate) fn error(
     let known: Vec<bool> =
         edges.values.iter().zip(&sure).map(|(&share, &s)| s || share >= KNOWN_SHARE).collect();
     let gaps = gaps(&known, shell, height, slice_mm);
-    Sheet::from_fn(height.slices(), |k, p| {
+    RadialMap::from_fn(height.slices(), |k, p| {
         let n = k * RAYS + p;
         if sure[n] {
             return BY_EDGES[BY_EDGES.len() - 1].1;
@@ -67,7 +70,7 @@ pub(crate) fn error(
         let gap = if known[n] { 0.0 } else { GAP_MM + PER_GAP_MM * gaps[n] };
         let step = steps.values[n].min(2.0 * (steps.values[n] - STEP_MM));
         let carried_on = if ribless[k] { CARRIED_ON_MM } else { 0.0 };
-        by_edges(edges.values[n]).max(gap).max(step).max(carried_on).min(MOST_MM)
+        by_edges(edges.values[n]).max(gap).max(step).max(carried_on).min(MAX_MM)
     })
 }
 
@@ -78,9 +81,9 @@ fn by_edges(share: f32) -> f32 {
 }
 
 /// Largest step to a neighbour, mm per ray or per 2.5 mm along the body.
-fn steps(height: &Sheet, slice_mm: f32) -> Sheet {
+fn steps(height: &RadialMap, slice_mm: f32) -> RadialMap {
     let last = height.slices() - 1;
-    Sheet::from_fn(height.slices(), |k, p| {
+    RadialMap::from_fn(height.slices(), |k, p| {
         let h = height.at(k, p);
         let beside = [(p + 1) % RAYS, (p + RAYS - 1) % RAYS].map(|q| (h - height.at(k, q)).abs());
         let along = [k.saturating_sub(1), (k + 1).min(last)]
@@ -89,26 +92,26 @@ fn steps(height: &Sheet, slice_mm: f32) -> Sheet {
     })
 }
 
-/// Distance along the surface to the nearest known ray, mm; infinite where it is so far that [`MOST_MM`] is reached.
-fn gaps(known: &[bool], shell: &Sheet, height: &Sheet, slice_mm: f32) -> Vec<f32> {
+/// Distance along the surface to the nearest known ray, mm; infinite where it is so far that [`MAX_MM`] is reached.
+fn gaps(known: &[bool], shell: &RadialMap, height: &RadialMap, slice_mm: f32) -> Vec<f32> {
     let mut radii: Vec<f32> = shell.values.iter().zip(&height.values).map(|(r, h)| r + h).collect();
-    let arc = crate::bones::median(&mut radii) * std::f32::consts::TAU / RAYS as f32;
+    let arc = median(&mut radii).unwrap_or(0.0) * std::f32::consts::TAU / RAYS as f32;
     // Half a turn on both sides closes the ring.
     let wide = 2 * RAYS;
     let at = |n: usize| n / wide * RAYS + (n % wide + RAYS / 2) % RAYS;
     let ring: Vec<bool> = (0..2 * known.len()).map(|n| known[at(n)]).collect();
-    let squared = squared_distance(&ring, wide, [arc, slice_mm], MOST_MM / PER_GAP_MM);
+    let squared = squared_distance(&ring, wide, [arc, slice_mm], MAX_MM / PER_GAP_MM);
     let middle = |n: usize| n / RAYS * wide + n % RAYS + RAYS / 2;
     (0..known.len()).map(|n| squared[middle(n)].sqrt()).collect()
 }
 
 /// The error in tenths of mm (255: 25.5 mm or more) on the voxels of the patient near the
 /// boundary; 0 elsewhere.
-pub(crate) fn map(scan: Scan<'_>, outline: &Sheet, error: &Sheet) -> Volume<u8> {
+pub(crate) fn map(scan: Scan<'_>, outline: &RadialMap, error: &RadialMap) -> Volume<u8> {
     let Scan { ct, frame, body, rays } = scan;
     // At least the voxels on both sides, however large they are.
     let band = BAND_MM.max(1.5 * frame.pixel());
-    let mut out = ct.map(|_| label::OUTSIDE);
+    let mut out = label::empty(ct.grid());
     out.data_mut().par_chunks_mut(frame.plane()).enumerate().for_each(|(k, out)| {
         let flags = body.flags_slice(frame, k);
         for (n, out) in out.iter_mut().enumerate() {
@@ -133,14 +136,14 @@ mod tests {
     fn edges_tell_the_error_and_nothing_known_is_far_away() {
         assert!((by_edges(1.0) - 0.7).abs() < 1e-6 && (by_edges(0.1) - 3.0).abs() < 1e-6);
         assert!((by_edges(0.575) - 1.6).abs() < 1e-5, "{}", by_edges(0.575));
-        let (shell, height) = (Sheet::new(5, 95.0), Sheet::new(5, 5.0));
+        let (shell, height) = (RadialMap::new(5, 95.0), RadialMap::new(5, 5.0));
         let none = vec![false; 5 * RAYS];
         assert!(gaps(&none, &shell, &height, 5.0).iter().all(|g| g.is_infinite()));
     }
 
     #[test]
     fn gaps_close_round_the_ring() {
-        let (shell, height) = (Sheet::new(5, 95.0), Sheet::new(5, 5.0));
+        let (shell, height) = (RadialMap::new(5, 95.0), RadialMap::new(5, 5.0));
         let arc = 100.0 * std::f32::consts::TAU / RAYS as f32;
         for start in [0, 90, 180, 355] {
             let mut known = vec![false; 5 * RAYS];
@@ -156,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_step_shows_on_both_of_its_sides() {
-        let height = Sheet::from_fn(4, |_, p| if p < 100 { 5.0 } else { 13.0 });
+        let height = RadialMap::from_fn(4, |_, p| if p < 100 { 5.0 } else { 13.0 });
         let steps = steps(&height, 2.5);
         assert_eq!((steps.at(1, 99), steps.at(1, 100), steps.at(1, 50)), (8.0, 8.0, 0.0));
     }

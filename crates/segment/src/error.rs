@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use supine_space::{Side, Stopped};
+use supine_space::{Failure, Side, Stopped};
 
 /// Why a CT could not be segmented.
 #[derive(Debug, thiserror::Error)]
@@ -120,7 +120,7 @@ pub enum Error {
         muscle_hu: f64,
     },
     /// A threshold that cannot work.
-    #[error("parameter {name} = {value} is not usable: {why}")]
+    #[error("parameter {name} = {value:.3} is not usable: {why}")]
     Parameter {
         /// Name of the field of [`crate::Params`].
         name: &'static str,
@@ -195,4 +195,20 @@ pub enum Error {
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl Error {
+    /// The kind of failure. What is wrong with the CT is a failure of the method that looked at it; what
+    /// the user gave beside it (parameters, seeds, labels) is input.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Stopped(_) => Failure::Stopped,
+            Self::Parameter { .. }
+            | Self::Seed { .. }
+            | Self::SeedsElsewhere
+            | Self::SeedsContradict { .. }
+            | Self::OtherGrid { .. } => Failure::Input,
+            _ => Failure::Method,
+        }
+    }
 }

@@ -2,24 +2,25 @@
 
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::parts::Parts;
 use crate::plane::near;
 use rayon::prelude::*;
-use supine_volume::Ct;
+use supine_volume::{Ct, Parts};
 
-/// Metal: above this level, smaller than this, and reaching as near to the skin as no bone does.
+/// Metal: above this level (reference, section 4, step 1), smaller than this, and reaching as near to the skin
+/// as no bone does (both chosen, not measured).
 const METAL_HU: i16 = 500;
 const METAL_CM3: f64 = 10.0;
 const METAL_DEPTH_MM: f32 = 3.0;
-/// Gel and plastic: above this level, looked for this deep; skin reaches it in spots.
+/// Gel and plastic, 100 to 200 HU (reference, section 9): above this level, looked for this deep; skin reaches
+/// it in spots.
 const GEL_HU: i16 = 90;
 const GEL_DEPTH_MM: f32 = 6.0;
 /// Above this level, which no nipple reaches (with contrast medium about 110 HU and noise), lie this
-/// volume (cm³) and this share of it.
+/// volume (cm³) and this share of it. Chosen, not measured.
 const GEL_CORE_HU: i16 = 130;
 const GEL_CORE_CM3: f64 = 0.1;
 const GEL_CORE_SHARE: f64 = 0.3;
-/// At least this share of it lies in the outermost two pixels, where no bone is.
+/// At least this share of it lies in the outermost two pixels, where no bone is. Chosen, not measured.
 const GEL_SHARE: f64 = 0.3;
 
 /// Takes dense objects on the skin off the body. True when there were any.

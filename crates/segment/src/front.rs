@@ -1,12 +1,12 @@
 //! The patient as seen from the front: how thick the soft tissue under the skin is.
 
-use crate::bones::median;
 use supine_space::{Grid, Matrix, Point, Vector};
-use supine_volume::{LabelMap, Volume, distance_mm, gaussian, label};
+use supine_volume::{LabelMap, Volume, distance_mm, gaussian, label, median};
 
-/// Distance of the map's points, mm.
+/// Distance of the map's points, mm. Chosen, not measured.
 const STEP_MM: f64 = 4.0;
-/// The map is smoothed by a Gaussian of this, mm: noise and skin folds, not a breast.
+/// The map is smoothed by a Gaussian of this, mm: noise and skin folds, not a breast. Chosen, not
+/// measured.
 const SMOOTH_MM: f64 = 8.0;
 
 /// A map over x (to the patient's left) and z (towards the head) of the skin that faces the front.
@@ -66,7 +66,7 @@ pub(crate) fn lattice(low: Point, high: Point, step: f64) -> Option<Grid> {
 
 /// The labels there; outside beyond the ends.
 fn on_lattice(labels: &LabelMap, lattice: &Grid) -> LabelMap {
-    Volume::from_fn(lattice.clone(), |v| {
+    Volume::par_from_fn(lattice.clone(), |v| {
         labels.grid().voxel_at(&lattice.centre(v)).map_or(label::OUTSIDE, |v| labels.at(v))
     })
 }
@@ -90,12 +90,11 @@ fn midline(wall: &Volume<bool>) -> Option<f64> {
             ends = Some((ends.map_or(i, |e| e.0), i));
         }
         if let Some((first, last)) = ends {
-            xs.push(
-                wall.grid().patient_from_index([0.5 * (first + last) as f64, 0.0, 0.0]).x as f32,
-            );
+            let middle = [0.5 * (first + last) as f64, 0.0, 0.0];
+            xs.push(wall.grid().patient_from_index(middle).x as f32);
         }
     }
-    (!xs.is_empty()).then(|| median(&mut xs).into())
+    median(&mut xs).map(f64::from)
 }
 
 /// The map smoothed where the mask is 1, as if nothing lay beside it.

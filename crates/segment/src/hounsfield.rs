@@ -2,10 +2,11 @@
 
 use crate::Error;
 use crate::frame::Frame;
-use crate::gate::Gate;
+use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
 use supine_volume::Ct;
 
+// But for the share of air, chosen, not measured.
 /// Values below are padding; air and lung lie between this and the level of tissue, HU.
 const PADDING_HU: i16 = -1100;
 const TISSUE_HU: i16 = -300;
@@ -20,7 +21,7 @@ const EMPTY_SHARE: f64 = 0.15;
 ///
 /// # Errors
 /// [`Error::Uniform`], [`Error::NotHounsfield`] or [`Error::EmptySlices`].
-pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<Vec<Gate>, Error> {
+pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<Vec<QualityCheck>, Error> {
     let first = ct.data()[0];
     if ct.data().par_iter().all(|&v| v == first) {
         return Err(Error::Uniform { value: first });
@@ -43,8 +44,9 @@ pub(crate) fn check(ct: &Ct, frame: &Frame) -> Result<Vec<Gate>, Error> {
     }
     gap(&slices)?;
     Ok(vec![
-        Gate::at_least("air and lung, share of the CT", share, "%").refuses(100.0 * AIR_SHARE),
-        Gate::at_most("commonest value of air", mode.into(), "HU").refuses(AIR_HU.into()),
+        QualityCheck::at_least("air and lung, share of the CT", share, "%")
+            .refuses(100.0 * AIR_SHARE),
+        QualityCheck::at_most("commonest value of air", mode.into(), "HU").refuses(AIR_HU.into()),
     ])
 }
 

@@ -1,26 +1,19 @@
 //! The levels of fat and muscle in this scan.
 
 use crate::Error;
-use crate::bones::median;
-use crate::scan::Scan;
-use crate::sheet::{RAYS, Rays};
-use crate::wall::{Band, height};
-use rayon::prelude::*;
+use crate::band::{Band, height};
+use crate::radial_map::{RAYS, Rays};
+use supine_volume::slice_kernel;
 
-/// Search ranges of the two modes, HU.
+/// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an effusion
+/// (reference, sections 4 and 9).
 const FAT_HU: (i32, i32) = (-160, -50);
 const MUSCLE_HU: (i32, i32) = (15, 110);
-/// Least difference that allows to tell them apart, HU.
-pub(crate) const LEAST_CONTRAST_HU: f32 = 60.0;
+/// Least difference that allows to tell them apart, HU. Chosen, not measured.
+pub(crate) const MIN_CONTRAST_HU: f32 = 60.0;
 
-/// No muscle is denser than its mode by more than this, HU.
+/// No muscle is denser than its mode by more than this, HU (reference, section 4, step 6).
 const DENSEST_HU: f32 = 60.0;
-
-/// Where noise is measured: pixels this far apart, in about so many slices, in soft tissue.
-const NOISE_MM: f32 = 2.5;
-const NOISE_SLICES: usize = 20;
-const NOISE_DEPTH_MM: f32 = 6.0;
-const SOFT_HU: std::ops::Range<i16> = -250..250;
 
 /// Levels of this scan, HU.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +45,7 @@ impl Levels {
             rays.to_back[p] > 0.5 && h > 0.0 && h < 25.0 && depth > 6.0
         };
         let levels = Self { fat: pick(&front, FAT_HU), muscle: pick(&back, MUSCLE_HU) };
-        if levels.muscle - levels.fat < LEAST_CONTRAST_HU {
+        if levels.muscle - levels.fat < MIN_CONTRAST_HU {
             return Err(Error::NoContrast {
                 fat_hu: levels.fat.into(),
                 muscle_hu: levels.muscle.into(),
@@ -91,31 +84,6 @@ impl Levels {
     }
 }
 
-/// Standard deviation of the noise within the slices, HU: the spread of what a pixel differs from
-/// the mean of its neighbours `NOISE_MM` to both sides, in soft tissue under the skin, where
-/// half of all pixels at least lie clear of any edge.
-pub(crate) fn noise_hu(scan: Scan<'_>) -> f32 {
-    let frame = scan.frame;
-    let step = ((NOISE_MM / frame.spacing[0]).round() as usize).max(1);
-    let slices: Vec<usize> =
-        (0..frame.size[2]).step_by((frame.size[2] / NOISE_SLICES).max(1)).collect();
-    let mut off: Vec<f32> = slices
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let start = k * frame.plane();
-            let hu = &scan.ct.data()[start..start + frame.plane()];
-            (step..hu.len() - step).filter_map(move |n| {
-                let [a, b, c] = [hu[n - step], hu[n], hu[n + step]];
-                let soft = [a, b, c].iter().all(|v| SOFT_HU.contains(v));
-                (soft && scan.body.depth_mm(start + n) > NOISE_DEPTH_MM)
-                    .then(|| (f32::from(b) - 0.5 * (f32::from(a) + f32::from(c))).abs())
-            })
-        })
-        .collect();
-    // 1.5: the variance of such a difference in white noise; 0.6745: the median of |normal|.
-    median(&mut off) / (0.6745 * 1.5f32.sqrt())
-}
-
 /// Mode of the fat among values (HU).
 pub(crate) fn fat_mode(values: impl Iterator<Item = i16>) -> f32 {
     let mut bins = vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
@@ -127,7 +95,7 @@ pub(crate) fn fat_mode(values: impl Iterator<Item = i16>) -> f32 {
 
 /// Centre of the highest bin (2 HU) after smoothing by 3 bins.
 fn mode(bins: &[f32], from: f32) -> f32 {
-    let kernel = crate::plane::kernel(3.0);
+    let kernel = slice_kernel(3.0);
     let at = |n: isize| bins[n.clamp(0, bins.len() as isize - 1) as usize];
     let smooth = |n: usize| {
         kernel.iter().enumerate().skip(1).fold(kernel[0] * bins[n], |sum, (d, w)| {

@@ -1,25 +1,26 @@
 //! Homogeneous muscle: what tells it from gland, and where it lies beyond the surface of the wall.
 
 use crate::aggregate::Costs;
+use crate::band::{Band, STEP_MM, heights};
 use crate::body::flag;
 use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::paint::Outline;
-use crate::parts::Parts;
-use crate::plane::{self, bilinear, kernel, smooth};
+use crate::plane::{self, bilinear};
+use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
-use crate::sheet::{RAYS, Sheet};
-use crate::wall::{Band, LOWEST_MM, STEP_MM};
 use rayon::prelude::*;
-use supine_volume::{Ct, LabelMap, label};
+use supine_volume::{Ct, LabelMap, Parts, Run, gaussian_slice, label, slice_kernel};
 
-/// Smoothing that tells homogeneous muscle from gland: in the slice and across, mm.
+/// Smoothing that tells homogeneous muscle from gland: in the slice (reference, section 4, step 6) and across,
+/// mm.
 const SMOOTH_MM: f32 = 2.0;
 const SMOOTH_Z_MM: f32 = 1.5;
+// What follows was chosen, not measured.
 /// Least share of dense tissue (Gaussian weights) that has a mean.
-const LEAST_SHARE: f32 = 0.05;
+const MIN_SHARE: f32 = 0.05;
 /// Share of muscle around a voxel (Gaussian weights) that makes it muscle.
 const MOSTLY: f32 = 0.6;
 /// Muscle in front of the ribs is thinner than this, mm.
@@ -49,7 +50,7 @@ const RIM_MM: f32 = 2.5;
 /// Mean HU of the dense tissue around (Gaussian weights) in a slice: fat and bone beside a muscle do
 /// not count, so it tells muscle from gland up to their borders. NaN where there is none.
 fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
-    let weights = kernel(SMOOTH_Z_MM / frame.spacing[2]);
+    let weights = slice_kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
     let (mut sum, mut share) = (vec![0.0f32; plane], vec![0.0f32; plane]);
     let dense = levels.dense();
@@ -65,9 +66,9 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
         }
     }
     let (ni, spacing) = (frame.size[0], [frame.spacing[0], frame.spacing[1]]);
-    smooth(&mut sum, ni, spacing, SMOOTH_MM);
-    smooth(&mut share, ni, spacing, SMOOTH_MM);
-    let mean = |(sum, share): (f32, f32)| if share > LEAST_SHARE { sum / share } else { f32::NAN };
+    gaussian_slice(&mut sum, ni, spacing, SMOOTH_MM);
+    gaussian_slice(&mut share, ni, spacing, SMOOTH_MM);
+    let mean = |(sum, share): (f32, f32)| if share > MIN_SHARE { sum / share } else { f32::NAN };
     sum.into_iter().zip(share).map(mean).collect()
 }
 
@@ -77,23 +78,20 @@ pub(crate) struct Dense {
     pub(crate) muscle: Costs,
     /// Likeness to gland along the rays, 0..=1.
     pub(crate) gland: Costs,
-    /// The voxels that lie in homogeneous muscle, blobs included.
-    pub(crate) voxels: Vec<bool>,
+    /// The voxels that lie in homogeneous muscle, blobs included; in order of memory.
+    pub(crate) voxels: Vec<Run>,
 }
 
 impl Dense {
-    pub(crate) fn find(scan: Scan<'_>, (band, shell): (&Band, &Sheet), levels: Levels) -> Self {
-        let (frame, plane, n_levels) = (scan.frame, scan.frame.plane(), band.levels());
+    pub(crate) fn find(scan: Scan<'_>, band: &Band, shell: &RadialMap, levels: Levels) -> Self {
+        let (frame, n_levels) = (scan.frame, band.levels());
         let mut muscle = Costs::new(frame.size[2], n_levels, |_, _| ());
         let mut gland = Costs::new(frame.size[2], n_levels, |_, _| ());
-        let mut voxels = vec![false; plane * frame.size[2]];
         let size = RAYS * n_levels;
         let rays = muscle.values.par_chunks_mut(size).zip(gland.values.par_chunks_mut(size));
-        let slices = rays.zip(voxels.par_chunks_mut(plane)).enumerate();
-        slices.for_each(|(k, ((muscle, gland), voxels))| {
+        let slice = |(k, (muscle, gland)): (usize, (&mut [f32], &mut [f32]))| {
             let image = dense_mean(scan.ct, frame, k, levels);
-            mark(scan, k, &image, levels, voxels);
-            scan.along(k, shell, (LOWEST_MM, STEP_MM), muscle, |at| {
+            scan.along(k, shell, heights(n_levels), muscle, |at| {
                 bilinear(&image, frame.size[0], at, |v| v)
             });
             let start = k * size;
@@ -105,15 +103,17 @@ impl Dense {
                 *muscle = if known { dense * levels.true_muscle(mean) } else { 0.0 };
                 *gland = if known { dense * levels.gland(mean) } else { 0.0 };
             }
-        });
+            homogeneous(scan, k, &image, levels)
+        };
+        let voxels: Vec<Vec<Run>> = rays.enumerate().map(slice).collect();
         drop_blobs(scan, shell, &mut muscle);
-        Self { muscle, gland, voxels }
+        Self { muscle, gland, voxels: voxels.concat() }
     }
 }
 
-/// Marks the voxels of a slice most of whose surroundings are muscle by their mean: the noise of
-/// gland makes it as dense in spots.
-fn mark(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, out: &mut [bool]) {
+/// The voxels of a slice most of whose surroundings are muscle by their mean: the noise of gland makes it
+/// as dense in spots.
+fn homogeneous(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels) -> Vec<Run> {
     let (frame, start) = (scan.frame, k * scan.frame.plane());
     let is_muscle = |n: usize| {
         levels.true_muscle(mean[n]) > 0.5
@@ -121,15 +121,20 @@ fn mark(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, out: &mut [bool]
             && scan.body.depth_mm(start + n) > DEPTH_MM
     };
     let mut share: Vec<f32> = (0..mean.len()).map(|n| f32::from(is_muscle(n))).collect();
-    smooth(&mut share, frame.size[0], [frame.spacing[0], frame.spacing[1]], SMOOTH_MM);
-    out.iter_mut().zip(&share).for_each(|(out, share)| *out = *share > MOSTLY);
+    gaussian_slice(&mut share, frame.size[0], [frame.spacing[0], frame.spacing[1]], SMOOTH_MM);
+    let ni = frame.size[0];
+    let row = |row: usize| {
+        let voxels = start + row * ni..start + (row + 1) * ni;
+        Run::within(voxels, |n| share[n - start] > MOSTLY)
+    };
+    (0..frame.size[1]).flat_map(row).collect()
 }
 
 /// Takes muscle off the rays on and near which it is thicker than any muscle in front of the ribs:
 /// gland that takes up contrast is as dense.
-fn drop_blobs(scan: Scan<'_>, shell: &Sheet, muscle: &mut Costs) {
+fn drop_blobs(scan: Scan<'_>, shell: &RadialMap, muscle: &mut Costs) {
     let slices = shell.slices();
-    let blob = Sheet::from_fn(slices, |k, p| f32::from(is_blob(muscle.ray(k, p))));
+    let blob = RadialMap::from_fn(slices, |k, p| f32::from(is_blob(muscle.ray(k, p))));
     let reach = (BLOB_MM / scan.frame.spacing[2]) as usize;
     let near = blob.widened(reach, |k, p| (BLOB_MM / shell.arc(k, p)) as usize);
     let levels = muscle.levels;
@@ -152,8 +157,10 @@ fn is_blob(muscle: &[f32]) -> bool {
 /// homogeneous muscle that is joined to the muscle under the surface belongs to the wall.
 pub(crate) fn add_beyond(
     outline: &Outline<'_>,
-    (muscle, levels): (&[bool], Levels),
-    (shell, seeds): (&Sheet, &Constraints),
+    muscle: &[Run],
+    levels: Levels,
+    shell: &RadialMap,
+    seeds: &Constraints,
     labels: &mut LabelMap,
 ) {
     let scan = outline.scan();
@@ -162,14 +169,14 @@ pub(crate) fn add_beyond(
     // No voxel nearer to the axis or farther from it counts in a slice, mm².
     let extents: Vec<(f32, f32)> = (0..frame.size[2])
         .map(|k| {
-            let (least, most) = outline.extent(k);
-            ((least - UNDER_MM).max(0.0).powi(2), (most + BEYOND_MM).powi(2))
+            let (nearest, farthest) = outline.extent(k);
+            ((nearest - UNDER_MM).max(0.0).powi(2), (farthest + BEYOND_MM).powi(2))
         })
         .collect();
     let beyond = |n: usize| -> Option<f32> {
-        let (least, most) = extents[n / plane];
+        let (nearest, farthest) = extents[n / plane];
         let away = scan.rays.squared_radius(n / plane, frame.position(n % plane));
-        if away < least || away > most {
+        if away < nearest || away > farthest {
             return None;
         }
         let ray = outline.ray(n);
@@ -181,18 +188,17 @@ pub(crate) fn add_beyond(
         let radius = outline.radius().values[ray] + beyond;
         ((-UNDER_MM..BEYOND_MM).contains(&beyond) && free(radius)).then_some(beyond)
     };
-    let parts = Parts::new(frame.size, |n| muscle[n] && beyond(n).is_some());
+    let near = |run: &Run| Run::within(run.voxels(), |n| beyond(n).is_some());
+    let parts = Parts::of_runs(frame.size, muscle.par_iter().flat_map_iter(near).collect());
+    let outside = |run: &Run| Run::within(run.voxels(), |n| outline.beyond(n) >= 0.0);
+    let outside: Vec<Vec<Run>> = parts.runs.par_iter().map(outside).collect();
     let mut under = vec![0usize; parts.voxels.len()];
-    for (run, part) in parts.iter() {
-        under[part] += run.voxels().filter(|&n| outline.beyond(n) < 0.0).count();
+    for ((run, part), outside) in parts.iter().zip(&outside) {
+        under[part] += run.len - outside.iter().map(|run| run.len).sum::<usize>();
     }
-    let mut outside = vec![false; muscle.len()];
-    for (run, part) in parts.iter() {
-        if under[part] as f64 * frame.voxel_cm3() > JOINED_CM3 {
-            run.voxels().for_each(|n| outside[n] = outline.beyond(n) >= 0.0);
-        }
-    }
-    let core = long(&outside, frame);
+    let joined = |part: usize| under[part] as f64 * frame.voxel_cm3() > JOINED_CM3;
+    let outside = parts.part.iter().zip(outside).filter(|(part, _)| joined(**part));
+    let core = long(outside.flat_map(|(_, runs)| runs).collect(), frame);
     labels.data_mut().par_chunks_mut(plane).zip(&core).enumerate().for_each(|(k, (out, core))| {
         if core.is_empty() {
             return;
@@ -220,10 +226,10 @@ pub(crate) fn add_beyond(
     });
 }
 
-/// The parts of a mask that are long enough along the body for a muscle, as pixels per slice.
-fn long(mask: &[bool], frame: &Frame) -> Vec<Vec<usize>> {
+/// The parts of some runs that are long enough along the body for a muscle, as pixels per slice.
+fn long(runs: Vec<Run>, frame: &Frame) -> Vec<Vec<usize>> {
     let plane = frame.plane();
-    let parts = Parts::new(frame.size, |n| mask[n]);
+    let parts = Parts::of_runs(frame.size, runs);
     let mut ends = vec![(usize::MAX, 0); parts.voxels.len()];
     for (run, part) in parts.iter() {
         let k = run.start / plane;
@@ -240,8 +246,8 @@ fn long(mask: &[bool], frame: &Frame) -> Vec<Vec<usize>> {
 }
 
 /// 1 on the rays near to a place where the surface is steep, in front and at the sides.
-fn near_steep(scan: Scan<'_>, radius: &Sheet) -> Sheet {
-    let steep = Sheet::from_fn(radius.slices(), |k, p| {
+fn near_steep(scan: Scan<'_>, radius: &RadialMap) -> RadialMap {
+    let steep = RadialMap::from_fn(radius.slices(), |k, p| {
         let (a, b) = (radius.at(k, (p + RAYS - 1) % RAYS), radius.at(k, (p + 1) % RAYS));
         f32::from((a - b).abs() > STEEP * 2.0 * radius.arc(k, p))
     });

@@ -1,11 +1,11 @@
 //! Where the nipple seems to be.
 
 use crate::Breast;
-use crate::bones::median;
 use crate::front::lattice;
 use supine_space::{Grid, Point, Sphere, Vector};
-use supine_volume::{Ct, LabelMap, Volume, gaussian, label, sample_trilinear_at};
+use supine_volume::{Ct, LabelMap, Volume, gaussian, label, median, sample_trilinear_at};
 
+// But for the height of a bump, chosen, not measured.
 /// Distance of the points at which the skin is judged, mm.
 const STEP_MM: f64 = 1.5;
 /// Scale at which the skin is seen with the nipple, mm: the size of one.
@@ -44,7 +44,8 @@ impl Breast {
             .filter(|&n| (skin.near.data()[n] - 0.5).abs() < SKIN)
             .filter(|&n| around.contains(&grid.centre(grid.voxel(n))))
             .collect();
-        let usual = median(&mut spots.iter().map(|&n| skin.density(n)).collect::<Vec<f32>>());
+        let usual = median(&mut spots.iter().map(|&n| skin.density(n)).collect::<Vec<f32>>())
+            .unwrap_or(0.0);
         let clear = |n: usize| (skin.density(n) - usual).max(0.0) * skin.bump(n).max(0.0);
         let &best = spots.iter().max_by(|&&a, &&b| clear(a).total_cmp(&clear(b)))?;
         let tip = grid.centre(grid.voxel(best));
@@ -76,8 +77,9 @@ impl Skin {
         let whole = Sphere::new(around.centre(), around.radius() + 4.0 * SCALE_MM).ok()?;
         let (start, part) = labels.grid().around(&whole)?;
         let at = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
-        let body = Volume::from_fn(part.clone(), |v| u8::from(labels.at(at(v)) != label::OUTSIDE));
-        let hu = Volume::from_fn(part, |v| {
+        let body =
+            Volume::par_from_fn(part.clone(), |v| u8::from(labels.at(at(v)) != label::OUTSIDE));
+        let hu = Volume::par_from_fn(part, |v| {
             if body.at(v) == 0 {
                 return 0.0;
             }
@@ -125,8 +127,8 @@ impl Skin {
 }
 
 /// The volume on a lattice; beyond its ends it goes on as it ended.
-fn sampled<T: Copy + Into<f32>>(volume: &Volume<T>, lattice: &Grid) -> Volume<f32> {
-    Volume::from_fn(lattice.clone(), |v| sample_trilinear_at(volume, &lattice.centre(v)))
+fn sampled<T: Copy + Into<f32> + Sync>(volume: &Volume<T>, lattice: &Grid) -> Volume<f32> {
+    Volume::par_from_fn(lattice.clone(), |v| sample_trilinear_at(volume, &lattice.centre(v)))
 }
 
 #[cfg(test)]

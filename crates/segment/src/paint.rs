@@ -2,23 +2,23 @@
 
 use crate::body::flag;
 use crate::levels::Levels;
+use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
-use crate::sheet::{RAYS, Sheet};
 use rayon::prelude::*;
 use supine_volume::{LabelMap, SignedDistance, Surfaces, label};
 
-/// Distances to the surfaces are told this far, mm.
+/// Distances to the surfaces are told this far, mm. Chosen, not measured.
 const BAND_MM: f64 = 5.0;
 
 /// The outer surface of the chest wall as one radius per ray.
 pub(crate) struct Outline<'a> {
     scan: Scan<'a>,
     /// Radius, mm.
-    radius: Sheet,
+    radius: RadialMap,
 }
 
 impl<'a> Outline<'a> {
-    pub(crate) fn new(scan: Scan<'a>, radius: Sheet) -> Self {
+    pub(crate) fn new(scan: Scan<'a>, radius: RadialMap) -> Self {
         Self { scan, radius }
     }
 
@@ -26,11 +26,11 @@ impl<'a> Outline<'a> {
         self.scan
     }
 
-    pub(crate) fn radius(&self) -> &Sheet {
+    pub(crate) fn radius(&self) -> &RadialMap {
         &self.radius
     }
 
-    pub(crate) fn into_radius(self) -> Sheet {
+    pub(crate) fn into_radius(self) -> RadialMap {
         self.radius
     }
 
@@ -62,7 +62,7 @@ impl<'a> Outline<'a> {
     /// Labels of the voxels whose centres lie inside the body, inside or outside the wall.
     pub(crate) fn paint(&self) -> LabelMap {
         let Scan { ct, frame, body, .. } = self.scan;
-        let mut labels = ct.map(|_| label::OUTSIDE);
+        let mut labels = label::empty(ct.grid());
         let plane = frame.plane();
         labels.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
             let (near, far) = self.extent(k);

@@ -1,11 +1,11 @@
 //! Operations within one slice.
 
-use crate::parts::Parts;
+use supine_volume::Parts;
 
 /// Squared distance (mm²) of every pixel centre to the nearest one where `on` holds; infinite where
 /// that is farther than `reach` (mm).
 ///
-/// Exact: the distance along the row, then the least over the rows within reach.
+/// Exact: the distance along the row, then the smallest over the rows within reach.
 pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<f32> {
     let mut along = vec![f32::INFINITY; on.len()];
     let mut seen = Vec::with_capacity(on.len() / ni);
@@ -37,8 +37,8 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
             });
         }
         // Beyond the reach a row may have been left out that is nearer.
-        let most = reach * reach;
-        out.iter_mut().for_each(|o| *o = if *o <= most { *o } else { f32::INFINITY });
+        let limit = reach * reach;
+        out.iter_mut().for_each(|o| *o = if *o <= limit { *o } else { f32::INFINITY });
     }
     out
 }
@@ -119,48 +119,6 @@ pub(crate) fn keep_joined(
     mask.iter_mut().zip(way).for_each(|(m, w)| *m &= w.is_finite());
 }
 
-/// Smooths a slice in place by a Gaussian (sigma in mm); the border value continues outside.
-pub(crate) fn smooth(image: &mut [f32], ni: usize, spacing: [f32; 2], sigma_mm: f32) {
-    let nj = image.len() / ni;
-    let kernel = kernel(sigma_mm / spacing[0]);
-    let reach = kernel.len() - 1;
-    let mut padded = vec![0.0; ni + 2 * reach];
-    for row in image.chunks_exact_mut(ni) {
-        padded[..reach].fill(row[0]);
-        padded[reach..reach + ni].copy_from_slice(row);
-        padded[reach + ni..].fill(row[ni - 1]);
-        row.iter_mut().for_each(|v| *v *= kernel[0]);
-        for (d, w) in kernel.iter().enumerate().skip(1) {
-            let before = &padded[reach - d..reach - d + ni];
-            let after = &padded[reach + d..reach + d + ni];
-            for (v, (a, b)) in row.iter_mut().zip(before.iter().zip(after)) {
-                *v += w * (a + b);
-            }
-        }
-    }
-    let kernel = self::kernel(sigma_mm / spacing[1]);
-    let source = image.to_vec();
-    for (j, row) in image.chunks_exact_mut(ni).enumerate() {
-        row.iter_mut().for_each(|v| *v *= kernel[0]);
-        for (d, w) in kernel.iter().enumerate().skip(1) {
-            let above = &source[j.saturating_sub(d) * ni..][..ni];
-            let below = &source[(j + d).min(nj - 1) * ni..][..ni];
-            for (v, (a, b)) in row.iter_mut().zip(above.iter().zip(below)) {
-                *v += w * (a + b);
-            }
-        }
-    }
-}
-
-/// One-sided half of a normalised Gaussian, centre first, cut at 3 sigma (pixels).
-pub(crate) fn kernel(sigma: f32) -> Vec<f32> {
-    let reach = (3.0 * sigma).ceil().max(0.0) as usize;
-    let half: Vec<f32> =
-        (0..=reach).map(|x| (-0.5 * (x as f32 / sigma.max(1e-3)).powi(2)).exp()).collect();
-    let sum = half[0] + 2.0 * half[1..].iter().sum::<f32>();
-    half.iter().map(|w| w / sum).collect()
-}
-
 /// Bilinear sample of an image at (x, y) pixels; `None` off the image.
 #[inline]
 pub(crate) fn bilinear<T: Copy>(
@@ -214,14 +172,5 @@ mod tests {
         fill_holes(&mut mask, 5);
         let shown: String = mask.iter().map(|&m| if m { '#' } else { '.' }).collect();
         assert_eq!(shown, ["#####", "#####", "###.#", "###..", "#.###"].concat());
-    }
-
-    #[test]
-    fn smoothing_keeps_a_constant_and_a_ramp() {
-        let mut image: Vec<f32> = (0..30 * 20).map(|n| (n % 30) as f32 + 2.0).collect();
-        smooth(&mut image, 30, [0.7, 1.1], 1.5);
-        for x in 8..22 {
-            assert!((image[10 * 30 + x] - (x as f32 + 2.0)).abs() < 1e-4);
-        }
     }
 }

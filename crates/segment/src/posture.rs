@@ -7,10 +7,12 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::gate::Gate;
+use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
+use supine_space::Warning;
 use supine_volume::Ct;
 
+// The limits lie between the figures measured above; where none is named they were chosen, not measured.
 /// Material outside the patient above this is table, cushion or clothes, HU.
 const TABLE_HU: i16 = -500;
 /// It starts this far off the patient, mm.
@@ -18,14 +20,16 @@ const OFF_MM: f32 = 6.0;
 /// A table cups the patient: what lies this far in front of her back's lowest place still counts
 /// as behind her, mm.
 const CUP_MM: f32 = 30.0;
-/// Least volume of a table, cm³, and how many times more must lie on its side than behind her.
+/// Least volume of a table, cm³ (measured: 237 and more), and how many times more must lie on its side than
+/// behind her.
 const TABLE_CM3: f64 = 100.0;
 const TIMES: f64 = 4.0;
 /// Lung: values below, so that vessels and partial volume do not count, HU.
 const LUNG_HU: i16 = -600;
 /// Lung within the patient: a cushion beside her may hold as much air.
 const INNER: u8 = flag::LUNG | flag::BODY;
-/// Lungs this much denser to one side tell that she lies on it, HU per 100 mm.
+/// Lungs this much denser to one side tell that she lies on it, HU per 100 mm (measured on the back: 14 at
+/// most to a side, 28 and more towards the back).
 const DENSER: f64 = 20.0;
 /// Lungs this much denser towards the back contradict a table in front, HU per 100 mm.
 const CONTRARY: f64 = 10.0;
@@ -60,26 +64,30 @@ impl Posture {
     }
 
     /// What was measured. Table and lungs refuse together only.
-    pub(crate) fn gates(&self) -> [Gate; 4] {
+    pub(crate) fn checks(&self) -> [QualityCheck; 4] {
         let [front, back, left, right] = self.table_cm3;
         let [to_back, to_left] = self.denser;
         let limit = TABLE_CM3.max(TIMES * back);
         [
-            Gate::at_most("table or cloth in front of the patient", front, "cm³")
+            QualityCheck::at_most("table or cloth in front of the patient", front, "cm³")
                 .refuses_jointly(limit),
-            Gate::at_most("table or cloth at one side of the patient", left.max(right), "cm³")
-                .refuses_jointly(limit),
-            Gate::at_least("lungs denser towards the back", to_back, "HU per 100 mm")
+            QualityCheck::at_most(
+                "table or cloth at one side of the patient",
+                left.max(right),
+                "cm³",
+            )
+            .refuses_jointly(limit),
+            QualityCheck::at_least("lungs denser towards the back", to_back, "HU per 100 mm")
                 .warns(-DENSER)
                 .refuses_jointly(CONTRARY),
-            Gate::at_most("lungs denser towards one side", to_left.abs(), "HU per 100 mm")
+            QualityCheck::at_most("lungs denser towards one side", to_left.abs(), "HU per 100 mm")
                 .warns(2.0 * DENSER.max(to_back))
                 .refuses_jointly(DENSER.max(to_back)),
         ]
     }
 
     /// The lungs alone do not refuse: disease makes them denser too.
-    pub(crate) fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<Warning> {
         let [to_back, to_left] = self.denser;
         let (on, by) = if to_back < -DENSER && -to_back > to_left.abs() {
             ("in front", -to_back)
@@ -88,10 +96,11 @@ impl Posture {
         } else {
             return None;
         };
-        Some(format!(
+        let text = format!(
             "the lungs are denser {on} ({by:.0} HU per 100 mm), as in a patient who lies on that \
              side: check that she lay on her back and that the image is not flipped"
-        ))
+        );
+        Some(Warning::new("lung-density", text))
     }
 }
 

@@ -3,8 +3,19 @@
 use crate::aggregate::Costs;
 use crate::body::Body;
 use crate::frame::Frame;
-use crate::sheet::{RAYS, Rays, Sheet};
+use crate::radial_map::{RadialMap, Rays};
 use supine_volume::Ct;
+
+/// Places along a ray, counted from a surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Heights {
+    /// Height of the first, mm outside the surface.
+    pub(crate) lowest_mm: f32,
+    /// From each to the next, mm.
+    pub(crate) step_mm: f32,
+    /// How many.
+    pub(crate) count: usize,
+}
 
 /// The CT, its patient and the rays from the axis of her thorax.
 #[derive(Clone, Copy)]
@@ -16,20 +27,20 @@ pub(crate) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// `value(pixel)` along the rays of a slice, from `lowest` (mm) outside a surface in steps of
-    /// `step` (mm), level fastest; NaN where it has none.
+    /// `value(pixel)` along the rays of a slice at heights over a surface, height fastest; NaN where it
+    /// has none.
     pub(crate) fn along(
         &self,
         k: usize,
-        surface: &Sheet,
-        (lowest, step): (f32, f32),
+        surface: &RadialMap,
+        heights: Heights,
         out: &mut [f32],
         value: impl Fn([f32; 2]) -> Option<f32>,
     ) {
-        let levels = out.len() / RAYS;
-        for (p, out) in out.chunks_exact_mut(levels).enumerate() {
+        let Heights { lowest_mm, step_mm, count } = heights;
+        for (p, out) in out.chunks_exact_mut(count).enumerate() {
             for (level, out) in out.iter_mut().enumerate() {
-                let r = surface.at(k, p) + lowest + step * level as f32;
+                let r = surface.at(k, p) + lowest_mm + step_mm * level as f32;
                 *out = value(self.rays.pixel(k, p, r.max(0.0))).unwrap_or(f32::NAN);
             }
         }
@@ -38,15 +49,14 @@ impl Scan<'_> {
     /// [`Self::along`] for every slice, with the image made per slice by `image(k)`.
     pub(crate) fn sample<I>(
         &self,
-        surface: &Sheet,
-        grid: (f32, f32, usize),
+        surface: &RadialMap,
+        heights: Heights,
         image: impl Fn(usize) -> I + Sync,
         value: impl Fn(&I, usize, [f32; 2]) -> Option<f32> + Sync,
     ) -> Costs {
-        let (lowest, step, levels) = grid;
-        Costs::new(self.frame.size[2], levels, |k, out| {
+        Costs::new(self.frame.size[2], heights.count, |k, out| {
             let image = image(k);
-            self.along(k, surface, (lowest, step), out, |at| value(&image, k, at));
+            self.along(k, surface, heights, out, |at| value(&image, k, at));
         })
     }
 }

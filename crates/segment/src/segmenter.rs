@@ -1,41 +1,42 @@
 //! A CT made ready: seeds can be set and changed without starting over.
 
 use crate::body::{Body, flag};
+use crate::find_body::find_body;
 use crate::frame::Frame;
-use crate::gate::Gate;
+use crate::info::Counts;
 use crate::paint::Outline;
 use crate::posture::Posture;
+use crate::quality_check::QualityCheck;
+use crate::radial_map::Rays;
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
-use crate::sheet::Rays;
+use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{
-    Error, Info, Params, Seeds, Segmentation, bones, confidence, hounsfield, implant, info, muscle,
-};
-use std::borrow::Cow;
+use crate::{Error, Info, Params, Seeds, bones, confidence, hounsfield, implant, info, muscle};
+use std::sync::Arc;
 use supine_space::Progress;
 use supine_volume::{Ct, LabelMap, Surfaces, Volume, label};
 
 /// All that the segmentation of one CT rests on but the seeds.
-pub struct Segmenter<'a> {
+pub struct Segmenter {
     /// Implants are filled with fat.
-    ct: Cow<'a, Ct>,
+    ct: Arc<Ct>,
     params: Params,
     frame: Frame,
     body: Body,
     posture: Posture,
     /// What was measured of the values.
-    gates: Vec<Gate>,
+    checks: Vec<QualityCheck>,
     rays: Rays,
     shell: Shell,
     search: Search,
 }
 
-/// The search reaches at least this far beyond the highest seed, mm.
+/// The search reaches at least this far beyond the highest seed, mm. Chosen, not measured.
 const BEYOND_SEED_MM: f32 = 5.0;
 
-impl<'a> Segmenter<'a> {
+impl Segmenter {
     /// Makes a CT ready. The seeds among the parameters are not looked at.
     ///
     /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
@@ -44,12 +45,12 @@ impl<'a> Segmenter<'a> {
     /// # Errors
     /// When the slices are not axial, no body, lungs or ribs are found, fat and muscle cannot be
     /// told apart, a parameter is out of range, or the callback asked to stop.
-    pub fn new(ct: &'a Ct, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
+    pub fn new(ct: Arc<Ct>, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
-        let gates = hounsfield::check(ct, &frame)?;
-        let mut body = Body::find(ct, &frame, params, progress.part(0.0, 0.4))?;
-        let posture = Posture::check(ct, &frame, &body)?;
+        let checks = hounsfield::check(&ct, &frame)?;
+        let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
+        let posture = Posture::check(&ct, &frame, &body)?;
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
         bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
@@ -58,7 +59,7 @@ impl<'a> Segmenter<'a> {
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let reach = params.reach_mm as f32;
         let search = Search::new(scan, &shell, reach, progress.part(0.8, 1.0))?;
-        Ok(Self { ct, params: params.clone(), frame, body, posture, gates, rays, shell, search })
+        Ok(Self { ct, params: params.clone(), frame, body, posture, checks, rays, shell, search })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -83,24 +84,24 @@ impl<'a> Segmenter<'a> {
         let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
-        let tissue = (search.muscle_voxels.as_slice(), search.levels);
-        muscle::add_beyond(&outline, tissue, (shell, &constraints), &mut labels);
+        let (muscle, levels) = (&search.muscle, search.levels);
+        muscle::add_beyond(&outline, muscle, levels, shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
-        let error = confidence::error(scan, (shell, &self.shell.ribless), &wall, &constraints);
+        let error = confidence::error(scan, &self.shell, &wall, &constraints);
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
-        let facts = (ribless, marks.len());
-        let mut info = info::info(&self.params, scan, search.levels, &wall, facts);
+        let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
+        let mut info = info::info(&self.params, scan, levels, &wall, counts);
         info.warnings.extend(self.posture.warning());
-        info.gates.splice(0..0, self.gates.iter().cloned().chain(self.posture.gates()));
+        info.checks.splice(0..0, self.checks.iter().cloned().chain(self.posture.checks()));
         let outline = outline.into_radius();
-        Ok((Segmentation { labels, outline, error, levels: search.levels }, info))
+        Ok((Segmentation { labels: Arc::new(labels), outline, error, levels }, info))
     }
 
-    /// How far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this
+    /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this
     /// CT: the error that 9 of 10 such places do not exceed, tenths of mm (255: 25.5 mm or more),
     /// on the voxels of the patient within 3 mm of the boundary; 0 elsewhere.
-    pub fn doubt(&self, made: &Segmentation) -> Volume<u8> {
+    pub fn uncertainty(&self, made: &Segmentation) -> Volume<u8> {
         confidence::map(self.scan(), &made.outline, &made.error)
     }
 
@@ -131,7 +132,7 @@ impl<'a> Segmenter<'a> {
     }
 }
 
-impl std::fmt::Debug for Segmenter<'_> {
+impl std::fmt::Debug for Segmenter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Segmenter").field("grid", self.ct.grid()).finish_non_exhaustive()
     }

@@ -2,20 +2,18 @@
 //! across the gaps between them by smoothness alone.
 
 use crate::Error;
-use crate::aggregate::{Costs, Jumps, aggregate, cheapest};
+use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::below_ribs;
 use crate::body::flag;
 use crate::bones::{SMOOTH_MM, smoothed};
 use crate::frame::Frame;
 use crate::plane::bilinear;
+use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
 use crate::scan::Scan;
-use crate::sheet::{RAYS, Rays, Sheet};
 use supine_space::Progress;
 
-/// Radii searched: from `START_MM` in steps of 1 mm.
-pub(crate) const START_MM: f32 = 30.0;
-pub(crate) const LEVELS: usize = 210;
-/// Reward for the outer edge of a bone that has soft tissue behind it.
+// Costs and reaches of the reference, section 4, step 4, unless another source is named.
+/// Reward for the outer edge of a bone that has soft tissue behind it. Chosen, not measured.
 const EDGE: f32 = 4.0;
 /// Cost per mm of bone beyond the shell, counted to this many mm.
 const BONE_BEYOND: f32 = 0.5;
@@ -24,37 +22,38 @@ const BONE_BEYOND_MM: f32 = 14.0;
 const BARRED: f32 = 30.0;
 /// The shell keeps this distance to the skin, mm.
 const SKIN_MM: f32 = 3.0;
-/// Cost per mm of jump between rays 1 degree apart, and mm allowed.
+/// Cost per mm of jump between rays 1 degree apart, and mm allowed (this chosen, not measured).
 const JUMP: f32 = 0.5;
 const JUMP_MM: f32 = 4.0;
-/// In front: cost per mm of lying deeper than the slack inside the hull of the first solution.
+/// In front: cost per mm of lying deeper than the slack inside the hull of the first solution. Needed where a
+/// bright heart lies behind a wall with little bone (reference, sections 4 and 9).
 const HULL: f32 = 1.0;
 const HULL_SLACK_MM: f32 = 6.0;
-/// Slices with ribs that are needed.
+/// Slices with ribs that are needed (reference, section 8: proposed there, not measured).
 const RIB_SLICES: usize = 6;
 
-/// Where no ribs are: cost per mm of departure from the expected shell, up to a cap.
+/// Where no ribs are: cost per mm of departure from the expected shell, up to a cap. Chosen, not measured.
 const EXPECTED: f32 = 0.5;
 const EXPECTED_CAP_MM: f32 = 40.0;
 
 /// The rib shell.
 pub(crate) struct Shell {
     /// Radius per (slice, ray), mm.
-    pub(crate) radius: Sheet,
+    pub(crate) radius: RadialMap,
     /// Slices below the ribs: the shell is carried on there at its last distance under the skin.
     pub(crate) ribless: Vec<bool>,
     /// 1 on the rays that have no rib near them below the lungs, 0 elsewhere.
-    pub(crate) below_ribs: Sheet,
+    pub(crate) below_ribs: RadialMap,
 }
 
 /// Finds the shell.
 pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Error> {
     let (frame, rays) = (scan.frame, scan.rays);
     let slices = frame.size[2];
-    let mut costs = Costs::new(slices, LEVELS, |k, out| {
+    let mut costs = Costs::new(slices, RADII, |k, out| {
         let image = smoothed(scan.ct, frame, k, SMOOTH_MM);
         let mut profile = Profile::default();
-        for (p, out) in out.chunks_exact_mut(LEVELS).enumerate() {
+        for (p, out) in out.chunks_exact_mut(RADII).enumerate() {
             profile.sample(scan, &image, k, p);
             profile.costs(out);
         }
@@ -81,23 +80,23 @@ pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Err
     progress.at(1.0)?;
     let sigma = (2.5 / frame.spacing[2], 2.0 * RAYS as f32 / 360.0);
     let below_ribs =
-        Sheet { values: expected.values.iter().map(|e| f32::from(!e.is_nan())).collect() };
+        RadialMap { values: expected.values.iter().map(|e| f32::from(!e.is_nan())).collect() };
     Ok(Shell { radius: radius.median(1, 2).smooth(sigma.0, sigma.1), ribless, below_ribs })
 }
 
 /// 1 where the shell ends on the outer edge of a bone.
-fn on_bone(costs: &Costs, shell: &Sheet) -> Sheet {
-    Sheet::from_fn(shell.slices(), |k, p| {
+fn on_bone(costs: &Costs, shell: &RadialMap) -> RadialMap {
+    RadialMap::from_fn(shell.slices(), |k, p| {
         let level = (shell.at(k, p) - START_MM) as usize;
-        let near = &costs.ray(k, p)[level.saturating_sub(2)..(level + 3).min(LEVELS)];
+        let near = &costs.ray(k, p)[level.saturating_sub(2)..(level + 3).min(RADII)];
         f32::from(near.iter().any(|&c| c < -0.5 * EDGE))
     })
 }
 
 /// Where there are no ribs: drops the evidence of bones (spine, contrast in kidneys) and asks for
 /// the expected radius instead.
-fn carry_on(costs: &mut Costs, expected: &Sheet) {
-    for (ray, &goal) in costs.values.chunks_exact_mut(LEVELS).zip(&expected.values) {
+fn carry_on(costs: &mut Costs, expected: &RadialMap) {
+    for (ray, &goal) in costs.values.chunks_exact_mut(RADII).zip(&expected.values) {
         if goal.is_nan() {
             continue;
         }
@@ -112,17 +111,17 @@ fn carry_on(costs: &mut Costs, expected: &Sheet) {
 fn jumps(frame: &Frame) -> Jumps {
     let (dz, dp) = (frame.spacing[2] / 2.5, 360.0 / RAYS as f32);
     Jumps {
-        ray: (JUMP / dp, (JUMP_MM * dp).ceil() as usize),
-        slice: (0.7 * JUMP / dz, ((JUMP_MM * dz) as usize).max(2)),
+        ray: Jump { cost: JUMP / dp, reach: (JUMP_MM * dp).ceil() as usize },
+        slice: Jump { cost: 0.7 * JUMP / dz, reach: ((JUMP_MM * dz) as usize).max(2) },
     }
 }
 
-fn radii(sum: &Costs) -> Sheet {
-    Sheet { values: cheapest(sum).into_iter().map(|n| START_MM + n as f32).collect() }
+fn radii(sum: &Costs) -> RadialMap {
+    RadialMap { values: cheapest(sum).into_iter().map(|n| START_MM + n as f32).collect() }
 }
 
-fn add_hull(costs: &mut Costs, hull: &Sheet, rays: &Rays) {
-    for (n, ray) in costs.values.chunks_exact_mut(LEVELS).enumerate() {
+fn add_hull(costs: &mut Costs, hull: &RadialMap, rays: &Rays) {
+    for (n, ray) in costs.values.chunks_exact_mut(RADII).enumerate() {
         if rays.to_back[n % RAYS] < 0.2 {
             for (i, cost) in ray.iter_mut().enumerate() {
                 let inside = hull.values[n] - HULL_SLACK_MM - (START_MM + i as f32);
@@ -150,7 +149,7 @@ impl Profile {
         self.lung.clear();
         self.hu.clear();
         self.depth.clear();
-        for i in 0..LEVELS {
+        for i in 0..RADII {
             let at = rays.pixel(k, p, START_MM + i as f32);
             let share =
                 |bit: u8| bilinear(flags, ni, at, |f| f32::from(f & bit != 0)).unwrap_or(0.0);
@@ -162,9 +161,9 @@ impl Profile {
     }
 
     fn costs(&self, out: &mut [f32]) {
-        let bone = |i: usize| i < LEVELS && self.bone[i];
-        let hu = |i: usize| self.hu[i.min(LEVELS - 1)];
-        let edges: Vec<bool> = (0..LEVELS)
+        let bone = |i: usize| i < RADII && self.bone[i];
+        let hu = |i: usize| self.hu[i.min(RADII - 1)];
+        let edges: Vec<bool> = (0..RADII)
             .map(|i| {
                 let ends = bone(i) && !bone(i + 1) && !bone(i + 2) && !bone(i + 3);
                 ends && hu(i + 3).min(hu(i + 5)) > -350.0
@@ -176,13 +175,13 @@ impl Profile {
                 .iter()
                 .enumerate()
                 .map(|(d, w)| {
-                    let on = (i >= d && edges[i - d]) || (i + d < LEVELS && edges[i + d]);
+                    let on = (i >= d && edges[i - d]) || (i + d < RADII && edges[i + d]);
                     if on { *w } else { 0.0 }
                 })
                 .fold(0.0, f32::max)
         };
         let (mut bone_beyond, mut lung_beyond) = (0.0f32, 0);
-        for i in (0..LEVELS).rev() {
+        for i in (0..RADII).rev() {
             bone_beyond += f32::from(self.bone[i]);
             lung_beyond += usize::from(self.lung[i]);
             out[i] =
@@ -198,8 +197,8 @@ impl Profile {
 }
 
 /// Radius of the convex hull of each slice's ring.
-fn hull(ring: &Sheet, rays: &Rays) -> Sheet {
-    let mut out = Sheet::new(ring.slices(), 0.0);
+fn hull(ring: &RadialMap, rays: &Rays) -> RadialMap {
+    let mut out = RadialMap::new(ring.slices(), 0.0);
     for k in 0..ring.slices() {
         let points: Vec<[f32; 2]> =
             (0..RAYS).map(|p| rays.directions[p].map(|c| c * ring.at(k, p))).collect();
@@ -267,7 +266,7 @@ mod tests {
             Grid::new([100, 100, 40], Vector::repeat(4.0), Point::origin(), Matrix::identity());
         let frame = Frame::new(&grid.unwrap()).unwrap();
         let rays = Rays::new(&frame, vec![[0.0; 2]; 3]);
-        let ring = Sheet::from_fn(3, |_, p| if (80..100).contains(&p) { 40.0 } else { 100.0 });
+        let ring = RadialMap::from_fn(3, |_, p| if (80..100).contains(&p) { 40.0 } else { 100.0 });
         let hull = hull(&ring, &rays);
         assert!((hull.at(1, 0) - 100.0).abs() < 0.1);
         let chord = 100.0 * (10.5f32).to_radians().cos();

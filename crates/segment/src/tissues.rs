@@ -4,24 +4,23 @@
 //! Fat and gland are told apart half-way between their own levels in this scan. Published: skin of
 //! the breast 1.44 mm thick in the mean, 0.87 to 2.34 (Shi et al., Med Phys 40, 2013,
 //! doi:10.1118/1.4793257); gland and skin take 14 to 26 % of the breast in the mean, less than 45 %
-//! in 95 of 100 women (Yaffe et al., Med Phys 36, 2009, PMC2787062). The other figures were tried on
-//! phantoms.
+//! in 95 of 100 women (Yaffe et al., Med Phys 36, 2009, PMC2787062). The other constants were chosen and
+//! tried on phantoms, not measured.
 
 use crate::Error;
-use crate::bones::{median, smoothed};
+use crate::bones::smoothed;
 use crate::frame::Frame;
 use crate::levels::fat_mode;
-use crate::parts::Parts;
 use crate::plane::{fill_holes, near, squared_distance};
 use crate::tumour;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_space::{Progress, Sphere, Stopped};
-use supine_volume::{Ct, LabelMap, label};
+use supine_space::{Progress, Sphere, Stopped, Warning};
+use supine_volume::{Ct, LabelMap, Parts, label, median};
 
 /// Noise is smoothed by this much in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 0.8;
-/// Thickness of the skin; gland and fat are measured deeper than twice this, mm.
+/// Thickness of the skin (about the published mean); gland and fat are measured deeper than twice this, mm.
 const SKIN_MM: f32 = 1.6;
 /// Dense tissue lies this far above fat, HU, and gland is measured where it is thicker than twice
 /// this, mm.
@@ -54,7 +53,7 @@ pub struct TissueShare {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TissueInfo {
     /// What the user should look at.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Mode of the fat, HU.
     pub fat_hu: f64,
     /// Median of thick gland, HU; `None` when no gland is thick enough to be measured.
@@ -70,7 +69,7 @@ pub struct TissueInfo {
 ///
 /// Every voxel stays on its side: soft tissue remains soft tissue by
 /// [`supine_volume::label::is_soft_tissue`], chest wall remains chest wall. The labels may be coarse
-/// or fine, found or brought along, on the grid of the CT (HU). What they call implant stays so, and
+/// or fine, found or supplied, on the grid of the CT (HU). What they call implant stays so, and
 /// so does soft tissue that `implants` ([`crate::Segmenter::implants`]) call so. Dense tissue in
 /// front of the wall counts as gland wherever it lies, muscle at the shoulder too; strands thinner
 /// than 4 mm count as fat. The tumour (LPS, mm) is grown where it stands out from its surroundings.
@@ -86,21 +85,20 @@ pub fn tissues(
 ) -> Result<(LabelMap, TissueInfo), Error> {
     let frame = Frame::new(ct.grid())?;
     for labels in std::iter::once(labels).chain(implants) {
-        if labels.grid() != ct.grid() {
+        if !labels.grid().is_same(ct.grid()) {
             return Err(Error::OtherGrid { labels: labels.grid().size(), ct: ct.grid().size() });
         }
     }
-    let labels = &with_implants(labels, implants);
-    let deep = deep_soft_tissue(labels, &frame, progress.part(0.0, 0.3))?;
+    let mut out = with_implants(labels, implants);
+    let deep = deep_soft_tissue(&out, &frame, progress.part(0.0, 0.3))?;
     let fat = fat_level(ct, &deep);
     let gland = gland_level(ct, &frame, &deep, fat, progress.part(0.3, 0.5))?;
     let middle = fat + 0.5 * (gland.unwrap_or(fat + GLAND_ABOVE_FAT_HU) - fat);
-    let mut out = labels.clone();
     let plane = frame.plane();
     let slices = Slices::new(frame.size[2], progress.part(0.5, 0.9));
     out.data_mut().par_chunks_mut(plane).enumerate().try_for_each(|(k, out)| {
         let image = smoothed(ct, &frame, k, SMOOTH_MM);
-        mark_soft(&image, &frame, (deep.slice(k), middle), out);
+        mark_soft(&image, &frame, deep.slice(k), middle, out);
         mark_bone(&image, &frame, out);
         slices.one_more()
     })?;
@@ -217,11 +215,11 @@ fn gland_level(
         })
         .collect::<Result<_, Stopped>>()?;
     let mut values = thick.concat();
-    Ok((!values.is_empty()).then(|| median(&mut values)))
+    Ok(median(&mut values))
 }
 
 /// Fat, gland and skin of a slice.
-fn mark_soft(image: &[f32], frame: &Frame, (layer, middle): (&[u8], f32), out: &mut [u8]) {
+fn mark_soft(image: &[f32], frame: &Frame, layer: &[u8], middle: f32, out: &mut [u8]) {
     let spacing = [frame.spacing[0], frame.spacing[1]];
     let thin: Vec<bool> = (0..image.len()).map(|n| layer[n] < 2 || image[n] < middle).collect();
     let rim = near(&thin, frame.size[0], spacing, STRAND_MM);

@@ -1,10 +1,12 @@
 //! The tumour, grown from its centre.
 
-use crate::bones::{median, smoothed};
+use crate::bones::smoothed;
 use crate::frame::Frame;
-use supine_space::Sphere;
-use supine_volume::{Ct, LabelMap, Volume, components, distance_mm, label};
+use std::ops::RangeInclusive;
+use supine_space::{Sphere, Warning};
+use supine_volume::{Ct, LabelMap, Volume, components, distance_mm, label, median};
 
+// Chosen, not measured.
 /// Smoothing in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 1.0;
 /// Shares of the radius: the middle that tells its level, the ring that tells its surroundings, the
@@ -25,16 +27,18 @@ pub(crate) fn mark(
     frame: &Frame,
     sphere: Sphere,
     labels: &mut LabelMap,
-) -> Option<String> {
+) -> Option<Warning> {
     let near = Surroundings::new(ct, frame, sphere, labels);
     let soft = |n: usize, labels: &LabelMap| label::is_soft_tissue(labels.data()[n]);
     let Some(near) = near else {
-        return Some("nothing is labelled as tumour: its centre lies outside the CT".into());
+        let text = "nothing is labelled as tumour: its centre lies outside the CT";
+        return Some(Warning::new("tumour-outside-ct", text));
     };
     let (chosen, warning) = match near.grow() {
         Ok(grown) => (grown, None),
         Err(why) => {
-            (near.within(1.0), Some(format!("the tumour's label is the sphere given: {why}")))
+            let text = format!("the tumour's label is the sphere given: {why}");
+            (near.within(1.0), Some(Warning::new("tumour-not-grown", text)))
         }
     };
     for n in chosen {
@@ -85,17 +89,17 @@ impl Surroundings {
         near.map(|n| self.offset.data()[n]).collect()
     }
 
-    fn level(&self, (from, to): (f64, f64)) -> Option<f32> {
+    fn level(&self, away: RangeInclusive<f64>) -> Option<f32> {
         let mut values: Vec<f32> = (0..self.hu.data().len())
-            .filter(|&n| self.soft.data()[n] && (from..=to).contains(&self.away(n)))
+            .filter(|&n| self.soft.data()[n] && away.contains(&self.away(n)))
             .map(|n| self.hu.data()[n])
             .collect();
-        (!values.is_empty()).then(|| median(&mut values))
+        median(&mut values)
     }
 
     /// Offsets in the CT of the tumour, or why it cannot be told.
     fn grow(&self) -> Result<Vec<usize>, String> {
-        let levels = (self.level((0.0, MIDDLE)), self.level(RING));
+        let levels = (self.level(0.0..=MIDDLE), self.level(RING.0..=RING.1));
         let (Some(inside), Some(around)) = levels else {
             return Err("there is no soft tissue round it".into());
         };

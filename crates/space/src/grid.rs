@@ -1,6 +1,6 @@
 //! A regular grid of voxel centres in patient space.
 
-use crate::{Matrix, Point, Sphere, Vector};
+use crate::{Failure, Matrix, Point, Sphere, Vector};
 
 /// Size, spacing, origin and direction of a voxel grid.
 ///
@@ -33,8 +33,23 @@ pub enum GridError {
     Direction(f64),
 }
 
+impl GridError {
+    /// The kind of failure: the geometry that was given cannot be used.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
+}
+
 /// Largest entry of |DᵀD - I| that is still taken as orthonormal (DICOM DS rounding gives 1e-13).
 const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
+
+/// Two grids are the same when no corner voxels lie farther apart than this, mm.
+///
+/// Files round geometry: a spacing written with five decimals moves the last of 512 voxels by 0.003 mm, a
+/// direction in single precision that of a 500 mm axis by 0.0001 mm. Both must pass; 0.01 mm is still a
+/// fiftieth of the smallest voxels of a CT, so that no voxel is taken for its neighbour. Chosen from these
+/// figures, not measured.
+const SAME_GRID_MM: f64 = 0.01;
 
 impl Grid {
     /// A grid from its size (voxels along i, j, k), spacing (mm), origin (LPS, mm) and direction
@@ -124,6 +139,26 @@ impl Grid {
             voxel[a] = r as usize;
         }
         Some(voxel)
+    }
+
+    /// Whether the other grid has the same voxels at the same places, but for the rounding of files: as
+    /// many along each axis, no two of them farther apart than 0.01 mm.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.offset_mm(other).is_some_and(|mm| mm <= SAME_GRID_MM)
+    }
+
+    /// Largest distance of corresponding voxel centres, mm; `None` when the sizes differ.
+    pub fn offset_mm(&self, other: &Self) -> Option<f64> {
+        if self.size != other.size {
+            return None;
+        }
+        // Both are linear in the index: no voxel lies farther off than the farthest corner.
+        let last = self.size.map(|n| n - 1);
+        let off = |corner: usize| {
+            let voxel = [0, 1, 2].map(|a| last[a] * (corner >> a & 1));
+            (self.centre(voxel) - other.centre(voxel)).norm()
+        };
+        Some((0..8).map(off).fold(0.0, f64::max))
     }
 
     /// Centre of a voxel, LPS, mm.
@@ -217,6 +252,22 @@ mod tests {
         }
         let beside = Sphere::new(g.patient_from_index([2.0, 3.0, -3.0]), 2.0).unwrap();
         assert!(g.around(&beside).is_none());
+    }
+
+    #[test]
+    fn rounded_grids_are_the_same_and_shifted_ones_are_not() {
+        let g = oblique();
+        let with = |spacing: Vector, origin: Point| {
+            Grid::new(g.size(), spacing, origin, *g.direction()).unwrap()
+        };
+        let rounded = with(g.spacing() * (1.0 + 1e-6), g.origin() + Vector::new(4e-3, 0.0, 4e-3));
+        assert!(g.is_same(&g) && g.is_same(&rounded) && g != rounded);
+        let shifted = with(g.spacing(), g.origin() + Vector::new(0.0, 0.03, 0.04));
+        assert!(!g.is_same(&shifted));
+        assert!((g.offset_mm(&shifted).unwrap() - 0.05).abs() < 1e-12);
+        // The first voxel lies at its place, the last one does not.
+        assert!(!g.is_same(&with(g.spacing() * 1.01, g.origin())));
+        assert_eq!(g.offset_mm(&g.crop([0; 3], [4, 6, 7]).unwrap()), None);
     }
 
     #[test]

@@ -28,6 +28,9 @@ pub type Vector = nalgebra::Vector3<f64>;
 /// A 3 x 3 matrix, mostly a direction matrix whose columns are the grid's axes in LPS.
 pub type Matrix = nalgebra::Matrix3<f64>;
 
+/// A rigid motion: what moves a body from where it was to where it is; LPS, mm.
+pub type Pose = nalgebra::Isometry3<f64>;
+
 /// The patient's own side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {

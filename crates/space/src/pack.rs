@@ -78,9 +78,9 @@ impl Pack {
         Self([value; LANES])
     }
 
-    /// The lesser of each two; not that of the library, which asks for NaN.
+    /// The smaller of each two; not that of the library, which asks for NaN.
     #[inline(always)]
-    pub fn least(mut self, other: Self) -> Self {
+    pub fn min(mut self, other: Self) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a = if *a < b { *a } else { b };
         }
@@ -89,7 +89,7 @@ impl Pack {
 
     /// The greater of each two.
     #[inline(always)]
-    pub fn most(mut self, other: Self) -> Self {
+    pub fn max(mut self, other: Self) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a = if *a > b { *a } else { b };
         }

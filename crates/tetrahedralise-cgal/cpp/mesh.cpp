@@ -55,7 +55,7 @@ Raw raw(const Complex &complex) {
 
 } // namespace
 
-Raw mesh(const Places &places, const Wish &wish, rust::Slice<const double> rims,
+Raw mesh(const Places &places, const Request &request, rust::Slice<const double> rims,
          rust::Slice<const size_t> lengths) {
   // Its own random numbers from a stated seed: the same mesh each time.
   CGAL::Random random(0);
@@ -65,10 +65,10 @@ Raw mesh(const Places &places, const Wish &wish, rust::Slice<const double> rims,
     return beyond == 0 ? INSIDE : beyond;
   };
   const auto outside = [](int label) { return label != INSIDE; };
-  const Point centre(wish.centre[0], wish.centre[1], wish.centre[2]);
-  const double radius = 1.1 * wish.radius;
+  const Point centre(request.centre[0], request.centre[1], request.centre[2]);
+  const double radius = 1.1 * request.radius;
   // CGAL's bound is a share of half the diagonal of the sphere's box.
-  const double bound = wish.precision / (radius * std::sqrt(3.0));
+  const double bound = request.precision / (radius * std::sqrt(3.0));
   Domain domain(parameters::function = label,
                 parameters::bounding_object = Kernel::Sphere_3(centre, radius * radius),
                 parameters::relative_error_bound = bound, parameters::p_rng = &random,
@@ -82,15 +82,15 @@ Raw mesh(const Places &places, const Wish &wish, rust::Slice<const double> rims,
     curves.push_back(std::move(curve));
   }
   domain.add_features(curves.begin(), curves.end());
-  Criteria criteria(parameters::edge_size = wish.edge, parameters::facet_angle = 25.0,
-                    parameters::facet_size = wish.edge,
-                    parameters::facet_distance = wish.sag * wish.edge,
-                    parameters::cell_radius_edge_ratio = 2.0, parameters::cell_size = wish.edge);
+  Criteria criteria(parameters::edge_size = request.edge, parameters::facet_angle = 25.0,
+                    parameters::facet_size = request.edge,
+                    parameters::facet_distance = request.sag * request.edge,
+                    parameters::cell_radius_edge_ratio = 2.0, parameters::cell_size = request.edge);
   Complex complex = CGAL::make_mesh_3<Complex>(domain, criteria, parameters::manifold(),
                                                parameters::no_perturb(), parameters::no_exude());
-  if (wish.optimise) {
-    CGAL::perturb_mesh_3(complex, domain, parameters::time_limit = wish.patience);
-    CGAL::exude_mesh_3(complex, parameters::time_limit = wish.patience);
+  if (request.optimise) {
+    CGAL::perturb_mesh_3(complex, domain, parameters::time_limit = request.patience);
+    CGAL::exude_mesh_3(complex, parameters::time_limit = request.patience);
   }
   return raw(complex);
 }

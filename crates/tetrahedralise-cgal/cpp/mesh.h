@@ -4,14 +4,14 @@
 
 namespace supine_cgal {
 
-struct Wish;
+struct Request;
 struct Raw;
 struct Places;
 
-/// Meshes the places labelled 0 inside the wish's sphere. `rims`: coordinates of all points of the
+/// Meshes the places labelled 0 inside the request's sphere. `rims`: coordinates of all points of the
 /// curves that become edges; `lengths`: the number of points of each curve.
 /// Throws what `Places::label` throws.
-Raw mesh(const Places &places, const Wish &wish, rust::Slice<const double> rims,
+Raw mesh(const Places &places, const Request &request, rust::Slice<const double> rims,
          rust::Slice<const size_t> lengths);
 
 } // namespace supine_cgal

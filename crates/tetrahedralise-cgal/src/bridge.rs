@@ -6,7 +6,7 @@ use supine_space::{Point, Progress, Stopped};
 #[cxx::bridge(namespace = "supine_cgal")]
 pub(crate) mod ffi {
     /// What is asked of CGAL; lengths in mm.
-    struct Wish {
+    struct Request {
         centre: [f64; 3],
         radius: f64,
         edge: f64,
@@ -38,7 +38,7 @@ pub(crate) mod ffi {
         include!("mesh.h");
         unsafe fn mesh<'a>(
             places: &Places<'a>,
-            wish: &Wish,
+            request: &Request,
             rims: &[f64],
             lengths: &[usize],
         ) -> Result<Raw>;

@@ -3,7 +3,7 @@
 use crate::bridge::{Places, ffi};
 use std::cell::Cell;
 use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TetMesh};
-use supine_space::{Point, Progress, Sphere, Stopped};
+use supine_space::{Failure, Point, Progress, Sphere, Stopped};
 
 /// What is to be meshed.
 #[derive(Clone, Copy)]
@@ -57,7 +57,7 @@ pub enum Error {
     #[error(transparent)]
     Stopped(#[from] Stopped),
     /// A setting is out of its range.
-    #[error("the setting {name} = {value} of CGAL must be {range}")]
+    #[error("the setting {name} = {value:.3} of CGAL must be {range}")]
     Setting {
         /// Name of the field of `Params`.
         name: &'static str,
@@ -72,6 +72,16 @@ pub enum Error {
     /// CGAL's result is not a mesh.
     #[error("CGAL made a broken mesh ({0}); use the native mesher, or another count")]
     Broken(#[from] MeshError),
+}
+
+impl Error {
+    /// The kind of failure: all but a stop is one of the method.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Stopped(_) => Failure::Stopped,
+            _ => Failure::Method,
+        }
+    }
 }
 
 /// A mesh with edges of about the asked length; boundary faces carry the tag beyond which their
@@ -95,7 +105,7 @@ pub fn tetrahedralise(
         asked: Cell::new(0),
         stopped: Cell::new(None),
     };
-    let wish = ffi::Wish {
+    let request = ffi::Request {
         centre: centre.coords.into(),
         radius,
         edge: params.edge_mm,
@@ -106,7 +116,7 @@ pub fn tetrahedralise(
     };
     let flat: Vec<f64> = solid.rims.iter().flatten().flat_map(|p| p.coords.data.0[0]).collect();
     let lengths: Vec<usize> = solid.rims.iter().map(Vec::len).collect();
-    let raw = ask(&places, &wish, &flat, &lengths);
+    let raw = ask(&places, &request, &flat, &lengths);
     if let Some(stopped) = places.stopped.get() {
         return Err(stopped.into());
     }
@@ -131,13 +141,13 @@ fn check(params: &Params) -> Result<(), Error> {
 #[expect(unsafe_code, reason = "the bridge marks every function that borrows")]
 fn ask(
     places: &Places<'_>,
-    wish: &ffi::Wish,
+    request: &ffi::Request,
     rims: &[f64],
     lengths: &[usize],
 ) -> Result<ffi::Raw, cxx::Exception> {
     // SAFETY: C++ keeps none of its arguments beyond the call, and reads as many coordinates as the
     // lengths add up to, three each, which the caller has put into `rims`.
-    unsafe { ffi::mesh(places, wish, rims, lengths) }
+    unsafe { ffi::mesh(places, request, rims, lengths) }
 }
 
 fn mesh(raw: &ffi::Raw) -> Result<TetMesh, MeshError> {

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 use supine_mesh::{BoundaryFace, MeshError, TetMesh};
-use supine_space::{Point, Progress, Stopped};
+use supine_space::{Failure, Point, Progress, Stopped};
 
 /// Settings of the mesher.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Params {
     /// Smallest dihedral angle aimed at, degrees; TetGen does not promise it.
     pub min_dihedral_deg: f64,
     /// Points that may be added inside: TetGen can go on for ever.
-    pub most_points: usize,
+    pub max_points: usize,
 }
 
 impl Default for Params {
@@ -26,7 +26,7 @@ impl Default for Params {
             max_volume_mm3: 100.0,
             max_ratio: 1.2,
             min_dihedral_deg: 12.0,
-            most_points: 1_000_000,
+            max_points: 1_000_000,
         }
     }
 }
@@ -34,8 +34,8 @@ impl Default for Params {
 impl Params {
     /// TetGen's own words: a surface (p) kept as it is (Y), counted from 0 (z), quietly (Q).
     fn switches(&self) -> String {
-        let Self { max_volume_mm3, max_ratio, min_dihedral_deg, most_points } = self;
-        format!("pYzQq{max_ratio}/{min_dihedral_deg}a{max_volume_mm3:.6}S{most_points}")
+        let Self { max_volume_mm3, max_ratio, min_dihedral_deg, max_points } = self;
+        format!("pYzQq{max_ratio}/{min_dihedral_deg}a{max_volume_mm3:.6}S{max_points}")
     }
 }
 
@@ -77,6 +77,22 @@ pub enum Error {
     /// What the worker made is not a mesh.
     #[error("TetGen made a broken mesh ({0}); ask for another count, or use the native mesher")]
     Broken(#[from] MeshError),
+}
+
+impl Error {
+    /// The kind of failure: where no worker could be started for want of memory or processes another try
+    /// may help; all else but a stop is a failure of the method.
+    pub fn kind(&self) -> Failure {
+        use std::io::ErrorKind as Kind;
+        match self {
+            Self::Stopped(_) => Failure::Stopped,
+            Self::Start(error) => match error.kind() {
+                Kind::OutOfMemory | Kind::WouldBlock | Kind::ResourceBusy => Failure::Retry,
+                _ => Failure::Method,
+            },
+            _ => Failure::Method,
+        }
+    }
 }
 
 /// Fills a closed surface (points in LPS, mm) with tetrahedra; its triangles and tags are kept.

@@ -8,7 +8,7 @@ use supine_volume::{Volume, gaussian};
 /// Spacing of the map of lengths, mm.
 const SPACING_MM: f64 = 3.0;
 /// No length is changed by more than this factor.
-const MOST: f64 = 2.0;
+const MAX_TETRAHEDRA: f64 = 2.0;
 /// The map holds where it was fed by at least this share of a tetrahedron.
 const FED: f32 = 1e-6;
 
@@ -40,7 +40,8 @@ impl Refinement {
             let middle = mesh.corners(t).iter().map(|c| c.coords).sum::<Vector>() / 4.0;
             let Some(voxel) = grid.voxel_at(&Point::from(middle)) else { continue };
             let at = grid.offset(voxel);
-            sum.data_mut()[at] += ((log - mean).clamp(-MOST.ln(), MOST.ln()) * volume) as f32;
+            sum.data_mut()[at] +=
+                ((log - mean).clamp(-MAX_TETRAHEDRA.ln(), MAX_TETRAHEDRA.ln()) * volume) as f32;
             weight.data_mut()[at] += *volume as f32;
         }
         let (sum, weight) = (gaussian(&sum, [edge; 3]), gaussian(&weight, [edge; 3]));

@@ -4,13 +4,14 @@ use crate::complex::Complex;
 use crate::domain::{edge_for, finished, work};
 use crate::exactly::exactly;
 use crate::faces::Faces;
+use crate::frame::Frame;
 use crate::mesher::Mesher;
 use crate::patches::classify;
 use crate::sizing::Sizing;
 use crate::{Error, Info, Params};
 use std::collections::BTreeMap;
 use supine_mesh::{TET_FACES, TetMesh};
-use supine_space::{Matrix, Point, Progress, Vector};
+use supine_space::{Matrix, Point, Progress};
 
 /// A mesh of the asked number of tetrahedra, fewer than `mesh` has, on the same surfaces.
 ///
@@ -30,7 +31,7 @@ pub fn coarsen(
     if tetrahedra >= has {
         return Err(Error::NotCoarser { asked: tetrahedra, has });
     }
-    let frame = (middle(mesh), Matrix::identity());
+    let frame = Frame { origin: middle(mesh), axes: Matrix::identity() };
     let mut start = complex(mesh, &frame);
     classify(&mut start);
     progress.at(0.0)?;
@@ -61,7 +62,7 @@ fn middle(mesh: &TetMesh) -> Point {
 }
 
 /// The mesh under work, in millimetres from the origin of a frame along its axes.
-pub(crate) fn complex(mesh: &TetMesh, (origin, axes): &(Point, Matrix)) -> Complex {
+pub(crate) fn complex(mesh: &TetMesh, frame: &Frame) -> Complex {
     let key = |mut face: [u32; 3]| {
         face.sort_unstable();
         face
@@ -70,11 +71,10 @@ pub(crate) fn complex(mesh: &TetMesh, (origin, axes): &(Point, Matrix)) -> Compl
         mesh.boundary().iter().map(|f| (key(f.points), f.tag.number())).collect();
     let mut complex = Complex::default();
     for p in mesh.points() {
-        let away: Vector = p - origin;
-        complex.add_vertex(axes.tr_mul(&away), 0);
+        complex.add_vertex(frame.of_patient(p), 0);
     }
     // A left-handed frame turns positive tetrahedra over.
-    let mirrored = axes.determinant() < 0.0;
+    let mirrored = frame.axes.determinant() < 0.0;
     for mut tet in mesh.tets().iter().copied() {
         if mirrored {
             tet.swap(2, 3);

@@ -123,7 +123,7 @@ impl Mesher<'_> {
         if !stays {
             before = before.min(mesh.worst_of(&mesh.star[b as usize]));
         }
-        let least = rule.floor.min(before).max(1e-3);
+        let lowest = rule.floor.min(before).max(1e-3);
         for from in [a, b] {
             if from == b && stays {
                 continue;
@@ -138,7 +138,7 @@ impl Mesher<'_> {
                         return false;
                     }
                 }
-                if shape(&p) < least {
+                if shape(&p) < lowest {
                     return false;
                 }
             }

@@ -2,7 +2,7 @@
 
 use crate::collapse::CollapseRule;
 use crate::mesher::Mesher;
-use crate::remesh::MOST_REWORKED;
+use crate::remesh::MAX_REWORKED;
 use std::collections::BTreeMap;
 use supine_space::{Progress, Stopped};
 
@@ -26,7 +26,7 @@ const IDLE: f64 = 1e-3;
 /// Smoothing can be hoped to better a tetrahedron from this share of the floor.
 const HOPE: f64 = 0.45;
 /// Tetrahedra worse than this are not made at all.
-const LEAST: f64 = 0.02;
+const MIN_QUALITY: f64 = 0.02;
 /// The trade works on tetrahedra that are this much better than the worst at most, ...
 const NARROW: f64 = 0.01;
 /// ... and gives up when this much did not help.
@@ -144,7 +144,7 @@ impl Mesher<'_> {
         let Some(best) = best else { return false };
         for tried in best {
             self.mesh.begin();
-            if self.take(tried.step, LEAST).is_some() {
+            if self.take(tried.step, MIN_QUALITY).is_some() {
                 self.mesh.commit()
             } else {
                 self.mesh.rollback()
@@ -162,7 +162,7 @@ impl Mesher<'_> {
         let mut options: BTreeMap<i64, Vec<Tried>> = BTreeMap::new();
         for step in short.chain(long) {
             self.mesh.begin();
-            let delta = self.take(step, LEAST);
+            let delta = self.take(step, MIN_QUALITY);
             let (_, quality) = self.mesh.effect();
             let good = quality > 0.0 && self.stays_near(off);
             self.mesh.rollback();
@@ -237,7 +237,7 @@ impl Mesher<'_> {
             let taken = self.bad((worst + reach).min(threshold)).len();
             reach *= 3.0;
             let more = self.bad((worst + reach).min(threshold)).len();
-            if reach > WIDE || taken >= MOST_REWORKED || more == taken {
+            if reach > WIDE || taken >= MAX_REWORKED || more == taken {
                 break;
             }
         }

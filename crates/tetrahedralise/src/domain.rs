@@ -1,20 +1,16 @@
 //! The soft tissue to be meshed, and its meshes.
 
-mod curved;
-mod peers;
-mod rims;
-
-pub use curved::Curving;
-pub use peers::Shell;
-
+use crate::base_length::base_length;
 use crate::exactly::exactly;
 use crate::fields::{Fields, Smoothing};
+use crate::frame::Frame;
 use crate::mesher::Mesher;
-use crate::refinement::{Refinement, base_length};
+use crate::params::check;
+use crate::refinement::Refinement;
 use crate::sizing::Sizing;
-use crate::{Error, Info, Params, check, finish, labels, start};
+use crate::{Error, Info, Params, finish, labels, start};
 use supine_mesh::TetMesh;
-use supine_space::{Matrix, Point, Progress};
+use supine_space::{Progress, Warning};
 use supine_volume::Region;
 
 /// Volume of a tetrahedron with edges of length L is about L³ / 8.5 in a good mesh.
@@ -30,7 +26,7 @@ const FINER: f64 = 1.5;
 const MARGIN: f64 = 4.0;
 /// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that the
 /// mesh jams, another is tried.
-const LATTICES: [f64; 3] = [1.0, 0.91, 0.83];
+pub(crate) const LATTICES: [f64; 3] = [1.0, 0.91, 0.83];
 /// A mesh with a tetrahedron worse than this (sine of 20°) has jammed.
 const JAMMED: f64 = 0.342;
 /// Passes that bring the boundary of the cut lattice onto its surfaces.
@@ -50,10 +46,10 @@ const FINISH_GAIN: f64 = 0.01;
 /// meshes of any number of tetrahedra, which all follow the same surfaces.
 #[derive(Debug)]
 pub struct Domain {
-    fields: Fields,
-    params: Params,
+    pub(crate) fields: Fields,
+    pub(crate) params: Params,
     /// What is known before there is a mesh.
-    info: Info,
+    pub(crate) info: Info,
     /// Smallest spacing of the voxels, mm.
     voxel_mm: f64,
 }
@@ -64,11 +60,7 @@ impl Domain {
     /// # Errors
     /// When a setting or a label is not usable, there is nothing to mesh, or the progress callback
     /// says stop.
-    pub fn new(
-        region: &Region<'_>,
-        params: &Params,
-        progress: Progress<'_>,
-    ) -> Result<Self, Error> {
+    pub fn new(region: &Region, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         check(params)?;
         let mut info = Info::new();
         progress.at(0.0)?;
@@ -77,10 +69,10 @@ impl Domain {
         let kinds = labels::kinds(region, params.piece, MARGIN * sigma, &mut info)?;
         progress.at(0.4)?;
         let smoothing = match region.surfaces() {
-            Some(surfaces) => Smoothing::Known(surfaces, params.surface_smoothing_mm),
+            Some(surfaces) => Smoothing::Known(surfaces.as_ref(), params.surface_smoothing_mm),
             None => Smoothing::Labels(sigma),
         };
-        let fields = Fields::new(&kinds, region.sphere(), smoothing, params.least_thickness_mm)?;
+        let fields = Fields::new(&kinds, region.sphere(), smoothing, params.min_thickness_mm)?;
         progress.at(1.0)?;
         Ok(Self { fields, params: params.clone(), info, voxel_mm: spacing.min() })
     }
@@ -114,10 +106,11 @@ impl Domain {
         let (mesher, mut info) = exactly(tetrahedra, progress.part(0.0, 0.99), attempt)?;
         let edge = mesher.sizing.base;
         if edge < self.voxel_mm {
-            info.warnings.push(format!(
+            let text = format!(
                 "{tetrahedra} tetrahedra make edges of {edge:.2} mm, shorter than a voxel: the \
                  surface gains nothing from them"
-            ));
+            );
+            info.warnings.push(Warning::new("mesh-short-edges", text));
         }
         let mesh = finished(&mesher, self.fields.frame(), self.fields.volume, &mut info)?;
         progress.at(1.0)?;
@@ -148,7 +141,7 @@ impl Domain {
                 break;
             }
         }
-        best.ok_or(Error::NothingToMesh { thickness_mm: params.least_thickness_mm })
+        best.ok_or(Error::NothingToMesh { thickness_mm: params.min_thickness_mm })
     }
 }
 
@@ -160,26 +153,26 @@ pub(crate) fn edge_for(volume: f64, tetrahedra: usize) -> f64 {
 /// The mesh in patient space and what is told of it. `volume`: that of the tissue it was made of, mm³.
 pub(crate) fn finished(
     mesher: &Mesher<'_>,
-    frame: &(Point, Matrix),
+    frame: &Frame,
     volume: f64,
     info: &mut Info,
 ) -> Result<TetMesh, Error> {
     let complex = mesher.mesh.compact();
     let mesh = finish::to_patient(&complex, frame)?;
-    info.describe(&complex, &mesh, (mesher.fields(), volume), mesher.sizing.base);
+    info.describe(&complex, &mesh, mesher.fields(), volume, mesher.sizing.base);
     Ok(mesh)
 }
 
 /// The cut lattice, with cells of `scale` times the usual size, and the base length that should give
 /// the asked count.
-fn first_mesh<'a>(
+pub(crate) fn first_mesh<'a>(
     fields: &'a Fields,
     params: &Params,
     scale: f64,
     info: &mut Info,
     progress: Progress<'_>,
 ) -> Result<Mesher<'a>, Error> {
-    let nothing = Error::NothingToMesh { thickness_mm: params.least_thickness_mm };
+    let nothing = Error::NothingToMesh { thickness_mm: params.min_thickness_mm };
     let edge = edge_for(fields.volume, params.tetrahedra);
     if edge.is_nan() || edge <= 0.0 {
         return Err(nothing);

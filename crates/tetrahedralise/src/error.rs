@@ -1,8 +1,7 @@
 //! Why no mesh can be made.
 
-use crate::SolidError;
 use supine_mesh::{DisplacementError, MeshError};
-use supine_space::{GridError, Stopped};
+use supine_space::{Failure, GridError, Stopped};
 use supine_volume::VolumeError;
 
 /// Why no mesh can be made.
@@ -13,12 +12,12 @@ pub enum Error {
     #[error(transparent)]
     Stopped(#[from] Stopped),
     /// Fewer tetrahedra were asked for than the shape needs.
-    #[error("{asked} tetrahedra are too few for this region; ask for {least} or more")]
+    #[error("{asked} tetrahedra are too few for this region; ask for {min} or more")]
     TooFew {
         /// Tetrahedra asked for.
         asked: usize,
         /// The smallest number found that works.
-        least: usize,
+        min: usize,
     },
     /// A mesh is coarsened to fewer tetrahedra only.
     #[error("the mesh has {has} tetrahedra; {asked} are not fewer: ask for a smaller number")]
@@ -29,12 +28,12 @@ pub enum Error {
         has: usize,
     },
     /// More tetrahedra were asked for than can be numbered and held.
-    #[error("{asked} tetrahedra are too many; ask for {most} or fewer")]
+    #[error("{asked} tetrahedra are too many; ask for {max} or fewer")]
     TooMany {
         /// Tetrahedra asked for.
         asked: usize,
         /// The largest number.
-        most: usize,
+        max: usize,
     },
     /// The refined place leaves too few tetrahedra for the rest.
     #[error(
@@ -48,7 +47,7 @@ pub enum Error {
         needed: usize,
     },
     /// A setting is out of its range.
-    #[error("the mesh setting {name} = {value} must be {range}")]
+    #[error("the mesh setting {name} = {value:.3} must be {range}")]
     Setting {
         /// Name of the field of `Params`.
         name: &'static str,
@@ -108,4 +107,65 @@ pub enum Error {
     /// The result is not a mesh.
     #[error("the mesher made a broken mesh, please report this with the labels: {0}")]
     Broken(#[from] MeshError),
+}
+
+impl Error {
+    /// The kind of failure: surfaces that cannot be used are input, all else is a failure of the method.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Stopped(_) => Failure::Stopped,
+            Self::Solid(_) => Failure::Input,
+            _ => Failure::Method,
+        }
+    }
+}
+
+/// Why surfaces of skin and chest wall cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolidError {
+    /// The numbers are too small for mm.
+    #[error(
+        "the surface of the {which} is only {extent:.3} mm large, the region's radius {radius:.1} mm: is \
+         it in {unit}? give it in mm"
+    )]
+    Units {
+        /// `skin` or `chest wall`.
+        which: &'static str,
+        /// Largest side of its box, mm.
+        extent: f64,
+        /// Radius of the sphere, mm.
+        radius: f64,
+        /// A unit that would fit.
+        unit: &'static str,
+    },
+    /// The surface lies beside the sphere.
+    #[error(
+        "the surface of the {which} does not reach into the region: it ends {missing:.1} mm before \
+         it{advice}"
+    )]
+    Beside {
+        /// `skin` or `chest wall`.
+        which: &'static str,
+        /// Distance of its box from the sphere, mm.
+        missing: f64,
+        /// What may be wrong.
+        advice: &'static str,
+    },
+    /// Chest wall and soft tissue do not meet.
+    #[error(
+        "within the region the chest wall touches no soft tissue: is it of the same patient and frame, \
+         and is the gap between both narrower than {gap_mm:.3} mm?"
+    )]
+    Apart {
+        /// The widest gap that is closed, mm.
+        gap_mm: f64,
+    },
+}
+
+impl SolidError {
+    /// The kind of failure: the surfaces cannot be used.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
 }

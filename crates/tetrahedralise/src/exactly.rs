@@ -1,11 +1,12 @@
 //! The asked number of tetrahedra, or the smallest that works.
 
 use crate::mesher::Mesher;
-use crate::{Error, Info, MOST};
+use crate::params::MAX_TETRAHEDRA;
+use crate::{Error, Info};
 use supine_space::Progress;
 
 /// Fewer tetrahedra than this hold no breast.
-pub(crate) const LEAST: usize = 200;
+pub(crate) const MIN_TETRAHEDRA: usize = 200;
 /// Numbers tried until one works, each larger by this share.
 const TRIES: usize = 30;
 const STEP: f64 = 0.1;
@@ -20,10 +21,10 @@ pub(crate) fn exactly<'a>(
     progress: Progress<'_>,
     mut attempt: impl FnMut(usize, Progress<'_>) -> Result<(Mesher<'a>, Info), Error>,
 ) -> Result<(Mesher<'a>, Info), Error> {
-    if asked > MOST {
-        return Err(Error::TooMany { asked, most: MOST });
+    if asked > MAX_TETRAHEDRA {
+        return Err(Error::TooMany { asked, max: MAX_TETRAHEDRA });
     }
-    let mut tried = asked.max(LEAST);
+    let mut tried = asked.max(MIN_TETRAHEDRA);
     let (mesher, info) = attempt(tried, progress.part(0.0, 0.9))?;
     let first = mesher.mesh.count();
     if first == asked {
@@ -32,7 +33,7 @@ pub(crate) fn exactly<'a>(
     let mut reached = first;
     for _ in 0..TRIES {
         if reached == tried {
-            return Err(Error::TooFew { asked, least: tried });
+            return Err(Error::TooFew { asked, min: tried });
         }
         let next = tried + (STEP * tried as f64) as usize;
         tried = if reached > tried { reached } else { next };

@@ -5,6 +5,7 @@
 
 use crate::boundary::{Boundary, CUT, SKIN, WALL};
 use crate::complex::Class;
+use crate::frame::Frame;
 use crate::labels::Kind;
 use crate::levels::{BAND_MM, flat_mm, known_levels, smoothed_levels};
 use crate::refinement::Refinement;
@@ -45,7 +46,7 @@ pub(crate) struct Fields {
     thickness: f64,
     flat: f64,
     /// Patient position of the frame's origin, mm, and the grid's direction.
-    frame: (supine_space::Point, Matrix),
+    frame: Frame,
     /// Volume of the soft tissue inside the sphere by voxels, mm³.
     pub(crate) volume: f64,
     /// Where the mesh is finer than the surfaces ask for.
@@ -75,7 +76,7 @@ impl Fields {
             radius: sphere.radius(),
             thickness,
             flat,
-            frame: (sphere.centre(), *grid.direction()),
+            frame: Frame { origin: sphere.centre(), axes: *grid.direction() },
             volume: soft_volume(kinds, place(grid), sphere.radius()),
             refinement: Refinement::None,
         })
@@ -87,7 +88,7 @@ impl Fields {
     }
 
     /// The frame: patient position of its origin (LPS, mm) and the directions of its axes.
-    pub(crate) fn frame(&self) -> &(supine_space::Point, Matrix) {
+    pub(crate) fn frame(&self) -> &Frame {
         &self.frame
     }
 
@@ -180,8 +181,7 @@ impl Boundary for Fields {
     }
 
     fn refined(&self, usual: f64, p: &Vector) -> f64 {
-        let (origin, axes) = &self.frame;
-        self.refinement.length(usual, || origin + axes * p)
+        self.refinement.length(usual, || self.frame.to_patient(p))
     }
 
     /// The point near `p` that lies at `level` (mm) of each field of `class`; `None` when there

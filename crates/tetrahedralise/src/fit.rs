@@ -69,12 +69,12 @@ impl Mesher<'_> {
 
     /// Shifts the levels of all boundary vertices against the mean errors; `least`: quality that
     /// the tetrahedra must keep, from their worst before.
-    fn shift_all(&mut self, least: impl Fn(f64) -> f64) {
+    fn shift_all(&mut self, lowest: impl Fn(f64) -> f64) {
         let mut error = self.mean_errors();
         self.mean_rim_errors(&mut error);
         for v in 0..self.mesh.points.len() as u32 {
             if self.mesh.class[v as usize] != 0 && !self.mesh.star[v as usize].is_empty() {
-                self.shift(v, &error[v as usize], &least);
+                self.shift(v, &error[v as usize], &lowest);
             }
         }
     }
@@ -140,7 +140,7 @@ impl Mesher<'_> {
     }
 
     /// Shifts the levels of a vertex against the mean error, if its tetrahedra bear it.
-    fn shift(&mut self, v: u32, error: &[f64; 3], least: &impl Fn(f64) -> f64) {
+    fn shift(&mut self, v: u32, error: &[f64; 3], lowest: &impl Fn(f64) -> f64) {
         let class = self.mesh.class[v as usize];
         let limit = if class.count_ones() > 1 { RIM_LEVEL_MM } else { LEVEL * self.size_at(v) };
         let old = self.mesh.level[v as usize];
@@ -150,13 +150,13 @@ impl Mesher<'_> {
         }
         let from = self.mesh.points[v as usize];
         let Some(to) = self.fields().project(class, from, &level) else { return };
-        if self.bears(v, to, least, false) || self.bears(v, to, least, true) {
+        if self.bears(v, to, lowest, false) || self.bears(v, to, lowest, true) {
             self.mesh.level[v as usize] = level;
         }
     }
 
     /// Moves a vertex when the tetrahedra bear it, if asked for with its neighbours making way.
-    fn bears(&mut self, v: u32, to: Vector, least: &impl Fn(f64) -> f64, way: bool) -> bool {
+    fn bears(&mut self, v: u32, to: Vector, lowest: &impl Fn(f64) -> f64, way: bool) -> bool {
         self.mesh.begin();
         self.mesh.move_vertex(v, to);
         if way {
@@ -165,7 +165,7 @@ impl Mesher<'_> {
             }
         }
         let (before, after) = self.mesh.effect();
-        let keep = after >= least(before);
+        let keep = after >= lowest(before);
         if keep {
             self.mesh.commit()
         } else {

@@ -73,8 +73,8 @@ impl Mesher<'_> {
 
     /// Flips a boundary edge when that brings the two faces nearer to their surface.
     fn flip_nearer(&mut self, edge: [u32; 2], threshold: f64, delta: &RangeInclusive<i64>) -> bool {
-        let least = |worst: f64| (worst - 1e-9).min(threshold);
-        self.flip_edge(edge, delta, least, |m, tag, before, after| {
+        let lowest = |worst: f64| (worst - 1e-9).min(threshold);
+        self.flip_edge(edge, delta, lowest, |m, tag, before, after| {
             let field = usize::from(tag - 1);
             let error = |faces: [[Vector; 3]; 2]| {
                 faces.iter().map(|face| face_error(m.fields(), field, face)).sum::<f64>()
@@ -113,7 +113,7 @@ impl Mesher<'_> {
         });
         self.keep_tangential(mesh.class[v as usize], &start, std::slice::from_mut(&mut slope));
         let Some(downhill) = (-slope).try_normalize(1e-12) else { return false };
-        let least = mesh.worst_of(&mesh.star[v as usize]).min(threshold);
+        let lowest = mesh.worst_of(&mesh.star[v as usize]).min(threshold);
         let limit = self.star_fault(v, &start, f64::INFINITY) + 1e-9;
         let mut step = STEP * size;
         for _ in 0..=HALVINGS {
@@ -122,7 +122,7 @@ impl Mesher<'_> {
                 && self.star_fault(v, &to, limit) <= limit
             {
                 self.mesh.move_vertex(v, to);
-                if self.mesh.worst_of(&self.mesh.star[v as usize]) >= least {
+                if self.mesh.worst_of(&self.mesh.star[v as usize]) >= lowest {
                     return true;
                 }
                 self.mesh.move_vertex(v, start);

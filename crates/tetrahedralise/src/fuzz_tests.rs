@@ -4,6 +4,7 @@ use crate::tests::{dome, euler, labelled, noise, sphere, wedge};
 use crate::{Error, Params, tetrahedralise};
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
+use std::sync::Arc;
 use supine_space::{Matrix, Progress, Vector};
 use supine_volume::{Region, label};
 
@@ -41,7 +42,7 @@ fn any_labels_give_a_mesh_or_an_error() {
             }
         };
         let labels = labelled(Matrix::identity(), at);
-        let Ok(region) = Region::new(&labels, sphere()) else { return Ok(()) };
+        let Ok(region) = Region::new(Arc::new(labels.clone()), sphere()) else { return Ok(()) };
         let params = Params { tetrahedra, ..Params::default() };
         match tetrahedralise(&region, &params, Progress::none()) {
             Ok((mesh, info)) => {

@@ -2,33 +2,19 @@
 
 use crate::boundary::Boundary;
 use crate::complex::Complex;
+use crate::deviation::{Deviation, deviations};
 use crate::finish;
 use supine_mesh::{BoundaryTag, Quality, TetMesh, quality};
+use supine_space::Warning;
 
 /// A volume this far off the labels' (share) is worth a warning.
 const VOLUME_OFF: f64 = 0.03;
-
-/// How far the faces of one tag lie from the surface they follow: that of the smoothed labels, or of
-/// the mesh that was coarsened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deviation {
-    /// The tag.
-    pub tag: BoundaryTag,
-    /// Area of its faces, mm².
-    pub area_mm2: f64,
-    /// Mean distance over the area, mm.
-    pub mean_mm: f64,
-    /// Distance that 95 % of the area keep within, mm.
-    pub p95_mm: f64,
-    /// Largest distance, mm.
-    pub max_mm: f64,
-}
 
 /// What happened.
 #[derive(Clone, Debug)]
 pub struct Info {
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Tetrahedra asked for.
     pub asked: usize,
     /// Tetrahedra made.
@@ -87,23 +73,25 @@ impl Info {
         &mut self,
         complex: &Complex,
         mesh: &TetMesh,
-        (boundary, volume): (&dyn Boundary, f64),
+        boundary: &dyn Boundary,
+        volume: f64,
         edge_mm: f64,
     ) {
         self.tetrahedra = mesh.tets().len();
         self.points = mesh.points().len();
         self.quality = quality(mesh);
         self.edge_mm = edge_mm;
-        self.deviation = finish::deviations(complex, boundary);
+        self.deviation = deviations(complex, boundary);
         self.rim_mm = finish::rim_length(complex);
         (self.volume_mm3, self.label_volume_mm3) = (mesh.total_volume(), volume);
         let gain = self.volume_mm3 / self.label_volume_mm3 - 1.0;
         if gain.abs() > VOLUME_OFF {
-            self.warnings.push(format!(
+            let text = format!(
                 "the volume of the mesh is {:+.1} % off that of the soft tissue it was made of: thin parts or \
                  narrow gaps are lost at this number of tetrahedra",
                 100.0 * gain
-            ));
+            );
+            self.warnings.push(Warning::new("mesh-volume", text));
         }
         for tag in BoundaryTag::ALL {
             if self.deviation.iter().all(|d| d.tag != tag) {
@@ -112,14 +100,16 @@ impl Info {
                     BoundaryTag::Skin => ": the region lies inside the body",
                     BoundaryTag::Cut => ": the region holds a whole piece of tissue",
                 };
-                self.warnings.push(format!("the mesh has no {} faces{what}", tag.name()));
+                let text = format!("the mesh has no {} faces{what}", tag.name());
+                self.warnings.push(Warning::new("mesh-lacks-boundary", text));
             }
         }
         if self.quality.min_dihedral_deg < 10.0 {
-            self.warnings.push(format!(
+            let text = format!(
                 "the worst tetrahedron has a dihedral angle of {:.1}°",
                 self.quality.min_dihedral_deg
-            ));
+            );
+            self.warnings.push(Warning::new("mesh-flat-tetrahedron", text));
         }
     }
 }

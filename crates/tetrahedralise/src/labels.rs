@@ -1,7 +1,7 @@
 //! What each voxel around the region counts as: outside air, soft tissue or chest wall.
 
 use crate::{Error, Info, Piece};
-use supine_space::{Grid, Sphere};
+use supine_space::{Grid, Sphere, Warning};
 use supine_volume::{Components, Region, Volume, components, label};
 
 /// What a voxel counts as.
@@ -27,7 +27,7 @@ const DROPPED_SHARE: f64 = 0.002;
 /// Air that meets mostly chest wall is lung or trachea and counts as chest wall; air enclosed by
 /// soft tissue counts as soft tissue.
 pub(crate) fn kinds(
-    region: &Region<'_>,
+    region: &Region,
     piece: Piece,
     margin_mm: f64,
     info: &mut Info,
@@ -47,7 +47,7 @@ fn crop(grid: &Grid, sphere: Sphere, margin_mm: f64) -> Result<Grid, Error> {
     part.map(|(_, part)| part).ok_or(Error::Beside)
 }
 
-fn read(region: &Region<'_>, grid: Grid) -> Result<Volume<Kind>, Error> {
+fn read(region: &Region, grid: Grid) -> Result<Volume<Kind>, Error> {
     let labels = region.labels();
     let first = labels.grid().index_from_patient(&grid.origin()).map(|x| x.round() as usize);
     let mut data = Vec::with_capacity(grid.len());
@@ -120,12 +120,13 @@ fn drop_islands(
     info.dropped_volume_mm3 = dropped as f64 * grid.voxel_volume();
     let share = dropped as f64 / islands.sizes[kept as usize] as f64;
     if share > DROPPED_SHARE && info.dropped_volume_mm3 > POCKET_MM3 {
-        info.warnings.push(format!(
+        let text = format!(
             "{} separate pieces of soft tissue in the region, {:.1} cm³ in all, were left out of \
              the mesh",
             info.dropped_components,
             info.dropped_volume_mm3 / 1000.0
-        ));
+        );
+        info.warnings.push(Warning::new("pieces-left-out", text));
     }
     Ok(())
 }
@@ -159,10 +160,11 @@ fn enclose_air(kinds: &mut Volume<Kind>, air: &Components, info: &mut Info) {
         }
     }
     if largest as f64 * kinds.grid().voxel_volume() > POCKET_MM3 {
-        info.warnings.push(format!(
+        let text = format!(
             "pockets of air in the soft tissue, {:.2} cm³ in all, are meshed as soft tissue",
             pockets / 1000.0
-        ));
+        );
+        info.warnings.push(Warning::new("air-meshed", text));
     }
 }
 

@@ -20,7 +20,7 @@ const SAG_MM: f64 = 0.05;
 /// An edge whose middle lies this share of the wanted length off its surface is long enough.
 const BRIDGED: f64 = 0.06;
 /// Where a field has less slope than this there is no surface of it.
-const LEAST_SLOPE: f64 = 0.2;
+const MIN_SLOPE: f64 = 0.2;
 /// The fault of a face where its field has no surface.
 const LOST: f64 = 2.0;
 
@@ -37,7 +37,7 @@ impl<'a> Mesher<'a> {
         let normal = (b - a).cross(&(c - a));
         let (level, slope) = self.fields().level_gradient(usize::from(tag - 1), &middle);
         let steep = slope.norm();
-        let tight = if usize::from(tag - 1) == WALL { 0.05 } else { LEAST_SLOPE };
+        let tight = if usize::from(tag - 1) == WALL { 0.05 } else { MIN_SLOPE };
         if steep < tight {
             return LOST;
         }

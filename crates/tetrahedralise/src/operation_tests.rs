@@ -11,6 +11,7 @@ use crate::sizing::Sizing;
 use crate::start::start;
 use crate::tests::{Shape, dome, labelled, sphere, wedge};
 use crate::{Info, Params, labels};
+use std::sync::Arc;
 use supine_space::{Matrix, Progress, Vector};
 use supine_volume::Region;
 
@@ -86,7 +87,7 @@ fn operate(m: &mut Mesher<'_>, random: &mut Random) -> &'static str {
 fn every_operation_leaves_a_mesh_and_is_undone_to_the_bit() {
     for (shape, seed) in [(dome as Shape, 1), (wedge, 2), (dome, 3)] {
         let labels = labelled(Matrix::identity(), shape);
-        let region = Region::new(&labels, sphere()).unwrap();
+        let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
         let kinds = labels::kinds(&region, crate::Piece::Largest, 7.5, &mut Info::new()).unwrap();
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, _, _) = start(&fields, 11.0, Progress::none()).unwrap().unwrap();

@@ -3,6 +3,7 @@
 use crate::{Domain, Params};
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, TetMesh, quality};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::{LabelMap, Region, Volume, label};
@@ -31,7 +32,8 @@ fn askew() -> Matrix {
 
 fn with_domain(direction: Matrix, check: impl Fn(&Domain)) {
     let labels = layer(direction);
-    let region = Region::new(&labels, Sphere::new(CENTRE, RADIUS).unwrap()).unwrap();
+    let region =
+        Region::new(Arc::new(labels.clone()), Sphere::new(CENTRE, RADIUS).unwrap()).unwrap();
     check(&Domain::new(&region, &Params::default(), Progress::none()).unwrap());
 }
 

@@ -3,6 +3,7 @@
 use crate::tests::{dome, labelled, sphere};
 use crate::{Domain, Error, Near, Params, Refinement};
 use nalgebra::Rotation3;
+use std::sync::Arc;
 use supine_mesh::{Order, TET_EDGES, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::Region;
@@ -15,7 +16,7 @@ fn place() -> Sphere {
 
 fn domain(direction: Matrix) -> Domain {
     let labels = labelled(direction, dome);
-    let region = Region::new(&labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     Domain::new(&region, &Params::default(), Progress::none()).unwrap()
 }
 

@@ -3,6 +3,7 @@
 use crate::tests::{Shape, dome, euler, labelled, sphere, wedge};
 use crate::{Domain, Error, Info, Params, tetrahedralise};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::{LabelMap, Region, RegionError, Volume, label};
@@ -13,7 +14,7 @@ fn elsewhere(shift: Vector, radius: f64) -> Sphere {
 }
 
 fn meshed(labels: &LabelMap, sphere: Sphere, tetrahedra: usize) -> (TetMesh, Info) {
-    let region = Region::new(labels, sphere).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere).unwrap();
     let params = Params { tetrahedra, ..Params::default() };
     let (mesh, info) = tetrahedralise(&region, &params, Progress::none()).unwrap();
     assert_eq!(mesh.tets().len(), tetrahedra, "{sphere:?}");
@@ -55,7 +56,10 @@ fn a_sphere_that_grazes_a_surface_leaves_no_sliver_of_a_rim() {
         let skin = elsewhere(Vector::zeros(), 15.0 + beyond);
         let wall = elsewhere(Vector::new(0.0, -4.0, 3.0), 14.0 + beyond);
         for grazing in [skin, wall] {
-            if matches!(Region::new(&labels, grazing), Err(RegionError::NoChestWall { .. })) {
+            if matches!(
+                Region::new(Arc::new(labels.clone()), grazing),
+                Err(RegionError::NoChestWall { .. })
+            ) {
                 continue;
             }
             let (mesh, info) = meshed(&labels, grazing, 1000);
@@ -72,7 +76,7 @@ fn small_and_large_regions_are_meshed() {
     let (small, info) = meshed(&labels, elsewhere(Vector::new(2.0, 8.0, 1.0), 5.0), 3000);
     assert_eq!(euler(&small), 2);
     assert!(
-        info.warnings.iter().any(|w| w.contains("shorter than a voxel")),
+        info.warnings.iter().any(|w| w.to_string().contains("shorter than a voxel")),
         "{:?}",
         info.warnings
     );
@@ -103,7 +107,9 @@ fn the_end_of_the_volume_is_respected() {
     let (inside, outside) = (end - 20.1, end - 15.0);
     let (mesh, _) = meshed(&labels, elsewhere(Vector::new(0.0, 0.0, inside), 20.0), 1000);
     assert_eq!(euler(&mesh), 2);
-    let error = Region::new(&labels, elsewhere(Vector::new(0.0, 0.0, outside), 20.0)).unwrap_err();
+    let error =
+        Region::new(Arc::new(labels.clone()), elsewhere(Vector::new(0.0, 0.0, outside), 20.0))
+            .unwrap_err();
     let RegionError::OutsideVolume { missing, side, axis, .. } = error else {
         panic!("{error}");
     };
@@ -124,10 +130,10 @@ fn lumpy(p: &Vector) -> u8 {
 fn the_smallest_number_that_works_is_named_and_works() {
     for (shape, asked) in [(dome as Shape, 0), (wedge, 199), (lumpy, 220)] {
         let labels = labelled(Matrix::identity(), shape);
-        let region = Region::new(&labels, sphere()).unwrap();
+        let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
         let domain = Domain::new(&region, &Params::default(), Progress::none()).unwrap();
         let error = domain.mesh(asked, Progress::none()).map(|(_, info)| info).unwrap_err();
-        let Error::TooFew { least, .. } = error else { panic!("{asked}: {error}") };
+        let Error::TooFew { min: least, .. } = error else { panic!("{asked}: {error}") };
         assert!(error.to_string().contains(&format!("ask for {least} or more")), "{error}");
         let (mesh, info) = domain.mesh(least, Progress::none()).unwrap();
         assert_eq!(mesh.tets().len(), least);

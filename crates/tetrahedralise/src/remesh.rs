@@ -21,7 +21,7 @@ const LONGEST: f64 = 1.5;
 /// Tetrahedra better than this are left alone.
 const GOOD: f64 = 0.62;
 /// Most tetrahedra that one rework takes on.
-pub(crate) const MOST_REWORKED: usize = 6;
+pub(crate) const MAX_REWORKED: usize = 6;
 /// A swap may first make this much worse what smoothing then betters.
 const LENIENCE: f64 = 0.25;
 /// An operation must better the worst tetrahedron by this much.
@@ -44,7 +44,7 @@ const SETTLED: f64 = 0.02;
 /// Rounds after which the base length follows the count more boldly.
 const PATIENT: usize = 4;
 /// Rounds after which the count has to be reached otherwise.
-const MOST_ROUNDS: usize = 12;
+const MAX_ROUNDS: usize = 12;
 /// A mesh after few rounds has about so many tetrahedra in the cube of the wanted edge length.
 const PER_CUBE: f64 = 12.0;
 /// Tetrahedra that are looked at to tell what number the sizes come to, and how often.
@@ -181,8 +181,8 @@ impl Mesher<'_> {
         count: usize,
         progress: Progress<'_>,
     ) -> Result<(), Stopped> {
-        for round in 0..MOST_ROUNDS.max(rounds) {
-            let at = |part: f64| (round as f64 + part) / MOST_ROUNDS.max(rounds) as f64;
+        for round in 0..MAX_ROUNDS.max(rounds) {
+            let at = |part: f64| (round as f64 + part) / MAX_ROUNDS.max(rounds) as f64;
             progress.at(at(0.0))?;
             self.unfold_rims();
             let floor = (FLOOR + FLOOR_RISE * round as f64).min(HIGHEST_FLOOR);
@@ -290,7 +290,7 @@ impl Mesher<'_> {
         progress: Progress<'_>,
     ) -> Result<(), Stopped> {
         let bad = self.bad(threshold);
-        for (n, &id) in bad.iter().enumerate().take(MOST_REWORKED) {
+        for (n, &id) in bad.iter().enumerate().take(MAX_REWORKED) {
             progress.at(n as f64 / bad.len() as f64)?;
             if self.mesh.live[id as usize] && self.mesh.quality[id as usize] < threshold {
                 self.rework_one(self.mesh.tets[id as usize], off);

@@ -8,7 +8,7 @@ use supine_space::Vector;
 /// Qualities this near the worst count as worst too when a direction is sought.
 const ACTIVE: f64 = 0.04;
 /// Most tetrahedra that share in a direction.
-const MOST_ACTIVE: usize = 8;
+const MAX_ACTIVE: usize = 8;
 /// Least gain of a move.
 const GAIN: f64 = 1e-4;
 /// Halvings of a step before the direction is given up.
@@ -40,7 +40,7 @@ impl Star {
 
     /// Gradients of the qualities near the worst, with the vertex at `at`.
     fn gradients(&self, at: Vector, worst: f64, step: f64) -> Vec<Vector> {
-        let mut active: Vec<(f64, usize)> = Vec::with_capacity(MOST_ACTIVE);
+        let mut active: Vec<(f64, usize)> = Vec::with_capacity(MAX_ACTIVE);
         for (n, (corners, own)) in self.tets.iter().enumerate() {
             let mut p = *corners;
             p[*own] = at;
@@ -50,7 +50,7 @@ impl Star {
             }
         }
         active.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        active.truncate(MOST_ACTIVE);
+        active.truncate(MAX_ACTIVE);
         let slope = |(quality, n): (f64, usize)| {
             let (mut p, own) = self.tets[n];
             Vector::from_fn(|axis, _| {
@@ -69,8 +69,8 @@ impl Star {
 fn shortest(vectors: &[Vector]) -> Vector {
     let Some(mut d) = vectors.first().copied() else { return Vector::zeros() };
     for _ in 0..20 {
-        let least = vectors.iter().min_by(|a, b| a.dot(&d).total_cmp(&b.dot(&d)));
-        let Some(v) = least else { break };
+        let lowest = vectors.iter().min_by(|a, b| a.dot(&d).total_cmp(&b.dot(&d)));
+        let Some(v) = lowest else { break };
         if v.dot(&d) >= d.norm_squared() * 0.98 {
             break;
         }

@@ -1,9 +1,11 @@
 //! Closed surfaces of skin and chest wall as labels and distances on a grid around a sphere.
 
+use crate::error::SolidError;
 use crate::winding::Winding;
 use crate::{Error, Params};
+use std::sync::Arc;
 use supine_mesh::TriSurface;
-use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
+use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector, Warning};
 use supine_volume::{LabelMap, SignedDistance, Surfaces, Volume, label};
 
 /// Spacing of the grid, in radii of the sphere, mm per mm; no finer and no coarser than these, mm.
@@ -23,59 +25,16 @@ const WORTH_MM3: f64 = 1000.0;
 /// sphere; and what a user should know.
 ///
 /// `skin` bounds the whole body or the soft tissue alone, `chest_wall` what is rigid. Where both claim a
-/// place it is chest wall; where a gap between them is narrower than [`Params::least_thickness_mm`] too.
+/// place it is chest wall; where a gap between them is narrower than [`Params::min_thickness_mm`] too.
 /// What a surface encloses several times counts once.
 #[derive(Debug)]
 pub struct Solids {
     /// Outside, soft tissue and chest wall.
-    pub labels: LabelMap,
+    pub labels: Arc<LabelMap>,
     /// The surfaces, on the grid of the labels.
-    pub surfaces: Surfaces,
+    pub surfaces: Arc<Surfaces>,
     /// What a user should know.
-    pub warnings: Vec<String>,
-}
-
-/// Why surfaces of skin and chest wall cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SolidError {
-    /// The numbers are too small for mm.
-    #[error(
-        "the surface of the {which} is only {extent:.3} mm large, the region's radius {radius} mm: is \
-         it in {unit}? give it in mm"
-    )]
-    Units {
-        /// `skin` or `chest wall`.
-        which: &'static str,
-        /// Largest side of its box, mm.
-        extent: f64,
-        /// Radius of the sphere, mm.
-        radius: f64,
-        /// A unit that would fit.
-        unit: &'static str,
-    },
-    /// The surface lies beside the sphere.
-    #[error(
-        "the surface of the {which} does not reach into the region: it ends {missing:.1} mm before \
-         it{advice}"
-    )]
-    Beside {
-        /// `skin` or `chest wall`.
-        which: &'static str,
-        /// Distance of its box from the sphere, mm.
-        missing: f64,
-        /// What may be wrong.
-        advice: &'static str,
-    },
-    /// Chest wall and soft tissue do not meet.
-    #[error(
-        "within the region the chest wall touches no soft tissue: is it of the same patient and frame, \
-         and is the gap between both narrower than {gap_mm} mm?"
-    )]
-    Apart {
-        /// The widest gap that is closed, mm.
-        gap_mm: f64,
-    },
+    pub warnings: Vec<Warning>,
 }
 
 impl Solids {
@@ -99,20 +58,21 @@ impl Solids {
         let mut solid = |which, surface, progress: Progress<'_>| {
             let (distance, twice) = solid(surface, &grid, progress)?;
             if twice > WORTH_MM3 {
-                warnings.push(format!(
+                let text = format!(
                     "the surface of the {which} crosses itself: {:.1} cm³ near the region are enclosed \
                      several times or inside out, and count once",
                     twice / 1000.0
-                ));
+                );
+                warnings.push(Warning::new("surface-crosses-itself", text));
             }
             Ok::<_, Error>(distance)
         };
         let skin = solid("skin", skin, progress.part(0.0, 0.45))?;
         let wall = solid("chest wall", chest_wall, progress.part(0.45, 0.9))?;
         warnings.extend(bulge(&skin, &wall, sphere));
-        let solids = Self::joined(&skin, &wall, params.least_thickness_mm, warnings);
+        let solids = Self::joined(&skin, &wall, params.min_thickness_mm, warnings);
         if !solids.meet(sphere) {
-            return Err(SolidError::Apart { gap_mm: params.least_thickness_mm }.into());
+            return Err(SolidError::Apart { gap_mm: params.min_thickness_mm }.into());
         }
         progress.at(1.0)?;
         Ok(solids)
@@ -123,7 +83,7 @@ impl Solids {
         skin: &SignedDistance,
         wall: &SignedDistance,
         gap_mm: f64,
-        warnings: Vec<String>,
+        warnings: Vec<Warning>,
     ) -> Self {
         let grid = skin.grid();
         let gap = (gap_mm * SignedDistance::PER_MM) as i32;
@@ -153,7 +113,7 @@ impl Solids {
                 label::OUTSIDE
             }
         });
-        Self { labels, surfaces, warnings }
+        Self { labels: Arc::new(labels), surfaces: Arc::new(surfaces), warnings }
     }
 
     /// Whether chest wall touches soft tissue within the sphere.
@@ -225,7 +185,7 @@ fn solid(
 }
 
 /// Warns of chest wall that stands out of a skin that otherwise encloses it.
-fn bulge(skin: &SignedDistance, wall: &SignedDistance, sphere: Sphere) -> Option<String> {
+fn bulge(skin: &SignedDistance, wall: &SignedDistance, sphere: Sphere) -> Option<Warning> {
     let grid = skin.grid();
     let (mut within, mut out) = (0usize, 0usize);
     for n in (0..grid.len()).filter(|&n| wall.is_inside(n)) {
@@ -235,6 +195,8 @@ fn bulge(skin: &SignedDistance, wall: &SignedDistance, sphere: Sphere) -> Option
     }
     let out_mm3 = out as f64 * grid.voxel_volume();
     (out < within && out_mm3 > WORTH_MM3).then(|| {
-        format!("{:.1} cm³ of the chest wall in the region lie outside the skin", out_mm3 / 1000.0)
+        let cm3 = out_mm3 / 1000.0;
+        let text = format!("{cm3:.1} cm³ of the chest wall in the region lie outside the skin");
+        Warning::new("wall-outside-skin", text)
     })
 }

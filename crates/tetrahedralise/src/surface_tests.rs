@@ -3,6 +3,7 @@
 use crate::boundary::{Boundary, SKIN, WALL};
 use crate::fields::{Fields, Smoothing};
 use crate::{Info, labels};
+use std::sync::Arc;
 use supine_space::{Grid, Matrix, Point, Sphere, Vector};
 use supine_volume::{LabelMap, Region, SignedDistance, Surfaces, Volume, label};
 
@@ -79,7 +80,7 @@ fn off(fields: &Fields) -> [f64; 2] {
 fn levels_lie_on_known_surfaces() {
     let surfaces = surfaces();
     let labels = labelled(&surfaces);
-    let region = Region::new(&labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     let kinds = labels::kinds(&region, crate::Piece::Largest, 12.0, &mut Info::new()).unwrap();
     let fields = |smoothing| Fields::new(&kinds, sphere(), smoothing, 1.0).unwrap();
     let known = off(&fields(Smoothing::Known(&surfaces, 1.0)));
@@ -94,7 +95,7 @@ fn what_the_voxels_became_wins_over_the_surfaces() {
     let labels = labelled(&surfaces);
     let here = |p: &Point| grid().offset(grid().voxel_at(p).unwrap());
     assert!(surfaces.skin.is_inside(here(&ISLAND)) && !surfaces.skin.is_inside(here(&BUBBLE)));
-    let region = Region::new(&labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     let kinds = labels::kinds(&region, crate::Piece::Largest, 12.0, &mut Info::new()).unwrap();
     let fields = Fields::new(&kinds, sphere(), Smoothing::Known(&surfaces, 1.0), 1.0).unwrap();
     assert!(fields.level(SKIN, &ISLAND.coords) > 2.0, "the lump was dropped");
@@ -108,6 +109,9 @@ fn surfaces_of_another_grid_are_refused() {
     let part = grid().crop([0, 0, 0], [50, 50, 29]).unwrap();
     let other = SignedDistance::new(&part, 5.0, |n| n % 2 == 0, |_, _| 0.5);
     let other = Surfaces { skin: other, ..surfaces };
-    let error = Region::new(&labels, sphere()).unwrap().with_surfaces(&other).unwrap_err();
+    let error = Region::new(Arc::new(labels.clone()), sphere())
+        .unwrap()
+        .with_surfaces(Arc::new(other.clone()))
+        .unwrap_err();
     assert!(error.to_string().contains("[50, 50, 29]"), "{error}");
 }

@@ -48,8 +48,8 @@ impl Mesher<'_> {
         if ring.tag.is_some() && !self.may_flip(a, b, &ring) {
             return false;
         }
-        let least = self.mesh.worst_of(&ring.tets) + gain;
-        self.replace(a, b, &ring, least)
+        let lowest = self.mesh.worst_of(&ring.tets) + gain;
+        self.replace(a, b, &ring, lowest)
     }
 
     /// Flips the boundary edge ab when all its new tetrahedra are better than `least` of the worst
@@ -59,7 +59,7 @@ impl Mesher<'_> {
         &mut self,
         [a, b]: [u32; 2],
         delta: &RangeInclusive<i64>,
-        least: impl Fn(f64) -> f64,
+        lowest: impl Fn(f64) -> f64,
         wanted: impl Fn(&Self, u8, [[Vector; 3]; 2], [[Vector; 3]; 2]) -> bool,
     ) -> bool {
         let Some(ring) = self.ordered_ring(a, b) else { return false };
@@ -72,14 +72,14 @@ impl Mesher<'_> {
         if !wanted(self, tag, before, after) || !self.may_flip(a, b, &ring) {
             return false;
         }
-        let least = least(self.mesh.worst_of(&ring.tets));
-        self.replace(a, b, &ring, least)
+        let lowest = lowest(self.mesh.worst_of(&ring.tets));
+        self.replace(a, b, &ring, lowest)
     }
 
     /// Fills the ring of ab without that edge when all is better than `least`.
-    fn replace(&mut self, a: u32, b: u32, ring: &Ring, least: f64) -> bool {
-        let Some(filling) = self.fill(a, b, ring, least.max(0.0)) else { return false };
-        debug_assert!(filling.quality > least);
+    fn replace(&mut self, a: u32, b: u32, ring: &Ring, lowest: f64) -> bool {
+        let Some(filling) = self.fill(a, b, ring, lowest.max(0.0)) else { return false };
+        debug_assert!(filling.quality > lowest);
         self.refill(a, b, ring, &filling);
         true
     }
@@ -150,7 +150,7 @@ impl Mesher<'_> {
     }
 
     /// The best filling, if it is better than `least` everywhere.
-    fn fill(&self, a: u32, b: u32, ring: &Ring, least: f64) -> Option<Filling> {
+    fn fill(&self, a: u32, b: u32, ring: &Ring, lowest: f64) -> Option<Filling> {
         let n = ring.vertices.len();
         let p: Vec<Vector> = ring.vertices.iter().map(|&v| self.mesh.points[v as usize]).collect();
         let (pa, pb) = (self.mesh.points[a as usize], self.mesh.points[b as usize]);
@@ -162,11 +162,11 @@ impl Mesher<'_> {
                 let mut top = -1.0f64;
                 for k in i + 1..j {
                     let mut quality = best[i][k].min(best[k][j]);
-                    if quality <= top.max(least) {
+                    if quality <= top.max(lowest) {
                         continue;
                     }
                     quality = quality.min(shape(&[p[i], p[k], p[j], pb]));
-                    if quality <= top.max(least) {
+                    if quality <= top.max(lowest) {
                         continue;
                     }
                     quality = quality.min(shape(&[p[i], p[j], p[k], pa]));
@@ -179,7 +179,7 @@ impl Mesher<'_> {
             }
         }
         let quality = best[0][n - 1];
-        (quality > least).then_some(Filling { between, quality })
+        (quality > lowest).then_some(Filling { between, quality })
     }
 
     fn refill(&mut self, a: u32, b: u32, ring: &Ring, filling: &Filling) {
@@ -228,7 +228,7 @@ impl Mesher<'_> {
 
     /// Replaces tetrahedron `id` and its neighbour across `corner` by three around a new edge,
     /// when all three are better than `least`.
-    pub(crate) fn flip_face(&mut self, id: u32, corner: usize, least: f64) -> bool {
+    pub(crate) fn flip_face(&mut self, id: u32, corner: usize, lowest: f64) -> bool {
         let mesh = &mut self.mesh;
         if mesh.tags[id as usize][corner] != 0 {
             return false;
@@ -242,7 +242,7 @@ impl Mesher<'_> {
         // The face is counter-clockwise seen from above: (below, above, p, q) is positive.
         let sides = [[0, 1], [1, 2], [2, 0]].map(|e| e.map(|c: usize| face[c]));
         let tets = sides.map(|[p, q]| [below, above, p, q]);
-        if tets.iter().any(|t| shape(&mesh.corners(*t)) <= least) {
+        if tets.iter().any(|t| shape(&mesh.corners(*t)) <= lowest) {
             return false;
         }
         if mesh.star[below as usize].iter().any(|&t| mesh.tets[t as usize].contains(&above)) {

@@ -8,6 +8,7 @@ use crate::sizing::Sizing;
 use crate::start::start;
 use crate::{Domain, Error, Info, Params, Piece, coarsen, labels, tetrahedralise};
 use nalgebra::Rotation3;
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
 use supine_volume::{LabelMap, Region, Volume, label};
@@ -66,7 +67,7 @@ pub(crate) fn noise(p: &Vector, salt: f64) -> f64 {
 }
 
 fn mesh_with(labels: &LabelMap, params: &Params) -> Result<(TetMesh, Info), Error> {
-    let region = Region::new(labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     tetrahedralise(&region, params, Progress::none())
 }
 
@@ -74,7 +75,7 @@ fn mesh_with(labels: &LabelMap, params: &Params) -> Result<(TetMesh, Info), Erro
 #[test]
 fn a_domain_is_meshed_again_and_again() {
     let labels = labelled(Matrix::identity(), dome);
-    let region = Region::new(&labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     let domain = Domain::new(&region, &Params::default(), Progress::none()).unwrap();
     for tetrahedra in [3000, 1200, 3000] {
         let (again, info) = domain.mesh(tetrahedra, Progress::none()).unwrap();
@@ -174,7 +175,7 @@ fn every_stage_keeps_the_mesh_whole() {
     let shapes: [(Shape, usize); 2] = [(dome, 1200), (wedge, 900)];
     for (shape, count) in shapes {
         let labels = labelled(Matrix::identity(), shape);
-        let region = Region::new(&labels, sphere()).unwrap();
+        let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
         let kinds = labels::kinds(&region, Piece::Largest, 7.5, &mut Info::new()).unwrap();
         let fields = Fields::new(&kinds, sphere(), Smoothing::Labels(1.5), 1.0).unwrap();
         let (complex, parts, _) = start(&fields, 3.5, Progress::none()).unwrap().unwrap();
@@ -342,7 +343,7 @@ fn what_cannot_be_meshed_is_said() {
         y if y > -0.55 => label::SOFT_TISSUE,
         _ => label::OUTSIDE,
     });
-    let params = Params { least_thickness_mm: 2.5, ..Params::default() };
+    let params = Params { min_thickness_mm: 2.5, ..Params::default() };
     let error = mesh_with(&film, &params).unwrap_err();
     assert!(matches!(error, Error::NothingToMesh { .. }), "{error}");
 }
@@ -350,7 +351,7 @@ fn what_cannot_be_meshed_is_said() {
 #[test]
 fn the_user_can_stop_it_at_any_time() {
     let labels = labelled(Matrix::identity(), dome);
-    let region = Region::new(&labels, sphere()).unwrap();
+    let region = Region::new(Arc::new(labels.clone()), sphere()).unwrap();
     for stop_at in [0.0, 0.15, 0.25, 0.45, 0.7] {
         let sink = |share: f64| share < stop_at;
         let params = Params { tetrahedra: 1000, ..Params::default() };

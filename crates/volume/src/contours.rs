@@ -1,8 +1,8 @@
 //! Planar contours to voxels.
 
-use crate::{Volume, distance_mm};
+use crate::{Volume, distance_mm, median};
 use rayon::prelude::*;
-use supine_space::{Grid, Matrix, Point, Vector};
+use supine_space::{Failure, Grid, Matrix, Point, Vector};
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: positions are
 /// written with one or two decimals.
@@ -57,6 +57,13 @@ pub enum ContourError {
     },
 }
 
+impl ContourError {
+    /// The kind of failure: the contours cannot be used.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
+}
+
 fn place(p: &[f64; 3]) -> String {
     format!("({:.1}, {:.1}, {:.1}) mm", p[0], p[1], p[2])
 }
@@ -85,15 +92,13 @@ pub fn fill_contours(
 ) -> Result<(Volume<bool>, Filled), ContourError> {
     let planes = planes(grid, contours)?;
     let step = grid.spacing().z;
-    let mut steps: Vec<f64> = planes.windows(2).map(|p| p[1].k - p[0].k).collect();
-    let wide = steps.clone();
-    steps.sort_by(f64::total_cmp);
-    let usual = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
+    let steps: Vec<f64> = planes.windows(2).map(|p| p[1].k - p[0].k).collect();
+    let usual = median(&mut steps.clone()).unwrap_or(1.0);
     let limit = (2.0 * usual).max(BRIDGED_MM / step) + SAME_PLANE_MM / step;
-    if let Some(n) = wide.iter().position(|gap| *gap > limit) {
+    if let Some(n) = steps.iter().position(|gap| *gap > limit) {
         let [i, j] = planes[n].contours[0][0];
         let below = grid.patient_from_index([i, j, planes[n].k]).coords.into();
-        let (gap_mm, usual_mm) = (wide[n] * step, usual * step);
+        let (gap_mm, usual_mm) = (steps[n] * step, usual * step);
         return Err(ContourError::Gap { below, gap_mm, usual_mm });
     }
     let [ni, nj, nk] = grid.size();

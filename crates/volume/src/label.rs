@@ -4,6 +4,9 @@
 //! within them: lung, bone and muscle within the chest wall, fat, gland, skin, tumour and implant
 //! within the soft tissue.
 
+use crate::{LabelMap, Volume};
+use supine_space::Grid;
+
 /// Air, table, clothes, wires: not the patient.
 pub const OUTSIDE: u8 = 0;
 /// All between skin and chest wall, skin included.
@@ -40,6 +43,11 @@ pub const ALL: [(u8, &str, [u8; 3]); 10] = [
     (TUMOUR, "tumour", [220, 40, 160]),
     (IMPLANT, "implant", [90, 200, 170]),
 ];
+
+/// A label map with [`OUTSIDE`] everywhere: memory that the system gives zeroed and nobody has touched.
+pub fn empty(grid: &Grid) -> LabelMap {
+    Volume::from_parts(grid.clone(), vec![OUTSIDE; grid.len()])
+}
 
 /// Whether the label belongs to the soft tissue (1, 6, 7, 8, 9, 10).
 pub fn is_soft_tissue(label: u8) -> bool {

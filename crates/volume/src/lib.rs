@@ -5,6 +5,7 @@
 mod components;
 mod contours;
 mod distance;
+mod quantile;
 mod region;
 mod sample;
 mod seeds;
@@ -15,18 +16,14 @@ mod volume;
 
 pub mod label;
 
-pub use components::{Components, components};
+pub use components::{Components, Parts, Run, components};
 pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
+pub use quantile::{Ordered, median, quantile, ranked};
 pub use region::{Region, RegionError};
-pub use sample::{sample_trilinear, sample_trilinear_at};
+pub use sample::{Cell, sample_trilinear, sample_trilinear_at, sample_vector};
 pub use seeds::{SeedKind, Seeds};
 pub use signed_distance::SignedDistance;
-pub use smooth::gaussian;
+pub use smooth::{gaussian, gaussian_slice, slice_kernel};
 pub use surfaces::Surfaces;
-pub use volume::{Volume, VolumeError};
-
-/// CT in Hounsfield units after rescale.
-pub type Ct = Volume<i16>;
-/// One label of [`label`] per voxel.
-pub type LabelMap = Volume<u8>;
+pub use volume::{Ct, LabelMap, Volume, VolumeError};

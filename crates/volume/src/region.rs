@@ -1,13 +1,14 @@
 //! The spherical region that is meshed.
 
 use crate::{LabelMap, Surfaces, label};
-use supine_space::Sphere;
+use std::sync::Arc;
+use supine_space::{Failure, Sphere};
 
-/// The uncropped labels and the sphere inside which the soft tissue is modelled.
-#[derive(Clone, Copy, Debug)]
-pub struct Region<'a> {
-    labels: &'a LabelMap,
-    surfaces: Option<&'a Surfaces>,
+/// The uncropped labels and the sphere inside which the soft tissue is modelled; cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Region {
+    labels: Arc<LabelMap>,
+    surfaces: Option<Arc<Surfaces>>,
     sphere: Sphere,
 }
 
@@ -17,7 +18,7 @@ pub struct Region<'a> {
 pub enum RegionError {
     /// The sphere reaches beyond the volume, into what is not known.
     #[error(
-        "the region (centre {centre:?} mm, radius {radius} mm) reaches {missing:.1} mm beyond the \
+        "the region (centre {centre:.1?} mm, radius {radius:.1} mm) reaches {missing:.1} mm beyond the \
          {side} end of the volume's {axis} axis; move or shrink it"
     )]
     OutsideVolume {
@@ -33,7 +34,7 @@ pub enum RegionError {
         axis: char,
     },
     /// No soft tissue inside.
-    #[error("the region (centre {centre:?} mm, radius {radius} mm) holds no soft tissue")]
+    #[error("the region (centre {centre:.1?} mm, radius {radius:.1} mm) holds no soft tissue")]
     NoSoftTissue {
         /// Centre, LPS, mm.
         centre: [f64; 3],
@@ -42,7 +43,7 @@ pub enum RegionError {
     },
     /// No chest wall inside: nothing would hold the breast.
     #[error(
-        "the region (centre {centre:?} mm, radius {radius} mm) holds no chest wall: nothing would \
+        "the region (centre {centre:.1?} mm, radius {radius:.1} mm) holds no chest wall: nothing would \
          hold the breast; move or enlarge it"
     )]
     NoChestWall {
@@ -64,13 +65,20 @@ pub enum RegionError {
     },
 }
 
-impl<'a> Region<'a> {
+impl RegionError {
+    /// The kind of failure: the region, its labels or surfaces cannot be used.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
+}
+
+impl Region {
     /// The region of a sphere in a label map.
     ///
     /// # Errors
     /// When soft tissue inside the sphere is cut by the end of the volume, or no soft tissue
     /// lies inside the sphere.
-    pub fn new(labels: &'a LabelMap, sphere: Sphere) -> Result<Self, RegionError> {
+    pub fn new(labels: Arc<LabelMap>, sphere: Sphere) -> Result<Self, RegionError> {
         let (centre, radius) = (sphere.centre().coords.into(), sphere.radius());
         let grid = labels.grid();
         let index = grid.index_from_patient(&sphere.centre());
@@ -80,7 +88,7 @@ impl<'a> Region<'a> {
             let below = (reach - index[a]) * grid.spacing()[a];
             let above = (index[a] + reach - last) * grid.spacing()[a];
             for (missing, side) in [(below, "lower"), (above, "upper")] {
-                if missing > 0.0 && touches_end(labels, sphere, a, side == "upper") {
+                if missing > 0.0 && touches_end(&labels, sphere, a, side == "upper") {
                     let axis = ['i', 'j', 'k'][a];
                     return Err(RegionError::OutsideVolume { centre, radius, missing, side, axis });
                 }
@@ -108,9 +116,11 @@ impl<'a> Region<'a> {
 
     /// Whether a voxel within the sphere has such a label.
     fn holds(&self, test: fn(u8) -> bool) -> bool {
-        let (grid, labels) = (self.labels.grid(), self.labels.data().iter().enumerate());
-        let within = |n: usize| self.sphere.contains(&grid.centre(grid.voxel(n)));
-        labels.into_iter().any(|(n, &l)| test(l) && within(n))
+        let Some((start, part)) = self.labels.grid().around(&self.sphere) else { return false };
+        (0..part.len()).map(|n| part.voxel(n)).any(|voxel| {
+            let whole = [0, 1, 2].map(|a| voxel[a] + start[a]);
+            test(self.labels.at(whole)) && self.sphere.contains(&self.labels.grid().centre(whole))
+        })
     }
 
     /// The region with the surfaces of its labels where they are known between the voxels.
@@ -119,12 +129,12 @@ impl<'a> Region<'a> {
     /// When they lie on another grid than the labels.
     pub fn with_surfaces(
         self,
-        surfaces: impl Into<Option<&'a Surfaces>>,
+        surfaces: impl Into<Option<Arc<Surfaces>>>,
     ) -> Result<Self, RegionError> {
         let Some(surfaces) = surfaces.into() else { return Ok(self) };
         let labels = self.labels.grid();
         for grid in [surfaces.skin.grid(), surfaces.chest_wall.grid()] {
-            if grid != labels {
+            if !grid.is_same(labels) {
                 let (surfaces, labels) = (grid.size(), labels.size());
                 return Err(RegionError::OtherGrid { surfaces, labels });
             }
@@ -133,13 +143,13 @@ impl<'a> Region<'a> {
     }
 
     /// The surfaces of the labels, where they are known between the voxels.
-    pub fn surfaces(&self) -> Option<&'a Surfaces> {
-        self.surfaces
+    pub fn surfaces(&self) -> Option<&Arc<Surfaces>> {
+        self.surfaces.as_ref()
     }
 
     /// The uncropped labels.
-    pub fn labels(&self) -> &'a LabelMap {
-        self.labels
+    pub fn labels(&self) -> &Arc<LabelMap> {
+        &self.labels
     }
 
     /// The sphere.
@@ -170,28 +180,38 @@ mod tests {
     use supine_space::{Grid, Matrix, Point, Vector};
 
     /// Air below y = 10 mm, soft tissue up to 30 mm, chest wall above.
-    fn labels() -> LabelMap {
+    fn labels() -> Arc<LabelMap> {
         let grid = Grid::new([41; 3], Vector::repeat(1.0), Point::origin(), Matrix::identity());
-        Volume::from_fn(grid.unwrap(), |[_, j, _]| match j {
+        Arc::new(Volume::from_fn(grid.unwrap(), |[_, j, _]| match j {
             0..10 => label::OUTSIDE,
             10..30 => label::SOFT_TISSUE,
             _ => label::CHEST_WALL,
-        })
+        }))
     }
 
     fn sphere(y: f64, radius: f64) -> Sphere {
         Sphere::new(Point::new(20.0, y, 20.0), radius).unwrap()
     }
 
+    /// A server keeps it.
+    const _: fn() = || {
+        fn keeps<T: Clone + Send + Sync + 'static>() {}
+        keeps::<Region>();
+    };
+
     #[test]
     fn a_region_has_soft_tissue_and_is_told_when_nothing_holds_it() {
         let labels = labels();
-        assert!(Region::new(&labels, sphere(25.0, 8.0)).unwrap().check_held().is_ok());
-        let free = Region::new(&labels, sphere(15.0, 8.0)).unwrap();
+        assert!(Region::new(labels.clone(), sphere(25.0, 8.0)).unwrap().check_held().is_ok());
+        let free = Region::new(labels.clone(), sphere(15.0, 8.0)).unwrap();
         assert!(matches!(free.check_held(), Err(RegionError::NoChestWall { .. })));
-        let air = Region::new(&labels, sphere(4.0, 3.0));
+        let air = Region::new(labels.clone(), sphere(4.0, 3.0));
         assert!(matches!(air, Err(RegionError::NoSoftTissue { .. })));
-        let cut = Region::new(&labels, sphere(18.0, 21.0)).map(|_| ()).unwrap_err().to_string();
+        let cut =
+            Region::new(labels.clone(), sphere(18.0, 21.0)).map(|_| ()).unwrap_err().to_string();
         assert!(cut.contains("reaches 1.0 mm beyond"), "{cut}");
+        let exact = Sphere::new(Point::new(20.0, 4.123_456_789, 20.0), 3.0 + 1e-9).unwrap();
+        let told = Region::new(labels, exact).unwrap_err().to_string();
+        assert!(told.contains("[20.0, 4.1, 20.0] mm, radius 3.0 mm"), "{told}");
     }
 }

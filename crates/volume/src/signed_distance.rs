@@ -19,7 +19,7 @@ pub struct SignedDistance {
 
 impl SignedDistance {
     /// Units of [`Self::values`] per mm.
-    pub const PER_MM: f64 = 2000.0;
+    pub const PER_MM: f64 = eikonal::PER_MM as f64;
     /// The widest band, mm.
     pub const WIDEST_MM: f64 = 16.0;
 

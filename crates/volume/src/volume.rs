@@ -1,6 +1,7 @@
 //! Samples on a grid.
 
-use supine_space::Grid;
+use rayon::prelude::*;
+use supine_space::{Failure, Grid};
 
 /// One value per voxel of a grid; i is fastest in memory, then j, then k.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,12 +10,24 @@ pub struct Volume<T> {
     data: Vec<T>,
 }
 
+/// CT in Hounsfield units after rescale.
+pub type Ct = Volume<i16>;
+/// One label per voxel: the numbers of the module `label`.
+pub type LabelMap = Volume<u8>;
+
 /// Why a volume cannot be.
 #[derive(Debug, thiserror::Error)]
 #[error("{values} values do not fill a grid of {voxels} voxels")]
 pub struct VolumeError {
     values: usize,
     voxels: usize,
+}
+
+impl VolumeError {
+    /// The kind of failure: values and grid do not belong together.
+    pub fn kind(&self) -> Failure {
+        Failure::Input
+    }
 }
 
 impl<T> Volume<T> {
@@ -39,6 +52,15 @@ impl<T> Volume<T> {
     /// A volume of `f(voxel)`.
     pub fn from_fn(grid: Grid, mut f: impl FnMut([usize; 3]) -> T) -> Self {
         let data = (0..grid.len()).map(|n| f(grid.voxel(n))).collect();
+        Self { grid, data }
+    }
+
+    /// A volume of `f(voxel)`, made by all threads.
+    pub fn par_from_fn(grid: Grid, f: impl Fn([usize; 3]) -> T + Sync) -> Self
+    where
+        T: Send,
+    {
+        let data = (0..grid.len()).into_par_iter().map(|n| f(grid.voxel(n))).collect();
         Self { grid, data }
     }
 

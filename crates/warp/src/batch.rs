@@ -58,13 +58,13 @@ impl Batch {
         let mut reach = Pack::all(1.0);
         for a in 0..3 {
             let [p, q, r, s] = [local[0][a], local[1][a], local[2][a], local[3][a]];
-            let low = p.least(q).least(r.least(s)).ceil().most(Pack::ZERO);
-            let high = p.most(q).most(r.most(s)).floor();
-            (first[a], last[a]) = (low, high.least(Pack::all((size[a] - 1) as f64)));
-            reach = reach.most(last[a] - first[a]);
+            let low = p.min(q).min(r.min(s)).ceil().max(Pack::ZERO);
+            let high = p.max(q).max(r.max(s)).floor();
+            (first[a], last[a]) = (low, high.min(Pack::all((size[a] - 1) as f64)));
+            reach = reach.max(last[a] - first[a]);
             for corner in &mut local {
                 corner[a] = corner[a] - first[a];
-                reach = reach.most(corner[a].abs());
+                reach = reach.max(corner[a].abs());
             }
         }
         let (mut normals, mut offsets) = ([[Pack::ZERO; 3]; 4], [Pack::ZERO; 4]);
@@ -106,8 +106,8 @@ impl Batch {
         for (f, (normal, offset)) in self.normals.iter().zip(self.offsets).enumerate() {
             let by = Pack::all(-1.0) / normal[0];
             let terms = [offset * by, normal[1] * by, normal[2] * by];
-            steepest = steepest.least(normal[0].abs());
-            largest = largest.most(terms[0].abs() + terms[1].abs() * y + terms[2].abs() * z);
+            steepest = steepest.min(normal[0].abs());
+            largest = largest.max(terms[0].abs() + terms[1].abs() * y + terms[2].abs() * z);
             for lane in 0..LANES {
                 let below = normal[0].0[lane] > 0.0;
                 low[f][lane] = if below { 0.0 } else { -FAR };

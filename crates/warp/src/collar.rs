@@ -99,10 +99,10 @@ impl Skin {
                 heights[v] = if attempt == ATTEMPTS { 0.0 } else { 0.5 * heights[v] };
             }
         }
-        let lift = |p: &[Point], n: &[Vector]| {
+        let raised = |p: &[Point], n: &[Vector]| {
             p.iter().zip(n).zip(&heights).map(|((p, n), h)| p + n * *h).collect()
         };
-        Collar { rest: lift(rest, n0), deformed: lift(&deformed, n1), tets: self.tets.clone() }
+        Collar { rest: raised(rest, n0), deformed: raised(&deformed, n1), tets: self.tets.clone() }
     }
 }
 
@@ -122,7 +122,7 @@ fn normals(points: &[Point], faces: &[[usize; 3]]) -> Vec<Vector> {
 /// not beyond the middle of a gap to other tissue, and nowhere where there is no gap.
 fn free_height(ct: &Ct, p: &Point, normal: &Vector, height_mm: f64) -> f64 {
     let mut air: Option<(f64, f64)> = None;
-    let (mut least, mut at) = (f64::INFINITY, 0.0);
+    let (mut lowest, mut at) = (f64::INFINITY, 0.0);
     // Twice as far, since the gap must be known to its other side.
     let steps = (2.0 * height_mm / STEP_MM).ceil() as usize;
     for t in (0..=steps).map(|n| n as f64 * STEP_MM) {
@@ -131,7 +131,7 @@ fn free_height(ct: &Ct, p: &Point, normal: &Vector, height_mm: f64) -> f64 {
         match air {
             None if t > height_mm => break,
             None if value < AIR_BELOW_HU => air = Some((t, t)),
-            None if value < least => (least, at) = (value, t),
+            None if value < lowest => (lowest, at) = (value, t),
             None => {}
             Some((from, _)) if value < AIR_BELOW_HU => air = Some((from, t)),
             Some((from, to)) => return (0.5 * (from + to)).min(height_mm),
@@ -139,7 +139,7 @@ fn free_height(ct: &Ct, p: &Point, normal: &Vector, height_mm: f64) -> f64 {
     }
     match air {
         Some(_) => height_mm,
-        None if least < GAP_BELOW_HU => at,
+        None if lowest < GAP_BELOW_HU => at,
         None => 0.0,
     }
 }

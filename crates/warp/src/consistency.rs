@@ -1,15 +1,11 @@
-//! How well the two fields of a map undo each other.
+//! How well the two fields of a map undo each other, and how well coarser vectors follow one of them.
 
 use crate::Fields;
 use rayon::prelude::*;
 use supine_space::{Grid, Vector};
 use supine_volume::Volume;
 
-/// Forward, then backward: how far from where it began a voxel of the CT comes out, mm.
-///
-/// Over the voxels in the mesh that move to a place whose eight neighbours lie in the deformed mesh.
-/// The backward field is sampled between its voxels, so that this is what a user of both fields gets; it is
-/// not 0 for exact fields on a grid, but grows with the square of the spacing.
+/// How far places come out from where they should, over some voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Consistency {
     /// Voxels that count.
@@ -22,28 +18,48 @@ pub struct Consistency {
     pub max_mm: f64,
 }
 
-/// How well `ct_to_deformed` and `deformed_to_ct` undo each other; `None` when nothing moves.
+impl Consistency {
+    fn of(mut errors: Vec<f64>) -> Option<Self> {
+        errors.par_sort_unstable_by(f64::total_cmp);
+        let max_mm = *errors.last()?;
+        Some(Self {
+            voxels: errors.len(),
+            mean_mm: errors.iter().sum::<f64>() / errors.len() as f64,
+            p99_mm: errors[(errors.len() - 1) * 99 / 100],
+            max_mm,
+        })
+    }
+}
+
+/// How well `ct_to_deformed` and `deformed_to_ct` undo each other: forward, then backward, how far from where it
+/// began a voxel of the CT comes out. `None` when nothing moves.
+///
+/// Over the voxels in the mesh that move to a place whose eight neighbours lie in the deformed mesh.
+/// The backward field is sampled between its voxels, so that this is what a user of both fields gets; it is
+/// not 0 for exact fields on a grid, but grows with the square of the spacing.
 pub fn consistency(fields: &Fields) -> Option<Consistency> {
-    let (forward, back) = (&fields.ct_to_deformed, &fields.deformed_to_ct);
-    let grid = forward.grid();
-    let error = |(n, u): (usize, &[f32; 3])| {
-        if *u == [0.0; 3] {
-            return None;
-        }
+    let back = fields.deformed_to_ct();
+    let grid = back.grid();
+    let error = |(voxel, u): ([usize; 3], [f32; 3])| {
         let u = Vector::from(u.map(f64::from));
-        let there = grid.centre(grid.voxel(n)) + u;
+        let there = grid.centre(voxel) + u;
         let back = within(back, grid.index_from_patient(&there))?;
         Some((u + back).norm())
     };
-    let mut errors: Vec<f64> = forward.data().par_iter().enumerate().filter_map(error).collect();
-    errors.par_sort_unstable_by(f64::total_cmp);
-    let max_mm = *errors.last()?;
-    Some(Consistency {
-        voxels: errors.len(),
-        mean_mm: errors.iter().sum::<f64>() / errors.len() as f64,
-        p99_mm: errors[(errors.len() - 1) * 99 / 100],
-        max_mm,
-    })
+    Consistency::of(fields.forward().filter_map(error).collect())
+}
+
+/// How well a reader follows `deformed_to_ct` who has `vectors` in its place, on a coarser grid that covers it, and
+/// interpolates linearly between them: over the voxels of the deformed mesh that move. `None` when nothing moves.
+///
+/// Beyond the outermost places of the coarser grid, at least two along each axis, the outermost vectors go on.
+pub fn interpolation_error(vectors: &Volume<[f32; 3]>, fields: &Fields) -> Option<Consistency> {
+    let grid = fields.deformed_to_ct().grid();
+    let error = |(voxel, to): ([usize; 3], [f32; 3])| {
+        let place = vectors.grid().index_from_patient(&grid.centre(voxel));
+        (between(vectors, place) - Vector::from(to.map(f64::from))).norm()
+    };
+    Consistency::of(fields.backward().map(error).collect())
 }
 
 /// Trilinear sample of a field at a continuous index; `None` where a neighbour lies outside the mesh (its
@@ -68,4 +84,21 @@ fn within(field: &Volume<[f32; 3]>, index: [f64; 3]) -> Option<Vector> {
         sum += Vector::from(value.map(f64::from)) * share.product::<f64>();
     }
     Some(sum)
+}
+
+/// The vector at a continuous index, trilinear.
+fn between(vectors: &Volume<[f32; 3]>, index: [f64; 3]) -> Vector {
+    let size = vectors.grid().size();
+    let low = [0, 1, 2].map(|a| index[a].floor().clamp(0.0, size[a].saturating_sub(2) as f64));
+    let mut sum = Vector::zeros();
+    for corner in 0..8 {
+        let step = [0, 1, 2].map(|a| corner >> a & 1);
+        let value = vectors.at([0, 1, 2].map(|a| (low[a] as usize + step[a]).min(size[a] - 1)));
+        let share = (0..3).map(|a| {
+            let t = (index[a] - low[a]).clamp(0.0, 1.0);
+            if step[a] == 1 { t } else { 1.0 - t }
+        });
+        sum += Vector::from(value.map(f64::from)) * share.product::<f64>();
+    }
+    sum
 }

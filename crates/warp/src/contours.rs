@@ -6,7 +6,7 @@ use crate::isosurface::{Layers, isosurface};
 use crate::outline::{Pixels, signed_distance};
 use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
-use supine_mesh::{Displacement, TetMesh, TriSurface};
+use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress};
 use supine_volume::ContourError;
 
@@ -24,7 +24,7 @@ const FINEST_MM: f64 = 0.25;
 const LID_MM: f64 = 0.01;
 
 /// Closed contours parallel to the slices of `grid` (LPS, mm) in the operating position, in those slices;
-/// `displacement` as the solver gave it, the fade is applied within.
+/// `deformation` as the solver gave it, the fade is applied within.
 ///
 /// Between planes the solid is where the signed distances to the contours beside, weighted by nearness,
 /// are negative, each shifted towards the other where they then lie upon each other better (a thin structure that
@@ -34,18 +34,17 @@ const LID_MM: f64 = 0.01;
 /// the contours come back as they were given.
 ///
 /// # Errors
-/// When no contour encloses anything, one is not parallel to the slices, the displacement belongs to
-/// another mesh, a parameter is out of range, or the user stopped.
+/// When no contour encloses anything, one is not parallel to the slices, a parameter is out of range, or the user stopped.
 pub fn carry_contours(
     contours: &[Vec<Point>],
     grid: &Grid,
-    map: (&TetMesh, &Displacement),
+    deformation: &Deformation,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Vec<Vec<Point>>, Carried), Error> {
     let solid = solid(contours, grid)?;
     progress.at(0.3)?;
-    let (solid, facts) = carry_surface(&solid, map, params, progress.part(0.3, 0.9))?;
+    let (solid, facts) = carry_surface(&solid, deformation, params, progress.part(0.3, 0.9))?;
     let moved = facts.moved_points > 0;
     let contours = if moved { slices::contours(&solid, grid) } else { contours.to_vec() };
     progress.at(1.0)?;
@@ -92,9 +91,9 @@ fn planes(contours: &[Vec<Point>], grid: &Grid) -> Result<Vec<Plane>, ContourErr
 fn thickness(planes: &[Plane]) -> f64 {
     let (mut area, mut weighed) = (0.0, 0.0);
     for contour in planes.iter().flat_map(|p| &p.contours) {
-        let sides = (0..contour.len()).map(|n| (contour[n], contour[(n + 1) % contour.len()]));
+        let segments = (0..contour.len()).map(|n| (contour[n], contour[(n + 1) % contour.len()]));
         let (mut twice, mut length) = (0.0, 0.0);
-        for ([a, b], [c, d]) in sides {
+        for ([a, b], [c, d]) in segments {
             twice += a * d - c * b;
             length += (c - a).hypot(d - b);
         }

@@ -50,7 +50,7 @@ pub(crate) fn probes(order: Order) -> Vec<[f64; 4]> {
 }
 
 /// Smallest det F of each tetrahedron over its [`probes`].
-pub(crate) fn least_dets(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> Vec<f64> {
+pub(crate) fn min_dets(mesh: &TetMesh, edges: &Edges, displacement: &Displacement) -> Vec<f64> {
     let probes = probes(displacement.order());
     (0..mesh.tets().len())
         .into_par_iter()
@@ -82,15 +82,15 @@ pub(crate) fn statistics(mesh: &TetMesh, edges: &Edges, displacement: &Displacem
     for tet in 0..mesh.tets().len() {
         let gradient = Gradient::new(mesh, edges, displacement, tet);
         let volume = mesh.volume(tet) / probes.len() as f64;
-        let mut least = f64::INFINITY;
+        let mut lowest = f64::INFINITY;
         for &l in &probes {
             let det = gradient.det(l);
-            least = least.min(det);
+            lowest = lowest.min(det);
             max = max.max(det);
             weighted.push((det, volume));
         }
-        min = min.min(least);
-        inverted += usize::from(least <= 0.0);
+        min = min.min(lowest);
+        inverted += usize::from(lowest <= 0.0);
     }
     weighted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = weighted.iter().map(|w| w.1).sum();

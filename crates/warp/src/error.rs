@@ -1,14 +1,14 @@
 //! What can go wrong.
 
 use supine_mesh::{DisplacementError, SurfaceError};
-use supine_space::Stopped;
+use supine_space::{Failure, Stopped};
 
 /// Why a volume, field or list of points could not be warped.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The displacement belongs to another mesh.
-    #[error("the displacement belongs to another mesh: {0}")]
+    /// A displacement is not one of the mesh at hand.
+    #[error(transparent)]
     Displacement(#[from] DisplacementError),
     /// An axis of the volume has a single voxel: nothing can be interpolated along it.
     #[error("the volume has {size:?} voxels; interpolation needs 2 or more along each axis")]
@@ -25,7 +25,7 @@ pub enum Error {
         size: [usize; 3],
     },
     /// A parameter is outside its range.
-    #[error("the warp parameter {name} is {value}; it must be {need}")]
+    #[error("the warp parameter {name} is {value:.3}; it must be {need}")]
     Parameter {
         /// Name of the field of `Params`.
         name: &'static str,
@@ -34,6 +34,12 @@ pub enum Error {
         /// What is allowed.
         need: &'static str,
     },
+    /// Fields that belong together lie on several grids.
+    #[error("the fields of a map must lie on one grid")]
+    Grids,
+    /// Values do not fill a grid.
+    #[error(transparent)]
+    Volume(#[from] supine_volume::VolumeError),
     /// The contours enclose nothing, or lie across the slices.
     #[error("the structure cannot be carried: {0}")]
     Contours(#[from] supine_volume::ContourError),
@@ -43,4 +49,22 @@ pub enum Error {
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl Error {
+    /// What kind of failure this is.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Displacement(error) => error.kind(),
+            Self::Thin { .. }
+            | Self::Large { .. }
+            | Self::Parameter { .. }
+            | Self::Grids
+            | Self::Volume(_)
+            | Self::Contours(_) => Failure::Input,
+            // The surfaces that are given are closed: what a map made of one is the method's doing.
+            Self::Surface(_) => Failure::Method,
+            Self::Stopped(_) => Failure::Stopped,
+        }
+    }
 }

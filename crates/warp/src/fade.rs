@@ -1,12 +1,14 @@
 //! Fading the displacement towards the cut, so that no step shows there.
 
-use crate::{Error, Params, element::least_dets};
+use crate::element::min_dets;
+use crate::pieces::Curve;
+use crate::{Error, Params};
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 use rayon::prelude::*;
-use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TetMesh};
-use supine_space::Point;
+use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges, Order, TetMesh};
+use supine_space::{Point, Warning};
 
 /// Width in units of the largest displacement on the cut from which the search starts. The fade
 /// alone squeezes tissue by at most 1.5 / 3, so det F stays above about a half.
@@ -22,29 +24,65 @@ const STILL_MM: f64 = 0.005;
 const ENOUGH: f64 = 0.2;
 const SHARE: f64 = 0.8;
 
-/// The displacement with its fade, and what was found on the way.
+/// A deformation that fades towards the cut: the map by which CT, points and fields are carried.
 #[derive(Clone, Debug)]
-pub(crate) struct Faded {
-    pub(crate) displacement: Displacement,
-    /// Width, mm; 0 when the displacement was left alone.
-    pub(crate) width_mm: f64,
-    pub(crate) warnings: Vec<String>,
+pub struct Faded {
+    /// The mesh with the faded displacement.
+    pub deformation: Deformation,
+    /// Width of the fade, mm; 0 when the displacement was left alone.
+    pub width_mm: f64,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The displacement of a deformation with its fade towards the `cut` faces.
+///
+/// u s(d / w) with s(t) = t² (3 - 2 t), d the distance of the node (CT shape) to the cut. The width w is
+/// `params.fade_mm`, or chosen so that det F > 0.
+///
+/// # Errors
+/// When a parameter is out of range.
+pub fn fade(deformation: &Deformation, params: &Params) -> Result<Faded, Error> {
+    Prepared::new(deformation, params).map(|prepared| prepared.faded)
+}
+
+/// What every product begins with: checked parameters, edges, faded displacement.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    pub(crate) edges: Edges,
+    pub(crate) faded: Faded,
+}
+
+impl Prepared {
+    pub(crate) fn new(deformation: &Deformation, params: &Params) -> Result<Self, Error> {
+        params.check()?;
+        let edges = Edges::new(deformation.mesh());
+        let faded = fade_towards_cut(&edges, deformation, params)?;
+        Ok(Self { edges, faded })
+    }
+
+    /// The mesh with its faded displacement.
+    pub(crate) fn curve(&self) -> Curve<'_> {
+        let (mesh, displacement) =
+            (self.faded.deformation.mesh(), self.faded.deformation.displacement());
+        Curve { mesh, edges: &self.edges, displacement }
+    }
 }
 
 /// The displacement times s(d / w), s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the
 /// node in the CT shape to the nearest cut face, w = width.
 ///
-/// Without a given width: the least of a geometric series, not below three times the largest
+/// Without a given width: the smallest of a geometric series, not below three times the largest
 /// displacement on the cut nor below the mean edge of the cut faces, that spoils no tetrahedron
 /// (see [`ENOUGH`]).
-pub(crate) fn fade_towards_cut(
-    mesh: &TetMesh,
+fn fade_towards_cut(
     edges: &Edges,
-    displacement: &Displacement,
+    deformation: &Deformation,
     params: &Params,
 ) -> Result<Faded, Error> {
+    let (mesh, displacement) = (deformation.mesh(), deformation.displacement());
     let left_alone =
-        Faded { displacement: displacement.clone(), width_mm: 0.0, warnings: Vec::new() };
+        Faded { deformation: deformation.clone(), width_mm: 0.0, warnings: Vec::new() };
     let Some(cut) = cut_surface(mesh) else { return Ok(left_alone) };
     let depths = depths(mesh, edges, displacement.order(), &cut);
     let on_cut = depths
@@ -61,20 +99,17 @@ pub(crate) fn fade_towards_cut(
     match params.fade_mm {
         Some(0.0) => return Ok(left_alone),
         Some(width) => {
-            return Ok(Faded {
-                displacement: at_width(width)?,
-                width_mm: width,
-                warnings: Vec::new(),
-            });
+            let deformation = Deformation::new(mesh.clone(), at_width(width)?)?;
+            return Ok(Faded { deformation, width_mm: width, warnings: Vec::new() });
         }
         None if on_cut < STILL_MM => return Ok(left_alone),
         None => {}
     }
-    let before = least_dets(mesh, edges, displacement);
+    let before = min_dets(mesh, edges, displacement);
     let mut width = (FIRST_WIDTH * on_cut).max(mean_cut_edge(mesh)).min(WIDEST_MM);
     let (spoiled, width_mm, displacement) = loop {
         let faded = at_width(width)?;
-        let after = least_dets(mesh, edges, &faded);
+        let after = min_dets(mesh, edges, &faded);
         let spoiled = before
             .iter()
             .zip(&after)
@@ -85,19 +120,27 @@ pub(crate) fn fade_towards_cut(
         }
         width = (width * WIDER).min(WIDEST_MM);
     };
-    let mut warnings = Vec::new();
+    let deformation = Deformation::new(mesh.clone(), displacement)?;
+    let warnings = warning(on_cut, width_mm, spoiled).into_iter().collect();
+    Ok(Faded { deformation, width_mm, warnings })
+}
+
+/// What to say of a fade of this width where the tissue moves by `on_cut` mm on the cut.
+fn warning(on_cut: f64, width_mm: f64, spoiled: usize) -> Option<Warning> {
     if spoiled > 0 {
-        warnings.push(format!(
+        let text = format!(
             "the tissue moves by {on_cut:.1} mm where the region ends, too much to fade within \
              {WIDEST_MM:.0} mm: {spoiled} tetrahedra are squeezed; enlarge the region"
-        ));
-    } else if width_mm > 0.5 * WIDEST_MM {
-        warnings.push(format!(
+        );
+        return Some(Warning::new("fade-squeezes", text));
+    }
+    (width_mm > 0.5 * WIDEST_MM).then(|| {
+        let text = format!(
             "the tissue moves by {on_cut:.1} mm where the region ends; the displacement fades over \
              {width_mm:.0} mm and is too small there; enlarge the region"
-        ));
-    }
-    Ok(Faded { displacement, width_mm, warnings })
+        );
+        Warning::new("wide-fade", text)
+    })
 }
 
 fn share(t: f64) -> f64 {

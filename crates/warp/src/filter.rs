@@ -36,7 +36,7 @@ impl Interpolation {
 /// Voxels along an axis that the widest filter takes.
 const WIDEST: usize = 6;
 /// Most samples along an axis of a voxel.
-const MOST_SAMPLES: f64 = 4.0;
+const MAX_SAMPLES: f64 = 4.0;
 
 impl Interpolation {
     /// Voxels along an axis.
@@ -143,7 +143,7 @@ pub(crate) fn samples(det: f64, below: f64) -> usize {
     }
     // Tissue turned inside out has no ratio.
     let along = det.max(0.0).powf(-1.0 / 3.0).ceil();
-    along.clamp(2.0, MOST_SAMPLES) as usize
+    along.clamp(2.0, MAX_SAMPLES) as usize
 }
 
 #[cfg(test)]

@@ -6,10 +6,12 @@ use crate::kernel::{Kernel, Source};
 use crate::map::{Map, check_grid};
 use crate::pieces::{Curve, Pieces};
 use crate::raster::SLAB;
-use crate::resample::{Resampling, Rules};
+use crate::resample::Resampling;
+use crate::rules::Rules;
 use crate::{BODY_HU, Error, Params};
 use rayon::prelude::*;
-use supine_mesh::{Displacement, Edges, Order, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
 use supine_space::{Grid, Progress};
 use supine_volume::Ct;
 
@@ -17,9 +19,9 @@ use supine_volume::Ct;
 ///
 /// Only voxels that the frame before changed are restored, and what does not change is prepared once.
 #[derive(Debug)]
-pub struct Frames<'a> {
-    ct: &'a Ct,
-    mesh: &'a TetMesh,
+pub struct Frames {
+    ct: Arc<Ct>,
+    mesh: Arc<TetMesh>,
     edges: Edges,
     params: Params,
     /// The pieces of the last frame, the skin and collar on them, and their map.
@@ -27,44 +29,44 @@ pub struct Frames<'a> {
     skin: Skin,
     collar: Collar,
     map: Map,
-    resampling: Resampling<'a>,
+    resampling: Resampling,
     /// What the last frame changed, slab by slab.
     written: Vec<Coverage>,
 }
 
-impl<'a> Frames<'a> {
+impl Frames {
     /// Prepares `ct`, LPS, with `mesh` in it.
     ///
     /// # Errors
     /// When an axis of the CT cannot be sampled or a parameter is out of range.
-    pub fn new(ct: &'a Ct, mesh: &'a TetMesh, params: &Params) -> Result<Self, Error> {
+    pub fn new(ct: Arc<Ct>, mesh: Arc<TetMesh>, params: &Params) -> Result<Self, Error> {
         params.check()?;
         check_grid(ct.grid())?;
-        let edges = Edges::new(mesh);
-        let still = Displacement::zero(mesh);
-        let curve = Curve { mesh, edges: &edges, displacement: &still };
+        let edges = Edges::new(&mesh);
+        let still = Displacement::zero(&mesh);
+        let curve = Curve { mesh: &mesh, edges: &edges, displacement: &still };
         let pieces = Pieces::new(&curve, params.curve_tolerance_mm, Progress::none())?;
-        let skin = Skin::new(ct, &pieces, params.collar_mm);
+        let skin = Skin::new(&ct, &pieces, params.collar_mm);
         let collar = skin.collar(&pieces);
         let map = Map::new([ct.grid(); 2], &pieces, &collar);
-        let resampling = resampling(ct, ct.grid(), &map, params);
+        let resampling = resampling(&ct, ct.grid(), &map, params);
         let (params, written) = (params.clone(), Vec::new());
         Ok(Self { ct, mesh, edges, params, pieces, skin, collar, map, resampling, written })
     }
 
-    /// Makes `frame`, which holds the CT or the frame before, the CT carried by `displacement` (LPS, mm).
+    /// Makes `frame`, which holds the CT or the frame before, the CT carried by a deformation of the mesh.
     ///
     /// The displacement is taken as it is: to let it fade towards the cut, give what [`crate::fade`] makes
     /// of it.
     ///
     /// # Errors
-    /// When the displacement belongs to another mesh.
+    /// When it is one of another mesh.
     ///
     /// # Panics
     /// When `frame` has another number of voxels than the CT.
-    pub fn next(&mut self, displacement: &Displacement, frame: &mut Ct) -> Result<(), Error> {
+    pub fn next(&mut self, deformation: &Deformation, frame: &mut Ct) -> Result<(), Error> {
         self.restore(frame);
-        self.paint(displacement, frame)
+        self.paint(deformation, frame)
     }
 
     /// Makes `frame` the CT again.
@@ -90,9 +92,10 @@ impl<'a> Frames<'a> {
     /// Carries the CT in `frame`, which holds the CT.
     ///
     /// # Errors
-    /// When the displacement belongs to another mesh.
-    pub fn paint(&mut self, displacement: &Displacement, frame: &mut Ct) -> Result<(), Error> {
-        displacement.check(self.mesh, &self.edges)?;
+    /// When it is one of another mesh.
+    pub fn paint(&mut self, deformation: &Deformation, frame: &mut Ct) -> Result<(), Error> {
+        let displacement = deformation.displacement();
+        displacement.check(&self.mesh)?;
         let same = self.follow(displacement)?;
         let collar = self.skin.collar(&self.pieces);
         let grid = self.ct.grid();
@@ -100,10 +103,11 @@ impl<'a> Frames<'a> {
             self.map.deform(grid, &self.pieces, &collar);
         } else {
             self.map = Map::new([grid; 2], &self.pieces, &collar);
-            self.resampling = resampling(self.ct, grid, &self.map, &self.params);
+            self.resampling = resampling(&self.ct, grid, &self.map, &self.params);
         }
         self.collar = collar;
-        let (written, _) = self.resampling.run(&self.map, frame.data_mut(), Progress::none())?;
+        let (out, none) = (frame.data_mut(), Progress::none());
+        let (written, _) = self.resampling.run(source(&self.ct), &self.map, out, none)?;
         self.written = written;
         Ok(())
     }
@@ -116,11 +120,11 @@ impl<'a> Frames<'a> {
             self.pieces.displacement.copy_from_slice(&displacement.values()[..points]);
             return Ok(true);
         }
-        let curve = Curve { mesh: self.mesh, edges: &self.edges, displacement };
+        let curve = Curve { mesh: &self.mesh, edges: &self.edges, displacement };
         let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
         let same = pieces.tets == self.pieces.tets && pieces.rest == self.pieces.rest;
         if !same {
-            self.skin = Skin::new(self.ct, &pieces, self.params.collar_mm);
+            self.skin = Skin::new(&self.ct, &pieces, self.params.collar_mm);
         }
         self.pieces = pieces;
         Ok(same)
@@ -128,13 +132,7 @@ impl<'a> Frames<'a> {
 }
 
 /// Carrying `ct` onto `grid` through maps that have the CT side of `map`.
-pub(crate) fn resampling<'a>(
-    ct: &'a Ct,
-    grid: &Grid,
-    map: &Map,
-    params: &Params,
-) -> Resampling<'a> {
-    let source = Source::new(ct.data(), ct.grid().size());
+pub(crate) fn resampling(ct: &Ct, grid: &Grid, map: &Map, params: &Params) -> Resampling {
     let rules = Rules {
         air_hu: params.air_hu,
         body_hu: BODY_HU,
@@ -142,5 +140,10 @@ pub(crate) fn resampling<'a>(
         interpolation: params.interpolation,
         supersample_below: params.supersample_below,
     };
-    Resampling::new(source, grid.size(), map, rules)
+    Resampling::new(&source(ct), grid.size(), map, rules)
+}
+
+/// A CT that is sampled.
+pub(crate) fn source(ct: &Ct) -> Source<'_> {
+    Source::new(ct.data(), ct.grid().size())
 }

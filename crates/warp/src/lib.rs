@@ -5,7 +5,7 @@
 //! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
-//! quadratic displacement by straight-sided tetrahedra; `collar` adds the air-side layer that
+//! quadratic displacement by straight tetrahedra; `collar` adds the air-side layer that
 //! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
 //! which voxels each tetrahedron owns (`batch` and `sweep`: several at once; `rows` and `predicate`: exact signs
 //! where that is not enough) in the `order` of a curve; `resample` samples
@@ -42,6 +42,7 @@ mod pullback;
 mod raster;
 mod resample;
 mod rows;
+mod rules;
 mod slices;
 mod surface;
 mod sweep;
@@ -50,10 +51,11 @@ mod undeformed;
 #[cfg(test)]
 mod tests;
 
-pub use consistency::{Consistency, consistency};
+pub use consistency::{Consistency, consistency, interpolation_error};
 pub use contours::carry_contours;
 pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use error::Error;
+pub use fade::{Faded, fade};
 pub use fields::{Fields, fields};
 pub use filter::Interpolation;
 pub use frames::Frames;
@@ -64,14 +66,9 @@ pub use params::Params;
 pub use points::carry_points;
 pub use surface::{Carried, carry_surface, carry_vertices};
 
-use crate::{
-    collar::Skin,
-    map::Map,
-    map::Prepared,
-    pieces::{Curve, Pieces},
-};
-use supine_mesh::{Displacement, TetMesh};
-use supine_space::{Grid, Progress};
+use crate::{collar::Skin, fade::Prepared, map::Map, pieces::Pieces};
+use supine_mesh::Deformation;
+use supine_space::{Grid, Progress, Warning};
 use supine_volume::Ct;
 
 /// What happened in [`warp`].
@@ -79,7 +76,7 @@ use supine_volume::Ct;
 #[non_exhaustive]
 pub struct Info {
     /// What the user should know.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     /// Width over which the displacement fades towards the cut, mm; 0 without a fade.
     pub fade_mm: f64,
     /// Voxels that now hold sampled tissue.
@@ -92,7 +89,7 @@ pub struct Info {
     pub folded_voxels: usize,
     /// Tetrahedra with det F <= 0 somewhere, after the fade.
     pub inverted_tetrahedra: usize,
-    /// Straight-sided tetrahedra that were rasterised, without the collar.
+    /// Straight tetrahedra that were rasterised, without the collar.
     pub pieces: usize,
     /// Smallest det F, after the fade.
     pub jacobian_min: f64,
@@ -108,44 +105,24 @@ pub struct Info {
     pub max_displacement_mm: f64,
 }
 
-/// Below this det F the tissue is squeezed beyond what the method is good for.
-const JACOBIAN_WARNING: f64 = 0.3;
 /// Missing the curved map by less than this is not worth a word, mm: a tenth of a fine voxel.
 const CURVE_WARNING_MM: f64 = 0.1;
 /// Outside mesh and collar, voxels of the CT at or above this are tissue and stay.
 const BODY_HU: i16 = -500;
 
-/// The displacement with its fade towards the `cut` faces, and the width of the fade (mm; 0 when
-/// there is none): the map that CT, points and fields are carried by.
-///
-/// u s(d / w) with s(t) = t² (3 - 2 t), d the distance of the node (CT shape) to the cut. The
-/// width is `params.fade_mm`, or chosen so that det F > 0.
+/// The CT after deformation, on its own grid; `deformation` as the solver gave it, the fade is applied
+/// within.
 ///
 /// # Errors
-/// When the displacement belongs to another mesh or a parameter is out of range.
-pub fn fade(
-    mesh: &TetMesh,
-    displacement: &Displacement,
-    params: &Params,
-) -> Result<(Displacement, f64), Error> {
-    let prepared = Prepared::new(mesh, displacement, params)?;
-    Ok((prepared.displacement, prepared.fade_mm))
-}
-
-/// The CT after deformation, on its own grid; `displacement` as the solver gave it (LPS, mm, from
-/// the CT shape), the fade is applied within.
-///
-/// # Errors
-/// When the displacement belongs to another mesh, an axis of the CT has a single voxel, a parameter
+/// When an axis of the CT has a single voxel, a parameter
 /// is out of range, or the user stopped.
 pub fn warp(
     ct: &Ct,
-    mesh: &TetMesh,
-    displacement: &Displacement,
+    deformation: &Deformation,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Ct, Info), Error> {
-    warp_onto(ct.grid(), ct, mesh, displacement, params, progress)
+    warp_onto(ct.grid(), ct, deformation, params, progress)
 }
 
 /// As [`warp`], on any `grid`: what lies outside the mesh is interpolated as `params` say, averaged where the
@@ -156,28 +133,26 @@ pub fn warp(
 pub fn warp_onto(
     grid: &Grid,
     ct: &Ct,
-    mesh: &TetMesh,
-    displacement: &Displacement,
+    deformation: &Deformation,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Ct, Info), Error> {
     map::check_grid(ct.grid())?;
     map::check_grid(grid)?;
-    let prepared = Prepared::new(mesh, displacement, params)?;
+    let prepared = Prepared::new(deformation, params)?;
     progress.at(0.05)?;
-    let Prepared { edges, displacement, fade_mm, warnings } = prepared;
-    let curve = Curve { mesh, edges: &edges, displacement: &displacement };
+    let curve = prepared.curve();
     let pieces = Pieces::new(&curve, params.curve_tolerance_mm, progress.part(0.05, 0.15))?;
     let collar = Skin::new(ct, &pieces, params.collar_mm).collar(&pieces);
     let map = Map::new([ct.grid(), grid], &pieces, &collar);
     progress.at(0.2)?;
     let resampling = frames::resampling(ct, grid, &map, params);
     let mut out = undeformed::onto(grid, ct, params, progress.part(0.2, 0.5))?;
-    let (_, counts) = resampling.run(&map, out.data_mut(), progress.part(0.5, 1.0))?;
-    let jacobian = element::statistics(mesh, &edges, &displacement);
+    let source = frames::source(ct);
+    let (_, counts) = resampling.run(source, &map, out.data_mut(), progress.part(0.5, 1.0))?;
+    let jacobian = element::statistics(curve.mesh, curve.edges, curve.displacement);
     let mut info = Info {
-        warnings,
-        fade_mm,
+        fade_mm: prepared.faded.width_mm,
         moved_voxels: counts.mesh,
         vacated_voxels: counts.vacated,
         collar_voxels: counts.collar,
@@ -189,7 +164,8 @@ pub fn warp_onto(
         jacobian_mean: jacobian.mean,
         jacobian_p99: jacobian.p99,
         jacobian_max: jacobian.max,
-        max_displacement_mm: displacement.max_norm(),
+        max_displacement_mm: curve.displacement.max_norm(),
+        warnings: prepared.faded.warnings,
     };
     warn(&mut info, &map, grid, &pieces);
     Ok((out, info))
@@ -197,37 +173,37 @@ pub fn warp_onto(
 
 /// Adds the warnings that the finished volume gives rise to.
 fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
+    let mut warn = |code, text| info.warnings.push(Warning::new(code, text));
     if info.inverted_tetrahedra > 0 {
-        info.warnings.push(format!(
-            "{} tetrahedra are turned inside out (least det F {:.2}): the volume is wrong there",
+        let text = format!(
+            "{} tetrahedra are turned inside out (smallest det F {:.2}): the volume is wrong there",
             info.inverted_tetrahedra, info.jacobian_min
-        ));
-    } else if info.jacobian_min < JACOBIAN_WARNING {
-        info.warnings.push(format!(
-            "the tissue is squeezed to {:.2} of its volume at one place (below {JACOBIAN_WARNING})",
-            info.jacobian_min
-        ));
+        );
+        warn("inverted-tetrahedra", text);
     }
     if info.folded_voxels > 0 {
-        info.warnings.push(format!(
+        let text = format!(
             "{} voxels lie in more than one part of the deformed mesh: it touches or folds over \
              itself there",
             info.folded_voxels
-        ));
+        );
+        warn("overlapping-voxels", text);
     }
     let size = grid.size();
     let beyond = |v: &[f64; 3]| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5);
     let vertices = map.before.iter().zip(&map.deformed).take(pieces.rest.len());
     let outside = vertices.filter(|(rest, deformed)| !beyond(rest) && beyond(deformed)).count();
     if outside > 0 {
-        info.warnings.push(format!(
+        let text = format!(
             "the deformed tissue moves out of the volume ({outside} vertices): it is cut off there"
-        ));
+        );
+        warn("tissue-leaves-volume", text);
     }
     if let Some(missed) = pieces.missed_mm.filter(|&missed| missed > CURVE_WARNING_MM) {
-        info.warnings.push(format!(
-            "the curved displacement is followed to {missed:.2} mm only: finer pieces would be too \
-             many"
-        ));
+        let text = format!(
+            "the quadratic displacement is followed to {missed:.2} mm only: finer pieces would be \
+             too many"
+        );
+        warn("coarse-pieces", text);
     }
 }

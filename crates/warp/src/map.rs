@@ -2,8 +2,7 @@
 
 use crate::kernel::LONGEST;
 use crate::predicate::Index;
-use crate::{Error, Params, collar::Collar, fade::fade_towards_cut, pieces::Pieces};
-use supine_mesh::{Displacement, Edges, TetMesh};
+use crate::{Error, collar::Collar, pieces::Pieces};
 use supine_space::Grid;
 
 /// Tetrahedra in the index space of a grid, before and after deformation.
@@ -43,34 +42,6 @@ impl Map {
         let all = moved.chain(collar.deformed.iter().copied());
         self.deformed.clear();
         self.deformed.extend(all.map(|p| made.index_from_patient(&p)));
-    }
-}
-
-/// What every product begins with: checked arguments, edges, faded displacement.
-#[derive(Debug)]
-pub(crate) struct Prepared {
-    pub(crate) edges: Edges,
-    pub(crate) displacement: Displacement,
-    pub(crate) fade_mm: f64,
-    pub(crate) warnings: Vec<String>,
-}
-
-impl Prepared {
-    pub(crate) fn new(
-        mesh: &TetMesh,
-        displacement: &Displacement,
-        params: &Params,
-    ) -> Result<Self, Error> {
-        params.check()?;
-        let edges = Edges::new(mesh);
-        displacement.check(mesh, &edges)?;
-        let faded = fade_towards_cut(mesh, &edges, displacement, params)?;
-        Ok(Self {
-            edges,
-            displacement: faded.displacement,
-            fade_mm: faded.width_mm,
-            warnings: faded.warnings,
-        })
     }
 }
 

@@ -1,6 +1,8 @@
 //! Masks carried along: the voxels of one structure.
 
-use crate::{Origin, Origins, origins::there};
+use crate::coverage::Window;
+use crate::origins::{there, volume};
+use crate::{Origin, Origins};
 use supine_space::{Grid, Point, Progress, Stopped};
 use supine_volume::{Volume, distance_mm, sample_trilinear};
 
@@ -27,17 +29,22 @@ pub fn carry_mask(
     origins: &Origins,
     progress: Progress<'_>,
 ) -> Result<Volume<bool>, Stopped> {
-    let same = mask.grid() == origins.grid();
+    let (grid, same) = (origins.grid(), mask.grid() == origins.grid());
     let nearest = |p: Point| mask.grid().voxel_at(&p).is_some_and(|voxel| mask.at(voxel));
-    let shape = Shape::of(mask, if same { origins.moving() } else { None });
-    let verdict = |voxel: [usize; 3], origin: Origin| {
-        let centre = origins.grid().centre(voxel);
-        let here = || if same { mask.at(voxel) } else { nearest(centre) };
-        let held = match origin {
-            Origin::Here => here(),
+    let here = |voxel: [usize; 3]| if same { mask.at(voxel) } else { nearest(grid.centre(voxel)) };
+    let mut held = volume(grid, progress.part(0.0, 0.3), here)?;
+    let Some((start, part)) = origins.moving() else { return Ok(held) };
+    let end = [0, 1, 2].map(|a| start[a] + part.grid().size()[a]);
+    let shape = Shape::of(mask, same.then_some(Window { first: *start, end }));
+    let whole = |within: [usize; 3]| [0, 1, 2].map(|a| start[a] + within[a]);
+    let verdict = |within: [usize; 3]| {
+        let voxel = whole(within);
+        let centre = grid.centre(voxel);
+        let held = match part.at(within) {
+            Origin::Here => here(voxel),
             Origin::Vacated => false,
             Origin::BesideVacated(to) => nearest(there(centre, to)),
-            Origin::Beside(to) => nearest(there(centre, to)) || here(),
+            Origin::Beside(to) => nearest(there(centre, to)) || here(voxel),
             Origin::Tissue(to) => {
                 let at = shape.as_ref().and_then(|shape| shape.at(&there(centre, to)));
                 return at.map_or(Verdict::No, |(weight, depth)| Verdict::Perhaps(weight, depth));
@@ -45,12 +52,12 @@ pub fn carry_mask(
         };
         if held { Verdict::Yes } else { Verdict::No }
     };
-    let verdicts = origins.volume(progress, verdict)?;
-    let chosen = deepest(verdicts.data());
-    let (grid, verdicts) = verdicts.into_parts();
-    let mut held =
-        Volume::from_fn(grid.clone(), |v| matches!(verdicts[grid.offset(v)], Verdict::Yes));
-    chosen.into_iter().for_each(|n| held.data_mut()[n] = true);
+    let verdicts = volume(part.grid(), progress.part(0.3, 1.0), verdict)?;
+    let offset = |n: usize| grid.offset(whole(part.grid().voxel(n)));
+    for (n, verdict) in verdicts.data().iter().enumerate() {
+        held.data_mut()[offset(n)] = matches!(verdict, Verdict::Yes);
+    }
+    deepest(verdicts.data()).into_iter().for_each(|n| held.data_mut()[offset(n)] = true);
     Ok(held)
 }
 
@@ -87,8 +94,8 @@ struct Shape {
 }
 
 impl Shape {
-    /// The part of a mask that is not empty, within a box (first voxel and size) that is asked about.
-    fn of(mask: &Volume<bool>, within: Option<([usize; 3], [usize; 3])>) -> Option<Self> {
+    /// The part of a mask that is not empty, within a box that is asked about.
+    fn of(mask: &Volume<bool>, within: Option<Window>) -> Option<Self> {
         let (start, grid) = part(mask, within)?;
         let at = |v: [usize; 3]| mask.at([0, 1, 2].map(|a| v[a] + start[a]));
         let held = Volume::from_fn(grid.clone(), at);
@@ -109,10 +116,7 @@ impl Shape {
 }
 
 /// The box of the voxels that hold with [`MARGIN`] voxels on all sides, cut to the box `within` and as many.
-fn part(
-    mask: &Volume<bool>,
-    within: Option<([usize; 3], [usize; 3])>,
-) -> Option<([usize; 3], Grid)> {
+fn part(mask: &Volume<bool>, within: Option<Window>) -> Option<([usize; 3], Grid)> {
     let grid = mask.grid();
     let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
     for (n, _) in mask.data().iter().enumerate().filter(|(_, held)| **held) {
@@ -120,9 +124,9 @@ fn part(
         low = [0, 1, 2].map(|a| low[a].min(voxel[a]));
         high = [0, 1, 2].map(|a| high[a].max(voxel[a]));
     }
-    if let Some((start, size)) = within {
-        low = [0, 1, 2].map(|a| low[a].max(start[a]));
-        high = [0, 1, 2].map(|a| high[a].min(start[a] + size[a] - 1));
+    if let Some(Window { first, end }) = within {
+        low = [0, 1, 2].map(|a| low[a].max(first[a]));
+        high = [0, 1, 2].map(|a| high[a].min(end[a] - 1));
     }
     if (0..3).any(|a| low[a] > high[a]) {
         return None;

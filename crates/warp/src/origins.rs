@@ -2,8 +2,9 @@
 
 use crate::{Error, Params, fade, fields};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_mesh::{Displacement, Embedding, Motion, Place, Surround, TetMesh};
+use supine_mesh::{Deformation, Embedding, Motion, Place, Surround, TetMesh};
 use supine_space::{Grid, Point, Progress, Stopped, Vector};
 use supine_volume::{Volume, distance_mm};
 
@@ -38,29 +39,30 @@ pub struct Origins {
 }
 
 impl Origins {
-    /// The map on `grid`; `displacement` as the solver gave it, the fade is applied within.
+    /// The map on `grid`; `deformation` as the solver gave it, the fade is applied within.
     ///
     /// What lies up to `layer_mm` outside the skin moves and turns with it, as points do
     /// ([`crate::carry_points`]). Label maps need that: their voxels reach beyond the faces of a mesh.
     ///
     /// # Errors
-    /// When the displacement belongs to another mesh, an axis of the grid has a single voxel, a
+    /// When an axis of the grid has a single voxel, a
     /// parameter is out of range, or the user stopped.
     pub fn new(
         grid: &Grid,
-        (mesh, displacement): (&TetMesh, &Displacement),
+        deformation: &Deformation,
         params: &Params,
         layer_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
         crate::map::check_grid(grid)?;
-        let (faded, _) = fade(mesh, displacement, params)?;
-        let margin = faded.max_norm() + layer_mm + 2.0 * grid.spacing().norm();
+        let faded = fade(deformation, params)?.deformation;
+        let (mesh, u) = (faded.mesh(), faded.displacement());
+        let margin = u.max_norm() + layer_mm + 2.0 * grid.spacing().norm();
         let Some((start, part)) = part(grid, mesh, margin) else {
             return Ok(Self { grid: grid.clone(), part: None });
         };
-        let fields = fields(&part, mesh, displacement, params, progress.part(0.0, 0.5))?;
-        let [back, forward] = [&fields.deformed_to_ct, &fields.ct_to_deformed];
+        let fields = fields(&part, deformation, params, progress.part(0.0, 0.5))?;
+        let [back, forward] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
         let left = |n: usize| length(forward.data()[n]) > STILL_MM;
         let inside = |n: usize| match back.data()[n] {
             [0.0, 0.0, 0.0] if left(n) => Origin::Vacated,
@@ -75,10 +77,10 @@ impl Origins {
                 distance.map(|&d| f64::from(d) <= reach)
             };
             let (before, after) = (near(forward), near(back));
-            let embedding = Embedding::new(mesh);
+            let embedding = Arc::new(Embedding::new(mesh.clone()));
             let surround = Surround { rigid_mm: layer_mm, reach_mm: layer_mm + DECAY_MM };
-            let motion = Motion::new(&embedding, &faded, surround)?;
-            let layer = Layer { embedding: &embedding, motion: &motion, layer_mm };
+            let motion = Motion::new(embedding.clone(), u.clone(), surround)?;
+            let layer = Layer { embedding, motion, layer_mm };
             let row = part.size()[0];
             let (rows, done) = (part.len() / row, AtomicUsize::new(0));
             origins.par_chunks_mut(row).enumerate().try_for_each(|(at, origins)| {
@@ -94,7 +96,7 @@ impl Origins {
                 progress.at(0.5 + 0.5 * done as f64 / rows as f64)
             })?;
         }
-        let part = Volume::from_fn(part.clone(), |v| origins[part.offset(v)]);
+        let part = Volume::new(part, origins)?;
         Ok(Self { grid: grid.clone(), part: Some((start, part)) })
     }
 
@@ -103,9 +105,9 @@ impl Origins {
         &self.grid
     }
 
-    /// First voxel and size of the part in which something moves.
-    pub(crate) fn moving(&self) -> Option<([usize; 3], [usize; 3])> {
-        self.part.as_ref().map(|(start, part)| (*start, part.grid().size()))
+    /// The part of the grid in which something moves, and the voxel where it starts.
+    pub(crate) fn moving(&self) -> Option<&([usize; 3], Volume<Origin>)> {
+        self.part.as_ref()
     }
 
     /// Where the value of a voxel comes from.
@@ -117,23 +119,33 @@ impl Origins {
     }
 
     /// The volume of `value(voxel, where it comes from)`, in parallel by slices.
-    pub(crate) fn volume<T: Send + Copy>(
+    pub(crate) fn volume<T: Copy + Send>(
         &self,
         progress: Progress<'_>,
         value: impl Fn([usize; 3], Origin) -> T + Sync,
     ) -> Result<Volume<T>, Stopped> {
-        let [ni, nj, nk] = self.grid.size();
-        let done = AtomicUsize::new(0);
-        let slice = |k: usize| {
-            let voxels = (0..ni * nj).map(|n| [n % ni, n / ni, k]);
-            let values: Vec<T> = voxels.map(|v| value(v, self.at(v))).collect();
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            progress.at(done as f64 / nk as f64).map(|()| values)
-        };
-        let slices: Vec<Vec<T>> =
-            (0..nk).into_par_iter().map(slice).collect::<Result<_, Stopped>>()?;
-        Ok(Volume::from_fn(self.grid.clone(), |[i, j, k]| slices[k][j * ni + i]))
+        volume(&self.grid, progress, |voxel| value(voxel, self.at(voxel)))
     }
+}
+
+/// The volume of `value(voxel)` on a grid, in parallel by slices.
+pub(crate) fn volume<T: Copy + Send>(
+    grid: &Grid,
+    progress: Progress<'_>,
+    value: impl Fn([usize; 3]) -> T + Sync,
+) -> Result<Volume<T>, Stopped> {
+    let [ni, nj, nk] = grid.size();
+    let done = AtomicUsize::new(0);
+    let first = value([0; 3]);
+    let mut volume = Volume::from_fn(grid.clone(), |_| first);
+    let slices = volume.data_mut().par_chunks_mut(ni * nj).enumerate();
+    slices.try_for_each(|(k, slice)| {
+        let voxel = |n: usize| [n % ni, n / ni, k];
+        slice.iter_mut().enumerate().for_each(|(n, out)| *out = value(voxel(n)));
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        progress.at(done as f64 / nk as f64)
+    })?;
+    Ok(volume)
 }
 
 /// The place `centre + vector`.
@@ -173,13 +185,13 @@ fn part(grid: &Grid, mesh: &TetMesh, margin: f64) -> Option<([usize; 3], Grid)> 
 const DECAY_MM: f64 = 40.0;
 
 /// What moves beside the skin.
-struct Layer<'a> {
-    embedding: &'a Embedding<'a>,
-    motion: &'a Motion<'a>,
+struct Layer {
+    embedding: Arc<Embedding>,
+    motion: Motion,
     layer_mm: f64,
 }
 
-impl Layer<'_> {
+impl Layer {
     /// The origin of a place outside the deformed mesh.
     fn origin(&self, place: Point, left: bool) -> Origin {
         if let Some(to) = self.source(place) {

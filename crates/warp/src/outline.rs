@@ -38,22 +38,22 @@ type Segment = [[f64; 2]; 2];
 
 /// Distance of each pixel centre from the contours, mm, negative inside by the even-odd rule.
 ///
-/// The nearest side of each pixel is handed on from pixel to pixel, forwards and backwards, as in
+/// The nearest segment of each pixel is handed on from pixel to pixel, forwards and backwards, as in
 /// Danielsson's sequential distance map (Comput. Graph. Image Process. 14, 1980): exact beside the
 /// contours, elsewhere wrong by up to a fifth of a pixel.
 pub(crate) fn signed_distance(pixels: &Pixels, contours: &[Vec<[f64; 2]>]) -> Vec<f32> {
-    let sides = contours.iter().flat_map(|c| (0..c.len()).map(|n| [c[n], c[(n + 1) % c.len()]]));
-    let sides: Vec<Segment> = sides.collect();
+    let segments = contours.iter().flat_map(|c| (0..c.len()).map(|n| [c[n], c[(n + 1) % c.len()]]));
+    let segments: Vec<Segment> = segments.collect();
     let mut nearest = vec![(u32::MAX, f64::INFINITY); pixels.len()];
-    let offer = |slot: &mut (u32, f64), n: usize, side: u32| {
-        let Some(segment) = sides.get(side as usize) else { return };
+    let offer = |slot: &mut (u32, f64), n: usize, number: u32| {
+        let Some(segment) = segments.get(number as usize) else { return };
         let distance = distance(pixels.centre(n), segment);
         if distance < slot.1 {
-            *slot = (side, distance);
+            *slot = (number, distance);
         }
     };
     let [ni, nj] = pixels.size;
-    for (number, [a, b]) in sides.iter().enumerate() {
+    for (number, [a, b]) in segments.iter().enumerate() {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let steps = (2.0 * length / pixels.step).ceil().max(1.0) as usize;
         for n in 0..=steps {
@@ -73,14 +73,14 @@ pub(crate) fn signed_distance(pixels: &Pixels, contours: &[Vec<[f64; 2]>]) -> Ve
         for (di, dj) in NEIGHBOURS {
             let (i, j) = (i + di, j + dj);
             if (0..ni as isize).contains(&i) && (0..nj as isize).contains(&j) {
-                let side = nearest[j as usize * ni + i as usize].0;
-                offer(&mut nearest[n], n, side);
+                let number = nearest[j as usize * ni + i as usize].0;
+                offer(&mut nearest[n], n, number);
             }
         }
     };
     (0..pixels.len()).for_each(|n| sweep(&mut nearest, n));
     (0..pixels.len()).rev().for_each(|n| sweep(&mut nearest, n));
-    let inside = inside(pixels, &sides);
+    let inside = inside(pixels, &segments);
     let pairs = nearest.iter().zip(inside);
     pairs.map(|(&(_, d), inside)| (if inside { -d } else { d }) as f32).collect()
 }
@@ -92,18 +92,18 @@ fn distance(p: [f64; 2], [a, b]: &Segment) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let square = along[0] * along[0] + along[1] * along[1];
     let t = (to[0] * along[0] + to[1] * along[1]) / square;
-    // A side without length is a point.
+    // A segment without length is a point.
     let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 };
     (to[0] - t * along[0]).hypot(to[1] - t * along[1])
 }
 
 /// Which pixel centres lie inside, by the even-odd rule.
-fn inside(pixels: &Pixels, sides: &[Segment]) -> Vec<bool> {
+fn inside(pixels: &Pixels, segments: &[Segment]) -> Vec<bool> {
     let [ni, _] = pixels.size;
     let mut inside = vec![false; pixels.len()];
     inside.par_chunks_mut(ni).enumerate().for_each(|(j, row)| {
         let y = pixels.low[1] + pixels.step * j as f64;
-        let crossed = sides.iter().filter(|[a, b]| (a[1] <= y) != (b[1] <= y));
+        let crossed = segments.iter().filter(|[a, b]| (a[1] <= y) != (b[1] <= y));
         let mut at: Vec<f64> =
             crossed.map(|[a, b]| a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])).collect();
         at.sort_by(f64::total_cmp);

@@ -13,7 +13,7 @@ pub struct Params {
     pub collar_mm: f64,
     /// Value of voxels that the tissue left, HU.
     pub air_hu: i16,
-    /// Largest position error of the straight-sided pieces that follow a quadratic displacement, mm.
+    /// Largest position error of the straight pieces that follow a quadratic displacement, mm.
     pub curve_tolerance_mm: f64,
     /// How values between voxels of the CT are found.
     pub interpolation: Interpolation,

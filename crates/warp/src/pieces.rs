@@ -1,4 +1,4 @@
-//! The map as straight-sided pieces: the mesh itself, or a conforming subdivision of it that
+//! The map as straight pieces: the mesh itself, or a conforming subdivision of it that
 //! follows a quadratic displacement to a tolerance.
 
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ pub(crate) struct Parent {
 const WHOLE: [[f32; 4]; 4] =
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
-/// Tetrahedra with straight sides in the CT and after deformation.
+/// Tetrahedra that are straight in the CT and after deformation.
 #[derive(Clone, Debug)]
 pub(crate) struct Pieces {
     /// Vertices in the CT, LPS, mm.
@@ -36,9 +36,9 @@ pub(crate) struct Pieces {
 /// the error is Σ 4 l_a l_b bulge_ab, six terms of which each is largest at l = 1/4.
 const ERROR_PER_BULGE: f64 = 1.5;
 /// More pieces are not made: about 200 MB.
-const MOST_PIECES: usize = 1_000_000;
+const MAX_PIECES: usize = 1_000_000;
 /// Halvings of an edge; each divides the bulge by 4, so that metres become micrometres.
-const MOST_ROUNDS: usize = 10;
+const MAX_ROUNDS: usize = 10;
 
 impl Pieces {
     /// The map of a mesh under its displacement, in pieces that miss it by `tolerance_mm` at most.
@@ -52,11 +52,11 @@ impl Pieces {
         tolerance_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Stopped> {
-        Self::at_most(MOST_PIECES, curve, tolerance_mm, progress)
+        Self::at_most(MAX_PIECES, curve, tolerance_mm, progress)
     }
 
     pub(crate) fn at_most(
-        most: usize,
+        max_pieces: usize,
         curve: &Curve<'_>,
         tolerance_mm: f64,
         progress: Progress<'_>,
@@ -76,10 +76,10 @@ impl Pieces {
         };
         if displacement.order() == Order::Quadratic {
             let (mut fresh, mut tolerance) = (0, tolerance_mm);
-            for round in 0..MOST_ROUNDS {
-                progress.at(round as f64 / MOST_ROUNDS as f64)?;
+            for round in 0..MAX_ROUNDS {
+                progress.at(round as f64 / MAX_ROUNDS as f64)?;
                 let (mut ids, mut halvings) = pieces.marked(curve, tolerance, fresh);
-                while children(&ids) > most {
+                while children(&ids) > max_pieces {
                     tolerance *= 2.0;
                     pieces.missed_mm = Some(tolerance);
                     (ids, halvings) = pieces.marked(curve, tolerance, fresh);
@@ -95,48 +95,48 @@ impl Pieces {
     }
 
     /// The edges that bulge too much, among those with a vertex of `fresh` or higher: all others
-    /// were looked at before and stay as they were judged. Returns the edge of each tetrahedron's six sides as a place
-    /// in the list of halvings (or `NONE`), and the halvings.
+    /// were looked at before and stay as they were judged. Returns for the six edges of each
+    /// tetrahedron their places in the list of halvings (or `NONE`), and the halvings.
     fn marked(&self, curve: &Curve<'_>, tolerance_mm: f64, fresh: u32) -> (Vec<u32>, Vec<Halving>) {
-        let mut sides: Vec<(u64, u32)> = Vec::new();
-        for (tet, corners) in self.tets.iter().enumerate() {
-            if corners.iter().all(|&v| v < fresh) {
-                continue;
-            }
-            for (side, [a, b]) in TET_EDGES.into_iter().enumerate() {
+        let of_tet = |(tet, corners): (usize, &[u32; 4])| {
+            let corners = *corners;
+            TET_EDGES.into_iter().enumerate().filter_map(move |(edge, [a, b])| {
                 let (a, b) = (corners[a], corners[b]);
-                if a.max(b) >= fresh {
-                    let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
-                    sides.push((key, (6 * tet + side) as u32));
-                }
-            }
-        }
-        sides.par_sort_unstable();
-        let mut ids = vec![NONE; 6 * self.tets.len()];
-        let mut halvings = Vec::new();
-        for same in sides.chunk_by(|x, y| x.0 == y.0) {
+                let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+                (a.max(b) >= fresh).then_some((key, (6 * tet + edge) as u32))
+            })
+        };
+        let mut edges: Vec<(u64, u32)> =
+            self.tets.par_iter().enumerate().flat_map_iter(of_tet).collect();
+        edges.par_sort_unstable();
+        let halving = |same: &[(u64, u32)]| {
             let (key, first) = same[0];
             let ends = [(key >> 32) as u32, key as u32];
             let parent = &self.parents[first as usize / 6];
             let [a, b] = TET_EDGES[first as usize % 6].map(|c| parent.corners[c]);
             let bulge = curve.bulge(parent.tet as usize, a, b);
             if ERROR_PER_BULGE * bulge.norm() <= tolerance_mm {
-                continue;
+                return None;
             }
             let [p, q] = ends.map(|v| v as usize);
             let chord = self.rest[q] - self.rest[p];
-            for (_, at) in same {
-                ids[*at as usize] = halvings.len() as u32;
-            }
-            halvings.push(Halving {
+            Some(Halving {
                 ends,
                 middle: self.rest[p] + chord * 0.5,
                 displacement: (self.displacement[p] + self.displacement[q]) * 0.5 + bulge,
                 length: chord.norm(),
                 vertex: NONE,
-            });
+            })
+        };
+        let found: Vec<(Halving, &[(u64, u32)])> = edges
+            .par_chunk_by(|x, y| x.0 == y.0)
+            .filter_map(|same| Some((halving(same)?, same)))
+            .collect();
+        let mut ids = vec![NONE; 6 * self.tets.len()];
+        for (n, (_, same)) in found.iter().enumerate() {
+            same.iter().for_each(|(_, at)| ids[*at as usize] = n as u32);
         }
-        (ids, halvings)
+        (ids, found.into_iter().map(|(halving, _)| halving).collect())
     }
 
     /// Halves edges and all that hangs on them.
@@ -147,25 +147,25 @@ impl Pieces {
             self.rest.push(halving.middle);
             self.displacement.push(halving.displacement);
         }
-        let (mut tets, mut parents) = (Vec::new(), Vec::new());
-        for (tet, corners) in self.tets.iter().enumerate() {
+        let split = |(tet, corners): (usize, &[u32; 4])| {
             let here = ids[6 * tet..6 * tet + 6].iter().filter(|&&id| id != NONE);
             let mut here: Vec<Halving> = here.map(|&id| halvings[id as usize]).collect();
             here.sort_by(Halving::order);
-            let parent = self.parents[tet];
+            let (parent, mut own) = (self.parents[tet], Vec::with_capacity(8));
             split_tet(*corners, parent.corners, &here, &mut |corners, place| {
-                tets.push(corners);
-                parents.push(Parent { tet: parent.tet, corners: place });
+                own.push((corners, Parent { tet: parent.tet, corners: place }));
             });
-        }
+            own
+        };
+        let (tets, parents) = self.tets.par_iter().enumerate().flat_map_iter(split).unzip();
         let mut skin = Vec::new();
         for face in &self.skin {
-            let sides = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (face[a], face[b]));
+            let edges = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| (face[a], face[b]));
             let find = |(a, b): (u32, u32)| {
                 let key = [a.min(b), a.max(b)];
                 halvings.binary_search_by(|h| h.ends.cmp(&key)).ok().map(|n| halvings[n])
             };
-            let mut here: Vec<Halving> = sides.into_iter().filter_map(find).collect();
+            let mut here: Vec<Halving> = edges.into_iter().filter_map(find).collect();
             here.sort_by(Halving::order);
             split_face(*face, &here, &mut skin);
         }
@@ -175,7 +175,7 @@ impl Pieces {
 
 const NONE: u32 = u32::MAX;
 
-/// At most so many tetrahedra come of the marked sides: 2 of one, 4 of two, 8 of more.
+/// At most so many tetrahedra come of the marked edges: 2 of one, 4 of two, 8 of more.
 fn children(ids: &[u32]) -> usize {
     let marks = ids.chunks_exact(6).map(|tet| tet.iter().filter(|&&id| id != NONE).count());
     marks.map(|n| 1 << n.min(3)).sum()
@@ -244,7 +244,7 @@ impl Curve<'_> {
     /// u(middle) - (u(a) + u(b)) / 2 of a straight edge in tetrahedron `tet`, mm.
     ///
     /// The second difference of the quadratic along d = a - b:
-    /// -(½ Σ d_c² u_c + Σ d_c d_e u_ce) over corners c and sides ce.
+    /// -(½ Σ d_c² u_c + Σ d_c d_e u_ce) over corners c and edges ce.
     fn bulge(&self, tet: usize, a: [f32; 4], b: [f32; 4]) -> Vector {
         let d = [0, 1, 2, 3].map(|c| f64::from(a[c]) - f64::from(b[c]));
         let values = self.displacement.values();

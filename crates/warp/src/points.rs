@@ -1,7 +1,8 @@
 //! Points carried along.
 
-use crate::{Error, Params, map::Prepared};
-use supine_mesh::{Displacement, Embedding, Motion, Place, Surround, TetMesh};
+use crate::{Error, Params, fade};
+use std::sync::Arc;
+use supine_mesh::{Deformation, Embedding, Motion, Place, Surround};
 use supine_space::Point;
 
 /// Points of the CT (LPS, mm) at the operating position (LPS, mm).
@@ -9,20 +10,19 @@ use supine_space::Point;
 /// Exact within a tetrahedron for linear and quadratic displacements. A point up to
 /// `params.collar_mm` outside the skin of the mesh, like a nipple or a mark on the skin, moves and
 /// turns with the nearest point of that skin, as the CT does. `None` for all other points: they do
-/// not move. `displacement` as the solver gave it, the fade is applied within.
+/// not move. `deformation` as the solver gave it, the fade is applied within.
 ///
 /// # Errors
-/// When the displacement belongs to another mesh or a parameter is out of range.
+/// When a parameter is out of range.
 pub fn carry_points(
-    mesh: &TetMesh,
-    displacement: &Displacement,
+    deformation: &Deformation,
     params: &Params,
     points: &[Point],
 ) -> Result<Vec<Option<Point>>, Error> {
-    let prepared = Prepared::new(mesh, displacement, params)?;
-    let embedding = Embedding::new(mesh);
+    let faded = fade(deformation, params)?.deformation;
+    let embedding = Arc::new(Embedding::new(faded.mesh().clone()));
     let surround = Surround { rigid_mm: params.collar_mm, ..Surround::default() };
-    let motion = Motion::new(&embedding, &prepared.displacement, surround)?;
+    let motion = Motion::new(embedding.clone(), faded.displacement().clone(), surround)?;
     let carry = |p: &Point| {
         let place = embedding.place(p);
         let carried = match &place {

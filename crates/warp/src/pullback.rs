@@ -1,7 +1,7 @@
 //! The affine map of one tetrahedron in index space, and sampling through it.
 
 use crate::predicate::Index;
-use crate::rows::{least, most};
+use crate::rows::{max, min};
 
 /// Takes a deformed position to its place in the CT, both as continuous indices.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +33,8 @@ impl Pullback {
                 normal[a] /= volume;
             }
             for corner in &source[1..] {
-                low[a] = least(low[a], corner[a]);
-                high[a] = most(high[a], corner[a]);
+                low[a] = min(low[a], corner[a]);
+                high[a] = max(high[a], corner[a]);
             }
         }
         Self { slope, anchor, source, low, high }

@@ -4,7 +4,7 @@ use crate::batch::{Batch, gathered};
 use crate::coverage::Window;
 use crate::kernel::{HIGHEST, Kernel};
 use crate::predicate::Index;
-use crate::rows::{Rows, Span, least, most, range};
+use crate::rows::{Rows, Span, max, min, range};
 use crate::sweep::{Extent, Swept};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -98,6 +98,17 @@ impl<'a> Raster<'a> {
         [self.vertices[a], self.vertices[b], self.vertices[c], self.vertices[d]]
     }
 
+    /// Vertices of a tetrahedron.
+    #[inline(always)]
+    pub(crate) fn vertices_of(&self, tet: usize) -> [usize; 4] {
+        self.tets[tet].map(|v| v as usize)
+    }
+
+    /// The voxels in the box of all vertices.
+    pub(crate) fn whole(&self) -> Window {
+        self.window
+    }
+
     /// The tetrahedra of a slab, in ascending order.
     pub(crate) fn members(&self, slab: usize) -> &[u32] {
         &self.members[self.starts[slab]..self.starts[slab + 1]]
@@ -128,7 +139,7 @@ fn window(vertices: &[Index], size: [usize; 3]) -> Window {
     let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for vertex in vertices {
         for (reach, x) in reach.iter_mut().zip(vertex) {
-            *reach = [least(reach[0], *x), most(reach[1], *x)];
+            *reach = [min(reach[0], *x), max(reach[1], *x)];
         }
     }
     let mut window = Window { first: [0; 3], end: [0; 3] };

@@ -3,48 +3,23 @@
 use crate::batch::{Batch, gathered};
 use crate::coverage::Coverage;
 use crate::filter::{self, Interpolation};
-use crate::kernel::{Kernel, LANES, Locals, Near, Place, Source, Spots, prefetch};
+use crate::kernel::{LANES, Locals, Near, Place, Source, Spots, prefetch};
 use crate::map::Map;
 use crate::order::Sorted;
 use crate::predicate::Index;
 use crate::pullback::Pullback;
 use crate::raster::{Item, Paint, Raster, SLAB};
-use crate::rows::{Span, least, most};
+use crate::rows::{Span, max, min};
+use crate::rules::{Counts, Rules};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::{Progress, Stopped};
 
-/// How many voxels were what.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Counts {
-    /// Sampled through the mesh.
-    pub(crate) mesh: usize,
-    /// Sampled through the collar.
-    pub(crate) collar: usize,
-    /// Turned to air.
-    pub(crate) vacated: usize,
-    /// Claimed by more than one tetrahedron of the mesh.
-    pub(crate) folded: usize,
-}
-
-impl std::ops::Add for Counts {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            mesh: self.mesh + other.mesh,
-            collar: self.collar + other.collar,
-            vacated: self.vacated + other.vacated,
-            folded: self.folded + other.folded,
-        }
-    }
-}
-
-/// The fixed part of a resampling: a volume, and the shape in it that is carried.
+/// The fixed part of a resampling: the shape that is carried in a volume.
 #[derive(Debug)]
-pub(crate) struct Resampling<'a> {
-    source: Source<'a>,
-    /// What of it is read.
+pub(crate) struct Resampling {
+    /// What of the volume is read.
     near: Option<Near>,
     /// Voxels of the volume that is made.
     size: [usize; 3],
@@ -58,25 +33,19 @@ pub(crate) struct Resampling<'a> {
     rest: Vec<Index>,
 }
 
-/// What is done with voxels, and how.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rules {
-    /// Value of voxels that the tissue left.
-    pub(crate) air_hu: i16,
-    /// Voxels of the CT at or above this, outside mesh and collar, are not the collar's to change.
-    pub(crate) body_hu: i16,
-    pub(crate) kernel: Kernel,
-    pub(crate) interpolation: Interpolation,
-    /// Below this det F voxels are averages.
-    pub(crate) supersample_below: f64,
+/// Where the vertices are after deformation, and the tetrahedra there.
+#[derive(Clone, Copy)]
+struct Moved<'a> {
+    deformed: &'a [Index],
+    raster: &'a Raster<'a>,
 }
 
 /// What was written in each slab, and what it was.
 pub(crate) type Written = (Vec<Coverage>, Counts);
 
-impl<'a> Resampling<'a> {
+impl Resampling {
     /// Of `source`, into volumes of `size` voxels, through maps that have the CT side of `map`.
-    pub(crate) fn new(source: Source<'a>, size: [usize; 3], map: &Map, rules: Rules) -> Self {
+    pub(crate) fn new(source: &Source<'_>, size: [usize; 3], map: &Map, rules: Rules) -> Self {
         let raster = Raster::new(&map.before, &map.tets, size);
         let before = (0..size[2].div_ceil(SLAB)).into_par_iter().map(|slab| {
             let mut coverage = Coverage::new(raster.window(slab));
@@ -90,13 +59,15 @@ impl<'a> Resampling<'a> {
         let before = before.collect();
         let sorted = Sorted::new(&map.before, &map.tets, map.collar_from);
         let rest = sorted.of(&map.rest);
-        let near = Near::new(&source, reach(&rest, source.size()));
-        Self { source, near, size, rules, before, sorted, collar_from: map.collar_from, rest }
+        let near = Near::new(source, reach(&rest, source.size()));
+        Self { near, size, rules, before, sorted, collar_from: map.collar_from, rest }
     }
 
-    /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened.
+    /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened; `source` is the volume
+    /// that this was made for.
     pub(crate) fn run(
         &self,
+        source: Source<'_>,
         map: &Map,
         out: &mut [i16],
         progress: Progress<'_>,
@@ -110,7 +81,8 @@ impl<'a> Resampling<'a> {
             .par_chunks_mut(ni * nj * SLAB)
             .enumerate()
             .map(|(slab, out)| {
-                let written = self.slab(slab, &deformed, &raster, out);
+                let written =
+                    self.slab(source, slab, Moved { deformed: &deformed, raster: &raster }, out);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.at(done as f64 / slabs as f64)?;
                 Ok(written)
@@ -122,11 +94,12 @@ impl<'a> Resampling<'a> {
 
     fn slab(
         &self,
+        source: Source<'_>,
         slab: usize,
-        deformed: &[Index],
-        raster: &Raster<'_>,
+        moved: Moved<'_>,
         out: &mut [i16],
     ) -> (Coverage, Counts) {
+        let Moved { deformed, raster } = moved;
         let before = &self.before[slab];
         let window = raster.window(slab).with(before.window());
         let none = Coverage::new(window);
@@ -135,7 +108,8 @@ impl<'a> Resampling<'a> {
         }
         let mut brush = Brush {
             resampling: self,
-            source: self.near.as_ref().map_or(self.source, Near::source),
+            whole: source,
+            source: self.near.as_ref().map_or(source, Near::source),
             deformed,
             first: slab * SLAB,
             before: before.within(window),
@@ -174,7 +148,7 @@ impl<'a> Resampling<'a> {
 fn reach(vertices: &[Index], size: [usize; 3]) -> [Range<usize>; 3] {
     [0, 1, 2].map(|a| {
         let along = || vertices.iter().map(|v| v[a].clamp(0.0, (size[a] - 1) as f64));
-        let (low, high) = (along().fold(f64::INFINITY, least), along().fold(0.0, most));
+        let (low, high) = (along().fold(f64::INFINITY, min), along().fold(0.0, max));
         let low = (low as usize).min(size[a] - 2);
         low..(high as usize + 2).clamp(low + 2, size[a])
     })
@@ -182,7 +156,9 @@ fn reach(vertices: &[Index], size: [usize; 3]) -> [Range<usize>; 3] {
 
 /// Samples what is owned, slab by slab; each voxel once.
 struct Brush<'a> {
-    resampling: &'a Resampling<'a>,
+    resampling: &'a Resampling,
+    /// The volume that is sampled, and the part of it that is read.
+    whole: Source<'a>,
     source: Source<'a>,
     /// Vertices after deformation, as indices of the volume that is made.
     deformed: &'a [Index],
@@ -361,7 +337,7 @@ impl Brush<'_> {
     #[cold]
     #[inline(never)]
     fn filter(&mut self, samples: usize, first: usize, before: usize) {
-        let Resampling { source, rules, sorted, rest, .. } = self.resampling;
+        let Resampling { rules, sorted, rest, .. } = self.resampling;
         let Item { tet, first: origin, .. } = self.item;
         let tet = sorted.tets[tet].map(|v| v as usize);
         let corners = |of: &[Index]| tet.map(|v| of[v]);
@@ -371,7 +347,7 @@ impl Brush<'_> {
             let p = [origin[0] + i, origin[1] + j, origin[2] + k].map(f64::from);
             for (n, value) in self.out[stroke.range()].iter_mut().enumerate() {
                 let p = [p[0] + n as f64, p[1], p[2]];
-                *value = filter::mean(source, rules.interpolation, &pullback, p, samples);
+                *value = filter::mean(&self.whole, rules.interpolation, &pullback, p, samples);
             }
         }
         self.voxels = before;

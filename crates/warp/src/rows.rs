@@ -33,7 +33,7 @@ pub(crate) struct Rows {
     sign: f64,
     /// Lowest and highest voxel of the box along i, j, k.
     pub(crate) bounds: [(usize, usize); 3],
-    /// Integer point near the corners; the faces are taken relative to it to keep digits.
+    /// Integer point near the corners; the faces are taken relative to it to lose less to rounding.
     origin: Index,
     faces: [Face; 4],
     /// Bound of the rounding error of a face's value anywhere in the box.
@@ -65,10 +65,10 @@ impl Rows {
         let mut local = corners;
         for a in 0..3 {
             origin[a] = bounds[a].0 as f64;
-            reach = most(reach, (bounds[a].1 - bounds[a].0) as f64);
+            reach = max(reach, (bounds[a].1 - bounds[a].0) as f64);
             for corner in &mut local {
                 corner[a] -= origin[a];
-                reach = most(reach, corner[a].abs());
+                reach = max(reach, corner[a].abs());
             }
         }
         let mut faces = [Face::default(); 4];
@@ -145,21 +145,21 @@ impl Rows {
 #[inline(always)]
 pub(crate) fn range(values: [f64; 4], n: usize) -> Option<(usize, usize)> {
     let [a, b, c, d] = values;
-    let low = least(least(a, b), least(c, d)).ceil();
-    let high = most(most(a, b), most(c, d)).floor();
-    let (low, high) = (most(low, 0.0), least(high, (n - 1) as f64));
+    let low = min(min(a, b), min(c, d)).ceil();
+    let high = max(max(a, b), max(c, d)).floor();
+    let (low, high) = (max(low, 0.0), min(high, (n - 1) as f64));
     (low <= high).then_some((low as usize, high as usize))
 }
 
-/// The lesser; not that of the library, which asks for NaN.
+/// The smaller; not that of the library, which asks for NaN.
 #[inline(always)]
-pub(crate) fn least(a: f64, b: f64) -> f64 {
+pub(crate) fn min(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
 /// The greater.
 #[inline(always)]
-pub(crate) fn most(a: f64, b: f64) -> f64 {
+pub(crate) fn max(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 

@@ -7,7 +7,7 @@ use supine_space::{Grid, Point};
 /// Corners nearer to the last one are left out, mm.
 const NEAR_MM: f64 = 0.05;
 /// Contours that enclose less are left out, mm².
-const LEAST_MM2: f64 = 0.05;
+const MIN_MM2: f64 = 0.05;
 
 /// The contours in which the slices of `grid` cut a closed surface, slice by slice; LPS, mm. What lies
 /// within the surface lies within them by the even-odd rule where the surface does not cross itself.
@@ -86,5 +86,5 @@ fn cleaned(contour: &[[f64; 3]], grid: &Grid) -> Option<Vec<Point>> {
     let first = *kept.first()?;
     let fan = kept.windows(2).map(|w| (w[0] - first).cross(&(w[1] - first)));
     let area = 0.5 * fan.sum::<supine_space::Vector>().norm();
-    (kept.len() > 2 && area >= LEAST_MM2).then_some(kept)
+    (kept.len() > 2 && area >= MIN_MM2).then_some(kept)
 }

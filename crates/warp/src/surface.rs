@@ -3,7 +3,8 @@
 use crate::{Error, Params, fade};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
-use supine_mesh::{Displacement, Embedding, Motion, Surround, TetMesh, TriSurface};
+use std::sync::Arc;
+use supine_mesh::{Deformation, Embedding, Motion, Surround, TriSurface};
 use supine_space::{Point, Progress, Vector};
 
 /// What became of a closed surface, or of the solid within contours.
@@ -11,7 +12,7 @@ use supine_space::{Point, Progress, Vector};
 pub struct Carried {
     /// Volume enclosed in the CT and after deformation, mL.
     pub volume_ml: [f64; 2],
-    /// Points of the surface before sides were split that moved by more than 0.01 mm.
+    /// Points of the surface before edges were split that moved by more than 0.01 mm.
     pub moved_points: usize,
     /// Points that were added on edges, so that these follow the curved map.
     pub added_points: usize,
@@ -19,12 +20,12 @@ pub struct Carried {
     pub max_displacement_mm: f64,
 }
 
-/// The sides of the carried triangles follow the carried sides within this, mm.
+/// The edges of the carried triangles follow the carried edges within this, mm.
 const TOLERANCE_MM: f64 = 0.1;
-/// Sides are not made shorter than half of this, mm. The map is compared with a side at steps of this.
+/// Edges are not made shorter than half of this, mm. The map is compared with an edge at steps of this.
 const STEP_MM: f64 = 1.0;
 /// Sides of triangles within the reach of the mesh are no longer than this, mm: the map inside a larger
-/// triangle does not show on its sides.
+/// triangle does not show on its edges.
 const LONGEST_MM: f64 = 5.0;
 /// The way on which the motion beside the skin falls to nothing behind the collar, mm.
 const DECAY_MM: f64 = 40.0;
@@ -33,7 +34,7 @@ const MOVED_MM: f64 = 0.01;
 /// Halvings: 5 m to 1 mm.
 const ROUNDS: usize = 13;
 
-/// A closed surface (LPS, mm) in the operating position; `displacement` as the solver gave it, the fade is
+/// A closed surface (LPS, mm) in the operating position; `deformation` as the solver gave it, the fade is
 /// applied within.
 ///
 /// Points in the mesh move with its map, those outside the skin as in [`crate::carry_points`] up to
@@ -43,48 +44,33 @@ const ROUNDS: usize = 13;
 /// surface, in their order, unless two came to the same place.
 ///
 /// # Errors
-/// When the displacement belongs to another mesh, a parameter is out of range, or the user stopped.
+/// When a parameter is out of range, or the user stopped.
 pub fn carry_surface(
     surface: &TriSurface,
-    (mesh, displacement): (&TetMesh, &Displacement),
+    deformation: &Deformation,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(TriSurface, Carried), Error> {
-    with_field((mesh, displacement), params, |field| carried(surface, field, progress))?
+    carried(surface, &Field::new(deformation, params)?, progress)
 }
 
 /// Points (LPS, mm) in the operating position, moved as those of a surface ([`carry_surface`]), such as the corners of
 /// open lines.
 ///
 /// # Errors
-/// When the displacement belongs to another mesh or a parameter is out of range.
+/// When a parameter is out of range.
 pub fn carry_vertices(
     points: &[Point],
-    map: (&TetMesh, &Displacement),
+    deformation: &Deformation,
     params: &Params,
 ) -> Result<Vec<Point>, Error> {
-    with_field(map, params, |field| points.par_iter().map(|p| p + field.at(p)).collect())
-}
-
-fn with_field<T>(
-    (mesh, displacement): (&TetMesh, &Displacement),
-    params: &Params,
-    work: impl FnOnce(&Field<'_>) -> T,
-) -> Result<T, Error> {
-    let (faded, _) = fade(mesh, displacement, params)?;
-    let embedding = Embedding::new(mesh);
-    let reach_mm = params.collar_mm + DECAY_MM;
-    let surround = Surround { rigid_mm: params.collar_mm, reach_mm };
-    let motion = Motion::new(&embedding, &faded, surround)?;
-    let (low, high) = mesh.bounds();
-    let margin = Vector::repeat(reach_mm);
-    let (low, high) = (low - margin, high + margin);
-    Ok(work(&Field { embedding: &embedding, motion: &motion, low, high }))
+    let field = Field::new(deformation, params)?;
+    Ok(points.par_iter().map(|p| p + field.at(p)).collect())
 }
 
 fn carried(
     surface: &TriSurface,
-    field: &Field<'_>,
+    field: &Field,
     progress: Progress<'_>,
 ) -> Result<(TriSurface, Carried), Error> {
     let mut pieces = Pieces {
@@ -113,14 +99,25 @@ fn carried(
 }
 
 /// The displacement anywhere, and the box outside which there is none.
-struct Field<'a> {
-    embedding: &'a Embedding<'a>,
-    motion: &'a Motion<'a>,
+struct Field {
+    embedding: Arc<Embedding>,
+    motion: Motion,
     low: Point,
     high: Point,
 }
 
-impl Field<'_> {
+impl Field {
+    fn new(deformation: &Deformation, params: &Params) -> Result<Self, Error> {
+        let faded = fade(deformation, params)?.deformation;
+        let embedding = Arc::new(Embedding::new(faded.mesh().clone()));
+        let reach_mm = params.collar_mm + DECAY_MM;
+        let surround = Surround { rigid_mm: params.collar_mm, reach_mm };
+        let motion = Motion::new(embedding.clone(), faded.displacement().clone(), surround)?;
+        let (low, high) = faded.mesh().bounds();
+        let margin = Vector::repeat(reach_mm);
+        Ok(Self { embedding, motion, low: low - margin, high: high + margin })
+    }
+
     fn at(&self, p: &Point) -> Vector {
         if !self.may_move(&[*p]) {
             return Vector::zeros();
@@ -136,7 +133,7 @@ impl Field<'_> {
         })
     }
 
-    /// Whether the carried side leaves the straight one between its carried ends.
+    /// Whether the carried edge leaves the straight one between its carried ends.
     fn bends(&self, ends: [Point; 2], carried: [Vector; 2]) -> bool {
         if !self.may_move(&ends) {
             return false;
@@ -157,40 +154,40 @@ struct Pieces {
     triangles: Vec<[u32; 3]>,
 }
 
-/// A side, lower point first.
+/// An edge, lower point first.
 fn key(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
 impl Pieces {
-    /// Halves the sides that have to be; false when there are none. `settled` sides need not be looked at
+    /// Halves the edges that have to be; false when there are none. `settled` edges need not be looked at
     /// again.
-    fn split(&mut self, field: &Field<'_>, settled: &mut HashSet<[u32; 2]>) -> bool {
-        let mut sides: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * self.triangles.len());
+    fn split(&mut self, field: &Field, settled: &mut HashSet<[u32; 2]>) -> bool {
+        let mut edges: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * self.triangles.len());
         for &[a, b, c] in &self.triangles {
             let near = field.may_move(&[a, b, c].map(|p| self.points[p as usize]));
-            sides.extend([key(a, b), key(b, c), key(c, a)].map(|side| (side, near)));
+            edges.extend([key(a, b), key(b, c), key(c, a)].map(|edge| (edge, near)));
         }
-        sides.retain(|(side, _)| !settled.contains(side));
-        sides.sort_unstable();
-        // Of equal sides the last is the one with a triangle near by, if any is.
-        let sides: Vec<_> = sides.chunk_by(|a, b| a.0 == b.0).map(|s| s[s.len() - 1]).collect();
-        let halve = |&(side, near): &([u32; 2], bool)| {
-            let ends = side.map(|p| self.points[p as usize]);
+        edges.retain(|(edge, _)| !settled.contains(edge));
+        edges.sort_unstable();
+        // Of equal edges the last is the one with a triangle near by, if any is.
+        let edges: Vec<_> = edges.chunk_by(|a, b| a.0 == b.0).map(|s| s[s.len() - 1]).collect();
+        let halve = |&(edge, near): &([u32; 2], bool)| {
+            let ends = edge.map(|p| self.points[p as usize]);
             let length = (ends[1] - ends[0]).norm();
-            let carried = side.map(|p| self.displacement[p as usize]);
+            let carried = edge.map(|p| self.displacement[p as usize]);
             length > STEP_MM && (near && length > LONGEST_MM || field.bends(ends, carried))
         };
-        let halved: Vec<bool> = sides.par_iter().map(halve).collect();
+        let halved: Vec<bool> = edges.par_iter().map(halve).collect();
         let mut middles = HashMap::new();
         let mut added = Vec::new();
-        for (&(side, _), halved) in sides.iter().zip(halved) {
+        for (&(edge, _), halved) in edges.iter().zip(halved) {
             if halved {
-                middles.insert(side, (self.points.len() + added.len()) as u32);
-                let [p, q] = side.map(|p| self.points[p as usize]);
+                middles.insert(edge, (self.points.len() + added.len()) as u32);
+                let [p, q] = edge.map(|p| self.points[p as usize]);
                 added.push(p + (q - p) * 0.5);
             } else {
-                settled.insert(side);
+                settled.insert(edge);
             }
         }
         self.displacement.par_extend(added.par_iter().map(|p| field.at(p)));
@@ -203,13 +200,13 @@ impl Pieces {
     }
 }
 
-/// A triangle with some of its sides halved, as one to four of the same winding.
+/// A triangle with some of its edges halved, as one to four of the same winding.
 fn cut(triangle: [u32; 3], middles: &HashMap<[u32; 2], u32>, out: &mut Vec<[u32; 3]>) {
     let middle = |[a, b, c]: [u32; 3]| {
-        [key(a, b), key(b, c), key(c, a)].map(|side| middles.get(&side).copied())
+        [key(a, b), key(b, c), key(c, a)].map(|edge| middles.get(&edge).copied())
     };
     let [a, b, c] = triangle;
-    // Turned so that the halved sides come first.
+    // Turned so that the halved edges come first.
     for turned in [[a, b, c], [b, c, a], [c, a, b]] {
         let [a, b, c] = turned;
         match middle(turned) {

@@ -11,7 +11,7 @@ fn tumour() -> [[f64; 3]; 2] {
     let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
     let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
     let place = |of: &Value| [0, 1, 2].map(|a| of[a].as_f64().expect("a coordinate"));
-    [place(&summary["case"]["tumour"]["centre_mm"]), place(&summary["tumour"]["after_mm"])]
+    [place(&summary["position"]["tumour"]["centre_mm"]), place(&summary["tumour"]["after_mm"])]
 }
 
 /// Carries a file with the shared run; what the program says about it.
@@ -187,7 +187,7 @@ fn a_structure_set_is_carried_as_the_fields_say() {
     assert_eq!(facts["kind"], "contours");
     let said = facts["warnings"].to_string();
     // The registration of the run knows the frame of reference it was drawn in.
-    assert!(said.contains("CTV: 1 points") && !said.contains("frame of reference"), "{said}");
+    assert!(said.contains("CTV\\\": 1 points") && !said.contains("frame of reference"), "{said}");
     let [ctv, spine] = [0, 1].map(|n| &facts["structures"][n]);
     assert_eq!((&ctv["name"], &ctv["moved"]), (&"CTV".into(), &true.into()));
     let ml = ["before_ml", "after_ml"].map(|key| ctv[key].as_f64().expect("a volume"));

@@ -50,8 +50,12 @@ fn a_mesh_alone_has_its_page() {
         &radius,
         &"--tetrahedra",
         &"2000",
-        &format!("--finer-in={x},{},{z},6", y + 5.0),
-        &"--finer-edge",
+        &"--refine",
+        &"tumour",
+        &format!("--tumour-centre={x},{},{z}", y + 5.0),
+        &"--tumour-radius",
+        &"6",
+        &"--tumour-edge",
         &"4",
         &"--report",
         &report,
@@ -70,7 +74,7 @@ fn a_mesh_alone_has_its_page() {
     for picture in ["mesh_front", "mesh_back", "axial_mesh_quality", "mesh_histograms"] {
         assert!(report.join(format!("{picture}.png")).is_file(), "{picture}");
     }
-    // A single one of the two says nothing.
+    // The old name says the new one.
     let said = supine(&[
         &"mesh",
         &"--labels",
@@ -83,4 +87,5 @@ fn a_mesh_alone_has_its_page() {
         &out,
     ]);
     assert_eq!(said.code, Some(2), "{}", said.stderr);
+    assert!(said.stderr.contains("--tumour-edge"), "{}", said.stderr);
 }

@@ -64,5 +64,5 @@ fn a_typing_error_in_the_key_is_told() {
     let case = Case::small().with("tissues", "'yes'").write(folder.path());
     let said = supine(&[&"run", &case, &"--out", &folder.path().join("out")]);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
-    assert!(said.stderr.contains("expected a boolean"), "{}", said.stderr);
+    assert!(said.stderr.contains("`tissues`: \"yes\" is not true or false"), "{}", said.stderr);
 }

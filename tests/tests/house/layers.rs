@@ -18,7 +18,7 @@ const LAYERS: [(&str, u8); 18] = [
     ("supine-warp", 2),
     ("supine-report", 3),
     ("supine-dicom-network", 3),
-    ("supine-pipeline", 4),
+    ("supine-flow", 4),
     ("supine", 6),
     ("supine-tests", HOUSE),
     ("supine-benches", HOUSE),
@@ -27,6 +27,10 @@ const LAYERS: [(&str, u8); 18] = [
 
 /// Tests and chores: above everything.
 const HOUSE: u8 = 7;
+
+/// All that the command line may use: it is a view on the flow and calls no method itself.
+const FRONT: (&str, [&str; 3]) =
+    ("supine", ["supine-flow", "supine-space", "supine-dicom-network"]);
 
 /// What a table and a list of arrows (user, used) get wrong, in words.
 fn faults(layers: &BTreeMap<&str, u8>, packages: &[&str], arrows: &[(&str, &str)]) -> Vec<String> {
@@ -45,6 +49,21 @@ fn faults(layers: &BTreeMap<&str, u8>, packages: &[&str], arrows: &[(&str, &str)
         }
     }
     faults
+}
+
+#[test]
+fn the_command_line_calls_no_method() {
+    let (front, allowed) = FRONT;
+    let packages = metadata().workspace_packages();
+    let names: Vec<&str> = packages.iter().map(|p| p.name.as_str()).collect();
+    let package = packages.iter().find(|p| p.name == front).expect("the command line is a package");
+    // Its tests may look at files with the readers of lower crates.
+    let normal = package.dependencies.iter().filter(|d| format!("{:?}", d.kind) == "Normal");
+    let used = normal.map(|d| d.name.as_str());
+    let own: Vec<&str> = used.filter(|name| names.contains(name)).collect();
+    assert!(own.contains(&"supine-flow"), "{own:?}");
+    let more: Vec<&&str> = own.iter().filter(|name| !allowed.contains(name)).collect();
+    assert!(more.is_empty(), "{front} may not depend on {more:?}");
 }
 
 #[test]

@@ -9,11 +9,12 @@ use crate::data_set::{DataSet, Value};
 use crate::dose::Dose;
 use crate::error::Error;
 use crate::number::parse_is;
-use crate::read::Source;
 use crate::segmentation::Segmentation;
+use crate::source::Source;
 use crate::structures::Structures;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
+use supine_space::Warning;
 
 /// Defined terms of RT ROI Interpreted Type (PS3.3 C.8.8.8.1); any other is no code but a text.
 const ROI_TYPES: [&str; 23] = [
@@ -176,9 +177,9 @@ impl Structures {
         mut self,
         ct: &Source,
         by: Option<&Anonymiser>,
-    ) -> Result<(Self, Vec<String>), Error> {
+    ) -> Result<(Self, Option<Warning>), Error> {
         let Some(by) = cleaner(&self.file, &self.header, ct, by)? else {
-            return Ok((self, vec![]));
+            return Ok((self, None));
         };
         let given = std::mem::take(&mut self.header);
         self.header = by.object(&given, ct);
@@ -224,9 +225,9 @@ impl Segmentation {
         mut self,
         ct: &Source,
         by: Option<&Anonymiser>,
-    ) -> Result<(Self, Vec<String>), Error> {
+    ) -> Result<(Self, Option<Warning>), Error> {
         let Some(by) = cleaner(&self.file, &self.header, ct, by)? else {
-            return Ok((self, vec![]));
+            return Ok((self, None));
         };
         let given = std::mem::take(&mut self.header);
         self.header = by.object(&given, ct);
@@ -255,16 +256,14 @@ impl Segmentation {
 }
 
 /// The warning that names were taken out, without the names.
-fn told(what: &str, called: &str, renamed: &[i64]) -> Vec<String> {
-    if renamed.is_empty() {
-        return vec![];
-    }
+fn told(what: &str, called: &str, renamed: &[i64]) -> Option<Warning> {
     let numbers: Vec<String> = renamed.iter().map(i64::to_string).collect();
     let numbers = numbers.join(", ");
-    vec![format!(
+    let text = format!(
         "the name of {what} {numbers} is not made of plain terms of planning and could name the patient: it is \
          called {called} and its number"
-    )]
+    );
+    (!renamed.is_empty()).then(|| Warning::new("names-taken-out", text))
 }
 
 /// Copies a code if it is one of these.

@@ -2,38 +2,35 @@
 
 use super::parse::has_long_length;
 use super::{DataSet, Value};
+use crate::uid::IMPLEMENTATION_CLASS;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 
 /// The data set in Explicit VR Little Endian, sequences with stated lengths.
 pub(crate) fn encode(set: &DataSet) -> Vec<u8> {
-    let mut out = Vec::new();
+    let mut out = Vec::with_capacity(set.held());
     put_set(&mut out, set);
     out
 }
 
-/// A whole file: preamble, file header, data set.
-pub(crate) fn part10(set: &DataSet, implementation: (&str, &str)) -> Vec<u8> {
+/// A whole file: preamble, file header with this Implementation Version Name, data set.
+pub(crate) fn part10(set: &DataSet, version: &str) -> Vec<u8> {
     let (class, instance) = (set.text(tags::SOP_CLASS_UID), set.text(tags::SOP_INSTANCE_UID));
-    let mut out = part10_head(&class, &instance, uids::EXPLICIT_VR_LITTLE_ENDIAN, implementation);
+    let mut out = part10_head(&class, &instance, uids::EXPLICIT_VR_LITTLE_ENDIAN, version);
+    out.reserve(set.held());
     put_set(&mut out, set);
     out
 }
 
 /// What stands before a data set: preamble, marker and file header (PS3.10 7.1).
-pub(crate) fn part10_head(
-    class: &str,
-    instance: &str,
-    syntax: &str,
-    implementation: (&str, &str),
-) -> Vec<u8> {
+pub(crate) fn part10_head(class: &str, instance: &str, syntax: &str, version: &str) -> Vec<u8> {
     let mut meta = DataSet::default();
     meta.put(Tag(2, 1), VR::OB, Value::Bytes(vec![0, 1]));
     meta.put_text(tags::MEDIA_STORAGE_SOP_CLASS_UID, VR::UI, class);
     meta.put_text(tags::MEDIA_STORAGE_SOP_INSTANCE_UID, VR::UI, instance);
     meta.put_text(tags::TRANSFER_SYNTAX_UID, VR::UI, syntax);
-    meta.put_text(tags::IMPLEMENTATION_CLASS_UID, VR::UI, implementation.0);
-    meta.put_text(tags::IMPLEMENTATION_VERSION_NAME, VR::SH, implementation.1);
+    meta.put_text(tags::IMPLEMENTATION_CLASS_UID, VR::UI, IMPLEMENTATION_CLASS);
+    meta.put_text(tags::IMPLEMENTATION_VERSION_NAME, VR::SH, version);
     let meta = encode(&meta);
     let mut group_length = DataSet::default();
     let length = (meta.len() as u32).to_le_bytes().to_vec();

@@ -9,6 +9,7 @@ pub use write::{DoseInfo, write_dose};
 
 use crate::data_set::DataSet;
 use dicom_dictionary_std::tags;
+use supine_space::Warning;
 use supine_volume::Volume;
 
 /// A dose on its own grid. The header names the patient: not for logs, hence no content in its
@@ -19,7 +20,7 @@ pub struct Dose {
     volume: Volume<f32>,
     pub(crate) header: DataSet,
     step_gy: f64,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl std::fmt::Debug for Dose {
@@ -54,8 +55,8 @@ impl Dose {
         self.header.text(tags::DOSE_SUMMATION_TYPE)
     }
 
-    /// Doubts that a user has to know of.
-    pub fn warnings(&self) -> &[String] {
+    /// What a user must know before trusting it.
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 }

@@ -6,11 +6,12 @@ use crate::data_set::{DataSet, PixelCoding, Value};
 use crate::error::Error;
 use crate::number::parse_is;
 use crate::object::Object;
-use crate::pixels::{self, Frame};
-use crate::slice::PixelFormat;
+use crate::pixel_format::{Frame, PixelFormat};
+use crate::pixels;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
+use supine_space::Warning;
 use supine_volume::Volume;
 
 /// Most voxels of a dose: 1 GiB in memory.
@@ -48,7 +49,7 @@ pub fn read_dose(path: &Path) -> Result<Dose, Error> {
         dose.extend(values.iter().map(|&v| (f64::from(v) * step_gy) as f32));
     }
     if dose.iter().all(|&d| d == 0.0) {
-        warnings.push("the dose is 0 everywhere".into());
+        warnings.push(Warning::new("dose-zero", "the dose is 0 everywhere"));
     }
     let volume = Volume::new(grid, dose)
         .or_else(|e| object.fail("Pixel Data", format!("does not fill the grid: {e}")))?;
@@ -57,7 +58,7 @@ pub fn read_dose(path: &Path) -> Result<Dose, Error> {
 }
 
 /// The values must be absorbed dose in Gy.
-fn absorbed(object: &Object, warnings: &mut Vec<String>) -> Result<(), Error> {
+fn absorbed(object: &Object, warnings: &mut Vec<Warning>) -> Result<(), Error> {
     match object.set.text(tags::DOSE_UNITS).as_str() {
         "GY" => {}
         "RELATIVE" => {
@@ -71,7 +72,8 @@ fn absorbed(object: &Object, warnings: &mut Vec<String>) -> Result<(), Error> {
     match object.set.text(tags::DOSE_TYPE).as_str() {
         "PHYSICAL" => Ok(()),
         "EFFECTIVE" => {
-            warnings.push("the dose is EFFECTIVE: weighted for its biological effect".into());
+            let text = "the dose is EFFECTIVE: weighted for its biological effect";
+            warnings.push(Warning::new("dose-effective", text));
             Ok(())
         }
         other => object.fail("Dose Type", format!("is {other:?}, not PHYSICAL or EFFECTIVE")),

@@ -9,11 +9,11 @@ use crate::data_set::{DataSet, Value};
 use crate::derived::copy;
 use crate::error::Error;
 use crate::number::{format_ds, parse_ds};
-use crate::read::Source;
+use crate::source::Source;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
-use supine_space::Grid;
+use supine_space::{Grid, Warning};
 use supine_volume::Volume;
 
 /// What a reader of the object is told, besides the derivation.
@@ -37,8 +37,9 @@ pub struct DoseInfo {
     pub step_gy: f64,
     /// Largest difference of a dose that was read back, Gy.
     pub error_gy: f64,
-    /// Doubts that a user has to know of.
-    pub warnings: Vec<String>,
+    /// What a user must know before trusting it.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
 }
 
 /// Writes a dose after deformation (Gy) as an RT dose of the exported CT into the file `path`.
@@ -68,8 +69,8 @@ pub fn write_dose(
         copy(&mut set, tag, &from.header);
     }
     if set.items(tags::REFERENCED_RT_PLAN_SEQUENCE).is_empty() {
-        warnings
-            .push("the dose names no plan (Referenced RT Plan); some systems refuse that".into());
+        let text = "the dose names no plan (Referenced RT Plan); some systems refuse that";
+        warnings.push(Warning::new("dose-without-plan", text));
     }
     put_texts(
         &mut set,
@@ -84,7 +85,8 @@ pub fn write_dose(
     );
     let by = registration.map(|r| item(&r.class_uid, &r.instance_uid));
     if by.is_none() {
-        warnings.push("the dose names no registration: there is none beside the CT".into());
+        let text = "the dose names no registration: there is none beside the CT";
+        warnings.push(Warning::new("dose-without-registration", text));
     }
     set.put_items(tags::REFERENCED_SPATIAL_REGISTRATION_SEQUENCE, by.into_iter().collect());
     put_grid(&mut set, dose.grid())?;

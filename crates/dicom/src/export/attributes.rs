@@ -1,7 +1,8 @@
 //! The attributes of a derived CT image (PS3.3 A.3), from the source and the export's parameters.
 
 use super::encoding::Encoding;
-use super::{Clock, ExportParams};
+use super::params::ExportParams;
+use crate::clock::Clock;
 use crate::data_set::{DataSet, Value};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
@@ -10,11 +11,11 @@ use crate::derived::{
 use crate::error::Error;
 use crate::number::format_ds;
 use crate::policy::{Policy, SAME_FRAME};
-use crate::read::Source;
+use crate::source::Source;
 use crate::uid;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
-use supine_space::{Grid, Side};
+use supine_space::{Grid, Side, Warning};
 
 /// Copied from the first slice beside patient and study: the same scan for the whole series.
 const SCAN: &[Tag] = &[
@@ -104,7 +105,7 @@ pub(super) struct Attributes<'a> {
     ascending: bool,
     series_number: i64,
     implementation_version: String,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl<'a> Attributes<'a> {
@@ -123,8 +124,8 @@ impl<'a> Attributes<'a> {
             [(tags::PATIENT_ID, "Patient ID"), (tags::PATIENT_NAME, "Patient's Name")]
         {
             if first.text(tag).is_empty() {
-                warnings
-                    .push(format!("the source has no {name}; some planning systems refuse that"));
+                let text = format!("the source has no {name}; some planning systems refuse that");
+                warnings.push(Warning::new("patient-not-identified", text));
             }
         }
         let mut common = DataSet::default();
@@ -158,7 +159,7 @@ impl<'a> Attributes<'a> {
         })
     }
 
-    pub(super) fn warnings(&self) -> &[String] {
+    pub(super) fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -181,7 +182,7 @@ impl<'a> Attributes<'a> {
     }
 
     /// The data set of slice k; without `names` it lacks what has to be derived from its content.
-    pub(super) fn slice(&self, k: usize, names: Option<&Names>, pixels: &[u8]) -> DataSet {
+    pub(super) fn slice(&self, k: usize, names: Option<&Names>, pixels: Vec<u8>) -> DataSet {
         let header = &self.source.slices[k].header;
         let mut set = self.common.clone();
         for &tag in COPIED_PER_SLICE {
@@ -198,7 +199,7 @@ impl<'a> Attributes<'a> {
         copy(&mut set, tags::IMAGE_POSITION_PATIENT, header);
         set.put_text(tags::SLICE_LOCATION, VR::DS, &format_ds(self.places[k]));
         set.put_items(tags::SOURCE_IMAGE_SEQUENCE, self.source_images(k));
-        set.put(tags::PIXEL_DATA, VR::OW, Value::Bytes(pixels.to_vec()));
+        set.put(tags::PIXEL_DATA, VR::OW, Value::Bytes(pixels));
         set
     }
 

@@ -1,6 +1,7 @@
 //! How HU become stored values.
 
-use crate::read::Source;
+use crate::source::Source;
+use rayon::prelude::*;
 
 /// Stored value = (HU - intercept) with slope 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,12 +26,16 @@ impl Encoding {
         });
         let intercept = first.rescale.intercept;
         let whole = first.rescale.slope == 1.0 && intercept.fract() == 0.0 && intercept.abs() < 1e6;
-        let lowest = hu.iter().min().map_or(0, |&v| i32::from(v));
-        let highest = hu.iter().max().map_or(0, |&v| i32::from(v));
+        let ends = |part: &[i16]| {
+            part.iter().fold((i16::MAX, i16::MIN), |(low, high), &v| (low.min(v), high.max(v)))
+        };
+        let join = |a: (i16, i16), b: (i16, i16)| (a.0.min(b.0), a.1.max(b.1));
+        let (lowest, highest) =
+            hu.par_chunks(1 << 16).map(ends).reduce(|| (i16::MAX, i16::MIN), join);
         let range = if signed { -(1 << (bits - 1))..1 << (bits - 1) } else { 0..1 << bits };
         let fits = |v: i32| range.contains(&(v - intercept as i32));
         let shape = first.pixels.bits_allocated == 16 && (12..=16).contains(&bits);
-        if uniform && whole && shape && fits(lowest) && fits(highest) {
+        if uniform && whole && shape && fits(lowest.into()) && fits(highest.into()) {
             return Self {
                 inherited: true,
                 bits_stored: bits,
@@ -43,6 +48,10 @@ impl Encoding {
 
     /// Pixel Data of a slice, little endian; signed values are extended to all 16 bits.
     pub(super) fn stored(&self, hu: &[i16]) -> Vec<u8> {
-        hu.iter().flat_map(|&v| ((i32::from(v) - self.intercept) as u16).to_le_bytes()).collect()
+        let mut bytes = vec![0; 2 * hu.len()];
+        for (pair, &v) in bytes.chunks_exact_mut(2).zip(hu) {
+            pair.copy_from_slice(&(i32::from(v).wrapping_sub(self.intercept) as u16).to_le_bytes());
+        }
+        bytes
     }
 }

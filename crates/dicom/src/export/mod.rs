@@ -3,60 +3,29 @@
 mod attributes;
 mod encoding;
 mod folder;
+mod params;
 mod read_back;
+
+pub use params::ExportParams;
 
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
-use crate::policy::Policy;
-use crate::read::Source;
-use crate::uid;
+use crate::source::Source;
 use attributes::Attributes;
 use encoding::Encoding;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_space::{Progress, Side};
+use supine_space::{Progress, Warning};
 use supine_volume::Ct;
-
-/// The one date and time that is written wherever "now" is meant.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Clock {
-    /// YYYYMMDD.
-    pub date: String,
-    /// HHMMSS.
-    pub time: String,
-}
-
-/// What an export says about itself.
-#[derive(Clone, Debug)]
-pub struct ExportParams {
-    /// Series Description; must contain DEFORMED, 64 characters at most.
-    pub series_description: String,
-    /// How the volume was made: Derivation Description, 1024 characters at most.
-    pub derivation: String,
-    /// Image Comments, 10240 characters at most.
-    pub image_comments: String,
-    /// Side of the breast, for Laterality.
-    pub laterality: Side,
-    /// Date and time written everywhere "now" is meant.
-    pub clock: Clock,
-    /// Version of this software, 64 characters at most.
-    pub software_version: String,
-    /// Hash of everything that made the volume; goes into the UIDs with the pixel data.
-    pub identity: [u8; 32],
-    /// Farthest that the content of a voxel came from along the slice normal, mm: each slice names
-    /// the source slices within this distance and one step. Infinite names all.
-    pub reach_mm: f64,
-    /// Departures from what is safest.
-    pub policy: Policy,
-}
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct WriteInfo {
-    /// Doubts that a user has to know of.
-    pub warnings: Vec<String>,
+    /// What a user must know before trusting it.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
     /// The new Series Instance UID.
     pub series_uid: String,
     /// The new Frame of Reference UID.
@@ -99,7 +68,7 @@ pub fn write_series(
     let slice_hu = |k: usize| &hu[k * per_slice..(k + 1) * per_slice];
     let n = source.slices.len();
     let hash = content_hash(params, n, progress.part(0.0, 0.3), |k| {
-        crate::data_set::encode(&attributes.slice(k, None, &encoding.stored(slice_hu(k))))
+        crate::data_set::encode(&attributes.slice(k, None, encoding.stored(slice_hu(k))))
     })?;
     let names = attributes::Names::new(&hash, source, params.policy);
 
@@ -109,9 +78,9 @@ pub fn write_series(
         .into_par_iter()
         .map(|k| {
             work.at(done.fetch_add(1, Ordering::Relaxed) as f64 / n as f64)?;
-            let set = attributes.slice(k, Some(&names), &encoding.stored(slice_hu(k)));
+            let set = attributes.slice(k, Some(&names), encoding.stored(slice_hu(k)));
             let version = attributes.implementation_version();
-            let bytes = crate::data_set::part10(&set, (uid::IMPLEMENTATION_CLASS, version));
+            let bytes = crate::data_set::part10(&set, version);
             let path = target.write(&attributes.file_name(k), &bytes)?;
             read_back::check(&path, &set, slice_hu(k), &source.slices[k].slice)
         })

@@ -7,6 +7,7 @@ use crate::slice::Slice;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, open_file};
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Compares identity, geometry and every voxel.
@@ -55,21 +56,24 @@ fn same_hu(object: &DefaultDicomObject, hu: &[i16], source: &Slice) -> Result<()
     let one = |tag: Tag| parse_ds(&text(object, tag)?).ok_or_else(|| format!("{tag} is no number"));
     let (slope, intercept) = (one(tags::RESCALE_SLOPE)?, one(tags::RESCALE_INTERCEPT)?);
     let element = object.element(tags::PIXEL_DATA).map_err(|e| e.to_string())?;
-    let bytes = element.to_bytes().map_err(|e| e.to_string())?;
-    if bytes.len() != 2 * hu.len() {
-        return Err(format!("{} bytes of pixels, {} are needed", bytes.len(), 2 * hu.len()));
+    let samples: Cow<'_, [u16]> = match element.uint16_slice() {
+        Ok(samples) => Cow::Borrowed(samples),
+        Err(_) => Cow::Owned(element.to_multi_int().map_err(|e| e.to_string())?),
+    };
+    if samples.len() != hu.len() {
+        return Err(format!("{} samples of pixels, {} are needed", samples.len(), hu.len()));
     }
-    for (n, (pair, &meant)) in bytes.chunks_exact(2).zip(hu).enumerate() {
-        let sample = u16::from_le_bytes([pair[0], pair[1]]);
+    let hu_of = |sample: u16| {
         let stored = if signed { f64::from(sample as i16) } else { f64::from(sample & mask) };
-        if stored * slope + intercept != f64::from(meant) {
-            return Err(format!(
-                "voxel {n} is {} HU, {meant} was meant",
-                stored * slope + intercept
-            ));
+        stored * slope + intercept
+    };
+    let wrong = |&(_, (sample, meant)): &(usize, (&u16, &i16))| hu_of(*sample) != f64::from(*meant);
+    match samples.iter().zip(hu).enumerate().find(wrong) {
+        Some((n, (&sample, meant))) => {
+            Err(format!("voxel {n} is {} HU, {meant} was meant", hu_of(sample)))
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn text(object: &DefaultDicomObject, tag: Tag) -> Result<String, String> {

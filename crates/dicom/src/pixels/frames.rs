@@ -1,21 +1,9 @@
 //! Which bytes of Pixel Data are one frame (PS3.5 8.2, A.4).
 
-use crate::slice::PixelFormat;
+use crate::pixel_format::{Frame, PixelFormat};
 use std::borrow::Cow;
 
-/// One of the frames of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Frame {
-    /// Counted from 0.
-    pub(crate) index: usize,
-    /// How many the file holds.
-    pub(crate) count: usize,
-}
-
 impl Frame {
-    /// Of a file that holds no other.
-    pub(crate) const ONLY: Self = Self { index: 0, count: 1 };
-
     /// The bytes of a frame that is not compressed.
     pub(super) fn native(self, bytes: &[u8], format: PixelFormat) -> Result<&[u8], String> {
         let length = format.bytes();

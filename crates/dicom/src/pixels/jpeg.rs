@@ -1,6 +1,6 @@
 //! JPEG: baseline and lossless; JPEG-LS.
 
-use crate::slice::PixelFormat;
+use crate::pixel_format::PixelFormat;
 
 pub(super) fn jpeg(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
     let mut decoder = jpeg_decoder::Decoder::new(frame);

@@ -2,7 +2,7 @@
 
 use hayro_jpeg2000::{ComponentData, DecodeSettings, DecoderContext, Image};
 
-use crate::slice::PixelFormat;
+use crate::pixel_format::PixelFormat;
 
 pub(super) fn jpeg_2000(frame: &[u8], format: PixelFormat) -> Result<Vec<u16>, String> {
     let stream = codestream(frame).ok_or("no JPEG 2000 header")?;

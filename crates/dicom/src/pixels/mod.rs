@@ -7,9 +7,8 @@ mod rle;
 
 use crate::data_set::{DataSet, PixelCoding, TransferSyntax, Value};
 use crate::error::Error;
-use crate::slice::PixelFormat;
+use crate::pixel_format::{Frame, PixelFormat};
 use dicom_dictionary_std::tags;
-pub(crate) use frames::Frame;
 
 /// The samples of a frame, row by row, as 16-bit patterns that [`PixelFormat::stored`] interprets.
 pub(crate) fn samples(

@@ -1,6 +1,6 @@
 //! RLE Lossless (PS3.5 Annex G).
 
-use crate::slice::PixelFormat;
+use crate::pixel_format::PixelFormat;
 
 /// RLE Lossless of one frame (PS3.5 Annex G): a header of 16 numbers (count of segments, their
 /// offsets), then one PackBits segment per byte plane, most significant plane first.

@@ -6,7 +6,7 @@ use crate::data_set::{DataSet, Value};
 use crate::error::Error;
 use crate::number::{format_ds, parse_ds_list};
 use crate::object::Object;
-use crate::read::Source;
+use crate::source::Source;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;

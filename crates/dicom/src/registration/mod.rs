@@ -10,7 +10,7 @@ use crate::companion::{CompanionParams, put_texts};
 use crate::data_set::DataSet;
 use crate::derived::copy;
 use crate::number::format_ds;
-use crate::read::Source;
+use crate::source::Source;
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 

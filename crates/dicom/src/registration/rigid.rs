@@ -4,7 +4,7 @@ use super::{identity, put_content};
 use crate::companion::{CompanionParams, Kind, ObjectReference, common, put_series, slices, write};
 use crate::data_set::DataSet;
 use crate::error::Error;
-use crate::read::Source;
+use crate::source::Source;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;

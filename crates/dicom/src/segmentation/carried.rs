@@ -1,16 +1,18 @@
 //! Segments that were carried along, as a segmentation of the exported CT.
 
-use super::write::{Marked, check, common};
+use super::marked::Marked;
+use super::write::{check, common};
 use super::{Segmentation, SegmentationInfo, SegmentationParams};
 use crate::companion::{characters, plain, same_patient};
 use crate::data_set::DataSet;
 use crate::derived::{code, copy};
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
-use crate::read::Source;
+use crate::source::Source;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 use std::path::Path;
+use supine_space::Warning;
 use supine_volume::Volume;
 
 /// What says which segment it is.
@@ -38,7 +40,7 @@ pub fn write_carried_segmentation(
     ct: &Source,
     params: &SegmentationParams,
     path: &Path,
-) -> Result<(SegmentationInfo, Vec<String>), Error> {
+) -> Result<(SegmentationInfo, Vec<Warning>), Error> {
     check(params)?;
     same_patient(&from.file, &from.header, ct)?;
     let grid = grid_of(ct)?;

@@ -4,6 +4,7 @@ mod carried;
 mod codes;
 mod colour;
 mod frames;
+mod marked;
 mod read_back;
 mod write;
 
@@ -18,7 +19,7 @@ use crate::object::Object;
 use dicom_dictionary_std::{tags, uids};
 use frames::{Frame, Shape, group};
 use std::path::Path;
-use supine_space::Grid;
+use supine_space::{Grid, Warning};
 use supine_volume::Volume;
 
 /// One segment.
@@ -39,7 +40,7 @@ pub struct Segmentation {
     /// All but the pixels.
     pub(crate) header: DataSet,
     pub(crate) segments: Vec<Segment>,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     grid: Grid,
     shape: Shape,
     frames: Vec<Frame>,
@@ -70,8 +71,8 @@ impl Segmentation {
         &self.segments
     }
 
-    /// Doubts that a user has to know of.
-    pub fn warnings(&self) -> &[String] {
+    /// What a user must know before trusting it.
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -139,7 +140,7 @@ pub fn read_segmentation(
     same_frame_of_reference(&object.file, &found, frame_of_reference)?;
     let mut warnings = Vec::new();
     if frame_of_reference.is_none() {
-        warnings.push(NOT_COMPARED.to_owned());
+        warnings.push(not_compared());
     }
     let coding = coding(&object, &mut warnings)?;
     let mut segments = segments(&object)?;
@@ -170,8 +171,11 @@ pub fn read_segmentation(
 }
 
 /// Said when the CT names no frame of reference.
-pub(crate) const NOT_COMPARED: &str = "the CT did not come as DICOM and names no frame of \
-     reference: only the positions say that the labels belong to it";
+pub(crate) fn not_compared() -> Warning {
+    let text = "the CT did not come as DICOM and names no frame of reference: only the positions say \
+                that the labels belong to it";
+    Warning::new("frame-of-reference-not-compared", text)
+}
 
 /// Regions of another frame of reference lie somewhere else, even when the numbers fit.
 pub(crate) fn same_frame_of_reference(
@@ -216,7 +220,7 @@ fn segments(object: &Object) -> Result<Vec<Segment>, Error> {
     Ok(segments)
 }
 
-fn coding(object: &Object, warnings: &mut Vec<String>) -> Result<Coding, Error> {
+fn coding(object: &Object, warnings: &mut Vec<Warning>) -> Result<Coding, Error> {
     let kind = object.set.text(tags::SEGMENTATION_TYPE);
     let bits = object.set.u16(tags::BITS_ALLOCATED).unwrap_or(0);
     match (kind.as_str(), bits) {
@@ -226,10 +230,9 @@ fn coding(object: &Object, warnings: &mut Vec<String>) -> Result<Coding, Error> 
             else {
                 return object.fail("Maximum Fractional Value", "is missing or 0");
             };
-            warnings.push(
-                "the segmentation is fractional; voxels of half the maximum or more are taken"
-                    .to_owned(),
-            );
+            let text =
+                "the segmentation is fractional; voxels of half the maximum or more are taken";
+            warnings.push(Warning::new("segmentation-fractional", text));
             Ok(Coding::Share(all))
         }
         ("LABELMAP", 8 | 16) => Ok(Coding::Number(usize::from(bits / 8))),

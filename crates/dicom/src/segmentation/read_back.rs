@@ -1,6 +1,7 @@
 //! A segmentation appears under its name only when it reads back as it was meant.
 
-use super::{read_segmentation, write::Marked};
+use super::marked::Marked;
+use super::read_segmentation;
 use crate::data_set::DataSet;
 use dicom_dictionary_std::tags;
 use dicom_object::open_file;

@@ -1,16 +1,17 @@
 //! Labels as a segmentation object of the CT they were made on.
 
+use super::marked::Marked;
 use super::{codes, colour, read_back};
+use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
     image_reference, instance_reference, put_lossy, put_missing, series_number,
 };
 use crate::error::Error;
-use crate::export::Clock;
 use crate::geometry::{grid_of, same_grid};
 use crate::number::format_ds;
-use crate::read::Source;
+use crate::source::Source;
 use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -86,15 +87,6 @@ pub fn write_segmentation(
     marked.write(set, source, params, path)
 }
 
-/// The voxels of segments on the grid of a CT.
-pub(super) struct Marked<'a> {
-    pub(super) grid: &'a Grid,
-    /// Names of the segments.
-    pub(super) names: Vec<String>,
-    /// Whether a segment, counted from 0, holds a voxel.
-    pub(super) holds: &'a (dyn Fn(usize, usize) -> bool + Sync),
-}
-
 impl Marked<'_> {
     /// Puts the voxels beside the segments that `set` describes, and writes the object.
     pub(super) fn write(
@@ -117,7 +109,7 @@ impl Marked<'_> {
         set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &instance_uid);
         put_dimensions(&mut set, &uid::from_content("segmentation dimensions", &hash));
         let version: String = params.software_version.chars().take(9).collect();
-        let bytes = part10(&set, (uid::IMPLEMENTATION_CLASS, &format!("SUPINE_{version}")));
+        let bytes = part10(&set, &format!("SUPINE_{version}"));
         whole_file::write(path, &bytes, |written| {
             read_back::check(written, &set, &self, &source.frame_of_reference_uid())
         })?;

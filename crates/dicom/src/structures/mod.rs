@@ -1,5 +1,6 @@
 //! RT structure sets (PS3.3 A.19): regions of interest drawn as contours, in and out.
 
+mod thin;
 mod write;
 
 pub use write::{Drawing, StructuresInfo, write_structures};
@@ -8,10 +9,10 @@ use crate::data_set::{DataSet, text_of};
 use crate::error::Error;
 use crate::number::{parse_ds, parse_is};
 use crate::object::Object;
-use crate::segmentation::{Meaning, NOT_COMPARED, same_frame_of_reference};
+use crate::segmentation::{Meaning, not_compared, same_frame_of_reference};
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
-use supine_space::{Grid, Point};
+use supine_space::{Grid, Point, Warning};
 use supine_volume::{Filled, Volume, fill_contours};
 
 /// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
@@ -97,7 +98,7 @@ impl Structures {
         &self.rois
     }
 
-    /// The voxels whose centres lie within a region, and doubts that a user has to know of.
+    /// The voxels whose centres lie within a region, and what a user must know before trusting them.
     ///
     /// See [`fill_contours`] for planes between slices and slices between planes.
     /// `frame_of_reference` is that of the CT; a CT that did not come as DICOM has none.
@@ -110,35 +111,36 @@ impl Structures {
         roi: &Roi,
         grid: &Grid,
         frame_of_reference: Option<&str>,
-    ) -> Result<(Volume<bool>, Vec<String>), Error> {
+    ) -> Result<(Volume<bool>, Vec<Warning>), Error> {
         same_frame_of_reference(&self.file, &roi.frame_of_reference, frame_of_reference)?;
         let (mask, filled) = fill_contours(grid, &roi.contours).map_err(|source| {
             Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
         })?;
-        let mut warnings = doubts(roi, filled);
+        let mut warnings = warnings_of(roi, &filled);
         if frame_of_reference.is_none() {
-            warnings.push(NOT_COMPARED.to_owned());
+            warnings.push(not_compared());
         }
         Ok((mask, warnings))
     }
 }
 
-fn doubts(roi: &Roi, filled: Filled) -> Vec<String> {
+fn warnings_of(roi: &Roi, filled: &Filled) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let name = &roi.name;
     let nothing = filled.degenerate + roi.lines.len() + roi.unknown_contours;
     if nothing > 0 {
-        warnings.push(format!(
-            "{nothing} contour(s) of the region {name:?} enclose nothing (points, open lines, or \
-             fewer than three corners) and were left out"
+        let count = format!("{nothing} contour(s) of the region ");
+        warnings.push(Warning::new("contours-enclose-nothing", count).name(name).text(
+            " enclose nothing (points, open lines, or fewer than three corners) and were left out",
         ));
     }
     if filled.bridged_slices > 0 {
-        warnings.push(format!(
-            "the region {name:?} has no contour on {} slice(s) between others: its shape there \
-             was interpolated from its neighbours",
+        warnings
+            .push(Warning::new("contours-interpolated", "the region ").name(name).text(format!(
+            " has no contour on {} slice(s) between others: its shape there was interpolated from \
+             its neighbours",
             filled.bridged_slices
-        ));
+        )));
     }
     warnings
 }

@@ -1,5 +1,6 @@
 //! Contours that were carried along, as a structure set of the exported CT.
 
+use super::thin::thinned;
 use super::{Line, LineKind, Structures, read_structures};
 use crate::companion::{
     CompanionParams, Kind, ObjectReference, characters, common, derivation, plain, put_texts,
@@ -8,13 +9,13 @@ use crate::companion::{
 use crate::data_set::DataSet;
 use crate::derived::{copy, instance_reference};
 use crate::error::Error;
-use crate::geometry::{ROUNDING_MM, grid_of};
-use crate::number::{format_ds, parse_is};
-use crate::read::{Source, SourceSlice};
+use crate::geometry::grid_of;
+use crate::number::{ROUNDING_MM, format_ds, parse_is};
+use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
-use supine_space::{Grid, Point};
+use supine_space::{Grid, Point, Warning};
 
 const KIND: Kind = Kind {
     class: uids::RT_STRUCTURE_SET_STORAGE,
@@ -59,8 +60,9 @@ pub struct StructuresInfo {
     pub contours: usize,
     /// Points and open lines written.
     pub lines: usize,
-    /// Doubts that a user has to know of.
-    pub warnings: Vec<String>,
+    /// What a user must know before trusting it.
+    #[serde(serialize_with = "crate::warnings::texts")]
+    pub warnings: Vec<Warning>,
 }
 
 /// Writes the regions of a structure set after deformation into the file `path`, as one of the exported CT.
@@ -101,16 +103,16 @@ pub fn write_structures(
     let regions = Regions { carried, from, slices: &slices, ascii_only };
     let drawn = regions.put(&mut set);
     if drawn.between > 0 {
-        warnings.push(format!(
-            "{} contour(s) that did not move lie between the slices of the CT and name none",
-            drawn.between
-        ));
+        let text = "contour(s) that did not move lie between the slices of the CT and name none";
+        let text = format!("{} {text}", drawn.between);
+        warnings.push(Warning::new("contours-between-slices", text));
     }
     if drawn.thinned > 0 {
-        warnings.push(format!(
-            "{} contour(s) with more corners than fit were thinned, by {} mm at most",
+        let text = format!(
+            "{} contour(s) with more corners than fit were thinned, by {:.3} mm at most",
             drawn.thinned, drawn.thinned_mm
-        ));
+        );
+        warnings.push(Warning::new("contours-thinned", text));
     }
     let object = write(set, params, &KIND, path, |written| {
         let read = read_structures(written).map_err(|e| e.to_string())?;
@@ -334,33 +336,6 @@ impl Regions<'_> {
     }
 }
 
-/// The contour without corners that lie within `tolerance` (mm) of the line between those that stay
-/// (Douglas and Peucker, Cartographica 10, 1973), in two halves since it is closed.
-fn thinned(contour: &[Point], tolerance: f64) -> Vec<Point> {
-    let half = contour.len() / 2;
-    let mut keep = vec![false; contour.len() + 1];
-    let at = |n: usize| contour[n % contour.len()];
-    let mut open = vec![(0, half), (half, contour.len())];
-    while let Some((a, b)) = open.pop() {
-        (keep[a], keep[b]) = (true, true);
-        let line = at(b) - at(a);
-        let off = |n: usize| {
-            let from = at(n) - at(a);
-            let along = if line.norm_squared() > 0.0 {
-                (from.dot(&line) / line.norm_squared()).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            (from - line * along).norm()
-        };
-        let farthest = (a + 1..b).max_by(|&x, &y| off(x).total_cmp(&off(y)));
-        if let Some(n) = farthest.filter(|&n| off(n) > tolerance) {
-            open.extend([(a, n), (n, b)]);
-        }
-    }
-    (0..contour.len()).filter(|&n| keep[n]).map(at).collect()
-}
-
 /// What another reading finds must be what was meant.
 fn compare(
     read: &Structures,
@@ -399,29 +374,4 @@ fn compare(
         }
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_thinned_contour_stays_within_the_tolerance() {
-        let corner = |n: usize| {
-            let (s, c) = (n as f64 * std::f64::consts::TAU / 5000.0).sin_cos();
-            Point::new(80.0 * c, 50.0 * s, 1.0)
-        };
-        let given: Vec<Point> = (0..5000).map(corner).collect();
-        let thin = thinned(&given, 0.02);
-        assert!((100..400).contains(&thin.len()), "{}", thin.len());
-        let off = |p: &Point| {
-            let ends = (0..thin.len()).map(|n| (thin[n], thin[(n + 1) % thin.len()]));
-            let to = |(a, b): (Point, Point)| {
-                let t = ((p - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
-                (a + (b - a) * t - p).norm()
-            };
-            ends.map(to).fold(f64::INFINITY, f64::min)
-        };
-        assert!(given.iter().map(off).fold(0.0, f64::max) <= 0.02);
-    }
 }

@@ -23,7 +23,7 @@ const STALE: &[Tag] = &[
 pub(super) fn check(
     checks: &mut Checks,
     images: &[Image],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
     policy: Policy,
 ) {
     let without = |holds: &dyn Fn(&DataSet) -> bool| -> Vec<String> {
@@ -101,7 +101,7 @@ pub(super) fn check(
     check_equipment(checks, images, reference, policy);
 }
 
-fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<&Reference>) {
+fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<&Reference<'_>>) {
     let why = if reference.is_none() { NEEDS_SOURCE } else { DEIDENTIFIED };
     let reference = reference.filter(|r| !deidentified(images, r));
     let known: BTreeSet<String> =
@@ -138,7 +138,7 @@ fn check_source_images(checks: &mut Checks, images: &[Image], reference: Option<
 fn check_equipment(
     checks: &mut Checks,
     images: &[Image],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
     policy: Policy,
 ) {
     let sets = || images.iter().map(|i| &i.set);

@@ -1,8 +1,9 @@
 //! Rules C: where the voxels are.
 
 use super::{Checks, Image, NEEDS_SOURCE, Reference};
-use crate::geometry::{ROUNDING_MM, straight_line};
-use crate::number::{parse_ds, parse_ds_list, parse_is};
+use crate::geometry::straight_line;
+use crate::number::{ROUNDING_MM, parse_ds, parse_ds_list, parse_is};
+use crate::tilt::Lean;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
 use supine_space::{Point, Vector};
@@ -38,7 +39,7 @@ fn plane(image: &Image) -> Option<Plane> {
 pub(super) fn check(
     checks: &mut Checks,
     images: &[Image],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
 ) -> Vec<usize> {
     let planes: Vec<Option<Plane>> = images.iter().map(plane).collect();
     let unreadable: Vec<String> = (0..images.len())
@@ -111,14 +112,12 @@ fn check_planes(
     };
     checks.say("C3 steps are equal, no slice is missing", even, detail);
 
-    let origin = planes[order[0]].position;
-    let lateral = order
-        .iter()
-        .zip(places)
-        .map(|(&n, place)| (planes[n].position - origin - normal * (place - places[0])).norm());
-    let lateral = lateral.fold(0.0, f64::max);
+    // The same limits as when the source was read: what it is allowed, the export repeats.
+    let positions: Vec<Point> = order.iter().map(|&n| planes[n].position).collect();
+    let lean = Lean::of(&positions, normal);
     let rule = "C4 positions lie on the normal of the slices (no shear)";
-    checks.say(rule, lateral < POSITION_MM, format!("{lateral:.4} mm aside"));
+    let detail = format!("{:.4} mm aside, {:.3} degrees", lean.farthest.mm, lean.degrees);
+    checks.say(rule, !lean.is_tilted() && !lean.has_stray(), detail);
 }
 
 fn check_numbering(checks: &mut Checks, images: &[Image], order: &[usize], places: &[f64]) {
@@ -153,7 +152,7 @@ fn against_source(
     images: &[Image],
     planes: &[Plane],
     order: &[usize],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
 ) {
     let grid = "C8 the grid is that of the source";
     let direction = "C9 Instance Numbers run in the direction of the source's";

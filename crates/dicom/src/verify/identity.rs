@@ -61,7 +61,7 @@ const IMAGE_NUMBERS: &[(Tag, &str)] = &[
 pub(super) fn check(
     checks: &mut Checks,
     images: &[Image],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
     policy: Policy,
 ) {
     let sets = || images.iter().map(|i| &i.set);
@@ -100,7 +100,7 @@ pub(super) fn check(
 fn against_source(
     checks: &mut Checks,
     images: &[Image],
-    reference: Option<&Reference>,
+    reference: Option<&Reference<'_>>,
     policy: Policy,
 ) {
     let equal = if policy.new_study {

@@ -6,19 +6,24 @@
 mod container;
 mod derivation;
 mod geometry;
+mod histogram;
 mod identity;
+mod mirrors;
 mod pixels;
 
 use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
-use crate::folder::{Folder, MAX_FOLDER_DEPTH, list};
+use crate::files::{MAX_FOLDER_DEPTH, below};
+use crate::folder::Folder;
 use crate::policy::Policy;
-use crate::read::{ReadParams, Source, read_folder};
+use crate::read::{ReadParams, read_folder};
+use crate::source::Source;
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -75,12 +80,12 @@ impl Image {
 }
 
 /// The source, read with all the checks of an import.
-struct Reference {
-    source: Source,
-    ct: Ct,
+struct Reference<'a> {
+    source: Cow<'a, Source>,
+    ct: Cow<'a, Ct>,
 }
 
-impl Reference {
+impl Reference<'_> {
     fn header(&self, k: usize) -> &DataSet {
         &self.source.slices[k].header
     }
@@ -91,7 +96,7 @@ impl Reference {
 }
 
 /// Whether the export lacks the patient that the source has, so that they cannot be compared.
-fn deidentified(images: &[Image], reference: &Reference) -> bool {
+fn deidentified(images: &[Image], reference: &Reference<'_>) -> bool {
     let removed = |set: &DataSet| set.text(tags::PATIENT_IDENTITY_REMOVED) == "YES";
     images.iter().all(|i| removed(&i.set)) && !reference.headers().any(removed)
 }
@@ -126,6 +131,21 @@ impl Checks {
 /// Why a rule was not checked.
 const NEEDS_SOURCE: &str = "needs the source series";
 
+/// The series that an export was derived from.
+#[derive(Clone, Copy, Debug)]
+pub enum Original<'a> {
+    /// Its folder, or a file of it: it is read for the comparison. In a folder with several series the one
+    /// that the export names is taken.
+    Files(&'a Path),
+    /// As [`crate::read_series`] gave it, before it was de-identified: it need not be read again.
+    Read {
+        /// Its volume.
+        ct: &'a Ct,
+        /// Its headers.
+        source: &'a Source,
+    },
+}
+
 /// What an export was asked to be.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Expected<'a> {
@@ -137,29 +157,31 @@ pub struct Expected<'a> {
     pub accept: Accept,
 }
 
-/// Checks an exported series against its own rules and, when given, against the source series it
-/// was derived from. A source folder with several series is searched for the one the export names.
+/// Checks an exported series against its own rules and, when given, against the series it was derived
+/// from. The exported files are read from the disk, whatever is in memory.
 ///
 /// # Errors
 /// When the folder cannot be read, holds no file, or the source cannot be read as a CT series.
 /// Whatever is wrong with the export itself is part of the answer.
 pub fn verify_export(
     dir: &Path,
-    source: Option<&Path>,
+    source: Option<Original<'_>>,
     expected: Expected<'_>,
     progress: Progress<'_>,
 ) -> Result<Verification, Error> {
-    let mut paths = Vec::new();
-    list(dir, MAX_FOLDER_DEPTH, &mut paths)?;
-    paths.sort();
+    let paths = below(dir, MAX_FOLDER_DEPTH)?;
     if paths.is_empty() {
         return Err(Error::NoCt { path: dir.to_owned(), found: "the folder is empty".into() });
     }
     let (images, unreadable) = load(dir, &paths, progress.part(0.0, 0.4))?;
     let reference = match source {
-        Some(path) => {
+        Some(Original::Files(path)) => {
             let progress = progress.part(0.4, 0.8);
             Some(load_source(path, expected, &images, progress)?)
+        }
+        Some(Original::Read { ct, source }) => {
+            let source = outward(Cow::Borrowed(source), expected.anonymiser);
+            Some(Reference { source, ct: Cow::Borrowed(ct) })
         }
         None => None,
     };
@@ -229,7 +251,7 @@ fn load_source(
     expected: Expected<'_>,
     images: &[Image],
     progress: Progress<'_>,
-) -> Result<Reference, Error> {
+) -> Result<Reference<'static>, Error> {
     let Expected { anonymiser, accept, .. } = expected;
     let folder = Folder::scan(path, accept, progress.part(0.0, 0.2))?;
     let named = images.iter().find_map(|image| {
@@ -238,11 +260,15 @@ fn load_source(
     });
     let params = ReadParams { series: named, accept };
     let (ct, source, _) = read_folder(folder, &params, progress.part(0.2, 1.0))?;
-    let source = match anonymiser {
-        Some(anonymiser) => source.anonymised(anonymiser),
+    Ok(Reference { source: outward(Cow::Owned(source), anonymiser), ct: Cow::Owned(ct) })
+}
+
+/// The source as it is compared: without the patient where the export was made so.
+fn outward<'a>(source: Cow<'a, Source>, anonymiser: Option<&Anonymiser>) -> Cow<'a, Source> {
+    match anonymiser {
+        Some(anonymiser) => Cow::Owned(source.anonymised(anonymiser)),
         None => source,
-    };
-    Ok(Reference { source, ct })
+    }
 }
 
 /// The different values of an attribute in the series.

@@ -343,7 +343,7 @@ fn a_written_dose_reads_back_within_half_a_step_and_says_what_it_is() {
     assert_eq!(again, info, "the same dose has the same identity");
     let other = write_dose(&meant, &from, &source, &params(&source), None, &path).unwrap();
     assert_ne!(other.object.instance_uid, info.object.instance_uid);
-    assert!(other.warnings[0].contains("no registration"), "{:?}", other.warnings);
+    assert!(other.warnings[0].to_string().contains("no registration"), "{:?}", other.warnings);
 }
 
 #[test]

@@ -8,8 +8,8 @@ use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use dicom_object::open_file;
 use std::path::Path;
-use supine_dicom::{Error, ErrorKind, ExportParams, Source, WriteInfo, write_series};
-use supine_space::Progress;
+use supine_dicom::{Error, ExportParams, Source, WriteInfo, write_series};
+use supine_space::{Failure, Progress};
 use supine_volume::Ct;
 use tempfile::TempDir;
 
@@ -42,7 +42,7 @@ fn what_is_written_reads_back_equal_and_is_marked_as_derived() {
     let e = export(&six());
     let (again, _, info) = read(&e.dir()).unwrap();
     assert_eq!(again, e.ct);
-    assert_eq!(info.warnings, Vec::<String>::new());
+    assert_eq!(info.warnings, []);
     assert_eq!(info.series_uid, e.info.series_uid);
     assert_eq!(e.info.files.len(), 6);
     assert!(e.info.source_encoding);
@@ -216,7 +216,7 @@ fn an_earlier_export_is_replaced_and_anything_else_is_left() {
 
     std::fs::write(e.dir().join("notes.txt"), "mine").unwrap();
     let error = write_series(&e.ct, &e.source, &params, &e.dir(), Progress::none()).unwrap_err();
-    assert!(matches!(error, Error::Occupied { .. }) && error.kind() == ErrorKind::Output);
+    assert!(matches!(error, Error::Occupied { .. }) && error.kind() == Failure::Output);
     assert!(contents(&e.dir()).len() == before.len() + 1);
     drop(e.source_dir);
 }
@@ -228,12 +228,12 @@ fn a_place_that_cannot_be_written_and_a_stop_leave_nothing() {
     let file = e.out.path().join("file");
     std::fs::write(&file, "").unwrap();
     let error = write_series(&e.ct, &e.source, &params, &file.join("ct"), Progress::none());
-    assert_eq!(error.unwrap_err().kind(), ErrorKind::Output);
+    assert_eq!(error.unwrap_err().kind(), Failure::Output);
 
     let dir = e.out.path().join("stopped");
     let sink = |share: f64| share < 0.6;
     let error = write_series(&e.ct, &e.source, &params, &dir, Progress::new(&sink)).unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::Stopped);
+    assert_eq!(error.kind(), Failure::Stopped);
     let left: Vec<_> = std::fs::read_dir(e.out.path()).unwrap().collect();
     assert_eq!(left.len(), 2, "{left:?}: the export and the file only");
     assert!(!Path::new(&dir).exists());

@@ -1,9 +1,13 @@
 //! Orders, directions and positions of slices.
 
-use crate::support::{folder, orient, place, position, put, read, refusal, rename, six};
-use dicom_core::VR;
+use crate::support::{
+    Slice, export_params, folder, orient, place, position, put, put_samples, read, refusal, rename,
+    six, slices,
+};
+use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
-use supine_space::{Point, Vector};
+use supine_dicom::{Expected, Original, verify_export, write_series};
+use supine_space::{Point, Progress, Vector};
 
 #[test]
 fn file_order_does_not_matter() {
@@ -80,7 +84,7 @@ fn unequal_steps_and_duplicates_are_refused() {
         let [x, y, z] = position(slice);
         place(slice, [x, y, z + 1.0]);
     }
-    assert!(refusal(&slices).contains("not equally spaced: 4.0000 mm"), "{}", refusal(&slices));
+    assert!(refusal(&slices).contains("not equally spaced: 4.000 mm"), "{}", refusal(&slices));
 
     let mut slices = six();
     slices.push(six().remove(2));
@@ -131,7 +135,7 @@ fn positions_rounded_to_a_tenth_are_taken_with_a_warning() {
     }
     let (ct, _, info) = read(folder(&slices).path()).unwrap();
     assert!((ct.grid().spacing().z - 0.625).abs() < 0.01);
-    assert!(info.warnings.iter().any(|w| w.contains("rounded")), "{:?}", info.warnings);
+    assert!(info.warnings.iter().any(|w| w.to_string().contains("rounded")), "{:?}", info.warnings);
 }
 
 #[test]
@@ -141,12 +145,62 @@ fn gantry_tilt_is_refused() {
     let message = refusal(&slices);
     assert!(message.contains("gantry tilt") && message.contains(".dcm"), "{message}");
     // 15 mm along the table, tilted by 10 degrees.
-    assert!(message.contains("2.605 mm"), "{message}");
+    assert!(message.contains("10.00 degrees") && message.contains("2.605 mm"), "{message}");
+}
+
+/// So many small slices 0.6 mm apart, sheared by an angle along a row; `change` gets each position.
+fn sheared(count: usize, degrees: f64, change: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Vec<Slice> {
+    let one = &mut slices(40, 1)[0];
+    put_samples(one, (0..256).map(|n| if n % 2 == 0 { 24 } else { 1024 }).collect());
+    put(one, tags::ROWS, VR::US, PrimitiveValue::from(16u16));
+    put(one, tags::COLUMNS, VR::US, PrimitiveValue::from(16u16));
+    let slice = |n: usize| {
+        let mut slice = one.clone();
+        let z = 0.6 * n as f64;
+        place(&mut slice, change(n, [z * degrees.to_radians().tan(), 0.0, z]));
+        rename(&mut slice, &format!("2.25.{}", n + 1));
+        slice
+    };
+    (0..count).map(slice).collect()
+}
+
+#[test]
+fn a_small_tilt_of_many_thin_slices_is_refused() {
+    let message = refusal(&sheared(400, 1.2, |_, p| p));
+    assert!(message.contains("leans 1.20 degrees"), "{message}");
+    assert!(message.contains("399.dcm lies 5.015 mm beside"), "{message}");
+}
+
+#[test]
+fn a_lean_that_does_not_matter_is_read_exported_and_verified() {
+    for rounded in [false, true] {
+        let round = |c: f64| if rounded { (c * 10.0).round() / 10.0 } else { c };
+        let given = folder(&sheared(400, 0.05, |_, p| p.map(round)));
+        let (ct, source, _) = read(given.path()).unwrap();
+        let out = tempfile::TempDir::new().unwrap();
+        let dir = out.path().join("ct");
+        write_series(&ct, &source, &export_params(&source), &dir, Progress::none()).unwrap();
+        let checks = verify_export(
+            &dir,
+            Some(Original::Files(given.path())),
+            Expected::default(),
+            Progress::none(),
+        );
+        let c4 = checks.unwrap().checks.into_iter().find(|c| c.rule.starts_with("C4")).unwrap();
+        assert_eq!(c4.passed, Some(true), "{}", c4.detail);
+    }
+}
+
+#[test]
+fn one_slice_aside_is_named() {
+    let aside = |n, [x, y, z]: [f64; 3]| [if n == 11 { x + 0.3 } else { x }, y, z];
+    let message = refusal(&sheared(40, 0.0, aside));
+    assert!(message.starts_with("11.dcm lies 0.288 mm beside the line"), "{message}");
 }
 
 #[test]
 fn slices_that_disagree_are_named() {
-    type Change = fn(&mut crate::support::Slice);
+    type Change = fn(&mut Slice);
     let changes: [(Change, &str); 8] = [
         (|s| put(s, tags::FRAME_OF_REFERENCE_UID, VR::UI, "2.25.5"), "Frame of Reference UID"),
         (|s| orient(s, "1\\0\\0\\0\\0.9998\\0.02"), "Image Orientation"),
@@ -193,5 +247,5 @@ fn a_patient_who_did_not_lie_on_her_back_is_a_warning() {
     let mut slices = six();
     slices.iter_mut().for_each(|s| put(s, tags::PATIENT_POSITION, VR::CS, "HFP"));
     let (.., info) = read(folder(&slices).path()).unwrap();
-    assert!(info.warnings.iter().any(|w| w.contains("HFP")), "{:?}", info.warnings);
+    assert!(info.warnings.iter().any(|w| w.to_string().contains("HFP")), "{:?}", info.warnings);
 }

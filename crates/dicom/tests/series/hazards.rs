@@ -16,7 +16,8 @@ fn a_file_without_preamble_is_read_with_a_warning() {
     std::fs::write(&path, &whole[128..]).unwrap();
     let (ct, _, info) = read(dir.path()).unwrap();
     assert_eq!(ct, plain);
-    let told = info.warnings.iter().any(|w| w.starts_with("1 file(s) lack the preamble"));
+    let told =
+        info.warnings.iter().any(|w| w.to_string().starts_with("1 file(s) lack the preamble"));
     assert!(told, "{:?}", info.warnings);
 }
 
@@ -30,7 +31,10 @@ fn pixel_data_that_is_too_long_is_read_with_a_warning() {
     }
     let (ct, _, info) = read(folder(&slices).path()).unwrap();
     assert_eq!(ct, plain);
-    assert!(info.warnings.iter().any(|w| w.contains("longer than the images")), "{info:?}");
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("longer than the images")),
+        "{info:?}"
+    );
 }
 
 #[test]
@@ -42,7 +46,10 @@ fn positions_far_from_the_origin_are_a_warning() {
     }
     let (ct, _, info) = read(folder(&slices).path()).unwrap();
     assert!((ct.grid().origin().x - position(&six()[0])[0] - 2e4).abs() < 1e-9);
-    assert!(info.warnings.iter().any(|w| w.contains("10 m from the origin")), "{info:?}");
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("10 m from the origin")),
+        "{info:?}"
+    );
 }
 
 #[test]
@@ -50,7 +57,10 @@ fn loss_is_told_and_a_modality_lut_refused() {
     let mut slices = six();
     put(&mut slices[2], tags::LOSSY_IMAGE_COMPRESSION, VR::CS, "01");
     let (.., info) = read(folder(&slices).path()).unwrap();
-    assert!(info.warnings.iter().any(|w| w.contains("compressed with loss")), "{info:?}");
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("compressed with loss")),
+        "{info:?}"
+    );
 
     let table = DataSetSequence::from(vec![InMemDicomObject::new_empty()]);
     slices[4].put(DataElement::new(tags::MODALITY_LUT_SEQUENCE, VR::SQ, table));

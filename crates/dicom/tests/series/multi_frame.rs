@@ -7,7 +7,7 @@ use dicom_core::value::DataSetSequence;
 use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use dicom_object::{InMemDicomObject, open_file};
-use supine_dicom::{Expected, verify_export, write_series};
+use supine_dicom::{Expected, Original, verify_export, write_series};
 use supine_space::Progress;
 
 fn group(sequence: Tag, elements: &[(Tag, VR, String)]) -> DataElement<InMemDicomObject> {
@@ -94,8 +94,13 @@ fn an_export_names_the_frames_it_comes_from() {
     let export = out.path().join("ct");
     let params = export_params(&source);
     write_series(&deformed(&ct), &source, &params, &export, Progress::none()).unwrap();
-    let checked =
-        verify_export(&export, Some(dir.path()), Expected::default(), Progress::none()).unwrap();
+    let checked = verify_export(
+        &export,
+        Some(Original::Files(dir.path())),
+        Expected::default(),
+        Progress::none(),
+    )
+    .unwrap();
     let wrong: Vec<_> = checked.checks.iter().filter(|c| c.passed == Some(false)).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
     let first = open_file(export.join("CT0001.dcm")).unwrap();

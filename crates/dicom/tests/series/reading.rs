@@ -4,8 +4,8 @@ use crate::support::{Slice, folder, put, read, refusal, rename, six, slices, tex
 use dicom_core::VR;
 use dicom_dictionary_std::tags;
 use std::path::Path;
-use supine_dicom::{Accept, Depth, Error, ErrorKind, ReadParams, inspect, read_series};
-use supine_space::{Progress, Stopped};
+use supine_dicom::{Accept, Depth, Error, ReadParams, inspect, read_series};
+use supine_space::{Failure, Progress, Stopped};
 
 const OTHER: &str = "2.25.77";
 
@@ -26,14 +26,14 @@ fn several_series_are_listed_and_one_must_be_chosen() {
     let Error::SeveralSeries { series } = &error else { panic!("{error}") };
     assert_eq!(series.iter().map(|s| s.slices).collect::<Vec<_>>(), [6, 4]);
     assert_eq!(series[1].description, "bone kernel");
-    assert!(error.to_string().contains(OTHER) && error.kind() == ErrorKind::Input);
+    assert!(error.to_string().contains(OTHER) && error.kind() == Failure::Input);
 
     let params = ReadParams { series: Some(OTHER.into()), ..ReadParams::default() };
     let (ct, _, info) = read_series(dir.path(), &params, Progress::none()).unwrap();
     assert_eq!(ct.grid().size()[2], 4);
     assert_eq!((info.series_uid.as_str(), info.series_count), (OTHER, 2));
     assert_eq!(info.left_out.len(), 6);
-    assert!(info.warnings.iter().any(|w| w.contains("6 CT file(s) of other series")));
+    assert!(info.warnings.iter().any(|w| w.to_string().contains("6 CT file(s) of other series")));
 
     let params = ReadParams { series: Some("1.2.3".into()), ..ReadParams::default() };
     let error = read_series(dir.path(), &params, Progress::none()).unwrap_err().to_string();
@@ -60,11 +60,11 @@ fn localizers_and_foreign_files_are_left_out_and_listed() {
 
     let (ct, _, info) = read(dir.path()).unwrap();
     assert_eq!(ct.grid().size()[2], 6);
-    let left: Vec<(&str, &str)> =
-        info.left_out.iter().map(|l| (l.file.as_str(), l.reason.as_str())).collect();
+    let left: Vec<(String, String)> =
+        info.left_out.iter().map(|l| (l.file.clone(), l.reason.to_string())).collect();
     let expected =
         [("6.dcm", "localizer"), ("7.dcm", "RT Dose Storage"), ("notes.txt", "not a DICOM file")];
-    assert_eq!(left, expected);
+    assert_eq!(left, expected.map(|(file, reason)| (file.to_owned(), reason.to_owned())));
 
     let error = read(&dir.path().join("6.dcm")).unwrap_err().to_string();
     assert!(error.contains("6.dcm") && error.contains("localizer"), "{error}");
@@ -99,8 +99,8 @@ fn a_dicomdir_stands_for_its_folder_and_leads_nowhere_else() {
     let (ct, _, info) = read(&directory).unwrap();
     assert_eq!(ct, read(&inside).unwrap().0);
     let listed: Vec<_> =
-        info.left_out.iter().map(|l| (l.file.as_str(), l.reason.as_str())).collect();
-    assert_eq!(listed, [("DICOMDIR", "Media Storage Directory Storage")]);
+        info.left_out.iter().map(|l| (l.file.clone(), l.reason.to_string())).collect();
+    assert_eq!(listed, [("DICOMDIR".into(), "Media Storage Directory Storage".into())]);
 }
 
 #[test]
@@ -112,7 +112,11 @@ fn identity_that_an_anonymiser_emptied_is_taken_from_the_file_header() {
     }
     let (ct, _, info) = read(folder(&emptied).path()).unwrap();
     assert_eq!(ct, read(folder(&six()).path()).unwrap().0);
-    assert!(info.warnings.iter().any(|w| w.contains("file header")), "{:?}", info.warnings);
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("file header")),
+        "{:?}",
+        info.warnings
+    );
 }
 
 #[test]
@@ -172,7 +176,7 @@ fn damaged_files_are_refused_by_name() {
         let error = read(dir.path()).unwrap_err();
         let message = error.to_string();
         assert!(message.contains("3.dcm") && message.contains(expected), "{message}");
-        assert_eq!(error.kind(), ErrorKind::Input);
+        assert_eq!(error.kind(), Failure::Input);
         let inspection =
             inspect(dir.path(), Depth::Headers, Accept::default(), Progress::none()).unwrap();
         assert!(inspection.damaged.iter().any(|d| d.contains("3.dcm")));
@@ -264,13 +268,29 @@ fn too_few_slices_are_no_volume() {
 }
 
 #[test]
+fn an_inspection_can_be_sent_and_stopped() {
+    let dir = folder(&six());
+    for depth in [Depth::Headers, Depth::Pixels] {
+        let found = inspect(dir.path(), depth, Accept::default(), Progress::none()).unwrap();
+        let sent = serde_json::to_value(&found).unwrap();
+        assert_eq!(sent["series"][0]["grid"]["size"], serde_json::json!([256, 256, 6]));
+        assert_eq!(sent["series"][0]["pixels"].is_null(), depth == Depth::Headers);
+        for from in [0.0, 0.1, 0.6] {
+            let sink = move |share: f64| share < from;
+            let stopped = inspect(dir.path(), depth, Accept::default(), Progress::new(&sink));
+            assert_eq!(stopped.unwrap_err().kind(), Failure::Stopped, "{depth:?} {from}");
+        }
+    }
+}
+
+#[test]
 fn the_user_can_stop() {
     let dir = folder(&six());
     for from in [0.0, 0.5] {
         let sink = move |share: f64| share < from;
         let error = read_series(dir.path(), &ReadParams::default(), Progress::new(&sink));
         let error = error.unwrap_err();
-        assert!(matches!(error, Error::Stopped(Stopped)) && error.kind() == ErrorKind::Stopped);
+        assert!(matches!(error, Error::Stopped(Stopped)) && error.kind() == Failure::Stopped);
     }
 }
 
@@ -320,7 +340,7 @@ fn mutated_files_give_a_result_or_an_error_and_never_a_panic() {
                 read_well += 1;
             }
             Err(error) => {
-                assert_eq!(error.kind(), ErrorKind::Input, "{error}");
+                assert_eq!(error.kind(), Failure::Input, "{error}");
                 refused += 1;
             }
         }

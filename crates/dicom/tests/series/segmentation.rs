@@ -98,7 +98,11 @@ fn what_does_not_belong_to_the_ct_is_refused() {
     let other = refused(|o| put(o, tags::FRAME_OF_REFERENCE_UID, VR::UI, "2.25.7"));
     assert!(other.contains("Frame of Reference") && other.contains("seg.dcm"), "{other}");
     let without = read_segmentation(&data("highdicom_binary.dcm"), &grid(), None).unwrap();
-    assert!(without.warnings()[0].contains("frame of reference"), "{:?}", without.warnings());
+    assert!(
+        without.warnings()[0].to_string().contains("frame of reference"),
+        "{:?}",
+        without.warnings()
+    );
 
     let g = grid();
     let moved = |by: f64, size: [usize; 3], spacing: Vector| {

@@ -6,6 +6,7 @@ use dicom_core::{DataElement, VR};
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, InMemDicomObject, open_file};
 use supine_dicom::{Meaning, Structures, read_structures};
+use supine_space::Warning;
 use supine_volume::Volume;
 use tempfile::TempDir;
 
@@ -13,7 +14,7 @@ fn structures() -> Structures {
     read_structures(&data("pydicom_rtstruct.dcm")).unwrap()
 }
 
-fn mask(structures: &Structures, name: &str) -> (Volume<bool>, Vec<String>) {
+fn mask(structures: &Structures, name: &str) -> (Volume<bool>, Vec<Warning>) {
     let roi = structures.rois().iter().find(|r| r.name == name).unwrap();
     structures.mask(roi, &grid(), FRAME).unwrap()
 }
@@ -39,7 +40,7 @@ fn names_types_and_colours_are_read() {
 fn contours_give_back_the_voxels_they_were_drawn_round() {
     let s = structures();
     let (body, warnings) = mask(&s, "Outline");
-    assert!(warnings.len() == 1 && warnings[0].contains("1 slice(s)"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].to_string().contains("1 slice(s)"), "{warnings:?}");
     let (wall, _) = mask(&s, "CHESTWALL");
     for n in 0..grid().len() {
         let [i, j, k] = grid().voxel(n);
@@ -57,7 +58,7 @@ fn an_inner_contour_is_a_hole() {
     let (ring, warnings) = mask(&structures(), "Ring");
     assert_eq!(ring.data().iter().filter(|m| **m).count(), 12 * 15 - 2 * 3);
     assert!(!ring.at([6, 8, 0]) && ring.at([5, 8, 0]));
-    assert!(warnings[0].contains("1 contour(s)"), "{warnings:?}");
+    assert!(warnings[0].to_string().contains("1 contour(s)"), "{warnings:?}");
 }
 
 #[test]
@@ -70,7 +71,7 @@ fn regions_that_cannot_be_filled_say_why() {
     let text = message(&s, "Outline", Some("2.25.8"));
     assert!(text.contains("Frame of Reference"), "{text}");
     let (_, warnings) = s.mask(&s.rois()[1], &grid(), None).unwrap();
-    assert!(warnings.last().unwrap().contains("frame of reference"), "{warnings:?}");
+    assert!(warnings.last().unwrap().to_string().contains("frame of reference"), "{warnings:?}");
 }
 
 /// The message of the error that a structure set with this contour gives.

@@ -98,7 +98,10 @@ fn a_contour_between_slices_names_none_and_it_is_said() {
     let between = square([0.0, 0.0], 9.0, 0.5 * (heights[2] + heights[3]));
     let dir = TempDir::new().unwrap();
     let (info, object) = write(&[vec![between]], &dir.path().join("rs.dcm"));
-    assert!(info.warnings[0].contains("1 contour(s)") && info.warnings[0].contains("between"));
+    assert!(
+        info.warnings[0].to_string().contains("1 contour(s)")
+            && info.warnings[0].to_string().contains("between")
+    );
     let contour = &items(&items(&object, tags::ROI_CONTOUR_SEQUENCE)[0], tags::CONTOUR_SEQUENCE)[0];
     assert!(items(contour, tags::CONTOUR_IMAGE_SEQUENCE).is_empty());
 }
@@ -113,7 +116,7 @@ fn a_long_contour_is_thinned_until_its_element_keeps_its_vr() {
     let dir = TempDir::new().unwrap();
     let path = dir.path().join("rs.dcm");
     let (info, object) = write(&[vec![(0..9000).map(round).collect()]], &path);
-    assert!(info.warnings[0].contains("thinned"), "{:?}", info.warnings);
+    assert!(info.warnings[0].to_string().contains("thinned"), "{:?}", info.warnings);
     let contour = &items(&items(&object, tags::ROI_CONTOUR_SEQUENCE)[0], tags::CONTOUR_SEQUENCE)[0];
     let data = contour.element(tags::CONTOUR_DATA).unwrap();
     assert_eq!(data.vr(), VR::DS);

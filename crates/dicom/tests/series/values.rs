@@ -4,11 +4,11 @@ use crate::support::{Slice, folder, put, put_samples, read, refusal, six, stored
 use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
 use supine_dicom::{Accept, ReadParams, read_series};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 use supine_volume::Ct;
 
 /// The HU of the unchanged six slices and of changed ones.
-fn both(change: impl Fn(usize, &mut Slice, Vec<u16>)) -> (Ct, Ct, Vec<String>) {
+fn both(change: impl Fn(usize, &mut Slice, Vec<u16>)) -> (Ct, Ct, Vec<Warning>) {
     let (plain, ..) = read(folder(&six()).path()).unwrap();
     let mut slices = six();
     let stored = stored(&slices);
@@ -103,7 +103,7 @@ fn rescale_is_applied_per_slice() {
         }
     });
     assert!(plain == ct);
-    assert!(warnings.iter().any(|w| w.contains("slice to slice")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.to_string().contains("slice to slice")), "{warnings:?}");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn halves_are_rounded_to_even() {
     });
     // 0.5, 1.5, 2.5 and 1000.5 above -1024.
     assert_eq!(ct.data()[..4], [-1024, -1022, -1022, -24]);
-    assert!(warnings.iter().any(|w| w.contains("whole-numbered")), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.to_string().contains("whole-numbered")), "{warnings:?}");
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn padding_is_air_in_the_volume() {
     });
     assert!(ct.data()[..70].iter().all(|&v| v == -1000));
     assert_eq!(ct.data()[70..65536], plain.data()[70..65536]);
-    let told = warnings.iter().any(|w| w.starts_with("420 voxels hold no measurement"));
+    let told = warnings.iter().any(|w| w.to_string().starts_with("420 voxels hold no measurement"));
     assert!(told, "{warnings:?}");
 }
 
@@ -189,7 +189,11 @@ fn values_without_rescale_are_taken_for_hu_only_when_asked() {
     );
     let (ct, _, info) = read_assuming(&without(&both, hu)).unwrap();
     assert!(ct == plain);
-    assert!(info.warnings.iter().any(|w| w.contains("taken for HU")), "{:?}", info.warnings);
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("taken for HU")),
+        "{:?}",
+        info.warnings
+    );
     // One of the two missing is a damaged header, and air at 24 is no HU.
     let message = read_assuming(&without(&both[1..], hu)).unwrap_err();
     assert!(message.contains("Rescale Intercept is missing"), "{message}");

@@ -11,8 +11,8 @@ use dicom_dictionary_std::tags;
 use dicom_object::{InMemDicomObject, open_file};
 use std::path::Path;
 use supine_dicom::{
-    Accept, Expected, ExportParams, Policy, ReadParams, Verification, read_series, verify_export,
-    write_series,
+    Accept, Expected, ExportParams, Original, Policy, ReadParams, Verification, read_series,
+    verify_export, write_series,
 };
 use supine_space::Progress;
 use supine_volume::Ct;
@@ -39,7 +39,7 @@ fn good() -> Good {
 }
 
 fn verify(dir: &Path, source: Option<&Path>) -> Verification {
-    verify_export(dir, source, Expected::default(), Progress::none()).unwrap()
+    verify_export(dir, source.map(Original::Files), Expected::default(), Progress::none()).unwrap()
 }
 
 /// The numbers of the broken rules.
@@ -54,6 +54,10 @@ fn a_good_export_passes_and_says_what_needs_the_source() {
     let with = verify(&dir, Some(good.source.path()));
     assert!(with.passed(), "{:?}", broken(&with));
     assert!(with.checks.iter().all(|c| c.passed.is_some()) && with.files == 8);
+    let (ct, source, _) = read(good.source.path()).unwrap();
+    let held = Some(Original::Read { ct: &ct, source: &source });
+    let held = verify_export(&dir, held, Expected::default(), Progress::none()).unwrap();
+    assert_eq!(held, with, "a source in memory is as good as its files");
     let without = verify(&dir, None);
     assert!(without.passed() && !without.with_source);
     let unchecked: Vec<&str> = without
@@ -356,7 +360,13 @@ fn what_a_site_asks_for_is_written_and_expected() {
         write_series(&deformed(&ct), &source, &params, &dir, Progress::none()).unwrap();
         let verify = |policy| {
             let expected = Expected { policy, ..Expected::default() };
-            verify_export(&dir, Some(source_dir.path()), expected, Progress::none()).unwrap()
+            verify_export(
+                &dir,
+                Some(Original::Files(source_dir.path())),
+                expected,
+                Progress::none(),
+            )
+            .unwrap()
         };
         assert!(verify(policy).passed(), "{policy:?} {:?}", broken(&verify(policy)));
         assert_eq!(broken(&verify(none)), [rule], "{policy:?}, not expected");
@@ -386,7 +396,11 @@ fn slices_at_unequal_steps_are_interpolated_when_asked_and_exported_at_equal_one
     let accept = Accept { equalise_steps: true, ..Accept::default() };
     let params = ReadParams { accept, ..ReadParams::default() };
     let (ct, source, info) = read_series(dir.path(), &params, Progress::none()).unwrap();
-    assert!(info.warnings.iter().any(|w| w.contains("from 6 to 8 slices")), "{:?}", info.warnings);
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("from 6 to 8 slices")),
+        "{:?}",
+        info.warnings
+    );
     let (whole, ..) = read(folder(&slices(40, 8)).path()).unwrap();
     assert_eq!(ct.grid(), whole.grid());
     let per_slice = 256 * 256;
@@ -405,7 +419,7 @@ fn slices_at_unequal_steps_are_interpolated_when_asked_and_exported_at_equal_one
         .unwrap();
     let verify = |accept| {
         let expected = Expected { accept, ..Expected::default() };
-        verify_export(&export, Some(dir.path()), expected, Progress::none())
+        verify_export(&export, Some(Original::Files(dir.path())), expected, Progress::none())
     };
     let verified = verify(accept).unwrap();
     assert!(verified.passed(), "{:?}", broken(&verified));

@@ -15,7 +15,7 @@ fn read(layers: &[[u8; 4]], segments: &[(&str, usize, u8)]) -> Result<Vec<u8>, S
     text.push('\n');
     let mut bytes = text.into_bytes();
     bytes.extend((0..4).flat_map(|v| layers.iter().map(move |l| l[v])));
-    let raster = raster::parse(&bytes, Progress::none()).map_err(|e| e.to_string())?;
+    let raster = raster_file::parse(&bytes, Progress::none()).map_err(|e| e.to_string())?;
     labels(&raster).map(|l| l.into_parts().1).map_err(|e| e.to_string())
 }
 

@@ -16,7 +16,8 @@ pub(super) struct Stored {
 pub(super) fn decode(
     header: &Header,
     scalar: Scalar,
-    (data, wanted): (&[u8], usize),
+    data: &[u8],
+    wanted: usize,
     progress: Progress<'_>,
 ) -> Result<Stored, Problem> {
     for name in ["data file", "datafile"] {

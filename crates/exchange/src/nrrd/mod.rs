@@ -22,7 +22,7 @@ pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Prob
     let samples = layout.grid.len().checked_mul(layout.layers);
     let wanted = samples.and_then(|n| n.checked_mul(scalar.size()));
     let wanted = wanted.ok_or_else(|| Problem::field("sizes", "more samples than can be"))?;
-    let stored = data::decode(&header, scalar, (data, wanted), progress)?;
+    let stored = data::decode(&header, scalar, data, wanted, progress)?;
     Ok(Raster {
         grid: layout.grid,
         layers: layout.layers,

@@ -4,9 +4,10 @@
 //! the boundary of the chest wall is sought to a tenth of that. So the edges of masks that meet there
 //! say nothing; what lies deeper does.
 
-use super::painted::Map;
+use super::map::Map;
+use super::names::MaskKind;
 use supine_space::Grid;
-use supine_volume::{SeedKind, Volume, distance_mm};
+use supine_volume::{Volume, distance_mm};
 
 /// Of a mask that reaches the boundary, this much is left out along its edge, mm.
 pub(super) const RIM_MM: f32 = 3.0;
@@ -14,7 +15,7 @@ pub(super) const RIM_MM: f32 = 3.0;
 /// All masks on one grid, joined by what they are taken for.
 pub(super) struct Masks {
     pub(super) grid: Grid,
-    joined: Vec<((SeedKind, bool), Volume<bool>)>,
+    joined: Vec<(MaskKind, Volume<bool>)>,
 }
 
 impl Masks {
@@ -22,8 +23,8 @@ impl Masks {
         Self { grid, joined: Vec::new() }
     }
 
-    /// Adds the voxels, by their place in memory, of a mask of a kind, deep within its tissue or not.
-    pub(super) fn add(&mut self, kind: (SeedKind, bool), on: impl Fn(usize) -> bool) {
+    /// Adds the voxels, by their place in memory, of a mask of a kind.
+    pub(super) fn add(&mut self, kind: MaskKind, on: impl Fn(usize) -> bool) {
         let place = self.joined.iter().position(|(k, _)| *k == kind).unwrap_or_else(|| {
             self.joined.push((kind, Volume::from_fn(self.grid.clone(), |_| false)));
             self.joined.len() - 1
@@ -36,7 +37,7 @@ impl Masks {
     /// What the masks say; nothing where two kinds claim a voxel.
     pub(super) fn into_map(self) -> Map {
         let mut map = Volume::from_fn(self.grid, |_| (None, false));
-        for ((kind, deep), mut mask) in self.joined {
+        for (MaskKind { tissue: kind, deep }, mut mask) in self.joined {
             if !deep {
                 shrink(&mut mask);
             }
@@ -73,20 +74,22 @@ fn shrink(mask: &mut Volume<bool>) {
 mod tests {
     use super::*;
     use supine_space::{Matrix, Point, Vector};
+    use supine_volume::SeedKind;
 
     #[test]
     fn edges_that_meet_say_nothing_and_bones_stay_whole() {
         let grid = Grid::new([40, 8, 8], Vector::repeat(1.0), Point::origin(), Matrix::identity());
         let grid = grid.unwrap();
         let mut masks = Masks::new(grid.clone());
+        let kind = |tissue, deep| MaskKind { tissue, deep };
         let along = |low: usize, end: usize| {
             let grid = &grid;
             move |n: usize| (low..end).contains(&grid.voxel(n)[0])
         };
-        masks.add((SeedKind::ChestWall, false), along(10, 20));
-        masks.add((SeedKind::SoftTissue, false), along(19, 40));
-        masks.add((SeedKind::ChestWall, true), along(8, 9));
-        masks.add((SeedKind::ChestWall, true), along(30, 31));
+        masks.add(kind(SeedKind::ChestWall, false), along(10, 20));
+        masks.add(kind(SeedKind::SoftTissue, false), along(19, 40));
+        masks.add(kind(SeedKind::ChestWall, true), along(8, 9));
+        masks.add(kind(SeedKind::ChestWall, true), along(30, 31));
         let map = masks.into_map();
         let row: Vec<Option<SeedKind>> = (0..40).map(|i| map.at([i, 4, 4])).collect();
         let expected: Vec<Option<SeedKind>> = (0..40)

@@ -1,5 +1,6 @@
 //! Seeds of the segmentation, placed or painted by the user.
 
+mod map;
 mod masks;
 mod names;
 mod painted;

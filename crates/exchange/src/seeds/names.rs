@@ -41,13 +41,21 @@ pub(super) fn kind(name: &str) -> Option<SeedKind> {
     WORDS.iter().find(|(_, words)| begins(words)).map(|(kind, _)| *kind)
 }
 
-/// The tissue a mask among others stands for, and whether it lies deep within it. The edges of the
-/// others are where soft tissue and chest wall meet.
-pub(super) fn mask_kind(name: &str) -> Option<(SeedKind, bool)> {
+/// What a mask among others stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MaskKind {
+    pub(super) tissue: SeedKind,
+    /// Whether it lies deep within its tissue. The edges of the others are where soft tissue and chest
+    /// wall meet.
+    pub(super) deep: bool,
+}
+
+/// What a mask among others stands for, by its name.
+pub(super) fn mask_kind(name: &str) -> Option<MaskKind> {
     let plain = plain(name);
     let word = MASKS.iter().find(|w| plain.starts_with(**w))?;
     let deep = matches!(*word, "rib" | "sternum" | "costal" | "intercostal");
-    kind(name).map(|kind| (kind, deep))
+    kind(name).map(|tissue| MaskKind { tissue, deep })
 }
 
 /// Whether a name is one by which TotalSegmentator calls a mask of the thorax: the others of the file
@@ -122,9 +130,9 @@ mod tests {
             ("adrenal_gland_left.nii.gz", None),
             ("lung_upper_lobe_left.nii.gz", None),
         ] {
-            assert_eq!(mask_kind(name).map(|(kind, _)| kind), expected, "{name}");
+            assert_eq!(mask_kind(name).map(|kind| kind.tissue), expected, "{name}");
             let deep = name.starts_with("rib") || name.starts_with("costal");
-            assert!(mask_kind(name).is_none_or(|(_, d)| d == deep), "{name}");
+            assert!(mask_kind(name).is_none_or(|kind| kind.deep == deep), "{name}");
         }
     }
 }

@@ -1,14 +1,14 @@
 //! Painted seeds from files: segmentations, label maps, and masks in folders or one file.
 
+use super::map::Map;
 use super::masks::{Masks, RIM_MM};
 use super::names;
-use crate::raster::{self, Raster};
+use crate::raster::Raster;
+use crate::raster_file;
 use crate::{Error, Problem};
 use std::{collections::BTreeMap, path::Path};
 use supine_space::Progress;
 use supine_volume::{SeedKind, Seeds, Volume, label};
-
-pub(super) type Map = Volume<Option<SeedKind>>;
 
 /// The number that stands for exclude in a label map.
 const EXCLUDE: i16 = 255;
@@ -17,7 +17,7 @@ const EXCLUDE: i16 = 255;
 pub(super) fn read(path: &Path, progress: Progress<'_>) -> Result<Map, Error> {
     let name = path.file_name().map(|n| n.to_string_lossy());
     let of_file = name.as_deref().and_then(names::kind);
-    let raster = raster::read(path, progress)?;
+    let raster = raster_file::read(path, progress)?;
     let whole_body = raster.segments.iter().any(|s| names::is_of_whole_body(&s.id));
     let map = if whole_body { of_whole_body(&raster) } else { map(&raster, of_file) };
     map.and_then(|map| {
@@ -64,7 +64,7 @@ pub(super) fn read_folder(folder: &Path, progress: Progress<'_>) -> Result<Seeds
     let count = files.len() as f64;
     for (n, (path, kind)) in files.into_iter().enumerate() {
         let part = progress.part(n as f64 / count, (n + 1) as f64 / count);
-        let raster = raster::read(&path, part)?;
+        let raster = raster_file::read(&path, part)?;
         let values = raster.whole::<i16>(WHOLE).map_err(|p| p.of(&path))?;
         let on = |n| (0..raster.layers).any(|l| values[raster.place(l, n)] != 0);
         match all.iter_mut().find(|m| m.grid == raster.grid) {

@@ -3,7 +3,7 @@
 use super::{Legend, Picture, Row, Studio, curtain, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::plane::{Plane, View};
-use crate::{Error, Summary, colour, words};
+use crate::{Error, Shown, colour, words};
 use supine_space::{Point, Progress, Vector};
 
 /// Change of HU at which the colour is full.
@@ -17,13 +17,13 @@ const NEAR_MM: f64 = 2.5;
 /// Rows of before, after and change.
 pub(super) fn rows(
     studio: &Studio<'_>,
-    summary: &Summary,
+    shown: &Shown<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for (n, view) in View::ALL.into_iter().enumerate() {
         progress.at(n as f64 / 6.0)?;
-        let mut row = compare(studio, summary, &studio.plane(view, &studio.focus), "");
+        let mut row = compare(studio, shown, &studio.plane(view, &studio.focus), "");
         if let (Some(tumour), Some(after)) = (studio.scene.tumour, studio.scene.tumour_after) {
             row.text += &out_of_plane("tumour's centre", view, tumour.centre(), after);
         }
@@ -37,8 +37,8 @@ pub(super) fn rows(
     for (n, view) in [View::Axial, View::Sagittal].into_iter().enumerate() {
         let Some(nipple) = nipple else { break };
         progress.at((4 + n) as f64 / 6.0)?;
-        let mut row = compare(studio, summary, &studio.plane(view, &nipple), "nipple_");
-        if let Some(m) = &summary.nipple {
+        let mut row = compare(studio, shown, &studio.plane(view, &nipple), "nipple_");
+        if let Some(m) = &shown.nipple {
             row.text += &out_of_plane("nipple", view, nipple, Point::from(m.after_mm));
         }
         if n == 0 {
@@ -59,10 +59,10 @@ fn out_of_plane(what: &str, view: View, before: Point, after: Point) -> String {
     format!(" The {what} leaves this plane by {}.", words::directions(along.into()))
 }
 
-fn compare(studio: &Studio<'_>, summary: &Summary, plane: &Plane, prefix: &str) -> Row {
+fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) -> Row {
     let scene = studio.scene;
     let (ct, deformed) = (plane.sample(scene.ct), plane.sample(scene.deformed));
-    let nipple = summary.nipple.as_ref().map(|n| [n.before_mm, n.after_mm].map(Point::from));
+    let nipple = shown.nipple.as_ref().map(|n| [n.before_mm, n.after_mm].map(Point::from));
     let mark = |canvas: &mut Canvas, n: usize, rgb: Rgb| {
         if let Some(places) = nipple.filter(|[before, _]| plane.depth(before).abs() < NEAR_MM) {
             canvas.cross(plane.spot(&places[n]), 9.0, Pen::new(1.8, rgb));

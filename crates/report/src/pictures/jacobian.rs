@@ -7,7 +7,7 @@ use crate::canvas::{Canvas, Pen, Rgb};
 use crate::plane::View;
 use crate::section::{Below, det_f};
 use crate::words::{fixed, triple};
-use crate::{Error, Summary, VolumeChange, colour, tables, words};
+use crate::{Error, Shown, VolumeChange, colour, tables, words};
 use supine_space::{Point, Progress};
 
 /// Opacity of colours over the CT.
@@ -23,12 +23,12 @@ const COLUMNS: usize = 3;
 /// through its extremes.
 pub(super) fn rows(
     studio: &Studio<'_>,
-    summary: &Summary,
+    shown: &Shown<'_>,
     planes: &[Motion],
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     // The first is all that is simulated.
-    let Some(all) = summary.volumes.first() else { return Ok(Vec::new()) };
+    let Some(all) = shown.volumes.first() else { return Ok(Vec::new()) };
     let span = all.span;
     let mut rows = vec![Row {
         title: "Change of volume".into(),
@@ -37,13 +37,13 @@ pub(super) fn rows(
             .into(),
         pair: false,
         pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
-        table: tables::volumes(&summary.volumes),
+        table: tables::volumes(shown.volumes),
     }];
-    rows.push(histograms(&summary.volumes));
+    rows.push(histograms(shown.volumes));
     progress.at(0.4)?;
     let ends = [
-        ("smallest", "least", all.least_mm, all.jacobian.min),
-        ("largest", "most", all.most_mm, all.jacobian.max),
+        ("smallest", "min", all.min_mm, all.jacobian.min),
+        ("largest", "max", all.max_mm, all.jacobian.max),
     ];
     for (n, (end, name, place, det)) in ends.into_iter().enumerate() {
         progress.at(0.4 + 0.3 * n as f64)?;
@@ -55,8 +55,9 @@ pub(super) fn rows(
 /// det F below each pixel.
 fn dets(studio: &Studio<'_>, motion: &Motion) -> Vec<Option<f64>> {
     let scene = studio.scene;
-    let det =
-        |b: &Below| b.map(|(tet, l)| det_f(scene.mesh, &studio.edges, scene.displacement, tet, l));
+    let det = |b: &Below| {
+        b.map(|(tet, l)| det_f(scene.mesh(), &studio.edges, scene.displacement(), tet, l))
+    };
     motion.below.iter().map(det).collect()
 }
 
@@ -193,8 +194,8 @@ mod tests {
             before_ml: 1.0,
             after_ml: 0.7,
             jacobian,
-            least_mm: [0.0; 3],
-            most_mm: [0.0; 3],
+            min_mm: [0.0; 3],
+            max_mm: [0.0; 3],
             span: 0.1,
             shares,
         };

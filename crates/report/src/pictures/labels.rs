@@ -1,6 +1,6 @@
 //! The segmentation, drawn on the whole CT.
 
-use super::{Picture, Row, Studio, doubt, dress, paint};
+use super::{Picture, Row, Studio, dress, paint, uncertainty};
 use crate::canvas::Pen;
 use crate::plane::{Plane, View, contour};
 use crate::{Error, colour};
@@ -27,7 +27,7 @@ pub(super) fn row(
         let mut canvas = paint(&plane, &plane.sample(scene.ct), 1.0);
         let skin = contour(&plane.sample(&body), plane.width, 0.5);
         canvas.stroke_on_halo(&skin, Pen::new(1.5, colour::SKIN));
-        doubt::outline(studio, &mut canvas, &plane, wall);
+        uncertainty::outline(studio, &mut canvas, &plane, wall);
         studio.outline_region(&mut canvas, &plane);
         studio.mark_before(&mut canvas, &plane, false);
         dress(&mut canvas, &plane, "");

@@ -10,7 +10,7 @@ use supine_space::Progress;
 /// The mesh in the CT shape, and in the operating position.
 pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Row>, Error> {
     let scene = studio.scene;
-    let faces = Faces::new(scene.mesh);
+    let faces = Faces::new(scene.mesh());
     let (mut rest, mut moved) = (Vec::new(), Vec::new());
     for (n, plane) in studio.planes().into_iter().enumerate() {
         progress.at(n as f64 / 3.0)?;
@@ -25,7 +25,7 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
             canvas,
         });
         let mut canvas = paint(&plane, &plane.sample(scene.deformed), 0.85);
-        draw(&mut canvas, &faces.cut(&studio.edges, Some(scene.displacement), &plane));
+        draw(&mut canvas, &faces.cut(&studio.edges, Some(scene.displacement()), &plane));
         studio.mark_after(&mut canvas, &plane);
         dress(&mut canvas, &plane, "SIMULATED");
         moved.push(Picture {

@@ -3,20 +3,21 @@
 mod bars;
 mod compare;
 mod curtain;
-mod doubt;
 mod jacobian;
 mod labels;
 mod mesh;
 mod motion;
 mod shape;
 mod tissues;
+mod uncertainty;
 
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::colour;
 use crate::lettering::{Align, text_width};
 use crate::plane::{Plane, View};
 use crate::tables::{self, Table};
-use crate::{Error, Mesh, Scene, Summary};
+use crate::{Error, Mesh, Scene, Shown};
+use rayon::prelude::*;
 use supine_mesh::{Edges, TetMesh};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::label;
@@ -66,12 +67,12 @@ struct Studio<'a> {
     focus: Point,
     /// What lies there.
     focus_name: &'static str,
-    /// The chest wall is drawn as doubtful where it may be wrong by more than this, mm.
-    doubtful_mm: f64,
+    /// The chest wall is drawn as uncertain where it may be wrong by more than this, mm.
+    uncertain_mm: f64,
 }
 
 impl<'a> Studio<'a> {
-    fn new(scene: &'a Scene<'a>, doubtful_mm: f64) -> Self {
+    fn new(scene: &'a Scene<'a>, uncertain_mm: f64) -> Self {
         let reach = 1.08 * scene.sphere.radius();
         let (centre, around) = (scene.sphere.centre(), Vector::repeat(reach));
         let (focus, focus_name) = match (scene.tumour, scene.nipple) {
@@ -81,12 +82,12 @@ impl<'a> Studio<'a> {
         };
         Self {
             scene,
-            edges: Edges::new(scene.mesh),
+            edges: Edges::new(scene.mesh()),
             frame: [centre - around, centre + around],
             pixel_mm: 2.0 * reach / SIZE,
             focus,
             focus_name,
-            doubtful_mm,
+            uncertain_mm,
         }
     }
 
@@ -125,32 +126,59 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// All rows of the report.
+/// All rows of the report; groups of them are drawn at once.
 ///
 /// # Errors
 /// [`Error::Stopped`] when the user asked to stop.
 pub(crate) fn rows(
-    summary: &Summary,
+    shown: &Shown<'_>,
     scene: &Scene<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
-    let doubt = summary.segmentation.doubt.as_ref();
-    let studio = Studio::new(scene, doubt.map_or(f64::INFINITY, |d| d.limit_mm));
-    let mut rows = compare::rows(&studio, summary, progress.part(0.0, 0.4))?;
+    let uncertainty = shown.segmentation.uncertainty.as_ref();
+    let studio = Studio::new(scene, uncertainty.map_or(f64::INFINITY, |u| u.limit_mm));
+    let groups: [Group<'_>; 4] = [
+        &|progress| compare::rows(&studio, shown, progress),
+        &|progress| segmentation(&studio, shown, progress),
+        &|progress| of_model(&studio, shown, progress),
+        &|progress| motion::rows(&studio, shown, progress),
+    ];
+    let part = |n: usize| progress.part(n as f64 / 4.0, (n + 1) as f64 / 4.0);
+    let drawn: Vec<Vec<Row>> =
+        groups.par_iter().enumerate().map(|(n, group)| group(part(n))).collect::<Result<_, _>>()?;
+    Ok(drawn.into_iter().flatten().collect())
+}
+
+/// Draws rows that belong together.
+type Group<'a> = &'a (dyn Fn(Progress<'_>) -> Result<Vec<Row>, Error> + Sync);
+
+fn segmentation(
+    studio: &Studio<'_>,
+    shown: &Shown<'_>,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let (scene, found) = (studio.scene, shown.segmentation);
     let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-    let mut segmentation = labels::row(&studio, &wall, progress.part(0.4, 0.5))?;
-    segmentation.table = tables::gates(&summary.segmentation.gates);
-    rows.push(segmentation);
-    if let Some(doubt) = doubt {
-        rows.push(doubt::row(&studio, doubt, &wall, progress.part(0.5, 0.55))?);
+    let mut rows = vec![labels::row(studio, &wall, progress.part(0.0, 0.4))?];
+    rows[0].table = tables::quality_checks(&found.quality_checks);
+    if let Some(uncertainty) = &found.uncertainty {
+        rows.push(uncertainty::row(studio, uncertainty, &wall, progress.part(0.4, 0.8))?);
     }
     drop(wall);
-    if let (Some(found), Some(labels)) = (&summary.segmentation.tissues, scene.tissues) {
-        rows.push(tissues::row(&studio, labels, found, progress.part(0.55, 0.6))?);
+    if let (Some(found), Some(labels)) = (&found.tissues, scene.tissues) {
+        rows.push(tissues::row(studio, labels, found, progress.part(0.8, 1.0))?);
     }
-    rows.extend(mesh::rows(&studio, progress.part(0.6, 0.7))?);
-    rows.extend(of_mesh(scene.mesh, &summary.mesh, &studio.focus, progress.part(0.7, 0.8))?);
-    rows.extend(motion::rows(&studio, summary, progress.part(0.8, 1.0))?);
+    Ok(rows)
+}
+
+fn of_model(
+    studio: &Studio<'_>,
+    shown: &Shown<'_>,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let mut rows = mesh::rows(studio, progress.part(0.0, 0.5))?;
+    let part = progress.part(0.5, 1.0);
+    rows.extend(of_mesh(studio.scene.mesh(), shown.mesh, &studio.focus, part)?);
     Ok(rows)
 }
 

@@ -5,7 +5,7 @@ use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
 use crate::plane::Plane;
 use crate::section::{Below, below};
-use crate::{Error, Summary, colour, words};
+use crate::{Error, Shown, colour, words};
 use supine_space::{Progress, Vector};
 
 /// Distance of arrows, pixels.
@@ -26,9 +26,10 @@ pub(super) struct Motion {
 impl Motion {
     pub(super) fn new(studio: &Studio<'_>, plane: Plane) -> Self {
         let scene = studio.scene;
-        let below = below(scene.mesh, &plane);
-        let move_at =
-            |b: &Below| b.map(|(tet, l)| scene.displacement.at(scene.mesh, &studio.edges, tet, l));
+        let below = below(scene.mesh(), &plane);
+        let move_at = |b: &Below| {
+            b.map(|(tet, l)| scene.displacement().at(scene.mesh(), &studio.edges, tet, l))
+        };
         let moves = below.iter().map(move_at).collect();
         Self { ground: plane.sample(scene.ct), plane, below, moves }
     }
@@ -37,7 +38,7 @@ impl Motion {
 /// Displacement and change of volume in the three planes through the focus.
 pub(super) fn rows(
     studio: &Studio<'_>,
-    summary: &Summary,
+    shown: &Shown<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     let mut planes = Vec::new();
@@ -47,7 +48,7 @@ pub(super) fn rows(
     }
     progress.at(0.5)?;
     let mut rows = vec![displacement(studio, &planes)];
-    rows.extend(jacobian::rows(studio, summary, &planes, progress.part(0.6, 1.0))?);
+    rows.extend(jacobian::rows(studio, shown, &planes, progress.part(0.6, 1.0))?);
     Ok(rows)
 }
 

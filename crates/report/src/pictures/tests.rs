@@ -10,7 +10,7 @@ fn flat(rows: Vec<Row>) -> Vec<Picture> {
 /// The pictures of before, after and change.
 fn compared(phantom: &Phantom) -> Vec<Picture> {
     let scene = phantom.scene();
-    flat(compare::rows(&Studio::new(&scene, 2.0), &example(), Progress::none()).unwrap())
+    flat(compare::rows(&Studio::new(&scene, 2.0), &(&example()).into(), Progress::none()).unwrap())
 }
 
 fn find<'a>(pictures: &'a [Picture], name: &str) -> &'a Canvas {
@@ -100,11 +100,11 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
     let all = |p: &Phantom| {
         let scene = p.scene();
         let studio = Studio::new(&scene, 2.0);
-        let mut rows = motion::rows(&studio, &example(), Progress::none()).unwrap();
+        let mut rows = motion::rows(&studio, &(&example()).into(), Progress::none()).unwrap();
         let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
         rows.push(labels::row(&studio, &wall, Progress::none()).unwrap());
-        let doubt = example().segmentation.doubt.unwrap();
-        rows.push(doubt::row(&studio, &doubt, &wall, Progress::none()).unwrap());
+        let uncertainty = example().segmentation.uncertainty.unwrap();
+        rows.push(uncertainty::row(&studio, &uncertainty, &wall, Progress::none()).unwrap());
         flat(rows)
     };
     for (a, b) in all(&a).iter().zip(&all(&b)) {
@@ -165,9 +165,9 @@ fn the_doubtful_half_of_the_chest_wall_is_striped_and_dashed() {
     let scene = phantom.scene();
     let studio = Studio::new(&scene, 2.0);
     let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
-    let doubt = example().segmentation.doubt.unwrap();
+    let uncertainty = example().segmentation.uncertainty.unwrap();
     let mut rows = vec![labels::row(&studio, &wall, Progress::none()).unwrap()];
-    rows.push(doubt::row(&studio, &doubt, &wall, Progress::none()).unwrap());
+    rows.push(uncertainty::row(&studio, &uncertainty, &wall, Progress::none()).unwrap());
     assert!(
         rows[1].text.contains("7 %") && rows[1].text.contains("upper outer"),
         "{}",
@@ -177,12 +177,13 @@ fn the_doubtful_half_of_the_chest_wall_is_striped_and_dashed() {
     for (name, rows) in [("chest_wall_front", 200..320), ("axial_segmentation", 200..260)] {
         let canvas = find(&pictures, name);
         let white = |from: usize, to: usize| {
-            let on = |x: usize| rows.clone().filter(|&y| canvas.at(x, y) == colour::DOUBT).count();
+            let on =
+                |x: usize| rows.clone().filter(|&y| canvas.at(x, y) == colour::UNCERTAIN).count();
             (from..to).map(on).sum::<usize>()
         };
         let middle = canvas.width() / 2;
         // Lettering is not of that white.
-        assert!(white(middle + 20, middle + 120) > 100, "{name}: nothing doubtful at the left");
-        assert_eq!(white(middle - 120, middle - 20), 0, "{name}: doubtful at the right");
+        assert!(white(middle + 20, middle + 120) > 100, "{name}: nothing uncertain at the left");
+        assert_eq!(white(middle - 120, middle - 20), 0, "{name}: uncertain at the right");
     }
 }

@@ -1,10 +1,11 @@
 //! What a registration would be judged by (AAPM TG-132), of the movement here.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Measures of the AAPM's Task Group 132 (Brock et al., Med Phys 44:e43-e76, 2017) that apply to a simulated
 /// deformation. Landmarks and second contours there are none: of them nothing is said.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Agreement {
     /// Longest side of a voxel of the CT, mm: the tolerance of the report.
     pub voxel_mm: f64,
@@ -15,7 +16,7 @@ pub struct Agreement {
 }
 
 /// Distance between two skins along the normal.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct SkinAgreement {
     /// Places on the mesh's skin that were measured.
     pub places: usize,

@@ -1,9 +1,10 @@
 //! What is told of the movement: the warp, volumes, points.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Result of the warp.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Warp {
     /// Width over which the displacement faded at the cut, mm.
     pub fade_mm: f64,
@@ -24,7 +25,7 @@ pub struct Warp {
 
 /// How far from where it began a voxel of the CT comes out that goes forward by one field and back by the
 /// other, sampled between its voxels.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Consistency {
     /// Voxels that count: those in the mesh that move to where all voxels around are of the mesh.
     pub voxels: usize,
@@ -37,7 +38,7 @@ pub struct Consistency {
 }
 
 /// Distribution of the Jacobian determinant.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Jacobian {
     /// Smallest.
     pub min: f64,
@@ -52,7 +53,7 @@ pub struct Jacobian {
 }
 
 /// How the volume of a structure changes.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct VolumeChange {
     /// The structure: what is simulated, the tumour's sphere, or a finer label by its name.
     pub structure: String,
@@ -63,9 +64,9 @@ pub struct VolumeChange {
     /// det F over its volume in the CT; the mean is the ratio of the volumes.
     pub jacobian: Jacobian,
     /// Where in the CT det F is smallest, LPS, mm.
-    pub least_mm: [f64; 3],
+    pub min_mm: [f64; 3],
     /// Where in the CT det F is largest, LPS, mm.
-    pub most_mm: [f64; 3],
+    pub max_mm: [f64; 3],
     /// The classes of `shares` go as far below and above det F = 1, alike for all structures.
     pub span: f64,
     /// Share of the volume in 40 classes of det F, equally wide; the outermost hold all beyond.
@@ -73,7 +74,7 @@ pub struct VolumeChange {
 }
 
 /// A point of the body in the CT and on the operating table.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Movement {
     /// In the CT, LPS, mm.
     pub before_mm: [f64; 3],
@@ -95,7 +96,7 @@ impl Movement {
 }
 
 /// A point that was carried along.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CarriedPoint {
     /// Its name in the file it came from.
     pub name: String,
@@ -108,7 +109,7 @@ pub struct CarriedPoint {
 }
 
 /// A dose, a structure set or a segmentation of the patient's own that was carried along.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CarriedObject {
     /// `dose`, `structures` or `segmentation`.
     pub kind: String,
@@ -128,7 +129,7 @@ pub struct CarriedObject {
 }
 
 /// A region of interest or segment that was carried along.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CarriedRegion {
     /// Its name, as it was written.
     pub name: String,

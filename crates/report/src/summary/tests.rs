@@ -7,7 +7,9 @@ pub(crate) fn example() -> Summary {
     Summary {
         tool: Tool { name: "supine".into(), version: "0.1.0".into() },
         must_not_be_used_for: must_not_be_used_for(),
-        case: Case {
+        schema: Summary::SCHEMA,
+        case: [("breast".to_string(), "left".into())].into_iter().collect(),
+        position: Position {
             breast: "left".into(),
             bed: Bed { ap_deg: 7.0, lat_deg: 5.0, gravity: [0.086506, 0.988769, -0.121869] },
             tumour: Some(ball),
@@ -54,19 +56,19 @@ pub(crate) fn example() -> Summary {
             muscle_hu: Some(52.1),
             soft_tissue_ml: 731.25,
             chest_wall_ml: 402.5,
-            doubt: Some(WallDoubt {
+            uncertainty: Some(WallUncertainty {
                 boundary_cm2: 180.25,
-                doubtful_cm2: 12.5,
+                uncertain_cm2: 12.5,
                 limit_mm: 2.0,
-                largest: Some(DoubtfulPatch {
+                largest: Some(UncertainPatch {
                     area_cm2: 7.75,
                     centre_mm: [55.0, -12.0, 31.0],
                     error_mm: 3.5,
                     place: "upper outer quadrant".into(),
                 }),
             }),
-            gates: vec![
-                Gate {
+            quality_checks: vec![
+                QualityCheck {
                     what: "air and lung, share of the CT".into(),
                     unit: "%".into(),
                     value: 61.25,
@@ -75,7 +77,7 @@ pub(crate) fn example() -> Summary {
                     refuses: Some(5.0),
                     jointly: false,
                 },
-                Gate {
+                QualityCheck {
                     what: "table or cloth <in> front of the patient".into(),
                     unit: "cm³".into(),
                     value: 12.0,
@@ -179,8 +181,8 @@ pub(crate) fn example() -> Summary {
                 before_ml: 12.5,
                 after_ml: 12.0,
                 jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 0.96, p99: 1.11, max: 1.25 },
-                least_mm: [31.0, -24.0, 9.0],
-                most_mm: [10.0, -20.0, -9.0],
+                min_mm: [31.0, -24.0, 9.0],
+                max_mm: [10.0, -20.0, -9.0],
                 span: 0.15,
                 shares: (0..40).map(|n| if n < 20 { 0.0 } else { 0.05 }).collect(),
             })
@@ -217,10 +219,18 @@ pub(crate) fn example() -> Summary {
         }),
         warnings: vec![Warning {
             stage: "solve".into(),
+            code: "inverted".into(),
             message: "det F < 0.3 in 2 tetrahedra & more".into(),
         }],
         outputs: vec![Output { path: "labels.seg.nrrd".into(), blake3: "ab".repeat(32) }],
+        chain: vec![Link {
+            stage: "import".into(),
+            key: "0f".repeat(32),
+            value: None,
+            parents: vec![],
+        }],
         run: Run {
+            case_folder: Some("/plans".into()),
             stages: vec![StageTime {
                 name: "solve".into(),
                 seconds: 1.25,

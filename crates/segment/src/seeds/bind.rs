@@ -1,18 +1,19 @@
 //! What the seeds ask of the surface of the chest wall: hard at their own rays, fading around them.
 
 use super::marks::{Mark, contradiction, refused};
-use super::pull::{Free, Limit, Wish, limits};
+use super::pull::{Free, Limit, SeedLimit, limits};
 use crate::Error;
+use crate::band::LOWEST_MM;
+use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
-use crate::sheet::{RAYS, Sheet};
-use crate::wall::LOWEST_MM;
 use supine_volume::SeedKind;
 
-/// Cost per mm of violation.
+/// Cost per mm of violation (reference, section 6).
 const HARD: f32 = 1000.0;
-/// The constraint fades as a cone of this slope, out to this distance.
+/// The constraint fades as a cone of this slope, out to this distance (the same).
 const CONE: f32 = 0.5;
 const CONE_MM: f32 = 6.5;
+// What follows was chosen, not measured.
 /// The surface keeps this distance to a point, and half a pixel to the centre of a painted voxel.
 const MARGIN_MM: f32 = 1.0;
 /// Largest distance of a chest-wall seed outside the rib shell, mm.
@@ -120,7 +121,7 @@ impl Constraints {
     /// # Errors
     /// When a soft-tissue seed lies deep inside the rib shell, a chest-wall seed far outside it, or
     /// chest wall lies farther out than soft tissue of the same place.
-    pub(crate) fn new(scan: Scan<'_>, marks: &[Mark], shell: &Sheet) -> Result<Self, Error> {
+    pub(crate) fn new(scan: Scan<'_>, marks: &[Mark], shell: &RadialMap) -> Result<Self, Error> {
         let slice_mm = scan.frame.spacing[2];
         let mut cells = vec![Cell::default(); shell.values.len()];
         let mut highest_mm = 0.0f32;
@@ -164,16 +165,21 @@ impl Constraints {
     }
 
     /// The limits that the seeds set to the surface around them: (lower, upper) per ray.
-    pub(crate) fn limits(&self, free: &Free<'_>, shell: &Sheet, slice_mm: f32) -> Vec<[Limit; 2]> {
-        let mut wishes = Vec::new();
+    pub(crate) fn limits(
+        &self,
+        free: &Free<'_>,
+        shell: &RadialMap,
+        slice_mm: f32,
+    ) -> Vec<[Limit; 2]> {
+        let mut seed_limits = Vec::new();
         for &(n, bound) in &self.own {
             for (sign, limit) in [(-1.0, bound.lower), (1.0, bound.upper)] {
                 if limit.is_finite() {
-                    wishes.push(Wish::new(n, shell.values[n], sign, limit, free));
+                    seed_limits.push(SeedLimit::new(n, shell.values[n], sign, limit, free));
                 }
             }
         }
-        limits(&wishes, free.surface, slice_mm)
+        limits(&seed_limits, free.surface, slice_mm)
     }
 }
 
@@ -218,7 +224,7 @@ fn check_pairs(cells: &[Cell], marks: &[Mark], slice_mm: f32) -> Result<(), Erro
 }
 
 /// The bounds of the seeds' own rays, fading around them.
-fn faded(own: &[Bound], shell: &Sheet, slice_mm: f32) -> Vec<Bound> {
+fn faded(own: &[Bound], shell: &RadialMap, slice_mm: f32) -> Vec<Bound> {
     let mut around = vec![Bound::FREE; own.len()];
     let slices = shell.slices();
     let reach = (CONE_MM / slice_mm) as usize;
@@ -234,10 +240,10 @@ fn faded(own: &[Bound], shell: &Sheet, slice_mm: f32) -> Vec<Bound> {
                 if away > CONE_MM {
                     continue;
                 }
-                let lift = shell0 - shell.values[m];
+                let shift = shell0 - shell.values[m];
                 let out = &mut around[m];
-                out.lower = out.lower.max(bound.lower + lift - CONE * away);
-                out.upper = out.upper.min(bound.upper + lift + CONE * away);
+                out.lower = out.lower.max(bound.lower + shift - CONE * away);
+                out.upper = out.upper.min(bound.upper + shift + CONE * away);
             }
         }
     }

@@ -7,6 +7,7 @@ use crate::scan::Scan;
 use supine_space::Point;
 use supine_volume::{SeedKind, Seeds};
 
+// Chosen, not measured.
 /// A soft-tissue seed may lie this far outside the body found, mm.
 pub(super) const NEAR_SKIN_MM: f32 = 4.0;
 /// The skin itself is never chest wall, mm.

@@ -1,36 +1,46 @@
 //! Painted maps on the grid of the CT.
 
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 use supine_space::{Grid, Vector};
 use supine_volume::{SeedKind, Volume};
 
 type Map = Volume<Option<SeedKind>>;
 
+/// The first and the last voxel of a box.
+#[derive(Clone, Copy)]
+struct Extent {
+    first: [usize; 3],
+    last: [usize; 3],
+}
+
 /// The voxels of a grid that a map says something of: those whose centres lie in painted voxels,
 /// and, where the map is finer, those that hold the centre of a painted voxel of one kind only.
 pub(super) fn on_grid(grid: &Grid, map: &Map) -> Vec<(usize, SeedKind)> {
-    let Some((first, last)) = extent(map) else { return Vec::new() };
-    let Some((low, high)) = corners(grid, map.grid(), first, last) else { return Vec::new() };
+    let Some(painted) = extent(map) else { return Vec::new() };
+    let Some(near) = corners(grid, map.grid(), painted) else { return Vec::new() };
+    let Extent { first: low, last: high } = near;
     let mut found: Vec<(usize, SeedKind)> = (low[2]..high[2] + 1)
         .into_par_iter()
         .flat_map_iter(|k| {
             let rows = (low[1]..high[1] + 1).map(move |j| (j, k));
-            rows.flat_map(|(j, k)| row(grid, map, (low[0], high[0]), j, k))
+            rows.flat_map(|(j, k)| row(grid, map, low[0]..=high[0], j, k))
         })
         .collect();
     let coarse = grid.spacing().min();
     if map.grid().spacing().iter().any(|&s| s < 0.99 * coarse.max(grid.spacing().max())) {
-        add_thin(grid, map, (first, last), &mut found);
+        add_thin(grid, map, painted, &mut found);
     }
     found
 }
 
 /// First and last painted voxel along each axis.
-fn extent(map: &Map) -> Option<([usize; 3], [usize; 3])> {
+fn extent(map: &Map) -> Option<Extent> {
     let [ni, nj, nk] = map.grid().size();
-    let none = ([usize::MAX; 3], [0; 3]);
-    let join = |a: ([usize; 3], [usize; 3]), b: ([usize; 3], [usize; 3])| {
-        ([0, 1, 2].map(|n| a.0[n].min(b.0[n])), [0, 1, 2].map(|n| a.1[n].max(b.1[n])))
+    let none = Extent { first: [usize::MAX; 3], last: [0; 3] };
+    let join = |a: Extent, b: Extent| Extent {
+        first: [0, 1, 2].map(|n| a.first[n].min(b.first[n])),
+        last: [0, 1, 2].map(|n| a.last[n].max(b.last[n])),
     };
     let slice = |k: usize| {
         let mut out = none;
@@ -38,22 +48,17 @@ fn extent(map: &Map) -> Option<([usize; 3], [usize; 3])> {
             let row = &map.data()[(k * nj + j) * ni..][..ni];
             if let Some(i) = row.iter().position(Option::is_some) {
                 let end = row.iter().rposition(Option::is_some).unwrap_or(i);
-                out = join(out, ([i, j, k], [end, j, k]));
+                out = join(out, Extent { first: [i, j, k], last: [end, j, k] });
             }
         }
         out
     };
     let all = (0..nk).into_par_iter().map(slice).reduce(|| none, join);
-    (all.0[0] != usize::MAX).then_some(all)
+    (all.first[0] != usize::MAX).then_some(all)
 }
 
-/// The box of voxels of `grid` that holds the box `first..=last` of another grid.
-fn corners(
-    grid: &Grid,
-    other: &Grid,
-    first: [usize; 3],
-    last: [usize; 3],
-) -> Option<([usize; 3], [usize; 3])> {
+/// The box of voxels of `grid` that holds a box of another grid.
+fn corners(grid: &Grid, other: &Grid, Extent { first, last }: Extent) -> Option<Extent> {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for n in 0..8 {
         let corner = [0, 1, 2]
@@ -66,7 +71,10 @@ fn corners(
     let meets = (0..3).all(|a| high[a] >= 0.0 && low[a] <= end[a]);
     meets.then(|| {
         let inside = |x: f64, a: usize| x.clamp(0.0, end[a]) as usize;
-        ([0, 1, 2].map(|a| inside(low[a].floor(), a)), [0, 1, 2].map(|a| inside(high[a].ceil(), a)))
+        Extent {
+            first: [0, 1, 2].map(|a| inside(low[a].floor(), a)),
+            last: [0, 1, 2].map(|a| inside(high[a].ceil(), a)),
+        }
     })
 }
 
@@ -74,7 +82,7 @@ fn corners(
 fn row(
     grid: &Grid,
     map: &Map,
-    (low, high): (usize, usize),
+    along: RangeInclusive<usize>,
     j: usize,
     k: usize,
 ) -> Vec<(usize, SeedKind)> {
@@ -83,7 +91,7 @@ fn row(
     let next = Vector::from(map.grid().index_from_patient(&grid.centre([1, j, k])));
     let step = next - from;
     let mut out = Vec::new();
-    for i in low..=high {
+    for i in along {
         // Grids that coincide must not fall to the neighbour by rounding.
         let at = (from + step * i as f64).map(|x| (x + 1e-6).round());
         if (0..3).all(|a| at[a] >= 0.0 && at[a] < size[a] as f64) {
@@ -100,7 +108,7 @@ fn row(
 fn add_thin(
     grid: &Grid,
     map: &Map,
-    (first, last): ([usize; 3], [usize; 3]),
+    Extent { first, last }: Extent,
     found: &mut Vec<(usize, SeedKind)>,
 ) {
     let mut thin: Vec<(usize, SeedKind)> = (first[2]..last[2] + 1)

@@ -2,11 +2,10 @@
 
 use super::marks::{Mark, NEAR_SKIN_MM, ball};
 use crate::body::flag;
-use crate::parts::Parts;
 use crate::scan::Scan;
-use supine_volume::{LabelMap, SeedKind, label};
+use supine_volume::{LabelMap, Parts, SeedKind, label};
 
-/// Radius round an exclude point that is taken off the body, mm.
+/// Radius round an exclude point that is taken off the body, mm. Chosen, not measured.
 const EXCLUDE_MM: f32 = 3.0;
 
 /// Takes what is excluded off the patient, and what hung on her by it alone; adds what soft-tissue

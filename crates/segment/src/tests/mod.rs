@@ -1,6 +1,5 @@
 //! Whole segmentations of thoraxes built here.
 
-mod doubt;
 mod finer;
 mod muscle;
 mod objects;
@@ -8,14 +7,22 @@ mod phantom;
 mod refusals;
 mod seeds;
 mod surfaces;
+mod uncertainty;
 
 use crate::{Breast, Error, Params, segment};
 use phantom::{Thorax, Truth};
+use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, label};
 
-fn run(ct: &Ct) -> (LabelMap, crate::Info) {
-    let (made, info) = segment(ct, &Params::default(), Progress::none()).unwrap();
+/// A server keeps these.
+const _: fn() = || {
+    fn keeps<T: Send + Sync + 'static>() {}
+    keeps::<(crate::Segmenter, crate::Segmentation)>();
+};
+
+fn run(ct: &Ct) -> (Arc<LabelMap>, crate::Info) {
+    let (made, info) = segment(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
     (made.labels, info)
 }
 
@@ -78,7 +85,7 @@ fn any_direction_of_the_axes_gives_the_same_patient() {
 #[test]
 fn sagittal_slices_are_refused() {
     let d = Matrix::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
-    let error = segment(&Thorax::default().ct(d), &Params::default(), Progress::none());
+    let error = segment(Arc::new(Thorax::default().ct(d)), &Params::default(), Progress::none());
     assert!(matches!(error, Err(Error::NotAxial { .. })), "{error:?}");
 }
 
@@ -87,7 +94,10 @@ fn a_truncated_field_with_padding_is_reported_and_survived() {
     let thorax = Thorax { field_radius: Some(140.0), ..Thorax::default() };
     let (labels, info) = run(&thorax.ct(Matrix::identity()));
     assert!(info.truncated_share > 0.9, "{info:?}");
-    assert!(info.warnings.iter().any(|w| w.contains("reconstructed field")), "{info:?}");
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("reconstructed field")),
+        "{info:?}"
+    );
     let [soft, wall] = dice(&thorax, &labels);
     assert!(soft > 0.94 && wall > 0.97, "soft {soft:.4} wall {wall:.4}");
 }
@@ -111,21 +121,21 @@ fn what_is_not_a_chest_is_refused() {
     let ct = Thorax::default().ct(Matrix::identity());
     let of =
         |f: fn(i16) -> i16| Ct::new(ct.grid().clone(), ct.data().iter().map(|&v| f(v)).collect());
-    let refused = |ct: Ct| segment(&ct, &Params::default(), Progress::none()).unwrap_err();
+    let refused = |ct: Ct| segment(Arc::new(ct), &Params::default(), Progress::none()).unwrap_err();
     assert!(matches!(
         refused(of(|v| if v < -500 { -1000 } else { v }).unwrap()),
         Error::NoLungs { .. }
     ));
     assert!(matches!(refused(of(|v| v.min(60)).unwrap()), Error::NoRibs { .. }));
     let level = Params { skin_hu: 50.0, ..Params::default() };
-    let error = segment(&ct, &level, Progress::none()).unwrap_err();
+    let error = segment(Arc::new(ct), &level, Progress::none()).unwrap_err();
     assert!(matches!(error, Error::Parameter { name: "skin_hu", .. }), "{error}");
 }
 
 #[test]
 fn stopping_stops() {
     let ct = Thorax::default().ct(Matrix::identity());
-    let error = segment(&ct, &Params::default(), Progress::new(&|x| x < 0.5));
+    let error = segment(Arc::new(ct), &Params::default(), Progress::new(&|x| x < 0.5));
     assert!(matches!(error, Err(Error::Stopped(_))), "{error:?}");
 }
 

@@ -13,7 +13,7 @@ fn free_border(thorax: &Thorax) -> [f64; 2] {
     for n in 0..labels.data().len() {
         let p = labels.grid().centre(labels.grid().voxel(n));
         let is_wall = label::is_chest_wall(labels.data()[n]);
-        // 5 mm from both ends of the sheet.
+        // 5 mm from both ends of the map.
         if (5.0..45.0).contains(&p.z) && thorax.in_free_border(&p) {
             border += 1;
             found += usize::from(is_wall);

@@ -3,11 +3,12 @@
 use super::phantom::{APEX, Thorax};
 use super::{at, dice, run};
 use crate::{Params, Segmenter};
+use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress};
 use supine_volume::{LabelMap, label};
 
 /// The labels, the facts, and the Dice of soft tissue and wall.
-fn with(object: fn(&Point) -> Option<f64>) -> (LabelMap, crate::Info, [f64; 2]) {
+fn with(object: fn(&Point) -> Option<f64>) -> (Arc<LabelMap>, crate::Info, [f64; 2]) {
     let thorax = Thorax { object: Some(object), ..Thorax::default() };
     let (labels, info) = run(&thorax.ct(Matrix::identity()));
     let dice = dice(&thorax, &labels);
@@ -33,7 +34,11 @@ fn implants_are_soft_tissue_and_do_not_draw_the_wall_over_themselves() {
         let (_, info, dice) = with(object);
         assert!(good(dice), "{dice:?}");
         assert!((60.0..250.0).contains(&info.implant_ml), "{}", info.implant_ml);
-        assert!(info.warnings.iter().any(|w| w.contains("implant")), "{:?}", info.warnings);
+        assert!(
+            info.warnings.iter().any(|w| w.to_string().contains("implant")),
+            "{:?}",
+            info.warnings
+        );
     }
 }
 
@@ -54,7 +59,8 @@ fn the_implants_voxels_are_told() {
     let object: fn(&Point) -> Option<f64> = |p| in_implant(p).then_some(105.0);
     let thorax = Thorax { object: Some(object), ..Thorax::default() };
     let ct = thorax.ct(Matrix::identity());
-    let segmenter = Segmenter::new(&ct, &Params::default(), Progress::none()).unwrap();
+    let segmenter =
+        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
     let implants = segmenter.implants().unwrap();
     let grid = ct.grid();
     let [mut both, mut found, mut there] = [0usize; 3];
@@ -68,7 +74,8 @@ fn the_implants_voxels_are_told() {
     let dice = 2.0 * both as f64 / (found + there) as f64;
     assert!(dice > 0.85, "{dice}");
     let plain = Thorax::default().ct(Matrix::identity());
-    let none = Segmenter::new(&plain, &Params::default(), Progress::none()).unwrap();
+    let none =
+        Segmenter::new(Arc::new(plain.clone()), &Params::default(), Progress::none()).unwrap();
     assert!(none.implants().is_none());
 }
 

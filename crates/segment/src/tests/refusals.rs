@@ -1,7 +1,8 @@
 //! What is refused, with its reason; and what must not be.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Bound, Breast, Error, Gate, Info, Params, check_region, segment};
+use crate::{Bound, Breast, BreastPlace, Error, Info, Params, QualityCheck, check_region, segment};
+use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, label};
 
@@ -16,7 +17,7 @@ fn changed(f: impl Fn(&Point, i16) -> i16) -> Ct {
 }
 
 fn run(ct: &Ct) -> Result<Info, Error> {
-    Ok(segment(ct, &Params::default(), Progress::none())?.1)
+    Ok(segment(Arc::new(ct.clone()), &Params::default(), Progress::none())?.1)
 }
 
 /// Lungs denser towards `down`, HU per mm, and the table there instead of behind.
@@ -67,7 +68,11 @@ fn prone_and_decubitus_are_refused_and_a_sick_lung_is_not() {
         _ => v,
     });
     let info = run(&sick).unwrap();
-    assert!(info.warnings.iter().any(|w| w.contains("denser in front")), "{:?}", info.warnings);
+    assert!(
+        info.warnings.iter().any(|w| w.to_string().contains("denser in front")),
+        "{:?}",
+        info.warnings
+    );
 }
 
 /// The labels as they truly are, and a region round the left breast.
@@ -84,9 +89,14 @@ fn truth() -> (LabelMap, Sphere) {
     (labels, Sphere::new(Point::new(75.0, -80.0, 0.0), 60.0).unwrap())
 }
 
-fn check(ct: &Ct, region: Sphere) -> Result<Vec<String>, Error> {
-    let checked = check_region(ct, &truth().0, (region, Side::Left), None, None)?;
-    assert_eq!(checked.gates.len(), 2, "{checked:?}");
+fn place(region: Sphere, breast: Option<&Breast>) -> BreastPlace<'_> {
+    let middle = region.centre();
+    BreastPlace { region, side: Side::Left, breast, uncertainty: None, middle }
+}
+
+fn check(ct: &Ct, region: Sphere) -> Result<Vec<supine_space::Warning>, Error> {
+    let checked = check_region(ct, &truth().0, &place(region, None))?;
+    assert_eq!(checked.checks.len(), 2, "{checked:?}");
     Ok(checked.warnings)
 }
 
@@ -102,7 +112,7 @@ fn an_arm_before_the_breast_is_refused_and_a_clip_is_told() {
     let error = check(&bar(9.0), region).unwrap_err();
     assert!(matches!(error, Error::BoneInBreast { bone_cm3 } if bone_cm3 > 15.0), "{error}");
     let told = check(&bar(4.0), region).unwrap();
-    assert!(told.len() == 1 && told[0].contains("dense as bone"), "{told:?}");
+    assert!(told.len() == 1 && told[0].to_string().contains("dense as bone"), "{told:?}");
 }
 
 #[test]
@@ -112,7 +122,7 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     let error = check(&beyond(75.0), region).unwrap_err();
     assert!(matches!(error, Error::BreastCut { side: Side::Left, .. }), "{error}");
     let told = check(&beyond(128.0), region).unwrap();
-    assert!(told.len() == 1 && told[0].contains("reconstructed field"), "{told:?}");
+    assert!(told.len() == 1 && told[0].to_string().contains("reconstructed field"), "{told:?}");
     // The lower half of the volume is not there.
     let ct = Thorax::default().ct(Matrix::identity());
     let [ni, nj, nk] = ct.grid().size();
@@ -122,18 +132,18 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
         LabelMap::new(grid, labels.data()[16 * ni * nj..].to_vec()).unwrap(),
     );
     let breast = Breast::find(&labels, Side::Left, None).unwrap();
-    let place = (region, Side::Left);
-    let error = check_region(&ct, &labels, place, Some(&breast), None).unwrap_err();
+    let error = check_region(&ct, &labels, &place(region, Some(&breast))).unwrap_err();
     assert!(matches!(error, Error::BreastCut { .. }), "{error}");
 }
 
 #[test]
 fn the_figures_of_a_sound_case_lie_within_their_limits_and_those_of_a_bad_one_near_them() {
-    let gate = |gates: &[Gate], what: &str| {
-        gates.iter().find(|g| g.what.contains(what)).unwrap_or_else(|| panic!("{what}")).clone()
+    let check = |checks: &[QualityCheck], what: &str| {
+        checks.iter().find(|g| g.what.contains(what)).unwrap_or_else(|| panic!("{what}")).clone()
     };
-    let (_, info) = segment(&changed(|_, v| v), &Params::default(), Progress::none()).unwrap();
-    for g in &info.gates {
+    let (_, info) =
+        segment(Arc::new(changed(|_, v| v)), &Params::default(), Progress::none()).unwrap();
+    for g in &info.checks {
         let within = |limit: Option<f64>| {
             limit.is_none_or(|limit| match g.bound {
                 Bound::AtMost => g.value <= limit,
@@ -143,12 +153,12 @@ fn the_figures_of_a_sound_case_lie_within_their_limits_and_those_of_a_bad_one_ne
         // The phantom's lungs are equally dense everywhere; alone this does not refuse.
         assert!(within(g.warns) && (g.jointly || within(g.refuses)), "{g:?}");
     }
-    let lung = gate(&info.gates, "air-filled lung");
+    let lung = check(&info.checks, "air-filled lung");
     assert!((lung.value - info.lung_l).abs() < 1e-9, "{lung:?}");
     let (_, region) = truth();
     let measured = |ct: &Ct, what: &str| {
-        let checked = check_region(ct, &truth().0, (region, Side::Left), None, None).unwrap();
-        gate(&checked.gates, what)
+        let checked = check_region(ct, &truth().0, &place(region, None)).unwrap();
+        check(&checked.checks, what)
     };
     let clip = |half: f64| {
         let inside = move |p: &Point| (p.y + 116.0).hypot(p.z) < half && p.x > 30.0;

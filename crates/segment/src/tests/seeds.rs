@@ -3,14 +3,15 @@
 use super::at;
 use super::phantom::{APEX, Thorax, Truth};
 use crate::{Error, Params, SeedKind, Seeds, Segmenter};
+use std::sync::Arc;
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, Volume, label};
 
-fn ready(ct: &Ct) -> Segmenter<'_> {
-    Segmenter::new(ct, &Params::default(), Progress::none()).unwrap()
+fn ready(ct: &Ct) -> Segmenter {
+    Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap()
 }
 
-fn run(of: &Segmenter<'_>, seeds: &Seeds) -> Result<LabelMap, Error> {
+fn run(of: &Segmenter, seeds: &Seeds) -> Result<Arc<LabelMap>, Error> {
     Ok(of.segment(seeds, Progress::none())?.0.labels)
 }
 

@@ -2,11 +2,13 @@
 
 use super::phantom::{Thorax, Truth};
 use crate::{Params, Seeds, Segmenter};
+use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, Surfaces, label};
 
-fn run(ct: &Ct, seeds: &Seeds) -> (LabelMap, Surfaces) {
-    let segmenter = Segmenter::new(ct, &Params::default(), Progress::none()).unwrap();
+fn run(ct: &Ct, seeds: &Seeds) -> (Arc<LabelMap>, Surfaces) {
+    let segmenter =
+        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
     let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
     let surfaces = segmenter.surfaces(&made, Progress::none()).unwrap();
     (made.labels, surfaces)

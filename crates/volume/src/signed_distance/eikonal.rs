@@ -1,12 +1,11 @@
 //! |grad d| = 1 from the crossings of a surface with the lines between voxel centres.
 
-use super::SignedDistance;
 use rayon::prelude::*;
 use supine_space::Grid;
 
-/// Units per mm.
-const PER_MM: f32 = SignedDistance::PER_MM as f32;
-/// Passes over the voxels beside the surface, alternately forwards and backwards.
+/// Units of the values per mm: 16 bits then reach 16 mm, to 0.0005 mm.
+pub(super) const PER_MM: f32 = 2000.0;
+/// Passes over the voxels beside the surface, alternately forwards and backwards. Chosen, not measured.
 const NEAR_PASSES: usize = 6;
 
 /// A voxel beside the surface and the distance to it along each axis, mm; infinite where the
@@ -159,15 +158,15 @@ impl Lattice {
                 }
             }
         }
-        let [a, b, c] = known.map(|(value, step)| (value, 1.0 / (step * step)));
-        self.lower(values, beside.n, upwind(a, b, c));
+        let terms = known.map(|(value, step)| Term { value, weight: 1.0 / (step * step) });
+        self.lower(values, beside.n, upwind(terms));
     }
 
     /// Carries the distances on from the voxels beside the surface, in rising order but for the
     /// width of a bucket; a voxel that is lowered later is carried on again.
     fn march(&self, values: &mut [i16], near: impl Iterator<Item = usize>) {
-        let least = self.step[0].min(self.step[1]).min(self.step[2]);
-        let width = ((0.25 * least * PER_MM) as i16).max(1);
+        let finest = self.step[0].min(self.step[1]).min(self.step[2]);
+        let width = ((0.25 * finest * PER_MM) as i16).max(1);
         let bucket = |value: i16| (value / width) as usize;
         let mut buckets = vec![Vec::new(); bucket(self.far) + 1];
         near.for_each(|n| buckets[bucket(values[n].abs())].push(n));
@@ -202,7 +201,7 @@ impl Lattice {
     #[inline]
     fn relax(&self, values: &mut [i16], n: usize, v: [usize; 3]) -> Option<i16> {
         let here = values[n];
-        let mut least = [self.far; 3];
+        let mut nearest = [self.far; 3];
         for a in 0..3 {
             let [below, above] = self.pair(n, v, a);
             let below = below.map_or(here, |m| values[m]);
@@ -210,31 +209,40 @@ impl Lattice {
             if (below ^ here) < 0 || (above ^ here) < 0 {
                 return None;
             }
-            least[a] = below.abs().min(above.abs());
+            nearest[a] = below.abs().min(above.abs());
         }
-        let term = |a: usize| (f32::from(least[a]) / PER_MM, self.weight[a]);
-        self.lower(values, n, upwind(term(0), term(1), term(2)))
+        let term =
+            |a: usize| Term { value: f32::from(nearest[a]) / PER_MM, weight: self.weight[a] };
+        self.lower(values, n, upwind([term(0), term(1), term(2)]))
     }
 }
 
-/// d with sum of weight (d - value)² = 1 over the terms (value in mm, weight in 1/mm²) whose value
-/// lies below d.
+/// What a neighbour says of a voxel's distance along one axis.
+#[derive(Clone, Copy)]
+struct Term {
+    /// The neighbour's distance, mm.
+    value: f32,
+    /// 1 / step², 1/mm².
+    weight: f32,
+}
+
+/// d with sum of weight (d - value)² = 1 over the terms whose value lies below d, mm.
 #[inline]
-fn upwind(mut a: (f32, f32), mut b: (f32, f32), mut c: (f32, f32)) -> f32 {
-    if a.0 > b.0 {
+fn upwind([mut a, mut b, mut c]: [Term; 3]) -> f32 {
+    if a.value > b.value {
         std::mem::swap(&mut a, &mut b);
     }
-    if b.0 > c.0 {
+    if b.value > c.value {
         std::mem::swap(&mut b, &mut c);
     }
-    if a.0 > b.0 {
+    if a.value > b.value {
         std::mem::swap(&mut a, &mut b);
     }
     // In terms of what exceeds the first value: no cancellation far from the surface.
-    let (mut squares, mut mixed, mut rest) = (a.1, 0.0, -1.0f32);
-    let mut excess = a.1.sqrt().recip();
-    for (value, weight) in [b, c] {
-        let more = value - a.0;
+    let (mut squares, mut mixed, mut rest) = (a.weight, 0.0, -1.0f32);
+    let mut excess = a.weight.sqrt().recip();
+    for Term { value, weight } in [b, c] {
+        let more = value - a.value;
         if more >= excess {
             break;
         }
@@ -243,5 +251,5 @@ fn upwind(mut a: (f32, f32), mut b: (f32, f32), mut c: (f32, f32)) -> f32 {
         rest += weight * more * more;
         excess = (mixed + (mixed * mixed - squares * rest).max(0.0).sqrt()) / squares;
     }
-    a.0 + excess
+    a.value + excess
 }

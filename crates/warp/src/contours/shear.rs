@@ -10,7 +10,7 @@ use crate::outline::{Pixels, signed_distance};
 /// Shifted outlines must cover this share of the smaller one more than the outlines as they lie.
 const BETTER: f64 = 0.1;
 /// Most layers between two planes.
-const MOST: usize = 64;
+const MAX_LAYERS: usize = 64;
 
 /// Layers to be put between two planes, ascending: their level and signed distances, mm. None where the outlines lie upon
 /// each other well enough as they are.
@@ -22,7 +22,7 @@ pub(super) fn layers(
     let Some(shift) = shift(pixels, distances) else { return vec![] };
     let [low, high] = planes;
     // From layer to layer the outline moves on by a pixel.
-    let count = ((shift[0].hypot(shift[1]) / pixels.step).ceil() as usize).clamp(2, MOST);
+    let count = ((shift[0].hypot(shift[1]) / pixels.step).ceil() as usize).clamp(2, MAX_LAYERS);
     let layer = |n: usize| {
         let t = n as f64 / count as f64;
         let from = signed_distance(pixels, &moved(low, shift, t));

@@ -109,8 +109,8 @@ fn eight_ends(
     let (before, after) = (_mm256_set1_ps(-0.5), _mm256_set1_ps(last + 0.5));
     let (mut from, mut to) = (before, after);
     let all = |numbers: &[f32; LANES]| _mm256_set1_ps(numbers[lane]);
-    let sides = crossings.low.iter().zip(&crossings.high);
-    for ([constant, y_slope, z_slope], (low, high)) in crossings.faces.iter().zip(sides) {
+    let offsets = crossings.low.iter().zip(&crossings.high);
+    for ([constant, y_slope, z_slope], (low, high)) in crossings.faces.iter().zip(offsets) {
         let at = _mm256_fmadd_ps(z, all(z_slope), all(constant));
         let at = _mm256_fmadd_ps(y, all(y_slope), at);
         from = _mm256_max_ps(from, _mm256_add_ps(at, all(low)));
@@ -124,11 +124,11 @@ fn eight_ends(
         _mm256_sub_ps(to, _mm256_sub_ps(end, one)),
     ];
     let (near, far) = (_mm256_set1_ps(blur), _mm256_set1_ps(1.0 - blur));
-    let least = _mm256_min_ps(above[0], above[1]);
-    let most = _mm256_max_ps(above[0], above[1]);
+    let lowest = _mm256_min_ps(above[0], above[1]);
+    let highest = _mm256_max_ps(above[0], above[1]);
     let sure = _mm256_and_ps(
-        _mm256_cmp_ps::<_CMP_GT_OQ>(least, near),
-        _mm256_cmp_ps::<_CMP_LT_OQ>(most, far),
+        _mm256_cmp_ps::<_CMP_GT_OQ>(lowest, near),
+        _mm256_cmp_ps::<_CMP_LT_OQ>(highest, far),
     );
     let some = _mm256_cmp_ps::<_CMP_LT_OQ>(first, end);
     (

@@ -219,8 +219,8 @@ impl Locals {
         let (mut low, mut high) = (o, o);
         for edge in &mut edges {
             for a in 0..3 {
-                low[a] = low[a].least(edge[a]);
-                high[a] = high[a].most(edge[a]);
+                low[a] = low[a].min(edge[a]);
+                high[a] = high[a].max(edge[a]);
             }
             *edge = less(*edge, o);
         }
@@ -229,7 +229,7 @@ impl Locals {
         let by = Pack::all(1.0) / batch.volume;
         let [_, s, t, u] = batch.normals;
         let slopes = [scaled(s, by), scaled(t, by), scaled(u, by)];
-        let above = (Pack::all(first as f64) - batch.first[2]).most(Pack::ZERO);
+        let above = (Pack::all(first as f64) - batch.first[2]).max(Pack::ZERO);
         // From corner 0 to where places begin.
         let [i, j, k] = batch.corners[0];
         let from = [Pack::ZERO - i, Pack::ZERO - j, above - k];
@@ -247,8 +247,8 @@ impl Locals {
         };
         for a in 0..3 {
             let last = Pack::all((source.size[a] - 1) as f64);
-            let within = |x: Pack| x.most(Pack::ZERO).least(last);
-            let cell = within(low[a]).floor().least(last - Pack::all(1.0));
+            let within = |x: Pack| x.max(Pack::ZERO).min(last);
+            let cell = within(low[a]).floor().min(last - Pack::all(1.0));
             let mut row = [Pack::ZERO; 3];
             for (edge, slope) in edges.iter().zip(&slopes) {
                 for b in 0..3 {

@@ -17,7 +17,7 @@ pub(crate) struct Near {
 /// Voxels in a line of a cache.
 const LINE: usize = 32;
 /// Larger parts are read where they are.
-const MOST_VOXELS: usize = 12 << 20;
+const MAX_VOXELS: usize = 12 << 20;
 
 impl Near {
     /// The voxels of `of` in a box, two or more along each axis; `None` when there are too many.
@@ -27,7 +27,7 @@ impl Near {
         let odd = |lines: usize| lines | 1;
         let row = odd(i.len().div_ceil(LINE)) * LINE;
         let slice = odd(j.len() * row / LINE) * LINE;
-        if k.len().checked_mul(slice)? > MOST_VOXELS {
+        if k.len().checked_mul(slice)? > MAX_VOXELS {
             return None;
         }
         let mut data = vec![0; k.len() * slice];

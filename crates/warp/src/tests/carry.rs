@@ -1,16 +1,17 @@
 //! Label maps, doses, surfaces and the consistency of fields on maps that are known in closed form.
 
-use super::fixture::{lattice, moved};
+use super::fixture::{lattice, moved, still};
 use crate::{
-    Origins, Params, carry_dose, carry_labels, carry_mask, carry_surface, consistency, dose_totals,
-    fields,
+    Fields, Origins, Params, carry_dose, carry_labels, carry_mask, carry_surface, consistency,
+    dose_totals, fields, interpolation_error,
 };
-use supine_mesh::{BoundaryTag, Displacement, Order, TetMesh, TriSurface};
+use std::sync::Arc;
+use supine_mesh::{BoundaryTag, Deformation, Order, TetMesh, TriSurface};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::Volume;
 
 /// A block of tissue of 60 x 40 x 40 mm, all of it skin.
-fn block() -> TetMesh {
+fn block() -> Arc<TetMesh> {
     lattice([6, 4, 4], 10.0, Point::new(-30.0, -20.0, -20.0), |_| BoundaryTag::Skin)
 }
 
@@ -19,7 +20,7 @@ fn params() -> Params {
 }
 
 /// A stretch by the given factors about the origin, and a shift.
-fn affine(mesh: &TetMesh, factors: [f64; 3], shift: [f64; 3]) -> Displacement {
+fn affine(mesh: &Arc<TetMesh>, factors: [f64; 3], shift: [f64; 3]) -> Deformation {
     let by = Vector::from(factors.map(|f| f - 1.0));
     moved(mesh, Order::Quadratic, |p| p.coords.component_mul(&by) + Vector::from(shift))
 }
@@ -47,7 +48,7 @@ fn labels_go_with_the_tissue_and_are_never_mixed() {
     let labels = Volume::from_fn(grid.clone(), |v| {
         if ball(grid.centre(v), centre, [9.0; 3]) < 0.0 { 900u16 } else { 7 }
     });
-    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let origins = Origins::new(&grid, &u, &params(), 0.0, Progress::none()).unwrap();
     let carried = carry_labels(&labels, &origins, Progress::none()).unwrap();
     let (moved, radii) = ([8.0 * 1.1 + 3.0, 2.0 * 0.9, -2.5], [9.0 * 1.1, 8.1, 9.0]);
     let mut inside = 0;
@@ -65,8 +66,7 @@ fn labels_go_with_the_tissue_and_are_never_mixed() {
     }
     let want = 4.0 / 3.0 * std::f64::consts::PI * radii.iter().product::<f64>();
     assert!((inside as f64 / want - 1.0).abs() < 0.02, "{inside} mm³ for {want}");
-    let still =
-        Origins::new(&grid, (&mesh, &Displacement::zero(&mesh)), &params(), 2.0, Progress::none());
+    let still = Origins::new(&grid, &still(&mesh), &params(), 2.0, Progress::none());
     assert_eq!(carry_labels(&labels, &still.unwrap(), Progress::none()).unwrap(), labels);
 }
 
@@ -94,8 +94,7 @@ fn masks_keep_their_volume_between_thick_slices() {
                 Volume::from_fn(grid.clone(), |v| ball(grid.centre(v), centre, radii) < 0.0)
             };
             let given = mask(centre, radii);
-            let origins =
-                Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+            let origins = Origins::new(&grid, &u, &params(), 0.0, Progress::none()).unwrap();
             let carried = carry_mask(&given, &origins, Progress::none()).unwrap();
             let nearest = carry_labels(&given, &origins, Progress::none()).unwrap();
             let truth = mask(
@@ -113,13 +112,12 @@ fn masks_keep_their_volume_between_thick_slices() {
     }
     let better = worst[1] > 3.0 * worst[0] && agreed[0] > agreed[1] + 0.3;
     assert!(better, "no better than the nearest: {worst:?} {agreed:?} of 24");
-    let still =
-        Origins::new(&grid, (&mesh, &Displacement::zero(&mesh)), &params(), 2.0, Progress::none());
+    let still = Origins::new(&grid, &still(&mesh), &params(), 2.0, Progress::none());
     let mask = Volume::from_fn(grid.clone(), |v| ball(grid.centre(v), [1.0; 3], [12.0; 3]) < 0.0);
     assert_eq!(carry_mask(&mask, &still.unwrap(), Progress::none()).unwrap(), mask);
     let none = mask.map(|_| false);
     let u = affine(&mesh, [1.0; 3], [0.0, 0.0, 4.0]);
-    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let origins = Origins::new(&grid, &u, &params(), 0.0, Progress::none()).unwrap();
     assert_eq!(carry_mask(&none, &origins, Progress::none()).unwrap(), none);
 }
 
@@ -136,7 +134,7 @@ fn a_rim_of_labels_beside_the_skin_goes_along() {
         })
     };
     let wrong = |layer_mm| {
-        let origins = Origins::new(&grid, (&mesh, &u), &params(), layer_mm, Progress::none());
+        let origins = Origins::new(&grid, &u, &params(), layer_mm, Progress::none());
         let carried = carry_labels(&labels(0.0), &origins.unwrap(), Progress::none()).unwrap();
         let wanted = labels(4.0);
         let pairs = carried.data().iter().zip(wanted.data());
@@ -156,7 +154,7 @@ fn labels_come_out_on_another_grid() {
     let labels = Volume::from_fn(coarse.clone(), |v| {
         u16::from(ball(coarse.centre(v), [0.0; 3], [12.0; 3]) < 0.0)
     });
-    let origins = Origins::new(&fine, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let origins = Origins::new(&fine, &u, &params(), 0.0, Progress::none()).unwrap();
     let carried = carry_labels(&labels, &origins, Progress::none()).unwrap();
     assert_eq!(carried.grid(), &fine);
     let inside: Vec<Vector> = (0..fine.len())
@@ -175,7 +173,7 @@ fn a_dose_is_carried_and_its_sums_are_told() {
     let level = |p: Point| 20.0 + 0.3 * p.x - 0.2 * p.y + 0.1 * p.z;
     let inside = |p: Point| ball(p, [0.0; 3], [17.0; 3]) < 0.0;
     let dose = Volume::from_fn(grid.clone(), |v| level(grid.centre(v)) as f32);
-    let origins = Origins::new(&grid, (&mesh, &u), &params(), 0.0, Progress::none()).unwrap();
+    let origins = Origins::new(&grid, &u, &params(), 0.0, Progress::none()).unwrap();
     let carried = carry_dose(&dose, &origins, Progress::none()).unwrap();
     for (n, &d) in carried.data().iter().enumerate() {
         let p = grid.centre(grid.voxel(n));
@@ -234,8 +232,7 @@ fn a_surface_under_an_affine_map_is_exact() {
     let mesh = block();
     let u = affine(&mesh, [1.1, 0.9, 0.95], [3.0, -2.0, 1.0]);
     let ball = sphere(Point::new(2.0, 1.0, 0.0), 15.0, 12);
-    let (surface, carried) =
-        carry_surface(&ball, (&mesh, &u), &params(), Progress::none()).unwrap();
+    let (surface, carried) = carry_surface(&ball, &u, &params(), Progress::none()).unwrap();
     assert_eq!(carried.moved_points, ball.points().len());
     for (p, q) in ball.points().iter().zip(surface.points()) {
         let want = Point::new(p.x * 1.1 + 3.0, p.y * 0.9 - 2.0, p.z * 0.95 + 1.0);
@@ -259,8 +256,7 @@ fn long_sides_are_split_until_they_follow_the_curve() {
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
     let solid = TriSurface::new((0..8).map(corner).collect(), triangles.collect()).unwrap();
-    let (surface, carried) =
-        carry_surface(&solid, (&mesh, &u), &params(), Progress::none()).unwrap();
+    let (surface, carried) = carry_surface(&solid, &u, &params(), Progress::none()).unwrap();
     assert!(carried.added_points > 100, "{}", carried.added_points);
     for triangle in surface.triangles() {
         let [a, b, _] = triangle.map(|p| surface.points()[p as usize]);
@@ -286,7 +282,7 @@ fn a_surface_beyond_reach_stays() {
     let mesh = block();
     let u = affine(&mesh, [1.0; 3], [5.0, 0.0, 0.0]);
     let far = sphere(Point::new(200.0, 0.0, 0.0), 20.0, 6);
-    let (surface, carried) = carry_surface(&far, (&mesh, &u), &params(), Progress::none()).unwrap();
+    let (surface, carried) = carry_surface(&far, &u, &params(), Progress::none()).unwrap();
     assert_eq!((carried.moved_points, carried.added_points), (0, 0));
     assert_eq!(surface.points(), far.points());
 }
@@ -300,19 +296,42 @@ fn consistent_fields_are_told_from_others() {
     };
     let u = moved(&mesh, Order::Quadratic, bent);
     let grid = grid(1.0, 45.0);
-    let mut fields = fields(&grid, &mesh, &u, &params(), Progress::none()).unwrap();
+    let fields = fields(&grid, &u, &params(), Progress::none()).unwrap();
     let good = consistency(&fields).unwrap();
     assert!(good.voxels > 50_000, "{good:?}");
     assert!(good.max_mm < 0.05 && good.p99_mm <= good.max_mm, "{good:?}");
     assert!(good.mean_mm < good.p99_mm, "{good:?}");
     // A field of the wrong sign, and one that is a tenth too long.
-    let right = fields.deformed_to_ct.clone();
-    fields.deformed_to_ct = right.map(|v| v.map(|c| -c));
-    assert!(consistency(&fields).unwrap().mean_mm > 2.0);
-    fields.deformed_to_ct = right.map(|v| v.map(|c| 1.1 * c));
-    let long = consistency(&fields).unwrap();
+    let with = |factor: f32| {
+        let back = fields.deformed_to_ct().map(|v| v.map(|c| factor * c));
+        let (forth, dets) = (fields.ct_to_deformed().clone(), fields.jacobian().clone());
+        consistency(&Fields::new(back, forth, dets).unwrap())
+    };
+    assert_eq!(with(1.0), Some(good));
+    assert!(with(-1.0).unwrap().mean_mm > 2.0);
+    let long = with(1.1).unwrap();
     assert!(long.mean_mm > 0.15 && long.p99_mm < 1.0, "{long:?}");
-    let still = Displacement::zero(&mesh);
-    let none = crate::fields(&grid, &mesh, &still, &params(), Progress::none()).unwrap();
+    let none = crate::fields(&grid, &still(&mesh), &params(), Progress::none()).unwrap();
     assert_eq!(consistency(&none), None);
+}
+
+/// Vectors linear in the place are the same between any places.
+#[test]
+fn coarser_vectors_are_held_against_the_fields() {
+    let mesh = block();
+    let u = affine(&mesh, [1.1, 0.9, 1.0], [3.0, 0.0, 1.5]);
+    let fields = fields(&grid(1.0, 45.0), &u, &params(), Progress::none()).unwrap();
+    let back = |p: Point| {
+        let from = Vector::new((p.x - 3.0) / 1.1, p.y / 0.9, p.z - 1.5);
+        let way = from - p.coords;
+        [way.x as f32, way.y as f32, way.z as f32]
+    };
+    let coarse = grid(7.0, 49.0);
+    let vectors = Volume::from_fn(coarse.clone(), |v| back(coarse.centre(v)));
+    let moved = fields.deformed_to_ct().data().iter().filter(|v| **v != [0.0; 3]).count();
+    let exact = interpolation_error(&vectors, &fields).unwrap();
+    assert_eq!(exact.voxels, moved);
+    assert!(exact.max_mm < 1e-4, "{exact:?}");
+    let long = vectors.map(|v| [v[0] + 0.3, v[1], v[2]]);
+    assert!((interpolation_error(&long, &fields).unwrap().mean_mm - 0.3).abs() < 1e-4);
 }

@@ -1,16 +1,17 @@
 //! Contours of a ball under maps that are known in closed form.
 
-use super::fixture::{lattice, moved};
+use super::fixture::{lattice, moved, still};
 use crate::{Error, Params, carry_contours};
 use std::f64::consts::{PI, TAU};
-use supine_mesh::{BoundaryTag, Displacement, Order, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{BoundaryTag, Deformation, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::ContourError;
 
 const CENTRE: [f64; 3] = [1.0, -2.0, 3.0];
 const RADIUS: f64 = 15.0;
 
-fn block() -> TetMesh {
+fn block() -> Arc<TetMesh> {
     lattice([8, 6, 6], 10.0, Point::new(-40.0, -30.0, -30.0), |_| BoundaryTag::Skin)
 }
 
@@ -50,7 +51,7 @@ fn affine() -> (Matrix, Vector) {
     (f, Vector::new(2.0, -3.0, 1.3))
 }
 
-fn displaced(mesh: &TetMesh) -> Displacement {
+fn displaced(mesh: &Arc<TetMesh>) -> Deformation {
     let (f, shift) = affine();
     moved(mesh, Order::Linear, |p| f * p.coords + shift - p.coords)
 }
@@ -70,8 +71,7 @@ fn a_ball_under_an_affine_map_keeps_its_share_of_volume_and_its_shape() {
     let u = displaced(&mesh);
     for mirrored in [false, true] {
         let grid = slices(mirrored);
-        let carried =
-            carry_contours(&ball(&grid, 1), &grid, (&mesh, &u), &params(), Progress::none());
+        let carried = carry_contours(&ball(&grid, 1), &grid, &u, &params(), Progress::none());
         let (contours, carried) = carried.unwrap();
         let [before, after] = carried.volume_ml;
         let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
@@ -106,7 +106,7 @@ fn missing_slices_are_bridged_and_a_hole_stays_one() {
     let grid = slices(false);
     let det = affine().0.determinant();
     let carry = |given: &[Vec<Point>]| {
-        carry_contours(given, &grid, (&mesh, &u), &params(), Progress::none()).unwrap().1
+        carry_contours(given, &grid, &u, &params(), Progress::none()).unwrap().1
     };
     let thin = carry(&ball(&grid, 2)).volume_ml;
     let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
@@ -128,11 +128,10 @@ fn missing_slices_are_bridged_and_a_hole_stays_one() {
 fn what_does_not_move_is_given_back_and_what_cannot_be_is_refused() {
     let mesh = block();
     let grid = slices(false);
-    let still = Displacement::zero(&mesh);
+    let still = still(&mesh);
     let given = ball(&grid, 1);
-    let carry = |given: &[Vec<Point>]| {
-        carry_contours(given, &grid, (&mesh, &still), &params(), Progress::none())
-    };
+    let carry =
+        |given: &[Vec<Point>]| carry_contours(given, &grid, &still, &params(), Progress::none());
     let (contours, carried) = carry(&given).unwrap();
     assert_eq!(carried.moved_points, 0);
     assert_eq!(contours, given);
@@ -165,8 +164,7 @@ fn a_thin_band_that_slants_is_still_there_between_its_planes() {
     };
     let given: Vec<Vec<Point>> = (0..5).map(band).collect();
     let u = moved(&mesh, Order::Linear, |_| Vector::new(0.0, 0.0, 0.8));
-    let (contours, _) =
-        carry_contours(&given, &grid, (&mesh, &u), &params(), Progress::none()).unwrap();
+    let (contours, _) = carry_contours(&given, &grid, &u, &params(), Progress::none()).unwrap();
     let area = |contours: &[Vec<Point>]| -> f64 {
         let one = |c: &Vec<Point>| {
             let fan = c.windows(2).map(|w| (w[0] - c[0]).cross(&(w[1] - c[0])));

@@ -3,7 +3,10 @@
 use ndarray::{ArrayD, OwnedRepr};
 use ndarray_npy::{NpzReader, ReadableElement};
 use std::fs::File;
-use supine_mesh::{BoundaryFace, BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{
+    BoundaryFace, BoundaryTag, Deformation, Displacement, Edges, Order, TET_FACES, TetMesh,
+};
 use supine_space::{Point, Vector};
 
 /// A file of arrays in fixtures/warp.
@@ -73,7 +76,7 @@ pub(super) fn mesh(
     points: Vec<Point>,
     tets: Vec<[u32; 4]>,
     tag: impl Fn(Point) -> BoundaryTag,
-) -> TetMesh {
+) -> Arc<TetMesh> {
     let mut faces: Vec<([u32; 3], [u32; 3])> = Vec::new();
     for tet in &tets {
         for face in TET_FACES {
@@ -91,7 +94,7 @@ pub(super) fn mesh(
             BoundaryFace { points: same[0].1, tag: tag(Point::from((p[0] + p[1] + p[2]) / 3.0)) }
         })
         .collect();
-    TetMesh::new(points, tets, boundary).unwrap()
+    Arc::new(TetMesh::new(points, tets, boundary).unwrap())
 }
 
 /// `n` cubes of side `step` along each axis from `origin`, six positive tetrahedra each.
@@ -100,7 +103,7 @@ pub(super) fn lattice(
     step: f64,
     origin: Point,
     tag: impl Fn(Point) -> BoundaryTag,
-) -> TetMesh {
+) -> Arc<TetMesh> {
     let id = |v: [usize; 3]| ((v[2] * (n[1] + 1) + v[1]) * (n[0] + 1) + v[0]) as u32;
     let mut points = Vec::new();
     for k in 0..=n[2] {
@@ -131,13 +134,18 @@ pub(super) fn lattice(
     mesh(points, tets, tag)
 }
 
-/// A displacement of the nodes of `mesh` by a function of their place in the CT.
-pub(super) fn moved(mesh: &TetMesh, order: Order, u: impl Fn(Point) -> Vector) -> Displacement {
+/// `mesh` with its nodes displaced by a function of their place in the CT.
+pub(super) fn moved(mesh: &Arc<TetMesh>, order: Order, u: impl Fn(Point) -> Vector) -> Deformation {
     let edges = Edges::new(mesh);
     let mut values: Vec<Vector> = mesh.points().iter().map(|p| u(*p)).collect();
     if order == Order::Quadratic {
         let at = |p: u32| mesh.points()[p as usize];
         values.extend(edges.ends().iter().map(|[a, b]| u(at(*a) + (at(*b) - at(*a)) * 0.5)));
     }
-    Displacement::new(mesh, &edges, values).unwrap()
+    Deformation::new(mesh.clone(), Displacement::new(mesh, &edges, values).unwrap()).unwrap()
+}
+
+/// `mesh` as it is in the CT.
+pub(super) fn still(mesh: &Arc<TetMesh>) -> Deformation {
+    Deformation::new(mesh.clone(), Displacement::zero(mesh)).unwrap()
 }

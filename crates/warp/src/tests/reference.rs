@@ -5,10 +5,11 @@ use crate::kernel::{Kernel, Source};
 use crate::map::Map;
 use crate::pieces::{Curve, Pieces};
 use crate::raster::{Raster, SLAB};
-use crate::resample::{Counts, Resampling, Rules};
+use crate::resample::Resampling;
 use crate::rows::Span;
+use crate::rules::{Counts, Rules};
 use crate::{Interpolation, Params, warp};
-use supine_mesh::{BoundaryTag, Displacement, Edges};
+use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::Volume;
 
@@ -107,9 +108,10 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
                 interpolation: Interpolation::Linear,
                 supersample_below: 0.0,
             };
-            let work = Resampling::new(Source::new(&ct, size), size, &map, rules);
+            let source = Source::new(&ct, size);
+            let work = Resampling::new(&source, size, &map, rules);
             let mut values = ct.clone();
-            let (_, counts) = work.run(&map, &mut values, Progress::none()).unwrap();
+            let (_, counts) = work.run(source, &map, &mut values, Progress::none()).unwrap();
             (counts, values)
         });
         let by_kernel: Vec<(Counts, Vec<i16>)> = by_kernel.collect();
@@ -134,9 +136,10 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let mesh = super::fixture::mesh(points, archive.tets("tets"), |_| BoundaryTag::Skin);
     let values = archive.vectors("disp").into_iter().map(Vector::from).collect();
     let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
+    let deformation = Deformation::new(mesh.clone(), displacement.clone()).unwrap();
     let ct = Volume::new(grid, patterned_ct(size, 100)).unwrap();
     let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
-    let (got, info) = warp(&ct, &mesh, &displacement, &params, Progress::none()).unwrap();
+    let (got, info) = warp(&ct, &deformation, &params, Progress::none()).unwrap();
 
     let corners = archive.integers("box");
     let stored = Reference {

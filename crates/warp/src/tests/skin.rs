@@ -2,12 +2,13 @@
 
 use super::fixture::{lattice, moved};
 use crate::{Params, carry_points, warp};
+use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, Volume};
 
 /// 24 x 16 x 20 mm of tissue with its skin at y = 0.
-fn block() -> TetMesh {
+fn block() -> Arc<TetMesh> {
     lattice([6, 4, 5], 4.0, Point::origin(), |p| {
         if p.y < 0.1 { BoundaryTag::Skin } else { BoundaryTag::ChestWall }
     })
@@ -52,7 +53,7 @@ fn the_soft_edge_moves_with_the_skin() {
     let ct = ct(100.0);
     let run = |collar_mm| {
         let params = Params { collar_mm, ..Params::default() };
-        warp(&ct, &mesh, &u, &params, Progress::none()).unwrap()
+        warp(&ct, &u, &params, Progress::none()).unwrap()
     };
     let (out, info) = run(5.0);
     assert!(info.warnings.is_empty() && info.collar_voxels > 0, "{info:?}");
@@ -76,7 +77,7 @@ fn another_body_across_a_gap_stays() {
     let ct = ct(5.0);
     for by in [4.0, -3.0] {
         let u = moved(&mesh, Order::Linear, dent(by));
-        let (out, info) = warp(&ct, &mesh, &u, &Params::default(), Progress::none()).unwrap();
+        let (out, info) = warp(&ct, &u, &Params::default(), Progress::none()).unwrap();
         assert!(info.moved_voxels > 1000, "{info:?}");
         for (n, (got, was)) in out.data().iter().zip(ct.data()).enumerate() {
             let y = ct.grid().centre(ct.grid().voxel(n)).y;
@@ -100,7 +101,7 @@ fn a_mark_on_the_skin_moves_with_it_and_one_behind_the_chest_wall_does_not() {
         let at = |x, y, z| Point::new(x, y, z);
         let marks =
             [at(9.3, -1.5, 11.0), at(8.0, -0.4, 8.0), at(9.3, -5.5, 11.0), at(9.0, 17.0, 9.0)];
-        let carried = carry_points(&mesh, &u, &Params::default(), &marks).unwrap();
+        let carried = carry_points(&u, &Params::default(), &marks).unwrap();
         for n in 0..2 {
             // What stands on the skin turns with it.
             let foot = Point::new(marks[n].x, 0.0, marks[n].z);

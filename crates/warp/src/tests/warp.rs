@@ -1,10 +1,11 @@
 //! What must hold for every mesh and displacement.
 
-use super::fixture::{lattice, moved, patterned_ct};
+use super::fixture::{lattice, moved, patterned_ct, still};
 use crate::pieces::{Curve, Pieces};
-use crate::{Error, Frames, Params, carry_points, fade, fields, warp, warp_onto};
+use crate::{Error, Faded, Frames, Params, carry_points, fade, fields, warp, warp_onto};
 use proptest::prelude::*;
-use supine_mesh::{BoundaryTag, Displacement, Edges, Locator, Order, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges, Locator, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, Volume, sample_trilinear_at};
 
@@ -19,7 +20,7 @@ const TAG: fn(Point) -> BoundaryTag = |p| {
 };
 
 /// A box of 24 x 16 x 20 mm from the origin: skin, chest wall at y = 16, cut at x = 0.
-fn block() -> TetMesh {
+fn block() -> Arc<TetMesh> {
     lattice([6, 4, 5], 4.0, Point::origin(), TAG)
 }
 
@@ -34,8 +35,10 @@ fn ct() -> Ct {
     Volume::new(grid, data).unwrap()
 }
 
-fn least_det(mesh: &TetMesh, edges: &Edges, u: &Displacement) -> f64 {
-    crate::element::least_dets(mesh, edges, u).into_iter().fold(f64::INFINITY, f64::min)
+fn min_det(u: &Deformation) -> f64 {
+    crate::element::min_dets(u.mesh(), &Edges::new(u.mesh()), u.displacement())
+        .into_iter()
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn bent(p: Point) -> Vector {
@@ -52,7 +55,7 @@ fn without_displacement_every_byte_stays() {
     let (mesh, ct) = (block(), ct());
     for order in [Order::Linear, Order::Quadratic] {
         let still = moved(&mesh, order, |_| Vector::zeros());
-        let (out, info) = warp(&ct, &mesh, &still, &Params::default(), Progress::none()).unwrap();
+        let (out, info) = warp(&ct, &still, &Params::default(), Progress::none()).unwrap();
         assert!(out == ct, "{order:?}");
         assert_eq!((info.vacated_voxels, info.folded_voxels), (0, 0));
         assert!((info.jacobian_min - 1.0).abs() < 1e-12 && info.warnings.is_empty(), "{info:?}");
@@ -64,7 +67,7 @@ fn a_shift_by_whole_voxels_shifts_the_values() {
     let (mesh, ct) = (block(), ct());
     let shift = moved(&mesh, Order::Linear, |_| Vector::new(3.0, -2.5, 1.5));
     let params = Params { collar_mm: 0.0, ..no_fade() };
-    let (out, info) = warp(&ct, &mesh, &shift, &params, Progress::none()).unwrap();
+    let (out, info) = warp(&ct, &shift, &params, Progress::none()).unwrap();
     let mut sampled = 0;
     for n in 0..ct.data().len() {
         let v = ct.grid().voxel(n);
@@ -94,7 +97,7 @@ fn one_and_two_threads_give_the_same_bytes() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let params = Params::default();
-        pool.install(|| warp(&ct, &mesh, &u, &params, Progress::none()).unwrap())
+        pool.install(|| warp(&ct, &u, &params, Progress::none()).unwrap())
     };
     let (one, two) = (run(1), run(2));
     assert!(one == two, "volume and info");
@@ -106,7 +109,7 @@ fn a_stop_is_obeyed() {
     let (mesh, ct) = (block(), ct());
     let u = moved(&mesh, Order::Linear, bent);
     let stop = |share: f64| share < 0.5;
-    let result = warp(&ct, &mesh, &u, &Params::default(), Progress::new(&stop));
+    let result = warp(&ct, &u, &Params::default(), Progress::new(&stop));
     assert!(matches!(result, Err(Error::Stopped(_))), "{result:?}");
 }
 
@@ -114,17 +117,13 @@ fn a_stop_is_obeyed() {
 fn what_cannot_be_used_is_refused() {
     let (mesh, ct) = (block(), ct());
     let u = moved(&mesh, Order::Linear, bent);
-    let other = lattice([1, 1, 1], 4.0, Point::origin(), |_| BoundaryTag::Skin);
-    let refuse = |ct: &Ct, mesh: &TetMesh, params: &Params| {
-        warp(ct, mesh, &u, params, Progress::none()).unwrap_err().to_string()
-    };
-    let message = refuse(&ct, &other, &Params::default());
-    assert!(message.contains("another mesh"), "{message}");
+    let refuse =
+        |ct: &Ct, params: &Params| warp(ct, &u, params, Progress::none()).unwrap_err().to_string();
     let thin = Grid::new([9, 9, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
-    let message = refuse(&Volume::from_fn(thin.unwrap(), |_| 0), &mesh, &Params::default());
+    let message = refuse(&Volume::from_fn(thin.unwrap(), |_| 0), &Params::default());
     assert!(message.contains("[9, 9, 1]"), "{message}");
     let nan = Params { collar_mm: f64::NAN, ..Params::default() };
-    let message = refuse(&ct, &mesh, &nan);
+    let message = refuse(&ct, &nan);
     assert!(message.contains("collar_mm"), "{message}");
 }
 
@@ -133,17 +132,17 @@ fn the_fade_holds_the_cut_and_keeps_the_tissue_unfolded() {
     let mesh = lattice([12, 4, 4], 5.0, Point::origin(), TAG);
     for order in [Order::Linear, Order::Quadratic] {
         let u = moved(&mesh, order, |_| Vector::new(-6.0, 0.0, 0.0));
-        let (faded, width) = fade(&mesh, &u, &Params::default()).unwrap();
+        let Faded { deformation: faded, width_mm: width, .. } =
+            fade(&u, &Params::default()).unwrap();
         assert!((18.0..=60.0).contains(&width), "{width} mm");
-        let edges = Edges::new(&mesh);
-        let det = least_det(&mesh, &edges, &faded);
+        let det = min_det(&faded);
         assert!(det >= 0.2, "{order:?}: det F {det}");
-        for (p, v) in mesh.points().iter().zip(faded.values()) {
+        for (p, v) in mesh.points().iter().zip(faded.displacement().values()) {
             let want = if p.x == 0.0 { Some(0.0) } else { (p.x >= width).then_some(-6.0) };
             assert!(want.is_none_or(|w| (v.x - w).abs() < 1e-12), "{p}: {v}");
         }
         let given = Params { fade_mm: Some(10.0), ..Params::default() };
-        assert_eq!(fade(&mesh, &u, &given).unwrap().1, 10.0);
+        assert_eq!(fade(&u, &given).unwrap().width_mm, 10.0);
     }
 }
 
@@ -151,8 +150,8 @@ fn the_fade_holds_the_cut_and_keeps_the_tissue_unfolded() {
 fn a_cut_that_rests_needs_no_fade() {
     let mesh = block();
     let u = moved(&mesh, Order::Quadratic, |p| Vector::new(0.0, 0.1, 0.2) * p.x);
-    let (same, width) = fade(&mesh, &u, &Params::default()).unwrap();
-    assert!(same == u && width == 0.0, "{width}");
+    let Faded { deformation: same, width_mm, .. } = fade(&u, &Params::default()).unwrap();
+    assert!(same == u && width_mm == 0.0, "{width_mm}");
 }
 
 #[test]
@@ -161,15 +160,15 @@ fn forward_and_backward_fields_belong_together() {
     let mesh = block();
     let u = moved(&mesh, Order::Quadratic, bent);
     let grid = grid(turn);
-    let f = fields(&grid, &mesh, &u, &no_fade(), Progress::none()).unwrap();
-    let locator = Locator::new(&mesh);
+    let f = fields(&grid, &u, &no_fade(), Progress::none()).unwrap();
+    let locator = Locator::new(mesh.clone());
     let (mut seen, mut worst) = (0, 0.0f64);
     for n in 0..grid.len() {
         let p = grid.centre(grid.voxel(n));
-        let forward = Vector::from(f.ct_to_deformed.data()[n].map(f64::from));
-        let back = Vector::from(f.deformed_to_ct.data()[n].map(f64::from));
+        let forward = Vector::from(f.ct_to_deformed().data()[n].map(f64::from));
+        let back = Vector::from(f.deformed_to_ct().data()[n].map(f64::from));
         if locator.locate(&p).is_none() {
-            assert_eq!((forward.norm(), f.jacobian.data()[n]), (0.0, 1.0), "{p}");
+            assert_eq!((forward.norm(), f.jacobian().data()[n]), (0.0, 1.0), "{p}");
         } else if p.iter().all(|c| c.fract().abs() > 1e-3) {
             assert!((forward - bent(p)).norm() < 0.05, "{p}: {forward} for {}", bent(p));
         }
@@ -191,12 +190,12 @@ fn turned() -> Matrix {
 fn the_jacobian_of_a_stretch_is_its_factor() {
     let mesh = block();
     let u = moved(&mesh, Order::Quadratic, |p| Vector::new(0.1 * p.x, 0.0, -0.2 * p.z));
-    let f = fields(&grid(Matrix::identity()), &mesh, &u, &no_fade(), Progress::none()).unwrap();
-    let stretched = f.jacobian.data().iter().filter(|&&j| (j - 1.1 * 0.8).abs() < 1e-5).count();
-    let ones = f.jacobian.data().iter().filter(|&&j| j == 1.0).count();
-    assert_eq!(stretched + ones, f.jacobian.data().len());
+    let f = fields(&grid(Matrix::identity()), &u, &no_fade(), Progress::none()).unwrap();
+    let stretched = f.jacobian().data().iter().filter(|&&j| (j - 1.1 * 0.8).abs() < 1e-5).count();
+    let ones = f.jacobian().data().iter().filter(|&&j| j == 1.0).count();
+    assert_eq!(stretched + ones, f.jacobian().data().len());
     assert!(stretched > 3000, "{stretched}");
-    let (_, info) = warp(&ct(), &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    let (_, info) = warp(&ct(), &u, &no_fade(), Progress::none()).unwrap();
     for j in [info.jacobian_min, info.jacobian_p01, info.jacobian_mean, info.jacobian_max] {
         assert!((j - 0.88).abs() < 1e-9, "{info:?}");
     }
@@ -208,7 +207,7 @@ fn points_follow_the_tissue_and_the_ct() {
     let u = moved(&mesh, Order::Quadratic, bent);
     let inside = Point::new(10.3, 5.1, 11.7);
     let outside = Point::new(-3.0, 5.0, 5.0);
-    let carried = carry_points(&mesh, &u, &no_fade(), &[inside, outside]).unwrap();
+    let carried = carry_points(&u, &no_fade(), &[inside, outside]).unwrap();
     let there = carried[0].unwrap();
     assert!((there - inside - bent(inside)).norm() < 1e-12, "{there}");
     assert_eq!(carried[1], None);
@@ -217,7 +216,7 @@ fn points_follow_the_tissue_and_the_ct() {
         let p = grid(Matrix::identity()).centre(v);
         (20.0 * p.x + 30.0 * p.y - 25.0 * p.z).round() as i16
     });
-    let (out, _) = warp(&smooth, &mesh, &u, &no_fade(), Progress::none()).unwrap();
+    let (out, _) = warp(&smooth, &u, &no_fade(), Progress::none()).unwrap();
     let (got, want) = (sample_trilinear_at(&out, &there), sample_trilinear_at(&smooth, &inside));
     assert!((got - want).abs() < 4.0, "{got} for {want}");
 }
@@ -227,7 +226,7 @@ fn too_many_pieces_are_not_made() {
     let mesh = block();
     let edges = Edges::new(&mesh);
     let u = moved(&mesh, Order::Quadratic, bent);
-    let curve = Curve { mesh: &mesh, edges: &edges, displacement: &u };
+    let curve = Curve { mesh: &mesh, edges: &edges, displacement: u.displacement() };
     let free = Pieces::new(&curve, 0.002, Progress::none()).unwrap();
     assert!(free.tets.len() > 3000 && free.missed_mm.is_none(), "{}", free.tets.len());
     let bound = Pieces::at_most(3000, &curve, 0.002, Progress::none()).unwrap();
@@ -247,12 +246,12 @@ fn another_grid_holds_the_same_tissue() {
     let (mesh, ct) = (block(), ct());
     let u = moved(&mesh, Order::Quadratic, bent);
     let params = Params { supersample_below: 0.0, ..Params::default() };
-    let (own, _) = warp(&ct, &mesh, &u, &params, Progress::none()).unwrap();
+    let (own, _) = warp(&ct, &u, &params, Progress::none()).unwrap();
     let spacing = ct.grid().spacing();
     let size = ct.grid().size().map(|n| 2 * n + 7);
     let first = ct.grid().patient_from_index([-2.0; 3]);
     let fine = Grid::new(size, spacing * 0.5, first, Matrix::identity()).unwrap();
-    let (made, info) = warp_onto(&fine, &ct, &mesh, &u, &params, Progress::none()).unwrap();
+    let (made, info) = warp_onto(&fine, &ct, &u, &params, Progress::none()).unwrap();
     assert_eq!(made.grid(), &fine);
     assert!(info.moved_voxels > 1000 && info.folded_voxels == 0, "{info:?}");
     let mut off = 0;
@@ -271,7 +270,7 @@ fn another_grid_holds_the_same_tissue() {
         }
     }
     assert!(off < 20, "{off}");
-    let (again, _) = warp_onto(ct.grid(), &ct, &mesh, &u, &params, Progress::none()).unwrap();
+    let (again, _) = warp_onto(ct.grid(), &ct, &u, &params, Progress::none()).unwrap();
     assert_eq!(again.data(), own.data());
 }
 
@@ -279,7 +278,7 @@ fn another_grid_holds_the_same_tissue() {
 #[test]
 fn a_coarser_grid_is_averaged() {
     let (mesh, ct) = (block(), ct());
-    let still = Displacement::zero(&mesh);
+    let still = still(&mesh);
     let own = ct.grid();
     let size = own.size().map(|n| n / 2);
     let first = own.patient_from_index([0.0; 3]);
@@ -287,7 +286,7 @@ fn a_coarser_grid_is_averaged() {
     // The pattern is a ramp with noise of 0 to 15, of variance 21.25: the ramp taken off, the noise is left.
     let noise = |supersample_below: f64| {
         let params = Params { supersample_below, ..no_fade() };
-        let (made, _) = warp_onto(&coarse, &ct, &mesh, &still, &params, Progress::none()).unwrap();
+        let (made, _) = warp_onto(&coarse, &ct, &still, &params, Progress::none()).unwrap();
         let inner = (0..coarse.len()).filter(|&n| {
             let place = coarse.voxel(n);
             (0..3).all(|a| place[a] > 0 && place[a] + 1 < size[a])
@@ -309,15 +308,15 @@ fn a_coarser_grid_is_averaged() {
 #[test]
 fn each_frame_is_as_if_it_were_the_only_one() {
     let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
-    let ct = ct();
+    let ct = Arc::new(ct());
     for order in [Order::Linear, Order::Quadratic] {
         let params = Params { collar_mm: 2.0, ..no_fade() };
-        let mut frames = Frames::new(&ct, &mesh, &params).unwrap();
-        let mut frame = ct.clone();
+        let mut frames = Frames::new(ct.clone(), mesh.clone(), &params).unwrap();
+        let mut frame = Ct::clone(&ct);
         for share in [0.3, 1.0, 0.6] {
             let u = moved(&mesh, order, |p| bent(p) * share);
             frames.next(&u, &mut frame).unwrap();
-            let (alone, _) = warp(&ct, &mesh, &u, &params, Progress::none()).unwrap();
+            let (alone, _) = warp(&ct, &u, &params, Progress::none()).unwrap();
             let differ = frame.data().iter().zip(alone.data()).filter(|(a, b)| a != b).count();
             assert_eq!(differ, 0, "{order:?} {share}");
         }
@@ -326,9 +325,9 @@ fn each_frame_is_as_if_it_were_the_only_one() {
         assert_eq!(frame.data(), ct.data());
     }
     let other = lattice([2, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
-    let mut frames = Frames::new(&ct, &mesh, &no_fade()).unwrap();
+    let mut frames = Frames::new(ct.clone(), mesh.clone(), &no_fade()).unwrap();
     let u = moved(&other, Order::Linear, bent);
-    assert!(matches!(frames.next(&u, &mut ct.clone()), Err(Error::Displacement(_))));
+    assert!(matches!(frames.next(&u, &mut Ct::clone(&ct)), Err(Error::Displacement(_))));
 }
 
 proptest! {
@@ -361,12 +360,13 @@ proptest! {
             .map(|n| if on_surface(place(n)) { Vector::zeros() } else { at(n) * 0.5 })
             .collect();
         let u = Displacement::new(&mesh, &edges, values).unwrap();
-        prop_assume!(least_det(&mesh, &edges, &u) > 0.05);
+        let u = Deformation::new(mesh.clone(), u).unwrap();
+        prop_assume!(min_det(&u) > 0.05);
         let grid = Grid::new(
             [16, 12, 12], Vector::repeat(1.0), Point::new(-2.0, -2.0, -2.0), Matrix::identity(),
         ).unwrap();
         let ct = Volume::new(grid.clone(), patterned_ct(grid.size(), 3)).unwrap();
-        let (out, info) = warp(&ct, &mesh, &u, &no_fade(), Progress::none()).unwrap();
+        let (out, info) = warp(&ct, &u, &no_fade(), Progress::none()).unwrap();
         prop_assert_eq!(info.moved_voxels, 12 * 8 * 8);
         prop_assert_eq!((info.folded_voxels, info.vacated_voxels), (0, 0));
         for n in 0..grid.len() {

@@ -1,0 +1,138 @@
+//! The commands that do one stage, and `supine check`.
+
+use crate::End;
+use crate::args;
+use crate::failure::Failure;
+use crate::screen::Screen;
+use crate::words::Numbers;
+use std::path::Path;
+use supine_flow::commands::mesh::{self, MeshDone, MeshSource};
+use supine_flow::commands::warp::{self, OutputGrid};
+use supine_flow::commands::{check, coarsen, segment, solve};
+use supine_space::Failure as Kind;
+
+pub(crate) fn check(args: args::Check, screen: &Screen) -> Result<End, Failure> {
+    let args::Check { case, changes, out } = args;
+    let done = check::check(&check::Check { case, changes, out: out.clone() })?;
+    let mut text = format!("{} can be run", done.case.display());
+    if let (Some(redone), Some(out)) = (&done.redone, out) {
+        let stages = if redone.is_empty() { "nothing".into() } else { redone.join(", ") };
+        text += &format!("\nto do in {}: {stages}", out.display());
+    }
+    screen.result(&done, &text);
+    Ok(End::Done)
+}
+
+pub(crate) fn segment(args: args::Segment, screen: &Screen) -> Result<End, Failure> {
+    let args::Segment { given, case, out, uncertainty, surfaces } = args;
+    let given = segment::Segment { spec: given.spec, case, out, uncertainty, surfaces };
+    let done = segment::segment(&given, screen)?;
+    let text = format!(
+        "{}: soft tissue {:.0} ml, chest wall {:.0} ml in the whole CT",
+        done.labels.display(),
+        done.soft_tissue_ml,
+        done.chest_wall_ml
+    );
+    screen.result(&done, &text);
+    Ok(End::Done)
+}
+
+pub(crate) fn mesh(args: args::Mesh, screen: &Screen) -> Result<End, Failure> {
+    let args::Mesh { labels, surfaces, skin, chest_wall, frame, given, out, report } = args;
+    let source = match (labels, skin, chest_wall) {
+        (Some(file), ..) => MeshSource::Labels { file, surfaces },
+        (None, Some(skin), Some(chest_wall)) => {
+            MeshSource::Solids { skin, chest_wall, frame: frame.into() }
+        }
+        _ => {
+            let message = "--labels, or --skin and --chest-wall, are needed";
+            return Err(Failure::new(Kind::Usage, message));
+        }
+    };
+    let done = mesh::mesh(&mesh::Mesh { spec: given.spec, source, out, report }, screen)?;
+    tell_mesh(&done, screen);
+    Ok(End::Done)
+}
+
+pub(crate) fn coarsen(args: args::Coarsen, screen: &Screen) -> Result<End, Failure> {
+    let args::Coarsen { from, tetrahedra, out, report } = args;
+    let given = coarsen::Coarsen { from, tetrahedra: tetrahedra.get(), out, report };
+    tell_mesh(&coarsen::coarsen(&given, screen)?, screen);
+    Ok(End::Done)
+}
+
+fn tell_mesh(done: &MeshDone, screen: &Screen) {
+    let facts = &done.facts;
+    let far = facts.surfaces.iter().map(|s| s.max_mm).fold(0.0, f64::max);
+    let text = format!(
+        "{}: {} tetrahedra, dihedral angles {:.1} to {:.1} degrees, {:.1} ml, surface within {far:.2} mm",
+        done.mesh.display(),
+        facts.tetrahedra,
+        facts.min_dihedral_deg,
+        facts.max_dihedral_deg,
+        facts.volume_ml
+    );
+    screen.result(done, &text);
+}
+
+pub(crate) fn solve(args: args::Solve, screen: &Screen) -> Result<End, Failure> {
+    let args::Solve { mesh, sitting, gravity, given, sensitivity, problem, out } = args;
+    let target = match gravity {
+        Some(Numbers(direction)) => solve::Target::Direction(direction),
+        None if sitting => solve::Target::Sitting,
+        None => solve::Target::Bed,
+    };
+    let given = solve::Solve { spec: given.spec, mesh, target, sensitivity, problem, out };
+    let done = solve::solve(&given, screen)?;
+    let mut text = format!(
+        "{}: largest displacement {:.2} mm, {} iterations, det F {:.2} to {:.2}",
+        done.deformed.display(),
+        done.max_displacement_mm,
+        done.iterations,
+        done.min_det_f,
+        done.max_det_f
+    );
+    if let Some(slope) = done.max_displacement_mm_per_kpa {
+        text += &format!(", up to {slope:.2} mm per kPa");
+    }
+    if let Some(interval) = &done.young_interval {
+        let ([low, high], [of_low, of_high]) = (interval.young_kpa, interval.max_displacement_mm);
+        text += &format!(", {of_low:.2} mm at {low} kPa, {of_high:.2} mm at {high} kPa");
+    }
+    screen.result(&done, &text);
+    Ok(End::Done)
+}
+
+pub(crate) fn warp(args: args::Warp, screen: &Screen) -> Result<End, Failure> {
+    let args::Warp { given, mesh, spacing, around, axial, fields, registration, out } = args;
+    let grid = OutputGrid {
+        spacing_mm: spacing.map(|s| s.0),
+        around_mm: around,
+        axial_mm: axial.map(|a| a.0),
+    };
+    let folder = registration.clone();
+    let given = warp::Warp { spec: given.spec, mesh, grid, fields, registration, out };
+    let done = warp::warp(&given, screen)?;
+    let mut text = format!(
+        "{}: {} voxels moved, Jacobian {:.2} to {:.2}",
+        done.out.display(),
+        done.moved_voxels,
+        done.jacobian_min,
+        done.jacobian_max
+    );
+    let line = |folder: &Path, what: &str, [mean, p99, max]: [f64; 3]| {
+        let folder = folder.display();
+        format!(
+            "\n{folder}: {what} {mean:.3} mm in the mean, {p99:.3} mm at 99 %, {max:.3} mm at the maximum"
+        )
+    };
+    if let (Some(folder), Some(c)) = (&done.fields, &done.forward_then_backward) {
+        text += &line(folder, "fields; forward, then backward:", [c.mean_mm, c.p99_mm, c.max_mm]);
+    }
+    if let (Some(folder), Some(r)) = (&folder, &done.registration) {
+        let what = "registrations; between their vectors off the map:";
+        text += &line(folder, what, [r.mean_mm, r.p99_mm, r.max_mm]);
+    }
+    screen.result(&done, &text);
+    Ok(End::Done)
+}

@@ -1,0 +1,126 @@
+//! The files of a folder, and which of them a series is looked for in.
+
+use crate::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Deepest folder below the given one that is searched.
+pub(crate) const MAX_FOLDER_DEPTH: usize = 8;
+/// Most files that are looked at.
+const MAX_FILES: usize = 200_000;
+/// Where the files lie that are looked at for the series that a path names.
+pub(crate) struct Place {
+    /// The folder that all of them lie below, and that their names are relative to.
+    pub(crate) root: PathBuf,
+    depth: usize,
+    /// Whether the path is a file of the series, and not a folder or a DICOMDIR.
+    pub(crate) one_file: bool,
+}
+
+impl Place {
+    /// Of a folder, of a file, which stands for its folder, or of a DICOMDIR, which stands for all below its
+    /// folder: looking there instead of following its paths (PS3.10 8.6) finds what it forgot, and never
+    /// leaves the folder.
+    pub(crate) fn of(path: &Path) -> Result<Self, Error> {
+        let read_error = |source| Error::Read { path: path.to_owned(), source };
+        if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+            return Ok(Self { root: path.to_owned(), depth: MAX_FOLDER_DEPTH, one_file: false });
+        }
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+        let root = parent.unwrap_or(Path::new(".")).to_owned();
+        let directory = path.file_name().is_some_and(|name| name == "DICOMDIR");
+        let depth = if directory { MAX_FOLDER_DEPTH } else { 0 };
+        Ok(Self { root, depth, one_file: !directory })
+    }
+
+    /// Its files, ascending by path.
+    pub(crate) fn files(&self) -> Result<Vec<PathBuf>, Error> {
+        below(&self.root, self.depth)
+    }
+}
+
+/// The files that [`crate::read_series`] looks into for this path, ascending: those of a folder and of the
+/// folders in it, those beside a single file, those below the folder of a DICOMDIR. Hidden files are
+/// passed over. Nothing is opened.
+///
+/// # Errors
+/// When there is no such path, a folder cannot be read, or there are too many files.
+pub fn source_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
+    Place::of(path)?.files()
+}
+
+/// The folder that all of [`source_files`] lie below: files are named by their path from there, in messages
+/// and in [`crate::LeftOut`].
+///
+/// # Errors
+/// When there is no such path.
+pub fn source_folder(path: &Path) -> Result<PathBuf, Error> {
+    Ok(Place::of(path)?.root)
+}
+
+/// Regular files of a folder and of the folders in it, ascending by path.
+pub(crate) fn below(folder: &Path, depth: usize) -> Result<Vec<PathBuf>, Error> {
+    let mut paths = Vec::new();
+    list(folder, depth, &mut paths)?;
+    paths.sort();
+    Ok(paths)
+}
+
+/// Regular files below a folder; hidden files and symbolic links to folders are passed over.
+fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let read_error = |source| Error::Read { path: folder.to_owned(), source };
+    for entry in std::fs::read_dir(folder).map_err(read_error)? {
+        let entry = entry.map_err(read_error)?;
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        let kind = entry.file_type().map_err(read_error)?;
+        if kind.is_dir() {
+            if depth > 0 {
+                list(&entry.path(), depth - 1, paths)?;
+            }
+        } else if entry.path().is_file() {
+            paths.push(entry.path());
+        }
+        if paths.len() > MAX_FILES {
+            let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
+            return Err(Error::NoCt { path: folder.to_owned(), found });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::{create_dir_all, write};
+
+    fn names(files: &[PathBuf], root: &Path) -> Vec<String> {
+        let name = |f: &PathBuf| f.strip_prefix(root).unwrap().display().to_string();
+        files.iter().map(name).collect()
+    }
+
+    #[test]
+    fn the_files_of_a_path_are_those_of_its_folder_in_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        create_dir_all(root.join("b/deep")).unwrap();
+        create_dir_all(root.join(".hidden")).unwrap();
+        for name in ["c", "a", "DICOMDIR", ".d", "b/1", "b/deep/2", ".hidden/3"] {
+            write(root.join(name), "").unwrap();
+        }
+        let all = ["DICOMDIR", "a", "b/1", "b/deep/2", "c"];
+        let beside = ["DICOMDIR", "a", "c"];
+        for (given, below, expected) in [
+            (root.to_owned(), root, &all[..]),
+            (root.join("DICOMDIR"), root, &all[..]),
+            (root.join("a"), root, &beside[..]),
+            (root.join("b"), &root.join("b"), &["1", "deep/2"][..]),
+            (root.join("b/1"), &root.join("b"), &["1"][..]),
+        ] {
+            assert_eq!(source_folder(&given).unwrap(), below);
+            assert_eq!(names(&source_files(&given).unwrap(), below), expected, "{given:?}");
+        }
+        let nowhere = source_files(&root.join("z")).unwrap_err().to_string();
+        assert!(nowhere.starts_with("cannot read"), "{nowhere}");
+    }
+}

@@ -1,0 +1,12 @@
+//! What is written of a segmentation.
+
+use supine_space::Grid;
+
+/// The voxels of segments on the grid of a CT.
+pub(super) struct Marked<'a> {
+    pub(super) grid: &'a Grid,
+    /// Names of the segments.
+    pub(super) names: Vec<String>,
+    /// Whether a segment, counted from 0, holds a voxel.
+    pub(super) holds: &'a (dyn Fn(usize, usize) -> bool + Sync),
+}

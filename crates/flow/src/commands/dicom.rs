@@ -1,0 +1,72 @@
+//! `supine inspect` and `supine verify-export`: DICOM files as they are.
+
+use super::Gather;
+use crate::spec::Spec;
+use crate::{Error, NodeId, Observer};
+use std::path::PathBuf;
+use supine_dicom::{Depth, Expected, Original, Policy};
+pub use supine_dicom::{Inspection, PixelReport, SeriesReport, Verification};
+
+/// Keys of the table that both take.
+pub const KEYS: &[&str] = &["assume_hu", "equalise_steps"];
+
+/// What is asked of `supine inspect`.
+#[derive(Clone, Debug)]
+pub struct Inspect {
+    /// Values for [`KEYS`].
+    pub spec: Spec,
+    /// A folder, or a file of a series.
+    pub path: PathBuf,
+    /// Whether every slice is decoded too.
+    pub pixels: bool,
+}
+
+/// Looks at what a folder of DICOM holds.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn inspect(given: &Inspect, observer: &dyn Observer) -> Result<Inspection, Error> {
+    let depth = if given.pixels { Depth::Pixels } else { Depth::Headers };
+    let accept = given.spec.case()?.accept;
+    Gather::new(observer, &[]).work(NodeId::Import, |progress| {
+        supine_dicom::inspect(&given.path, depth, accept, progress).map_err(failed)
+    })
+}
+
+/// What is asked of `supine verify-export`.
+#[derive(Clone, Debug)]
+pub struct Verify {
+    /// Values for [`KEYS`].
+    pub spec: Spec,
+    /// The exported series.
+    pub dir: PathBuf,
+    /// The series it was made from; without it much cannot be checked.
+    pub source: Option<PathBuf>,
+    /// A study of its own is expected.
+    pub new_study: bool,
+    /// The scanner is expected as the equipment.
+    pub keep_equipment: bool,
+    /// The source's frame of reference is expected.
+    pub same_frame: bool,
+}
+
+/// Checks what no validator notices about an exported series.
+///
+/// # Errors
+/// When it or its source cannot be read; whatever is wrong with it is part of the answer.
+pub fn verify_export(given: &Verify, observer: &dyn Observer) -> Result<Verification, Error> {
+    let &Verify { new_study, keep_equipment, same_frame, .. } = given;
+    let policy = Policy { new_study, keep_equipment, same_frame };
+    let expected = Expected { policy, anonymiser: None, accept: given.spec.case()?.accept };
+    let source = given.source.as_deref().map(Original::Files);
+    Gather::new(observer, &[]).work(NodeId::Export, |progress| {
+        supine_dicom::verify_export(&given.dir, source, expected, progress).map_err(failed)
+    })
+}
+
+fn failed(error: supine_dicom::Error) -> Error {
+    match error {
+        supine_dicom::Error::Stopped(_) => Error::Stopped,
+        other => Error::Dicom(other),
+    }
+}

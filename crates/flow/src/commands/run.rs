@@ -1,0 +1,86 @@
+//! `supine run`: the whole flow of a case.
+
+use crate::folder::RunFolder;
+use crate::run::Options;
+use crate::session::Session;
+use crate::spec::Spec;
+use crate::{Error, Observer, Summary};
+use serde_json::Value as Json;
+use std::path::{Path, PathBuf};
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// A case file, or the summary of a run.
+    pub case: PathBuf,
+    /// Changes of its values.
+    pub changes: Vec<Change>,
+    /// Takes the patient out of all that leaves, whatever the case says.
+    pub anonymise: bool,
+    /// The folder of the run.
+    pub out: PathBuf,
+    /// Where it ends, and what is made anew.
+    pub options: Options,
+}
+
+/// A change of one value of a case, as it is typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// The key.
+    pub key: String,
+    /// Its value.
+    pub value: String,
+}
+
+impl std::str::FromStr for Change {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, value) = text.split_once('=').ok_or("expected key=value, such as bed.ap=5")?;
+        Ok(Self { key: key.trim().into(), value: value.trim().into() })
+    }
+}
+
+/// What became of a run.
+#[derive(Clone, Debug)]
+pub struct RunDone {
+    /// The summary; none of a run that was to end before its report.
+    pub summary: Option<Summary>,
+    /// The folder held results of another version, which were removed.
+    pub renewed: bool,
+}
+
+impl RunDone {
+    /// Whether the export passed its own checks; a run without DICOM has none.
+    pub fn checks_passed(&self) -> bool {
+        let export = self.summary.as_ref().and_then(|summary| summary.export.as_ref());
+        export.is_none_or(|export| export.verified.passed == export.verified.total)
+    }
+}
+
+/// Brings the folder of a run up to date.
+///
+/// # Errors
+/// When the case cannot be used, a stage fails, or the folder cannot be written.
+pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
+    let mut spec = spec(&given.case, &given.changes)?;
+    if given.anonymise {
+        spec.set("export.anonymise", &Json::Bool(true))?;
+    }
+    let session = super::session(&spec)?;
+    session.case().check_complete()?;
+    let folder = RunFolder::open(&given.out)?;
+    let renewed = folder.is_former();
+    let session: Session = session.with_folder(folder)?;
+    let summary = crate::run(&session, given.options, observer)?;
+    Ok(RunDone { summary, renewed })
+}
+
+/// The values of a case with some changes.
+pub(super) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
+    let mut spec = Spec::read(case)?;
+    for Change { key, value } in changes {
+        spec.set_typed(key, value)?;
+    }
+    Ok(spec)
+}

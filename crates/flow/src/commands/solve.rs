@@ -1,0 +1,212 @@
+//! `supine solve`: the displacement of a mesh under gravity.
+
+use super::{Gather, given_mesh, messages, usage};
+use crate::nodes::{Law, Meshed};
+use crate::shared::statics;
+use crate::spec::Spec;
+use crate::{Error, NodeId, Observer};
+use serde::Serialize;
+use std::path::PathBuf;
+use supine_exchange::{write_mesh_fields, write_problem};
+use supine_fem::{Between, Body, Cut, Info, Load, RestState, between, sensitivity};
+use supine_mesh::{Deformation, Displacement};
+use supine_report::Warning;
+use supine_space::Vector;
+
+/// Keys of the table that it takes, beside the bed.
+pub const KEYS: &[&str] = &[
+    "tissue.young",
+    "tissue.poisson",
+    "tissue.density",
+    "tissue.rest",
+    "tissue.cut",
+    "tissue.spring",
+    "tissue.young_interval",
+    "mesh.order",
+];
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Solve {
+    /// Values for [`KEYS`], and the bed for [`Target::Bed`].
+    pub spec: Spec,
+    /// The mesh at the CT shape, with its boundary tags.
+    pub mesh: PathBuf,
+    /// Where gravity points.
+    pub target: Target,
+    /// Whether the derivative by the modulus is wanted too.
+    pub sensitivity: bool,
+    /// A file for the same problem, for another solver.
+    pub problem: Option<PathBuf>,
+    /// The file of the deformed mesh.
+    pub out: PathBuf,
+}
+
+/// Where gravity points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// As on the table that the specification gives.
+    Bed,
+    /// As in a patient who sits upright.
+    Sitting,
+    /// Along a direction of any length, LPS.
+    Direction([f64; 3]),
+}
+
+/// What was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct SolveDone {
+    /// The file of the deformed mesh.
+    pub deformed: PathBuf,
+    /// Direction of gravity, LPS, unit vector.
+    pub gravity: [f64; 3],
+    /// Young's modulus, kPa.
+    pub young_kpa: f64,
+    /// Poisson's ratio.
+    pub poisson: f64,
+    /// Density, kg/m³.
+    pub density_kg_m3: f64,
+    /// Order of the displacement within a tetrahedron.
+    pub order: u8,
+    /// Newton steps.
+    pub iterations: usize,
+    /// Residual force, relative.
+    pub residual: f64,
+    /// Smallest det F.
+    pub min_det_f: f64,
+    /// Largest det F.
+    pub max_det_f: f64,
+    /// Stiffness of the springs at the cut, kPa/mm.
+    pub spring_kpa_mm: Option<f64>,
+    /// Largest displacement of a node, mm.
+    pub max_displacement_mm: f64,
+    /// Largest derivative of a displacement by the modulus, mm/kPa, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_displacement_mm_per_kpa: Option<f64>,
+    /// What an interval of moduli gives, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young_interval: Option<IntervalFacts>,
+    /// What the user must know.
+    #[serde(serialize_with = "messages")]
+    pub warnings: Vec<Warning>,
+}
+
+/// What an interval of moduli gives.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct IntervalFacts {
+    /// Its ends, kPa.
+    pub young_kpa: [f64; 2],
+    /// Largest displacement of a node at both ends, mm.
+    pub max_displacement_mm: [f64; 2],
+    /// How far a displacement within the interval lies outside those at its ends, mm.
+    pub overshoot_mm: f64,
+}
+
+/// Finds the displacement of a mesh under gravity, by the law and the solver of a run.
+///
+/// # Errors
+/// When an input cannot be used, the solver fails, or a file cannot be written.
+pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error> {
+    let case = given.spec.case()?;
+    let target = match given.target {
+        Target::Bed => case.bed()?.gravity(),
+        Target::Sitting => supine_space::sitting(),
+        Target::Direction(g) if Vector::from(g).norm() > 0.0 => Vector::from(g).normalize(),
+        Target::Direction(_) => return Err(usage("--gravity: 0,0,0 is no direction")),
+    };
+    let law = Law::under(&case, Load { ct: supine_space::supine(), target });
+    let meshed = Meshed::given(given_mesh(&given.mesh)?);
+    let body = law.body(&meshed, None);
+    problem(given, &law, &body)?;
+    let gather = Gather::new(observer, &[]);
+    let found = find(given, &law, &body, case.young_interval_kpa, &gather)?;
+    gather.warn_all(NodeId::Solve, found.info.warnings.clone());
+    let interval = found.between.as_ref().zip(case.young_interval_kpa);
+    let young_interval = interval.map(|(between, young_kpa)| {
+        let max_displacement_mm =
+            [&between.low, &between.high].map(|end| end.displacement().max_norm());
+        let overshoot_mm = between.overshoot_mm;
+        IntervalFacts { young_kpa, max_displacement_mm, overshoot_mm }
+    });
+    if let Some(between) = &found.between {
+        gather.warn_all(NodeId::Interval, between.warnings.clone());
+    }
+    write_mesh_fields(&body.mesh, &found.fields(), &given.out).map_err(Error::product)?;
+    let info = &found.info;
+    Ok(SolveDone {
+        deformed: given.out.clone(),
+        gravity: target.into(),
+        young_kpa: case.tissue.young_kpa,
+        poisson: case.tissue.poisson,
+        density_kg_m3: case.tissue.density_kg_m3,
+        order: case.mesh.order.number(),
+        iterations: info.iterations,
+        residual: info.residual,
+        min_det_f: info.min_det_f,
+        max_det_f: info.max_det_f,
+        spring_kpa_mm: info.spring_kpa_mm,
+        max_displacement_mm: info.max_displacement_mm,
+        max_displacement_mm_per_kpa: found.slope.as_ref().map(Displacement::max_norm),
+        young_interval,
+        warnings: gather.warnings(),
+    })
+}
+
+/// Writes the problem for another solver, when it is asked for and such a file can hold it.
+fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
+    let Some(path) = &given.problem else { return Ok(()) };
+    let (solver, load) = (law.solver(), law.load());
+    if solver.rest == RestState::Unloaded {
+        return Err(usage("--problem: the mesh is the stress-free shape with --rest net only"));
+    }
+    if solver.cut == Cut::Spring {
+        let message =
+            "--problem: such files hold no springs at the cut; add --cut free or --cut fixed";
+        return Err(usage(message));
+    }
+    let held = solver.cut == Cut::Fixed;
+    let statics = statics(&law.tissue(), load.target - load.ct, solver.order, held);
+    write_problem(&body.mesh, &statics, path).map_err(Error::product)
+}
+
+/// What was found, as fields.
+struct Found {
+    deformation: Deformation,
+    slope: Option<Displacement>,
+    between: Option<Between>,
+    info: Info,
+}
+
+fn find(
+    given: &Solve,
+    law: &Law,
+    body: &Body,
+    interval_kpa: Option<[f64; 2]>,
+    gather: &Gather<'_>,
+) -> Result<Found, Error> {
+    let (load, solver) = (law.load(), law.solver());
+    let (deformation, slope, info) = gather.work(NodeId::Solve, |progress| {
+        if given.sensitivity {
+            let (deformation, slope, info) = sensitivity(body, &load, &solver, progress)?;
+            return Ok((deformation, Some(slope), info));
+        }
+        let (deformation, info) = supine_fem::solve(body, &load, &solver, progress)?;
+        Ok((deformation, None, info))
+    })?;
+    let ends = |ends| {
+        gather.work(NodeId::Interval, |progress| Ok(between(body, &load, &solver, ends, progress)?))
+    };
+    Ok(Found { deformation, slope, between: interval_kpa.map(ends).transpose()?, info })
+}
+
+impl Found {
+    fn fields(&self) -> Vec<(&'static str, &Displacement)> {
+        let mut fields = vec![("displacement", self.deformation.displacement())];
+        fields.extend(self.slope.iter().map(|slope| ("displacement_per_kpa", slope)));
+        if let Some(between) = &self.between {
+            fields.push(("displacement_low_modulus", between.low.displacement()));
+            fields.push(("displacement_high_modulus", between.high.displacement()));
+        }
+        fields
+    }
+}

@@ -1,0 +1,258 @@
+//! `supine warp`: a CT resampled through a deformed mesh.
+
+mod grid;
+
+pub use grid::OutputGrid;
+
+use super::{Gather, ends, given_deformation, messages, session, usage};
+use crate::nodes::{Fields, Import, Imported, Solve, Solved, Source, Warp as WarpNode, warp_facts};
+use crate::session::{Request, Session};
+use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
+use crate::spec::{CaseError, Spec};
+use crate::{Error, NodeId, Observer};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use supine_dicom::{ExportParams, Policy};
+use supine_exchange::{FieldKind, write_ct_nifti, write_ct_nrrd, write_field, write_scalar};
+use supine_mesh::Deformation;
+use supine_report::{Consistency, Registration, Warning};
+use supine_space::Progress;
+use supine_volume::Ct;
+use supine_warp::{Interpolation, Params};
+
+/// Keys of the table that it takes.
+pub const KEYS: &[&str] = &[
+    "ct",
+    "series",
+    "assume_hu",
+    "equalise_steps",
+    "warp.interpolation",
+    "breast",
+    "export.anonymise",
+];
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Warp {
+    /// Values for [`KEYS`].
+    pub spec: Spec,
+    /// The deformed mesh: CT shape with point data `displacement`.
+    pub mesh: PathBuf,
+    /// Other voxels than those of the CT; for a file, not for a series.
+    pub grid: OutputGrid,
+    /// A folder for the map as fields on the CT's grid.
+    pub fields: Option<PathBuf>,
+    /// A folder for the map as registrations of the series with the CT.
+    pub registration: Option<PathBuf>,
+    /// A folder for a series, or a `.nrrd`, `.nii` or `.nii.gz` file.
+    pub out: PathBuf,
+}
+
+/// What was made.
+#[derive(Clone, Debug, Serialize)]
+pub struct WarpDone {
+    /// The folder or file.
+    pub out: PathBuf,
+    /// Voxels that now hold sampled tissue.
+    pub moved_voxels: usize,
+    /// Voxels that became air.
+    pub vacated_voxels: usize,
+    /// Voxels inside more than one deformed tetrahedron.
+    pub folded_voxels: usize,
+    /// Width over which the displacement fades towards the cut, mm.
+    pub fade_mm: f64,
+    /// Smallest det F.
+    pub jacobian_min: f64,
+    /// Largest det F.
+    pub jacobian_max: f64,
+    /// The folder of the fields.
+    pub fields: Option<PathBuf>,
+    /// How well the registrations tell the map.
+    pub registration: Option<Registration>,
+    /// How well the fields undo each other; none where nothing moves.
+    pub forward_then_backward: Option<Consistency>,
+    /// What the user must know.
+    #[serde(serialize_with = "messages")]
+    pub warnings: Vec<Warning>,
+}
+
+/// Resamples a CT through a deformed mesh.
+///
+/// # Errors
+/// When an input cannot be used, options do not go together, or a file cannot be written.
+pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
+    let file = ends(&given.out, &[".nrrd", ".nii", ".nii.gz"]);
+    check_together(given, file)?;
+    let session = session(&given.spec)?;
+    let deformation = given_deformation(&given.mesh)?;
+    session.give::<Solve>(Solved::given(deformation.clone()), "a file".into());
+    let gather = Gather::new(observer, &[NodeId::Solve]);
+    let request = Request { observer: &gather, ..Request::default() };
+    let input = session.get::<Import>(&request)?;
+    let source = match file {
+        true => None,
+        false => Some(series_source(&session, &input, &request)?),
+    };
+    let (warped, facts) = warped(given, &session, &request, &deformation)?;
+    gather.work(NodeId::Export, |progress| match &source {
+        None => write_file(given, &session, &warped, progress),
+        Some(named) => write_series(given, &session, &warped, named, &deformation, progress),
+    })?;
+    drop(warped);
+    let mapped = given.fields.is_some() || given.registration.is_some();
+    let map = mapped.then(|| session.get::<Fields>(&request)).transpose()?;
+    let fields = map.as_ref().and_then(|map| map.held());
+    if let (Some(folder), Some(fields)) = (&given.fields, &fields) {
+        gather.work(NodeId::Fields, |progress| write_fields(fields, folder, progress))?;
+    }
+    let registration = match (&given.registration, &source, &fields) {
+        (Some(folder), Some(named), Some(fields)) => {
+            let (ct, source) = (input.ct.grid(), &named.source);
+            let between = RegisteredSeries { ct, source, exported: &given.out };
+            let write = |progress: Progress<'_>| {
+                write_registration(&between, &deformation, fields, folder, progress)
+            };
+            Some(gather.work(NodeId::Registration, write)?)
+        }
+        _ => None,
+    };
+    Ok(WarpDone {
+        out: given.out.clone(),
+        moved_voxels: facts.moved_voxels,
+        vacated_voxels: facts.vacated_voxels,
+        folded_voxels: facts.folded_voxels,
+        fade_mm: facts.fade_mm,
+        jacobian_min: facts.jacobian.min,
+        jacobian_max: facts.jacobian.max,
+        fields: given.fields.clone(),
+        registration,
+        forward_then_backward: map
+            .filter(|_| given.fields.is_some())
+            .and_then(|map| map.consistency.clone()),
+        warnings: gather.warnings(),
+    })
+}
+
+/// Refuses what a series, or a file, cannot have.
+fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
+    if given.grid.is_other() && !file {
+        return Err(usage(
+            "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz file",
+        ));
+    }
+    if given.registration.is_some() && file {
+        return Err(usage(
+            "--registration: a registration is of a DICOM series; name a folder for it with --out",
+        ));
+    }
+    Ok(())
+}
+
+/// The deformed CT, by the node where it keeps its grid.
+fn warped(
+    given: &Warp,
+    session: &Session,
+    request: &Request<'_>,
+    deformation: &Deformation,
+) -> Result<(Arc<Ct>, supine_report::Warp), Error> {
+    if !given.grid.is_other() {
+        let warped = session.get::<WarpNode>(request)?;
+        return Ok((Arc::clone(&warped.ct), warped.facts.clone()));
+    }
+    let input = session.get::<Import>(request)?;
+    let grid = given.grid.of(input.ct.grid(), deformation)?;
+    let interpolation = session.case().interpolation;
+    let params = Params { interpolation, ..Params::default() };
+    let gather = Gather::new(request.observer, &[]);
+    let (ct, info) = gather.work(NodeId::Warp, |progress| {
+        Ok(supine_warp::warp_onto(&grid, &input.ct, deformation, &params, progress)?)
+    })?;
+    gather.warn_all(NodeId::Warp, info.warnings.clone());
+    Ok((Arc::new(ct), warp_facts(&info)))
+}
+
+/// What a series of the CT may say.
+fn series_source(
+    session: &Session,
+    input: &Imported,
+    request: &Request<'_>,
+) -> Result<ExportSource, Error> {
+    if input.source.is_none() {
+        return Err(usage(
+            "--out: the CT did not come as DICOM, so no series can be written; name a .nrrd or .nii.gz file",
+        ));
+    }
+    if let Err(CaseError::Missing { .. }) = session.case().breast() {
+        return Err(usage("--breast left|right is needed for a DICOM series (its Laterality)"));
+    }
+    session.get::<Source>(request)?.as_ref().clone().ok_or(Error::NoSeries)
+}
+
+/// How the volume was made.
+fn note(interpolation: Interpolation) -> String {
+    format!(
+        "DERIVED: resampled ({}) by supine {} through a deformed mesh; not acquired anatomy. HU carried unchanged.",
+        interpolation.name(),
+        env!("CARGO_PKG_VERSION"),
+    )
+}
+
+fn write_file(
+    given: &Warp,
+    session: &Session,
+    warped: &Ct,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let note = note(session.case().interpolation);
+    let write = if ends(&given.out, &[".nrrd"]) { write_ct_nrrd } else { write_ct_nifti };
+    write(warped, &given.out, &note, progress).map_err(Error::product)
+}
+
+fn write_series(
+    given: &Warp,
+    session: &Session,
+    warped: &Ct,
+    named: &ExportSource,
+    deformation: &Deformation,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    let (case, source) = (session.case(), &named.source);
+    let derivation = note(case.interpolation);
+    let params = ExportParams {
+        series_description: "DEFORMED by a given mesh".into(),
+        image_comments: IMAGE_COMMENTS.into(),
+        laterality: case.breast()?,
+        clock: source.clock(),
+        software_version: env!("CARGO_PKG_VERSION").into(),
+        identity: *blake3::hash(derivation.as_bytes()).as_bytes(),
+        derivation,
+        reach_mm: deformation.displacement().max_norm(),
+        policy: Policy::default(),
+    };
+    supine_dicom::write_series(warped, source, &params, &given.out, progress)
+        .map(drop)
+        .map_err(Error::Export)
+}
+
+/// Writes the map as fields in both formats.
+fn write_fields(
+    fields: &supine_warp::Fields,
+    folder: &Path,
+    progress: Progress<'_>,
+) -> Result<(), Error> {
+    std::fs::create_dir_all(folder)
+        .map_err(|source| Error::Output { path: folder.into(), source })?;
+    for (n, ending) in ["nrrd", "nii.gz"].into_iter().enumerate() {
+        let path = |name: &str| folder.join(format!("{name}.{ending}"));
+        let part = |a: f64, b: f64| progress.part(0.5 * (n as f64 + a), 0.5 * (n as f64 + b));
+        let (backward, forward) = (path("deformed_to_ct"), path("ct_to_deformed"));
+        write_field(fields.deformed_to_ct(), &backward, FieldKind::Resampling, part(0.0, 0.4))
+            .and_then(|()| {
+                write_field(fields.ct_to_deformed(), &forward, FieldKind::Modeling, part(0.4, 0.8))
+            })
+            .and_then(|()| write_scalar(fields.jacobian(), &path("jacobian"), part(0.8, 1.0)))
+            .map_err(Error::product)?;
+    }
+    Ok(())
+}

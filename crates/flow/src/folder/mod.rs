@@ -1,0 +1,346 @@
+//! The folder of a run: the only place that knows the names of files.
+//!
+//! A node's result is there when its record holds the key that is asked for and its files are those that were
+//! recorded. Before anything is made anew, all that no longer belongs is removed, so that a folder never mixes results
+//! of two cases. Everything is written under a temporary name and renamed.
+
+mod names;
+mod record;
+
+pub(crate) use record::Record;
+
+use crate::key::Key;
+use crate::{Error, NodeId};
+use record::Written;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use supine_report::Output;
+
+/// The version of the layout. A folder of another version is made anew.
+const FORMAT: &str = "2";
+
+/// The folder of a run, held against others as long as it lives.
+#[derive(Debug)]
+pub struct RunFolder {
+    root: PathBuf,
+    _lock: File,
+}
+
+impl RunFolder {
+    /// Opens or makes the folder.
+    ///
+    /// # Errors
+    /// [`Error::Foreign`] when it holds something of a result's name that no run made, [`Error::Busy`] when somebody
+    /// works in it, [`Error::Output`] when it cannot be written.
+    pub fn open(root: &Path) -> Result<Self, Error> {
+        let output = |source| Error::Output { path: root.into(), source };
+        let records = root.join(names::RECORDS);
+        if !records.exists() {
+            refuse_foreign(root)?;
+        }
+        fs::create_dir_all(&records).map_err(output)?;
+        let lock = File::create(root.join(names::LOCK)).map_err(output)?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => return Err(Error::Busy { path: root.into() }),
+            Err(fs::TryLockError::Error(e)) => return Err(output(e)),
+        }
+        let folder = Self { root: root.into(), _lock: lock };
+        if folder.former().next().is_none() {
+            write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes())?;
+        }
+        Ok(folder)
+    }
+
+    /// What another version left.
+    fn former(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        let format = fs::read_to_string(self.root.join(names::FORMAT));
+        let own = format.is_ok_and(|found| found == FORMAT);
+        let all = names::all().chain(names::FORMER.iter().copied()).filter(move |_| !own);
+        all.map(|path| self.root.join(path)).filter(|path| path.exists())
+    }
+
+    /// Whether it holds results of another version: they are removed before the first result is written.
+    pub fn is_former(&self) -> bool {
+        self.former().next().is_some()
+    }
+
+    /// Removes what another version left.
+    pub(crate) fn renew(&self) -> Result<(), Error> {
+        if self.is_former() {
+            let former: Vec<PathBuf> = self.former().collect();
+            former.iter().try_for_each(|path| remove(path))?;
+            write_atomically(&self.root.join(names::FORMAT), FORMAT.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Where it is.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Where a node's files go.
+    pub(crate) fn shelf(&self, node: NodeId) -> Shelf<'_> {
+        Shelf { root: &self.root, node }
+    }
+
+    /// The record of a node whose result for this key is there with all its files.
+    pub(crate) fn result(&self, node: NodeId, key: &Key) -> Option<Record> {
+        let record = self.record(node).filter(|record| record.key == *key)?;
+        record.files.iter().all(|file| file.is_whole(&self.root)).then_some(record)
+    }
+
+    fn record(&self, node: NodeId) -> Option<Record> {
+        let text = fs::read_to_string(self.record_path(node)).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
+    fn record_path(&self, node: NodeId) -> PathBuf {
+        self.root.join(names::RECORDS).join(format!("{node}.json"))
+    }
+
+    /// Records a node as made, with the files that it left.
+    pub(crate) fn keep(&self, node: NodeId, mut record: Record) -> Result<Record, Error> {
+        for path in names::paths_of(node).filter(|p| self.root.join(p).exists()) {
+            let output = |source| Error::Output { path: self.root.join(path), source };
+            record.files.push(Written::of(&self.root, path).map_err(output)?);
+        }
+        write_atomically(&self.record_path(node), &serde_json::to_vec(&record)?)?;
+        Ok(record)
+    }
+
+    /// Removes a node's record and files, and the summary, which says that all are there.
+    pub(crate) fn clear(&self, node: NodeId) -> Result<(), Error> {
+        remove(&self.root.join(names::SUMMARY))?;
+        remove(&self.record_path(node))?;
+        names::paths_of(node).try_for_each(|path| remove(&self.root.join(path)))
+    }
+
+    /// Appends a line to the log.
+    pub(crate) fn log(&self, line: &serde_json::Value) -> Result<(), Error> {
+        let path = self.root.join(names::LOG);
+        let output = |source| Error::Output { path: path.clone(), source };
+        let mut file =
+            fs::OpenOptions::new().create(true).append(true).open(&path).map_err(output)?;
+        writeln!(file, "{line}").map_err(output)
+    }
+
+    /// The secret by which patients are taken out of exports, made on first use: the same patient keeps her pseudonym and
+    /// UIDs when the run is repeated or more is carried. Whoever has it can test which patient this was.
+    pub(crate) fn secret(&self) -> Result<[u8; 32], Error> {
+        if let Some(known) = known_secret(&self.root)? {
+            return Ok(known);
+        }
+        let made = crate::shared::random()?;
+        write_atomically(&self.root.join(names::SECRET), &made)?;
+        Ok(made)
+    }
+
+    /// Writes the summary: the last file of a run.
+    pub(crate) fn write_summary(&self, summary: &supine_report::Summary) -> Result<(), Error> {
+        Ok(supine_report::write_summary(summary, &self.root.join(names::SUMMARY))?)
+    }
+
+    /// Keeps the case of a de-identified run, whose summary names no files.
+    pub(crate) fn keep_case(&self, case: &serde_json::Value) -> Result<(), Error> {
+        write_atomically(&self.root.join(names::CASE), &serde_json::to_vec_pretty(case)?)
+    }
+}
+
+/// The case that a de-identified run kept beside its summary.
+pub(crate) fn kept_case(summary: &Path) -> Option<serde_json::Value> {
+    let path = summary.parent()?.join(names::CASE);
+    serde_json::from_str(&fs::read_to_string(path).ok()?).ok()
+}
+
+/// The secret of the run in a folder; none when it is gone or never was.
+///
+/// # Errors
+/// When it is there and cannot be read.
+pub(crate) fn known_secret(root: &Path) -> Result<Option<[u8; 32]>, Error> {
+    let path = root.join(names::SECRET);
+    match fs::read(&path) {
+        Ok(bytes) => Ok(bytes.try_into().ok()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(Error::Output { path, source }),
+    }
+}
+
+/// What a finished run left, for those who only read. It may have been left by a version before.
+#[derive(Clone, Debug)]
+pub struct FinishedRun {
+    root: PathBuf,
+}
+
+impl FinishedRun {
+    /// The run in a folder.
+    ///
+    /// # Errors
+    /// [`Error::Unfinished`] when there is none.
+    pub fn open(root: &Path) -> Result<Self, Error> {
+        let run = Self { root: root.into() };
+        if run.deformed().is_file() {
+            Ok(run)
+        } else {
+            Err(Error::Unfinished { path: root.into() })
+        }
+    }
+
+    fn path(&self, node: NodeId, artifact: &str) -> PathBuf {
+        self.root.join(names::path_of(node, artifact))
+    }
+
+    /// The mesh with its displacement.
+    pub(crate) fn deformed(&self) -> PathBuf {
+        self.path(NodeId::Solve, "deformed")
+    }
+
+    /// The labels.
+    pub(crate) fn labels(&self) -> PathBuf {
+        self.path(NodeId::Segment, "labels")
+    }
+
+    /// Skin and chest wall between the voxels.
+    pub(crate) fn surfaces(&self) -> PathBuf {
+        self.path(NodeId::Segment, "surfaces")
+    }
+
+    /// The deformed CT: a series, or a volume.
+    pub(crate) fn ct(&self) -> Option<PathBuf> {
+        let all = [self.path(NodeId::Export, "volume"), self.path(NodeId::Export, "series")];
+        all.into_iter().find(|path| path.exists())
+    }
+
+    /// The exported series, where there is one.
+    pub(crate) fn series(&self) -> Option<PathBuf> {
+        Some(self.path(NodeId::Export, "series")).filter(|path| path.is_dir())
+    }
+
+    /// The registration of the series with the CT.
+    pub(crate) fn registration(&self) -> PathBuf {
+        self.path(NodeId::Registration, "registrations").join("deformable.dcm")
+    }
+
+    /// The sphere that it modelled, LPS, mm; of a run of the version before too.
+    ///
+    /// # Errors
+    /// [`Error::Unfinished`] when its summary does not say it.
+    pub(crate) fn region(&self) -> Result<supine_space::Sphere, Error> {
+        let text = fs::read_to_string(self.root.join(names::SUMMARY)).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let region = summary.pointer("/parameters/region").cloned().unwrap_or_default();
+        let unfinished = || Error::Unfinished { path: self.root.clone() };
+        let read: supine_report::RegionParameters =
+            serde_json::from_value(region).map_err(|_| unfinished())?;
+        let centre = supine_space::Point::from(read.centre_mm);
+        supine_space::Sphere::new(centre, read.radius_mm).map_err(|_| unfinished())
+    }
+
+    /// Its summary.
+    ///
+    /// # Errors
+    /// [`Error::Unfinished`] when there is none that this version understands.
+    pub fn summary(&self) -> Result<supine_report::Summary, Error> {
+        let unfinished = || Error::Unfinished { path: self.root.clone() };
+        let text = fs::read_to_string(self.root.join(names::SUMMARY)).map_err(|_| unfinished())?;
+        serde_json::from_str(&text).map_err(|_| unfinished())
+    }
+
+    /// The secret that took the patient out, while it is there.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub(crate) fn secret(&self) -> Result<Option<[u8; 32]>, Error> {
+        known_secret(&self.root)
+    }
+}
+
+/// Where the files of one node go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shelf<'a> {
+    root: &'a Path,
+    node: NodeId,
+}
+
+impl Shelf<'_> {
+    /// Where an artifact goes; its parent folder is made.
+    pub(crate) fn place(&self, artifact: &'static str) -> Result<PathBuf, Error> {
+        let path = self.path(artifact);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)
+                .map_err(|source| Error::Output { path: path.clone(), source })?;
+        }
+        Ok(path)
+    }
+
+    /// Where an artifact lies.
+    pub(crate) fn path(&self, artifact: &'static str) -> PathBuf {
+        self.root.join(names::path_of(self.node, artifact))
+    }
+
+    /// The name that the summary gives an artifact.
+    pub(crate) fn name(&self, artifact: &'static str) -> &'static str {
+        names::path_of(self.node, artifact)
+    }
+}
+
+/// The visible files of a record, as the summary lists them.
+pub(crate) fn visible(record: &Record) -> impl Iterator<Item = Output> + '_ {
+    let shown = record.files.iter().filter(|file| !file.path.starts_with('.'));
+    shown.map(|file| Output { path: file.path.clone(), blake3: file.blake3.clone() })
+}
+
+/// A folder that no run made may hold nothing that a run would replace.
+fn refuse_foreign(root: &Path) -> Result<(), Error> {
+    match names::all().map(|p| root.join(p)).find(|p| p.exists()) {
+        Some(path) => Err(Error::Foreign { path }),
+        None => Ok(()),
+    }
+}
+
+/// The path without links, as far as it exists.
+fn resolve(path: &Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    let known = path.ancestors().find_map(|a| Some((a, a.canonicalize().ok()?)));
+    match known {
+        Some((ancestor, real)) => match path.strip_prefix(ancestor) {
+            Ok(rest) if !rest.as_os_str().is_empty() => real.join(rest),
+            _ => real,
+        },
+        None => path,
+    }
+}
+
+/// Refuses an input that lies where the run writes: it would be lost.
+pub(crate) fn refuse_overlap(root: &Path, key: &'static str, input: &Path) -> Result<(), Error> {
+    let (root, input) = (resolve(root), resolve(input));
+    let mut written = names::all().map(|p| root.join(p));
+    let overlap =
+        root.starts_with(&input) || written.any(|p| input.starts_with(&p) || p.starts_with(&input));
+    if overlap { Err(Error::Overlap { key, path: input }) } else { Ok(()) }
+}
+
+/// Writes a file under a temporary name beside it, then renames.
+fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let output = |source| Error::Output { path: path.into(), source };
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(output)?;
+    file.write_all(bytes).map_err(output)?;
+    file.persist(path).map_err(|e| output(e.error))?;
+    Ok(())
+}
+
+fn remove(path: &Path) -> Result<(), Error> {
+    let removed = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    match removed {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::Output { path: path.into(), source: e })
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

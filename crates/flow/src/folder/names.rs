@@ -1,0 +1,73 @@
+//! The names of all files of a run's folder. Nobody else knows one.
+
+use crate::NodeId;
+
+/// The summary: the last file of a run.
+pub(super) const SUMMARY: &str = "summary.json";
+/// What happened, line by line.
+pub(super) const LOG: &str = "log.jsonl";
+/// Records of the nodes, and what only the program reads.
+pub(super) const RECORDS: &str = ".stages";
+/// Held while somebody works in the folder.
+pub(super) const LOCK: &str = ".stages/lock";
+/// The version of the folder's layout.
+pub(super) const FORMAT: &str = ".stages/format";
+/// What takes the patient out of exports.
+pub(super) const SECRET: &str = ".stages/anonymise.key";
+/// The case of a de-identified run, whose summary names no files.
+pub(super) const CASE: &str = ".stages/case.json";
+
+/// Files and folders that nodes leave: node, what it calls it, path.
+pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
+    (NodeId::Segment, "labels", "labels.seg.nrrd"),
+    (NodeId::Segment, "uncertainty", "labels-uncertainty.nrrd"),
+    (NodeId::Segment, "surfaces", ".stages/surfaces"),
+    (NodeId::Segment, "implants", ".stages/implants.nrrd"),
+    (NodeId::LabelsObject, "labels", "labels.dcm"),
+    (NodeId::Tissues, "labels", "tissues.seg.nrrd"),
+    (NodeId::Mesh, "mesh", "mesh/rest.vtu"),
+    (NodeId::Mesh, "curved", ".stages/curved.vtu"),
+    (NodeId::Solve, "deformed", "mesh/deformed.vtu"),
+    (NodeId::Fields, "deformed_to_ct", "field/deformed_to_ct.nrrd"),
+    (NodeId::Fields, "ct_to_deformed", "field/ct_to_deformed.nrrd"),
+    (NodeId::Fields, "jacobian", "field/jacobian.nrrd"),
+    (NodeId::Points, "points", "points.csv"),
+    (NodeId::Export, "series", "ct"),
+    (NodeId::Export, "volume", "ct.nrrd"),
+    (NodeId::Registration, "registrations", "registration"),
+    (NodeId::Carry, "objects", "rt"),
+    (NodeId::Report, "report", "report"),
+];
+
+/// What the version before left and this one does not.
+pub(super) const FORMER: &[&str] = &[
+    "labels-doubt.nrrd",
+    ".stages/warped.nrrd",
+    ".stages/segment.json",
+    ".stages/tissues.json",
+    ".stages/mesh.json",
+    ".stages/solve.json",
+    ".stages/warp.json",
+    ".stages/export.json",
+    ".stages/carry.json",
+    ".stages/report.json",
+];
+
+/// The path of what a node leaves, relative to the folder.
+pub(super) fn path_of(node: NodeId, artifact: &str) -> &'static str {
+    let found = ARTIFACTS.iter().find(|(n, name, _)| (*n, *name) == (node, artifact));
+    found.map_or_else(
+        || unreachable!("{node} leaves no {artifact}: name it in the table of artifacts"),
+        |(_, _, path)| path,
+    )
+}
+
+/// All that a node leaves, relative to the folder.
+pub(super) fn paths_of(node: NodeId) -> impl Iterator<Item = &'static str> {
+    ARTIFACTS.iter().filter(move |(n, ..)| *n == node).map(|(_, _, path)| *path)
+}
+
+/// Everything that a run may write over.
+pub(super) fn all() -> impl Iterator<Item = &'static str> {
+    ARTIFACTS.iter().map(|(_, _, path)| *path).chain(["field", "mesh", SUMMARY])
+}

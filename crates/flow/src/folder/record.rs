@@ -1,0 +1,68 @@
+//! What a folder holds of a node beside its files.
+
+use crate::inputs::{files_below, hash_of, times};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use supine_report::Warning;
+
+/// The record of a node that was made.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+pub(crate) struct Record {
+    /// The key of its result.
+    pub(crate) key: String,
+    /// Version of its method.
+    pub(crate) method: u32,
+    /// Keys of its parents.
+    pub(crate) parents: Vec<String>,
+    /// Its files.
+    pub(crate) files: Vec<Written>,
+    /// The part of its result that is not in files.
+    pub(crate) facts: serde_json::Value,
+    /// What it warned of.
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// A file or folder that was written.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+pub(crate) struct Written {
+    /// Its path, relative to the folder.
+    pub(crate) path: String,
+    /// Its content.
+    pub(crate) blake3: String,
+    /// Sizes and times of its files, hashed.
+    stamp: String,
+}
+
+impl Written {
+    /// What lies at a path of a folder.
+    pub(super) fn of(root: &Path, path: &str) -> std::io::Result<Self> {
+        let whole = root.join(path);
+        let blake3 = hash_of(&whole)?.blake3;
+        Ok(Self { path: path.into(), blake3, stamp: stamp(&whole)? })
+    }
+
+    /// Whether it is still what was written: untouched, or with the same content.
+    pub(super) fn is_whole(&self, root: &Path) -> bool {
+        let path = root.join(&self.path);
+        match stamp(&path) {
+            Ok(found) if found == self.stamp => true,
+            Ok(_) => hash_of(&path).is_ok_and(|found| found.blake3 == self.blake3),
+            Err(_) => false,
+        }
+    }
+}
+
+/// Names, sizes and times of a file, or of the files below a folder.
+fn stamp(path: &Path) -> std::io::Result<String> {
+    let files: Vec<PathBuf> =
+        if path.is_dir() { files_below(path)? } else { vec![path.to_owned()] };
+    let mut hasher = blake3::Hasher::new();
+    for file in &files {
+        let name = file.strip_prefix(path).unwrap_or(file).to_string_lossy().into_owned();
+        hasher.update(name.as_bytes()).update(b"\0");
+        for number in times(&std::fs::metadata(file)?) {
+            hasher.update(&number.to_le_bytes());
+        }
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}

@@ -1,0 +1,109 @@
+//! What the folder keeps and refuses.
+
+use super::*;
+use serde_json::json;
+
+fn record(key: &str) -> Record {
+    let (files, facts, warnings) = (vec![], json!(5), vec![]);
+    Record { key: key.into(), method: 1, parents: vec![], files, facts, warnings }
+}
+
+fn folder(dir: &Path) -> RunFolder {
+    RunFolder::open(dir).unwrap()
+}
+
+#[test]
+fn a_result_is_there_until_its_key_or_a_file_changes() {
+    let dir = tempfile::tempdir().unwrap();
+    let f = folder(dir.path());
+    let there = |key: &str| f.result(NodeId::Mesh, &key.to_owned()).is_some();
+    let file = f.shelf(NodeId::Mesh).place("mesh").unwrap();
+    fs::write(&file, "mesh").unwrap();
+    f.keep(NodeId::Mesh, record("k1")).unwrap();
+    assert!(there("k1") && !there("k2"));
+    fs::write(&file, "mesh").unwrap();
+    assert!(there("k1"), "written again with the same content");
+    fs::write(&file, "mush").unwrap();
+    assert!(!there("k1"));
+    fs::write(&file, "mesh").unwrap();
+    fs::remove_file(&file).unwrap();
+    assert!(!there("k1"));
+}
+
+#[test]
+fn hidden_files_count_as_those_that_are_seen() {
+    let dir = tempfile::tempdir().unwrap();
+    let f = folder(dir.path());
+    let curved = f.shelf(NodeId::Mesh).place("curved").unwrap();
+    fs::write(&curved, "offsets").unwrap();
+    f.keep(NodeId::Mesh, record("k")).unwrap();
+    assert!(f.result(NodeId::Mesh, &"k".into()).is_some());
+    fs::remove_file(&curved).unwrap();
+    assert!(f.result(NodeId::Mesh, &"k".into()).is_none());
+}
+
+#[test]
+fn clearing_a_node_takes_its_files_and_the_summary() {
+    let dir = tempfile::tempdir().unwrap();
+    let f = folder(dir.path());
+    for node in [NodeId::Mesh, NodeId::Solve] {
+        let name = names::ARTIFACTS.iter().find(|(n, ..)| *n == node).unwrap().1;
+        fs::write(f.shelf(node).place(name).unwrap(), "x").unwrap();
+        f.keep(node, record("k")).unwrap();
+    }
+    fs::write(dir.path().join(names::SUMMARY), "{}").unwrap();
+    f.clear(NodeId::Solve).unwrap();
+    assert!(f.result(NodeId::Mesh, &"k".into()).is_some());
+    assert!(f.result(NodeId::Solve, &"k".into()).is_none());
+    assert!(!dir.path().join("mesh/deformed.vtu").exists());
+    assert!(!dir.path().join(names::SUMMARY).exists());
+}
+
+#[test]
+fn what_no_run_made_is_not_touched() {
+    let dir = tempfile::tempdir().unwrap();
+    let mine = dir.path().join("ct/IM0001");
+    fs::create_dir(dir.path().join("ct")).unwrap();
+    fs::write(&mine, "a patient").unwrap();
+    assert!(matches!(RunFolder::open(dir.path()), Err(Error::Foreign { .. })));
+    assert!(mine.exists() && !dir.path().join(names::RECORDS).exists());
+}
+
+#[test]
+fn results_of_the_version_before_are_removed_and_that_is_said() {
+    let dir = tempfile::tempdir().unwrap();
+    for old in ["labels-doubt.nrrd", ".stages/warped.nrrd", ".stages/mesh.json", "ct/1.dcm"] {
+        let path = dir.path().join(old);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, "old").unwrap();
+    }
+    let opened = folder(dir.path());
+    assert!(opened.is_former() && dir.path().join("ct").exists(), "nothing is lost by looking");
+    opened.renew().unwrap();
+    drop(opened);
+    assert!(!dir.path().join("ct").exists() && !dir.path().join("labels-doubt.nrrd").exists());
+    assert!(!folder(dir.path()).is_former());
+}
+
+#[test]
+fn inputs_where_the_run_writes_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let labels = dir.path().join("labels.seg.nrrd");
+    fs::write(&labels, "edited by hand").unwrap();
+    let beside = dir.path().join("mine.seg.nrrd");
+    fs::write(&beside, "edited by hand").unwrap();
+    let out = dir.path();
+    let refused = refuse_overlap(out, "labels.file", &labels);
+    assert!(matches!(refused, Err(Error::Overlap { key: "labels.file", .. })));
+    assert!(refuse_overlap(out, "labels.file", &beside).is_ok());
+    assert!(refuse_overlap(out, "ct", out).is_err(), "results among the input's files");
+    assert!(refuse_overlap(&out.join("new"), "ct", out).is_err(), "out is yet to be made");
+    assert!(refuse_overlap(out, "ct", Path::new("/nowhere")).is_ok());
+}
+
+#[test]
+fn a_folder_in_use_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let _first = folder(dir.path());
+    assert!(matches!(RunFolder::open(dir.path()), Err(Error::Busy { .. })));
+}

@@ -1,0 +1,39 @@
+//! The flow from CT to deformed CT: its parameters, its graph of nodes, the session that holds their results, and the
+//! folder that keeps them.
+//!
+//! - [`spec`]: one table of parameters; a [`Spec`] of given values makes a [`Case`].
+//! - `nodes`: one file per stage: what it may see, what it makes; the list of them is the whole flow.
+//! - `graph`: keys: what must be made again follows from them.
+//! - [`Session`]: what was given, and all results, in memory; set, ask, watch, cancel.
+//! - [`RunFolder`]: the only place that knows the names of files.
+//!
+//! The only crate that knows the order of the stages and the only one below the front ends with a clock.
+
+#![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
+
+pub mod commands;
+mod error;
+mod folder;
+mod graph;
+mod ground;
+mod inputs;
+mod key;
+mod lazy;
+mod memory;
+mod node_id;
+mod nodes;
+mod run;
+mod session;
+mod shared;
+pub mod spec;
+mod work;
+
+pub use error::Error;
+pub use folder::{FinishedRun, RunFolder};
+pub use memory::CountingAllocator;
+pub use node_id::NodeId;
+pub use run::{Options, run};
+pub use session::{Freshness, Lane, Observer, Request, Session, Unwatched};
+pub use shared::*;
+pub use spec::{Case, CaseError, Spec};
+pub use supine_report::{Summary, Warning};

@@ -1,0 +1,106 @@
+//! The nodes of the flow, by name.
+
+/// A node of the flow; what the command line calls a stage. The order is one in which they can be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum NodeId {
+    /// The CT.
+    Import,
+    /// What exports may say of the CT's series.
+    Source,
+    /// The patient's own doses, structures and segmentations, held against the CT.
+    Objects,
+    /// Labels of chest wall and soft tissue.
+    Segment,
+    /// The labels as a DICOM segmentation.
+    LabelsObject,
+    /// The sphere, found or checked.
+    Region,
+    /// Labels of the finer tissues, when the case asks for them.
+    Tissues,
+    /// Tetrahedra of the soft tissue in the sphere.
+    Mesh,
+    /// A modulus for each tetrahedron, when the case asks for it.
+    Moduli,
+    /// Their displacement under the table's gravity.
+    Solve,
+    /// Where the tumour comes to within an interval of moduli, when the case asks for it.
+    Interval,
+    /// The CT on the table.
+    Warp,
+    /// Points carried along.
+    Points,
+    /// The exported series.
+    Export,
+    /// The map as fields on the grid of the CT.
+    Fields,
+    /// Registrations of the series with the CT.
+    Registration,
+    /// The patient's own doses, structures and segmentations on the series.
+    Carry,
+    /// The report.
+    Report,
+}
+
+impl NodeId {
+    /// All nodes, in an order in which they can be made.
+    pub const ALL: [Self; 18] = [
+        Self::Import,
+        Self::Source,
+        Self::Objects,
+        Self::Segment,
+        Self::LabelsObject,
+        Self::Region,
+        Self::Tissues,
+        Self::Mesh,
+        Self::Moduli,
+        Self::Solve,
+        Self::Interval,
+        Self::Warp,
+        Self::Points,
+        Self::Export,
+        Self::Fields,
+        Self::Registration,
+        Self::Carry,
+        Self::Report,
+    ];
+
+    /// Name on the command line, in logs and in `summary.json`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Import => "import",
+            Self::Source => "source",
+            Self::Objects => "objects",
+            Self::Segment => "segment",
+            Self::LabelsObject => "labels-object",
+            Self::Region => "region",
+            Self::Tissues => "tissues",
+            Self::Mesh => "mesh",
+            Self::Moduli => "moduli",
+            Self::Solve => "solve",
+            Self::Interval => "interval",
+            Self::Warp => "warp",
+            Self::Export => "export",
+            Self::Fields => "fields",
+            Self::Points => "points",
+            Self::Registration => "registration",
+            Self::Carry => "carry",
+            Self::Report => "report",
+        }
+    }
+
+    /// The node of a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|id| id.name() == name)
+    }
+
+    /// Its place in [`NodeId::ALL`].
+    pub(crate) fn place(self) -> usize {
+        self as usize
+    }
+}
+
+impl std::fmt::Display for NodeId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

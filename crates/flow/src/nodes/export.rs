@@ -1,0 +1,158 @@
+//! The series for the planning system, read back and verified.
+
+use super::{Import, Solve, Source, Warp};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::inputs::InputFile;
+use crate::shared::{IMAGE_COMMENTS, derivation, series_description};
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use supine_dicom::{Accept, Expected, ExportParams, Original, Policy};
+use supine_report::Checks;
+use supine_space::{Side, Warning};
+
+pub(crate) struct Export;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    derivation: String,
+    series_description: String,
+    left: bool,
+    new_study: bool,
+    keep_equipment: bool,
+    same_frame: bool,
+    ct: InputFile,
+    assume_hu: bool,
+    equalise_steps: bool,
+}
+
+/// What was exported.
+#[derive(Debug)]
+pub(crate) struct Exported {
+    /// The folder of the series; none when the CT did not come as DICOM.
+    pub(crate) series: Option<PathBuf>,
+    pub(crate) facts: Facts,
+}
+
+#[derive(Serialize, Deserialize, Clone, Debug)]
+pub(crate) struct Facts {
+    pub(crate) export: Option<supine_report::Export>,
+}
+
+impl Node for Export {
+    const ID: NodeId = NodeId::Export;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    const WRITES: bool = true;
+    type Own = Own;
+    type Parents = (Import, Source, Solve, Warp);
+    type Out = Exported;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let Policy { new_study, keep_equipment, same_frame } = case.export.policy;
+        Ok(Own {
+            derivation: derivation(case)?,
+            series_description: series_description(case)?,
+            left: case.breast()? == Side::Left,
+            new_study,
+            keep_equipment,
+            same_frame,
+            ct: ground.file("ct", case.ct()?)?,
+            assume_hu: case.accept.assume_hu,
+            equalise_steps: case.accept.equalise_steps,
+        })
+    }
+
+    fn run(
+        own: &Own,
+        (input, named, solved, warped): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Exported, Error> {
+        let Some(named) = named.as_ref() else {
+            let path = work.place("volume")?;
+            supine_exchange::write_ct_nrrd(&warped.ct, &path, &own.derivation, work.progress)
+                .map_err(Error::product)?;
+            let text = "the CT did not come as DICOM, so there is no patient to export a series for: \
+                        the deformed CT is ct.nrrd";
+            work.warn(Warning::new("no-series", text));
+            return Ok(Exported { series: None, facts: Facts { export: None } });
+        };
+        let source = &named.source;
+        let policy = own.policy();
+        let params = ExportParams {
+            series_description: own.series_description.clone(),
+            derivation: own.derivation.clone(),
+            image_comments: IMAGE_COMMENTS.into(),
+            laterality: if own.left { Side::Left } else { Side::Right },
+            clock: source.clock(),
+            software_version: env!("CARGO_PKG_VERSION").into(),
+            identity: identity(&source.series_uid(), &own.derivation),
+            reach_mm: solved.facts.solve.max_displacement_mm,
+            policy,
+        };
+        let folder = work.place("series")?;
+        let (write, verify) = (work.progress.part(0.0, 0.6), work.progress.part(0.6, 1.0));
+        let written = supine_dicom::write_series(&warped.ct, source, &params, &folder, write)
+            .map_err(export_error)?;
+        let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
+        let expected = Expected { policy, anonymiser: named.anonymiser.as_ref(), accept };
+        let read = |source| Original::Read { ct: &input.ct, source };
+        let original = input.source.as_ref().map(read);
+        let verified = supine_dicom::verify_export(&folder, original, expected, verify)
+            .map_err(export_error)?;
+        work.warn_all(written.warnings);
+        let failed = verified.checks.iter().filter(|c| c.passed == Some(false));
+        work.warn_all(failed.map(|c| {
+            Warning::new("check-failed", format!("check {} failed: {}", c.rule, c.detail))
+        }));
+        let export = supine_report::Export {
+            folder: "ct".into(),
+            files: written.files.len(),
+            series_description: params.series_description,
+            series_uid: written.series_uid,
+            frame_of_reference_uid: written.frame_of_reference_uid,
+            verified: Checks {
+                passed: verified.checks.iter().filter(|c| c.passed == Some(true)).count(),
+                total: verified.checks.len(),
+            },
+            registration: None,
+        };
+        Ok(Exported { series: Some(folder), facts: Facts { export: Some(export) } })
+    }
+
+    fn facts(out: &Exported) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(&out.facts)?)
+    }
+
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Exported, Error> {
+        let facts: Facts = serde_json::from_value(facts)?;
+        let series = facts.export.as_ref().map(|_| work.place("series")).transpose()?;
+        Ok(Exported { series, facts })
+    }
+}
+
+impl Own {
+    fn policy(&self) -> Policy {
+        let Self { new_study, keep_equipment, same_frame, .. } = *self;
+        Policy { new_study, keep_equipment, same_frame }
+    }
+}
+
+fn export_error(error: supine_dicom::Error) -> Error {
+    match error {
+        supine_dicom::Error::Stopped(_) => Error::Stopped,
+        other => Error::Export(other),
+    }
+}
+
+/// What made the volume, beside its voxels: two cases never share an identifier.
+fn identity(series_uid: &str, derivation: &str) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for part in [series_uid, derivation] {
+        hasher.update(part.as_bytes()).update(b"\0");
+    }
+    *hasher.finalize().as_bytes()
+}

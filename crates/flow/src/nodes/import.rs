@@ -1,0 +1,81 @@
+//! The CT.
+
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::inputs::InputFile;
+use crate::shared::{CtInput, read_ct};
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+use std::sync::Arc;
+use supine_dicom::{Accept, ReadInfo, ReadParams, Source};
+use supine_report::{CtFacts, LeftOut};
+use supine_volume::Ct;
+
+pub(crate) struct Import;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    ct: InputFile,
+    series: Option<String>,
+    assume_hu: bool,
+    equalise_steps: bool,
+}
+
+/// The CT as it was read.
+#[derive(Debug)]
+pub(crate) struct Imported {
+    /// HU.
+    pub(crate) ct: Arc<Ct>,
+    /// The series it came from; `None` for NRRD and NIfTI, which carry no patient.
+    pub(crate) source: Option<Source>,
+    pub(crate) facts: CtFacts,
+    /// The files it came from.
+    pub(crate) origin: supine_report::Input,
+}
+
+impl Node for Import {
+    const ID: NodeId = NodeId::Import;
+    const METHOD: u32 = 1;
+    const KEPT: bool = false;
+    type Own = Own;
+    type Parents = ();
+    type Out = Imported;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let Accept { assume_hu, equalise_steps } = case.accept;
+        let (ct, series) = (ground.file("ct", case.ct()?)?, case.series.clone());
+        Ok(Own { ct, series, assume_hu, equalise_steps })
+    }
+
+    fn run(own: &Own, (): Outs<Self>, work: &Work<'_>) -> Result<Imported, Error> {
+        let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
+        let params = ReadParams { series: own.series.clone(), accept };
+        let CtInput { ct, dicom } = read_ct(&own.ct.path, &params, work.progress)?;
+        own.ct.check_unchanged()?;
+        let (source, info) = dicom.unzip();
+        work.warn_all(info.iter().flat_map(|info| info.warnings.clone()));
+        let facts = facts(&ct, info.as_ref());
+        Ok(Imported { ct: Arc::new(ct), source, facts, origin: own.ct.told("ct") })
+    }
+
+    fn bytes(out: &Imported) -> usize {
+        2 * out.ct.grid().len()
+    }
+}
+
+fn facts(ct: &Ct, info: Option<&ReadInfo>) -> CtFacts {
+    let grid = ct.grid();
+    let left_out = info.into_iter().flat_map(|info| &info.left_out);
+    CtFacts {
+        size: grid.size(),
+        spacing_mm: grid.spacing().into(),
+        origin_mm: grid.origin().coords.into(),
+        slices: grid.size()[2],
+        patient_position: info.map(|i| i.patient_position.clone()).unwrap_or_default(),
+        left_out: left_out
+            .map(|l| LeftOut { file: l.file.clone(), reason: l.reason.to_string() })
+            .collect(),
+    }
+}

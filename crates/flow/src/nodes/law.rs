@@ -1,0 +1,65 @@
+//! The tissue, its load and how it is solved: what several nodes see of the case in the same way.
+
+use crate::Error;
+use crate::shared::{cut_name, rest_name};
+use crate::spec::Case;
+use serde::Serialize;
+use supine_fem::{Cut, Load, Params, RestState, Tissue};
+use supine_mesh::Order;
+use supine_space::Vector;
+
+/// The tissue, its load and how it is solved.
+#[derive(Serialize, Clone, Copy, Debug)]
+pub(crate) struct Law {
+    young_kpa: f64,
+    poisson: f64,
+    density_kg_m3: f64,
+    rest: &'static str,
+    cut: &'static str,
+    spring_kpa_mm: Option<f64>,
+    order: u8,
+    /// Directions of gravity in the CT and on the table, unit vectors, LPS.
+    gravity: [[f64; 3]; 2],
+}
+
+impl Law {
+    pub(crate) fn of(case: &Case) -> Result<Self, Error> {
+        Ok(Self::under(case, case.load()?))
+    }
+
+    /// The law of a case under another load than that of its table.
+    pub(crate) fn under(case: &Case, load: Load) -> Self {
+        let Tissue { young_kpa, poisson, density_kg_m3 } = case.tissue;
+        Self {
+            young_kpa,
+            poisson,
+            density_kg_m3,
+            rest: rest_name(case.rest),
+            cut: cut_name(case.cut),
+            spring_kpa_mm: case.spring_kpa_mm,
+            order: case.mesh.order.number(),
+            gravity: [load.ct.into(), load.target.into()],
+        }
+    }
+
+    pub(crate) fn tissue(&self) -> Tissue {
+        let Self { young_kpa, poisson, density_kg_m3, .. } = *self;
+        Tissue { young_kpa, poisson, density_kg_m3 }
+    }
+
+    pub(crate) fn load(&self) -> Load {
+        let [ct, target] = self.gravity.map(Vector::from);
+        Load { ct, target }
+    }
+
+    pub(crate) fn solver(&self) -> Params {
+        let cuts = [Cut::Free, Cut::Fixed, Cut::Spring];
+        Params {
+            order: if self.order == 1 { Order::Linear } else { Order::Quadratic },
+            rest: if self.rest == "net" { RestState::Net } else { RestState::Unloaded },
+            cut: cuts.into_iter().find(|cut| cut_name(*cut) == self.cut).unwrap_or_default(),
+            spring_kpa_mm: self.spring_kpa_mm,
+            ..Params::default()
+        }
+    }
+}

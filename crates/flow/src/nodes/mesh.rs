@@ -1,0 +1,182 @@
+//! The mesh of the soft tissue in the sphere.
+
+use super::{Region, Segment};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::nodes::law::Law;
+use crate::nodes::region::Ball;
+use crate::shared::{Goal, Mesher, Refine, mesh_facts, mesh_region};
+use crate::spec::Refinement;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+use std::sync::Arc;
+use supine_exchange::{read_vtu, write_vtu};
+use supine_mesh::{Displacement, TetMesh, quality};
+use supine_space::Warning;
+use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
+
+pub(crate) struct Mesh;
+
+/// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees: chosen, not measured.
+const POOR_DIHEDRAL_DEG: f64 = 10.0;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    tetrahedra: usize,
+    mesher: &'static str,
+    curved: bool,
+    centre_piece: bool,
+    refine: OwnRefine,
+}
+
+/// Where it is finer, with what that rests on.
+#[derive(Serialize)]
+enum OwnRefine {
+    Nowhere,
+    Tumour { place: Ball, edge_mm: f64, growth: f64 },
+    Goal { place: Ball, law: Law },
+}
+
+/// The mesh in the CT shape.
+#[derive(Debug)]
+pub(crate) struct Meshed {
+    pub(crate) mesh: Arc<TetMesh>,
+    /// How far the nodes of curved elements lie off the straight mesh, mm.
+    pub(crate) curved: Option<Displacement>,
+    pub(crate) facts: supine_report::Mesh,
+}
+
+impl Meshed {
+    /// A mesh that is given in place of being made.
+    pub(crate) fn given(mesh: Arc<TetMesh>) -> Self {
+        let info = Info {
+            warnings: vec![],
+            asked: mesh.tets().len(),
+            tetrahedra: mesh.tets().len(),
+            points: mesh.points().len(),
+            quality: quality(&mesh),
+            edge_mm: 0.0,
+            dropped_components: 0,
+            dropped_volume_mm3: 0.0,
+            joined_patches: 0,
+            deviation: vec![],
+            rim_mm: 0.0,
+            volume_mm3: mesh.total_volume(),
+            label_volume_mm3: mesh.total_volume(),
+        };
+        let facts = mesh_facts(&mesh, &info);
+        Self { mesh, curved: None, facts }
+    }
+}
+
+impl Node for Mesh {
+    const ID: NodeId = NodeId::Mesh;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Own;
+    type Parents = (Segment, Region);
+    type Out = Meshed;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let refine = match case.mesh.refine {
+            Refinement::Nowhere => OwnRefine::Nowhere,
+            Refinement::Tumour { edge_mm, growth } => {
+                OwnRefine::Tumour { place: case.tumour()?.into(), edge_mm, growth }
+            }
+            Refinement::Goal => {
+                OwnRefine::Goal { place: case.tumour()?.into(), law: Law::of(case)? }
+            }
+        };
+        Ok(Own {
+            tetrahedra: case.mesh.tetrahedra,
+            mesher: case.mesh.mesher.name(),
+            curved: case.mesh.curved,
+            centre_piece: case.mesh.centre_piece,
+            refine,
+        })
+    }
+
+    fn run(own: &Own, (segmented, chosen): Outs<Self>, work: &Work<'_>) -> Result<Meshed, Error> {
+        let progress = work.progress;
+        let region = segmented.region(chosen.sphere()?)?;
+        let piece = if own.centre_piece { Piece::Centre } else { Piece::Largest };
+        let params = Params { tetrahedra: own.tetrahedra, piece, ..Params::default() };
+        let mesher = Mesher::ALL.into_iter().find(|m| m.name() == own.mesher).unwrap_or_default();
+        let refine = own.refine.refine()?;
+        let (mesh, info) =
+            mesh_region(&region, &params, (mesher, &refine), progress.part(0.0, 0.9))?;
+        let mut facts = mesh_facts(&mesh, &info);
+        work.warn_all(info.warnings);
+        let curved = match own.curved {
+            false => None,
+            true => {
+                let domain = Domain::new(&region, &params, progress.part(0.9, 1.0))?;
+                let (offsets, told) = domain.curved(&mesh)?;
+                facts.curved = Some(curved(&told));
+                Some(offsets)
+            }
+        };
+        work.warn_all(poor(&facts));
+        Ok(Meshed { mesh: Arc::new(mesh), curved, facts })
+    }
+
+    fn save(out: &Meshed, work: &Work<'_>) -> Result<(), Error> {
+        write_vtu(&out.mesh, None, &work.place("mesh")?).map_err(Error::product)?;
+        if let Some(offsets) = &out.curved {
+            write_vtu(&out.mesh, Some(offsets), &work.place("curved")?).map_err(Error::product)?;
+        }
+        Ok(())
+    }
+
+    fn facts(out: &Meshed) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(&out.facts)?)
+    }
+
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Meshed, Error> {
+        let facts: supine_report::Mesh = serde_json::from_value(facts)?;
+        let (mesh, _) = read_vtu(&work.place("mesh")?).map_err(Error::product)?;
+        let curved = match facts.curved {
+            None => None,
+            Some(_) => {
+                let path = work.place("curved")?;
+                let (_, offsets) = read_vtu(&path).map_err(Error::product)?;
+                Some(offsets.ok_or(Error::NoDisplacement { path })?)
+            }
+        };
+        Ok(Meshed { mesh: Arc::new(mesh), curved, facts })
+    }
+}
+
+impl OwnRefine {
+    /// What the mesher has to know.
+    fn refine(&self) -> Result<Refine, Error> {
+        Ok(match self {
+            Self::Nowhere => Refine::Nowhere,
+            Self::Tumour { place, edge_mm, growth } => {
+                Refine::Near(Near { place: place.sphere()?, edge_mm: *edge_mm, growth: *growth })
+            }
+            Self::Goal { place, law } => Refine::Goal(Goal {
+                place: place.sphere()?,
+                tissue: law.tissue(),
+                load: law.load(),
+                solver: law.solver(),
+            }),
+        })
+    }
+}
+
+fn curved(told: &Curving) -> supine_report::Curved {
+    let Curving { moved: nodes, shortened, mean_mm, max_mm } = *told;
+    supine_report::Curved { nodes, shortened, mean_mm, max_mm }
+}
+
+fn poor(facts: &supine_report::Mesh) -> Option<Warning> {
+    let angle = facts.min_dihedral_deg;
+    let text = format!(
+        "the smallest dihedral angle is {angle:.1} degrees (below {POOR_DIHEDRAL_DEG}): \
+         look at the mesh before you trust the result there"
+    );
+    (angle < POOR_DIHEDRAL_DEG).then(|| Warning::new("poor-dihedral-angle", text))
+}

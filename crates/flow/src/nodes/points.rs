@@ -1,0 +1,108 @@
+//! The tumour, the nipple and the case's points, carried along.
+
+use super::{Region, Solve};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::inputs::InputFile;
+use crate::nodes::region::Ball;
+use crate::shared::movement;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::{Deserialize, Serialize};
+use supine_exchange::{NamedPoint, read_points, write_points};
+use supine_report::{CarriedPoint, Movement};
+use supine_space::{Point, Warning};
+
+pub(crate) struct Points;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    tumour: Ball,
+    files: Vec<InputFile>,
+}
+
+/// Where they come to.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+pub(crate) struct Carried {
+    pub(crate) tumour: Movement,
+    pub(crate) nipple: Option<Movement>,
+    pub(crate) points: Vec<CarriedPoint>,
+    pub(crate) inputs: Vec<supine_report::Input>,
+    /// All of them, as the file lists them.
+    #[serde(skip)]
+    listed: Vec<NamedPoint>,
+}
+
+impl Node for Points {
+    const ID: NodeId = NodeId::Points;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Own;
+    type Parents = (Region, Solve);
+    type Out = Carried;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let files = ground.files("carry.points", &case.points)?;
+        Ok(Own { tumour: case.tumour()?.into(), files })
+    }
+
+    fn run(own: &Own, (chosen, solved): Outs<Self>, work: &Work<'_>) -> Result<Carried, Error> {
+        let tumour = own.tumour.sphere()?.centre();
+        let mut points = vec![NamedPoint { name: "tumour".into(), position: tumour }];
+        if let Some(position) = chosen.nipple() {
+            points.push(NamedPoint { name: "nipple".into(), position });
+        }
+        let own_points = points.len();
+        for file in &own.files {
+            let read = read_points(&file.path);
+            points.extend(read.map_err(|e| Error::file("carry.points", e))?);
+            file.check_unchanged()?;
+        }
+        let positions: Vec<Point> = points.iter().map(|p| p.position).collect();
+        let params = supine_warp::Params::default();
+        let after = supine_warp::carry_points(&solved.deformation, &params, &positions)?;
+        work.warn_all(not_carried(&points, &after));
+        let nipple = chosen.nipple().zip(after.get(1).copied().flatten());
+        let listed = points
+            .iter()
+            .zip(&after)
+            .map(|(p, a)| NamedPoint { name: p.name.clone(), position: a.unwrap_or(p.position) });
+        Ok(Carried {
+            tumour: movement(tumour, after[0]),
+            nipple: nipple.map(|(before, after)| movement(before, Some(after))),
+            points: points.iter().zip(&after).skip(own_points).map(|(p, a)| told(p, *a)).collect(),
+            inputs: own.files.iter().map(|file| file.told("points")).collect(),
+            listed: listed.collect(),
+        })
+    }
+
+    fn save(out: &Carried, work: &Work<'_>) -> Result<(), Error> {
+        write_points(&out.listed, &work.place("points")?).map_err(Error::product)
+    }
+
+    fn facts(out: &Carried) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(out)?)
+    }
+
+    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Carried, Error> {
+        Ok(serde_json::from_value(facts)?)
+    }
+}
+
+fn told(point: &NamedPoint, after: Option<Point>) -> CarriedPoint {
+    CarriedPoint {
+        name: point.name.clone(),
+        before_mm: point.position.coords.into(),
+        after_mm: after.unwrap_or(point.position).coords.into(),
+        inside: after.is_some(),
+    }
+}
+
+/// A warning that names the points outside the mesh, which stay where they were.
+pub(crate) fn not_carried(points: &[NamedPoint], after: &[Option<Point>]) -> Option<Warning> {
+    let outside = points.iter().zip(after).filter(|(_, a)| a.is_none());
+    let names: Vec<&str> = outside.map(|(p, _)| p.name.as_str()).collect();
+    let text = "outside the modelled tissue and therefore not moved: ";
+    (!names.is_empty()).then(|| Warning::new("points-outside", text).names(names))
+}

@@ -1,0 +1,240 @@
+//! The region: as given, or proposed from the breast; and whether the tumour lies in it.
+
+use super::{Import, Segment, Segmented};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::lazy::Lazy;
+use crate::shared::quality_check;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
+use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
+use supine_space::{Point, Side, Sphere, Warning};
+use supine_volume::{LabelMap, label};
+
+pub(crate) struct Region;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    left: bool,
+    tumour: Ball,
+    region: Option<Ball>,
+}
+
+/// A sphere as records hold it.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ball {
+    pub(crate) centre_mm: [f64; 3],
+    pub(crate) radius_mm: f64,
+}
+
+impl From<Sphere> for Ball {
+    fn from(sphere: Sphere) -> Self {
+        Self { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
+    }
+}
+
+impl Ball {
+    pub(crate) fn sphere(self) -> Result<Sphere, Error> {
+        let sphere = Sphere::new(Point::from(self.centre_mm), self.radius_mm);
+        sphere.map_err(|e| Error::Tumour(e.to_string()))
+    }
+}
+
+/// The sphere, checked against the labels.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+pub(crate) struct Chosen {
+    region: Ball,
+    pub(crate) proposed: bool,
+    /// Soft tissue within the sphere, ml.
+    pub(crate) soft_tissue_ml: f64,
+    /// Chest wall within the sphere, ml.
+    pub(crate) chest_wall_ml: f64,
+    /// Where the nipple seems to be, LPS, mm.
+    nipple: Option<[f64; 3]>,
+    /// How far the boundary of the chest wall may be wrong within the region; `None` of supplied labels.
+    pub(crate) uncertainty: Option<WallUncertainty>,
+    /// What the region was judged by.
+    pub(crate) checks: Vec<QualityCheck>,
+}
+
+impl Chosen {
+    /// A sphere that was given, without a CT to judge it by.
+    pub(crate) fn given(sphere: Sphere) -> Self {
+        Self {
+            region: sphere.into(),
+            proposed: false,
+            soft_tissue_ml: 0.0,
+            chest_wall_ml: 0.0,
+            nipple: None,
+            uncertainty: None,
+            checks: vec![],
+        }
+    }
+
+    pub(crate) fn sphere(&self) -> Result<Sphere, Error> {
+        self.region.sphere()
+    }
+
+    pub(crate) fn nipple(&self) -> Option<Point> {
+        self.nipple.map(Point::from)
+    }
+}
+
+impl Node for Region {
+    const ID: NodeId = NodeId::Region;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    const BY_VALUE: bool = true;
+    type Own = Own;
+    type Parents = (Import, Segment);
+    type Out = Chosen;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let left = case.breast()? == Side::Left;
+        Ok(Own { left, tumour: case.tumour()?.into(), region: case.region.map(Ball::from) })
+    }
+
+    fn run(own: &Own, (input, segmented): Outs<Self>, work: &Work<'_>) -> Result<Chosen, Error> {
+        let side = if own.left { Side::Left } else { Side::Right };
+        let tumour = own.tumour.sphere()?;
+        let (ct, map, progress) = (&input.ct, &segmented.labels, work.progress);
+        let found = Breast::find(map, side, Some(tumour.centre()));
+        let (breast, sphere) = match (found, own.region) {
+            // Labels that were supplied need not hold a whole breast when the region is given.
+            (breast, Some(ball)) => (breast.ok(), ball.sphere()?),
+            (breast, None) => {
+                let breast = breast?;
+                let sphere = breast.region(map, Some(tumour))?;
+                (Some(breast), sphere)
+            }
+        };
+        supine_volume::Region::new(Arc::clone(map), sphere)?.check_held()?;
+        progress.at(0.4)?;
+        check_tumour(map, tumour, sphere, work)?;
+        let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
+        work.warn_all(nipple.and_then(guessed));
+        let nipple = nipple.map(|nipple| nipple.point);
+        let middle = nipple.unwrap_or(sphere.centre());
+        progress.at(0.5)?;
+        let uncertainty = segmented.uncertainty.as_deref();
+        let found = uncertainty.map(|tenths| supine_segment::wall_uncertainty(map, tenths, sphere));
+        progress.at(0.6)?;
+        let place = BreastPlace {
+            region: sphere,
+            side,
+            breast: breast.as_ref(),
+            uncertainty: found.as_ref(),
+            middle,
+        };
+        let checked = supine_segment::check_region(ct, map, &place)?;
+        work.warn_all(checked.warnings);
+        progress.at(0.8)?;
+        Ok(Chosen {
+            uncertainty: found.map(|found| wall_uncertainty(&found, middle, side)),
+            proposed: own.region.is_none(),
+            soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
+            chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
+            nipple: nipple.map(|nipple| nipple.coords.into()),
+            checks: checked.checks.iter().map(quality_check).collect(),
+            region: sphere.into(),
+        })
+    }
+
+    fn facts(out: &Chosen) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(out)?)
+    }
+
+    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Chosen, Error> {
+        Ok(serde_json::from_value(facts)?)
+    }
+}
+
+impl Segmented {
+    /// What is meshed.
+    pub(crate) fn region(&self, sphere: Sphere) -> Result<supine_volume::Region, Error> {
+        let surfaces = self.surfaces.as_ref().map(Lazy::get).transpose()?;
+        Ok(supine_volume::Region::new(Arc::clone(&self.labels), sphere)?.with_surfaces(surfaces)?)
+    }
+}
+
+fn guessed(nipple: Nipple) -> Option<Warning> {
+    let place = <[f64; 3]>::from(nipple.point.coords);
+    let text = format!(
+        "no nipple stands out on the breast: its place, {place:.0?} mm, is a guess; only the level \
+         of pictures and its own displacement rest on it"
+    );
+    (!nipple.seen).then(|| Warning::new("nipple-guessed", text))
+}
+
+/// The uncertainty in the words of the summary.
+fn wall_uncertainty(
+    found: &supine_segment::WallUncertainty,
+    middle: Point,
+    side: Side,
+) -> WallUncertainty {
+    WallUncertainty {
+        boundary_cm2: found.boundary_cm2,
+        uncertain_cm2: found.uncertain_cm2,
+        limit_mm: UNCERTAIN_MM,
+        largest: found.patches.first().map(|patch| UncertainPatch {
+            area_cm2: patch.area_cm2,
+            centre_mm: patch.centre.coords.into(),
+            error_mm: patch.error_mm,
+            place: patch.place(&middle, side).into(),
+        }),
+    }
+}
+
+/// The tumour must lie in the region and its centre in the patient.
+fn check_tumour(
+    labels: &LabelMap,
+    tumour: Sphere,
+    region: Sphere,
+    work: &Work<'_>,
+) -> Result<(), Error> {
+    let centre = tumour.centre();
+    let beyond = region.signed_distance(&centre);
+    if beyond > 0.0 {
+        return Err(Error::Tumour(format!(
+            "its centre lies {beyond:.1} mm outside the region (centre {:.1?} mm, radius {:.1} \
+             mm); correct the centre or name a `region` that holds it",
+            <[f64; 3]>::from(region.centre().coords),
+            region.radius()
+        )));
+    }
+    let here = labels.grid().voxel_at(&centre).map_or(label::OUTSIDE, |v| labels.at(v));
+    if here == label::OUTSIDE {
+        let message = "its centre lies outside the patient; correct the centre (LPS, mm)";
+        return Err(Error::Tumour(message.into()));
+    }
+    if label::is_chest_wall(here) {
+        let text = "the tumour's centre lies in what was segmented as chest wall, which does not move: \
+                    check the segmentation there, place a soft_tissue seed or correct the centre";
+        work.warn(Warning::new("tumour-in-chest-wall", text));
+    }
+    let reach = beyond + tumour.radius();
+    if reach > 0.0 {
+        let text =
+            format!("the tumour reaches {reach:.1} mm beyond the region; enlarge the region");
+        work.warn(Warning::new("tumour-beyond-region", text));
+    }
+    Ok(())
+}
+
+/// Volume of the voxels of a kind within the sphere, ml.
+fn volume_ml(labels: &LabelMap, sphere: Sphere, kind: fn(u8) -> bool) -> f64 {
+    let grid = labels.grid();
+    let Some((start, part)) = grid.around(&sphere) else { return 0.0 };
+    let whole = |n: usize| {
+        let voxel = part.voxel(n);
+        [0, 1, 2].map(|a| voxel[a] + start[a])
+    };
+    let counts = |v: [usize; 3]| kind(labels.at(v)) && sphere.contains(&grid.centre(v));
+    let voxels = (0..part.len()).into_par_iter().filter(|&n| counts(whole(n))).count();
+    voxels as f64 * grid.voxel_volume() / 1000.0
+}

@@ -1,0 +1,220 @@
+//! Labels of chest wall and soft tissue: found, or supplied.
+
+use super::{Import, Imported};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::inputs::InputFile;
+use crate::lazy::Lazy;
+use crate::shared::{
+    LabelOrigin, RegionNames, SuppliedLabels, quality_check, read_supplied, read_surfaces,
+    write_surfaces,
+};
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
+use supine_report::{Input, QualityCheck};
+use supine_segment::{Params, Segmenter};
+use supine_space::{Point, Progress};
+use supine_volume::{LabelMap, SeedKind, Seeds, Surfaces, Volume};
+
+pub(crate) struct Segment;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    supplied: Option<(InputFile, RegionNames)>,
+    seed_files: Vec<InputFile>,
+    /// What the places are, and where, LPS, mm.
+    seed_points: Vec<(&'static str, [f64; 3])>,
+}
+
+/// Labels and what is known beside them.
+#[derive(Debug)]
+pub(crate) struct Segmented {
+    pub(crate) labels: Arc<LabelMap>,
+    /// Skin and chest wall between the voxels; none of supplied labels.
+    pub(crate) surfaces: Option<Lazy<Surfaces>>,
+    /// How far the boundary of the chest wall may be wrong, tenths of mm; none of supplied labels.
+    pub(crate) uncertainty: Option<Arc<Volume<u8>>>,
+    /// The implants that were found, if any.
+    pub(crate) implants: Option<Lazy<LabelMap>>,
+    pub(crate) facts: Facts,
+}
+
+impl Segmented {
+    /// Labels that are given in place of being made, with what is known of them between the voxels.
+    pub(crate) fn given(labels: Arc<LabelMap>, surfaces: Option<Lazy<Surfaces>>) -> Self {
+        let facts = Facts {
+            origin: LabelOrigin::Supplied,
+            fat_hu: None,
+            muscle_hu: None,
+            checks: vec![],
+            inputs: vec![],
+        };
+        Self { labels, surfaces, uncertainty: None, implants: None, facts }
+    }
+}
+
+/// What is known of the segmentation beside the labels.
+#[derive(Serialize, Deserialize, Debug, Clone)]
+pub(crate) struct Facts {
+    pub(crate) origin: LabelOrigin,
+    pub(crate) fat_hu: Option<f64>,
+    pub(crate) muscle_hu: Option<f64>,
+    /// What the whole CT was judged by; nothing when labels were supplied.
+    pub(crate) checks: Vec<QualityCheck>,
+    /// Files of the case that went in: labels or seeds.
+    pub(crate) inputs: Vec<Input>,
+}
+
+impl Node for Segment {
+    const ID: NodeId = NodeId::Segment;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Own;
+    type Parents = (Import,);
+    type Out = Segmented;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        if let Some(SuppliedLabels { file, names }) = &case.labels {
+            let supplied = Some((ground.file("labels.file", file)?, names.clone()));
+            return Ok(Own { supplied, seed_files: vec![], seed_points: vec![] });
+        }
+        let points = case.seeds.points.iter();
+        Ok(Own {
+            supplied: None,
+            seed_files: ground.files("seeds.file", &case.seeds.files)?,
+            seed_points: points.map(|(kind, at)| (name(*kind), at.coords.into())).collect(),
+        })
+    }
+
+    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Segmented, Error> {
+        match &own.supplied {
+            Some((file, names)) => supplied(file, names, &input, work),
+            None => found(own, &input, work),
+        }
+    }
+
+    fn save(out: &Segmented, work: &Work<'_>) -> Result<(), Error> {
+        let progress = Progress::none();
+        write_labels(&out.labels, &work.place("labels")?, progress).map_err(Error::product)?;
+        if let Some(surfaces) = &out.surfaces {
+            write_surfaces(&*surfaces.get()?, &work.place("surfaces")?, progress)?;
+        }
+        if let Some(uncertainty) = &out.uncertainty {
+            write_tenths(uncertainty, &work.place("uncertainty")?, progress)
+                .map_err(Error::product)?;
+        }
+        if let Some(implants) = &out.implants {
+            write_labels(&*implants.get()?, &work.place("implants")?, progress)
+                .map_err(Error::product)?;
+        }
+        Ok(())
+    }
+
+    fn facts(out: &Segmented) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(&out.facts)?)
+    }
+
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Segmented, Error> {
+        let facts: Facts = serde_json::from_value(facts)?;
+        let shelf = work.shelf.ok_or(Error::NoFolder)?;
+        let progress = work.progress;
+        let labels = read_labels(&shelf.path("labels"), progress.part(0.0, 0.8));
+        let labels = Arc::new(labels.map_err(Error::product)?);
+        let there = |artifact| Some(shelf.path(artifact)).filter(|path| path.exists());
+        let tenths = |path| read_tenths(path, progress.part(0.8, 1.0)).map_err(Error::product);
+        let uncertainty = there("uncertainty").as_deref().map(tenths).transpose()?;
+        let surfaces = there("surfaces").map(|path| {
+            let labels = Arc::clone(&labels);
+            Lazy::read(move || {
+                let read = read_surfaces(&path, &labels, Progress::none())?;
+                read.ok_or(Error::NotKept { node: NodeId::Segment })
+            })
+        });
+        let implants = there("implants").map(|path| {
+            Lazy::read(move || read_labels(&path, Progress::none()).map_err(Error::product))
+        });
+        Ok(Segmented { labels, surfaces, uncertainty: uncertainty.map(Arc::new), implants, facts })
+    }
+
+    fn bytes(out: &Segmented) -> usize {
+        let voxels = out.labels.grid().len();
+        let surfaces = out.surfaces.as_ref().and_then(Lazy::peek).map_or(0, |_| 4 * voxels);
+        voxels + surfaces + out.uncertainty.as_ref().map_or(0, |_| voxels)
+    }
+}
+
+fn name(kind: SeedKind) -> &'static str {
+    match kind {
+        SeedKind::ChestWall => "chest_wall",
+        SeedKind::SoftTissue => "soft_tissue",
+        SeedKind::Exclude => "exclude",
+    }
+}
+
+fn supplied(
+    file: &InputFile,
+    names: &RegionNames,
+    input: &Imported,
+    work: &Work<'_>,
+) -> Result<Segmented, Error> {
+    let labels = SuppliedLabels { file: file.path.clone(), names: names.clone() };
+    let frame = input.source.as_ref().map(|source| source.frame_of_reference_uid());
+    let (labels, warnings) = read_supplied(&labels, &input.ct, frame.as_deref(), work.progress)?;
+    file.check_unchanged()?;
+    work.warn_all(warnings);
+    let mut segmented = Segmented::given(Arc::new(labels), None);
+    segmented.facts.inputs.push(file.told("labels"));
+    Ok(segmented)
+}
+
+/// All seeds of the case together.
+fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
+    let mut seeds = Seeds::default();
+    for (kind, at) in &own.seed_points {
+        let list = match *kind {
+            "chest_wall" => &mut seeds.chest_wall,
+            "soft_tissue" => &mut seeds.soft_tissue,
+            _ => &mut seeds.exclude,
+        };
+        list.push(Point::from(*at));
+    }
+    for file in &own.seed_files {
+        let read = read_seeds(&file.path, progress).map_err(|e| Error::file("seeds.file", e))?;
+        file.check_unchanged()?;
+        seeds.chest_wall.extend(read.chest_wall);
+        seeds.soft_tissue.extend(read.soft_tissue);
+        seeds.exclude.extend(read.exclude);
+        seeds.painted.extend(read.painted);
+    }
+    Ok(seeds)
+}
+
+fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Error> {
+    let progress = work.progress;
+    let params = Params { seeds: seeds(own, progress.part(0.0, 0.05))?, ..Params::default() };
+    let segmenter = Segmenter::new(Arc::clone(&input.ct), &params, progress.part(0.05, 0.75))?;
+    let (made, info) = segmenter.segment(&params.seeds, progress.part(0.75, 0.85))?;
+    let surfaces = segmenter.surfaces(&made, progress.part(0.85, 1.0))?;
+    let (uncertainty, implants) = (segmenter.uncertainty(&made), segmenter.implants());
+    drop(segmenter);
+    work.warn_all(info.warnings);
+    let automatic = own.seed_files.is_empty() && own.seed_points.is_empty();
+    let facts = Facts {
+        origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
+        fat_hu: Some(info.fat_hu),
+        muscle_hu: Some(info.muscle_hu),
+        checks: info.checks.iter().map(quality_check).collect(),
+        inputs: own.seed_files.iter().map(|file| file.told("seeds")).collect(),
+    };
+    Ok(Segmented {
+        labels: made.labels,
+        surfaces: Some(Lazy::held(surfaces)),
+        uncertainty: Some(Arc::new(uncertainty)),
+        implants: implants.map(Lazy::held),
+        facts,
+    })
+}

@@ -1,0 +1,106 @@
+//! The displacement under the table's gravity.
+
+use super::{Mesh, Moduli};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::nodes::law::Law;
+use crate::nodes::mesh::Meshed;
+use crate::nodes::moduli::ByTissue;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use supine_exchange::{read_vtu, write_vtu};
+use supine_fem::Body;
+use supine_mesh::Deformation;
+
+pub(crate) struct Solve;
+
+impl Law {
+    /// The body of a mesh.
+    pub(crate) fn body(&self, meshed: &Meshed, moduli: Option<&ByTissue>) -> Body {
+        Body {
+            young_kpa: moduli.map(|by| Arc::from(by.young_kpa.as_slice())),
+            curved: meshed.curved.clone(),
+            ..Body::new(Arc::clone(&meshed.mesh), self.tissue())
+        }
+    }
+}
+
+/// The displacement of the nodes, from the CT shape, as the solver gives it.
+#[derive(Debug)]
+pub(crate) struct Solved {
+    pub(crate) deformation: Deformation,
+    pub(crate) facts: Facts,
+}
+
+#[derive(Serialize, Deserialize, Debug, Clone)]
+pub(crate) struct Facts {
+    pub(crate) solve: supine_report::Solve,
+    pub(crate) unknowns: usize,
+}
+
+impl Solved {
+    /// A displacement that is given in place of being found.
+    pub(crate) fn given(deformation: Deformation) -> Self {
+        let solve = supine_report::Solve {
+            iterations: 0,
+            indefinite: 0,
+            load_steps: 0,
+            residual: 0.0,
+            min_det_f: 1.0,
+            max_det_f: 1.0,
+            max_displacement_mm: deformation.displacement().max_norm(),
+        };
+        Self { deformation, facts: Facts { solve, unknowns: 0 } }
+    }
+}
+
+impl Node for Solve {
+    const ID: NodeId = NodeId::Solve;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Law;
+    type Parents = (Mesh, Moduli);
+    type Out = Solved;
+
+    fn own(ground: &Ground) -> Result<Law, Error> {
+        Law::of(&ground.case)
+    }
+
+    fn run(own: &Law, (meshed, moduli): Outs<Self>, work: &Work<'_>) -> Result<Solved, Error> {
+        let body = own.body(&meshed, moduli.as_ref().as_ref());
+        let (deformation, info) =
+            supine_fem::solve(&body, &own.load(), &own.solver(), work.progress)?;
+        let solve = supine_report::Solve {
+            iterations: info.iterations,
+            indefinite: info.indefinite,
+            load_steps: info.load_steps,
+            residual: info.residual,
+            min_det_f: info.min_det_f,
+            max_det_f: info.max_det_f,
+            max_displacement_mm: info.max_displacement_mm,
+        };
+        work.warn_all(info.warnings);
+        let facts = Facts { solve, unknowns: info.unknowns };
+        Ok(Solved { deformation, facts })
+    }
+
+    fn save(out: &Solved, work: &Work<'_>) -> Result<(), Error> {
+        let path = work.place("deformed")?;
+        let (mesh, displacement) = (out.deformation.mesh(), out.deformation.displacement());
+        write_vtu(mesh, Some(displacement), &path).map_err(Error::product)
+    }
+
+    fn facts(out: &Solved) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(&out.facts)?)
+    }
+
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Solved, Error> {
+        let facts = serde_json::from_value(facts)?;
+        let path = work.place("deformed")?;
+        let (mesh, displacement) = read_vtu(&path).map_err(Error::product)?;
+        let displacement = displacement.ok_or(Error::NoDisplacement { path })?;
+        Ok(Solved { deformation: Deformation::new(Arc::new(mesh), displacement)?, facts })
+    }
+}

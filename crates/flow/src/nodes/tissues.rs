@@ -1,0 +1,106 @@
+//! The finer tissues, when the case asks for them.
+
+use super::{Import, Region, Segment};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::lazy::Lazy;
+use crate::nodes::region::Ball;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+use std::sync::Arc;
+use supine_exchange::{read_labels, write_labels};
+use supine_report::{TissueVolume, Tissues as Facts};
+use supine_segment::{TissueInfo, TissueShare};
+use supine_space::Progress;
+use supine_volume::{LabelMap, label};
+
+pub(crate) struct Tissues;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    asked: bool,
+    tumour: Option<Ball>,
+}
+
+/// The finer labels and what they hold; none when the case does not ask.
+#[derive(Debug, Default)]
+pub(crate) struct Labelled {
+    pub(crate) labels: Option<Arc<LabelMap>>,
+    pub(crate) facts: Option<Facts>,
+}
+
+impl Node for Tissues {
+    const ID: NodeId = NodeId::Tissues;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Own;
+    type Parents = (Import, Segment, Region);
+    type Out = Labelled;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        let tumour = case.tumour.filter(|_| case.tissues).map(Ball::from);
+        Ok(Own { asked: case.tissues, tumour })
+    }
+
+    fn not_asked(own: &Own) -> Option<Labelled> {
+        (!own.asked).then(Labelled::default)
+    }
+
+    fn run(
+        own: &Own,
+        (input, segmented, region): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Labelled, Error> {
+        let tumour = own.tumour.map(Ball::sphere).transpose()?;
+        let implants = segmented.implants.as_ref().map(Lazy::get).transpose()?;
+        let (ct, coarse) = (&input.ct, &segmented.labels);
+        let (fine, info) =
+            supine_segment::tissues(ct, coarse, implants.as_deref(), tumour, work.progress)?;
+        let here = supine_segment::tissue_shares(ct, &fine, region.sphere()?);
+        let facts = Some(facts(&info, &here));
+        work.warn_all(info.warnings);
+        Ok(Labelled { labels: Some(Arc::new(fine)), facts })
+    }
+
+    fn save(out: &Labelled, work: &Work<'_>) -> Result<(), Error> {
+        let Some(labels) = &out.labels else { return Ok(()) };
+        write_labels(labels, &work.place("labels")?, Progress::none()).map_err(Error::product)
+    }
+
+    fn facts(out: &Labelled) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(&out.facts)?)
+    }
+
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Labelled, Error> {
+        let facts: Option<Facts> = serde_json::from_value(facts)?;
+        let path = work.place("labels")?;
+        let labels = facts.as_ref().map(|_| read_labels(&path, work.progress));
+        let labels = labels.transpose().map_err(Error::product)?;
+        Ok(Labelled { labels: labels.map(Arc::new), facts })
+    }
+
+    fn bytes(out: &Labelled) -> usize {
+        out.labels.as_ref().map_or(0, |labels| labels.grid().len())
+    }
+}
+
+fn facts(info: &TissueInfo, here: &[TissueShare]) -> Facts {
+    let ml = |label: u8| here.iter().find(|s| s.label == label).map_or(0.0, |s| s.ml);
+    let (gland, fat) = (ml(label::GLAND), ml(label::FAT));
+    let name = |l: u8| label::ALL.iter().find(|(n, ..)| *n == l).map_or("", |(_, name, _)| *name);
+    let volumes = here.iter().zip(&info.shares).map(|(here, whole)| TissueVolume {
+        name: name(here.label).into(),
+        region_ml: here.ml,
+        mean_hu: (here.ml > 0.0).then_some(here.mean_hu),
+        whole_ct_ml: whole.ml,
+    });
+    Facts {
+        fat_hu: info.fat_hu,
+        gland_hu: info.gland_hu,
+        tumour_grown: info.tumour_grown,
+        density_percent: (gland + fat > 0.0).then(|| 100.0 * gland / (gland + fat)),
+        volumes: volumes.collect(),
+    }
+}

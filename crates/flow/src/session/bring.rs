@@ -1,0 +1,241 @@
+//! Bringing results up to date: in one go, or in two where a node is known by its value.
+
+use super::execute::{Brought, Job};
+use super::plan::{Keys, Known, Plan, Shown, Step, ancestors, descendants, entry, hash_of_value};
+use super::{Lane, Observer, Request, Session, lock};
+use crate::folder::RunFolder;
+use crate::ground::Ground;
+use crate::key::Key;
+use crate::{Error, NodeId};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use supine_report::{Link, Warning};
+
+impl Session {
+    /// Brings nodes up to date, and gives the results of those in `values`.
+    pub(crate) fn bring(
+        &self,
+        targets: &[NodeId],
+        values: &[NodeId],
+        request: &Request<'_>,
+    ) -> Result<Brought, Error> {
+        match request.lane {
+            Lane::Final => {
+                let folder = lock(&self.folder);
+                self.bring_into(folder.as_ref(), targets, values, request)
+            }
+            Lane::Live => {
+                let mine = self.newest.fetch_add(1, Ordering::SeqCst) + 1;
+                let newest = Newest { lane: &self.newest, mine, observer: request.observer };
+                let request = Request { observer: &newest, ..*request };
+                self.bring_into(None, targets, values, &request)
+            }
+        }
+    }
+
+    fn bring_into(
+        &self,
+        folder: Option<&RunFolder>,
+        targets: &[NodeId],
+        values: &[NodeId],
+        request: &Request<'_>,
+    ) -> Result<Brought, Error> {
+        let ground = self.secured(folder)?;
+        let values: BTreeSet<NodeId> = values.iter().copied().collect();
+        let mut forced = request.force.map(descendants).unwrap_or_default();
+        let mut brought = Brought::default();
+        loop {
+            let pool = if request.lane == Lane::Live { &self.live } else { &self.pool };
+            let open = pool.install(|| {
+                let wanted = ancestors(&ground, targets)?;
+                let shown = |node, key: &Key| self.shown(folder, node, key);
+                Ok::<_, Error>(Keys::of(&ground, &wanted, &shown)?.open(&forced))
+            })?;
+            let pass = Pass {
+                ground: &ground,
+                folder,
+                pool,
+                targets: first_targets(targets, open),
+                values: values.clone(),
+                forced: &forced,
+                open,
+                quiet: brought.done.keys().copied().collect(),
+            };
+            let now = self.pass(&pass, request)?;
+            forced.retain(|node| !now.done.contains_key(node));
+            for (node, done) in now.done {
+                brought.done.entry(node).or_insert(done);
+            }
+            brought.outputs = now.outputs;
+            if open.is_none() {
+                break;
+            }
+        }
+        let stays = |node: NodeId| ground.given.contains_key(&node) || values.contains(&node);
+        lock(&self.cells).fit(self.budget, stays);
+        Ok(brought)
+    }
+
+    fn pass(&self, pass: &Pass<'_>, request: &Request<'_>) -> Result<Brought, Error> {
+        let Pass { ground, folder, pool, forced, .. } = *pass;
+        let held = |node, key: &Key| lock(&self.cells).get(node, key).is_some();
+        let shown = |node, key: &Key| self.shown(folder, node, key);
+        let known = Known { folder, forced, held: &held, shown: &shown, values: pass.values() };
+        let plan = pool.install(|| Plan::new(ground, &pass.targets, &known))?;
+        if let Some(folder) = folder {
+            folder.renew()?;
+            clear_stale(ground, folder, &plan, &shown)?;
+        }
+        let job = Job {
+            ground,
+            plan: &plan,
+            folder,
+            cells: &self.cells,
+            pool,
+            observer: request.observer,
+            // The second pass may need what the first one has.
+            drops: request.drops && pass.open.is_none(),
+            stays: known.values.iter().chain(ground.given.keys()).copied().collect(),
+            meter: self.meter,
+            quiet: pass.quiet.clone(),
+            failed: AtomicBool::new(false),
+        };
+        self.meter.within(|| job.run())
+    }
+
+    /// By what a result is known to those that rest on it, for nodes that are known by their value: if it is there.
+    pub(super) fn shown(&self, folder: Option<&RunFolder>, node: NodeId, key: &Key) -> Option<Key> {
+        if let Some(cell) = lock(&self.cells).get(node, key) {
+            return hash_of_value(&(entry(node).facts)(&cell.output).ok()?);
+        }
+        hash_of_value(&folder?.result(node, key)?.facts)
+    }
+
+    /// The ground with the secret of the folder, where the case takes the patient out.
+    fn secured(&self, folder: Option<&RunFolder>) -> Result<Arc<Ground>, Error> {
+        let ground = self.ground();
+        if !ground.case.export.anonymise || ground.secret.is_some() {
+            return Ok(ground);
+        }
+        let secret = match folder {
+            Some(folder) => folder.secret()?,
+            None => crate::shared::random()?,
+        };
+        self.change(|ground| {
+            ground.secret.get_or_insert(secret);
+        });
+        Ok(self.ground())
+    }
+
+    /// The keys of results and of what they were made from, in the order of the nodes.
+    pub(crate) fn chain(&self, targets: &[NodeId]) -> Result<Vec<Link>, Error> {
+        let ground = self.ground();
+        let wanted = ancestors(&ground, targets)?;
+        let folder = lock(&self.folder);
+        let shown = |node, key: &Key| self.shown(folder.as_ref(), node, key);
+        let keys = Keys::of(&ground, &wanted, &shown)?;
+        let link = |&node: &NodeId| {
+            let key = keys.get(node)?.clone();
+            let value = keys.shown(node).filter(|shown| **shown != key).cloned();
+            let parents = keys.shown_parents(&ground, node);
+            Some(Link { stage: node.name().into(), key, value, parents })
+        };
+        Ok(wanted.iter().filter_map(link).collect())
+    }
+}
+
+/// What is done in one go.
+struct Pass<'a> {
+    ground: &'a Ground,
+    folder: Option<&'a RunFolder>,
+    pool: &'a rayon::ThreadPool,
+    targets: Vec<NodeId>,
+    values: BTreeSet<NodeId>,
+    forced: &'a BTreeSet<NodeId>,
+    /// The node whose value must be known before the rest can be planned.
+    open: Option<NodeId>,
+    /// Done in a pass before.
+    quiet: BTreeSet<NodeId>,
+}
+
+impl Pass<'_> {
+    /// Whose results must be in memory after it.
+    fn values(&self) -> BTreeSet<NodeId> {
+        let wanted = |node: &NodeId| self.open.is_none() || self.targets.contains(node);
+        self.values.iter().copied().filter(wanted).collect()
+    }
+}
+
+/// The targets that can be planned while the value of a node is open: that node, and those that do not rest on it.
+fn first_targets(targets: &[NodeId], open: Option<NodeId>) -> Vec<NodeId> {
+    let Some(open) = open else { return targets.to_vec() };
+    let later = descendants(open);
+    let now = targets.iter().copied().filter(|node| !later.contains(node));
+    now.chain([open]).collect()
+}
+
+/// Removes what the folder holds of nodes that are made anew, and of all nodes that the case no longer leads to.
+fn clear_stale(
+    ground: &Ground,
+    folder: &RunFolder,
+    plan: &Plan,
+    shown: Shown<'_>,
+) -> Result<(), Error> {
+    for node in NodeId::ALL {
+        let stale = match plan.steps.get(&node) {
+            Some(Step::Make(None) | Step::Write) => true,
+            Some(_) => false,
+            None => {
+                let keys =
+                    ancestors(ground, &[node]).and_then(|wanted| Keys::of(ground, &wanted, shown));
+                match keys.as_ref().map(|keys| keys.get(node)) {
+                    Ok(Some(key)) => folder.result(node, key).is_none(),
+                    Ok(None) => rests_on_made(node, plan),
+                    Err(_) => false,
+                }
+            }
+        };
+        if stale {
+            folder.clear(node)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a node whose key is not known yet rests on one that is made anew, by more than its value.
+fn rests_on_made(node: NodeId, plan: &Plan) -> bool {
+    let by_key = entry(node).parents.iter().copied().filter(|&parent| !entry(parent).by_value);
+    by_key.into_iter().any(|parent| {
+        matches!(plan.steps.get(&parent), Some(Step::Make(None))) || rests_on_made(parent, plan)
+    })
+}
+
+/// Ends work of the live lane that a newer question has made pointless.
+struct Newest<'a> {
+    lane: &'a AtomicU64,
+    mine: u64,
+    observer: &'a dyn Observer,
+}
+
+impl Observer for Newest<'_> {
+    fn begin(&self, node: NodeId) {
+        self.observer.begin(node);
+    }
+
+    fn share(&self, node: NodeId, share: f64) {
+        self.observer.share(node, share);
+    }
+
+    fn warning(&self, node: NodeId, warning: &Warning) {
+        self.observer.warning(node, warning);
+    }
+
+    fn end(&self, node: NodeId, seconds: f64, cached: bool) {
+        self.observer.end(node, seconds, cached);
+    }
+
+    fn go_on(&self) -> bool {
+        self.lane.load(Ordering::SeqCst) == self.mine && self.observer.go_on()
+    }
+}

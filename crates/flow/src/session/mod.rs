@@ -1,0 +1,326 @@
+//! A session: what was given, and all that was derived from it, held in memory.
+//!
+//! Set a parameter, ask for a node: what is stale is found from the graph and made anew, all else is taken as it is. Any
+//! number of sessions live in one process; each has its own threads. A session knows no method and no name of a file.
+
+mod bring;
+mod cells;
+mod execute;
+mod observer;
+mod plan;
+mod values;
+
+pub use observer::{Observer, Unwatched};
+
+use crate::folder::{Record, RunFolder, refuse_overlap};
+use crate::graph::{Node, typed};
+use crate::ground::Ground;
+use crate::inputs::Inputs;
+use crate::key::Key;
+use crate::memory::Meter;
+use crate::spec::{Case, Spec};
+use crate::{Error, NodeId};
+use cells::Cells;
+use plan::{Keys, ancestors};
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, RwLock};
+use supine_report::{Link, Warning};
+
+/// Memory that a session's results may hold while nobody works on them, bytes: a CT of 512 x 512 x 400 voxels before and
+/// after, its labels, surfaces and fields.
+const BUDGET: usize = 4 << 30;
+
+/// What was given, and all that was derived from it.
+pub struct Session {
+    ground: RwLock<Arc<Ground>>,
+    cells: Mutex<Cells>,
+    folder: Mutex<Option<RunFolder>>,
+    /// All cores but one, or as many as were asked for.
+    pool: rayon::ThreadPool,
+    /// One thread for what somebody waits for.
+    live: rayon::ThreadPool,
+    /// The newest question of the live lane.
+    newest: AtomicU64,
+    budget: usize,
+    meter: &'static Meter,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Session({} threads)", self.pool.current_num_threads())
+    }
+}
+
+/// Who waits for the work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lane {
+    /// Somebody looks on: one thread, nothing is written, and a newer question ends an older one.
+    Live,
+    /// The result: all threads, and all of it is written to the session's folder.
+    #[default]
+    Final,
+}
+
+/// What is asked of a session.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// Who watches.
+    pub observer: &'a dyn Observer,
+    /// Who waits.
+    pub lane: Lane,
+    /// Makes this node and all that rest on it anew.
+    pub force: Option<NodeId>,
+    /// Drops results as soon as nobody in this work needs them.
+    pub drops: bool,
+}
+
+impl std::fmt::Debug for Request<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { lane, force, drops, .. } = self;
+        write!(f, "Request({lane:?}, force {force:?}, drops {drops})")
+    }
+}
+
+impl Default for Request<'_> {
+    fn default() -> Self {
+        Self { observer: &Unwatched, lane: Lane::Final, force: None, drops: false }
+    }
+}
+
+/// How a node was done.
+#[derive(Clone, Debug)]
+pub(crate) struct Done {
+    pub(crate) seconds: f64,
+    /// Its result was there.
+    pub(crate) cached: bool,
+    pub(crate) warnings: Vec<Warning>,
+    /// Its record in the folder.
+    pub(crate) record: Option<Record>,
+    /// The most memory that the session held at once up to its end, MB, if it is counted.
+    pub(crate) peak_memory_mb: Option<f64>,
+}
+
+/// Whether a result that is held is of what is given now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freshness {
+    /// Of what is given now.
+    Fresh,
+    /// Of what was given before.
+    Stale,
+}
+
+impl Session {
+    /// A session of a specification, with a number of threads (0: all cores).
+    ///
+    /// # Errors
+    /// When the values contradict each other, or threads cannot be had.
+    pub fn new(spec: Spec, threads: usize) -> Result<Self, Error> {
+        let meter = Meter::leaked();
+        let pool = |threads: usize| {
+            let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let built = builder.start_handler(|_| meter.enter()).build();
+            built.map_err(|e| Error::Threads(e.to_string()))
+        };
+        let ground = Ground {
+            case: Arc::new(spec.case()?),
+            spec: Arc::new(spec),
+            inputs: Arc::new(Inputs::default()),
+            secret: None,
+            given: BTreeMap::new(),
+        };
+        Ok(Self {
+            ground: RwLock::new(Arc::new(ground)),
+            cells: Mutex::default(),
+            folder: Mutex::new(None),
+            pool: pool(threads)?,
+            live: pool(1)?,
+            newest: AtomicU64::new(0),
+            budget: BUDGET,
+            meter,
+        })
+    }
+
+    /// The same with a folder, in which results are kept and from which they come back.
+    ///
+    /// # Errors
+    /// When an input lies where results are written.
+    pub fn with_folder(self, folder: RunFolder) -> Result<Self, Error> {
+        let ground = self.ground();
+        for (key, path) in inputs(&ground.case) {
+            refuse_overlap(folder.root(), key, &ground.path(path))?;
+        }
+        *lock(&self.folder) = Some(folder);
+        Ok(self)
+    }
+
+    /// The same with another budget for what is held while nobody works, bytes.
+    #[must_use]
+    pub fn with_budget(mut self, bytes: usize) -> Self {
+        self.budget = bytes;
+        self
+    }
+
+    /// Gives a node its result in place of having it made; `key` names its content.
+    pub(crate) fn give<N: Node>(&self, out: N::Out, key: String) {
+        let key = format!("given {key}");
+        lock(&self.cells).put(N::ID, key.clone(), Arc::new(out), vec![]);
+        self.change(|ground| {
+            ground.given.insert(N::ID, key);
+        });
+    }
+
+    /// Changes a parameter (`null`: not given any more); the nodes whose results are stale now.
+    ///
+    /// # Errors
+    /// When the value does not fit or contradicts others; all stays as it was then.
+    pub fn set(&self, key: &str, value: &serde_json::Value) -> Result<Vec<NodeId>, Error> {
+        self.change(|ground| {
+            let mut spec = (*ground.spec).clone();
+            spec.set(key, value)?;
+            ground.case = Arc::new(spec.case()?);
+            ground.spec = Arc::new(spec);
+            Ok::<_, Error>(())
+        })?;
+        Ok(NodeId::ALL.into_iter().filter(|node| self.is_stale(*node)).collect())
+    }
+
+    /// The values that are given now.
+    pub fn spec(&self) -> Arc<Spec> {
+        Arc::clone(&self.ground().spec)
+    }
+
+    /// The case that is given now.
+    pub fn case(&self) -> Arc<Case> {
+        Arc::clone(&self.ground().case)
+    }
+
+    /// Whether a result is held that is not of what is given now.
+    fn is_stale(&self, node: NodeId) -> bool {
+        let held = lock(&self.cells).peek(node).map(|cell| cell.key.clone());
+        held.is_some_and(|held| self.key(node).as_ref() != Some(&held))
+    }
+
+    /// The key that a node's result has with what is given now, if what is held tells it.
+    fn key(&self, node: NodeId) -> Option<String> {
+        let ground = self.ground();
+        let wanted = ancestors(&ground, &[node]).ok()?;
+        let keys = Keys::of(&ground, &wanted, &|node, key| self.shown(None, node, key)).ok()?;
+        keys.get(node).cloned()
+    }
+
+    /// A result that is held, fresh or stale; nothing is made.
+    pub(crate) fn peek<N: Node>(&self) -> Option<(Arc<N::Out>, Freshness)> {
+        let cell = lock(&self.cells).peek(N::ID).cloned()?;
+        let fresh = self.key(N::ID).as_ref() == Some(&cell.key);
+        let freshness = if fresh { Freshness::Fresh } else { Freshness::Stale };
+        Some((typed::<N>(&cell.output), freshness))
+    }
+
+    /// A node's result: held, read back or made.
+    pub(crate) fn get<N: Node>(&self, request: &Request<'_>) -> Result<Arc<N::Out>, Error> {
+        let brought = self.bring(&[N::ID], &[N::ID], request)?;
+        brought.outputs.get(&N::ID).map(typed::<N>).ok_or(Error::NotKept { node: N::ID })
+    }
+
+    /// Memory that results hold, bytes.
+    pub fn bytes(&self) -> usize {
+        lock(&self.cells).bytes()
+    }
+
+    /// The most memory that the session's work held at once since it was last asked to start counting anew, MB; none in
+    /// a program without [`crate::CountingAllocator`].
+    pub fn peak_memory_mb(&self) -> Option<f64> {
+        self.meter.peak_mb()
+    }
+
+    /// Counts the session's memory anew, from what it holds now.
+    pub fn reset_peak_memory(&self) {
+        self.meter.reset();
+    }
+
+    /// Drops a result; it comes back from the folder, or is made again.
+    pub fn forget(&self, node: NodeId) {
+        if !self.ground().given.contains_key(&node) {
+            lock(&self.cells).remove(node);
+        }
+    }
+
+    /// Threads of its final lane.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    pub(crate) fn ground(&self) -> Arc<Ground> {
+        Arc::clone(&self.ground.read().unwrap_or_else(std::sync::PoisonError::into_inner))
+    }
+
+    /// Changes the ground, unless the change fails.
+    fn change<T: Outcome>(&self, change: impl FnOnce(&mut Ground) -> T) -> T {
+        let mut held = self.ground.write().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut ground = (**held).clone();
+        let outcome = change(&mut ground);
+        if outcome.is_good() {
+            *held = Arc::new(ground);
+        }
+        outcome
+    }
+
+    /// The nodes that a run would do over the finished one that left these links and this secret; nothing is done.
+    pub(crate) fn redone(
+        &self,
+        left: &[Link],
+        secret: Option<[u8; 32]>,
+    ) -> Result<Vec<NodeId>, Error> {
+        let ground = Ground { secret, ..(*self.ground()).clone() };
+        let wanted = ancestors(&ground, &NodeId::ALL)?;
+        let link = |node: NodeId, key: &Key| {
+            left.iter().find(|link| link.stage == node.name() && link.key == *key)
+        };
+        let shown = |node, key: &Key| {
+            link(node, key).map(|link| link.value.clone().unwrap_or_else(|| key.clone()))
+        };
+        let keys = Keys::of(&ground, &wanted, &shown)?;
+        let is_new = |node: &NodeId| keys.get(*node).is_none_or(|key| link(*node, key).is_none());
+        Ok(wanted.into_iter().filter(is_new).collect())
+    }
+
+    /// Works with the session's folder.
+    pub(crate) fn folder<T>(
+        &self,
+        work: impl FnOnce(&RunFolder) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        lock(&self.folder).as_ref().map_or(Err(Error::NoFolder), work)
+    }
+}
+
+/// Every path that a case names, with its key.
+fn inputs(case: &Case) -> impl Iterator<Item = (&'static str, &std::path::Path)> {
+    let ct = case.ct.iter().map(|path| ("ct", path.as_path()));
+    ct.chain(case.labels.iter().map(|l| ("labels.file", l.file.as_path())))
+        .chain(case.seeds.files.iter().map(|p| ("seeds.file", p.as_path())))
+        .chain(case.points.iter().map(|p| ("carry.points", p.as_path())))
+        .chain(case.carried.iter().map(|c| (c.kind.key(), c.path.as_path())))
+}
+
+/// Whether a change is to be kept.
+trait Outcome {
+    fn is_good(&self) -> bool;
+}
+
+impl Outcome for () {
+    fn is_good(&self) -> bool {
+        true
+    }
+}
+
+impl Outcome for Result<(), Error> {
+    fn is_good(&self) -> bool {
+        self.is_ok()
+    }
+}
+
+/// What a lock holds; a thread that failed while it held it left nothing half-done.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

@@ -1,0 +1,73 @@
+//! Results as values, computed when they are asked for.
+
+use super::{Freshness, Request, Session};
+use crate::nodes::{Import, Mesh, Points, Segment, Solve, Warp};
+use crate::{Error, NodeId};
+use std::sync::Arc;
+use supine_mesh::{Deformation, TetMesh};
+use supine_report::Movement;
+use supine_volume::{Ct, LabelMap};
+
+impl Session {
+    /// The CT as it was read, HU.
+    ///
+    /// # Errors
+    /// When it cannot be read, or the observer ends the work.
+    pub fn ct(&self, request: &Request<'_>) -> Result<Arc<Ct>, Error> {
+        Ok(Arc::clone(&self.get::<Import>(request)?.ct))
+    }
+
+    /// Labels of chest wall and soft tissue.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn labels(&self, request: &Request<'_>) -> Result<Arc<LabelMap>, Error> {
+        Ok(Arc::clone(&self.get::<Segment>(request)?.labels))
+    }
+
+    /// Labels that are held, of what is given now or of what was given before; nothing is made.
+    pub fn peek_labels(&self) -> Option<(Arc<LabelMap>, Freshness)> {
+        let (segmented, freshness) = self.peek::<Segment>()?;
+        Some((Arc::clone(&segmented.labels), freshness))
+    }
+
+    /// The mesh in the CT shape; points LPS, mm.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn mesh(&self, request: &Request<'_>) -> Result<Arc<TetMesh>, Error> {
+        Ok(Arc::clone(&self.get::<Mesh>(request)?.mesh))
+    }
+
+    /// The mesh with the displacement of its nodes, mm, LPS, from the CT shape.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn deformation(&self, request: &Request<'_>) -> Result<Deformation, Error> {
+        Ok(self.get::<Solve>(request)?.deformation.clone())
+    }
+
+    /// The CT on the table, HU.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn deformed_ct(&self, request: &Request<'_>) -> Result<Arc<Ct>, Error> {
+        Ok(Arc::clone(&self.get::<Warp>(request)?.ct))
+    }
+
+    /// The tumour before and after, LPS, mm.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn tumour(&self, request: &Request<'_>) -> Result<Movement, Error> {
+        Ok(self.get::<Points>(request)?.tumour.clone())
+    }
+
+    /// Brings nodes up to date, in memory and in the folder if there is one.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn update(&self, nodes: &[NodeId], request: &Request<'_>) -> Result<(), Error> {
+        self.bring(nodes, &[], request).map(drop)
+    }
+}

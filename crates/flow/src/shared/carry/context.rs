@@ -1,0 +1,188 @@
+//! A patient's own dose, structures and segments in the operating position, as objects of the exported CT.
+//!
+//! The one way for a run (`carry.*` in the case) and for `supine carry`: [`CarryContext`] says what an object is
+//! compared with and what it may name, the other files move it and write it.
+
+use crate::Error;
+use crate::shared::{CtInput, ExportSource, read_ct};
+use std::path::{Path, PathBuf};
+use supine_dicom::{
+    Anonymiser, CompanionParams, Deformable, Dose, ObjectReference, ReadParams, Segmentation,
+    Source, Structures, frame_of_reference, read_deformable, read_dose, read_segmentation,
+    read_structures,
+};
+use supine_space::{Grid, Progress, Warning};
+use supine_volume::Ct;
+
+/// Said when the CT before deformation is not known.
+const NOT_COMPARED: &str = "the frame of reference was not compared with the CT's (--ct)";
+
+/// What was exported, as far as there is any.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ExportedFiles {
+    /// The folder of the series.
+    pub(crate) series: Option<PathBuf>,
+    /// The deformable registration.
+    pub(crate) registration: Option<PathBuf>,
+    /// What took the patient out, while it is known.
+    pub(crate) secret: Option<[u8; 32]>,
+}
+
+/// What an object of the patient is held against before it is carried.
+#[derive(Debug)]
+pub(crate) struct CarryContext {
+    /// The exported CT, when the run has one.
+    exported: Option<(Ct, Source)>,
+    /// The series that an export will be made from, while there is none.
+    ahead: Option<Source>,
+    registration: Option<Deformable>,
+    /// What took the patient out of the exported CT.
+    anonymiser: Option<Anonymiser>,
+    /// Frame of reference of the CT before deformation, as far as it is known.
+    before: Option<String>,
+}
+
+impl CarryContext {
+    /// The context of what was exported; `before` is the series before deformation, where it is at hand.
+    ///
+    /// # Errors
+    /// When the exported series, its registration or the key of its de-identification cannot be read, or do not
+    /// belong together.
+    pub(crate) fn of(
+        exported: &ExportedFiles,
+        before: Option<&Source>,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
+        let ExportedFiles { series, registration: path, secret } = exported;
+        let exported = match series {
+            Some(folder) => match read_ct(folder, &ReadParams::default(), progress)? {
+                CtInput { ct, dicom: Some((source, _)) } => Some((ct, source)),
+                CtInput { dicom: None, .. } => None,
+            },
+            None => None,
+        };
+        let registration = path
+            .as_ref()
+            .filter(|path| path.is_file())
+            .map(|path| read_deformable(path).map_err(Error::Carried))
+            .transpose()?;
+        if let (Some(r), Some((_, source))) = (&registration, &exported)
+            && r.registered_frame_uid != source.frame_of_reference_uid()
+        {
+            let (path, series) =
+                (path.clone().unwrap_or_default(), series.clone().unwrap_or_default());
+            return Err(Error::OtherRegistration { path, series });
+        }
+        let anonymised = exported.as_ref().is_some_and(|(_, source)| source.is_anonymised());
+        let anonymiser = secret.filter(|_| anonymised).map(Anonymiser::new);
+        let before = before.map(Source::frame_of_reference_uid);
+        let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
+        Ok(Self { exported, ahead: None, registration, anonymiser, before })
+    }
+
+    /// What is known before the CT is exported; `before` is the series as it was read.
+    pub(crate) fn ahead(before: &Source, outward: &ExportSource) -> Self {
+        let (ahead, anonymiser) = (Some(outward.source.clone()), outward.anonymiser.clone());
+        let before = Some(before.frame_of_reference_uid());
+        Self { exported: None, ahead, registration: None, anonymiser, before }
+    }
+
+    /// The series whose patient an object has to be of.
+    fn whose(&self) -> Option<&Source> {
+        self.exported.as_ref().map(|(_, source)| source).or(self.ahead.as_ref())
+    }
+
+    /// The exported CT, to which a DICOM object will belong.
+    pub(crate) fn exported(&self) -> Option<&(Ct, Source)> {
+        self.exported.as_ref()
+    }
+
+    /// The registration of the exported CT with the one before.
+    pub(super) fn registration(&self) -> Option<&ObjectReference> {
+        self.registration.as_ref().map(|r| &r.object)
+    }
+
+    /// An RT dose that lies on the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// When it cannot be read, or belongs to another CT or patient.
+    pub(crate) fn dose(&self, path: &Path) -> Result<(Dose, Vec<Warning>), Error> {
+        let dose = read_dose(path).map_err(Error::Carried)?;
+        let mut warnings = dose.warnings().to_vec();
+        warnings.extend(self.compare(path, &[dose.frame_of_reference_uid()])?);
+        let Some(source) = self.whose() else { return Ok((dose, warnings)) };
+        let dose = dose.outward(source, self.anonymiser.as_ref()).map_err(Error::Carried)?;
+        Ok((dose, warnings))
+    }
+
+    /// A structure set that was drawn on the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// As [`Self::dose`].
+    pub(crate) fn structures(&self, path: &Path) -> Result<(Structures, Vec<Warning>), Error> {
+        let structures = read_structures(path).map_err(Error::Carried)?;
+        let frames: Vec<String> =
+            structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
+        let mut warnings: Vec<Warning> = self.compare(path, &frames)?.into_iter().collect();
+        let Some(source) = self.whose() else { return Ok((structures, warnings)) };
+        let outward = structures.outward(source, self.anonymiser.as_ref());
+        let (structures, renamed) = outward.map_err(Error::Carried)?;
+        warnings.extend(renamed);
+        Ok((structures, warnings))
+    }
+
+    /// A segmentation on the voxels of the CT, and what a user has to know of it.
+    ///
+    /// # Errors
+    /// As [`Self::dose`]; and when its pixels are no voxels of the CT.
+    pub(crate) fn segmentation(
+        &self,
+        path: &Path,
+        grid: &Grid,
+    ) -> Result<(Segmentation, Vec<Warning>), Error> {
+        let found = frame_of_reference(path).map_err(Error::Carried)?;
+        let mut warnings: Vec<Warning> =
+            self.compare(path, std::slice::from_ref(&found))?.into_iter().collect();
+        let given = read_segmentation(path, grid, Some(&found)).map_err(Error::Carried)?;
+        warnings.extend(given.warnings().to_vec());
+        let Some(source) = self.whose() else { return Ok((given, warnings)) };
+        let outward = given.outward(source, self.anonymiser.as_ref());
+        let (given, renamed) = outward.map_err(Error::Carried)?;
+        warnings.extend(renamed);
+        Ok((given, warnings))
+    }
+
+    /// What is carried must lie in the frame of reference of the CT, under its own UID or the mapped one; a warning when
+    /// that is not known.
+    fn compare(&self, path: &Path, found: &[String]) -> Result<Option<Warning>, Error> {
+        let Some(own) = &self.before else {
+            return Ok(Some(Warning::new("frame-not-compared", NOT_COMPARED)));
+        };
+        let mapped = |uid: &str| self.anonymiser.as_ref().map(|by| by.uid(uid));
+        let same = |uid: &String| {
+            uid == own || mapped(uid).as_ref() == Some(own) || mapped(own).as_ref() == Some(uid)
+        };
+        if found.iter().any(|uid| !uid.is_empty() && !same(uid)) {
+            return Err(Error::OtherFrame { path: path.into() });
+        }
+        Ok(None)
+    }
+
+    /// The headers that an object is written with.
+    pub(super) fn source(&self) -> Result<&Source, Error> {
+        self.exported.as_ref().map(|(_, source)| source).ok_or(Error::NoSeries)
+    }
+}
+
+/// What a carried object says about itself.
+pub(super) fn params(what: &str, source: &Source) -> CompanionParams {
+    CompanionParams {
+        series_description: format!("DEFORMED {what} [supine]"),
+        derivation: format!(
+            "DERIVED: {what} carried with the tissue of a simulated deformation, not made anew on \
+             it. The CT:"
+        ),
+        clock: source.clock(),
+        software_version: env!("CARGO_PKG_VERSION").into(),
+    }
+}

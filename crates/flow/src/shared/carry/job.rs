@@ -1,0 +1,167 @@
+//! One object carried: read, moved, written. The one way for a run and for the command that carries.
+
+use super::CarriedKind;
+use super::context::CarryContext;
+use super::contours::{
+    CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
+};
+use super::dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
+use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
+use crate::Error;
+use std::path::Path;
+use supine_dicom::{Dose, DoseInfo, Segmentation, SegmentationInfo, Structures, StructuresInfo};
+use supine_exchange::NamedContours;
+use supine_mesh::Deformation;
+use supine_report::{CarriedObject, CarriedRegion};
+use supine_space::{Grid, Progress, Warning};
+use supine_volume::{Ct, Volume};
+use supine_warp::DoseTotals;
+
+/// What objects are carried with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CarryJob<'a> {
+    pub(crate) context: &'a CarryContext,
+    /// As the solver gave it.
+    pub(crate) deformation: &'a Deformation,
+}
+
+/// A dose that was carried.
+#[derive(Debug)]
+pub(crate) struct CarriedDose {
+    pub(crate) given: Dose,
+    /// Gy.
+    pub(crate) carried: Volume<f32>,
+    pub(crate) totals: DoseTotals,
+    /// What was written; none when no file was named.
+    pub(crate) written: Option<DoseInfo>,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// A structure set that was carried.
+#[derive(Debug)]
+pub(crate) struct CarriedStructures {
+    pub(crate) given: Structures,
+    /// Its closed contours as given.
+    pub(crate) closed: Vec<NamedContours>,
+    pub(crate) carried: CarriedContours,
+    /// What was written; none when no file was named.
+    pub(crate) written: Option<StructuresInfo>,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// A segmentation that was carried.
+#[derive(Debug)]
+pub(crate) struct CarriedSegmentation {
+    pub(crate) given: Segmentation,
+    pub(crate) carried: CarriedSegments,
+    pub(crate) written: SegmentationInfo,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl CarryJob<'_> {
+    /// Carries an object into the file `out`, whose name the caller adds; warnings with it. `ct` is the CT before
+    /// deformation, on the grid of the exported series.
+    pub(crate) fn one(
+        &self,
+        kind: CarriedKind,
+        path: &Path,
+        out: &Path,
+        ct: &Ct,
+        progress: Progress<'_>,
+    ) -> Result<(CarriedObject, Vec<Warning>), Error> {
+        let object = |instance_uid: Option<String>, regions: Vec<CarriedRegion>| CarriedObject {
+            kind: kind.name().into(),
+            file: String::new(),
+            instance_uid: instance_uid.unwrap_or_default(),
+            max_gy: None,
+            energy_mj: None,
+            regions,
+        };
+        Ok(match kind {
+            CarriedKind::Dose => {
+                let done = self.dose(path, Some(out), Some(ct), progress)?;
+                let uid = done.written.as_ref().map(|info| info.object.instance_uid.clone());
+                let max_gy = Some(done.max_gy());
+                let energy_mj = done.totals.energy_mj;
+                (CarriedObject { max_gy, energy_mj, ..object(uid, vec![]) }, done.warnings)
+            }
+            CarriedKind::Structures => {
+                let done = self.structures(path, Some(out), ct.grid(), progress)?;
+                let uid = done.written.map(|info| info.object.instance_uid);
+                (object(uid, done.carried.regions()), done.warnings)
+            }
+            CarriedKind::Segmentation => {
+                let done = self.segmentation(path, out, ct.grid(), progress)?;
+                (object(Some(done.written.instance_uid), done.carried.regions), done.warnings)
+            }
+        })
+    }
+
+    /// Carries a dose, and writes it as one of the exported CT where a file is named; `ct`, before deformation, gives
+    /// the density of the tissue.
+    pub(crate) fn dose(
+        &self,
+        path: &Path,
+        out: Option<&Path>,
+        ct: Option<&Ct>,
+        progress: Progress<'_>,
+    ) -> Result<CarriedDose, Error> {
+        let (given, mut warnings) = self.context.dose(path)?;
+        let volume = given.volume();
+        let (carried, totals) = carry_with_totals(volume, ct, self.deformation, progress)?;
+        let write = |out| write_carried_dose(&carried, &given, self.context, out);
+        let written = out.map(write).transpose()?;
+        warnings.insert(0, Warning::new("dose-not-computed-anew", DOSE_NOTE));
+        warnings.extend(written.iter().flat_map(|info| info.warnings.clone()));
+        Ok(CarriedDose { given, carried, totals, written, warnings })
+    }
+
+    /// Carries a structure set onto the slices of a grid, and writes it as one of the exported CT where a file is
+    /// named.
+    pub(crate) fn structures(
+        &self,
+        path: &Path,
+        out: Option<&Path>,
+        grid: &Grid,
+        progress: Progress<'_>,
+    ) -> Result<CarriedStructures, Error> {
+        let (given, mut warnings) = self.context.structures(path)?;
+        let (closed, left_out) = closed_contours(&given);
+        warnings.extend(left_out);
+        let carried = carry_named_contours(&closed, grid, self.deformation, progress)?;
+        let write = |out| {
+            let lines = carry_lines(&given, self.deformation)?;
+            write_carried_structures(&carried, lines, &given, self.context, out)
+        };
+        let written = out.map(write).transpose()?;
+        warnings.extend(written.iter().flat_map(|info| info.warnings.clone()));
+        Ok(CarriedStructures { given, closed, carried, written, warnings })
+    }
+
+    /// Carries a segmentation on the voxels of a grid, and writes it as one of the exported CT.
+    pub(crate) fn segmentation(
+        &self,
+        path: &Path,
+        out: &Path,
+        grid: &Grid,
+        progress: Progress<'_>,
+    ) -> Result<CarriedSegmentation, Error> {
+        let (given, mut warnings) = self.context.segmentation(path, grid)?;
+        let carried = carry_segments(&given, grid, self.deformation, progress)?;
+        let (written, more) = write_carried_segments(&carried, &given, self.context, out)?;
+        warnings.extend(more);
+        Ok(CarriedSegmentation { given, carried, written, warnings })
+    }
+}
+
+impl CarriedDose {
+    /// Largest dose before and after, Gy.
+    pub(crate) fn max_gy(&self) -> [f64; 2] {
+        [self.given.volume(), &self.carried].map(max_gy)
+    }
+}
+
+/// Largest dose, Gy.
+pub(crate) fn max_gy(dose: &Volume<f32>) -> f64 {
+    f64::from(dose.data().iter().copied().fold(f32::MIN, f32::max))
+}

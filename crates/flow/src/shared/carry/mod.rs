@@ -1,0 +1,14 @@
+//! A patient's own dose, structures and segments in the operating position, as objects of the exported CT.
+
+mod context;
+mod contours;
+mod dose;
+mod job;
+mod kinds;
+mod segments;
+
+pub(crate) use context::{CarryContext, ExportedFiles};
+pub(crate) use contours::{CarriedContours, carry_named_contours};
+pub(crate) use dose::{DOSE_NOTE, carry_with_totals};
+pub(crate) use job::{CarriedDose, CarryJob, max_gy};
+pub use kinds::{CarriedFile, CarriedKind};

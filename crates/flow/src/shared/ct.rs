@@ -1,0 +1,37 @@
+//! The CT, from whatever holds it.
+
+use crate::Error;
+use std::path::Path;
+use supine_dicom::{ReadInfo, ReadParams, Source};
+use supine_space::Progress;
+use supine_volume::Ct;
+
+/// A CT and, when it came from DICOM, what an export inherits.
+#[derive(Debug)]
+pub struct CtInput {
+    /// The CT, HU.
+    pub ct: Ct,
+    /// The series it came from; `None` for NRRD and NIfTI, which carry no patient.
+    pub dicom: Option<(Source, ReadInfo)>,
+}
+
+/// Reads a CT: a DICOM folder (or a file of the series), an NRRD or a NIfTI file.
+///
+/// # Errors
+/// When it is not there, not readable, or not one usable series.
+pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Result<CtInput, Error> {
+    if let Err(source) = std::fs::metadata(path) {
+        return Err(Error::Missing { key: "ct", path: path.into(), source });
+    }
+    let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if [".nrrd", ".nii", ".nii.gz"].iter().any(|end| name.ends_with(end)) {
+        let ct =
+            supine_exchange::read_ct(path, progress).map_err(|source| Error::file("ct", source))?;
+        return Ok(CtInput { ct, dicom: None });
+    }
+    match supine_dicom::read_series(path, params, progress) {
+        Ok((ct, source, info)) => Ok(CtInput { ct, dicom: Some((source, info)) }),
+        Err(supine_dicom::Error::Stopped(_)) => Err(Error::Stopped),
+        Err(error) => Err(Error::Ct(error)),
+    }
+}

@@ -1,0 +1,72 @@
+//! The summary's figures from the domain types.
+
+use supine_mesh::{BoundaryTag, TetMesh, quality, spread, tet_quality};
+use supine_report::{Mesh, Movement, QualityCheck, SurfaceFit, WorstTet};
+use supine_segment::Bound;
+use supine_space::{Point, Vector};
+use supine_tetrahedralise::Deviation;
+
+/// The worst tetrahedra that are named.
+const NAMED: usize = 5;
+
+/// The mesh's part of the summary; the unknowns are known only to the solver and stay 0 here.
+pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {
+    let q = quality(mesh);
+    let spread = spread(mesh, NAMED);
+    Mesh {
+        asked: info.asked,
+        tetrahedra: mesh.tets().len(),
+        points: mesh.points().len(),
+        unknowns: 0,
+        min_dihedral_deg: q.min_dihedral_deg,
+        max_dihedral_deg: q.max_dihedral_deg,
+        min_radius_ratio: q.min_radius_ratio,
+        mean_radius_ratio: q.mean_radius_ratio,
+        volume_ml: mesh.total_volume() / 1000.0,
+        skin_mm2: mesh.area(BoundaryTag::Skin),
+        chest_wall_mm2: mesh.area(BoundaryTag::ChestWall),
+        cut_mm2: mesh.area(BoundaryTag::Cut),
+        source_volume_ml: info.label_volume_mm3 / 1000.0,
+        joined_patches: info.joined_patches,
+        surfaces: info.deviation.iter().map(surface_fit).collect(),
+        dihedral_angles: spread.dihedral.to_vec(),
+        radius_ratios: spread.radius_ratio.to_vec(),
+        curved: None,
+        worst: spread.worst.into_iter().map(|tet| worst_tet(mesh, tet)).collect(),
+    }
+}
+
+fn surface_fit(d: &Deviation) -> SurfaceFit {
+    let tag = d.tag.name().into();
+    SurfaceFit { tag, mean_mm: d.mean_mm, p95_mm: d.p95_mm, max_mm: d.max_mm }
+}
+
+fn worst_tet(mesh: &TetMesh, tet: usize) -> WorstTet {
+    let corners = mesh.corners(tet);
+    let shape = tet_quality(&corners);
+    WorstTet {
+        tet,
+        place_mm: (corners.iter().map(|c| c.coords).sum::<Vector>() / 4.0).into(),
+        min_dihedral_deg: shape.min_dihedral_deg,
+        max_dihedral_deg: shape.max_dihedral_deg,
+        radius_ratio: shape.radius_ratio,
+    }
+}
+
+/// A figure and its limits in the words of the summary.
+pub(crate) fn quality_check(check: &supine_segment::QualityCheck) -> QualityCheck {
+    QualityCheck {
+        what: check.what.into(),
+        unit: check.unit.into(),
+        value: check.value,
+        at_most: check.bound == Bound::AtMost,
+        warns: check.warns,
+        refuses: check.refuses,
+        jointly: check.jointly,
+    }
+}
+
+/// How a point moved; one outside the mesh stays.
+pub(crate) fn movement(before: Point, after: Option<Point>) -> Movement {
+    Movement::new(before.coords.into(), after.unwrap_or(before).coords.into())
+}

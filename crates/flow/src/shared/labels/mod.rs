@@ -1,0 +1,95 @@
+//! A segmentation brought along, from whatever holds it, and the labels as a DICOM object.
+
+mod compose;
+mod export;
+mod roles;
+
+pub use export::{LabelOrigin, write_dicom_labels};
+pub use roles::{RegionNameError, RegionNames};
+
+use crate::Error;
+use compose::{Regions, compose};
+use roles::{Candidate, plan};
+use std::path::PathBuf;
+use supine_dicom::{RegionObject, read_segmentation, read_structures, region_object};
+use supine_exchange::{SuppliedLabels as ReadLabels, read_supplied_labels};
+use supine_space::{Grid, Progress, Warning};
+use supine_volume::{Ct, LabelMap};
+
+/// A segmentation brought along.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SuppliedLabels {
+    /// Label map (NRRD, NIfTI, .seg.nrrd), DICOM segmentation or RT structure set.
+    pub file: PathBuf,
+    /// Which regions are which part, in a file that names its regions.
+    pub names: RegionNames,
+}
+
+/// Reads a segmentation that was brought along onto the grid of its CT, and what is uncertain about
+/// it. What the file is, its content tells.
+///
+/// # Errors
+/// When it cannot be read, does not say which regions are the body or soft tissue and the chest
+/// wall, or cannot be of this CT.
+pub fn read_supplied(
+    brought: &SuppliedLabels,
+    ct: &Ct,
+    frame_of_reference: Option<&str>,
+    progress: Progress<'_>,
+) -> Result<(LabelMap, Vec<Warning>), Error> {
+    let path = &brought.file;
+    if let Err(source) = std::fs::metadata(path) {
+        return Err(Error::Missing { key: "labels.file", path: path.into(), source });
+    }
+    let (grid, frame) = (ct.grid(), frame_of_reference);
+    let opened = open(brought, grid, frame, progress.part(0.0, 0.2))?;
+    progress.at(0.2)?;
+    let (labels, mut warnings) = match opened {
+        Opened::Numbers(labels) => (labels, vec![]),
+        Opened::Regions(regions) => {
+            let candidates: Vec<Candidate> = regions.candidates();
+            let plan = plan(&candidates, &brought.names)?;
+            compose(&regions, &plan, grid, frame, progress.part(0.2, 0.8))?
+        }
+    };
+    let (labels, more) = supine_segment::take_labels(ct, labels)?;
+    warnings.extend(more);
+    progress.at(1.0)?;
+    Ok((labels, warnings))
+}
+
+/// What a file of labels holds.
+enum Opened {
+    /// The numbers of [`supine_volume::label`].
+    Numbers(LabelMap),
+    /// Regions by name.
+    Regions(Regions),
+}
+
+fn open(
+    brought: &SuppliedLabels,
+    grid: &Grid,
+    frame: Option<&str>,
+    progress: Progress<'_>,
+) -> Result<Opened, Error> {
+    let path = &brought.file;
+    Ok(Opened::Regions(match region_object(path).map_err(Error::LabelsObject)? {
+        Some(RegionObject::Segmentation) => {
+            let read = read_segmentation(path, grid, frame).map_err(Error::LabelsObject)?;
+            Regions::Segmentation(Box::new(read))
+        }
+        Some(RegionObject::Structures) => {
+            Regions::Structures(read_structures(path).map_err(Error::LabelsObject)?)
+        }
+        None => {
+            let read = read_supplied_labels(path, progress);
+            match read.map_err(|source| Error::file("labels.file", source))? {
+                ReadLabels::Segments(segments) => Regions::Segments(Box::new(segments)),
+                ReadLabels::Numbers(_) if brought.names.given() => {
+                    return Err(RegionNameError::Nameless.into());
+                }
+                ReadLabels::Numbers(labels) => return Ok(Opened::Numbers(labels)),
+            }
+        }
+    }))
+}

@@ -1,0 +1,42 @@
+//! What several nodes and commands use.
+
+pub(crate) mod carry;
+mod coarse;
+mod ct;
+mod export_source;
+mod facts;
+mod labels;
+mod mesher;
+mod moduli;
+mod refine;
+mod registration;
+#[cfg(any(feature = "cgal", feature = "tetgen", test))]
+mod search;
+mod statics;
+mod surfaces;
+mod texts;
+
+pub use carry::{CarriedFile, CarriedKind};
+pub use coarse::coarsen_run;
+pub use ct::{CtInput, read_ct};
+pub(crate) use export_source::random;
+pub use export_source::{ExportSource, forgetful_anonymiser};
+pub use facts::mesh_facts;
+pub(crate) use facts::{movement, quality_check};
+pub use labels::{
+    LabelOrigin, RegionNameError, RegionNames, SuppliedLabels, read_supplied, write_dicom_labels,
+};
+#[cfg(feature = "cgal")]
+pub use mesher::by_cgal;
+pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
+#[cfg(feature = "tetgen")]
+pub use mesher::{by_tetgen, tetgen_work};
+pub(crate) use moduli::{Map as ModulusMap, moduli};
+pub use refine::{Goal, Refine};
+pub(crate) use registration::DEFORMABLE;
+pub use registration::{RegisteredSeries, write_registration};
+#[cfg(any(feature = "cgal", feature = "tetgen", test))]
+pub use search::{Effort, Found, Try};
+pub use statics::statics;
+pub use surfaces::{read_surfaces, write_surfaces};
+pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, rest_name, series_description};

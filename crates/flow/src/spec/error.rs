@@ -1,0 +1,61 @@
+//! Why a case cannot be used.
+
+use super::table::Parameter;
+use std::path::PathBuf;
+
+/// Why a case cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CaseError {
+    /// The file cannot be read.
+    #[error("the case file {path} cannot be read: {source}")]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is neither TOML nor the summary of a run.
+    #[error("the case file {path} is not valid: {reason}")]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// Line and reason.
+        reason: String,
+    },
+    /// A key that there is not.
+    #[error("{0}")]
+    Key(String),
+    /// A value is not what its parameter may be, or contradicts another.
+    #[error("`{key}`: {reason}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// A key that has to be given.
+    #[error("`{key}` is missing: {what}")]
+    Missing {
+        /// The key.
+        key: &'static str,
+        /// What it is.
+        what: &'static str,
+    },
+    /// The summary of a de-identified run names no files, and the case that was kept beside it is gone.
+    #[error("{path} is of a de-identified run and names no files: run its case file instead")]
+    Withheld {
+        /// The summary.
+        path: PathBuf,
+    },
+}
+
+/// A value that contradicts another, or a rule of its own.
+pub(super) fn value(key: &'static str, reason: impl Into<String>) -> CaseError {
+    CaseError::Value { key, reason: reason.into() }
+}
+
+/// A value that is not what its parameter may be; the one wording, wherever the value came from.
+pub(super) fn unfit(parameter: &Parameter, given: &str) -> CaseError {
+    value(parameter.key, format!("{given} is not {}", parameter.expected()))
+}

@@ -1,0 +1,150 @@
+//! What decides a result: one table of parameters, values for them, and the case that they make.
+//!
+//! [`TABLE`] is the truth of keys, options, ranges, defaults and help. A [`Spec`] holds values as they were given, from
+//! a case file, a summary or a program; [`Spec::case`] checks them together.
+
+mod canonical;
+mod case;
+mod edit;
+mod error;
+mod mesh;
+mod read;
+mod schema;
+mod table;
+mod tissue;
+mod value;
+
+pub use case::{Case, ExportSpec, MeshSpec, Refinement, SeedsSpec, Stiffness, StiffnessMap};
+pub use edit::{Edit, edit};
+pub use error::CaseError;
+pub use schema::{case_schema, guide_table};
+pub use table::{Kind, Parameter, Preset, TABLE};
+pub use value::Value;
+
+use read::{Values, place, values};
+use serde_json::Value as Json;
+use std::path::{Path, PathBuf};
+
+/// Values for the parameters of [`TABLE`], as they were given, and the folder from which their paths lead.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spec {
+    values: Values,
+    folder: PathBuf,
+}
+
+impl Spec {
+    /// Nothing given; paths lead from `folder`.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { values: Values::new(), folder: folder.into() }
+    }
+
+    /// Reads a case file (TOML) or the `summary.json` of a run, whose case it repeats.
+    ///
+    /// Paths in a case file lead from its folder, those in a summary from the folder of its case file.
+    ///
+    /// # Errors
+    /// [`CaseError`], naming the key and what to do.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| CaseError::Unreadable { path: path.into(), source })?;
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+            return Self::from_summary(&text, path);
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Self::from_text(&text, folder).map_err(|error| match error {
+            CaseError::Invalid { reason, .. } => CaseError::Invalid { path: path.into(), reason },
+            other => other,
+        })
+    }
+
+    /// The values of a case file's text; paths lead from `folder`.
+    ///
+    /// # Errors
+    /// As [`Spec::read`].
+    pub fn from_text(text: &str, folder: impl Into<PathBuf>) -> Result<Self, CaseError> {
+        let invalid = |reason| CaseError::Invalid { path: PathBuf::new(), reason };
+        let table: toml::Table =
+            text.parse().map_err(|e: toml::de::Error| invalid(e.to_string()))?;
+        let object = serde_json::to_value(table).map_err(|e| invalid(e.to_string()))?;
+        let Json::Object(object) = object else { return Err(invalid("no table".into())) };
+        Ok(Self { values: values(&object)?, folder: folder.into() })
+    }
+
+    /// The case of a summary; of a de-identified run, whose summary names no files, the case that it kept beside it.
+    fn from_summary(text: &str, path: &Path) -> Result<Self, CaseError> {
+        let invalid = |reason: String| CaseError::Invalid { path: path.into(), reason };
+        let summary: Json = serde_json::from_str(text).map_err(|e| invalid(e.to_string()))?;
+        let schema = summary.get("schema").and_then(Json::as_u64);
+        if schema != Some(u64::from(supine_report::Summary::SCHEMA)) {
+            return Err(invalid(
+                "it is no summary of a run of this version: run the case file instead".into(),
+            ));
+        }
+        let nameless = summary.pointer("/case/export/anonymise") == Some(&Json::Bool(true));
+        let kept = match nameless {
+            true => crate::folder::kept_case(path)
+                .ok_or_else(|| CaseError::Withheld { path: path.into() })?,
+            false => summary,
+        };
+        let case = kept.get("case").and_then(Json::as_object);
+        let folder = kept.pointer("/run/case_folder").and_then(Json::as_str).unwrap_or_default();
+        Self::from_canonical(case.ok_or_else(|| invalid("it holds no case".into()))?, folder)
+    }
+
+    /// The values of a case in its canonical form; paths lead from `folder`.
+    ///
+    /// # Errors
+    /// As [`Spec::read`].
+    pub fn from_canonical(
+        case: &serde_json::Map<String, Json>,
+        folder: impl Into<PathBuf>,
+    ) -> Result<Self, CaseError> {
+        Ok(Self { values: values(case)?, folder: folder.into() })
+    }
+
+    /// The folder from which paths lead.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Gives a parameter a value; `null` takes its value away.
+    ///
+    /// # Errors
+    /// [`CaseError`] when there is no such key or the value does not fit.
+    pub fn set(&mut self, key: &str, given: &Json) -> Result<(), CaseError> {
+        let place = place(key)?;
+        match given {
+            Json::Null => self.values.remove(&place),
+            given => self.values.insert(place, Value::of(&TABLE[place], given)?),
+        };
+        Ok(())
+    }
+
+    /// Gives a parameter a value as it is typed on the command line; its paths lead from the working folder.
+    ///
+    /// # Errors
+    /// As [`Spec::set`].
+    pub fn set_typed(&mut self, key: &str, text: &str) -> Result<(), CaseError> {
+        let place = place(key)?;
+        let here = std::path::absolute(".").unwrap_or_default();
+        let value = Value::typed(&TABLE[place], text)?.within(&here);
+        self.values.insert(place, value);
+        Ok(())
+    }
+
+    /// The value that was given for a key.
+    pub fn get(&self, key: &str) -> Option<&Value> {
+        self.values.get(&place(key).ok()?)
+    }
+
+    /// The values checked together.
+    ///
+    /// # Errors
+    /// [`CaseError::Value`] when they contradict each other, [`CaseError::Missing`] when half of a pair is missing.
+    pub fn case(&self) -> Result<Case, CaseError> {
+        Case::of(&self.values)
+    }
+}
+
+#[cfg(test)]
+mod tests;

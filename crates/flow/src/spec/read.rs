@@ -1,0 +1,138 @@
+//! Nested keys and values to the table's parameters: unknown ones are refused and the nearest known one is named.
+
+use super::error::CaseError;
+use super::table::{LATER, RENAMED, SHORT, TABLE, position};
+use super::value::Value;
+use serde_json::{Map, Value as Json};
+use std::collections::BTreeMap;
+
+/// Values by the place of their parameter in the table.
+pub(super) type Values = BTreeMap<usize, Value>;
+
+/// The values of a case as an object: `null` is the same as not given.
+///
+/// # Errors
+/// [`CaseError`] for the first key that there is not, and the first value that does not fit.
+pub(super) fn values(case: &Map<String, Json>) -> Result<Values, CaseError> {
+    let mut values = Values::new();
+    for (name, given) in case {
+        refuse_others(name, given)?;
+        match given {
+            Json::Object(table) if is_table(name) => {
+                for (inner, given) in table {
+                    add(&mut values, &format!("{name}.{inner}"), given)?;
+                }
+            }
+            given if SHORT.contains(&name.as_str()) => {
+                add(&mut values, &format!("{name}.file"), given)?;
+            }
+            Json::Null => {}
+            given if is_table(name) => return Err(no_table(name, given)),
+            given => add(&mut values, name, given)?,
+        }
+    }
+    Ok(values)
+}
+
+fn add(values: &mut Values, key: &str, given: &Json) -> Result<(), CaseError> {
+    let place = place(key)?;
+    if !given.is_null() {
+        values.insert(place, Value::of(&TABLE[place], given)?);
+    }
+    Ok(())
+}
+
+/// The place of a key in the table; the short form of a table stands for its file.
+///
+/// # Errors
+/// [`CaseError::Key`] when there is none: with its new name, or the nearest known one.
+pub(super) fn place(key: &str) -> Result<usize, CaseError> {
+    let full = if SHORT.contains(&key) { format!("{key}.file") } else { key.to_owned() };
+    position(&full).ok_or_else(|| CaseError::Key(complaint(key)))
+}
+
+/// Renamed keys and those of later versions may be whole tables.
+fn refuse_others(name: &str, given: &Json) -> Result<(), CaseError> {
+    let known = is_table(name) || position(name).is_some();
+    if known || given.is_null() { Ok(()) } else { Err(CaseError::Key(complaint(name))) }
+}
+
+fn is_table(name: &str) -> bool {
+    TABLE.iter().any(|p| p.path().0 == Some(name))
+}
+
+fn complaint(key: &str) -> String {
+    if let Some((_, now)) = RENAMED.iter().find(|(old, _)| *old == key) {
+        return format!("the key `{key}` is called `{now}` now");
+    }
+    if LATER.contains(&key) {
+        return format!("the key `{key}` is not supported by this version: remove it");
+    }
+    let name = key.rsplit('.').next().unwrap_or(key);
+    let near = |known: &str| strsim::damerau_levenshtein(known, name);
+    let nearest = match key.split_once('.') {
+        Some((table, _)) if is_table(table) => TABLE
+            .iter()
+            .filter(|p| p.path().0 == Some(table))
+            .min_by_key(|p| near(p.path().1))
+            .map(|p| p.key),
+        _ => TABLE.iter().map(|p| p.path().0.unwrap_or(p.key)).min_by_key(|k| near(k)),
+    };
+    let hint = nearest.map_or(String::new(), |k| format!(": did you mean `{k}`?"));
+    format!("unknown key `{key}`{hint}")
+}
+
+/// The complaint about a single value where keys within are expected.
+fn no_table(name: &str, given: &Json) -> CaseError {
+    let inner: Vec<&str> =
+        TABLE.iter().filter(|p| p.path().0 == Some(name)).map(|p| p.path().1).collect();
+    let near = |p: &&super::Parameter| {
+        p.path().0.is_none() && strsim::damerau_levenshtein(p.key, name) == 1
+    };
+    let hint = TABLE.iter().find(near).map(|p| format!("; did you mean `{}`?", p.key));
+    let (keys, hint) = (inner.join(", "), hint.unwrap_or_default());
+    CaseError::Key(format!(
+        "`{name}` takes keys, not {given}: {name} = {{ ... }} with {keys}{hint}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn complaint_about(text: &str) -> Option<String> {
+        let table: toml::Table = text.parse().unwrap();
+        let Json::Object(case) = serde_json::to_value(table).unwrap() else { panic!() };
+        values(&case).err().map(|e| e.to_string())
+    }
+
+    #[test]
+    fn typos_name_the_nearest_key() {
+        for (text, told) in [
+            ("tumor = 1", "unknown key `tumor`: did you mean `tumour`?"),
+            ("[tissue]\nyuong = 1", "unknown key `tissue.yuong`: did you mean `tissue.young`?"),
+            ("tisue = { young = 1.0 }", "unknown key `tisue`: did you mean `tissue`?"),
+        ] {
+            assert_eq!(complaint_about(text).as_deref(), Some(told));
+        }
+        assert_eq!(complaint_about("seeds = 'a.mrk.json'\nct = 'x'"), None);
+    }
+
+    #[test]
+    fn a_single_value_for_a_table_is_told_with_its_keys() {
+        let text = complaint_about("tissue = true").unwrap();
+        assert!(text.contains("young, poisson") && text.contains("mean `tissues`?"), "{text}");
+        let text = complaint_about("bed = [7, 5]").unwrap();
+        assert!(text.ends_with("bed = { ... } with ap, lat"), "{text}");
+        assert_eq!(complaint_about("tissues = true\nlabels = 'l.nrrd'\nseeds = 's.csv'"), None);
+    }
+
+    #[test]
+    fn what_is_renamed_or_not_built_is_refused_and_not_ignored() {
+        let text = complaint_about("mesh = { sides = 'curved' }").unwrap();
+        assert_eq!(text, "the key `mesh.sides` is called `mesh.geometry` now");
+        assert!(complaint_about("[scans]\nsupine = 's.ply'").unwrap().contains("not supported"));
+        assert!(complaint_about("[export]\nspacing = 1.0").unwrap().contains("not supported"));
+        assert_eq!(complaint_about("[export]\nregistration = false"), None);
+    }
+}

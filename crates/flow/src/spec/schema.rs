@@ -1,0 +1,82 @@
+//! The table as a JSON schema and as the guide's table.
+
+use super::table::{Kind, Parameter, Preset, SHORT, TABLE};
+use serde_json::{Map, Value as Json, json};
+
+/// The JSON schema (2020-12) of a case file, after its TOML is read.
+pub fn case_schema() -> Json {
+    let (mut properties, mut required) = (Map::new(), Vec::new());
+    for parameter in TABLE {
+        let (table, name) = parameter.path();
+        let one = property(parameter);
+        let needed = parameter.default == Preset::Required;
+        let Some(table) = table else {
+            properties.insert(name.into(), one);
+            required.extend(needed.then_some(name));
+            continue;
+        };
+        let inner = properties.entry(table).or_insert_with(|| {
+            required.extend(needed.then_some(table));
+            json!({ "type": "object", "additionalProperties": false, "properties": {}, "required": [] })
+        });
+        inner["properties"][name] = one;
+        if let (true, Json::Array(list)) = (needed, &mut inner["required"]) {
+            list.push(name.into());
+        }
+    }
+    for short in SHORT {
+        if let Some(full) = properties.remove(*short) {
+            let file = full["properties"]["file"].clone();
+            properties.insert((*short).into(), json!({ "anyOf": [file, full] }));
+        }
+    }
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema", "title": "supine case",
+        "type": "object", "additionalProperties": false, "properties": properties, "required": required,
+    })
+}
+
+fn property(parameter: &Parameter) -> Json {
+    let text = json!({ "type": "string" });
+    let point =
+        json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
+    let one_or_more = json!({ "anyOf": [text, { "type": "array", "items": text }] });
+    let mut schema = match parameter.kind {
+        Kind::Switch => json!({ "type": "boolean" }),
+        Kind::Number { min, max } => json!({ "type": "number", "minimum": min, "maximum": max }),
+        Kind::Whole { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Text | Kind::File => text,
+        Kind::Point => point,
+        Kind::Points => json!({ "type": "array", "items": point }),
+        Kind::Interval { min, max } => json!({
+            "type": "array", "items": { "type": "number", "minimum": min, "maximum": max },
+            "minItems": 2, "maxItems": 2,
+        }),
+        Kind::Files | Kind::Names => one_or_more,
+    };
+    let unit =
+        if parameter.unit.is_empty() { String::new() } else { format!(" ({})", parameter.unit) };
+    schema["description"] = format!("{}{unit}", parameter.help).into();
+    let default = match parameter.default {
+        Preset::Switch(on) => on.into(),
+        Preset::Number(x) => x.into(),
+        Preset::Whole(n) => n.into(),
+        Preset::Choice(word) => word.into(),
+        Preset::Required | Preset::Absent(_) => Json::Null,
+    };
+    if !default.is_null() {
+        schema["default"] = default;
+    }
+    schema
+}
+
+/// The table of the planner's guide, in Markdown.
+pub fn guide_table() -> String {
+    let mut text = String::from("| key | what | value | default |\n|---|---|---|---|\n");
+    for p in TABLE {
+        let expected = p.expected().replace('|', "\\|");
+        text += &format!("| `{}` | {} | {expected} | {} |\n", p.key, p.help, p.default_text());
+    }
+    text
+}

@@ -1,0 +1,188 @@
+//! The case file as people write it.
+
+use super::*;
+use supine_mesh::Order;
+use supine_space::Side;
+
+const MINIMAL: &str = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7.0, lat = 5.0 }\n\
+                       tumour = { centre = [1.0, 2.0, 3.0], radius = 10.0 }\n";
+
+fn read(text: &str) -> Result<Case, CaseError> {
+    let case = Spec::from_text(text, "/cases")?.case()?;
+    case.check_complete()?;
+    Ok(case)
+}
+
+fn with(line: &str) -> Result<Case, CaseError> {
+    read(&format!("{MINIMAL}{line}\n"))
+}
+
+#[test]
+fn four_keys_suffice() {
+    let case = read(MINIMAL).unwrap();
+    assert_eq!(case.breast, Some(Side::Left));
+    assert_eq!(case.mesh.order, Order::Quadratic);
+    assert!((case.tissue.young_kpa - 0.609).abs() < 1e-12);
+    assert_eq!(case.ct.as_deref(), Some(Path::new("ct")), "as typed; the session knows the folder");
+    assert!(read(&MINIMAL.replace("7.0", "7")).is_ok(), "whole numbers are numbers");
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    for (taken, key) in
+        [("ct", "ct"), ("breast", "breast"), ("bed", "bed.ap"), ("tumour", "tumour.centre")]
+    {
+        let kept: Vec<&str> = MINIMAL.lines().filter(|l| !l.starts_with(taken)).collect();
+        let error = read(&kept.join("\n")).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("`{key}` is missing")), "{error}");
+    }
+    let half = MINIMAL.replace(", lat = 5.0", "");
+    assert!(read(&half).unwrap_err().to_string().contains("`bed.lat` is missing"));
+}
+
+#[test]
+fn labels_are_a_file_or_a_file_with_names() {
+    let labels = |text: &str| with(text).unwrap().labels.unwrap();
+    let plain = labels("labels = 'l.seg.nrrd'");
+    assert!(plain.file.ends_with("l.seg.nrrd") && plain.names == Default_::default());
+    let named = labels("labels = { file = 'rs.dcm', body = 'Ext', chest_wall = ['A', 'B'] }");
+    assert_eq!(named.names.body, ["Ext"]);
+    assert_eq!(named.names.chest_wall, ["A", "B"]);
+    let error = with("labels = { file = 'x', chestwall = 'A' }").unwrap_err().to_string();
+    assert!(error.contains("`labels.chest_wall`"), "{error}");
+    assert!(with("labels = { body = 'A' }").unwrap_err().to_string().contains("`labels.file`"));
+}
+
+type Default_ = crate::shared::RegionNames;
+
+#[test]
+fn seeds_are_files_and_points_together() {
+    let seeds = with("seeds = { file = ['a.csv', 'masks'], exclude = [[1, 2, 3]] }").unwrap().seeds;
+    assert_eq!((seeds.files.len(), seeds.points.len()), (2, 1));
+    assert_eq!(with("seeds = 'a.csv'").unwrap().seeds.files.len(), 1);
+}
+
+#[test]
+fn moduli_by_tissue_are_kpa_or_proportions() {
+    let stiffness = |text: &str| {
+        let case = with(&format!("tissue = {{ {text} }}")).unwrap();
+        assert_eq!(case.tissues, case.stiffness.is_some());
+        case.stiffness
+    };
+    assert_eq!(stiffness("map = 'none'"), None);
+    let given = stiffness("map = 'labels', fat = 0.5, gland = 2.2").unwrap();
+    assert_eq!((given.mean_kpa, given.map), (None, StiffnessMap::Labels));
+    assert_eq!(given.kpa[..2], [0.5, 2.2]);
+    let proportions = stiffness("map = 'hu', young = 0.8").unwrap();
+    assert_eq!((proportions.mean_kpa, proportions.kpa[0]), (Some(0.8), 1.0));
+    assert!((given.kpa[2] / given.kpa[0] - proportions.kpa[2]).abs() < 1e-12);
+}
+
+#[test]
+fn each_bad_value_names_its_key() {
+    for (line, key) in [
+        ("mesh = { tetrahedra = 0 }", "mesh.tetrahedra"),
+        ("mesh = { order = 3 }", "mesh.order"),
+        ("mesh = { order = 1, geometry = 'curved' }", "mesh.geometry"),
+        ("mesh = { sides = 'curved' }", "mesh.geometry"),
+        ("mesh = { mesher = 'magic' }", "mesh.mesher"),
+        ("mesh = { refine = 'tumor' }", "mesh.refine"),
+        ("mesh = { refine = 'tumour', tumour_edge = 0 }", "mesh.tumour_edge"),
+        ("mesh = { refine = 'goal', tumour_growth = 0.3 }", "mesh.tumour_growth"),
+        ("warp = { interpolation = 'spline' }", "warp.interpolation"),
+        ("tissue = { poisson = 0.5 }", "tissue.poisson"),
+        ("tissue = { map = 'label' }", "tissue.map"),
+        ("tissue = { gland = 2.0 }", "tissue.map"),
+        ("tissue = { map = 'labels', gland = 2.0 }", "tissue.fat"),
+        ("tissue = { map = 'labels', fat = 0.5, young = 0.6 }", "tissue.young"),
+        ("tissue = { map = 'hu', fat = 0.5, skin = -1 }", "tissue.skin"),
+        ("tissue = { young_interval = [0.9, 0.4] }", "tissue.young_interval"),
+        ("tissue = { rest = 'nett' }", "tissue.rest"),
+        ("tissue = { cut = 'sprung' }", "tissue.cut"),
+        ("tissue = { spring = -1.0 }", "tissue.spring"),
+        ("tissue = { cut = 'free', spring = 0.1 }", "tissue.spring"),
+        ("region = { centre = [0, 0, 0], radius = -1 }", "region.radius"),
+        ("export = { frame = 'source' }", "export.frame"),
+        ("tisue = { young = 1.0 }", "tissue"),
+        ("seeds = { chest_wall = [[1, 2]] }", "seeds.chest_wall"),
+    ] {
+        let error = with(line).unwrap_err().to_string();
+        assert!(error.contains(&format!("`{key}`")), "{line}: {error}");
+    }
+    let error = read(&MINIMAL.replace("breast", "brest")).unwrap_err().to_string();
+    assert!(error.contains("`breast`"), "{error}");
+    let error = read(&MINIMAL.replace("ap = 7.0", "ap = 700.0")).unwrap_err().to_string();
+    assert!(error.contains("`bed.ap`") && error.contains("-90 to 90"), "{error}");
+}
+
+/// The canonical form makes the same case again, and names every key that a case gives.
+#[test]
+fn the_canonical_form_makes_the_same_case() {
+    for line in [
+        "",
+        "series = '1.2'\nassume_hu = true\nequalise_steps = true\ntissues = true",
+        "region = { centre = [1, 2, 3.5], radius = 90 }\nmesh = { tetrahedra = 900, geometry = 'curved' }",
+        "mesh = { refine = 'tumour', tumour_edge = 3.5, order = 1 }",
+        "mesh = { refine = 'goal' }\ntissue = { cut = 'free', rest = 'unloaded', young = 0.4 }",
+        "tissue = { map = 'labels', fat = 0.5, skin = 9, spring = 0.1 }",
+        "tissue = { map = 'hu', young = 0.7, young_interval = [0.3, 2] }",
+        "seeds = { file = 'x.csv', chest_wall = [[1, 2, 3]], exclude = [[4, 5, 6]] }",
+        "labels = { file = 'rs.dcm', body = 'B', chest_wall = ['C', 'D'] }",
+        "carry = { points = 'p.csv', dose = ['a', 'b'], structures = 's', segmentation = 'g' }",
+        "export = { anonymise = true, study = 'new', equipment = 'scanner', registration = false }",
+        "export = { frame = 'source, although the breast has moved in it' }",
+        "warp = { interpolation = 'cubic' }",
+    ] {
+        let case = with(line).unwrap();
+        let canonical = case.canonical();
+        let again = Spec::from_canonical(&canonical, "").unwrap().case().unwrap();
+        assert_eq!(again, case, "{line}");
+        assert_eq!(again.canonical(), canonical, "{line}");
+    }
+}
+
+#[test]
+fn the_schema_has_every_key() {
+    let schema = case_schema();
+    for p in TABLE {
+        let (table, name) = p.path();
+        let found = match table {
+            None => &schema["properties"][name],
+            Some(table @ ("seeds" | "labels")) => {
+                &schema["properties"][table]["anyOf"][1]["properties"][name]
+            }
+            Some(table) => &schema["properties"][table]["properties"][name],
+        };
+        assert!(found["description"].is_string(), "{}", p.key);
+        assert!(guide_table().contains(&format!("| `{}` |", p.key)));
+    }
+    assert_eq!(schema["required"], serde_json::json!(["ct", "breast", "bed", "tumour"]));
+}
+
+#[test]
+fn the_guide_holds_the_table() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/PLANNERS_GUIDE.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains(&guide_table()), "docs/PLANNERS_GUIDE.md must hold:\n{}", guide_table());
+}
+
+#[test]
+fn the_canonical_form_says_every_key_that_applies() {
+    let given = [
+        "series = '1.2'\nassume_hu = true\nregion = { centre = [1.0, 2.0, 3.0], radius = 50.0 }\ntissues = true",
+        "[mesh]\nrefine = 'tumour'\ntumour_edge = 3.0\ntumour_growth = 0.4",
+        "[tissue]\nspring = 0.01\nyoung = 0.5\nyoung_interval = [0.4, 0.9]",
+        "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
+        "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
+        "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
+        "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
+    ];
+    let cases: Vec<_> = given.iter().map(|line| with(line).unwrap().canonical()).collect();
+    for p in TABLE {
+        let pointer = format!("/{}", p.key.replace('.', "/"));
+        let held = |case: &serde_json::Map<String, Json>| {
+            Json::Object(case.clone()).pointer(&pointer).is_some()
+        };
+        assert!(cases.iter().any(held), "`{}` is in no canonical form", p.key);
+    }
+}

@@ -1,0 +1,116 @@
+//! The law of the tissue: one modulus, or moduli that differ from tissue to tissue.
+
+use super::case::Given;
+use super::error::{CaseError, value};
+use super::value::Value;
+use supine_fem::{Cut, Tissue};
+
+/// What a modulus that differs from place to place is read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StiffnessMap {
+    /// The finer labels.
+    Labels,
+    /// The CT: from fat to gland as the HU go from the level of the one to that of the other.
+    Hounsfield,
+}
+
+impl StiffnessMap {
+    /// Name in case files and in the summary.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Labels => "labels",
+            Self::Hounsfield => "hu",
+        }
+    }
+}
+
+/// Moduli that differ from tissue to tissue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness {
+    /// What decides the tissue.
+    pub map: StiffnessMap,
+    /// Young's moduli of fat, gland, skin and tumour: kPa, or proportions when `mean_kpa` is given.
+    pub kpa: [f64; 4],
+    /// The mean over the mesh to which the proportions are scaled, kPa.
+    pub mean_kpa: Option<f64>,
+}
+
+/// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is said.
+///
+/// Only the proportions are taken from samples: cut out and squeezed, fat has some 3 kPa (Samani, Zubovits
+/// and Plewes, Phys. Med. Biol. 52, 2007) to 18 kPa (Krouskop et al., Ultrasonic Imaging 20, 1998), several
+/// times what breasts show that move under their weight, 0.3 to 2 kPa. The level is therefore the modulus
+/// of the case, kept as the mean over the mesh.
+///
+/// * Gland 1.5: as stiff as fat in Samani's samples, 1.6 times in Krouskop's at 5 % compression and 2.4
+///   times at 20 %.
+/// * Tumour 6: malignant tumours were 3 to 6 times as stiff as gland (Samani), so 4 times 1.5.
+/// * Skin 16: 4 kPa beside 0.2 to 0.3 kPa in breasts fitted to several poses (Mira et al., Clin. Biomech.
+///   60, 2018), 56 beside 3 kPa by suction on volunteers (Briot et al., Clin. Biomech. 2022).
+const PROPORTIONS: [f64; 4] = [1.0, 1.5, 16.0, 6.0];
+pub(super) const KEYS: [&str; 4] = ["tissue.fat", "tissue.gland", "tissue.skin", "tissue.tumour"];
+
+/// The law with one modulus.
+pub(super) fn law(given: Given<'_>) -> Tissue {
+    let default = Tissue::default();
+    Tissue {
+        young_kpa: given.number("tissue.young").unwrap_or(default.young_kpa),
+        poisson: given.number("tissue.poisson").unwrap_or(default.poisson),
+        density_kg_m3: given.number("tissue.density").unwrap_or(default.density_kg_m3),
+    }
+}
+
+/// The moduli by tissue that a case asks for.
+///
+/// # Errors
+/// [`CaseError::Value`] when keys contradict each other.
+pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError> {
+    let moduli = KEYS.map(|key| given.number(key));
+    let any = moduli.iter().any(Option::is_some);
+    let map = match given.word("tissue.map") {
+        "labels" => StiffnessMap::Labels,
+        "hu" => StiffnessMap::Hounsfield,
+        _ if any => {
+            return Err(value("tissue.map", "say \"labels\" or \"hu\" to use moduli by tissue"));
+        }
+        _ => return Ok(None),
+    };
+    let alone = given.get("tissue.young").is_some();
+    let Some(fat) = moduli[0] else {
+        if any {
+            return Err(value(KEYS[0], "give the modulus of fat too (kPa), or none of them"));
+        }
+        let mean_kpa = Some(law(given).young_kpa);
+        return Ok(Some(Stiffness { map, kpa: PROPORTIONS, mean_kpa }));
+    };
+    if alone {
+        let reason = "leave it out where the moduli of the tissues are given, or give it alone: then \
+                      theirs are in proportion and it is their mean";
+        return Err(value("tissue.young", reason));
+    }
+    let kpa = [0, 1, 2, 3].map(|n| moduli[n].unwrap_or(fat * PROPORTIONS[n]));
+    Ok(Some(Stiffness { map, kpa, mean_kpa: None }))
+}
+
+/// What holds the cut.
+pub(super) fn cut(given: Given<'_>) -> Cut {
+    match given.word("tissue.cut") {
+        "free" => Cut::Free,
+        "fixed" => Cut::Fixed,
+        _ => Cut::Spring,
+    }
+}
+
+/// The stiffness of the springs at the cut, kPa/mm.
+///
+/// # Errors
+/// [`CaseError::Value`] when there are no springs.
+pub(super) fn spring(given: Given<'_>) -> Result<Option<f64>, CaseError> {
+    match given.get("tissue.spring") {
+        Some(_) if cut(given) != Cut::Spring => {
+            Err(value("tissue.spring", "only with cut = \"spring\""))
+        }
+        Some(Value::Number(k)) => Ok(Some(*k)),
+        _ => Ok(None),
+    }
+}

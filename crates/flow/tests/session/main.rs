@@ -1,0 +1,12 @@
+//! Sessions: what is kept equals what is made anew.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "tests work in folders of their own"
+)]
+
+mod edits;
+mod methods;
+mod support;
+mod table;

@@ -1,0 +1,260 @@
+//! Where the boundary of the chest wall is sure and where not.
+
+use super::{LETTER, Picture, Row, Studio, dress};
+use crate::canvas::{Canvas, Pen, Rgb, Spot};
+use crate::lettering::Align;
+use crate::plane::{Plane, View, contour};
+use crate::summary::WallUncertainty;
+use crate::words::fixed;
+use crate::{Error, colour};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use supine_space::{Point, Progress, Vector};
+use supine_volume::{Volume, sample_trilinear};
+
+/// Width of the stripes on uncertain places, pixels.
+const STRIPE: usize = 5;
+/// Length of a dash and of the gap after it, pixels.
+const DASH: f64 = 8.0;
+/// Step along the line of sight, mm.
+const STEP_MM: f64 = 1.5;
+/// The slope is taken between pixels this far to both sides.
+const NEAR: usize = 4;
+/// Brightness of the wall outside the region.
+const DIM: f64 = 0.35;
+
+/// Draws the boundary of the chest wall: firm where it is sure, dashed where it is not. Outside the
+/// region nothing depends on it.
+pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, wall: &Volume<u8>) {
+    let lines = contour(&plane.sample(wall), plane.width, 0.5);
+    let uncertain = |[a, b]: &[Spot; 2]| {
+        let middle = [0, 1].map(|n| 0.5 * (a[n] + b[n]));
+        let p = plane.patient(middle);
+        studio.scene.sphere.contains(&p) && is_uncertain(studio, &p)
+    };
+    let (uncertain, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) =
+        lines.into_iter().partition(uncertain);
+    canvas.stroke_on_halo(&sure, Pen::new(1.5, colour::CHEST_WALL));
+    canvas.stroke(&uncertain, Pen::new(5.6, [0; 3]));
+    canvas.stroke(&dashes(&uncertain), Pen::new(3.0, colour::UNCERTAIN));
+}
+
+/// Whether the boundary at a point may be wrong by more than the summary's limit: the worst of the
+/// voxels around.
+fn is_uncertain(studio: &Studio<'_>, p: &Point) -> bool {
+    let Some(map) = studio.scene.uncertainty else { return false };
+    let (index, size) = (map.grid().index_from_patient(p), map.grid().size());
+    let at = |c: usize| {
+        [0, 1, 2].map(|a| (index[a].floor().max(0.0) as usize + (c >> a & 1)).min(size[a] - 1))
+    };
+    let worst = (0..8).map(|c| map.at(at(c))).max().unwrap_or(0);
+    f64::from(worst) > 10.0 * studio.uncertain_mm
+}
+
+/// Every other piece of the chains that the segments form.
+fn dashes(segments: &[[Spot; 2]]) -> Vec<[Spot; 2]> {
+    let key = |s: Spot| s.map(|c| (c * 256.0).round() as i64);
+    let mut ends: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
+    for (n, segment) in segments.iter().enumerate() {
+        segment.iter().for_each(|&s| ends.entry(key(s)).or_default().push(n));
+    }
+    // Open chains first, from their ends; what is left are rings.
+    let open = ends.iter().filter(|(_, at)| at.len() == 1).map(|(&k, at)| (at[0], k));
+    let rings = (0..segments.len()).map(|n| (n, key(segments[n][0])));
+    let mut drawn = vec![false; segments.len()];
+    let mut out = Vec::new();
+    for (first, start) in open.chain(rings).collect::<Vec<_>>() {
+        let (mut next, mut from, mut length) = (Some(first).filter(|&n| !drawn[n]), start, 0.0);
+        while let Some(n) = next {
+            drawn[n] = true;
+            let [a, b] = segments[n];
+            if ((length / DASH) as usize).is_multiple_of(2) {
+                out.push([a, b]);
+            }
+            length += (a[0] - b[0]).hypot(a[1] - b[1]);
+            from = if key(a) == from { key(b) } else { key(a) };
+            next = ends[&from].iter().copied().find(|&m| !drawn[m]);
+        }
+    }
+    out
+}
+
+/// The chest wall from the front and from the side of the breast, with its uncertain places.
+pub(super) fn row(
+    studio: &Studio<'_>,
+    uncertainty: &WallUncertainty,
+    wall: &Volume<u8>,
+    progress: Progress<'_>,
+) -> Result<Row, Error> {
+    let mut pictures = Vec::new();
+    for (n, (view, side)) in
+        [(View::Coronal, "front"), (View::Sagittal, "side")].into_iter().enumerate()
+    {
+        progress.at(n as f64 / 2.0)?;
+        let plane = studio.plane(view, &studio.scene.sphere.centre());
+        let mut canvas = relief(studio, &plane, wall);
+        let (centre, radius) = (studio.scene.sphere.centre(), studio.scene.sphere.radius());
+        let pen = Pen::new(1.0, colour::REGION).alpha(0.55);
+        canvas.circle(plane.spot(&centre), radius / plane.pixel_mm, 48, pen);
+        if let Some(tumour) = studio.scene.tumour {
+            let (at, radius) = (plane.spot(&tumour.centre()), tumour.radius() / plane.pixel_mm);
+            canvas.circle(at, radius, 0, Pen::new(1.8, colour::BEFORE));
+        }
+        if let Some(nipple) = studio.scene.nipple {
+            canvas.cross(plane.spot(&nipple), 9.0, Pen::new(1.8, colour::BEFORE));
+        }
+        dress(&mut canvas, &plane, "");
+        key(&mut canvas, studio.uncertain_mm);
+        pictures.push(Picture {
+            name: format!("chest_wall_{side}"),
+            caption: format!("The chest wall behind the breast, from the {side}"),
+            canvas,
+        });
+    }
+    Ok(Row {
+        title: "How sure the chest wall is".into(),
+        text: sentence(uncertainty),
+        pair: false,
+        pictures,
+        table: None,
+    })
+}
+
+/// The chest wall as it is seen along the plane's axis, striped where it is uncertain.
+fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
+    let scene = studio.scene;
+    let mut towards = Vector::zeros();
+    // From the front, or from the side of the breast.
+    towards[plane.view.axis()] = if plane.view == View::Coronal { 1.0 } else { -scene.side.sign() };
+    let (grid, reach) = (wall.grid(), scene.sphere.radius());
+    let index = |p: &Point| Vector::from(grid.index_from_patient(p));
+    let step = index(&(Point::origin() + STEP_MM * towards)) - index(&Point::origin());
+    let last = grid.size().map(|n| n as f64 - 1.0);
+    let is_wall = |at: &Vector| {
+        let inside = (0..3).all(|a| at[a] >= 0.0 && at[a] <= last[a]);
+        inside && wall.at([0, 1, 2].map(|a| at[a].round() as usize)) > 0
+    };
+    // Nothing but soft tissue lies farther out than the breast does.
+    let (first, steps) = (-2.0 * reach / STEP_MM, (3.0 * reach / STEP_MM) as usize);
+    let seen = |n: usize| -> Option<Point> {
+        let spot = [(n % plane.width) as f64, (n / plane.width) as f64];
+        let start = index(&plane.patient(spot)) + first * step;
+        let hit = (0..steps).find(|&m| is_wall(&(start + m as f64 * step)))? as f64;
+        // Between the voxels the surface lies where half is wall.
+        let share = |m: f64| f64::from(sample_trilinear(wall, (start + m * step).into())) - 0.5;
+        let places = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|d| hit + d);
+        let between = places.windows(2).find_map(|w| {
+            let (a, b) = (share(w[0]), share(w[1]));
+            (a <= 0.0 && b > 0.0).then(|| w[0] + a / (a - b))
+        });
+        Some(grid.patient_from_index((start + between.unwrap_or(hit) * step).into()))
+    };
+    let points: Vec<Option<Point>> =
+        (0..plane.width * plane.height).into_par_iter().map(seen).collect();
+    let mut canvas = Canvas::new(plane.width, plane.height);
+    for (n, point) in points.iter().enumerate() {
+        let Some(p) = point else {
+            canvas.mix(n, colour::NOTHING, 1.0);
+            continue;
+        };
+        let inside = scene.sphere.contains(p);
+        let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
+        let stripe = striped(n % plane.width, n / plane.width);
+        let rgb = match (inside && is_uncertain(studio, p), stripe) {
+            (true, true) => colour::UNCERTAIN,
+            (true, false) => [0; 3],
+            _ => colour::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
+        };
+        canvas.mix(n, rgb, 1.0);
+    }
+    canvas
+}
+
+/// Whether a pixel lies on a light stripe.
+fn striped(x: usize, y: usize) -> bool {
+    ((x + y) / STRIPE).is_multiple_of(2)
+}
+
+/// Brightness of a surface lit from the eye and from above, 0..=1.
+fn lambert(points: &[Option<Point>], plane: &Plane, n: usize) -> f64 {
+    let axis = plane.view.axis();
+    let slope = |a: Option<&Option<Point>>, b: Option<&Option<Point>>| match (a, b) {
+        (Some(Some(a)), Some(Some(b))) => {
+            (b[axis] - a[axis]).abs() / (2.0 * NEAR as f64 * plane.pixel_mm)
+        }
+        _ => 0.0,
+    };
+    let across = slope(n.checked_sub(NEAR).and_then(|m| points.get(m)), points.get(n + NEAR));
+    let row = NEAR * plane.width;
+    let along = slope(n.checked_sub(row).and_then(|m| points.get(m)), points.get(n + row));
+    0.15 + 0.8 / (1.0 + across * across + along * along).sqrt()
+}
+
+/// What the colours mean.
+fn key(canvas: &mut Canvas, uncertain_mm: f64) {
+    let small = 0.8 * LETTER;
+    let top = canvas.height() - 52;
+    canvas.rectangle([5, top], [190, 47], colour::PANEL, super::PANEL);
+    let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.0} mm"), true)];
+    for (row, (text, uncertain)) in lines.into_iter().enumerate() {
+        let y = top + 6 + 20 * row;
+        for x in 0..24 {
+            for dy in 0..14 {
+                let light = striped(x, dy);
+                let rgb: Rgb = match (uncertain, light) {
+                    (true, true) => colour::UNCERTAIN,
+                    (true, false) => [0; 3],
+                    _ => colour::CHEST_WALL,
+                };
+                canvas.rectangle([12 + x, y + dy], [1, 1], rgb, 1.0);
+            }
+        }
+        canvas.text(&text, [44.0, (y + 12) as f64], Align::Left, small, colour::TEXT);
+    }
+}
+
+/// What the pictures say, in words.
+pub(crate) fn sentence(uncertainty: &WallUncertainty) -> String {
+    let limit = fixed(uncertainty.limit_mm, 0);
+    let Some(patch) = &uncertainty.largest else {
+        return format!(
+            "Within the region the boundary between chest wall and soft tissue shows everywhere in \
+             the CT: nowhere is an error of more than {limit} mm expected."
+        );
+    };
+    let share = 100.0 * uncertainty.uncertain_cm2 / uncertainty.boundary_cm2.max(1e-9);
+    format!(
+        "{} of {} cm² ({} %) of the boundary between chest wall and soft tissue within the region are \
+         uncertain (striped): it may lie more than {limit} mm off there. The largest such place has {} \
+         cm²: {}, about {} mm. Look at it in the CT; a seed there makes it sure.",
+        fixed(uncertainty.uncertain_cm2, 1),
+        fixed(uncertainty.boundary_cm2, 0),
+        fixed(share, 0),
+        fixed(patch.area_cm2, 1),
+        patch.place,
+        fixed(patch.error_mm, 0),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_and_a_line_are_half_drawn_whatever_the_order_of_their_segments() {
+        let at = |n: usize| {
+            let a = n as f64 / 100.0 * std::f64::consts::TAU;
+            [200.0 + 80.0 * a.cos(), 200.0 + 80.0 * a.sin()]
+        };
+        let mut segments: Vec<[Spot; 2]> =
+            (0..100).map(|n| (n * 37) % 100).map(|n| [at(n), at(n + 1)]).collect();
+        segments.extend((0..60).map(|n| (n * 23) % 60).map(|n| {
+            let x = n as f64 * 4.0;
+            if n % 2 == 0 { [[x, 5.0], [x + 4.0, 5.0]] } else { [[x + 4.0, 5.0], [x, 5.0]] }
+        }));
+        let length =
+            |s: &[[Spot; 2]]| s.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>();
+        let share = length(&dashes(&segments)) / length(&segments);
+        assert!((0.42..0.62).contains(&share), "{share}");
+    }
+}

@@ -1,0 +1,210 @@
+//! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
+
+use crate::find_body::field;
+use crate::frame::Frame;
+use crate::quality_check::QualityCheck;
+use crate::uncertainty::WallUncertainty;
+use crate::{Breast, Error, UNCERTAIN_MM};
+use rayon::prelude::*;
+use supine_space::{Point, Side, Sphere, Warning};
+use supine_volume::{Ct, LabelMap, Volume, distance_mm, label};
+
+/// Soft tissue denser than this, this far off the chest wall, is bone or the like. Measured: none
+/// in the breasts of six patients, two of them with contrast.
+const BONE_HU: i16 = 200;
+const OFF_WALL_MM: f32 = 10.0;
+/// Volumes that warn and that refuse, cm³: an arm holds more, a clip, a calcification or a port
+/// less. Chosen, not measured.
+const BONE_WARNS_CM3: f64 = 1.0;
+const BONE_REFUSES_CM3: f64 = 15.0;
+/// Area of the region's tissue at the end of the reconstructed field that warns, cm², and the share
+/// of the sphere's great circle that refuses. Measured: 0.16 where the field clips a flank.
+const CUT_WARNS_CM2: f64 = 1.0;
+const CUT_REFUSES: f64 = 0.3;
+/// Thickness of the breast at the end of the volume, as a share of its greatest, that warns and that
+/// refuses. Measured: 0.7 at most on six CTs, one of which cuts the breast's upper rim; 0.75 to 0.9
+/// where a rim is lost; 0.83 to 1.7 where the CT ends within the breast's middle third.
+const END_WARNS: f64 = 0.75;
+const END_REFUSES: f64 = 0.9;
+/// Share of the boundary, or area of one place, that may be uncertain before a look is asked for. Chosen, not
+/// measured (reference, section 8, proposed 10 cm²).
+const UNCERTAIN_SHARE: f64 = 0.1;
+const UNCERTAIN_CM2: f64 = 8.0;
+
+/// What [`check_region`] found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RegionCheck {
+    /// What the user should look at.
+    pub warnings: Vec<Warning>,
+    /// What was measured, and its limits.
+    pub checks: Vec<QualityCheck>,
+}
+
+/// A breast within its region, as [`check_region`] is told of it.
+#[derive(Clone, Copy, Debug)]
+pub struct BreastPlace<'a> {
+    /// The sphere that is simulated.
+    pub region: Sphere,
+    /// The side of the breast.
+    pub side: Side,
+    /// The breast of that side, when there is one.
+    pub breast: Option<&'a Breast>,
+    /// The uncertainty of the chest wall's boundary within the region, where it is known.
+    pub uncertainty: Option<&'a WallUncertainty>,
+    /// The nipple, or the middle of the region: from here uncertain places are told. LPS, mm.
+    pub middle: Point,
+}
+
+/// Checks a breast within its region; gives what the user should look at. Labels and CT are on one grid.
+///
+/// # Errors
+/// [`Error::BoneInBreast`] and [`Error::BreastCut`].
+pub fn check_region(
+    ct: &Ct,
+    labels: &LabelMap,
+    place: &BreastPlace<'_>,
+) -> Result<RegionCheck, Error> {
+    let mut out = RegionCheck::default();
+    let bone_cm3 = bone_cm3(ct, labels, place.region);
+    out.warnings.extend(bone(bone_cm3, &mut out.checks)?);
+    out.warnings.extend(cut_by_field(ct, labels, place, &mut out.checks)?);
+    // A side without a breast has nothing to cut.
+    let cut = place.breast.map(|breast| cut_by_end(breast, &mut out.checks)).transpose()?;
+    out.warnings.extend(cut.flatten());
+    let uncertain = place.uncertainty.and_then(|found| uncertain(found, place, &mut out.checks));
+    out.warnings.extend(uncertain);
+    Ok(out)
+}
+
+/// Volume of what is as dense as bone in the soft tissue, off the chest wall, cm³.
+fn bone_cm3(ct: &Ct, labels: &LabelMap, region: Sphere) -> f64 {
+    let Some((start, grid)) = labels.grid().around(&region) else { return 0.0 };
+    let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
+    let dense = |v: [usize; 3]| {
+        label::is_soft_tissue(labels.at(whole(v)))
+            && ct.at(whole(v)) > BONE_HU
+            && region.contains(&grid.centre(v))
+    };
+    let dense: Vec<usize> =
+        (0..grid.len()).into_par_iter().filter(|&n| dense(grid.voxel(n))).collect();
+    if dense.is_empty() {
+        return 0.0;
+    }
+    let wall = Volume::par_from_fn(grid.clone(), |v| label::is_chest_wall(labels.at(whole(v))));
+    let away = distance_mm(&wall);
+    let voxels = dense.into_iter().filter(|&n| away.data()[n] > OFF_WALL_MM).count();
+    voxels as f64 * grid.voxel_volume() / 1000.0
+}
+
+fn bone(bone_cm3: f64, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>, Error> {
+    let what = "as dense as bone in the region's soft tissue";
+    checks.push(
+        QualityCheck::at_most(what, bone_cm3, "cm³")
+            .warns(BONE_WARNS_CM3)
+            .refuses(BONE_REFUSES_CM3),
+    );
+    if bone_cm3 > BONE_REFUSES_CM3 {
+        return Err(Error::BoneInBreast { bone_cm3 });
+    }
+    Ok((bone_cm3 > BONE_WARNS_CM3).then(|| {
+        let text = format!(
+            "{bone_cm3:.1} cm³ as dense as bone lie in the soft tissue of the region: a device, \
+             calcification, or rib outside the chest wall that was found; check the labels there"
+        );
+        Warning::new("bone-in-breast", text)
+    }))
+}
+
+fn cut_by_field(
+    ct: &Ct,
+    labels: &LabelMap,
+    &BreastPlace { region, side, .. }: &BreastPlace<'_>,
+    checks: &mut Vec<QualityCheck>,
+) -> Result<Option<Warning>, Error> {
+    // Supplied labels may belong to a CT in another direction: its field is not known.
+    let Ok(frame) = Frame::new(ct.grid()) else { return Ok(None) };
+    let (grid, seen) = (labels.grid(), field(ct, &frame));
+    let [ni, nj, _] = frame.size;
+    let at_end = |i: usize, j: usize| {
+        let n = j * ni + i;
+        let border = i == 0 || j == 0 || i + 1 == ni || j + 1 == nj;
+        seen[n] && (border || [n - 1, n + 1, n - ni, n + ni].iter().any(|&m| !seen[m]))
+    };
+    let ends: Vec<[usize; 2]> =
+        (0..ni * nj).map(|n| [n % ni, n / ni]).filter(|&[i, j]| at_end(i, j)).collect();
+    let cut = |k: usize| {
+        let on = |&&[i, j]: &&[usize; 2]| {
+            let v = [i, j, k];
+            label::is_soft_tissue(labels.at(v)) && region.contains(&grid.centre(v))
+        };
+        ends.iter().filter(on).count()
+    };
+    let voxels: usize = (0..frame.size[2]).into_par_iter().map(cut).sum();
+    let cm2 = voxels as f64 * f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
+    let great_circle = std::f64::consts::PI * (region.radius() / 10.0).powi(2);
+    let limit = CUT_REFUSES * great_circle;
+    let what = "region's tissue at the end of the reconstructed field";
+    checks.push(QualityCheck::at_most(what, cm2, "cm²").warns(CUT_WARNS_CM2).refuses(limit));
+    if cm2 > limit {
+        let why = format!("{cm2:.0} cm² of the region lie at the end of the reconstructed field");
+        return Err(Error::BreastCut { side, why });
+    }
+    Ok((cm2 > CUT_WARNS_CM2).then(|| {
+        let text = format!(
+            "the end of the reconstructed field cuts {cm2:.0} cm² of the region's tissue: skin is \
+             missing there; make the region smaller or use a CT with a larger field"
+        );
+        Warning::new("region-truncated", text)
+    }))
+}
+
+fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>, Error> {
+    let share = breast.at_ends;
+    let what = "breast at the first or last slice, share of its greatest thickness";
+    let (warns, refuses) = (100.0 * END_WARNS, 100.0 * END_REFUSES);
+    checks.push(QualityCheck::at_most(what, 100.0 * share, "%").warns(warns).refuses(refuses));
+    let text = |verb: &str| {
+        format!(
+            "at the first or last slice the breast {verb} {:.0} % of its greatest thickness",
+            100.0 * share
+        )
+    };
+    if share > END_REFUSES {
+        return Err(Error::BreastCut { side: breast.side, why: text("has") });
+    }
+    Ok((share > END_WARNS).then(|| {
+        let text = text("still has");
+        let text =
+            format!("{text}: it may go on outside the CT; check that the CT holds all of it");
+        Warning::new("breast-at-end", text)
+    }))
+}
+
+fn uncertain(
+    found: &WallUncertainty,
+    place: &BreastPlace<'_>,
+    checks: &mut Vec<QualityCheck>,
+) -> Option<Warning> {
+    let largest = found.patches.first().map_or(0.0, |patch| patch.area_cm2);
+    let what = "uncertain boundary, share of that in the region";
+    checks.push(
+        QualityCheck::at_most(what, 100.0 * found.share(), "%").warns(100.0 * UNCERTAIN_SHARE),
+    );
+    let what = "largest uncertain place of the boundary";
+    checks.push(QualityCheck::at_most(what, largest, "cm²").warns(UNCERTAIN_CM2));
+    let first = found.patches.first()?;
+    if found.share() <= UNCERTAIN_SHARE && first.area_cm2 <= UNCERTAIN_CM2 {
+        return None;
+    }
+    let text = format!(
+        "{:.0} cm² ({:.0} %) of the chest wall's boundary in the region may lie more than \
+         {UNCERTAIN_MM:.0} mm off; the largest place has {:.0} cm²: {}, about {:.0} mm; look at it in \
+         the report and add a seed where it is wrong",
+        found.uncertain_cm2,
+        100.0 * found.share(),
+        first.area_cm2,
+        first.place(&place.middle, place.side),
+        first.error_mm
+    );
+    Some(Warning::new("uncertain-wall", text))
+}

@@ -1,0 +1,78 @@
+//! How sure the boundary is said to be.
+
+use super::phantom::{Thorax, Truth};
+use super::run;
+use crate::{Params, Seeds, Segmenter, UNCERTAIN_MM, wall_uncertainty};
+use std::sync::Arc;
+use supine_space::{Matrix, Point, Progress, Sphere, Vector};
+use supine_volume::label;
+
+#[test]
+fn the_map_lies_along_the_boundary_and_holds_the_error() {
+    let thorax = Thorax::default();
+    let ct = thorax.ct(Matrix::identity());
+    let segmenter =
+        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let (made, _) = segmenter.segment(&Seeds::default(), Progress::none()).unwrap();
+    let map = segmenter.uncertainty(&made);
+    let region = Sphere::new(Point::new(75.0, -75.0, 0.0), 75.0).unwrap();
+    let grid = made.labels.grid();
+    let (mut wrong, mut said) = (0, 0);
+    for n in 0..grid.len() {
+        let p = grid.centre(grid.voxel(n));
+        let (truth, got) = (thorax.truth(&p), made.labels.data()[n]);
+        if truth == Truth::Outside || got == label::OUTSIDE {
+            continue;
+        }
+        if (truth == Truth::Wall) != label::is_chest_wall(got) && region.contains(&p) {
+            wrong += 1;
+            said += usize::from(map.data()[n] > 0);
+        }
+    }
+    assert!(wrong > 50 && said * 10 > wrong * 9, "{said} of {wrong} wrong voxels in the map");
+    let found = wall_uncertainty(&made.labels, &map, region);
+    assert!((80.0..250.0).contains(&found.boundary_cm2), "{found:?}");
+    assert!(found.share() < 0.3, "{}", found.share());
+}
+
+/// Gland of the muscle's own density over the whole front: no edge shows.
+#[test]
+fn a_boundary_without_an_edge_is_uncertain_until_a_seed_makes_it_sure() {
+    let thorax = Thorax::default();
+    let mut ct = thorax.ct(Matrix::identity());
+    let grid = ct.grid().clone();
+    let middle = Point::new(60.0, -90.0, 0.0);
+    for n in 0..grid.len() {
+        let p = grid.centre(grid.voxel(n));
+        if thorax.truth(&p) == Truth::Soft && (p - middle).norm() < 40.0 {
+            ct.data_mut()[n] = 52;
+        }
+    }
+    let region = Sphere::new(middle, 60.0).unwrap();
+    let segmenter =
+        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let with = |seeds: &Seeds| {
+        let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
+        (segmenter.uncertainty(&made), made.labels)
+    };
+    let (plain, labels) = with(&Seeds::default());
+    let found = wall_uncertainty(&labels, &plain, region);
+    let first = found.patches.first().expect("a uncertain place");
+    assert!(first.area_cm2 > 8.0 && first.error_mm > UNCERTAIN_MM, "{first:?}");
+    let out = Vector::new(first.centre.x, first.centre.y, 0.0).normalize();
+    let seeds = Seeds {
+        chest_wall: vec![first.centre - 0.5 * out],
+        soft_tissue: vec![first.centre + 4.5 * out],
+        ..Seeds::default()
+    };
+    let (seeded, _) = with(&seeds);
+    let here = grid.voxel_at(&first.centre).unwrap();
+    let [before, after] = [&plain, &seeded].map(|map| map.at(here));
+    assert!(before > 20 && after < 10, "{before} {after}");
+}
+
+#[test]
+fn a_thorax_as_it_should_be_has_no_warning() {
+    let (_, info) = run(&Thorax::default().ct(Matrix::identity()));
+    assert!(info.warnings.is_empty(), "{:?}", info.warnings);
+}
