@@ -33,6 +33,8 @@ pub enum NodeId {
     Export,
     /// The map as fields on the grid of the CT.
     Fields,
+    /// The pictures of the report.
+    Pictures,
     /// Registrations of the series with the CT.
     Registration,
     /// The patient's own doses, structures and segmentations on the series.
@@ -43,7 +45,7 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -59,6 +61,7 @@ impl NodeId {
         Self::Points,
         Self::Export,
         Self::Fields,
+        Self::Pictures,
         Self::Registration,
         Self::Carry,
         Self::Report,
@@ -82,6 +85,7 @@ impl NodeId {
             Self::Export => "export",
             Self::Fields => "fields",
             Self::Points => "points",
+            Self::Pictures => "pictures",
             Self::Registration => "registration",
             Self::Carry => "carry",
             Self::Report => "report",

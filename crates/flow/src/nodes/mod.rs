@@ -10,6 +10,7 @@ mod law;
 mod mesh;
 mod moduli;
 mod objects;
+mod pictures;
 mod points;
 mod region;
 mod registration;
@@ -30,6 +31,7 @@ pub(crate) use law::Law;
 pub(crate) use mesh::{Mesh, Meshed};
 pub(crate) use moduli::Moduli;
 pub(crate) use objects::Objects;
+pub(crate) use pictures::Pictures;
 pub(crate) use points::{Points, not_carried};
 pub(crate) use region::{Chosen, Region};
 pub(crate) use registration::Registration;
@@ -59,6 +61,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Points>(),
     Entry::of::<Export>(),
     Entry::of::<Fields>(),
+    Entry::of::<Pictures>(),
     Entry::of::<Registration>(),
     Entry::of::<Carry>(),
     Entry::of::<Report>(),

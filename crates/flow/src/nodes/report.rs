@@ -1,8 +1,8 @@
 //! The report and the summary that it shows.
 
 use super::{
-    Carry, Export, Fields, Import, Interval, Mesh, Moduli, Points, Region, Registration, Segment,
-    Solve, Tissues, Warp,
+    Carry, Export, Fields, Import, Interval, Moduli, Pictures, Points, Region, Registration,
+    Segment, Solve, Warp,
 };
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
@@ -13,10 +13,9 @@ use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
-    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Scene,
-    Segmentation, Shown, Summary, Tissue, Tool,
+    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Summary, Tissue,
+    Tool,
 };
-use supine_space::Point;
 
 pub(crate) struct Report;
 
@@ -42,8 +41,6 @@ impl Node for Report {
         Import,
         Segment,
         Region,
-        Tissues,
-        Mesh,
         Moduli,
         Solve,
         Interval,
@@ -53,6 +50,7 @@ impl Node for Report {
         Points,
         Registration,
         Carry,
+        Pictures,
     );
     type Out = Reported;
 
@@ -64,32 +62,10 @@ impl Node for Report {
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Reported, Error> {
-        let mut summary = summarise(own, &parents, work)?;
-        let (input, segmented, region, tissues, _, _, solved, _, warped, _, _, points, ..) =
-            &parents;
-        let params = supine_warp::Params::default();
-        let faded = supine_warp::fade(&solved.deformation, &params)?.deformation;
-        let scene = Scene {
-            ct: &input.ct,
-            deformed: &warped.ct,
-            labels: &segmented.labels,
-            uncertainty: segmented.uncertainty.as_deref(),
-            tissues: tissues.labels.as_deref(),
-            deformation: &faded,
-            sphere: region.sphere()?,
-            tumour: own.typed.tumour,
-            tumour_after: Some(Point::from(points.tumour.after_mm)),
-            nipple: region.nipple(),
-            side: own.typed.breast()?,
-        };
-        let progress = work.progress;
-        summary.volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
-        summary.agreement = Some(supine_report::agreement(&scene));
-        let shown = Shown::from(&summary);
-        let pictures = supine_report::draw(&shown, &scene, progress.part(0.1, 0.9))?;
-        work.warn_all(pictures.warnings.clone());
+        let summary = summarise(own, &parents, work)?;
+        let (.., drawn) = &parents;
         let folder = work.place("report")?;
-        supine_report::write(&summary, &pictures, &folder, progress.part(0.9, 1.0))?;
+        supine_report::write(&summary, &drawn.pictures, &folder, work.progress)?;
         Ok(summary)
     }
 
@@ -120,8 +96,6 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         input,
         segmented,
         region,
-        tissues,
-        meshed,
         moduli,
         solved,
         interval,
@@ -131,10 +105,9 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         points,
         registered,
         carried,
+        drawn,
     ) = parents;
     let case = &own.typed;
-    let mut mesh = meshed.facts.clone();
-    mesh.unknowns = solved.facts.unknowns;
     let mut warp = warped.facts.clone();
     warp.forward_then_backward.clone_from(&fields.consistency);
     let mut export = exported.facts.export.clone();
@@ -170,20 +143,12 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             fade_mm: warp.fade_mm,
         },
         ct,
-        segmentation: Segmentation {
-            fat_hu: segmented.facts.fat_hu,
-            muscle_hu: segmented.facts.muscle_hu,
-            soft_tissue_ml: region.soft_tissue_ml,
-            chest_wall_ml: region.chest_wall_ml,
-            uncertainty: region.uncertainty.clone(),
-            quality_checks: segmented.facts.checks.iter().chain(&region.checks).cloned().collect(),
-            tissues: tissues.facts.clone(),
-        },
-        mesh,
+        segmentation: drawn.segmentation.clone(),
+        mesh: drawn.mesh.clone(),
         solve: solved.facts.solve.clone(),
         warp,
-        volumes: Vec::new(),
-        agreement: None,
+        volumes: drawn.volumes.clone(),
+        agreement: Some(drawn.agreement.clone()),
         tumour: Some(points.tumour.clone()),
         modulus_interval: interval.as_ref().clone(),
         nipple: points.nipple.clone(),

@@ -1,0 +1,85 @@
+//! The pictures of the report, and what is measured on what they show. Nothing that is exported is in them, so that they
+//! are drawn while the export is written.
+
+use super::{Import, Mesh, Points, Region, Segment, Solve, Tissues, Warp};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::nodes::region::Ball;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+use supine_report::{Agreement, Scene, Segmentation, Shown, VolumeChange};
+use supine_space::{Point, Side};
+
+pub(crate) struct Pictures;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    left: bool,
+    tumour: Ball,
+}
+
+/// Pictures, and what the summary tells of what they show.
+#[derive(Debug)]
+pub(crate) struct Drawn {
+    pub(crate) pictures: supine_report::Pictures,
+    pub(crate) segmentation: Segmentation,
+    pub(crate) mesh: supine_report::Mesh,
+    pub(crate) volumes: Vec<VolumeChange>,
+    pub(crate) agreement: Agreement,
+}
+
+impl Node for Pictures {
+    const ID: NodeId = NodeId::Pictures;
+    const METHOD: u32 = 1;
+    const KEPT: bool = false;
+    type Own = Own;
+    type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points);
+    type Out = Drawn;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let case = &ground.case;
+        Ok(Own { left: case.breast()? == Side::Left, tumour: case.tumour()?.into() })
+    }
+
+    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {
+        let (input, segmented, region, tissues, meshed, solved, warped, points) = parents;
+        let params = supine_warp::Params::default();
+        let faded = supine_warp::fade(&solved.deformation, &params)?.deformation;
+        let scene = Scene {
+            ct: &input.ct,
+            deformed: &warped.ct,
+            labels: &segmented.labels,
+            uncertainty: segmented.uncertainty.as_deref(),
+            tissues: tissues.labels.as_deref(),
+            deformation: &faded,
+            sphere: region.sphere()?,
+            tumour: Some(own.tumour.sphere()?),
+            tumour_after: Some(Point::from(points.tumour.after_mm)),
+            nipple: region.nipple(),
+            side: if own.left { Side::Left } else { Side::Right },
+        };
+        let segmentation = Segmentation {
+            fat_hu: segmented.facts.fat_hu,
+            muscle_hu: segmented.facts.muscle_hu,
+            soft_tissue_ml: region.soft_tissue_ml,
+            chest_wall_ml: region.chest_wall_ml,
+            uncertainty: region.uncertainty.clone(),
+            quality_checks: segmented.facts.checks.iter().chain(&region.checks).cloned().collect(),
+            tissues: tissues.facts.clone(),
+        };
+        let mesh = supine_report::Mesh { unknowns: solved.facts.unknowns, ..meshed.facts.clone() };
+        let progress = work.progress;
+        let volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
+        let agreement = supine_report::agreement(&scene);
+        let (nipple, told) = (points.nipple.as_ref(), &segmentation);
+        let shown = Shown { segmentation: told, mesh: &mesh, volumes: &volumes, nipple };
+        let pictures = supine_report::draw(&shown, &scene, progress.part(0.1, 1.0))?;
+        work.warn_all(pictures.warnings.clone());
+        Ok(Drawn { pictures, segmentation, mesh, volumes, agreement })
+    }
+
+    fn bytes(out: &Drawn) -> usize {
+        out.pictures.bytes()
+    }
+}
