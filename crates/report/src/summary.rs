@@ -271,7 +271,7 @@ pub struct QualityCheck {
     pub unit: String,
     /// The figure.
     pub value: f64,
-    /// Whether the limits are the most that is sound (or the least).
+    /// Whether the limits are maxima (or minima).
     pub at_most: bool,
     /// Beyond it there is a warning; `None` when the figure alone never warns.
     pub warns: Option<f64>,

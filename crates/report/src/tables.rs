@@ -317,9 +317,9 @@ fn mesh(s: &Summary) -> Table {
         _ => {}
     }
     if let Some(c) = &m.curved {
-        let [mean, most] = [c.mean_mm, c.max_mm].map(|d| fixed(d, 2));
+        let [mean, max] = [c.mean_mm, c.max_mm].map(|d| fixed(d, 2));
         let nodes =
-            format!("{} nodes of the elements by {mean} mm (at most {most})", count(c.nodes));
+            format!("{} nodes of the elements by {mean} mm (at most {max})", count(c.nodes));
         t.row("Curved", format!("{nodes}; {} short of their surface", count(c.shortened)));
     }
     t.row("Unknowns", count(m.unknowns));

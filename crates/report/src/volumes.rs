@@ -10,7 +10,7 @@ use supine_volume::label;
 
 /// Classes of det F.
 const CLASSES: usize = 40;
-/// The classes reach at least and at most so far from 1.
+/// Minimum and maximum of how far the classes reach from 1.
 const SPAN: [f64; 2] = [0.02, 0.5];
 /// Points of the tumour's sphere along its radius.
 const ACROSS: i32 = 10;

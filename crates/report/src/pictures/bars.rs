@@ -24,8 +24,8 @@ impl Bars<'_> {
         let (left, right) = (52, canvas.width() - 28);
         let (upper, base) = (top + 40, top + height - 34);
         let whole = self.amounts.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        let most = self.amounts.iter().copied().fold(0.0, f64::max) / whole;
-        let scale = super::round_up(most.max(1e-6));
+        let max = self.amounts.iter().copied().fold(0.0, f64::max) / whole;
+        let scale = super::round_up(max.max(1e-6));
         canvas.text(title, [left as f64, (top + 26) as f64], Align::Left, small, colour::TEXT);
         for share in [0.0, 0.5, 1.0] {
             let y = base as f64 - share * (base - upper) as f64;

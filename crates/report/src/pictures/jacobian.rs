@@ -1,7 +1,7 @@
 //! The change of volume: det F over the CT, its histograms, and where it is most extreme.
 
 use super::bars::Bars;
-use super::motion::Motion;
+use super::moving::Motion;
 use super::{Legend, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::plane::View;

@@ -7,6 +7,7 @@ mod jacobian;
 mod labels;
 mod mesh;
 mod motion;
+mod moving;
 mod shape;
 mod tissues;
 mod uncertainty;
@@ -141,7 +142,7 @@ pub(crate) fn rows(
         &|progress| compare::rows(&studio, shown, progress),
         &|progress| segmentation(&studio, shown, progress),
         &|progress| of_model(&studio, shown, progress),
-        &|progress| motion::rows(&studio, shown, progress),
+        &|progress| of_motion(&studio, shown, progress),
     ];
     let part = |n: usize| progress.part(n as f64 / 4.0, (n + 1) as f64 / 4.0);
     let drawn: Vec<Vec<Row>> =
@@ -179,6 +180,23 @@ fn of_model(
     let mut rows = mesh::rows(studio, progress.part(0.0, 0.5))?;
     let part = progress.part(0.5, 1.0);
     rows.extend(of_mesh(studio.scene.mesh(), shown.mesh, &studio.focus, part)?);
+    Ok(rows)
+}
+
+/// Displacement and change of volume in the three planes through the focus.
+fn of_motion(
+    studio: &Studio<'_>,
+    shown: &Shown<'_>,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let mut planes = Vec::new();
+    for (n, plane) in studio.planes().into_iter().enumerate() {
+        progress.at(n as f64 / 6.0)?;
+        planes.push(moving::Motion::new(studio, plane));
+    }
+    progress.at(0.5)?;
+    let mut rows = vec![motion::displacement(studio, &planes)];
+    rows.extend(jacobian::rows(studio, shown, &planes, progress.part(0.6, 1.0))?);
     Ok(rows)
 }
 

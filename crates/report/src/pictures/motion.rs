@@ -1,12 +1,11 @@
 //! How the tissue moves: displacement with arrows.
 
-use super::{Legend, Picture, Row, Studio, dress, jacobian, paint, round_up};
+use super::moving::Motion;
+use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
 use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
 use crate::plane::Plane;
-use crate::section::{Below, below};
-use crate::{Error, Shown, colour, words};
-use supine_space::{Progress, Vector};
+use crate::{colour, words};
 
 /// Distance of arrows, pixels.
 const STEP: usize = 26;
@@ -14,43 +13,6 @@ const STEP: usize = 26;
 const LONGEST: f64 = 1.9;
 /// Opacity of colours over the CT.
 const VEIL: f64 = 0.65;
-
-/// A plane with what lies below its pixels and how it moves, mm.
-pub(super) struct Motion {
-    pub(super) plane: Plane,
-    pub(super) ground: Vec<f32>,
-    pub(super) below: Vec<Below>,
-    moves: Vec<Option<Vector>>,
-}
-
-impl Motion {
-    pub(super) fn new(studio: &Studio<'_>, plane: Plane) -> Self {
-        let scene = studio.scene;
-        let below = below(scene.mesh(), &plane);
-        let move_at = |b: &Below| {
-            b.map(|(tet, l)| scene.displacement().at(scene.mesh(), &studio.edges, tet, l))
-        };
-        let moves = below.iter().map(move_at).collect();
-        Self { ground: plane.sample(scene.ct), plane, below, moves }
-    }
-}
-
-/// Displacement and change of volume in the three planes through the focus.
-pub(super) fn rows(
-    studio: &Studio<'_>,
-    shown: &Shown<'_>,
-    progress: Progress<'_>,
-) -> Result<Vec<Row>, Error> {
-    let mut planes = Vec::new();
-    for (n, plane) in studio.planes().into_iter().enumerate() {
-        progress.at(n as f64 / 6.0)?;
-        planes.push(Motion::new(studio, plane));
-    }
-    progress.at(0.5)?;
-    let mut rows = vec![displacement(studio, &planes)];
-    rows.extend(jacobian::rows(studio, shown, &planes, progress.part(0.6, 1.0))?);
-    Ok(rows)
-}
 
 /// How arrows and colours are scaled, alike in all planes.
 struct Scale {
@@ -74,7 +36,7 @@ impl Scale {
     }
 }
 
-fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
+pub(super) fn displacement(studio: &Studio<'_>, planes: &[Motion]) -> Row {
     let scale = Scale::new(planes, studio.pixel_mm);
     let draw = |motion: &Motion| {
         let plane = &motion.plane;
@@ -140,7 +102,7 @@ fn key(canvas: &mut Canvas, plane: &Plane, scale: &Scale) {
 mod tests {
     use super::*;
     use crate::plane::View;
-    use supine_space::Point;
+    use supine_space::{Point, Vector};
 
     /// Mean place of the white pixels of the arrow of one displacement, relative to its start.
     fn drawn(view: View, u: Vector) -> [f64; 2] {

@@ -100,7 +100,7 @@ fn a_turned_grid_of_the_same_voxels_gives_the_same_pictures() {
     let all = |p: &Phantom| {
         let scene = p.scene();
         let studio = Studio::new(&scene, 2.0);
-        let mut rows = motion::rows(&studio, &(&example()).into(), Progress::none()).unwrap();
+        let mut rows = of_motion(&studio, &(&example()).into(), Progress::none()).unwrap();
         let wall = scene.labels.map(|l| u8::from(label::is_chest_wall(*l)));
         rows.push(labels::row(&studio, &wall, Progress::none()).unwrap());
         let uncertainty = example().segmentation.uncertainty.unwrap();
@@ -160,7 +160,7 @@ fn scales_are_round() {
 }
 
 #[test]
-fn the_doubtful_half_of_the_chest_wall_is_striped_and_dashed() {
+fn the_uncertain_half_of_the_chest_wall_is_striped_and_dashed() {
     let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
     let scene = phantom.scene();
     let studio = Studio::new(&scene, 2.0);

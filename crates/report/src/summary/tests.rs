@@ -271,3 +271,21 @@ fn a_movement_has_its_difference_and_length() {
     assert_eq!(m.displacement_mm, [2.0, 3.0, 6.0]);
     assert!((m.distance_mm - 7.0).abs() < 1e-12);
 }
+
+/// The keys of an object of the schema or of JSON.
+fn keys(object: &serde_json::Value) -> std::collections::BTreeSet<String> {
+    object.as_object().unwrap().keys().cloned().collect()
+}
+
+#[test]
+fn the_schema_has_the_keys_of_the_summary() {
+    let schema = summary_schema();
+    let there = keys(&serde_json::to_value(example()).unwrap());
+    let mut wanted = keys(&schema["properties"]);
+    // The example names no interval of moduli, and the key is then left out.
+    assert!(wanted.remove("modulus_interval"));
+    assert_eq!(there, wanted);
+    let required = schema["required"].as_array().unwrap();
+    assert!(!required.is_empty());
+    assert!(required.iter().all(|key| there.contains(key.as_str().unwrap())), "{required:?}");
+}
