@@ -43,6 +43,11 @@ pub(crate) struct Canvas {
     data: Vec<u8>,
 }
 
+/// The nearest whole number of one that is not negative: `round` is a call into a library, for every pixel.
+fn nearest(value: f64) -> u8 {
+    (value + 0.5) as u8
+}
+
 impl Canvas {
     /// A black picture.
     pub(crate) fn new(width: usize, height: usize) -> Self {
@@ -68,9 +73,13 @@ impl Canvas {
 
     /// Mixes a colour into the pixel at place `n` (row by row) with opacity `alpha`.
     pub(crate) fn mix(&mut self, n: usize, rgb: Rgb, alpha: f64) {
-        for (old, new) in self.data[3 * n..3 * n + 3].iter_mut().zip(rgb) {
+        let pixel = &mut self.data[3 * n..3 * n + 3];
+        if alpha >= 1.0 {
+            return pixel.copy_from_slice(&rgb);
+        }
+        for (old, new) in pixel.iter_mut().zip(rgb) {
             let mixed = f64::from(*old) + (f64::from(new) - f64::from(*old)) * alpha;
-            *old = mixed.round() as u8;
+            *old = nearest(mixed);
         }
     }
 

@@ -43,7 +43,8 @@ pub(crate) const WINDOW_HIGH: f32 = 200.0;
 /// Grey of a CT value.
 pub(crate) fn grey(hu: f32) -> Rgb {
     let share = (hu - WINDOW_LOW) / (WINDOW_HIGH - WINDOW_LOW);
-    [(255.0 * share.clamp(0.0, 1.0)).round() as u8; 3]
+    // To the nearest, as in `Canvas::mix`.
+    [(255.0 * share.clamp(0.0, 1.0) + 0.5) as u8; 3]
 }
 
 /// Dark blue over green to yellow, evenly growing in lightness.
@@ -68,7 +69,7 @@ pub(crate) fn on_scale(scale: &[Rgb], share: f64) -> Rgb {
     let t = at - n as f64;
     std::array::from_fn(|c| {
         let (a, b) = (f64::from(scale[n][c]), f64::from(scale[n + 1][c]));
-        (a + (b - a) * t).round() as u8
+        (a + (b - a) * t + 0.5) as u8
     })
 }
 
