@@ -3,7 +3,6 @@
 //! stdout is data, stderr is people.
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: the demo's files")]
-#![expect(clippy::print_stderr, reason = "a command line talks")]
 
 mod args;
 mod args_network;

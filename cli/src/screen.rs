@@ -45,7 +45,7 @@ impl Screen {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(Kind::Stopped.exit_code().into());
             }
-            bar.suspend(|| eprintln!("stopping (Ctrl-C again to end at once)"));
+            bar.suspend(|| err("stopping (Ctrl-C again to end at once)"));
         })
         .map_err(|e| Failure::new(Kind::Retry, format!("Ctrl-C cannot be caught: {e}")))
     }
@@ -60,7 +60,7 @@ impl Screen {
     /// A line for people.
     pub(crate) fn say(&self, text: &str) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("{text}"));
+            self.bar.suspend(|| err(text));
         }
     }
 
@@ -72,7 +72,7 @@ impl Screen {
     /// The one message of a command that failed.
     pub(crate) fn fail(&self, message: &str) {
         self.clear();
-        eprintln!("error: {message}");
+        err(&format!("error: {message}"));
     }
 
     /// The result of a command: for scripts on stdout, or `text` for people on stderr.
@@ -98,7 +98,7 @@ impl Screen {
     fn json(&self, json: &impl serde::Serialize) {
         match serde_json::to_string_pretty(json) {
             Ok(json) => data(&(json + "\n")),
-            Err(e) => eprintln!("error: the result is not JSON: {e}"),
+            Err(e) => err(&format!("error: the result is not JSON: {e}")),
         }
     }
 
@@ -111,6 +111,12 @@ impl Screen {
             self.bar.set_position(0);
         }
     }
+}
+
+/// A line on stderr; that nobody listens there any more ends no work.
+fn err(line: &str) {
+    use std::io::Write;
+    let _closed = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours.

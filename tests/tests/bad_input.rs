@@ -279,3 +279,16 @@ fn wrong_usage() {
         assert!(said.stdout.is_empty() && !said.stderr.is_empty(), "{words:?}: {said:?}");
     }
 }
+
+#[test]
+fn nobody_listening_ends_no_run() {
+    let folder = scratch();
+    let case = Case::small().write(folder.path());
+    let mut command = supine_command();
+    command.arg("run").arg(&case).arg("--out").arg(folder.path().join("out"));
+    command.args(["--until", "mesh", "--no-progress"]).stdin(std::process::Stdio::null());
+    let mut run = command.stderr(std::process::Stdio::piped()).spawn().unwrap();
+    drop(run.stderr.take());
+    assert!(run.wait().unwrap().success());
+    assert!(folder.path().join("out/mesh/rest.vtu").is_file());
+}

@@ -11,6 +11,7 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -77,6 +78,10 @@ impl Job<'_> {
                 }
                 let Ok((node, result)) = receive.recv() else { break };
                 state.running.remove(&node);
+                let result = result.unwrap_or_else(|panic| {
+                    self.failed.store(true, Ordering::Relaxed);
+                    resume_unwind(panic)
+                });
                 match result {
                     Ok((output, done)) => {
                         self.log(node, Ok(&done), &mut failed);
@@ -154,7 +159,9 @@ impl Job<'_> {
         send: Sender<Ended>,
     ) {
         scope.spawn(move || {
-            let result = self.pool.install(|| self.step(node, &before));
+            // A panic must not leave the others waiting for an answer.
+            let step = || self.pool.install(|| self.step(node, &before));
+            let result = catch_unwind(AssertUnwindSafe(step));
             // Whoever waits is there as long as a step runs.
             let _sent = send.send((node, result));
         });
@@ -287,7 +294,7 @@ impl Job<'_> {
 }
 
 /// How a step ended, and with which result, if that was needed.
-type Ended = (NodeId, Result<(Option<Output>, Done), Error>);
+type Ended = (NodeId, std::thread::Result<Result<(Option<Output>, Done), Error>>);
 
 /// A result, its record, its warnings, and whether it was there.
 type Stepped = (Option<Output>, Option<Record>, Vec<Warning>, bool);

@@ -132,3 +132,22 @@ fn stale_labels_stay_to_be_looked_at_and_a_bad_edit_changes_nothing() {
     session.forget(NodeId::Segment);
     assert!(session.peek_labels().is_none());
 }
+
+/// Fails in the middle of a node.
+struct Fails;
+
+impl supine_flow::Observer for Fails {
+    fn share(&self, node: NodeId, _: f64) {
+        assert_ne!(node, NodeId::Segment, "meant to fail");
+    }
+}
+
+#[test]
+fn a_panic_in_a_node_ends_the_work_and_the_session_goes_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = session(&patient(dir.path()), dir.path());
+    let request = Request { observer: &Fails, ..Request::default() };
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| session.labels(&request)));
+    assert!(ended.is_err());
+    assert!(session.labels(&Request::default()).is_ok());
+}
