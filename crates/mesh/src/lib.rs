@@ -9,6 +9,7 @@ mod embedding;
 mod locate;
 mod motion;
 mod quality;
+mod section;
 mod surface_distance;
 mod tet_mesh;
 mod transfer;
@@ -24,6 +25,7 @@ pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,
 };
+pub use section::{Below, FaceCut, Faces, below, det_f};
 pub use surface_distance::SurfaceDistance;
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, MeshId, TET_FACES, TetMesh};
 pub use transfer::transfer;

@@ -2,10 +2,10 @@
 //!
 //! Pixel (i, j) has its centre at (i, j); x runs right, y down.
 
+pub(crate) use supine_space::Spot;
+
 /// Red, green, blue, sRGB.
 pub(crate) type Rgb = [u8; 3];
-/// A place on a canvas, pixels.
-pub(crate) type Spot = [f64; 2];
 
 /// How a stroke looks.
 #[derive(Clone, Copy, Debug)]

@@ -19,9 +19,9 @@ mod lettering;
 #[cfg(test)]
 mod phantom;
 mod pictures;
-mod plane;
 mod scene;
-mod section;
+#[cfg(test)]
+mod section_tests;
 mod summary;
 mod tables;
 mod tg132;

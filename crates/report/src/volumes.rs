@@ -1,9 +1,9 @@
 //! How the volume of each structure changes, from the mesh and its displacement.
 
 use crate::pictures::round_up;
-use crate::section::det_f;
 use crate::{Jacobian, Scene, VolumeChange};
 use rayon::prelude::*;
+use supine_mesh::det_f;
 use supine_mesh::{Edges, Locator};
 use supine_space::{Point, Progress, Stopped, Vector};
 use supine_volume::label;

@@ -11,6 +11,7 @@ mod grid;
 mod pack;
 mod progress;
 mod sphere;
+mod view;
 mod warning;
 
 pub use failure::Failure;
@@ -19,6 +20,7 @@ pub use grid::{Grid, GridError};
 pub use pack::{LANES, Pack};
 pub use progress::{Progress, Stopped};
 pub use sphere::{Sphere, SphereError};
+pub use view::{Plane, Spot, View};
 pub use warning::Warning;
 
 /// A position in patient space, LPS, mm.

@@ -5,6 +5,7 @@
 mod components;
 mod contours;
 mod distance;
+mod plane;
 mod quantile;
 mod region;
 mod sample;
@@ -19,6 +20,7 @@ pub mod label;
 pub use components::{Components, Parts, Run, components};
 pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
+pub use plane::{contour, sample_plane};
 pub use quantile::{Ordered, median, quantile, ranked};
 pub use region::{Region, RegionError};
 pub use sample::{Cell, sample_trilinear, sample_trilinear_at, sample_vector};

@@ -2,8 +2,8 @@
 
 use super::{Legend, Picture, Row, Studio, curtain, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::plane::{Plane, View};
 use crate::{Error, Shown, colour, words};
+use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 
 /// Change of HU at which the colour is full.
@@ -61,7 +61,10 @@ fn out_of_plane(what: &str, view: View, before: Point, after: Point) -> String {
 
 fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) -> Row {
     let scene = studio.scene;
-    let (ct, deformed) = (plane.sample(scene.ct), plane.sample(scene.deformed));
+    let (ct, deformed) = (
+        supine_volume::sample_plane(scene.ct, plane),
+        supine_volume::sample_plane(scene.deformed, plane),
+    );
     let nipple = shown.nipple.as_ref().map(|n| [n.before_mm, n.after_mm].map(Point::from));
     let mark = |canvas: &mut Canvas, n: usize, rgb: Rgb| {
         if let Some(places) = nipple.filter(|[before, _]| plane.depth(before).abs() < NEAR_MM) {

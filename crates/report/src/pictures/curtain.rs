@@ -4,7 +4,7 @@ use super::{LETTER, PANEL, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::colour;
 use crate::lettering::{Align, text_width};
-use crate::plane::Plane;
+use supine_space::Plane;
 use supine_space::{Progress, Stopped};
 
 /// Strips across a picture.
@@ -36,8 +36,10 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, St
 
 fn strips(studio: &Studio<'_>, plane: &Plane) -> Canvas {
     let strip = |x: usize| x * STRIPS / plane.width;
-    let mut samples = plane.sample(studio.scene.ct);
-    for (n, after) in plane.sample(studio.scene.deformed).into_iter().enumerate() {
+    let mut samples = supine_volume::sample_plane(studio.scene.ct, plane);
+    for (n, after) in
+        supine_volume::sample_plane(studio.scene.deformed, plane).into_iter().enumerate()
+    {
         if strip(n % plane.width) % 2 == 1 {
             samples[n] = after;
         }

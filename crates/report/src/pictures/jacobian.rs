@@ -4,10 +4,10 @@ use super::bars::Bars;
 use super::moving::Motion;
 use super::{Legend, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::plane::View;
-use crate::section::{Below, det_f};
 use crate::words::{fixed, triple};
 use crate::{Error, Shown, VolumeChange, colour, tables, words};
+use supine_mesh::{Below, det_f};
+use supine_space::View;
 use supine_space::{Point, Progress};
 
 /// Opacity of colours over the CT.
@@ -112,7 +112,7 @@ fn extreme(
         canvas
     };
     let before = shown(&motion.ground, "CT");
-    let after = shown(&plane.sample(studio.scene.deformed), "SIMULATED");
+    let after = shown(&supine_volume::sample_plane(studio.scene.deformed, plane), "SIMULATED");
     let change = picture(studio, &motion, span, Some(&place));
     Row {
         title: String::new(),

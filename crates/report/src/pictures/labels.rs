@@ -2,9 +2,10 @@
 
 use super::{Picture, Row, Studio, dress, paint, uncertainty};
 use crate::canvas::Pen;
-use crate::plane::{Plane, View, contour};
 use crate::{Error, colour};
+use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
+use supine_volume::contour;
 use supine_volume::{LabelMap, Volume, label};
 
 /// Air shown around the body, mm.
@@ -24,8 +25,8 @@ pub(super) fn row(
     for (n, view) in View::ALL.into_iter().enumerate() {
         progress.at(n as f64 / 3.0)?;
         let plane = Plane::new(view, &scene.sphere.centre(), frame, pixel_mm);
-        let mut canvas = paint(&plane, &plane.sample(scene.ct), 1.0);
-        let skin = contour(&plane.sample(&body), plane.width, 0.5);
+        let mut canvas = paint(&plane, &supine_volume::sample_plane(scene.ct, &plane), 1.0);
+        let skin = contour(&supine_volume::sample_plane(&body, &plane), plane.width, 0.5);
         canvas.stroke_on_halo(&skin, Pen::new(1.5, colour::SKIN));
         uncertainty::outline(studio, &mut canvas, &plane, wall);
         studio.outline_region(&mut canvas, &plane);

@@ -2,9 +2,9 @@
 
 use super::{Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Spot};
-use crate::section::{FaceCut, Faces};
 use crate::{Error, colour};
 use supine_mesh::BoundaryTag;
+use supine_mesh::{FaceCut, Faces};
 use supine_space::Progress;
 
 /// The mesh in the CT shape, and in the operating position.
@@ -14,7 +14,7 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
     let (mut rest, mut moved) = (Vec::new(), Vec::new());
     for (n, plane) in studio.planes().into_iter().enumerate() {
         progress.at(n as f64 / 3.0)?;
-        let mut canvas = paint(&plane, &plane.sample(scene.ct), 0.85);
+        let mut canvas = paint(&plane, &supine_volume::sample_plane(scene.ct, &plane), 0.85);
         draw(&mut canvas, &faces.cut(&studio.edges, None, &plane));
         studio.mark_before(&mut canvas, &plane, false);
         dress(&mut canvas, &plane, "CT");
@@ -24,7 +24,7 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
             caption: format!("Mesh in the CT, {name}"),
             canvas,
         });
-        let mut canvas = paint(&plane, &plane.sample(scene.deformed), 0.85);
+        let mut canvas = paint(&plane, &supine_volume::sample_plane(scene.deformed, &plane), 0.85);
         draw(&mut canvas, &faces.cut(&studio.edges, Some(scene.displacement()), &plane));
         studio.mark_after(&mut canvas, &plane);
         dress(&mut canvas, &plane, "SIMULATED");

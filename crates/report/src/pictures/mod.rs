@@ -15,11 +15,11 @@ mod uncertainty;
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::colour;
 use crate::lettering::{Align, text_width};
-use crate::plane::{Plane, View};
 use crate::tables::{self, Table};
 use crate::{Error, Mesh, Scene, Shown};
 use rayon::prelude::*;
 use supine_mesh::{Edges, TetMesh};
+use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 use supine_volume::label;
 

@@ -4,8 +4,8 @@ use super::moving::Motion;
 use super::{Legend, Picture, Row, Studio, dress, paint, round_up};
 use crate::canvas::{Canvas, Pen};
 use crate::lettering::Align;
-use crate::plane::Plane;
 use crate::{colour, words};
+use supine_space::Plane;
 
 /// Distance of arrows, pixels.
 const STEP: usize = 26;
@@ -101,7 +101,7 @@ fn key(canvas: &mut Canvas, plane: &Plane, scale: &Scale) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plane::View;
+    use supine_space::View;
     use supine_space::{Point, Vector};
 
     /// Mean place of the white pixels of the arrow of one displacement, relative to its start.

@@ -1,8 +1,8 @@
 //! What lies in a plane of the CT, and how it moves.
 
 use super::Studio;
-use crate::plane::Plane;
-use crate::section::{Below, below};
+use supine_mesh::{Below, below};
+use supine_space::Plane;
 use supine_space::Vector;
 
 /// A plane with what lies below its pixels and how it moves, mm.
@@ -21,6 +21,6 @@ impl Motion {
             b.map(|(tet, l)| scene.displacement().at(scene.mesh(), &studio.edges, tet, l))
         };
         let moves = below.iter().map(move_at).collect();
-        Self { ground: plane.sample(scene.ct), plane, below, moves }
+        Self { ground: supine_volume::sample_plane(scene.ct, &plane), plane, below, moves }
     }
 }

@@ -4,12 +4,12 @@ use super::bars::Bars;
 use super::{Legend, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
-use crate::plane::{Plane, View};
-use crate::section::{Faces, below};
 use crate::{Error, Mesh, colour, tables};
 use supine_mesh::{
     BoundaryTag, DIHEDRAL_CLASS_DEG, Edges, RADIUS_RATIO_CLASS, TetMesh, tet_quality,
 };
+use supine_mesh::{Faces, below};
+use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
 
 /// Pixels across each picture.

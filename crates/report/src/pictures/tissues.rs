@@ -3,10 +3,10 @@
 use super::{LETTER, Picture, Row, Studio, dress, paint};
 use crate::canvas::Canvas;
 use crate::lettering::Align;
-use crate::plane::Plane;
 use crate::summary::Tissues;
 use crate::words::fixed;
 use crate::{Error, colour, tables};
+use supine_space::Plane;
 use supine_space::Progress;
 use supine_volume::{LabelMap, label};
 
@@ -25,7 +25,7 @@ pub(super) fn row(
     let mut pictures = Vec::new();
     for (n, plane) in studio.planes().into_iter().enumerate() {
         progress.at(n as f64 / 3.0)?;
-        let mut canvas = paint(&plane, &plane.sample(studio.scene.ct), 1.0);
+        let mut canvas = paint(&plane, &supine_volume::sample_plane(studio.scene.ct, &plane), 1.0);
         let seen = tint(studio, &mut canvas, &plane, labels);
         studio.outline_region(&mut canvas, &plane);
         studio.mark_before(&mut canvas, &plane, false);

@@ -3,13 +3,14 @@
 use super::{LETTER, Picture, Row, Studio, dress};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::lettering::Align;
-use crate::plane::{Plane, View, contour};
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
 use crate::{Error, colour};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use supine_space::{Plane, View};
 use supine_space::{Point, Progress, Vector};
+use supine_volume::contour;
 use supine_volume::{Volume, sample_trilinear};
 
 /// Width of the stripes on uncertain places, pixels.
@@ -26,7 +27,7 @@ const DIM: f64 = 0.35;
 /// Draws the boundary of the chest wall: firm where it is sure, dashed where it is not. Outside the
 /// region nothing depends on it.
 pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, wall: &Volume<u8>) {
-    let lines = contour(&plane.sample(wall), plane.width, 0.5);
+    let lines = contour(&supine_volume::sample_plane(wall, plane), plane.width, 0.5);
     let uncertain = |[a, b]: &[Spot; 2]| {
         let middle = [0, 1].map(|n| 0.5 * (a[n] + b[n]));
         let p = plane.patient(middle);

@@ -1,18 +1,16 @@
 //! What a plane shows of a mesh: the tetrahedron below each pixel, and the faces it cuts.
 
-use crate::canvas::Spot;
-use crate::plane::Plane;
-use supine_mesh::{BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
-use supine_space::{Matrix, Point, Vector};
+use crate::{BoundaryTag, Displacement, Edges, Order, TET_FACES, TetMesh};
+use supine_space::{Matrix, Plane, Point, Spot, Vector};
 
 /// The tetrahedron of the CT shape below a pixel, with the pixel's barycentric coordinates.
-pub(crate) type Below = Option<(usize, [f64; 4])>;
+pub type Below = Option<(usize, [f64; 4])>;
 
 /// Barycentric slack that keeps pixels on a face from falling between two tetrahedra.
 const ON_FACE: f64 = 1e-9;
 
 /// The tetrahedron below each pixel, row by row; the lowest where two meet.
-pub(crate) fn below(mesh: &TetMesh, plane: &Plane) -> Vec<Below> {
+pub fn below(mesh: &TetMesh, plane: &Plane) -> Vec<Below> {
     let mut pixels = vec![None; plane.width * plane.height];
     for tet in 0..mesh.tets().len() {
         let corners = mesh.corners(tet);
@@ -54,7 +52,7 @@ fn gradients(corners: &[Point; 4]) -> Option<[Vector; 4]> {
 
 /// det F of the deformation x + u within tetrahedron `tet` at barycentric coordinates `l`: the
 /// local change of volume.
-pub(crate) fn det_f(
+pub fn det_f(
     mesh: &TetMesh,
     edges: &Edges,
     displacement: &Displacement,
@@ -66,23 +64,23 @@ pub(crate) fn det_f(
 
 /// The faces of a mesh, each once, with the tag of those on the boundary.
 #[derive(Debug)]
-pub(crate) struct Faces<'a> {
+pub struct Faces<'a> {
     mesh: &'a TetMesh,
     faces: Vec<([u32; 3], Option<BoundaryTag>)>,
 }
 
 /// A line in which a plane cuts a face.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FaceCut {
+pub struct FaceCut {
     /// The line.
-    pub(crate) segment: [Spot; 2],
+    pub segment: [Spot; 2],
     /// The tag of a boundary face.
-    pub(crate) tag: Option<BoundaryTag>,
+    pub tag: Option<BoundaryTag>,
 }
 
 impl<'a> Faces<'a> {
     /// The faces of `mesh`.
-    pub(crate) fn new(mesh: &'a TetMesh) -> Self {
+    pub fn new(mesh: &'a TetMesh) -> Self {
         let key = |mut face: [u32; 3]| {
             face.sort_unstable();
             face
@@ -102,7 +100,7 @@ impl<'a> Faces<'a> {
     /// The lines in which a plane cuts the faces of the mesh, displaced if a displacement is given.
     ///
     /// A quadratic face is taken as four flat ones.
-    pub(crate) fn cut(
+    pub fn cut(
         &self,
         edges: &Edges,
         displacement: Option<&Displacement>,
@@ -151,84 +149,4 @@ fn cut(triangle: &[Point; 3], plane: &Plane) -> Option<[Spot; 2]> {
     };
     let mut ends = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(a, b)| crossing(a, b));
     Some([ends.next()?, ends.next()?])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::phantom::block;
-    use crate::plane::View;
-
-    fn plane() -> Plane {
-        let frame = [Point::new(-30.0, -30.0, -30.0), Point::new(30.0, 30.0, 30.0)];
-        Plane::new(View::Sagittal, &Point::new(3.3, 0.0, 0.0), frame, 0.5)
-    }
-
-    /// The displacement x -> field(x) - x of a block, of second order.
-    fn quadratic(mesh: &TetMesh, edges: &Edges, u: impl Fn(Vector) -> Vector) -> Displacement {
-        let mut values: Vec<Vector> = mesh.points().iter().map(|p| u(p.coords)).collect();
-        values.extend(edges.ends().iter().map(|e| {
-            let [a, b] = e.map(|p| mesh.points()[p as usize].coords);
-            u((a + b) / 2.0)
-        }));
-        Displacement::new(mesh, edges, values).unwrap()
-    }
-
-    #[test]
-    fn every_pixel_inside_has_its_tetrahedron() {
-        let (mesh, plane) = (block(3, 40.0), plane());
-        let below = below(&mesh, &plane);
-        for (n, found) in below.iter().enumerate() {
-            let spot = [n % plane.width, n / plane.width].map(|c| c as f64);
-            let p = plane.patient(spot);
-            let inside = p.coords.abs().max() <= 20.0;
-            assert_eq!(found.is_some(), inside, "{p}");
-            if let Some((tet, l)) = found {
-                let corners = mesh.corners(*tet);
-                let back: Vector = corners.iter().zip(l).map(|(c, l)| c.coords * *l).sum();
-                assert!((back - p.coords).norm() < 1e-12);
-            }
-        }
-        assert_eq!(below.iter().flatten().count(), 80 * 80);
-    }
-
-    #[test]
-    fn det_f_of_a_quadratic_field_is_exact() {
-        let mesh = block(2, 40.0);
-        let edges = Edges::new(&mesh);
-        let u = |p: Vector| Vector::new(0.002 * p.x * p.x, 0.1 * p.y + 0.01 * p.x * p.z, 0.0);
-        let field = quadratic(&mesh, &edges, u);
-        let l = [0.1, 0.2, 0.3, 0.4];
-        for tet in 0..mesh.tets().len() {
-            let x: f64 = mesh.corners(tet).iter().zip(l).map(|(c, l)| c.x * l).sum();
-            let want = (1.0 + 0.004 * x) * 1.1;
-            let j = det_f(&mesh, &edges, &field, tet, l);
-            assert!((j - want).abs() < 1e-12, "tetrahedron {tet}: {j} {want}");
-        }
-        let linear = mesh.points().iter().map(|p| p.coords * 0.1).collect();
-        let linear = Displacement::new(&mesh, &edges, linear).unwrap();
-        assert!((det_f(&mesh, &edges, &linear, 5, l) - 1.331).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_boundary_is_cut_in_a_closed_line_of_the_right_length() {
-        let mesh = block(3, 40.0);
-        let edges = Edges::new(&mesh);
-        let (faces, plane) = (Faces::new(&mesh), plane());
-        let length = |cuts: &[FaceCut], tag| -> f64 {
-            let lines = cuts.iter().filter(|c| c.tag == Some(tag)).map(|c| c.segment);
-            lines.map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) * plane.pixel_mm).sum()
-        };
-        let cuts = faces.cut(&edges, None, &plane);
-        for (tag, want) in
-            [(BoundaryTag::Skin, 40.0), (BoundaryTag::ChestWall, 40.0), (BoundaryTag::Cut, 80.0)]
-        {
-            assert!((length(&cuts, tag) - want).abs() < 1e-9, "{tag:?}");
-        }
-        let stretch = quadratic(&mesh, &edges, |p| Vector::new(0.0, 0.0, 0.25 * p.z));
-        let cuts = faces.cut(&edges, Some(&stretch), &plane);
-        assert!((length(&cuts, BoundaryTag::Skin) - 50.0).abs() < 1e-9);
-        let skin = cuts.iter().find(|c| c.tag == Some(BoundaryTag::Skin)).unwrap();
-        assert!((plane.patient(skin.segment[0]).y + 20.0).abs() < 1e-9, "the skin is in front");
-    }
 }

@@ -1,13 +1,13 @@
 //! Planes of patient space as a radiologist expects them, with square pixels.
 
-use crate::canvas::Spot;
-use rayon::prelude::*;
-use supine_space::{Point, Vector};
-use supine_volume::{Volume, sample_trilinear};
+use crate::{Point, Vector};
+
+/// A place in a plane: pixels to the right and down from the centre of the upper left pixel.
+pub type Spot = [f64; 2];
 
 /// How the patient is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum View {
+pub enum View {
     /// From the feet: patient's left at the right of the picture, front up.
     Axial,
     /// From the patient's left: front at the left of the picture, head up.
@@ -17,10 +17,11 @@ pub(crate) enum View {
 }
 
 impl View {
-    pub(crate) const ALL: [Self; 3] = [Self::Axial, Self::Sagittal, Self::Coronal];
+    /// All views.
+    pub const ALL: [Self; 3] = [Self::Axial, Self::Sagittal, Self::Coronal];
 
     /// Direction of growing x of the picture, LPS.
-    fn right(self) -> Vector {
+    pub fn right(self) -> Vector {
         match self {
             Self::Axial | Self::Coronal => Vector::x(),
             Self::Sagittal => Vector::y(),
@@ -28,7 +29,7 @@ impl View {
     }
 
     /// Direction of growing y of the picture, LPS.
-    fn down(self) -> Vector {
+    pub fn down(self) -> Vector {
         match self {
             Self::Axial => Vector::y(),
             Self::Sagittal | Self::Coronal => -Vector::z(),
@@ -36,7 +37,7 @@ impl View {
     }
 
     /// Axis of LPS (0, 1, 2) at right angles to the plane.
-    pub(crate) fn axis(self) -> usize {
+    pub fn axis(self) -> usize {
         match self {
             Self::Axial => 2,
             Self::Sagittal => 0,
@@ -45,7 +46,7 @@ impl View {
     }
 
     /// Name, as in files and captions.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Axial => "axial",
             Self::Sagittal => "sagittal",
@@ -54,7 +55,7 @@ impl View {
     }
 
     /// Letters at the left, right, upper and lower edge.
-    pub(crate) fn letters(self) -> [&'static str; 4] {
+    pub fn letters(self) -> [&'static str; 4] {
         match self {
             Self::Axial => ["R", "L", "A", "P"],
             Self::Sagittal => ["A", "P", "H", "F"],
@@ -65,12 +66,15 @@ impl View {
 
 /// A rectangle of a plane of patient space, in pixels.
 #[derive(Clone, Debug)]
-pub(crate) struct Plane {
-    pub(crate) view: View,
-    pub(crate) width: usize,
-    pub(crate) height: usize,
+pub struct Plane {
+    /// How it is looked at.
+    pub view: View,
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
     /// Side of a pixel, mm.
-    pub(crate) pixel_mm: f64,
+    pub pixel_mm: f64,
     /// Centre of the upper left pixel, LPS, mm.
     corner: Point,
 }
@@ -78,7 +82,7 @@ pub(crate) struct Plane {
 impl Plane {
     /// The plane through `at` that shows the box from `low` to `high` (LPS, mm), seen along the
     /// view's axis, with pixels of `pixel_mm`.
-    pub(crate) fn new(view: View, at: &Point, [low, high]: [Point; 2], pixel_mm: f64) -> Self {
+    pub fn new(view: View, at: &Point, [low, high]: [Point; 2], pixel_mm: f64) -> Self {
         let (right, down) = (view.right(), view.down());
         let middle = low + (high - low) / 2.0;
         let extent = |along: Vector| (high - low).dot(&along.abs());
@@ -92,77 +96,36 @@ impl Plane {
     }
 
     /// Position of a spot, LPS, mm.
-    pub(crate) fn patient(&self, [x, y]: Spot) -> Point {
+    pub fn patient(&self, [x, y]: Spot) -> Point {
         self.corner + (self.view.right() * x + self.view.down() * y) * self.pixel_mm
     }
 
     /// The spot a position (LPS, mm) is projected to.
-    pub(crate) fn spot(&self, p: &Point) -> Spot {
+    pub fn spot(&self, p: &Point) -> Spot {
         self.along(&(p - self.corner))
     }
 
     /// The part of a vector (mm) that lies in the plane, pixels.
-    pub(crate) fn along(&self, v: &Vector) -> Spot {
+    pub fn along(&self, v: &Vector) -> Spot {
         [self.view.right().dot(v) / self.pixel_mm, self.view.down().dot(v) / self.pixel_mm]
     }
 
     /// Distance of a position from the plane, mm, positive towards +x, +y or +z of LPS.
-    pub(crate) fn depth(&self, p: &Point) -> f64 {
+    pub fn depth(&self, p: &Point) -> f64 {
         p[self.view.axis()] - self.corner[self.view.axis()]
     }
 
     /// Where the plane lies: `z -594.5`.
-    pub(crate) fn position(&self) -> String {
+    pub fn position(&self) -> String {
         let axis = self.view.axis();
         format!("{} {:.1}", ["x", "y", "z"][axis], self.corner[axis])
     }
 
-    /// Trilinear samples at the pixels' centres, row by row; NaN outside the volume's voxels.
-    pub(crate) fn sample<T: Copy + Into<f32> + Sync>(&self, volume: &Volume<T>) -> Vec<f32> {
-        let grid = volume.grid();
-        let last = grid.size().map(|n| n as f64 - 0.5);
-        let at = |n: usize| {
-            let spot = [(n % self.width) as f64, (n / self.width) as f64];
-            let index = grid.index_from_patient(&self.patient(spot));
-            let inside = (0..3).all(|a| index[a] >= -0.5 && index[a] <= last[a]);
-            if inside { sample_trilinear(volume, index) } else { f32::NAN }
-        };
-        (0..self.width * self.height).into_par_iter().map(at).collect()
-    }
-
     /// Radius, pixels, of the circle in which the plane cuts a sphere; `None` when it does not.
-    pub(crate) fn cut_radius(&self, centre: &Point, radius: f64) -> Option<f64> {
+    pub fn cut_radius(&self, centre: &Point, radius: f64) -> Option<f64> {
         let square = radius * radius - self.depth(centre).powi(2);
         (square > 0.0).then(|| square.sqrt() / self.pixel_mm)
     }
-}
-
-/// The lines at which a picture of samples (row by row, `width` across) crosses `level`, by
-/// marching squares with linear interpolation; cells with a NaN are left out.
-pub(crate) fn contour(samples: &[f32], width: usize, level: f32) -> Vec<[Spot; 2]> {
-    let height = samples.len() / width;
-    let mut segments = Vec::new();
-    for y in 0..height.saturating_sub(1) {
-        for x in 0..width - 1 {
-            let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
-            let value = corners.map(|(x, y)| samples[y * width + x]);
-            if value.iter().any(|v| v.is_nan()) {
-                continue;
-            }
-            let mut crossings: Vec<Spot> = Vec::with_capacity(4);
-            for a in 0..4 {
-                let b = (a + 1) % 4;
-                if (value[a] > level) != (value[b] > level) {
-                    let t = f64::from((level - value[a]) / (value[b] - value[a]));
-                    let mix = |p: usize, q: usize| p as f64 + t * (q as f64 - p as f64);
-                    crossings
-                        .push([mix(corners[a].0, corners[b].0), mix(corners[a].1, corners[b].1)]);
-                }
-            }
-            segments.extend(crossings.chunks_exact(2).map(|c| [c[0], c[1]]));
-        }
-    }
-    segments
 }
 
 #[cfg(test)]
@@ -199,17 +162,5 @@ mod tests {
         assert_eq!(towards(View::Sagittal, head), [0.0, -2.0]);
         assert_eq!(towards(View::Coronal, left), [2.0, 0.0]);
         assert_eq!(towards(View::Coronal, head), [0.0, -2.0]);
-    }
-
-    #[test]
-    fn a_contour_of_a_cone_is_a_circle() {
-        let cone: Vec<f32> =
-            (0..1600).map(|n| ((n % 40) as f32 - 19.5).hypot((n / 40) as f32 - 19.5)).collect();
-        let circle = contour(&cone, 40, 12.0);
-        let length: f64 = circle.iter().map(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
-        assert!((length - std::f64::consts::TAU * 12.0).abs() < 0.2, "{length}");
-        for [x, y] in circle.iter().flatten() {
-            assert!(((x - 19.5).hypot(y - 19.5) - 12.0).abs() < 0.02);
-        }
     }
 }
