@@ -13,7 +13,7 @@ use supine_space::Failure as Kind;
 /// Set by Ctrl-C; every progress callback answers with it.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// stderr, and the wish to stop.
+/// stderr, and the request to stop.
 pub(crate) struct Screen {
     bar: ProgressBar,
     /// What is worked on; the bar shows the one that began last.

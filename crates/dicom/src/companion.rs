@@ -248,7 +248,7 @@ pub(crate) fn put_texts(set: &mut DataSet, texts: &[(Tag, VR, &str)]) {
 }
 
 /// Refuses an object of another patient than the CT: it would be written under the CT's name. An object for a CT
-/// that was de-identified comes here as its `outward` left it.
+/// that was de-identified comes here as its `for_export` left it.
 ///
 /// # Errors
 /// When both name a patient and not the same, or the CT is de-identified and the object is not.

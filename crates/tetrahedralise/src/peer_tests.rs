@@ -108,7 +108,7 @@ fn spoilt(mesh: &TetMesh) -> TetMesh {
 }
 
 #[test]
-fn a_poor_mesh_made_elsewhere_is_bettered_and_brought_to_the_count() {
+fn a_poor_mesh_made_elsewhere_is_improved_and_reduced_to_the_count() {
     for direction in [Matrix::identity(), askew()] {
         with_domain(direction, |domain| {
             let given = spoilt(&domain.mesh(1900, Progress::none()).unwrap().0);

@@ -1,4 +1,4 @@
-//! Labels brought along, from other programs and from our own, and labels as DICOM.
+//! Supplied labels, from other programs and from our own, and labels as DICOM.
 
 use crate::shared::{scratch, shared};
 use std::path::{Path, PathBuf};

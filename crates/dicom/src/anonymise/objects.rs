@@ -147,7 +147,7 @@ impl Dose {
     ///
     /// # Errors
     /// When it is of another patient than the CT.
-    pub fn outward(mut self, ct: &Source, by: Option<&Anonymiser>) -> Result<Self, Error> {
+    pub fn for_export(mut self, ct: &Source, by: Option<&Anonymiser>) -> Result<Self, Error> {
         let Some(by) = cleaner(&self.file, &self.header, ct, by)? else { return Ok(self) };
         let given = std::mem::take(&mut self.header);
         self.header = by.object(&given, ct);
@@ -173,7 +173,7 @@ impl Structures {
     ///
     /// # Errors
     /// When they are of another patient than the CT.
-    pub fn outward(
+    pub fn for_export(
         mut self,
         ct: &Source,
         by: Option<&Anonymiser>,
@@ -216,12 +216,12 @@ impl Structures {
 }
 
 impl Segmentation {
-    /// The segments as an object of the exported `ct` may name them, as in [`Structures::outward`]; a segment
+    /// The segments as an object of the exported `ct` may name them, as in [`Structures::for_export`]; a segment
     /// whose name is no plain one becomes `Segment` and its number. Colours and codes of published schemes stay.
     ///
     /// # Errors
     /// When they are of another patient than the CT.
-    pub fn outward(
+    pub fn for_export(
         mut self,
         ct: &Source,
         by: Option<&Anonymiser>,

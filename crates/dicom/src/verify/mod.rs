@@ -180,7 +180,7 @@ pub fn verify_export(
             Some(load_source(path, expected, &images, progress)?)
         }
         Some(Original::Read { ct, source }) => {
-            let source = outward(Cow::Borrowed(source), expected.anonymiser);
+            let source = as_exported(Cow::Borrowed(source), expected.anonymiser);
             Some(Reference { source, ct: Cow::Borrowed(ct) })
         }
         None => None,
@@ -260,11 +260,11 @@ fn load_source(
     });
     let params = ReadParams { series: named, accept };
     let (ct, source, _) = read_folder(folder, &params, progress.part(0.2, 1.0))?;
-    Ok(Reference { source: outward(Cow::Owned(source), anonymiser), ct: Cow::Owned(ct) })
+    Ok(Reference { source: as_exported(Cow::Owned(source), anonymiser), ct: Cow::Owned(ct) })
 }
 
 /// The source as it is compared: without the patient where the export was made so.
-fn outward<'a>(source: Cow<'a, Source>, anonymiser: Option<&Anonymiser>) -> Cow<'a, Source> {
+fn as_exported<'a>(source: Cow<'a, Source>, anonymiser: Option<&Anonymiser>) -> Cow<'a, Source> {
     match anonymiser {
         Some(anonymiser) => Cow::Owned(source.anonymised(anonymiser)),
         None => source,

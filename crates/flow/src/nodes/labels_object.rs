@@ -11,7 +11,7 @@ pub(crate) struct LabelsObject;
 
 impl Node for LabelsObject {
     const ID: NodeId = NodeId::LabelsObject;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = ();

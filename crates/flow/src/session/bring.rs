@@ -1,6 +1,6 @@
 //! Bringing results up to date: in one go, or in two where a node is known by its value.
 
-use super::execute::{Brought, Job};
+use super::execute::{Job, Run};
 use super::plan::{Keys, Known, Plan, Shown, Step, ancestors, descendants, entry, hash_of_value};
 use super::{Lane, Observer, Request, Session, lock};
 use crate::folder::RunFolder;
@@ -19,7 +19,7 @@ impl Session {
         targets: &[NodeId],
         values: &[NodeId],
         request: &Request<'_>,
-    ) -> Result<Brought, Error> {
+    ) -> Result<Run, Error> {
         match request.lane {
             Lane::Final => {
                 let folder = lock(&self.folder);
@@ -40,11 +40,11 @@ impl Session {
         targets: &[NodeId],
         values: &[NodeId],
         request: &Request<'_>,
-    ) -> Result<Brought, Error> {
+    ) -> Result<Run, Error> {
         let ground = self.secured(folder)?;
         let values: BTreeSet<NodeId> = values.iter().copied().collect();
         let mut forced = request.force.map(descendants).unwrap_or_default();
-        let mut brought = Brought::default();
+        let mut run = Run::default();
         loop {
             let pool = if request.lane == Lane::Live { &self.live } else { &self.pool };
             let open = pool.install(|| {
@@ -60,24 +60,24 @@ impl Session {
                 values: values.clone(),
                 forced: &forced,
                 open,
-                quiet: brought.done.keys().copied().collect(),
+                quiet: run.done.keys().copied().collect(),
             };
             let now = self.pass(&pass, request)?;
             forced.retain(|node| !now.done.contains_key(node));
             for (node, done) in now.done {
-                brought.done.entry(node).or_insert(done);
+                run.done.entry(node).or_insert(done);
             }
-            brought.outputs = now.outputs;
+            run.outputs = now.outputs;
             if open.is_none() {
                 break;
             }
         }
         let stays = |node: NodeId| ground.given.contains_key(&node) || values.contains(&node);
         lock(&self.cells).fit(self.budget, stays);
-        Ok(brought)
+        Ok(run)
     }
 
-    fn pass(&self, pass: &Pass<'_>, request: &Request<'_>) -> Result<Brought, Error> {
+    fn pass(&self, pass: &Pass<'_>, request: &Request<'_>) -> Result<Run, Error> {
         let Pass { ground, folder, pool, forced, .. } = *pass;
         let held = |node, key: &Key| lock(&self.cells).get(node, key).is_some();
         let shown = |node, key: &Key| self.shown(folder, node, key);

@@ -22,9 +22,9 @@ use supine_space::Progress;
 /// Nodes that are worked on at once: most have parts that one thread does alone.
 const AT_ONCE: usize = 2;
 
-/// What was brought up to date.
+/// What a run left.
 #[derive(Debug, Default)]
-pub(crate) struct Brought {
+pub(crate) struct Run {
     pub(crate) done: BTreeMap<NodeId, Done>,
     /// The results that were asked for.
     pub(crate) outputs: BTreeMap<NodeId, Output>,
@@ -60,7 +60,7 @@ struct State {
 
 impl Job<'_> {
     /// Does all steps; the first error in the order in which they happen ends the work.
-    pub(super) fn run(&self) -> Result<Brought, Error> {
+    pub(super) fn run(&self) -> Result<Run, Error> {
         let mut state = State::default();
         let at_once = AT_ONCE.min(self.pool.current_num_threads());
         std::thread::scope(|scope| {
@@ -97,7 +97,7 @@ impl Job<'_> {
             failed.map_or(Ok(()), Err)
         })?;
         state.outputs.retain(|node, _| self.stays.contains(node));
-        Ok(Brought { done: state.done, outputs: state.outputs })
+        Ok(Run { done: state.done, outputs: state.outputs })
     }
 
     /// Appends what happened to the folder's log. An error's text may hold names of files: its kind alone is written.

@@ -219,8 +219,8 @@ impl Session {
 
     /// A node's result: held, read back or made.
     pub(crate) fn get<N: Node>(&self, request: &Request<'_>) -> Result<Arc<N::Out>, Error> {
-        let brought = self.bring(&[N::ID], &[N::ID], request)?;
-        brought.outputs.get(&N::ID).map(typed::<N>).ok_or(Error::NotKept { node: N::ID })
+        let run = self.bring(&[N::ID], &[N::ID], request)?;
+        run.outputs.get(&N::ID).map(typed::<N>).ok_or(Error::NotKept { node: N::ID })
     }
 
     /// Memory that results hold, bytes.

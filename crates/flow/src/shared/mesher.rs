@@ -70,7 +70,7 @@ impl Mesher {
 /// Meshes the soft tissue inside the region's sphere with the asked number of tetrahedra.
 ///
 /// Another mesher than our own is asked for meshes of several edge lengths until one is near the
-/// number; that one is bettered and brought to the number by our own. Only our own can `refine`.
+/// number; our own then improves it and reduces it to the number. Only our own can `refine`.
 ///
 /// # Errors
 /// When this program was built without the mesher or it cannot refine, the mesher fails, the number

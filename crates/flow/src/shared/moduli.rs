@@ -29,9 +29,11 @@ pub(crate) struct Map<'a> {
 /// strain is uniform within the tetrahedron, as in a linear one, it stores exactly what its tissues store.
 /// Soft tissue that is neither fat, gland, skin nor tumour (implants) counts as fat; what is not soft
 /// tissue does not count, and a tetrahedron with nothing else takes the mean of all.
-pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, wish: &Stiffness) -> (Vec<f64>, Moduli) {
-    let found: Vec<Option<f64>> =
-        (0..mesh.tets().len()).into_par_iter().map(|t| mean(&mesh.corners(t), map, wish)).collect();
+pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, stiffness: &Stiffness) -> (Vec<f64>, Moduli) {
+    let found: Vec<Option<f64>> = (0..mesh.tets().len())
+        .into_par_iter()
+        .map(|t| mean(&mesh.corners(t), map, stiffness))
+        .collect();
     let over = |known: &dyn Fn(usize) -> Option<f64>| {
         let (mut sum, mut whole) = (0.0, 0.0);
         for tet in 0..mesh.tets().len() {
@@ -40,15 +42,15 @@ pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, wish: &Stiffness) -> (Vec<f6
                 whole += mesh.volume(tet);
             }
         }
-        if whole > 0.0 { sum / whole } else { wish.kpa[0] }
+        if whole > 0.0 { sum / whole } else { stiffness.kpa[0] }
     };
     let all = over(&|tet| found[tet]);
     // A tetrahedron without soft tissue has the mean, so that the mean of all stays.
-    let scale = wish.mean_kpa.map_or(1.0, |wanted| wanted / all);
+    let scale = stiffness.mean_kpa.map_or(1.0, |wanted| wanted / all);
     let moduli: Vec<f64> = found.into_iter().map(|e| scale * e.unwrap_or(all)).collect();
-    let [fat_kpa, gland_kpa, skin_kpa, tumour_kpa] = wish.kpa.map(|e| e * scale);
+    let [fat_kpa, gland_kpa, skin_kpa, tumour_kpa] = stiffness.kpa.map(|e| e * scale);
     let told = Moduli {
-        map: wish.map.name().into(),
+        map: stiffness.map.name().into(),
         fat_kpa,
         gland_kpa,
         skin_kpa,
@@ -61,22 +63,22 @@ pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, wish: &Stiffness) -> (Vec<f6
 }
 
 /// Mean modulus over the soft tissue in a tetrahedron.
-fn mean(corners: &[Point; 4], map: &Map<'_>, wish: &Stiffness) -> Option<f64> {
+fn mean(corners: &[Point; 4], map: &Map<'_>, stiffness: &Stiffness) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for p in samples(corners, map.labels.grid()) {
         let Some(voxel) = map.labels.grid().voxel_at(&p) else { continue };
         let label = map.labels.at(voxel);
         if label::is_soft_tissue(label) {
-            sum += modulus(label, map, voxel, wish);
+            sum += modulus(label, map, voxel, stiffness);
             count += 1.0;
         }
     }
     (count > 0.0).then(|| sum / count)
 }
 
-fn modulus(label: u8, map: &Map<'_>, voxel: [usize; 3], wish: &Stiffness) -> f64 {
-    let [fat, gland, skin, tumour] = wish.kpa;
-    match (label, wish.map) {
+fn modulus(label: u8, map: &Map<'_>, voxel: [usize; 3], stiffness: &Stiffness) -> f64 {
+    let [fat, gland, skin, tumour] = stiffness.kpa;
+    match (label, stiffness.map) {
         (label::SKIN, _) => skin,
         (label::TUMOUR, _) => tumour,
         (label::GLAND, StiffnessMap::Labels) => gland,
@@ -135,7 +137,7 @@ mod tests {
         Grid::new([20, 20, 20], Vector::repeat(1.0), origin, Matrix::identity()).unwrap()
     }
 
-    fn wish(map: StiffnessMap) -> Stiffness {
+    fn stiffness(map: StiffnessMap) -> Stiffness {
         Stiffness { map, kpa: [1.0, 3.0, 20.0, 7.0], mean_kpa: None }
     }
 
@@ -147,19 +149,21 @@ mod tests {
         let mixed = labels(&|p| if p.x < 3.5 { label::FAT } else { label::GLAND });
         let map = Map { labels: &mixed, ct: &ct, levels_hu: (-100.0, Some(60.0)) };
         let beyond = (1.0f64 - 3.5 / 12.0).powi(3);
-        let (found, told) = moduli(&corner(), &map, &wish(StiffnessMap::Labels));
+        let (found, told) = moduli(&corner(), &map, &stiffness(StiffnessMap::Labels));
         assert!((found[0] - (1.0 + 2.0 * beyond)).abs() < 0.01, "{found:?}");
         assert_eq!((told.min_kpa, told.max_kpa), (found[0], found[0]));
-        let (found, _) = moduli(&corner(), &map, &wish(StiffnessMap::Hounsfield));
+        let (found, _) = moduli(&corner(), &map, &stiffness(StiffnessMap::Hounsfield));
         let beyond = (1.0f64 - 2.5 / 12.0).powi(3);
         assert!((found[0] - (1.0 + 2.0 * 140.0 / 160.0 * beyond)).abs() < 0.01, "{found:?}");
         // Bone does not count, and where there is nothing else the mean stands in.
         let bony = labels(&|p| if p.x < 3.5 { label::BONE } else { label::TUMOUR });
         let map = Map { labels: &bony, ..map };
-        assert!((moduli(&corner(), &map, &wish(StiffnessMap::Labels)).0[0] - 7.0).abs() < 1e-12);
+        assert!(
+            (moduli(&corner(), &map, &stiffness(StiffnessMap::Labels)).0[0] - 7.0).abs() < 1e-12
+        );
         let bone = labels(&|_| label::BONE);
         let map = Map { labels: &bone, ..map };
-        assert_eq!(moduli(&corner(), &map, &wish(StiffnessMap::Labels)).0, [1.0]);
+        assert_eq!(moduli(&corner(), &map, &stiffness(StiffnessMap::Labels)).0, [1.0]);
     }
 
     #[test]
@@ -184,13 +188,13 @@ mod tests {
         let labels = Volume::from_fn(grid(), |v| if v[0] < 6 { label::FAT } else { label::SKIN });
         let ct = Volume::from_fn(grid(), |_| 0);
         let map = Map { labels: &labels, ct: &ct, levels_hu: (-100.0, None) };
-        let wanted = Stiffness { mean_kpa: Some(0.609), ..wish(StiffnessMap::Labels) };
+        let wanted = Stiffness { mean_kpa: Some(0.609), ..stiffness(StiffnessMap::Labels) };
         let (found, told) = moduli(&corner(), &map, &wanted);
         assert!((found[0] - 0.609).abs() < 1e-12 && (told.mean_kpa - 0.609).abs() < 1e-12);
         assert!((told.skin_kpa / told.fat_kpa - 20.0).abs() < 1e-12, "{told:?}");
         // No gland was found: grey values say nothing.
         let fat = Volume::from_fn(grid(), |_| label::GLAND);
         let map = Map { labels: &fat, ..map };
-        assert_eq!(moduli(&corner(), &map, &wish(StiffnessMap::Hounsfield)).0, [1.0]);
+        assert_eq!(moduli(&corner(), &map, &stiffness(StiffnessMap::Hounsfield)).0, [1.0]);
     }
 }

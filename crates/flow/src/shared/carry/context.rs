@@ -81,8 +81,8 @@ impl CarryContext {
     }
 
     /// What is known before the CT is exported; `before` is the series as it was read.
-    pub(crate) fn ahead(before: &Source, outward: &ExportSource) -> Self {
-        let (ahead, anonymiser) = (Some(outward.source.clone()), outward.anonymiser.clone());
+    pub(crate) fn ahead(before: &Source, exported: &ExportSource) -> Self {
+        let (ahead, anonymiser) = (Some(exported.source.clone()), exported.anonymiser.clone());
         let before = Some(before.frame_of_reference_uid());
         Self { exported: None, ahead, registration: None, anonymiser, before }
     }
@@ -111,7 +111,7 @@ impl CarryContext {
         let mut warnings = dose.warnings().to_vec();
         warnings.extend(self.compare(path, &[dose.frame_of_reference_uid()])?);
         let Some(source) = self.whose() else { return Ok((dose, warnings)) };
-        let dose = dose.outward(source, self.anonymiser.as_ref()).map_err(Error::Carried)?;
+        let dose = dose.for_export(source, self.anonymiser.as_ref()).map_err(Error::Carried)?;
         Ok((dose, warnings))
     }
 
@@ -125,8 +125,8 @@ impl CarryContext {
             structures.rois().iter().map(|r| r.frame_of_reference.clone()).collect();
         let mut warnings: Vec<Warning> = self.compare(path, &frames)?.into_iter().collect();
         let Some(source) = self.whose() else { return Ok((structures, warnings)) };
-        let outward = structures.outward(source, self.anonymiser.as_ref());
-        let (structures, renamed) = outward.map_err(Error::Carried)?;
+        let exported = structures.for_export(source, self.anonymiser.as_ref());
+        let (structures, renamed) = exported.map_err(Error::Carried)?;
         warnings.extend(renamed);
         Ok((structures, warnings))
     }
@@ -146,8 +146,8 @@ impl CarryContext {
         let given = read_segmentation(path, grid, Some(&found)).map_err(Error::Carried)?;
         warnings.extend(given.warnings().to_vec());
         let Some(source) = self.whose() else { return Ok((given, warnings)) };
-        let outward = given.outward(source, self.anonymiser.as_ref());
-        let (given, renamed) = outward.map_err(Error::Carried)?;
+        let exported = given.for_export(source, self.anonymiser.as_ref());
+        let (given, renamed) = exported.map_err(Error::Carried)?;
         warnings.extend(renamed);
         Ok((given, warnings))
     }

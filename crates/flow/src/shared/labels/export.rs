@@ -33,7 +33,7 @@ pub fn write_dicom_labels(
         algorithm: match origin {
             LabelOrigin::Automatic => format!("supine {version}"),
             LabelOrigin::Seeded => format!("supine {version} with seeds"),
-            LabelOrigin::Supplied => format!("brought to supine {version}"),
+            LabelOrigin::Supplied => format!("supplied to supine {version}"),
         },
         clock: source.clock(),
         software_version: version.into(),

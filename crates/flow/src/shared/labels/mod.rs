@@ -1,4 +1,4 @@
-//! A segmentation brought along, from whatever holds it, and the labels as a DICOM object.
+//! A supplied segmentation, from whatever holds it, and the labels as a DICOM object.
 
 mod compose;
 mod export;
@@ -16,7 +16,7 @@ use supine_exchange::{SuppliedLabels as ReadLabels, read_supplied_labels};
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::{Ct, LabelMap};
 
-/// A segmentation brought along.
+/// A supplied segmentation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SuppliedLabels {
     /// Label map (NRRD, NIfTI, .seg.nrrd), DICOM segmentation or RT structure set.
@@ -25,30 +25,30 @@ pub struct SuppliedLabels {
     pub names: RegionNames,
 }
 
-/// Reads a segmentation that was brought along onto the grid of its CT, and what is uncertain about
-/// it. What the file is, its content tells.
+/// Reads a supplied segmentation onto the grid of its CT, and what is uncertain about it.
+/// Its content tells what the file is.
 ///
 /// # Errors
 /// When it cannot be read, does not say which regions are the body or soft tissue and the chest
 /// wall, or cannot be of this CT.
 pub fn read_supplied(
-    brought: &SuppliedLabels,
+    supplied: &SuppliedLabels,
     ct: &Ct,
     frame_of_reference: Option<&str>,
     progress: Progress<'_>,
 ) -> Result<(LabelMap, Vec<Warning>), Error> {
-    let path = &brought.file;
+    let path = &supplied.file;
     if let Err(source) = std::fs::metadata(path) {
         return Err(Error::Missing { key: "labels.file", path: path.into(), source });
     }
     let (grid, frame) = (ct.grid(), frame_of_reference);
-    let opened = open(brought, grid, frame, progress.part(0.0, 0.2))?;
+    let opened = open(supplied, grid, frame, progress.part(0.0, 0.2))?;
     progress.at(0.2)?;
     let (labels, mut warnings) = match opened {
         Opened::Numbers(labels) => (labels, vec![]),
         Opened::Regions(regions) => {
             let candidates: Vec<Candidate> = regions.candidates();
-            let plan = plan(&candidates, &brought.names)?;
+            let plan = plan(&candidates, &supplied.names)?;
             compose(&regions, &plan, grid, frame, progress.part(0.2, 0.8))?
         }
     };
@@ -67,12 +67,12 @@ enum Opened {
 }
 
 fn open(
-    brought: &SuppliedLabels,
+    supplied: &SuppliedLabels,
     grid: &Grid,
     frame: Option<&str>,
     progress: Progress<'_>,
 ) -> Result<Opened, Error> {
-    let path = &brought.file;
+    let path = &supplied.file;
     Ok(Opened::Regions(match region_object(path).map_err(Error::LabelsObject)? {
         Some(RegionObject::Segmentation) => {
             let read = read_segmentation(path, grid, frame).map_err(Error::LabelsObject)?;
@@ -85,7 +85,7 @@ fn open(
             let read = read_supplied_labels(path, progress);
             match read.map_err(|source| Error::file("labels.file", source))? {
                 ReadLabels::Segments(segments) => Regions::Segments(Box::new(segments)),
-                ReadLabels::Numbers(_) if brought.names.given() => {
+                ReadLabels::Numbers(_) if supplied.names.given() => {
                     return Err(RegionNameError::Nameless.into());
                 }
                 ReadLabels::Numbers(labels) => return Ok(Opened::Numbers(labels)),
