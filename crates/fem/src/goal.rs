@@ -10,6 +10,7 @@ use crate::material::cofactor;
 use crate::model::Model;
 use crate::newton::Known;
 use crate::pattern::{Pattern, Storage};
+use crate::wall_effect::WallNode;
 use crate::{Body, Error, Job, Load, Params, RestState, checked, support};
 use std::sync::Arc;
 use supine_mesh::{Locator, Order, TetMesh};
@@ -36,22 +37,48 @@ pub fn error_shares(
     goal: &Sphere,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Error> {
+    Ok(goal_errors(body, load, params, goal, progress)?.shares)
+}
+
+/// What the displacement of a place rests on: its error by the mesh, and what the place of the chest wall does to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalErrors {
+    /// Mean displacement of the tissue within the goal, mm.
+    pub displacement: Vector,
+    /// What each tetrahedron adds to the error of the mean displacement, mm: see [`error_shares`].
+    pub shares: Vec<f64>,
+    /// What each node of the chest wall does to it.
+    pub wall: Vec<WallNode>,
+}
+
+/// What the mean displacement of the tissue within `goal` (LPS, mm) rests on; as [`error_shares`], and the elements are
+/// straight and the CT shape free of stress here too.
+///
+/// # Errors
+/// As [`error_shares`].
+pub fn goal_errors(
+    body: &Body,
+    load: &Load,
+    params: &Params,
+    goal: &Sphere,
+    progress: Progress<'_>,
+) -> Result<GoalErrors, Error> {
     let edges = checked(body, load, params)?;
     let params = Params { rest: RestState::Net, ..*params };
     let body = &Body { curved: None, ..body.clone() };
     let job = Job::new(body, &edges, load, &params);
     match params.order {
-        Order::Linear => job.shares::<4, 1>(goal, progress),
-        Order::Quadratic => job.shares::<10, 4>(goal, progress),
+        Order::Linear => job.goal_errors::<4, 1>(goal, progress),
+        Order::Quadratic => job.goal_errors::<10, 4>(goal, progress),
     }
 }
 
 impl Job<'_> {
-    fn shares<const N: usize, const Q: usize>(
+    fn goal_errors<const N: usize, const Q: usize>(
         &self,
         goal: &Sphere,
         progress: Progress<'_>,
-    ) -> Result<Vec<f64>, Error> {
+    ) -> Result<GoalErrors, Error> {
         let positions = self.positions::<N>();
         let held =
             support::held_nodes(&self.body.mesh, self.edges, positions.len(), self.params.cut);
@@ -84,13 +111,17 @@ impl Job<'_> {
             .linearised(&found.u, means)
             .map_err(|_| Error::Memory { unknowns: newton.unknowns() })?
             .ok_or(Error::Singular)?;
-        let theirs = adjoints.map(|adjoint| lack(&adjoint));
+        let theirs = adjoints.each_ref().map(|adjoint| lack(adjoint));
         let weight = |t: usize| 2.0 * model.materials[t].mu;
         let share = |t: usize| {
             let of_adjoints = theirs.iter().map(|z| z[t] * z[t]).sum::<f64>().sqrt();
             weight(t) * own[t] * of_adjoints
         };
-        Ok((0..self.body.mesh.tets().len()).map(share).collect())
+        let shares = (0..self.body.mesh.tets().len()).map(share).collect();
+        let displacement =
+            Vector::from(means.map(|mean| mean.iter().zip(&found.u).map(|(m, u)| m.dot(u)).sum()));
+        let wall = self.wall(&model, &positions, &found.u, &adjoints).ok_or(Error::Singular)?;
+        Ok(GoalErrors { displacement, shares, wall })
     }
 
     /// The mean displacement within `goal` in each direction as nodal weights.
@@ -127,13 +158,12 @@ fn samples(sphere: &Sphere) -> impl Iterator<Item = Point> {
         .filter(|p| sphere.contains(p))
 }
 
-/// L2 norm over each tetrahedron of what the gradient of a field lacks to the recovered one.
-fn missing<const N: usize>(
+/// Gradients of a field at the corners of each tetrahedron: row = component, column = axis.
+fn corner_gradients<const N: usize>(
     positions: &[Vector],
     elements: &[[u32; N]],
-    mesh: &TetMesh,
     field: &[Vector],
-) -> Vec<f64> {
+) -> Vec<[Matrix; 4]> {
     let corners: [[f64; 4]; 4] =
         std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
     let slopes = corners.map(parent_slopes::<N>);
@@ -143,56 +173,78 @@ fn missing<const N: usize>(
         let own = element.iter().zip(slopes);
         own.map(|(n, s)| field[*n as usize] * (inverse_transpose * s).transpose()).sum::<Matrix>()
     };
-    let own: Vec<[Matrix; 4]> =
-        elements.iter().map(|e| slopes.each_ref().map(|s| gradient(e, s))).collect();
-    let volumes: Vec<f64> = (0..elements.len()).map(|t| mesh.volume(t)).collect();
-    let mut recovered = vec![(Matrix::zeros(), 0.0); mesh.points().len()];
-    for ((tet, own), volume) in mesh.tets().iter().zip(&own).zip(&volumes) {
+    elements.iter().map(|e| slopes.each_ref().map(|s| gradient(e, s))).collect()
+}
+
+/// The continuous gradient of a field at the points: the mean of those of the tetrahedra around, by volume.
+fn averaged(mesh: &TetMesh, own: &[[Matrix; 4]]) -> Vec<Matrix> {
+    let mut sums = vec![(Matrix::zeros(), 0.0); mesh.points().len()];
+    for (t, (tet, own)) in mesh.tets().iter().zip(own).enumerate() {
+        let volume = mesh.volume(t);
         for (p, g) in tet.iter().zip(own) {
-            let (sum, whole) = &mut recovered[*p as usize];
-            *sum += g * *volume;
+            let (sum, whole) = &mut sums[*p as usize];
+            *sum += g * volume;
             *whole += volume;
         }
     }
+    sums.into_iter().map(|(sum, whole)| sum / whole).collect()
+}
+
+/// The continuous gradient of a field at the points.
+pub(crate) fn recovered<const N: usize>(
+    positions: &[Vector],
+    elements: &[[u32; N]],
+    mesh: &TetMesh,
+    field: &[Vector],
+) -> Vec<Matrix> {
+    averaged(mesh, &corner_gradients(positions, elements, field))
+}
+
+/// L2 norm over each tetrahedron of what the gradient of a field lacks to the recovered one.
+fn missing<const N: usize>(
+    positions: &[Vector],
+    elements: &[[u32; N]],
+    mesh: &TetMesh,
+    field: &[Vector],
+) -> Vec<f64> {
+    let own = corner_gradients(positions, elements, field);
+    let recovered = averaged(mesh, &own);
     let lack = |t: usize| {
-        let of = |(p, g): (&u32, &Matrix)| {
-            let (sum, whole) = &recovered[*p as usize];
-            (sum / *whole - g).norm_squared()
-        };
+        let of = |(p, g): (&u32, &Matrix)| (recovered[*p as usize] - g).norm_squared();
         let mean = mesh.tets()[t].iter().zip(&own[t]).map(of).sum::<f64>() / 4.0;
-        (mean * volumes[t]).sqrt()
+        (mean * mesh.volume(t)).sqrt()
     };
     (0..elements.len()).map(lack).collect()
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::test_mesh::block;
     use crate::{Tissue, solve};
     use supine_mesh::Edges;
 
-    const SIDE_MM: f64 = 60.0;
+    pub(crate) const SIDE_MM: f64 = 60.0;
 
-    fn load() -> Load {
+    pub(crate) fn load() -> Load {
         Load { ct: Vector::y(), target: Vector::new(0.5, 0.75f64.sqrt(), 0.0) }
     }
 
     /// So stiff that the response is nearly linear.
-    fn tissue() -> Tissue {
+    pub(crate) fn tissue() -> Tissue {
         Tissue { young_kpa: 12.0, ..Tissue::default() }
     }
 
-    fn goal() -> Sphere {
+    pub(crate) fn goal() -> Sphere {
         Sphere::new(Point::new(20.0, 30.0, 40.0), 8.0).unwrap()
     }
 
-    fn solver(order: Order) -> Params {
+    pub(crate) fn solver(order: Order) -> Params {
         Params { order, ..Params::default() }
     }
 
     /// A cube held at z = 0, with so many cells along each side.
-    fn cube(cells: usize) -> Arc<TetMesh> {
+    pub(crate) fn cube(cells: usize) -> Arc<TetMesh> {
         block([cells; 3], SIDE_MM / cells as f64, 0.1)
     }
 
@@ -208,7 +260,7 @@ mod tests {
     }
 
     /// Mean displacement at the goal's samples.
-    fn mean(mesh: &Arc<TetMesh>, order: Order) -> Vector {
+    pub(crate) fn mean(mesh: &Arc<TetMesh>, order: Order) -> Vector {
         let (u, _) =
             solve(&Body::new(mesh.clone(), tissue()), &load(), &solver(order), Progress::none())
                 .unwrap();

@@ -51,18 +51,20 @@ mod support;
 mod tangent;
 #[cfg(test)]
 mod test_mesh;
+mod wall_effect;
 
 pub use applicator::{Applicator, Reaction};
 pub use body::Body;
 pub use contact::Contact;
 pub use coupling::Step;
 pub use error::Error;
-pub use goal::error_shares;
+pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unloading};
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use snap::snapped;
+pub use wall_effect::WallNode;
 
 use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
 use pattern::{Pattern, Storage};
