@@ -51,8 +51,17 @@ impl Body {
         }
     }
 
+    /// The body with all its moduli taken as many times as makes this their mean over the volume, kPa.
+    #[must_use]
+    pub fn with_mean(&self, young_kpa: f64) -> Self {
+        let factor = young_kpa / self.mean_young_kpa();
+        let moduli = self.young_kpa.as_ref().map(|all| all.iter().map(|e| e * factor).collect());
+        let tissue = Tissue { young_kpa: self.tissue.young_kpa * factor, ..self.tissue };
+        Self { tissue, young_kpa: moduli, ..self.clone() }
+    }
+
     /// Mean modulus over the volume, kPa.
-    pub(crate) fn mean_young_kpa(&self) -> f64 {
+    pub fn mean_young_kpa(&self) -> f64 {
         let Some(moduli) = &self.young_kpa else { return self.tissue.young_kpa };
         let (mut sum, mut whole) = (0.0, 0.0);
         for (t, e) in moduli.iter().enumerate() {

@@ -45,7 +45,7 @@ impl Tissue {
     }
 
     /// Weight ρ g per volume, kPa/mm.
-    pub(crate) fn weight(&self) -> f64 {
+    pub fn weight(&self) -> f64 {
         self.density_kg_m3 * GRAVITY_M_S2 * 1e-6
     }
 }

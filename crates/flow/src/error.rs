@@ -86,6 +86,9 @@ pub enum Error {
     /// Mechanics.
     #[error("mechanics: {0}")]
     Solve(supine_fem::Error),
+    /// How sure the tumour's place is.
+    #[error("interval of the tumour's displacement: {0}")]
+    Interval(#[from] supine_personalise::Error),
     /// Warping.
     #[error("warping: {0}")]
     Warp(supine_warp::Error),
@@ -267,6 +270,7 @@ impl Error {
             Self::Segment(error) => error.kind(),
             Self::Mesh(error) => error.kind(),
             Self::Solve(error) => error.kind(),
+            Self::Interval(error) => error.kind(),
             Self::Carried(error) | Self::Dicom(error) => error.kind(),
             Self::Refused { kind, .. } => *kind,
             Self::Export(error) | Self::DicomLabels(error) => error.kind(),

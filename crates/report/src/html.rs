@@ -1,8 +1,8 @@
 //! The page: one file, no scripts, nothing loaded from elsewhere.
 
 use crate::encoded::EncodedRow;
+use crate::summary::Colour;
 use crate::tables::{self, Table};
-use crate::verdict::Verdict;
 use crate::{Mesh, Summary, tg132, words};
 use askama::Template;
 use base64::Engine;
@@ -14,7 +14,8 @@ use supine_space::Warning;
 struct Page<'a> {
     summary: &'a Summary,
     breast: String,
-    verdict: Verdict,
+    verdict_class: &'static str,
+    headline: &'static str,
     key: Table,
     tables: Vec<Table>,
     points: Option<Table>,
@@ -54,10 +55,16 @@ struct Figure<'a> {
 /// # Errors
 /// What the template engine says.
 pub(crate) fn page(summary: &Summary, rows: &[EncodedRow]) -> Result<String, askama::Error> {
+    let (verdict_class, headline) = match summary.verdict.colour {
+        Colour::Green => ("good", "Within the tolerance"),
+        Colour::Amber => ("check", "Look before use"),
+        Colour::Red => ("stop", "Do not use"),
+    };
     Page {
         summary,
         breast: words::capital(&summary.position.breast),
-        verdict: Verdict::new(summary),
+        verdict_class,
+        headline,
         key: tables::key(summary),
         tables: tables::stages(summary),
         points: tables::points(summary),

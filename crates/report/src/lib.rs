@@ -35,5 +35,6 @@ pub use error::Error;
 pub use files::write_summary;
 pub use scene::{Scene, Shown};
 pub use summary::*;
+pub use verdict::{TOLERANCE_MM, verdict};
 pub use volumes::volume_changes;
 pub use write::{Pictures, draw, write, write_mesh};

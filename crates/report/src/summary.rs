@@ -5,12 +5,16 @@
 //! lies in [`Run`] alone; all else is reproducible to the byte.
 
 mod agreement;
+mod interval;
 mod moved;
+mod verdict;
 
 pub use agreement::{Agreement, SkinAgreement};
+pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
     CarriedObject, CarriedPoint, CarriedRegion, Consistency, Jacobian, Movement, VolumeChange, Warp,
 };
+pub use verdict::{Colour, Reason, Verdict};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,6 +26,8 @@ pub struct Summary {
     pub schema: u32,
     /// What made the result.
     pub tool: Tool,
+    /// Whether the result may be used, and why.
+    pub verdict: Verdict,
     /// What the result must not be used for, one statement per entry: [`must_not_be_used_for`].
     pub must_not_be_used_for: Vec<String>,
     /// The case as it was checked, with its defaults: what `supine run` repeats the run from. Without what names files
@@ -51,9 +57,8 @@ pub struct Summary {
     pub agreement: Option<Agreement>,
     /// The tumour before and after; `None` when the case names none.
     pub tumour: Option<Movement>,
-    /// Where the tumour comes to within an interval of moduli; absent when the case names none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub modulus_interval: Option<ModulusInterval>,
+    /// How sure that is; `None` where the tumour does not lie in the tissue that was modelled.
+    pub tumour_interval: Option<TumourInterval>,
     /// The nipple before and after; `None` when it was not found.
     pub nipple: Option<Movement>,
     /// Further points that were carried along.
@@ -183,17 +188,6 @@ pub struct Moduli {
     pub max_kpa: f64,
 }
 
-/// What the displacement of the tumour comes to when the modulus lies within an interval.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct ModulusInterval {
-    /// The interval, kPa: of the mean modulus where it differs from tissue to tissue.
-    pub young_kpa: [f64; 2],
-    /// The tumour at the lower and at the higher modulus, each solved for itself.
-    pub tumour: [Movement; 2],
-    /// How far beyond what both span a component may lie in between, mm.
-    pub overshoot_mm: f64,
-}
-
 /// What was asked of the mesher.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct MeshParameters {
@@ -319,8 +313,8 @@ pub struct WallUncertainty {
     pub uncertain_cm2: f64,
     /// The boundary is called uncertain where it may be wrong by more than this, mm.
     pub limit_mm: f64,
-    /// The largest uncertain place; `None` when there is none.
-    pub largest: Option<UncertainPatch>,
+    /// The uncertain places, the largest first.
+    pub patches: Vec<UncertainPatch>,
 }
 
 /// A connected part of the boundary that is uncertain.
@@ -334,6 +328,8 @@ pub struct UncertainPatch {
     pub error_mm: f64,
     /// Where it lies, as in `upper outer quadrant`.
     pub place: String,
+    /// How far the tumour's displacement changes when the wall is off by that error there, mm; `None` when it is not known.
+    pub effect_mm: Option<f64>,
 }
 
 /// Result of the mesher.
@@ -442,6 +438,8 @@ pub struct Solve {
     pub residual: f64,
     /// Smallest det F over all integration points.
     pub min_det_f: f64,
+    /// Middle of the tetrahedron with it, in the CT, LPS, mm.
+    pub min_det_f_mm: [f64; 3],
     /// Largest det F over all integration points.
     pub max_det_f: f64,
     /// Largest displacement of a node, mm.
@@ -583,8 +581,8 @@ pub fn summary_schema() -> serde_json::Value {
 }
 
 impl Summary {
-    /// Version of its structure: 2 since the whole case stands in it.
-    pub const SCHEMA: u32 = 2;
+    /// Version of its structure: 3 since the tumour's interval and the verdict stand in it.
+    pub const SCHEMA: u32 = 3;
 
     /// The summary as JSON: indented, keys in the order of the fields, ends with a line feed.
     pub fn to_json(&self) -> String {

@@ -52,17 +52,9 @@ pub(crate) fn key(s: &Summary) -> Table {
         t.row("Tumour, before", place(m.before_mm));
         t.row("Tumour, after", place(m.after_mm));
     }
-    if let Some(interval) = &s.modulus_interval {
-        let [low, high] = &interval.tumour;
-        let ends = interval.young_kpa.map(|e| format!("{e} kPa"));
-        let text = format!(
-            "{} mm at {}, {} mm at {}",
-            fixed(low.distance_mm, 1),
-            ends[0],
-            fixed(high.distance_mm, 1),
-            ends[1]
-        );
-        t.row("Tumour moves, by modulus", text);
+    if let Some(interval) = &s.tumour_interval {
+        let [low, high] = interval.length_mm.map(|mm| fixed(mm, 1));
+        t.row("95 % interval", format!("{low} to {high} mm"));
     }
     if let Some(m) = &s.nipple {
         t.row("Nipple (estimated) moves", moves(m));
@@ -300,7 +292,7 @@ pub(crate) fn volumes(changes: &[VolumeChange]) -> Option<Table> {
 fn uncertain(uncertainty: &WallUncertainty) -> String {
     let (bad, all) = (fixed(uncertainty.uncertain_cm2, 1), fixed(uncertainty.boundary_cm2, 0));
     let limit = fixed(uncertainty.limit_mm, 0);
-    let largest = uncertainty.largest.as_ref().map_or_else(String::new, |p| {
+    let largest = uncertainty.patches.first().map_or_else(String::new, |p| {
         format!("; largest: {} cm², {}", fixed(p.area_cm2, 1), p.place)
     });
     format!("{bad} of {all} cm² may be off by more than {limit} mm{largest}")

@@ -1,77 +1,257 @@
-//! The one line a planner reads first.
+//! Whether a result may be used: what a planner reads first.
 
-use crate::{Summary, words};
+use crate::summary::{Colour, Reason, Summary, Verdict};
+use crate::words::{count, fixed};
 
-/// What to think of the result at first sight.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Verdict {
-    /// `good`, `check` or `stop`: the class that colours it.
-    pub(crate) class: &'static str,
-    /// In three words.
-    pub(crate) headline: String,
-    /// Why.
-    pub(crate) text: String,
+/// How far off the tumour's place may be for green unless another distance is asked for, mm.
+pub const TOLERANCE_MM: f64 = 2.0;
+/// Tissue squeezed this near to the tumour's surface counts as near it, mm.
+const NEAR_MM: f64 = 20.0;
+/// Below this det F the law of the tissue is out of its depth.
+const SQUEEZED: f64 = 0.3;
+/// A displacement below this is none, mm.
+const HELD_MM: f64 = 0.005;
+/// Uncertain places of the wall that move the tumour by less are not told one by one, mm.
+const LITTLE_MM: f64 = 0.1;
+/// Warnings whose reason the verdict gives in words of its own, or that say nothing on the tumour's place.
+const TOLD: [&str; 2] = ["tumour-in-chest-wall", "squeezed-tissue"];
+/// Share of the moved voxels from which on folds spoil a result.
+const FOLDED: f64 = 1e-3;
+
+/// The verdict on a run, when the tumour's place has to be known within so many mm.
+pub fn verdict(summary: &Summary, tolerance_mm: f64) -> Verdict {
+    let mut reasons = [failures(summary), tumour(summary), tissue(summary, tolerance_mm)].concat();
+    reasons.extend(wall(summary));
+    reasons.extend(warnings(summary));
+    let effect = |reason: &Reason| reason.effect_mm.unwrap_or(-1.0);
+    reasons.sort_by(|a, b| b.colour.cmp(&a.colour).then(effect(b).total_cmp(&effect(a))));
+    let colour = reasons.first().map_or(Colour::Green, |worst| worst.colour);
+    Verdict { colour, tolerance_mm, reasons }
 }
 
-impl Verdict {
-    /// The verdict on a run: `stop` when the map folds or the exported files fail a check, `check`
-    /// when there are warnings or nothing was checked.
-    pub(crate) fn new(summary: &Summary) -> Self {
-        let folded = summary.warp.folded_voxels;
-        if folded > 0 {
-            let text = format!(
-                "The simulated tissue folds over itself in {} voxels.",
-                words::count(folded)
-            );
-            return Self { class: "stop", headline: "Do not use".into(), text };
+fn reason(colour: Colour, code: &str, message: impl Into<String>) -> Reason {
+    let (code, message) = (code.into(), message.into());
+    Reason { colour, code, message, effect_mm: None, place_mm: None }
+}
+
+/// What is wrong with the exported files or the map.
+fn failures(summary: &Summary) -> Vec<Reason> {
+    let mut reasons = Vec::new();
+    let folded = summary.warp.folded_voxels;
+    if folded > 0 {
+        let text = format!("The simulated tissue folds over itself in {} voxels.", count(folded));
+        let many = folded as f64 > FOLDED * summary.warp.moved_voxels as f64;
+        let colour = if many { Colour::Red } else { Colour::Amber };
+        reasons.push(reason(colour, "folded-map", text));
+    }
+    match summary.export.as_ref().map(|export| &export.verified) {
+        None => {
+            reasons.push(reason(Colour::Amber, "not-exported", "No DICOM series was exported."))
         }
-        let checks = summary.export.as_ref().map(|e| &e.verified);
-        if let Some(checks) = checks.filter(|c| c.passed < c.total) {
+        Some(checks) if checks.passed < checks.total => {
             let failed = checks.total - checks.passed;
             let text = format!("{failed} of {} checks of the exported files failed.", checks.total);
-            return Self { class: "stop", headline: "Do not use".into(), text };
+            reasons.push(reason(Colour::Red, "failed-check", text));
         }
-        let checked = match checks {
-            None => "No DICOM series was exported.".into(),
-            Some(c) if c.total == 0 => "The exported files were not checked.".into(),
-            Some(c) => format!("All {} checks of the exported files passed.", c.total),
-        };
-        let unchecked = checks.is_none_or(|c| c.total == 0);
-        match summary.warnings.len() {
-            0 if unchecked => {
-                Self { class: "check", headline: "Not checked".into(), text: checked }
-            }
-            0 => Self { class: "good", headline: "No warnings".into(), text: checked },
-            1 => Self { class: "check", headline: "Read the warning".into(), text: checked },
-            n => Self { class: "check", headline: format!("Read the {n} warnings"), text: checked },
+        Some(checks) if checks.total == 0 => {
+            let text = "The exported files were not checked.";
+            reasons.push(reason(Colour::Amber, "not-checked", text));
         }
+        Some(_) => {}
     }
+    reasons
+}
+
+/// What is wrong with the tumour's place.
+fn tumour(summary: &Summary) -> Vec<Reason> {
+    let mut reasons = Vec::new();
+    let Some(ball) = &summary.position.tumour else { return reasons };
+    let mut red = |code, text: String, place: [f64; 3]| {
+        reasons.push(Reason { place_mm: Some(place), ..reason(Colour::Red, code, text) });
+    };
+    let said = |code: &str| summary.warnings.iter().any(|warning| warning.code == code);
+    let moves = summary.tumour.as_ref().map_or(0.0, |tumour| tumour.distance_mm);
+    if said("tumour-in-lung") {
+        let text = "The tumour's centre lies in lung: the centre or the breast is wrong.";
+        red("tumour-in-lung", text.into(), ball.centre_mm);
+    } else if said("tumour-in-chest-wall") {
+        let text = "The tumour's centre lies in what was taken for chest wall, which does not move \
+                    (0.0 mm): look at the chest wall there, or correct the centre.";
+        red("tumour-in-chest-wall", text.into(), ball.centre_mm);
+    } else if moves < HELD_MM {
+        let text = "The tumour does not move (0.0 mm): it lies outside the simulated tissue or is \
+                    held by the chest wall.";
+        red("tumour-held", text.into(), ball.centre_mm);
+    }
+    let (min, [x, y, z]) = (summary.solve.min_det_f, summary.solve.min_det_f_mm);
+    let [a, b, c] = ball.centre_mm;
+    let apart = ((x - a).powi(2) + (y - b).powi(2) + (z - c).powi(2)).sqrt() - ball.radius_mm;
+    if min < SQUEEZED {
+        let text = format!(
+            "Tissue {} mm from the tumour is squeezed to {} of its volume: its law does not hold there.",
+            fixed(apart.max(0.0), 0),
+            fixed(min, 2)
+        );
+        let colour = if apart < NEAR_MM { Colour::Red } else { Colour::Amber };
+        let place_mm = Some([x, y, z]);
+        reasons.push(Reason { place_mm, ..reason(colour, "squeezed-tissue", text) });
+    }
+    reasons
+}
+
+/// What is not known of the tissue, and whether the tumour's place is known well enough.
+fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
+    let Some(interval) = &summary.tumour_interval else {
+        if summary.tumour.is_none() {
+            return Vec::new();
+        }
+        let text = "How sure the tumour's place is could not be computed.";
+        return vec![reason(Colour::Red, "no-interval", text)];
+    };
+    let mut reasons = Vec::new();
+    let of = |source: &str| {
+        interval.shares.iter().find(|share| share.source == source).map(|share| share.within_mm)
+    };
+    if interval.modulus.origin == "literature" {
+        let [low, high] = interval.modulus.young_kpa;
+        let text = format!(
+            "The tissue is a guess: nobody measured how stiff this breast is. Published moduli of \
+             patients ({} to {} kPa) put the tumour elsewhere by up to {} mm.",
+            fixed(low, 2),
+            fixed(high, 2),
+            fixed(of("modulus").unwrap_or(0.0), 1)
+        );
+        let effect_mm = of("modulus");
+        reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "tissue-is-a-guess", text) });
+    }
+    if interval.within_mm > tolerance_mm {
+        let text = format!(
+            "The tumour's place is known to {} mm only; {} mm are asked for.",
+            fixed(interval.within_mm, 1),
+            fixed(tolerance_mm, 1)
+        );
+        let effect_mm = Some(interval.within_mm);
+        reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "interval-too-wide", text) });
+    }
+    reasons
+}
+
+/// Uncertain places of the chest wall.
+fn wall(summary: &Summary) -> Vec<Reason> {
+    let Some(uncertainty) = &summary.segmentation.uncertainty else { return Vec::new() };
+    let counts = |effect: Option<f64>| effect.is_some_and(|mm| mm >= LITTLE_MM);
+    let told = uncertainty.patches.iter().filter(|patch| counts(patch.effect_mm)).map(|patch| {
+        let effect = patch
+            .effect_mm
+            .map_or(String::new(), |mm| format!(": {} mm at the tumour", fixed(mm, 1)));
+        let text = format!(
+            "The chest wall is uncertain by {} mm over {} cm² ({}){effect}.",
+            fixed(patch.error_mm, 0),
+            fixed(patch.area_cm2, 1),
+            patch.place
+        );
+        let (effect_mm, place_mm) = (patch.effect_mm, Some(patch.centre_mm));
+        Reason { effect_mm, place_mm, ..reason(Colour::Amber, "uncertain-place", text) }
+    });
+    told.collect()
+}
+
+/// What the stages warned of.
+fn warnings(summary: &Summary) -> Vec<Reason> {
+    let told = summary.warnings.iter().filter(|warning| !TOLD.contains(&warning.code.as_str()));
+    told.map(|warning| reason(Colour::Amber, &warning.code, &warning.message)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::summary::Movement;
     use crate::summary::tests::example;
 
-    #[test]
-    fn folds_and_failed_checks_stop_and_warnings_are_named() {
+    fn codes(summary: &Summary) -> Vec<String> {
+        verdict(summary, 2.0).reasons.into_iter().map(|reason| reason.code).collect()
+    }
+
+    /// Without anything that speaks against it.
+    fn sound() -> Summary {
         let mut summary = example();
-        assert_eq!(Verdict::new(&summary).class, "check");
         summary.warnings.clear();
-        assert_eq!(Verdict::new(&summary).class, "good");
-        summary.warp.folded_voxels = 3;
-        assert_eq!(Verdict::new(&summary).class, "stop");
-        summary.warp.folded_voxels = 0;
-        if let Some(export) = &mut summary.export {
-            export.verified.passed -= 1;
+        summary.segmentation.uncertainty = None;
+        if let Some(interval) = &mut summary.tumour_interval {
+            interval.modulus.origin = "given".into();
+            interval.within_mm = 1.5;
         }
-        let verdict = Verdict::new(&summary);
-        assert_eq!((verdict.class, &verdict.text[..4]), ("stop", "1 of"));
+        summary
+    }
+
+    #[test]
+    fn a_known_tissue_within_the_tolerance_is_green() {
+        let found = verdict(&sound(), 2.0);
+        assert_eq!((found.colour, found.reasons.len()), (Colour::Green, 0), "{found:?}");
+        assert_eq!(verdict(&sound(), 1.0).colour, Colour::Amber);
+    }
+
+    #[test]
+    fn a_guess_is_amber_and_what_moves_the_tumour_most_comes_first() {
+        let found = verdict(&example(), 2.0);
+        assert_eq!(found.colour, Colour::Amber);
+        assert_eq!(
+            codes(&example()),
+            ["interval-too-wide", "tissue-is-a-guess", "uncertain-place", "inverted"]
+        );
+        assert!(
+            found.reasons.is_sorted_by(|a, b| {
+                a.effect_mm.unwrap_or(-1.0) >= b.effect_mm.unwrap_or(-1.0)
+            })
+        );
+        assert!(found.reasons[2].place_mm.is_some());
+    }
+
+    #[test]
+    fn what_must_not_be_used_is_red() {
+        type Change = fn(&mut Summary);
+        let cases: [(&str, Change); 6] = [
+            ("folded-map", |s| s.warp.folded_voxels = s.warp.moved_voxels / 100),
+            ("failed-check", |s| {
+                if let Some(export) = &mut s.export {
+                    export.verified.passed -= 1;
+                }
+            }),
+            ("tumour-held", |s| {
+                s.tumour = Some(Movement::new([40.0, -30.0, 10.0], [40.0, -30.0, 10.0]))
+            }),
+            ("squeezed-tissue", |s| s.solve.min_det_f = 0.2),
+            ("no-interval", |s| s.tumour_interval = None),
+            ("tumour-in-chest-wall", |s| {
+                let (stage, message) = ("region".into(), String::new());
+                let code = "tumour-in-chest-wall".into();
+                s.warnings.push(crate::summary::Warning { stage, code, message });
+            }),
+        ];
+        for (code, change) in cases {
+            let mut summary = sound();
+            change(&mut summary);
+            let found = verdict(&summary, 2.0);
+            assert_eq!(found.colour, Colour::Red, "{code}");
+            assert_eq!(found.reasons[0].code, code);
+        }
+    }
+
+    #[test]
+    fn squeezed_tissue_far_away_is_amber() {
+        let mut summary = sound();
+        (summary.solve.min_det_f, summary.solve.min_det_f_mm) = (0.2, [40.0, -30.0, 70.0]);
+        assert_eq!(verdict(&summary, 2.0).colour, Colour::Amber);
+    }
+
+    #[test]
+    fn what_was_not_checked_is_amber() {
+        let mut summary = sound();
         if let Some(export) = &mut summary.export {
             (export.verified.passed, export.verified.total) = (0, 0);
         }
-        assert_eq!(Verdict::new(&summary).class, "check");
+        assert_eq!(codes(&summary), ["not-checked"]);
         summary.export = None;
-        assert_eq!(Verdict::new(&summary).class, "check");
+        assert_eq!(codes(&summary), ["not-exported"]);
     }
 }

@@ -40,7 +40,7 @@ const BAND_MM: f32 = 3.0;
 /// Larger errors are not told apart, mm: what eight bits hold in tenths.
 const MAX_MM: f32 = 25.5;
 /// Units of the map per mm.
-pub(crate) const PER_MM: f32 = 10.0;
+pub const PER_MM: f32 = 10.0;
 
 /// The error of the boundary that 9 of 10 rays do not exceed, mm, per ray.
 pub(crate) fn error(

@@ -54,6 +54,7 @@ mod wall;
 mod tests;
 
 pub use breast::Breast;
+pub use confidence::PER_MM as UNCERTAINTY_PER_MM;
 pub use error::Error;
 pub use info::Info;
 pub use labels_error::LabelsError;

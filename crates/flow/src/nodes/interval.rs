@@ -1,83 +1,188 @@
-//! Where the tumour comes to within an interval of moduli, when the case asks for it.
+//! How sure the displacement of the tumour is.
 
-use super::{Mesh, Moduli};
+use super::{Mesh, Moduli, Region, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
 use crate::nodes::region::Ball;
-use crate::shared::movement;
 use crate::work::Work;
 use crate::{Error, NodeId};
-use serde::Serialize;
-use supine_fem::between;
-use supine_mesh::Deformation;
-use supine_report::{ModulusInterval, Movement};
-use supine_space::Warning;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use supine_fem::Body;
+use supine_personalise::{Belief, LEVEL, Origin, Patch, Question, Source, tumour_interval};
+use supine_report::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
+use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
+use supine_space::{Failure, Point, Progress, Vector, Warning};
+use supine_volume::Volume;
+
+/// The mesh smooths the wall: its nodes lie this near to the voxels that carry its error, mm.
+const WALL_MM: f64 = 2.0;
+
+/// Tetrahedra of the mesh for the curves over the modulus.
+const COARSE: usize = 1200;
 
 pub(crate) struct Interval;
 
 #[derive(Serialize)]
 pub(crate) struct Own {
-    asked: Option<Asked>,
-}
-
-#[derive(Serialize)]
-struct Asked {
-    young_kpa: [f64; 2],
     tumour: Ball,
     law: Law,
+    /// That of the case; else what the literature has counts.
+    young_kpa: Option<[f64; 2]>,
+}
+
+/// How sure the displacement is, and what each uncertain place of the wall does to it.
+#[derive(Serialize, Deserialize, Debug, Clone, Default)]
+pub(crate) struct Known {
+    /// None where the tumour lies in no tissue that was modelled, or where the run's rest state has no solution in the
+    /// interval.
+    pub(crate) interval: Option<TumourInterval>,
+    /// Change of the tumour's displacement, mm, in the order of the region's uncertain places.
+    pub(crate) effects_mm: Vec<f64>,
 }
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Mesh, Moduli);
-    /// None where it is not asked for, or where one end has no solution.
-    type Out = Option<ModulusInterval>;
+    type Parents = (Segment, Region, Mesh, Moduli, Solve);
+    type Out = Known;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
-        let Some(young_kpa) = case.young_interval_kpa else { return Ok(Own { asked: None }) };
         let (tumour, law) = (case.tumour()?.into(), Law::of(case)?);
-        Ok(Own { asked: Some(Asked { young_kpa, tumour, law }) })
+        Ok(Own { tumour, law, young_kpa: case.young_interval_kpa })
     }
 
-    fn not_asked(own: &Own) -> Option<Self::Out> {
-        own.asked.is_none().then_some(None)
-    }
-
-    fn run(own: &Own, (meshed, moduli): Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error> {
-        let Some(Asked { young_kpa, tumour, law }) = &own.asked else { return Ok(None) };
-        let body = law.body(&meshed, moduli.as_ref().as_ref());
-        let found = match between(&body, &law.load(), &law.solver(), *young_kpa, work.progress) {
-            Ok(found) => found,
-            Err(stopped @ supine_fem::Error::Stopped(_)) => return Err(stopped.into()),
+    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
+        let (segmented, region, meshed, moduli, solved) = parents;
+        let body = own.law.body(&meshed, moduli.as_ref().as_ref());
+        let (load, params) = (own.law.load(), own.law.solver());
+        let coarse = coarser(&body, work.progress.part(0.0, 0.4))?;
+        let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
+        let map = segmented.uncertainty.as_deref();
+        let question = Question {
+            body: &body,
+            coarse: &coarse,
+            load: &load,
+            params: &params,
+            solved: &solved.deformation,
+            tumour: own.tumour.sphere()?,
+            belief: own.young_kpa.map_or_else(|| Ok(Belief::literature()), Belief::given)?,
+            wall_error_mm: &|place| map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)),
+            patches: &patches,
+        };
+        match tumour_interval(&question, work.progress.part(0.4, 1.0)) {
+            Ok(found) => Ok(told(&question, found, work)),
+            Err(error) if stopped(&error) => Err(error.into()),
             Err(error) => {
-                let [low, high] = young_kpa;
-                let text = format!("no displacement between {low} and {high} kPa: {error}");
+                let text = format!("how sure the tumour's place is cannot be said: {error}");
                 work.warn(Warning::new("interval-without-solution", text));
-                return Ok(None);
+                Ok(Known::default())
             }
-        };
-        work.warn_all(found.warnings);
-        let centre = tumour.sphere()?.centre();
-        let end = |u: &Deformation| -> Result<Movement, Error> {
-            let params = supine_warp::Params::default();
-            let after = supine_warp::carry_points(u, &params, &[centre])?;
-            Ok(movement(centre, after[0]))
-        };
-        let tumour = [end(&found.low)?, end(&found.high)?];
-        let (young_kpa, overshoot_mm) = (*young_kpa, found.overshoot_mm);
-        Ok(Some(ModulusInterval { young_kpa, tumour, overshoot_mm }))
+        }
     }
 
-    fn facts(out: &Self::Out) -> Result<serde_json::Value, Error> {
+    fn facts(out: &Known) -> Result<serde_json::Value, Error> {
         Ok(serde_json::to_value(out)?)
     }
 
-    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Self::Out, Error> {
+    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Known, Error> {
         Ok(serde_json::from_value(facts)?)
+    }
+}
+
+/// The same tissue on fewer tetrahedra, where that saves time: the curves over the modulus hardly depend on the mesh.
+fn coarser(body: &Body, progress: Progress<'_>) -> Result<Body, Error> {
+    // Moduli that differ belong to the tetrahedra that they were found for.
+    if body.mesh.tets().len() < 2 * COARSE || body.young_kpa.is_some() {
+        return Ok(body.clone());
+    }
+    match supine_tetrahedralise::coarsen(&body.mesh, COARSE, progress) {
+        Ok((mesh, _)) => Ok(Body::new(Arc::new(mesh), body.tissue)),
+        Err(error) if error.kind() == Failure::Stopped => Err(Error::Mesh(error)),
+        // A shape that wants more tetrahedra has them: slower, not worse.
+        Err(_) => Ok(body.clone()),
+    }
+}
+
+/// Whether the user stopped it.
+fn stopped(error: &supine_personalise::Error) -> bool {
+    error.kind() == Failure::Stopped
+}
+
+fn patch(patch: &supine_report::UncertainPatch) -> Patch {
+    let (centre, area_mm2) = (Point::from(patch.centre_mm), patch.area_cm2 * 100.0);
+    Patch { centre, area_mm2, error_mm: patch.error_mm }
+}
+
+/// The error at a place of the wall, mm: that of the voxels around that know one, at most [`WALL_MM`] away; [`UNCERTAIN_MM`]
+/// where none does.
+fn wall_error_mm(map: &Volume<u8>, place: &Point) -> f64 {
+    let Ok(around) = supine_space::Sphere::new(*place, WALL_MM) else { return UNCERTAIN_MM };
+    let Some((start, part)) = map.grid().around(&around) else { return UNCERTAIN_MM };
+    let whole = |n: usize| {
+        let voxel = part.voxel(n);
+        [0, 1, 2].map(|a| voxel[a] + start[a])
+    };
+    let largest = (0..part.len()).map(|n| map.at(whole(n))).max().unwrap_or(0);
+    match largest {
+        0 => UNCERTAIN_MM,
+        tenths => f64::from(tenths) / f64::from(UNCERTAINTY_PER_MM),
+    }
+}
+
+/// What was found in the words of the summary.
+fn told(
+    question: &Question<'_>,
+    found: supine_personalise::TumourInterval,
+    work: &Work<'_>,
+) -> Known {
+    work.warn_all(found.warnings);
+    let centre = question.tumour.centre();
+    let belief = question.belief;
+    let modulus = ModulusKnown {
+        young_kpa: belief.interval_kpa(),
+        median_kpa: belief.median_kpa(),
+        origin: match belief.origin() {
+            Origin::Literature => "literature",
+            Origin::Given => "given",
+        }
+        .into(),
+        softest_unloaded_kpa: found.softest_unloaded_kpa,
+    };
+    let shares = found.shares.iter().map(|share| UncertaintyShare {
+        source: source_name(share.source).into(),
+        length_mm: share.length_mm,
+        within_mm: share.within_mm,
+    });
+    let interval = TumourInterval {
+        level: LEVEL,
+        within_mm: found.within_mm,
+        length_mm: found.length_mm,
+        components_mm: found.components_mm,
+        ellipsoid: Ellipsoid {
+            centre_mm: (centre + found.ellipsoid.centre).coords.into(),
+            semi_axes_mm: found.ellipsoid.axes.map(<[f64; 3]>::from),
+        },
+        modulus,
+        other_rest: found.other.map(|other| OtherRest {
+            rest: other.rest.name().into(),
+            displacement_mm: other.displacement.map(|u: Vector| u.into()),
+        }),
+        shares: shares.collect(),
+    };
+    let effects_mm = found.patches.iter().map(|patch| patch.change_mm).collect();
+    Known { interval: Some(interval), effects_mm }
+}
+
+fn source_name(source: Source) -> &'static str {
+    match source {
+        Source::Modulus => "modulus",
+        Source::RestState => "rest_state",
+        Source::ChestWall => "chest_wall",
+        Source::Mesh => "mesh",
     }
 }

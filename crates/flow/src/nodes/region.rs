@@ -15,6 +15,9 @@ use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
 use supine_space::{Point, Side, Sphere, Warning};
 use supine_volume::{LabelMap, label};
 
+/// The uncertain places of the chest wall that are told one by one.
+const PATCHES: usize = 12;
+
 pub(crate) struct Region;
 
 #[derive(Serialize)]
@@ -171,22 +174,31 @@ fn guessed(nipple: Nipple) -> Option<Warning> {
     (!nipple.seen).then(|| Warning::new("nipple-guessed", text))
 }
 
+impl Chosen {
+    /// The uncertain places of the chest wall, the largest first.
+    pub(crate) fn patches(&self) -> &[UncertainPatch] {
+        self.uncertainty.as_ref().map_or(&[], |uncertainty| &uncertainty.patches)
+    }
+}
+
 /// The uncertainty in the words of the summary.
 fn wall_uncertainty(
     found: &supine_segment::WallUncertainty,
     middle: Point,
     side: Side,
 ) -> WallUncertainty {
+    let told = |patch: &supine_segment::Patch| UncertainPatch {
+        area_cm2: patch.area_cm2,
+        centre_mm: patch.centre.coords.into(),
+        error_mm: patch.error_mm,
+        place: patch.place(&middle, side).into(),
+        effect_mm: None,
+    };
     WallUncertainty {
         boundary_cm2: found.boundary_cm2,
         uncertain_cm2: found.uncertain_cm2,
         limit_mm: UNCERTAIN_MM,
-        largest: found.patches.first().map(|patch| UncertainPatch {
-            area_cm2: patch.area_cm2,
-            centre_mm: patch.centre.coords.into(),
-            error_mm: patch.error_mm,
-            place: patch.place(&middle, side).into(),
-        }),
+        patches: found.patches.iter().take(PATCHES).map(told).collect(),
     }
 }
 

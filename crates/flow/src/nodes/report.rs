@@ -13,8 +13,8 @@ use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
-    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Summary, Tissue,
-    Tool,
+    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Segmentation,
+    Summary, Tissue, Tool, Verdict,
 };
 
 pub(crate) struct Report;
@@ -33,7 +33,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -98,7 +98,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         region,
         moduli,
         solved,
-        interval,
+        known,
         warped,
         exported,
         fields,
@@ -119,8 +119,9 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         // Sites name files after patients.
         ct.left_out.iter_mut().enumerate().for_each(|(n, l)| nameless(n, l));
     }
-    Ok(Summary {
+    let mut summary = Summary {
         schema: Summary::SCHEMA,
+        verdict: Verdict::default(),
         tool: Tool { name: "supine".into(), version: env!("CARGO_PKG_VERSION").into() },
         must_not_be_used_for: supine_report::must_not_be_used_for(),
         case: own.case.clone(),
@@ -143,14 +144,14 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             fade_mm: warp.fade_mm,
         },
         ct,
-        segmentation: drawn.segmentation.clone(),
+        segmentation: with_effects(drawn.segmentation.clone(), &known.effects_mm),
         mesh: drawn.mesh.clone(),
         solve: solved.facts.solve.clone(),
         warp,
         volumes: drawn.volumes.clone(),
         agreement: Some(drawn.agreement.clone()),
         tumour: Some(points.tumour.clone()),
-        modulus_interval: interval.as_ref().clone(),
+        tumour_interval: known.interval.clone(),
         nipple: points.nipple.clone(),
         points: points.points.clone(),
         carried: carried.objects.clone(),
@@ -159,7 +160,16 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         outputs: work.written.to_vec(),
         chain: vec![],
         run: Run::default(),
-    })
+    };
+    summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
+    Ok(summary)
+}
+
+/// What the uncertain places of the wall do to the tumour.
+fn with_effects(mut told: Segmentation, effects_mm: &[f64]) -> Segmentation {
+    let patches = told.uncertainty.iter_mut().flat_map(|uncertainty| &mut uncertainty.patches);
+    patches.zip(effects_mm).for_each(|(patch, mm)| patch.effect_mm = Some(*mm));
+    told
 }
 
 fn nameless(n: usize, left_out: &mut LeftOut) {

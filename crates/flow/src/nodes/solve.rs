@@ -49,6 +49,7 @@ impl Solved {
             load_steps: 0,
             residual: 0.0,
             min_det_f: 1.0,
+            min_det_f_mm: [0.0; 3],
             max_det_f: 1.0,
             max_displacement_mm: deformation.displacement().max_norm(),
         };
@@ -78,6 +79,7 @@ impl Node for Solve {
             load_steps: info.load_steps,
             residual: info.residual,
             min_det_f: info.min_det_f,
+            min_det_f_mm: info.min_det_f_at.coords.into(),
             max_det_f: info.max_det_f,
             max_displacement_mm: info.max_displacement_mm,
         };

@@ -45,6 +45,7 @@ fn value(case: &Case, key: &str) -> Json {
         "tumour.radius" => case.tumour.map(|s| s.radius()).into(),
         "region.centre" => centre(case.region),
         "region.radius" => case.region.map(|s| s.radius()).into(),
+        "tolerance" => case.tolerance_mm.into(),
         "tissues" => case.tissues.into(),
         "warp.interpolation" => case.interpolation.name().into(),
         "carry.points" => paths(&case.points),

@@ -42,6 +42,8 @@ pub struct Case {
     pub stiffness: Option<Stiffness>,
     /// Moduli between which the tissue's may lie, kPa.
     pub young_interval_kpa: Option<[f64; 2]>,
+    /// How far off the tumour's place may be for a green verdict, mm.
+    pub tolerance_mm: f64,
     /// What the CT shape is taken for.
     pub rest: RestState,
     /// What holds the cut.
@@ -112,6 +114,7 @@ impl Case {
             }),
             bed: bed(given)?,
             tumour: sphere(given, ["tumour.centre", "tumour.radius"])?,
+            tolerance_mm: given.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM),
             region: sphere(given, ["region.centre", "region.radius"])?,
             mesh: mesh::spec(given)?,
             tissue: tissue::law(given),

@@ -153,6 +153,13 @@ pub static TABLE: &[Parameter] = &[
     ),
     row(("tumour.radius", "tumour-radius"), RADIUS, "mm", Required, "radius of the tumour"),
     row(
+        ("tolerance", "tolerance"),
+        Kind::Number { min: 0.1, max: 50.0 },
+        "mm",
+        Preset::Number(2.0),
+        "how far off the tumour's place may be, with 95 % probability, for a green verdict",
+    ),
+    row(
         ("region.centre", "centre"),
         Kind::Point,
         "mm",
@@ -297,8 +304,8 @@ pub static TABLE: &[Parameter] = &[
         ("tissue.young_interval", "young-interval"),
         Kind::Interval { min: 0.001, max: 1e6 },
         "kPa",
-        Absent("none"),
-        "moduli at both ends of which the tumour's place is found too",
+        Absent("that of published moduli, 0.23 to 2.43"),
+        "interval that holds the modulus of this patient with 95 % probability",
     ),
     row(
         ("seeds.file", "seeds"),

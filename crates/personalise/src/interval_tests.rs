@@ -1,0 +1,157 @@
+use super::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use supine_fem::{Tissue, solve};
+use supine_mesh::{BoundaryFace, TET_FACES};
+
+/// A block of 36 x 36 x 24 mm on a wall at z = 0, all else skin, in cells of 6 mm.
+fn block() -> Arc<TetMesh> {
+    const CELLS: [usize; 3] = [6, 6, 4];
+    let at = |c: [usize; 3]| ((c[2] * (CELLS[1] + 1) + c[1]) * (CELLS[0] + 1) + c[0]) as u32;
+    let mut points = Vec::new();
+    for z in 0..=CELLS[2] {
+        for y in 0..=CELLS[1] {
+            for x in 0..=CELLS[0] {
+                points.push(Point::new(x as f64, y as f64, z as f64) * 6.0);
+            }
+        }
+    }
+    let mut tets = Vec::new();
+    for n in 0..CELLS.iter().product() {
+        let cell = [n % CELLS[0], n / CELLS[0] % CELLS[1], n / CELLS[0] / CELLS[1]];
+        for path in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+            let mut c = cell;
+            let mut tet = [at(c); 4];
+            for (k, axis) in path.into_iter().enumerate() {
+                c[axis] += 1;
+                tet[k + 1] = at(c);
+            }
+            let [a, b, d, e] = tet.map(|p: u32| points[p as usize]);
+            if (b - a).dot(&(d - a).cross(&(e - a))) < 0.0 {
+                tet.swap(2, 3);
+            }
+            tets.push(tet);
+        }
+    }
+    let mut open: BTreeMap<[u32; 3], [u32; 3]> = BTreeMap::new();
+    for face in tets.iter().flat_map(|tet| TET_FACES.map(|f| f.map(|c| tet[c]))) {
+        let mut key = face;
+        key.sort_unstable();
+        if open.remove(&key).is_none() {
+            open.insert(key, face);
+        }
+    }
+    let tag = |face: &[u32; 3]| match face.iter().all(|&p| points[p as usize].z == 0.0) {
+        true => BoundaryTag::ChestWall,
+        false => BoundaryTag::Skin,
+    };
+    let boundary = open.into_values().map(|points| BoundaryFace { points, tag: tag(&points) });
+    let boundary = boundary.collect();
+    TetMesh::new(points.clone(), tets, boundary).expect("a block").into()
+}
+
+struct Case {
+    body: Body,
+    load: Load,
+    params: Params,
+    solved: Deformation,
+}
+
+fn case(young_kpa: f64, rest: RestState) -> Case {
+    let body = Body::new(block(), Tissue { young_kpa, density_kg_m3: 300.0, ..Tissue::default() });
+    let load = Load { ct: Vector::z() * -1.0, target: Vector::new(0.1, 0.0, -0.99f64.sqrt()) };
+    let params = Params { rest, ..Params::default() };
+    let (solved, _) = solve(&body, &load, &params, Progress::none()).unwrap();
+    Case { body, load, params, solved }
+}
+
+impl Case {
+    fn ask(&self, belief: Belief, wall_mm: f64) -> TumourInterval {
+        let question = Question {
+            body: &self.body,
+            coarse: &self.body,
+            load: &self.load,
+            params: &self.params,
+            solved: &self.solved,
+            tumour: Sphere::new(tumour(), 4.0).unwrap(),
+            belief,
+            wall_error_mm: &|_| wall_mm,
+            patches: &[Patch {
+                centre: Point::new(30.0, 30.0, 0.0),
+                area_mm2: 400.0,
+                error_mm: 3.0,
+            }],
+        };
+        tumour_interval(&question, Progress::none()).unwrap()
+    }
+
+    /// The tumour's displacement with another modulus, solved for itself.
+    fn solved_at(&self, kpa: f64, rest: RestState) -> Vector {
+        let params = Params { rest, ..self.params };
+        let body = self.body.with_mean(kpa);
+        let (found, _) = solve(&body, &self.load, &params, Progress::none()).unwrap();
+        at_centre(&found, &tumour())
+    }
+}
+
+#[test]
+fn the_curves_are_what_is_solved_between_their_ends() {
+    let case = case(0.609, RestState::Net);
+    let place = tumour();
+    let solver = Solver { body: &case.body, load: &case.load, params: &case.params, place: &place };
+    for rest in RestState::ALL {
+        let curve = Curve::through(solver, rest, &[0.4, 2.4], Progress::none()).unwrap().unwrap();
+        for kpa in [0.4, 0.5, 0.8, 1.5, 2.4, 3.5] {
+            let (found, want) = (curve.at(kpa), case.solved_at(kpa, rest));
+            assert!(
+                (found - want).norm() < 0.01 * want.norm(),
+                "{rest:?} {kpa} {found:?} {want:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_guess_makes_a_wide_interval_and_a_measurement_a_narrow_one() {
+    let case = case(0.609, RestState::Net);
+    let guess = case.ask(Belief::literature(), 1.0);
+    let nominal = guess.displacement.norm();
+    assert_eq!(guess.shares[0].source, Source::Modulus);
+    assert!(guess.length_mm[0] < nominal / 3.0 && guess.length_mm[1] > nominal * 2.0, "{guess:?}");
+    // In proportion to 1/E, nearly.
+    let modulus = guess.shares[0].length_mm;
+    let [low, high] = Belief::literature().interval_kpa();
+    assert!((modulus[0] / (nominal * 0.609 / high) - 1.0).abs() < 0.05, "{modulus:?}");
+    assert!((modulus[1] / (nominal * 0.609 / low) - 1.0).abs() < 0.05, "{modulus:?}");
+    let other = guess.other.unwrap();
+    let want = case.solved_at(0.609, RestState::Unloaded);
+    assert!((other.displacement.unwrap() - want).norm() < 0.02 * want.norm(), "{other:?}");
+    assert!(guess.ellipsoid.holds(&guess.displacement) && guess.ellipsoid.holds(&want));
+    let measured = case.ask(Belief::given([0.58, 0.64]).unwrap(), 1.0);
+    assert!(measured.other.is_none() && measured.softest_unloaded_kpa.is_none());
+    let width = |found: &TumourInterval| found.length_mm[1] - found.length_mm[0];
+    assert!(width(&measured) < 0.2 * width(&guess), "{measured:?}");
+    assert!(measured.length_mm[0] < nominal && nominal < measured.length_mm[1]);
+}
+
+#[test]
+fn a_worse_wall_widens_its_share_in_proportion() {
+    let case = case(0.9, RestState::Unloaded);
+    let belief = Belief::given([0.85, 0.95]).unwrap();
+    let [fine, rough] = [0.5, 1.0].map(|mm| case.ask(belief, mm));
+    let width = |found: &TumourInterval| {
+        found.shares.iter().find(|s| s.source == Source::ChestWall).unwrap().width_mm()
+    };
+    assert!(
+        (width(&rough) / width(&fine) - 2.0).abs() < 0.05,
+        "{} {}",
+        width(&rough),
+        width(&fine)
+    );
+    assert!(rough.patches[0].change_mm > 0.0);
+    assert_eq!(rough, case.ask(belief, 1.0), "the same draws each time");
+}
+
+fn tumour() -> Point {
+    Point::new(19.0, 18.5, 16.0)
+}

@@ -1,0 +1,19 @@
+//! What is known of the tissue of one patient, and what that means at the tumour.
+//!
+//! The displacement of the tumour rests on four things that nobody knows exactly: Young's modulus, the rest state, the
+//! place of the chest wall, and the mesh. [`tumour_interval`] says how far the tumour moves with 95 % probability, and
+//! what each of the four adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
+
+mod belief;
+mod curve;
+mod ellipsoid;
+mod error;
+mod interval;
+mod spread;
+mod wall;
+
+pub use belief::{Belief, LITERATURE_KPA, Origin};
+pub use ellipsoid::Ellipsoid;
+pub use error::Error;
+pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
+pub use wall::{Patch, PatchEffect};

@@ -1,0 +1,137 @@
+//! Draws of what is not known, and the displacement with each.
+
+use crate::Error;
+use crate::belief::Belief;
+use crate::curve::Curve;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use supine_fem::RestState;
+use supine_space::{Matrix, Vector};
+
+/// Draws: the ends of an interval of 95 % are then known to a hundredth of its width.
+pub(crate) const DRAWS: usize = 10_000;
+/// Draws per one that is possible.
+const ATTEMPTS: usize = 20;
+/// Start of the draws: the same each time.
+const SEED: u64 = 95;
+
+/// What the displacement rests on.
+pub(crate) struct Rests<'a> {
+    pub(crate) belief: Belief,
+    /// What the run was given.
+    pub(crate) nominal: Nominal,
+    /// `None` when that state was not asked for.
+    pub(crate) net: Option<&'a Curve>,
+    /// `None` when that state was not asked for or has no usable shape.
+    pub(crate) unloaded: Option<&'a Curve>,
+    /// Whether the rest state is drawn too.
+    pub(crate) both: bool,
+    /// Square root of the covariance by the chest wall, mm.
+    pub(crate) wall: Matrix,
+    /// Standard deviation of each component by the mesh, mm.
+    pub(crate) mesh_mm: f64,
+}
+
+/// The modulus and rest state of the run, and the displacement found with them.
+#[derive(Clone, Copy)]
+pub(crate) struct Nominal {
+    pub(crate) kpa: f64,
+    pub(crate) rest: RestState,
+    pub(crate) displacement: Vector,
+}
+
+/// Which of the four are drawn; the others are as in the run.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Drawn {
+    pub(crate) modulus: bool,
+    pub(crate) rest: bool,
+    pub(crate) wall: bool,
+    pub(crate) mesh: bool,
+}
+
+impl Drawn {
+    pub(crate) const ALL: Self = Self { modulus: true, rest: true, wall: true, mesh: true };
+}
+
+impl Rests<'_> {
+    /// The displacement at a modulus in a rest state. The run's own stands for what the curves leave open.
+    pub(crate) fn at(&self, kpa: f64, rest: RestState) -> Option<Vector> {
+        let Nominal { kpa: own, rest: state, displacement } = self.nominal;
+        let curve = match rest {
+            RestState::Net => self.net,
+            RestState::Unloaded => self.unloaded,
+        }?;
+        if rest == RestState::Unloaded && kpa < curve.softest_kpa() && (rest, kpa) != (state, own) {
+            return None;
+        }
+        Some(curve.at(kpa) + self.off(own, state, displacement) * (own / kpa))
+    }
+
+    /// What the curve of the run's state lacks to the run's displacement. It grows with 1/E as the displacement does, and
+    /// the other state's curve, on the same mesh, lacks as much.
+    fn off(&self, own: f64, state: RestState, displacement: Vector) -> Vector {
+        let curve = match state {
+            RestState::Net => self.net,
+            RestState::Unloaded => self.unloaded,
+        };
+        curve.map_or(Vector::zeros(), |curve| displacement - curve.at(own))
+    }
+
+    /// Displacements, each with what is drawn drawn anew. A modulus at which the unloaded state has no usable shape is no
+    /// possibility there: the pair is drawn again.
+    ///
+    /// # Errors
+    /// [`Error::NoSolution`] when hardly any draw is possible.
+    pub(crate) fn cloud(&self, drawn: Drawn) -> Result<Vec<Vector>, Error> {
+        let mut random = ChaCha8Rng::seed_from_u64(SEED);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let nominal = self.nominal.displacement.norm();
+        let mut cloud = Vec::with_capacity(DRAWS);
+        let mut tried = 0;
+        while cloud.len() < DRAWS {
+            tried += 1;
+            if tried > ATTEMPTS * DRAWS {
+                let young_kpa = self.belief.interval_kpa();
+                return Err(Error::NoSolution { rest: self.nominal.rest, young_kpa });
+            }
+            // All are drawn each time: what one of them does is then seen beside the same others.
+            let numbers: [f64; 8] = std::array::from_fn(|_| normal());
+            let kpa = if drawn.modulus { self.belief.at(numbers[0]) } else { self.nominal.kpa };
+            let rest = match (drawn.rest && self.both, numbers[1] < 0.0) {
+                (false, _) => self.nominal.rest,
+                (true, true) => RestState::Unloaded,
+                (true, false) => RestState::Net,
+            };
+            let Some(u) = self.at(kpa, rest) else { continue };
+            let wall = self.wall * Vector::new(numbers[2], numbers[3], numbers[4]);
+            let mesh = Vector::new(numbers[5], numbers[6], numbers[7]) * self.mesh_mm;
+            // Both grow with the displacement.
+            let scale = if nominal > 0.0 { u.norm() / nominal } else { 1.0 };
+            let by = |on: bool, v: Vector| if on { v * scale } else { Vector::zeros() };
+            cloud.push(u + by(drawn.wall, wall) + by(drawn.mesh, mesh));
+        }
+        Ok(cloud)
+    }
+}
+
+/// The value that this share of all does not exceed.
+pub(crate) fn quantile(share: f64, values: impl Iterator<Item = f64>) -> f64 {
+    at(share, &sorted(values))
+}
+
+/// The values between which the middle share of all lies.
+pub(crate) fn middle(share: f64, values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let values = sorted(values);
+    [(1.0 - share) / 2.0, (1.0 + share) / 2.0].map(|share| at(share, &values))
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn at(share: f64, sorted: &[f64]) -> f64 {
+    sorted[((sorted.len() - 1) as f64 * share).round() as usize]
+}

@@ -1,0 +1,99 @@
+//! What the uncertain place of the chest wall does to the displacement of the tumour.
+
+use supine_fem::WallNode;
+use supine_space::{Matrix, Point, Vector};
+
+/// Errors of the wall at two places are alike when these are near: their correlation falls as exp(-d²/2L²) with this L,
+/// mm. Chosen: a rib and the gap beside it, or the border of a muscle.
+const ALIKE_MM: f64 = 20.0;
+/// Standard deviations that 9 of 10 errors do not exceed, either way.
+const NINE_OF_TEN: f64 = 1.645;
+
+/// A connected uncertain place of the chest wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Its middle, LPS, mm.
+    pub centre: Point,
+    /// Its area, mm².
+    pub area_mm2: f64,
+    /// The error that 9 of 10 such places do not exceed, mm.
+    pub error_mm: f64,
+}
+
+/// What an uncertain place may do to the displacement of the tumour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchEffect {
+    /// Its middle, LPS, mm.
+    pub centre: Point,
+    /// Length by which the tumour's displacement changes when the wall is off by the place's error there, all to one
+    /// side, mm.
+    pub change_mm: f64,
+}
+
+/// Nodes of the wall and the error (mm) that 9 of 10 places like each do not exceed.
+pub(crate) struct Wall<'a> {
+    pub(crate) nodes: &'a [WallNode],
+    pub(crate) error_mm: Vec<f64>,
+}
+
+impl Wall<'_> {
+    /// Covariance of the tumour's displacement, mm².
+    pub(crate) fn covariance(&self) -> Matrix {
+        let changes: Vec<(Point, Vector)> = self
+            .nodes
+            .iter()
+            .zip(&self.error_mm)
+            .map(|(node, error)| (node.place, node.change * (error / NINE_OF_TEN)))
+            .collect();
+        let row = |(p, a): &(Point, Vector)| {
+            let alike = |(q, b): &(Point, Vector)| {
+                b * (-(p - q).norm_squared() / (2.0 * ALIKE_MM * ALIKE_MM)).exp()
+            };
+            a * changes.iter().map(alike).sum::<Vector>().transpose()
+        };
+        changes.iter().map(row).sum()
+    }
+
+    /// What each uncertain place may do.
+    pub(crate) fn effects(&self, patches: &[Patch]) -> Vec<PatchEffect> {
+        let effect = |patch: &Patch| {
+            // As far as a round place of its area reaches.
+            let reach = (patch.area_mm2 / std::f64::consts::PI).sqrt();
+            let within = |node: &&WallNode| (node.place - patch.centre).norm() <= reach;
+            let change: Vector = self.nodes.iter().filter(within).map(|node| node.change).sum();
+            PatchEffect { centre: patch.centre, change_mm: change.norm() * patch.error_mm }
+        };
+        patches.iter().map(effect).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn nodes(apart: f64) -> Vec<WallNode> {
+        let at = |n: f64| WallNode {
+            place: Point::new(n * apart, 0.0, 0.0),
+            change: Vector::new(0.1, 0.0, 0.0),
+        };
+        vec![at(0.0), at(1.0)]
+    }
+
+    #[test]
+    fn near_errors_add_and_far_ones_do_not() {
+        let deviation = |apart: f64| {
+            let nodes = nodes(apart);
+            Wall { nodes: &nodes, error_mm: vec![NINE_OF_TEN; 2] }.covariance()[(0, 0)].sqrt()
+        };
+        assert!((deviation(0.0) - 0.2).abs() < 1e-12);
+        assert!((deviation(1000.0) - 0.1 * 2.0f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_place_counts_with_its_own_nodes() {
+        let nodes = nodes(30.0);
+        let wall = Wall { nodes: &nodes, error_mm: vec![1.0; 2] };
+        let patch = Patch { centre: Point::origin(), area_mm2: 314.0, error_mm: 3.0 };
+        assert!((wall.effects(&[patch])[0].change_mm - 0.3).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,45 @@
+//! Whether a result may be used.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Whether a result may be used, and why.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// That of the worst reason; green without any.
+    pub colour: Colour,
+    /// How far off the tumour's place may be, with the interval's probability, for green, mm.
+    pub tolerance_mm: f64,
+    /// Why: red before amber, and of each what moves the tumour most first.
+    pub reasons: Vec<Reason>,
+}
+
+/// The colour of a verdict or a reason.
+#[derive(
+    Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Colour {
+    /// The tumour's place is known within the tolerance, and nothing was found that speaks against the result.
+    #[default]
+    Green,
+    /// To be looked at before use.
+    Amber,
+    /// Not to be used.
+    Red,
+}
+
+/// A reason of a verdict.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct Reason {
+    /// How bad it is.
+    pub colour: Colour,
+    /// Its kind, for programs.
+    pub code: String,
+    /// What it says.
+    pub message: String,
+    /// How far it may move the tumour's place, mm, where that is known.
+    pub effect_mm: Option<f64>,
+    /// Where to look in the CT, LPS, mm, where there is one place.
+    pub place_mm: Option<[f64; 3]>,
+}
