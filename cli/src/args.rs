@@ -184,6 +184,9 @@ pub(crate) struct Run {
     /// Redo this stage and all that rest on it
     #[arg(long, value_name = "STAGE", value_parser = stage)]
     pub(crate) force: Option<NodeId>,
+    /// End with exit code 4 unless the verdict is green
+    #[arg(long)]
+    pub(crate) deny_warnings: bool,
 }
 
 #[derive(Args, Debug)]

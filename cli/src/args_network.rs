@@ -24,6 +24,9 @@ pub(crate) struct Send {
     /// Also what the archive has acknowledged in an earlier call
     #[arg(long)]
     pub(crate) again: bool,
+    /// Send the files of a run that is unfinished or must not be used (verdict red); its log notes it
+    #[arg(long)]
+    pub(crate) although_not_usable: bool,
     #[command(flatten)]
     pub(crate) link: Link,
 }

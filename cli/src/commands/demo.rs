@@ -8,6 +8,7 @@ use crate::screen::Screen;
 use include_dir::{Dir, include_dir};
 use std::path::Path;
 use supine_flow::Options;
+use supine_flow::commands::Colour;
 use supine_flow::commands::run::Run;
 use supine_space::Failure as Kind;
 
@@ -24,7 +25,7 @@ pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
     let case = folder.join("case.toml");
     screen.say(&format!("a synthetic patient: {}", case.display()));
     let (out, options) = (args.out.clone(), Options::default());
-    case_into(&Run { case, changes: vec![], anonymise: false, out, options }, screen)
+    case_into(&Run { case, changes: vec![], anonymise: false, out, options }, Colour::Amber, screen)
 }
 
 fn unpack(folder: &Path) -> std::io::Result<()> {

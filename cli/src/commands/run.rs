@@ -5,17 +5,20 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
+use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
 use supine_flow::{Options, Summary};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
-    let args::Run { case, out, changes, anonymise, until, force } = args;
-    case_into(&Run { case, changes, anonymise, out, options: Options { until, force } }, screen)
+    let args::Run { case, out, changes, anonymise, until, force, deny_warnings } = args;
+    let worst = if deny_warnings { Colour::Green } else { Colour::Amber };
+    let given = Run { case, changes, anonymise, out, options: Options { until, force } };
+    case_into(&given, worst, screen)
 }
 
-/// Runs a case and says how it ended.
-pub(crate) fn case_into(given: &Run, screen: &Screen) -> Result<End, Failure> {
+/// Runs a case and says how it ended: well if its verdict is not worse than `worst`.
+pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<End, Failure> {
     let done = run::run(given, screen)?;
     if done.renewed {
         screen.say("the folder held results of another version, which were made anew");
@@ -27,18 +30,38 @@ pub(crate) fn case_into(given: &Run, screen: &Screen) -> Result<End, Failure> {
         return Ok(End::Done);
     };
     screen.result(summary, &conclusion(summary, &given.out));
-    Ok(End::of(done.checks_passed(), Kind::Check))
+    Ok(End::of(done.usable(worst), Kind::Check))
+}
+
+/// The verdict and its reasons, a line each.
+fn verdict(summary: &Summary) -> Vec<String> {
+    let headline = match summary.verdict.colour {
+        Colour::Green => "GREEN: within the tolerance",
+        Colour::Amber => "AMBER: look before use",
+        Colour::Red => "RED: do not use",
+    };
+    let reason = |reason: &supine_flow::Reason| {
+        let effect = reason.effect_mm.map_or(String::new(), |mm| format!("{mm:.1} mm: "));
+        format!("  {effect}{}", reason.message)
+    };
+    let reasons = summary.verdict.reasons.iter().map(reason);
+    std::iter::once(headline.into()).chain(reasons).collect()
 }
 
 fn conclusion(summary: &Summary, out: &Path) -> String {
     let mut lines = Vec::new();
     if let Some(t) = &summary.tumour {
         let [x, y, z] = t.displacement_mm;
+        let sure = summary.tumour_interval.as_ref().map_or("how sure is not known".into(), |i| {
+            let [low, high] = i.length_mm;
+            format!("95 %: {low:.1} to {high:.1} mm")
+        });
         lines.push(format!(
-            "the tumour moves {:.1} mm (left {x:+.1}, back {y:+.1}, head {z:+.1})",
+            "the tumour moves {:.1} mm ({sure}); left {x:+.1}, back {y:+.1}, head {z:+.1}",
             t.distance_mm
         ));
     }
+    lines.extend(verdict(summary));
     if let Some(e) = &summary.export {
         let folder = out.join(&e.folder);
         lines.push(format!(

@@ -5,6 +5,7 @@ use crate::args_network as args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use supine_dicom_network::{SendInfo, SendParams};
+use supine_flow::commands::usable::unusable;
 use supine_space::{Failure as Kind, Progress};
 
 /// More refused objects than this are only counted.
@@ -12,6 +13,7 @@ const NAMED: usize = 20;
 
 pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
     let call = args.link.call(&args.to, &args.from)?;
+    refuse_unusable(args, screen)?;
     let params = SendParams { all: args.all, again: args.again };
     let watch = |share| screen.share("send", share);
     let info = supine_dicom_network::send(&args.paths, &call, &params, Progress::new(&watch))?;
@@ -35,6 +37,23 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
         return Err(Failure::new(Kind::Input, message));
     }
     Ok(End::Done)
+}
+
+/// What must not be used does not leave by habit.
+fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
+    for found in unusable(&args.paths)? {
+        let run = found.run.display();
+        if !args.although_not_usable {
+            let message = format!(
+                "{run} must not be used: {} Nothing was sent; --although-not-usable sends it all the same",
+                found.why
+            );
+            return Err(Failure::new(Kind::Check, message));
+        }
+        screen.say(&format!("warning: {run} is sent although it must not be used: {}", found.why));
+        found.note_override(&args.to.to_string())?;
+    }
+    Ok(())
 }
 
 fn describe(info: &SendInfo, args: &args::Send) -> String {

@@ -94,6 +94,14 @@ fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
         assert!(said.stderr.contains(word) && !out.join("x.dcm").exists(), "{}", said.stderr);
     };
     refused(&other, "not that of the patient");
-    std::fs::remove_file(out.join(".stages/anonymise.key")).expect("the key can be removed");
+    let within = std::fs::read_dir(out.join(".stages")).expect("the records are there");
+    assert!(within.flatten().all(|file| file.file_name() != "anonymise.key"));
+    std::fs::remove_file(beside(&out).join("anonymise.key")).expect("the key can be removed");
     refused(&object("structures"), "frame of reference");
+}
+
+/// Where a run keeps what tells who the patient was.
+fn beside(out: &Path) -> PathBuf {
+    let name = out.file_name().expect("a run's folder has a name").to_string_lossy();
+    out.with_file_name(format!("{name}-reidentification"))
 }

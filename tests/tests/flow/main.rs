@@ -18,3 +18,4 @@ mod rt;
 mod shared;
 mod tissues;
 mod tools;
+mod verdict;

@@ -14,10 +14,11 @@ pub mod mesh;
 pub mod run;
 pub mod segment;
 pub mod solve;
+pub mod usable;
 pub mod warp;
 
 pub use supine_exchange::SurfaceFrame;
-pub use supine_report::summary_schema;
+pub use supine_report::{Colour, summary_schema};
 
 use crate::Error;
 use crate::session::Session;

@@ -7,6 +7,7 @@ use crate::spec::Spec;
 use crate::{Error, Observer, Summary};
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
+use supine_report::Colour;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -51,10 +52,9 @@ pub struct RunDone {
 }
 
 impl RunDone {
-    /// Whether the export passed its own checks; a run without DICOM has none.
-    pub fn checks_passed(&self) -> bool {
-        let export = self.summary.as_ref().and_then(|summary| summary.export.as_ref());
-        export.is_none_or(|export| export.verified.passed == export.verified.total)
+    /// Whether the result may be used: no verdict worse than this, or none yet.
+    pub fn usable(&self, worst: Colour) -> bool {
+        self.summary.as_ref().is_none_or(|summary| summary.verdict.colour <= worst)
     }
 }
 

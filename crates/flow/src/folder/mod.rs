@@ -47,6 +47,7 @@ impl RunFolder {
             Err(fs::TryLockError::Error(e)) => return Err(output(e)),
         }
         let folder = Self { root: root.into(), _lock: lock };
+        folder.move_out()?;
         if folder.former().next().is_none() {
             write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes())?;
         }
@@ -134,7 +135,7 @@ impl RunFolder {
             return Ok(known);
         }
         let made = crate::shared::random()?;
-        write_atomically(&self.root.join(names::SECRET), &made)?;
+        self.keep_beside(names::SECRET, &made)?;
         Ok(made)
     }
 
@@ -145,13 +146,89 @@ impl RunFolder {
 
     /// Keeps the case of a de-identified run, whose summary names no files.
     pub(crate) fn keep_case(&self, case: &serde_json::Value) -> Result<(), Error> {
-        write_atomically(&self.root.join(names::CASE), &serde_json::to_vec_pretty(case)?)
+        self.keep_beside(names::CASE, &serde_json::to_vec_pretty(case)?)
+    }
+
+    /// Keeps what tells who the patient was beside the folder, for its owner alone.
+    fn keep_beside(&self, name: &str, bytes: &[u8]) -> Result<(), Error> {
+        let folder = beside(&self.root)?;
+        private(&folder).map_err(|source| Error::Output { path: folder.clone(), source })?;
+        write_atomically(&folder.join(name), bytes)
+    }
+
+    /// Moves what another version kept of the patient within the folder out of it.
+    fn move_out(&self) -> Result<(), Error> {
+        for name in [names::SECRET, names::CASE] {
+            let within = self.root.join(names::WITHIN).join(name);
+            if let Ok(bytes) = fs::read(&within) {
+                self.keep_beside(name, &bytes)?;
+                fs::remove_file(&within)
+                    .map_err(|source| Error::Output { path: within, source })?;
+            }
+        }
+        Ok(())
     }
 }
 
-/// The case that a de-identified run kept beside its summary.
+/// The folder of the run that a file or folder is of.
+pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
+    let whole = std::path::absolute(path).ok()?;
+    // OUT, OUT/ct, OUT/ct/1.dcm.
+    let found = whole.ancestors().take(3).find(|folder| is_run(folder))?;
+    Some(found.to_path_buf())
+}
+
+/// The runs whose folders lie in a folder.
+pub(crate) fn runs_within(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let missing = |source| Error::Missing { key: "paths", path: folder.into(), source };
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).map_err(missing)? {
+        let path = entry.map_err(missing)?.path();
+        if is_run(&path) {
+            found.push(std::path::absolute(&path).unwrap_or(path));
+        }
+    }
+    Ok(found)
+}
+
+fn is_run(folder: &Path) -> bool {
+    folder.join(names::RECORDS).is_dir()
+}
+
+/// The summary in a run's folder as it stands; none of an unfinished run.
+pub(crate) fn summary_of(run: &Path) -> Option<serde_json::Value> {
+    serde_json::from_str(&fs::read_to_string(run.join(names::SUMMARY)).ok()?).ok()
+}
+
+/// The folder beside a run's, for what tells who the patient was.
+fn beside(root: &Path) -> Result<PathBuf, Error> {
+    let fail = |source| Error::Output { path: root.into(), source };
+    let whole = std::path::absolute(root).map_err(fail)?;
+    let Some(name) = whole.file_name() else {
+        let message =
+            "a de-identified run keeps its key beside its folder: name a folder in another one";
+        return Err(fail(std::io::Error::other(message)));
+    };
+    let mut name = name.to_os_string();
+    name.push(names::BESIDE);
+    Ok(whole.with_file_name(name))
+}
+
+/// Makes a folder that its owner alone may read.
+fn private(folder: &Path) -> std::io::Result<()> {
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(folder)
+}
+
+/// The case that a de-identified run kept beside its folder.
 pub(crate) fn kept_case(summary: &Path) -> Option<serde_json::Value> {
-    let path = summary.parent()?.join(names::CASE);
+    let root = summary.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let path = beside(root).ok()?.join(names::CASE);
     serde_json::from_str(&fs::read_to_string(path).ok()?).ok()
 }
 
@@ -160,7 +237,7 @@ pub(crate) fn kept_case(summary: &Path) -> Option<serde_json::Value> {
 /// # Errors
 /// When it is there and cannot be read.
 pub(crate) fn known_secret(root: &Path) -> Result<Option<[u8; 32]>, Error> {
-    let path = root.join(names::SECRET);
+    let path = beside(root)?.join(names::SECRET);
     match fs::read(&path) {
         Ok(bytes) => Ok(bytes.try_into().ok()),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),

@@ -12,10 +12,15 @@ pub(super) const RECORDS: &str = ".stages";
 pub(super) const LOCK: &str = ".stages/lock";
 /// The version of the folder's layout.
 pub(super) const FORMAT: &str = ".stages/format";
-/// What takes the patient out of exports.
-pub(super) const SECRET: &str = ".stages/anonymise.key";
-/// The case of a de-identified run, whose summary names no files.
-pub(super) const CASE: &str = ".stages/case.json";
+/// What the folder beside that of a de-identified run is called after it. Whoever has it can tell who the patient was, so
+/// that it never lies in the folder that is passed on.
+pub(super) const BESIDE: &str = "-reidentification";
+/// What takes the patient out of exports, in that folder.
+pub(super) const SECRET: &str = "anonymise.key";
+/// The case of a de-identified run, whose summary names no files, in that folder.
+pub(super) const CASE: &str = "case.json";
+/// Where both lay before.
+pub(super) const WITHIN: &str = ".stages";
 
 /// Files and folders that nodes leave: node, what it calls it, path.
 pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[

@@ -13,8 +13,10 @@ use std::sync::Arc;
 use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
 use supine_space::{Point, Side, Sphere, Warning};
-use supine_volume::{LabelMap, label};
+use supine_volume::{Ct, LabelMap, label};
 
+/// A tumour of less density lies in lung, HU: lungs are -900 to -700, fat is -100.
+const LUNG_HU: f64 = -400.0;
 /// The uncertain places of the chest wall that are told one by one.
 const PATCHES: usize = 12;
 
@@ -89,7 +91,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
@@ -118,7 +120,7 @@ impl Node for Region {
         };
         supine_volume::Region::new(Arc::clone(map), sphere)?.check_held()?;
         progress.at(0.4)?;
-        check_tumour(map, tumour, sphere, work)?;
+        check_tumour(ct, map, tumour, sphere, work)?;
         let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
         work.warn_all(nipple.and_then(guessed));
         let nipple = nipple.map(|nipple| nipple.point);
@@ -204,6 +206,7 @@ fn wall_uncertainty(
 
 /// The tumour must lie in the region and its centre in the patient.
 fn check_tumour(
+    ct: &Ct,
     labels: &LabelMap,
     tumour: Sphere,
     region: Sphere,
@@ -224,7 +227,10 @@ fn check_tumour(
         let message = "its centre lies outside the patient; correct the centre (LPS, mm)";
         return Err(Error::Tumour(message.into()));
     }
-    if label::is_chest_wall(here) {
+    if label::is_chest_wall(here) && mean_hu(ct, tumour) < LUNG_HU {
+        let text = "the tumour's centre lies in lung: correct the centre or the side";
+        work.warn(Warning::new("tumour-in-lung", text));
+    } else if label::is_chest_wall(here) {
         let text = "the tumour's centre lies in what was segmented as chest wall, which does not move: \
                     check the segmentation there, place a soft_tissue seed or correct the centre";
         work.warn(Warning::new("tumour-in-chest-wall", text));
@@ -236,6 +242,21 @@ fn check_tumour(
         work.warn(Warning::new("tumour-beyond-region", text));
     }
     Ok(())
+}
+
+/// Mean of the CT within half the sphere's radius, HU.
+fn mean_hu(ct: &Ct, sphere: Sphere) -> f64 {
+    let Ok(core) = Sphere::new(sphere.centre(), sphere.radius() / 2.0) else { return 0.0 };
+    let Some((start, part)) = ct.grid().around(&core) else { return 0.0 };
+    let (mut sum, mut count) = (0.0, 0.0);
+    for n in 0..part.len() {
+        let voxel = part.voxel(n);
+        if core.contains(&part.centre(voxel)) {
+            sum += f64::from(ct.at([0, 1, 2].map(|a| voxel[a] + start[a])));
+            count += 1.0;
+        }
+    }
+    sum / f64::max(count, 1.0)
 }
 
 /// Volume of the voxels of a kind within the sphere, ml.

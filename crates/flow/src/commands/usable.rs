@@ -1,0 +1,109 @@
+//! Whether the runs that files belong to may be used: what `supine send` asks before anything leaves.
+
+use crate::Error;
+use crate::folder::{RunFolder, run_around, runs_within};
+use std::path::{Path, PathBuf};
+use supine_report::{Colour, Verdict};
+
+/// A run whose files must not leave, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unusable {
+    /// Its folder.
+    pub run: PathBuf,
+    /// Why.
+    pub why: String,
+}
+
+impl Unusable {
+    /// Notes in the run's log that its files left all the same.
+    ///
+    /// # Errors
+    /// When another run works in the folder, or it cannot be written.
+    pub fn note_override(&self, to: &str) -> Result<(), Error> {
+        let folder = RunFolder::open(&self.run)?;
+        folder.log(&serde_json::json!({
+            "event": "sent although not usable", "to": to, "why": self.why,
+        }))
+    }
+}
+
+/// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, and
+/// those whose verdict is red.
+///
+/// # Errors
+/// When a folder cannot be read.
+pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
+    let mut runs: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        match run_around(path) {
+            Some(run) => runs.push(run),
+            None => runs.extend(runs_within(path)?),
+        }
+    }
+    runs.sort();
+    runs.dedup();
+    let told = |run: PathBuf| why_not(&run).map(|why| Unusable { run, why });
+    Ok(runs.into_iter().filter_map(told).collect())
+}
+
+fn why_not(run: &Path) -> Option<String> {
+    let Some(summary) = crate::folder::summary_of(run) else {
+        return Some("the run is unfinished: it has no summary.json".into());
+    };
+    let verdict = summary.get("verdict").cloned().unwrap_or_default();
+    match serde_json::from_value::<Verdict>(verdict) {
+        Ok(verdict) if verdict.colour == Colour::Red => {
+            let first = verdict.reasons.first();
+            Some(first.map_or("its verdict is red".into(), |reason| reason.message.clone()))
+        }
+        Ok(_) => None,
+        Err(_) => Some("it was left by another version, without a verdict: run it again".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn run(root: &Path, name: &str, summary: Option<&str>) -> PathBuf {
+        let run = root.join(name);
+        fs::create_dir_all(run.join("ct")).unwrap();
+        fs::create_dir_all(run.join(".stages")).unwrap();
+        fs::write(run.join("ct/1.dcm"), "").unwrap();
+        if let Some(summary) = summary {
+            fs::write(run.join("summary.json"), summary).unwrap();
+        }
+        run
+    }
+
+    fn verdict(colour: &str) -> String {
+        let reason = r#"{"colour": "red", "code": "tumour-held", "message": "It is held.",
+                         "effect_mm": null, "place_mm": null}"#;
+        format!(
+            r#"{{"verdict": {{"colour": "{colour}", "tolerance_mm": 2, "reasons": [{reason}]}}}}"#
+        )
+    }
+
+    #[test]
+    fn red_and_unfinished_runs_are_found_from_any_of_their_files() {
+        let root = tempfile::tempdir().unwrap();
+        let red = run(root.path(), "red", Some(&verdict("red")));
+        let amber = run(root.path(), "amber", Some(&verdict("amber")));
+        let open = run(root.path(), "open", None);
+        let old = run(root.path(), "old", Some("{}"));
+        let of = |path: &Path| -> Vec<PathBuf> {
+            unusable(&[path.to_path_buf()]).unwrap().into_iter().map(|u| u.run).collect()
+        };
+        for path in [red.clone(), red.join("ct"), red.join("ct/1.dcm")] {
+            assert_eq!(of(&path), std::slice::from_ref(&red), "{}", path.display());
+        }
+        assert_eq!(unusable(std::slice::from_ref(&red)).unwrap()[0].why, "It is held.");
+        assert!(of(&amber).is_empty());
+        assert_eq!(of(root.path()), [old, open, red.clone()]);
+        let foreign = tempfile::tempdir().unwrap();
+        assert!(of(foreign.path()).is_empty());
+        unusable(std::slice::from_ref(&red)).unwrap()[0].note_override("PACS").unwrap();
+        assert!(fs::read_to_string(red.join("log.jsonl")).unwrap().contains("It is held."));
+    }
+}
