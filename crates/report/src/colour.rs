@@ -1,4 +1,4 @@
-//! Colours: one meaning each, the same in every picture.
+//! Colours: one meaning each, the same in every picture, told apart with and without green-blindness.
 
 use crate::canvas::Rgb;
 use supine_mesh::BoundaryTag;
@@ -6,15 +6,15 @@ use supine_mesh::BoundaryTag;
 /// The tumour and other points in the CT.
 pub(crate) const BEFORE: Rgb = [255, 221, 51];
 /// The same on the operating table.
-pub(crate) const AFTER: Rgb = [255, 84, 224];
+pub(crate) const AFTER: Rgb = [220, 30, 140];
 /// The skin.
 pub(crate) const SKIN: Rgb = [64, 212, 255];
 /// The chest wall.
-pub(crate) const CHEST_WALL: Rgb = [255, 92, 72];
+pub(crate) const CHEST_WALL: Rgb = [225, 94, 10];
 /// The chest wall where its place is uncertain.
 pub(crate) const UNCERTAIN: Rgb = [255, 255, 255];
 /// The cut.
-pub(crate) const CUT: Rgb = [132, 226, 112];
+pub(crate) const CUT: Rgb = [110, 110, 255];
 /// Edges within the mesh.
 pub(crate) const INNER: Rgb = [198, 212, 240];
 /// The region's sphere.
@@ -84,5 +84,57 @@ mod tests {
         assert_eq!(on_scale(&DIVERGING, 0.5), [247; 3]);
         assert_eq!(on_scale(&DIVERGING, 7.0), DIVERGING[4]);
         assert_eq!((grey(-200.0), grey(0.0), grey(500.0)), ([0; 3], [128; 3], [255; 3]));
+    }
+
+    /// Red, green and blue without the medium cones (Machado, Oliveira and Fernandes 2009, severity 1), linear light.
+    const DEUTERANOPIA: [[f64; 3]; 3] = [
+        [0.367_322, 0.860_646, -0.227_968],
+        [0.280_085, 0.672_501, 0.047_413],
+        [-0.011_820, 0.042_940, 0.968_881],
+    ];
+
+    fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+        m.map(|row| row.iter().zip(v).map(|(a, b)| a * b).sum())
+    }
+
+    fn linear(rgb: Rgb) -> [f64; 3] {
+        rgb.map(|c| {
+            let c = f64::from(c) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+
+    /// CIELAB of linear light, D65.
+    fn lab(light: [f64; 3]) -> [f64; 3] {
+        let xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+        let white = [0.9505, 1.0, 1.089];
+        let found = times(&xyz, light.map(|c| c.clamp(0.0, 1.0)));
+        let f: [f64; 3] = std::array::from_fn(|k| {
+            let t: f64 = found[k] / white[k];
+            if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 }
+        });
+        [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
+    }
+
+    #[test]
+    fn lines_are_told_apart_by_those_who_see_no_green_too() {
+        let lines = [
+            ("before", BEFORE),
+            ("after", AFTER),
+            ("skin", SKIN),
+            ("chest wall", CHEST_WALL),
+            ("cut", CUT),
+        ];
+        let apart = |a: [f64; 3], b: [f64; 3]| -> f64 {
+            lab(a).iter().zip(lab(b)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        for (n, (one, a)) in lines.iter().enumerate() {
+            for (other, b) in &lines[..n] {
+                let (a, b) = (linear(*a), linear(*b));
+                let dull = apart(times(&DEUTERANOPIA, a), times(&DEUTERANOPIA, b));
+                assert!(apart(a, b) > 45.0, "{one} {other} {}", apart(a, b));
+                assert!(dull > 28.0, "{one} {other} {dull}");
+            }
+        }
     }
 }

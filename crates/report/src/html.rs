@@ -1,7 +1,7 @@
 //! The page: one file, no scripts, nothing loaded from elsewhere.
 
 use crate::encoded::EncodedRow;
-use crate::summary::Colour;
+use crate::first::First;
 use crate::tables::{self, Table};
 use crate::{Mesh, Summary, tg132, words};
 use askama::Template;
@@ -14,14 +14,15 @@ use supine_space::Warning;
 struct Page<'a> {
     summary: &'a Summary,
     breast: String,
-    verdict_class: &'static str,
-    headline: &'static str,
+    first: First,
     key: Table,
     tables: Vec<Table>,
     points: Option<Table>,
     carried: Option<Table>,
     tg132: Option<Table>,
     files: Vec<Table>,
+    /// The row that a planner looks at first.
+    leading: Vec<Section<'a>>,
     sections: Vec<Section<'a>>,
 }
 
@@ -55,23 +56,18 @@ struct Figure<'a> {
 /// # Errors
 /// What the template engine says.
 pub(crate) fn page(summary: &Summary, rows: &[EncodedRow]) -> Result<String, askama::Error> {
-    let (verdict_class, headline) = match summary.verdict.colour {
-        Colour::Green => ("good", "Within the tolerance"),
-        Colour::Amber => ("check", "Look before use"),
-        Colour::Red => ("stop", "Do not use"),
-    };
     Page {
         summary,
         breast: words::capital(&summary.position.breast),
-        verdict_class,
-        headline,
+        first: First::new(summary),
         key: tables::key(summary),
         tables: tables::stages(summary),
         points: tables::points(summary),
         carried: tables::carried(summary),
         tg132: tg132::table(summary),
         files: tables::files(summary),
-        sections: sections(rows),
+        leading: sections(&rows[..rows.len().min(1)]),
+        sections: sections(&rows[rows.len().min(1)..]),
     }
     .render()
 }

@@ -14,6 +14,7 @@ mod colour;
 mod encoded;
 mod error;
 mod files;
+mod first;
 mod html;
 mod lettering;
 #[cfg(test)]

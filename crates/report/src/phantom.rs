@@ -84,6 +84,7 @@ impl Phantom {
             sphere: Sphere::new(Point::origin(), 48.0).unwrap(),
             tumour: None,
             tumour_after: None,
+            tumour_within: None,
             nipple: Some(Point::from(MARKER)),
             side: Side::Left,
         }

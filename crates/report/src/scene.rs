@@ -1,6 +1,6 @@
 //! What the pictures show, and what is told of it.
 
-use crate::{Mesh, Movement, Segmentation, Summary, VolumeChange};
+use crate::{Ellipsoid, Mesh, Movement, Segmentation, Summary, VolumeChange};
 use supine_mesh::{Deformation, Displacement, TetMesh};
 use supine_space::{Point, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Volume};
@@ -28,6 +28,8 @@ pub struct Scene<'a> {
     pub tumour: Option<Sphere>,
     /// The tumour's centre on the operating table.
     pub tumour_after: Option<Point>,
+    /// Where the tumour's centre may lie on the operating table.
+    pub tumour_within: Option<&'a Ellipsoid>,
     /// The nipple in the CT.
     pub nipple: Option<Point>,
     /// The side of the breast.

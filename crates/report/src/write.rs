@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(page.matches("src=\"data:image/png;base64,").count(), pictures);
         assert_eq!(page.matches("src=").count(), pictures);
         assert!(page.contains("&#60;script&#62;alert("), "the input's name is escaped");
-        assert!(page.contains("det F &#60; 0.3 in 2 tetrahedra &#38; more"));
+        assert!(page.contains("Det F &#60; 0.3 in 2 tetrahedra &#38; more"));
         for (seconds, text) in [("9.5", "total_seconds"), ("901", "peak_memory")] {
             assert!(!page.contains(&format!(">{seconds}<")) && !page.contains(text));
         }

@@ -32,6 +32,8 @@ pub struct Patch {
     pub area_cm2: f64,
     /// Its point nearest to its middle, LPS, mm.
     pub centre: Point,
+    /// Mean direction from the chest wall into the soft tissue, a unit vector, LPS; zero where the patch closes on itself.
+    pub normal: Vector,
     /// The error that 9 of 10 such places do not exceed, mm: its mean over the patch.
     pub error_mm: f64,
 }
@@ -91,7 +93,8 @@ pub fn wall_uncertainty(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> 
             patches.entry(id).or_default().add(&part, v, face, error);
         }
     }
-    let mut patches: Vec<Patch> = patches.into_values().map(Pieces::patch).collect();
+    let grid = labels.grid();
+    let mut patches: Vec<Patch> = patches.into_values().map(|pieces| pieces.patch(grid)).collect();
     patches.sort_by(|a, b| b.area_cm2.total_cmp(&a.area_cm2));
     let uncertain_cm2 = patches.iter().map(|p| p.area_cm2).sum();
     WallUncertainty { boundary_cm2: boundary.area_cm2(), uncertain_cm2, patches }
@@ -131,13 +134,15 @@ impl Pieces {
         self.faces.values().map(|f| Vector::from(*f).norm()).sum::<f64>() / 100.0
     }
 
-    fn patch(self) -> Patch {
+    fn patch(self, grid: &Grid) -> Patch {
         let n = self.points.len() as f64;
         let sum = self.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
         let middle = Point::from(sum / n);
         let far = |p: &Point| (p - middle).norm_squared();
         let nearest = self.points.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let faces = self.faces.values().fold(Vector::zeros(), |sum, f| sum + Vector::from(*f));
         Patch {
+            normal: (grid.direction() * faces).try_normalize(0.0).unwrap_or_default(),
             area_cm2: self.area_cm2(),
             centre: nearest.copied().unwrap_or(middle),
             error_mm: self.errors / n,
@@ -188,6 +193,7 @@ mod tests {
         let want = 2.0 * 6.0 * 0.25f64.asin() * 4.0;
         assert!((first.area_cm2 / want - 1.0).abs() < 0.15, "{first:?} {want}");
         assert!((first.centre - Point::new(0.0, -60.0, 60.0)).norm() < 4.0, "{first:?}");
+        assert!((first.normal + Vector::y()).norm() < 0.05, "{first:?}");
         assert!(second.centre.x > 55.0 && (first.error_mm - 5.5).abs() < 1e-9, "{second:?}");
         let sum = first.area_cm2 + second.area_cm2;
         assert!((found.share() - sum / found.boundary_cm2).abs() < 1e-12);
@@ -196,7 +202,8 @@ mod tests {
     #[test]
     fn places_are_named_from_the_patients_side() {
         let at = |x: f64, z: f64, side: Side| {
-            let patch = Patch { area_cm2: 1.0, centre: Point::new(x, 0.0, z), error_mm: 3.0 };
+            let (centre, normal) = (Point::new(x, 0.0, z), -Vector::y());
+            let patch = Patch { area_cm2: 1.0, centre, normal, error_mm: 3.0 };
             patch.place(&Point::new(70.0 * side.sign(), 0.0, 0.0), side)
         };
         assert_eq!(at(100.0, 30.0, Side::Left), "upper outer quadrant");

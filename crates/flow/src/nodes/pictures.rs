@@ -1,7 +1,7 @@
 //! The pictures of the report, and what is measured on what they show. Nothing that is exported is in them, so that they
 //! are drawn while the export is written.
 
-use super::{Import, Mesh, Points, Region, Segment, Solve, Tissues, Warp};
+use super::{Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::region::Ball;
@@ -31,10 +31,10 @@ pub(crate) struct Drawn {
 
 impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = false;
     type Own = Own;
-    type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points);
+    type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval);
     type Out = Drawn;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -43,7 +43,7 @@ impl Node for Pictures {
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {
-        let (input, segmented, region, tissues, meshed, solved, warped, points) = parents;
+        let (input, segmented, region, tissues, meshed, solved, warped, points, known) = parents;
         let params = supine_warp::Params::default();
         let faded = supine_warp::fade(&solved.deformation, &params)?.deformation;
         let scene = Scene {
@@ -56,6 +56,7 @@ impl Node for Pictures {
             sphere: region.sphere()?,
             tumour: Some(own.tumour.sphere()?),
             tumour_after: Some(Point::from(points.tumour.after_mm)),
+            tumour_within: known.interval.as_ref().map(|interval| &interval.ellipsoid),
             nipple: region.nipple(),
             side: if own.left { Side::Left } else { Side::Right },
         };

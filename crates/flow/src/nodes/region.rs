@@ -12,11 +12,13 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
-use supine_space::{Point, Side, Sphere, Warning};
+use supine_space::{Point, Side, Sphere, Vector, Warning};
 use supine_volume::{Ct, LabelMap, label};
 
 /// A tumour of less density lies in lung, HU: lungs are -900 to -700, fat is -100.
 const LUNG_HU: f64 = -400.0;
+/// A pair of seeds lies this far from the boundary on either side, mm: more than the boundary's own blur.
+const SEED_MM: f64 = 4.0;
 /// The uncertain places of the chest wall that are told one by one.
 const PATCHES: usize = 12;
 
@@ -195,6 +197,9 @@ fn wall_uncertainty(
         error_mm: patch.error_mm,
         place: patch.place(&middle, side).into(),
         effect_mm: None,
+        seeds_mm: (patch.normal != Vector::zeros()).then(|| {
+            [-SEED_MM, SEED_MM].map(|mm| (patch.centre + patch.normal * mm).coords.into())
+        }),
     };
     WallUncertainty {
         boundary_cm2: found.boundary_cm2,

@@ -82,6 +82,7 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
     studio.outline_region(&mut after, plane);
     studio.mark_before(&mut after, plane, true);
     studio.mark_after(&mut after, plane);
+    studio.mark_within(&mut after, plane);
     mark(&mut after, 1, colour::AFTER);
     dress(&mut after, plane, "SIMULATED");
 

@@ -16,11 +16,10 @@ use crate::canvas::{Canvas, Pen, Rgb};
 use crate::colour;
 use crate::lettering::{Align, text_width};
 use crate::tables::{self, Table};
-use crate::{Error, Mesh, Scene, Shown};
+use crate::{Ellipsoid, Error, Mesh, Scene, Shown};
 use rayon::prelude::*;
 use supine_mesh::{Edges, TetMesh};
-use supine_space::{Plane, View};
-use supine_space::{Point, Progress, Vector};
+use supine_space::{Plane, Point, Progress, Spot, Vector, View};
 use supine_volume::label;
 
 /// Pixels across the pictures of the region.
@@ -119,12 +118,39 @@ impl<'a> Studio<'a> {
         }
     }
 
+    /// Where the tumour's centre may lie: the ellipsoid as the plane's view sees it.
+    fn mark_within(&self, canvas: &mut Canvas, plane: &Plane) {
+        let Some(ellipsoid) = self.scene.tumour_within else { return };
+        let spots = silhouette(ellipsoid, plane);
+        let next = spots.iter().cycle().skip(1);
+        let segments: Vec<[Spot; 2]> = spots.iter().zip(next).map(|(a, b)| [*a, *b]).collect();
+        canvas.stroke_on_halo(&segments, Pen::new(1.5, colour::TEXT));
+    }
+
     /// The tumour on the operating table, as a sphere of the same radius.
     fn mark_after(&self, canvas: &mut Canvas, plane: &Plane) {
         if let (Some(tumour), Some(centre)) = (self.scene.tumour, self.scene.tumour_after) {
             ring(canvas, plane, &centre, tumour.radius(), 0, colour::AFTER);
         }
     }
+}
+
+/// The outline of an ellipsoid seen along a view's axis: the ellipse whose matrix is the sum of the outer products of the
+/// semi-axes' projections.
+fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> Vec<Spot> {
+    const CORNERS: usize = 72;
+    let [x, y] = plane.spot(&Point::from(ellipsoid.centre_mm));
+    let axes = ellipsoid.semi_axes_mm.map(|axis| plane.along(&Vector::from(axis)));
+    let sum = |i: usize, j: usize| axes.iter().map(|a| a[i] * a[j]).sum::<f64>();
+    // The Cholesky factor takes a circle to the ellipse.
+    let a = sum(0, 0).max(1e-12).sqrt();
+    let b = sum(0, 1) / a;
+    let c = (sum(1, 1) - b * b).max(0.0).sqrt();
+    let at = |n: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * n as f64 / CORNERS as f64).sin_cos();
+        [x + a * cos, y + b * cos + c * sin]
+    };
+    (0..CORNERS).map(at).collect()
 }
 
 /// All rows of the report; groups of them are drawn at once.

@@ -1,0 +1,171 @@
+//! What a planner reads first: the verdict, how far the tumour moves, how sure that is, and where to look.
+
+use crate::summary::{Colour, Reason, Summary, UncertainPatch};
+use crate::tables::Table;
+use crate::words::{capital, directions, fixed, triple};
+
+/// The first screen.
+#[derive(Debug)]
+pub(crate) struct First {
+    /// `good`, `check` or `stop`: the class that colours the verdict.
+    pub(crate) class: &'static str,
+    /// In three words.
+    pub(crate) headline: &'static str,
+    /// Why, a line each.
+    pub(crate) reasons: Vec<String>,
+    /// How far the tumour moves.
+    pub(crate) moves: String,
+    /// With which probability and why.
+    pub(crate) sure: String,
+    /// What each source of uncertainty does.
+    pub(crate) shares: Option<Table>,
+    /// The uncertain places of the chest wall.
+    pub(crate) places: Option<Table>,
+}
+
+impl First {
+    pub(crate) fn new(s: &Summary) -> Self {
+        let (class, headline) = match s.verdict.colour {
+            Colour::Green => ("good", "Within the tolerance"),
+            Colour::Amber => ("check", "Look before use"),
+            Colour::Red => ("stop", "Do not use"),
+        };
+        Self {
+            class,
+            headline,
+            reasons: s.verdict.reasons.iter().map(told).collect(),
+            moves: moves(s),
+            sure: sure(s),
+            shares: shares(s),
+            places: places(s),
+        }
+    }
+}
+
+/// A reason with its place.
+fn told(reason: &Reason) -> String {
+    let place = reason.place_mm.map(|place| format!(" Look at {} mm.", triple(place, 1)));
+    format!("{}{}", capital(&reason.message), place.unwrap_or_default())
+}
+
+fn moves(s: &Summary) -> String {
+    let Some(m) = &s.tumour else { return "The case names no tumour.".into() };
+    if m.distance_mm == 0.0 {
+        return "The tumour does not move: it is held, or lies outside what is simulated.".into();
+    }
+    let Some(interval) = &s.tumour_interval else {
+        return format!(
+            "The tumour moves {} mm; how sure that is, is not known.",
+            fixed(m.distance_mm, 1)
+        );
+    };
+    let [low, high] = interval.length_mm.map(|mm| fixed(mm, 1));
+    let level = fixed(100.0 * interval.level, 0);
+    format!("The tumour moves {} mm ({level} %: {low} to {high} mm)", fixed(m.distance_mm, 1))
+}
+
+fn sure(s: &Summary) -> String {
+    let (Some(m), Some(interval)) = (&s.tumour, &s.tumour_interval) else { return String::new() };
+    let level = fixed(100.0 * interval.level, 0);
+    format!(
+        "{}. With {level} % probability its centre lies within {} mm of the place shown, inside the white \
+         ellipse; {} mm are asked for.",
+        capital(&directions(m.displacement_mm)),
+        fixed(interval.within_mm, 1),
+        fixed(s.verdict.tolerance_mm, 1)
+    )
+}
+
+fn shares(s: &Summary) -> Option<Table> {
+    let interval = s.tumour_interval.as_ref()?;
+    let modulus = &interval.modulus;
+    let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
+    let mut t = Table::list(
+        "What makes it uncertain, each alone",
+        &["Source", "Tumour moves, mm", "Off by up to, mm"],
+    );
+    for share in &interval.shares {
+        let source = match (share.source.as_str(), modulus.origin.as_str()) {
+            ("modulus", "literature") => {
+                format!("Modulus: a guess, {low} to {high} kPa as in nine published patients")
+            }
+            ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),
+            ("rest_state", _) if interval.other_rest.is_none() => {
+                "Rest state: as given with the modulus".into()
+            }
+            ("rest_state", _) => "Rest state: net or unloaded".into(),
+            ("chest_wall", _) => "Chest wall: its place in the CT".into(),
+            _ => "Mesh: its coarseness".into(),
+        };
+        let [low, high] = share.length_mm.map(|mm| fixed(mm, 1));
+        t.rows.push(vec![source, format!("{low} to {high}"), fixed(share.within_mm, 1)]);
+    }
+    Some(t)
+}
+
+/// The uncertain places of the chest wall, what moves the tumour most first, with seeds to copy.
+fn places(s: &Summary) -> Option<Table> {
+    let uncertainty = s.segmentation.uncertainty.as_ref()?;
+    let mut patches: Vec<&UncertainPatch> = uncertainty.patches.iter().collect();
+    let effect = |patch: &UncertainPatch| patch.effect_mm.unwrap_or(0.0);
+    patches.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+    let mut t = Table::list(
+        "Uncertain places of the chest wall. A pair of seeds, moved to the boundary that you see, makes a place sure",
+        &[
+            "Where",
+            "Middle (LPS), mm",
+            "Area",
+            "May be off by",
+            "At the tumour",
+            "Seeds to copy into the case file",
+        ],
+    );
+    for patch in patches {
+        t.rows.push(vec![
+            capital(&patch.place),
+            triple(patch.centre_mm, 1),
+            format!("{} cm²", fixed(patch.area_cm2, 1)),
+            format!("{} mm", fixed(patch.error_mm, 0)),
+            patch.effect_mm.map_or("not known".into(), |mm| format!("{} mm", fixed(mm, 2))),
+            patch.seeds_mm.map_or_else(String::new, seed_line),
+        ]);
+    }
+    (!t.rows.is_empty()).then_some(t)
+}
+
+/// `seeds = { chest_wall = [[1.0, 2.0, 3.0]], soft_tissue = [[1.0, -6.0, 3.0]] }`, with hyphens that TOML reads.
+fn seed_line([wall, soft]: [[f64; 3]; 2]) -> String {
+    let point = |p: [f64; 3]| format!("[[{}]]", p.map(|x| format!("{x:.1}")).join(", "));
+    format!("seeds = {{ chest_wall = {}, soft_tissue = {} }}", point(wall), point(soft))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::tests::example;
+
+    #[test]
+    fn no_displacement_stands_without_its_interval() {
+        let first = First::new(&example());
+        assert!(first.moves.contains("3.7 mm (95 %: 1.1 to 8.2 mm)"), "{}", first.moves);
+        assert!(
+            first.sure.contains("4.6 mm") && first.sure.contains("patient's left"),
+            "{}",
+            first.sure
+        );
+        assert_eq!(first.shares.unwrap().rows.len(), 4);
+        let mut summary = example();
+        summary.tumour_interval = None;
+        assert!(First::new(&summary).moves.contains("not known"));
+    }
+
+    #[test]
+    fn seeds_can_be_copied_into_a_case_file() {
+        let places = First::new(&example()).places.unwrap();
+        let line = places.rows[0].last().unwrap();
+        assert_eq!(
+            line,
+            "seeds = { chest_wall = [[55.0, -8.0, 31.0]], soft_tissue = [[55.0, -16.0, 31.0]] }"
+        );
+    }
+}
