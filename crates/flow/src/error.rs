@@ -16,6 +16,15 @@ pub enum Error {
     /// The CT.
     #[error("the CT cannot be used: {0}")]
     Ct(supine_dicom::Error),
+    /// A CT that is a result of this program.
+    #[error(
+        "`ct` {path} is a CT that was deformed by this program already, not the patient as she lay in the scanner: name the \
+         CT that it was made from"
+    )]
+    Deformed {
+        /// The path.
+        path: PathBuf,
+    },
     /// Another file that the case names.
     #[error("`{key}`: {source}")]
     File {
@@ -249,6 +258,7 @@ impl Error {
             | Self::Ct(_)
             | Self::File { .. }
             | Self::Missing { .. }
+            | Self::Deformed { .. }
             | Self::Overlap { .. }
             | Self::Unfinished { .. }
             | Self::LabelsObject(_)

@@ -59,3 +59,13 @@ fn an_unfinished_run_is_not_sent() {
     assert_eq!(sent.code, Some(4), "{}", sent.stderr);
     assert!(sent.stderr.contains("unfinished"), "{}", sent.stderr);
 }
+
+#[test]
+fn a_deformed_ct_is_no_ct_to_deform() {
+    let folder = scratch();
+    let case = Case::small().with_ct(&shared().out.join("ct")).write(folder.path());
+    let ended = run(&case, &folder.path().join("out"), 2);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    assert!(ended.stderr.contains("deformed by this program already"), "{}", ended.stderr);
+    assert!(!folder.path().join("out/ct").exists());
+}

@@ -55,6 +55,9 @@ impl Node for Import {
         let CtInput { ct, dicom } = read_ct(&own.ct.path, &params, work.progress)?;
         own.ct.check_unchanged()?;
         let (source, info) = dicom.unzip();
+        if source.as_ref().is_some_and(Source::is_deformed) {
+            return Err(Error::Deformed { path: own.ct.path.clone() });
+        }
         work.warn_all(info.iter().flat_map(|info| info.warnings.clone()));
         let facts = facts(&ct, info.as_ref());
         Ok(Imported { ct: Arc::new(ct), source, facts, origin: own.ct.told("ct") })
