@@ -105,7 +105,10 @@ fn argument(parameter: &'static Parameter, required: &[&str]) -> Arg {
     if !parameter.unit.is_empty() {
         help += &format!(", {}", parameter.unit);
     }
-    let silent = matches!(parameter.default, Preset::Required | Preset::Switch(false));
+    let silent = matches!(
+        parameter.default,
+        Preset::Required | Preset::RequiredOr(_) | Preset::Switch(false)
+    );
     if !silent && !required {
         help += &format!(" [default: {}]", parameter.default_text().replace('"', ""));
     }
@@ -217,6 +220,8 @@ mod tests {
         ("bed.lat", &["bed.ap"]),
         ("tumour.centre", &["tumour.radius"]),
         ("tumour.radius", &["tumour.centre"]),
+        ("tumour.structure", &["tumour.file"]),
+        ("tumour.file", &["tumour.structure"]),
         ("region.centre", &["region.radius"]),
         ("region.radius", &["region.centre"]),
         ("mesh.tumour_edge", &["mesh.refine"]),

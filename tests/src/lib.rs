@@ -1,6 +1,6 @@
 //! What the end-to-end tests share: the workspace, the binary under test, small cases, folders.
 //!
-//! The tests run `supine` as a user does and judge what it leaves. Three binaries:
+//! The tests run `supine` as a user does and judge what it leaves. Among the binaries:
 //! `flow` (whole runs: independent readers, determinism, Ctrl-C), `bad_input` (one clear message,
 //! the right exit code, nothing half-written) and `house` (layers, licences, tidiness).
 #![expect(
@@ -12,9 +12,11 @@
 mod binary;
 mod case;
 mod folder;
+mod structures;
 mod workspace;
 
 pub use binary::{Outcome, python, readers_python, supine, supine_command, tool};
 pub use case::{Case, source};
 pub use folder::{FINAL_NAMES, copy_series, files_below, forgotten, leftovers, results};
+pub use structures::{Drawn, frame_of_reference, write_structures};
 pub use workspace::{metadata, root, target};

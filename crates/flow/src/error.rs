@@ -58,6 +58,12 @@ pub enum Error {
     /// The region.
     #[error("`region`: {0}")]
     Region(#[from] supine_volume::RegionError),
+    /// A structure set that is to hold the tumour.
+    #[error("`tumour.file`: {0}")]
+    TumourFile(supine_dicom::Error),
+    /// No region of a structure set has the tumour's name, or several have.
+    #[error("`tumour.structure`: {0}")]
+    TumourName(String),
     /// The tumour and the anatomy disagree.
     #[error("`tumour`: {0}")]
     Tumour(String),
@@ -270,6 +276,8 @@ impl Error {
             | Self::Regions(_)
             | Self::Labels(_)
             | Self::Region(_)
+            | Self::TumourFile(_)
+            | Self::TumourName(_)
             | Self::Tumour(_) => Failure::Input,
             Self::NotBuilt { .. } | Self::NotRefined { .. } | Self::NoFolder => Failure::Usage,
             #[cfg(feature = "cgal")]

@@ -2,7 +2,8 @@
 
 use crate::inputs::{InputFile, Inputs};
 use crate::key::Key;
-use crate::spec::{Case, Spec};
+use crate::shared::{PlacedTumour, TumourCache};
+use crate::spec::{Case, Spec, TumourSpec};
 use crate::{Error, NodeId};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,8 @@ pub(crate) struct Ground {
     pub(crate) case: Arc<Case>,
     /// Hashes of the case's files.
     pub(crate) inputs: Arc<Inputs>,
+    /// Tumours that were found in structure sets.
+    pub(crate) tumours: Arc<TumourCache>,
     /// What takes the patient out of exports, when the case asks for it.
     pub(crate) secret: Option<[u8; 32]>,
     /// Keys of the results that were given.
@@ -35,6 +38,19 @@ impl Ground {
     /// When it is not there.
     pub(crate) fn file(&self, key: &'static str, path: &Path) -> Result<InputFile, Error> {
         self.inputs.file(key, &self.path(path))
+    }
+
+    /// Where the tumour is.
+    ///
+    /// # Errors
+    /// When it is not given, or its region cannot be had from its structure set.
+    pub(crate) fn tumour(&self) -> Result<PlacedTumour, Error> {
+        match self.case.tumour()? {
+            TumourSpec::Sphere(sphere) => Ok(PlacedTumour { sphere: *sphere, drawn: None }),
+            TumourSpec::Structure { name, file } => {
+                self.tumours.place(name, self.file("tumour.file", file)?)
+            }
+        }
     }
 
     /// Several of them.

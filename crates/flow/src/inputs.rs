@@ -27,6 +27,11 @@ pub(crate) struct InputFile {
 }
 
 impl InputFile {
+    /// The hash of its content.
+    pub(crate) fn hash(&self) -> &str {
+        &self.blake3
+    }
+
     /// Its entry in the summary; `role` says what it served for.
     pub(crate) fn told(&self, role: &str) -> Input {
         let (form, blake3) = (self.form.clone(), self.blake3.clone());

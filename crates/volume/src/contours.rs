@@ -30,6 +30,9 @@ pub enum ContourError {
     /// There are none, or none encloses anything.
     #[error("it has no contour of three points or more")]
     Empty,
+    /// All lie in one plane.
+    #[error("it is drawn in one plane alone, so that its thickness is not known")]
+    OnePlane,
     /// A contour is not parallel to the slices.
     #[error(
         "contour {number} is not parallel to the slices of the CT (it spans {spread_mm:.2} mm \

@@ -5,6 +5,7 @@
 mod components;
 mod contours;
 mod distance;
+mod enclosed;
 mod plane;
 mod quantile;
 mod region;
@@ -20,6 +21,7 @@ pub mod label;
 pub use components::{Components, Parts, Run, components};
 pub use contours::{ContourError, Filled, fill_contours};
 pub use distance::distance_mm;
+pub use enclosed::{Enclosed, enclosed};
 pub use plane::{contour, sample_plane};
 pub use quantile::{Ordered, median, quantile, ranked};
 pub use region::{Region, RegionError};

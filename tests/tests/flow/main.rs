@@ -18,4 +18,5 @@ mod rt;
 mod shared;
 mod tissues;
 mod tools;
+mod tumour;
 mod verdict;

@@ -13,7 +13,7 @@ use crate::segmentation::{Meaning, not_compared, same_frame_of_reference};
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 use supine_space::{Grid, Point, Warning};
-use supine_volume::{Filled, Volume, fill_contours};
+use supine_volume::{Enclosed, Filled, Volume, enclosed, fill_contours};
 
 /// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,18 @@ impl Structures {
         &self.rois
     }
 
+    /// Volume and centroid of a region, LPS, mm.
+    ///
+    /// # Errors
+    /// When its contours enclose no volume.
+    pub fn enclosed(&self, roi: &Roi) -> Result<Enclosed, Error> {
+        enclosed(&roi.contours).map_err(|source| self.contours_of(roi, source))
+    }
+
+    fn contours_of(&self, roi: &Roi, source: supine_volume::ContourError) -> Error {
+        Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
+    }
+
     /// The voxels whose centres lie within a region, and what a user must know before trusting them.
     ///
     /// See [`fill_contours`] for planes between slices and slices between planes.
@@ -113,9 +125,8 @@ impl Structures {
         frame_of_reference: Option<&str>,
     ) -> Result<(Volume<bool>, Vec<Warning>), Error> {
         same_frame_of_reference(&self.file, &roi.frame_of_reference, frame_of_reference)?;
-        let (mask, filled) = fill_contours(grid, &roi.contours).map_err(|source| {
-            Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
-        })?;
+        let (mask, filled) =
+            fill_contours(grid, &roi.contours).map_err(|source| self.contours_of(roi, source))?;
         let mut warnings = warnings_of(roi, &filled);
         if frame_of_reference.is_none() {
             warnings.push(not_compared());

@@ -28,6 +28,8 @@ pub const KEYS: &[&str] = &[
     "tissues",
     "tumour.centre",
     "tumour.radius",
+    "tumour.structure",
+    "tumour.file",
 ];
 
 /// What is asked.

@@ -52,7 +52,7 @@ impl Node for Interval {
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
-        let (tumour, law) = (case.tumour()?.into(), Law::of(case)?);
+        let (tumour, law) = (ground.tumour()?.sphere.into(), Law::of(case)?);
         Ok(Own { tumour, law, young_kpa: case.young_interval_kpa })
     }
 

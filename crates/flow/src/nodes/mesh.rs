@@ -83,10 +83,10 @@ impl Node for Mesh {
         let refine = match case.mesh.refine {
             Refinement::Nowhere => OwnRefine::Nowhere,
             Refinement::Tumour { edge_mm, growth } => {
-                OwnRefine::Tumour { place: case.tumour()?.into(), edge_mm, growth }
+                OwnRefine::Tumour { place: ground.tumour()?.sphere.into(), edge_mm, growth }
             }
             Refinement::Goal => {
-                OwnRefine::Goal { place: case.tumour()?.into(), law: Law::of(case)? }
+                OwnRefine::Goal { place: ground.tumour()?.sphere.into(), law: Law::of(case)? }
             }
         };
         Ok(Own {

@@ -39,7 +39,7 @@ impl Node for Pictures {
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
-        Ok(Own { left: case.breast()? == Side::Left, tumour: case.tumour()?.into() })
+        Ok(Own { left: case.breast()? == Side::Left, tumour: ground.tumour()?.sphere.into() })
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {

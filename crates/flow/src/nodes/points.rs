@@ -5,7 +5,7 @@ use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::region::Ball;
-use crate::shared::movement;
+use crate::shared::{PlacedTumour, movement};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,9 @@ pub(crate) struct Points;
 #[derive(Serialize)]
 pub(crate) struct Own {
     tumour: Ball,
+    /// The structure set that it came from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn: Option<InputFile>,
     files: Vec<InputFile>,
 }
 
@@ -33,6 +36,13 @@ pub(crate) struct Carried {
     listed: Vec<NamedPoint>,
 }
 
+impl Own {
+    fn inputs(&self) -> Vec<supine_report::Input> {
+        let tumour = self.drawn.iter().map(|file| file.told("tumour"));
+        tumour.chain(self.files.iter().map(|file| file.told("points"))).collect()
+    }
+}
+
 impl Node for Points {
     const ID: NodeId = NodeId::Points;
     const METHOD: u32 = 1;
@@ -44,7 +54,8 @@ impl Node for Points {
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let files = ground.files("carry.points", &case.points)?;
-        Ok(Own { tumour: case.tumour()?.into(), files })
+        let PlacedTumour { sphere, drawn } = ground.tumour()?;
+        Ok(Own { tumour: sphere.into(), drawn: drawn.map(|(file, _)| file), files })
     }
 
     fn run(own: &Own, (chosen, solved): Outs<Self>, work: &Work<'_>) -> Result<Carried, Error> {
@@ -72,7 +83,7 @@ impl Node for Points {
             tumour: movement(tumour, after[0]),
             nipple: nipple.map(|(before, after)| movement(before, Some(after))),
             points: points.iter().zip(&after).skip(own_points).map(|(p, a)| told(p, *a)).collect(),
-            inputs: own.files.iter().map(|file| file.told("points")).collect(),
+            inputs: own.inputs(),
             listed: listed.collect(),
         })
     }

@@ -3,8 +3,9 @@
 use super::{Import, Segment, Segmented};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
+use crate::inputs::InputFile;
 use crate::lazy::Lazy;
-use crate::shared::quality_check;
+use crate::shared::{PlacedTumour, of_the_ct, quality_check};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use rayon::prelude::*;
@@ -28,6 +29,9 @@ pub(crate) struct Region;
 pub(crate) struct Own {
     left: bool,
     tumour: Ball,
+    /// The structure set that it came from, and the frame of reference of its region.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn: Option<(InputFile, String)>,
     region: Option<Ball>,
 }
 
@@ -103,12 +107,17 @@ impl Node for Region {
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let left = case.breast()? == Side::Left;
-        Ok(Own { left, tumour: case.tumour()?.into(), region: case.region.map(Ball::from) })
+        let PlacedTumour { sphere, drawn } = ground.tumour()?;
+        Ok(Own { left, tumour: sphere.into(), drawn, region: case.region.map(Ball::from) })
     }
 
     fn run(own: &Own, (input, segmented): Outs<Self>, work: &Work<'_>) -> Result<Chosen, Error> {
         let side = if own.left { Side::Left } else { Side::Right };
         let tumour = own.tumour.sphere()?;
+        if let Some((file, frame)) = &own.drawn {
+            file.check_unchanged()?;
+            work.warn_all(of_the_ct(frame, input.source.as_ref())?);
+        }
         let (ct, map, progress) = (&input.ct, &segmented.labels, work.progress);
         let found = Breast::find(map, side, Some(tumour.centre()));
         let (breast, sphere) = match (found, own.region) {

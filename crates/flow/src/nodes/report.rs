@@ -7,7 +7,7 @@ use super::{
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::region::Ball as OwnBall;
-use crate::spec::Case;
+use crate::spec::{Case, TumourSpec};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -24,6 +24,7 @@ pub(crate) struct Own {
     /// The canonical case; of a de-identified run without its paths.
     case: serde_json::Map<String, serde_json::Value>,
     anonymise: bool,
+    tumour: OwnBall,
     #[serde(skip)]
     typed: Arc<Case>,
 }
@@ -58,7 +59,8 @@ impl Node for Report {
         let case = &ground.case;
         let anonymise = case.export.anonymise;
         let canonical = if anonymise { without_paths(case) } else { case.canonical() };
-        Ok(Own { case: canonical, anonymise, typed: Arc::clone(case) })
+        let tumour = ground.tumour()?.sphere.into();
+        Ok(Own { case: canonical, anonymise, tumour, typed: Arc::clone(case) })
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Reported, Error> {
@@ -84,6 +86,9 @@ fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
     nameless.ct = None;
     nameless.series = None;
     nameless.labels = None;
+    if matches!(nameless.tumour, Some(TumourSpec::Structure { .. })) {
+        nameless.tumour = None;
+    }
     nameless.seeds.files.clear();
     nameless.points.clear();
     nameless.carried.clear();
@@ -125,7 +130,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         tool: Tool { name: "supine".into(), version: env!("CARGO_PKG_VERSION").into() },
         must_not_be_used_for: supine_report::must_not_be_used_for(),
         case: own.case.clone(),
-        position: position(case)?,
+        position: position(case, own.tumour)?,
         inputs: inputs(&[
             std::slice::from_ref(&input.origin),
             &segmented.facts.inputs,
@@ -176,12 +181,12 @@ fn nameless(n: usize, left_out: &mut LeftOut) {
     left_out.file = format!("file {}", n + 1);
 }
 
-fn position(case: &Case) -> Result<supine_report::Position, Error> {
+fn position(case: &Case, tumour: OwnBall) -> Result<supine_report::Position, Error> {
     let bed = case.bed()?;
     Ok(supine_report::Position {
         breast: case.breast()?.to_string(),
         bed: Bed { ap_deg: bed.ap_deg, lat_deg: bed.lat_deg, gravity: bed.gravity().into() },
-        tumour: case.tumour.map(|tumour| ball(tumour.into())),
+        tumour: Some(ball(tumour)),
     })
 }
 

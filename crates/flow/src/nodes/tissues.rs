@@ -40,7 +40,9 @@ impl Node for Tissues {
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
-        let tumour = case.tumour.filter(|_| case.tissues).map(Ball::from);
+        let wanted = case.tissues && case.tumour.is_some();
+        let tumour = wanted.then(|| ground.tumour()).transpose()?;
+        let tumour = tumour.map(|tumour| tumour.sphere.into());
         Ok(Own { asked: case.tissues, tumour })
     }
 

@@ -18,7 +18,7 @@ use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::key::Key;
 use crate::memory::Meter;
-use crate::spec::{Case, Spec};
+use crate::spec::{Case, Spec, TumourSpec};
 use crate::{Error, NodeId};
 use cells::Cells;
 use plan::{Keys, ancestors};
@@ -126,6 +126,7 @@ impl Session {
             case: Arc::new(spec.case()?),
             spec: Arc::new(spec),
             inputs: Arc::new(Inputs::default()),
+            tumours: Arc::default(),
             secret: None,
             given: BTreeMap::new(),
         };
@@ -297,7 +298,12 @@ impl Session {
 /// Every path that a case names, with its key.
 fn inputs(case: &Case) -> impl Iterator<Item = (&'static str, &std::path::Path)> {
     let ct = case.ct.iter().map(|path| ("ct", path.as_path()));
-    ct.chain(case.labels.iter().map(|l| ("labels.file", l.file.as_path())))
+    let tumour = case.tumour.iter().filter_map(|tumour| match tumour {
+        TumourSpec::Structure { file, .. } => Some(("tumour.file", file.as_path())),
+        TumourSpec::Sphere(_) => None,
+    });
+    ct.chain(tumour)
+        .chain(case.labels.iter().map(|l| ("labels.file", l.file.as_path())))
         .chain(case.seeds.files.iter().map(|p| ("seeds.file", p.as_path())))
         .chain(case.points.iter().map(|p| ("carry.points", p.as_path())))
         .chain(case.carried.iter().map(|c| (c.kind.key(), c.path.as_path())))

@@ -15,6 +15,7 @@ mod search;
 mod statics;
 mod surfaces;
 mod texts;
+mod tumour;
 
 pub use carry::{CarriedFile, CarriedKind};
 pub use coarse::coarsen_run;
@@ -40,3 +41,4 @@ pub use search::{Effort, Found, Try};
 pub use statics::statics;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, rest_name, series_description};
+pub(crate) use tumour::{PlacedTumour, TumourCache, of_the_ct};

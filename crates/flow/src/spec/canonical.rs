@@ -1,6 +1,6 @@
 //! The canonical form of a case.
 
-use super::case::{Case, Refinement};
+use super::case::{Case, Refinement, TumourSpec};
 use super::table::{SAME_FRAME, TABLE};
 use super::tissue;
 use crate::shared::{CarriedKind, cut_name, rest_name};
@@ -41,8 +41,7 @@ fn value(case: &Case, key: &str) -> Json {
         "breast" => case.breast.map(|side| side.to_string()).into(),
         "bed.ap" => case.bed.map(|bed| bed.ap_deg).into(),
         "bed.lat" => case.bed.map(|bed| bed.lat_deg).into(),
-        "tumour.centre" => centre(case.tumour),
-        "tumour.radius" => case.tumour.map(|s| s.radius()).into(),
+        _ if key.starts_with("tumour.") => tumour(case, key),
         "region.centre" => centre(case.region),
         "region.radius" => case.region.map(|s| s.radius()).into(),
         "tolerance" => case.tolerance_mm.into(),
@@ -55,6 +54,16 @@ fn value(case: &Case, key: &str) -> Json {
         _ if key.starts_with("labels.") => labels(case, key),
         _ if key.starts_with("carry.") => carried(case, key),
         _ => export(case, key),
+    }
+}
+
+fn tumour(case: &Case, key: &str) -> Json {
+    match (&case.tumour, key) {
+        (Some(TumourSpec::Sphere(sphere)), "tumour.centre") => centre(Some(*sphere)),
+        (Some(TumourSpec::Sphere(sphere)), "tumour.radius") => sphere.radius().into(),
+        (Some(TumourSpec::Structure { name, .. }), "tumour.structure") => name.as_str().into(),
+        (Some(TumourSpec::Structure { file, .. }), "tumour.file") => file.to_string_lossy().into(),
+        _ => Json::Null,
     }
 }
 

@@ -31,7 +31,7 @@ pub struct Case {
     /// The table's tilt.
     pub bed: Option<BedPose>,
     /// The tumour in the CT.
-    pub tumour: Option<Sphere>,
+    pub tumour: Option<TumourSpec>,
     /// The region; proposed from the breast when absent.
     pub region: Option<Sphere>,
     /// What is asked of the mesh.
@@ -64,6 +64,30 @@ pub struct Case {
     pub tissues: bool,
     /// What is asked of what leaves in DICOM.
     pub export: ExportSpec,
+}
+
+/// Where the tumour is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TumourSpec {
+    /// A sphere in the CT, LPS, mm.
+    Sphere(Sphere),
+    /// A region of a structure set: the sphere of its volume about its centroid.
+    Structure {
+        /// Its name.
+        name: String,
+        /// The structure set.
+        file: PathBuf,
+    },
+}
+
+impl TumourSpec {
+    /// The sphere, where it is known without a file.
+    pub fn sphere(&self) -> Option<Sphere> {
+        match self {
+            Self::Sphere(sphere) => Some(*sphere),
+            Self::Structure { .. } => None,
+        }
+    }
 }
 
 /// Seeds for the segmentation: all of these together.
@@ -113,7 +137,7 @@ impl Case {
                 _ => Side::Right,
             }),
             bed: bed(given)?,
-            tumour: sphere(given, ["tumour.centre", "tumour.radius"])?,
+            tumour: tumour(given)?,
             tolerance_mm: given.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM),
             region: sphere(given, ["region.centre", "region.radius"])?,
             mesh: mesh::spec(given)?,
@@ -184,8 +208,8 @@ impl Case {
     ///
     /// # Errors
     /// [`CaseError::Missing`].
-    pub fn tumour(&self) -> Result<Sphere, CaseError> {
-        self.tumour.ok_or_else(|| missing("tumour.centre"))
+    pub fn tumour(&self) -> Result<&TumourSpec, CaseError> {
+        self.tumour.as_ref().ok_or_else(|| missing("tumour.centre"))
     }
 
     /// The change of gravity.
@@ -311,6 +335,22 @@ fn sphere(given: Given<'_>, keys: [&'static str; 2]) -> Result<Option<Sphere>, C
         }
         (None, _) => Err(missing(centre)),
         (Some(_), _) => Err(missing(radius)),
+    }
+}
+
+fn tumour(given: Given<'_>) -> Result<Option<TumourSpec>, CaseError> {
+    let sphere = sphere(given, ["tumour.centre", "tumour.radius"]);
+    match (given.text("tumour.structure"), given.file("tumour.file")) {
+        (None, None) => Ok(sphere?.map(TumourSpec::Sphere)),
+        (Some(_), None) => Err(missing("tumour.file")),
+        (None, Some(_)) => Err(missing("tumour.structure")),
+        (Some(name), Some(file)) if matches!(sphere, Ok(None)) => {
+            Ok(Some(TumourSpec::Structure { name, file }))
+        }
+        _ => Err(value(
+            "tumour.structure",
+            "it gives centre and radius: leave `tumour.centre` and `tumour.radius` out, or leave the structure out",
+        )),
     }
 }
 

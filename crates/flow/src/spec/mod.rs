@@ -14,7 +14,9 @@ mod table;
 mod tissue;
 mod value;
 
-pub use case::{Case, ExportSpec, MeshSpec, Refinement, SeedsSpec, Stiffness, StiffnessMap};
+pub use case::{
+    Case, ExportSpec, MeshSpec, Refinement, SeedsSpec, Stiffness, StiffnessMap, TumourSpec,
+};
 pub use edit::{Edit, edit};
 pub use error::CaseError;
 pub use schema::{case_schema, guide_table};

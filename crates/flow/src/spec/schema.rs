@@ -16,7 +16,8 @@ pub fn case_schema() -> Json {
             continue;
         };
         let inner = properties.entry(table).or_insert_with(|| {
-            required.extend(needed.then_some(table));
+            let either = matches!(parameter.default, Preset::RequiredOr(_));
+            required.extend((needed || either).then_some(table));
             json!({ "type": "object", "additionalProperties": false, "properties": {}, "required": [] })
         });
         inner["properties"][name] = one;
@@ -63,7 +64,7 @@ fn property(parameter: &Parameter) -> Json {
         Preset::Number(x) => x.into(),
         Preset::Whole(n) => n.into(),
         Preset::Choice(word) => word.into(),
-        Preset::Required | Preset::Absent(_) => Json::Null,
+        Preset::Required | Preset::RequiredOr(_) | Preset::Absent(_) => Json::Null,
     };
     if !default.is_null() {
         schema["default"] = default;

@@ -65,6 +65,8 @@ pub struct Parameter {
 pub enum Preset {
     /// It has to be given.
     Required,
+    /// It has to be given, or another key in its place.
+    RequiredOr(&'static str),
     /// Nothing: what then happens is said in brackets.
     Absent(&'static str),
     /// `false`, or `true`.
@@ -148,10 +150,30 @@ pub static TABLE: &[Parameter] = &[
         ("tumour.centre", "tumour-centre"),
         Kind::Point,
         "mm",
-        Required,
+        Preset::RequiredOr("tumour.structure"),
         "centre of the tumour in the CT (LPS)",
     ),
-    row(("tumour.radius", "tumour-radius"), RADIUS, "mm", Required, "radius of the tumour"),
+    row(
+        ("tumour.radius", "tumour-radius"),
+        RADIUS,
+        "mm",
+        Preset::RequiredOr("tumour.structure"),
+        "radius of the tumour",
+    ),
+    row(
+        ("tumour.structure", "tumour-structure"),
+        Kind::Text,
+        "",
+        Absent("centre and radius"),
+        "name of the tumour's region in a structure set: its centroid is the centre, the radius that of the sphere of its volume",
+    ),
+    row(
+        ("tumour.file", "tumour-file"),
+        Kind::File,
+        "",
+        Absent("centre and radius"),
+        "RT structure set of the CT that holds this region",
+    ),
     row(
         ("tolerance", "tolerance"),
         Kind::Number { min: 0.1, max: 50.0 },
@@ -487,6 +509,7 @@ impl Parameter {
     pub fn default_text(&self) -> String {
         match self.default {
             Required => "required".into(),
+            Preset::RequiredOr(other) => format!("required, or `{other}`"),
             Absent(what) => what.into(),
             Preset::Switch(on) => on.to_string(),
             Preset::Number(x) => x.to_string(),
@@ -508,7 +531,8 @@ mod tests {
         assert_eq!((keys.len(), options.len()), (TABLE.len(), TABLE.len()));
         for p in TABLE {
             let fits = match (p.default, p.kind) {
-                (Required | Absent(_), _) | (Preset::Switch(_), Kind::Switch) => true,
+                (Required | Preset::RequiredOr(_) | Absent(_), _)
+                | (Preset::Switch(_), Kind::Switch) => true,
                 (Preset::Number(x), Kind::Number { min, max }) => (min..=max).contains(&x),
                 (Preset::Whole(n), Kind::Whole { min, max }) => (min..=max).contains(&n),
                 (Preset::Choice(word), Kind::Choice(all)) => all[0] == word,

@@ -177,7 +177,9 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];
-    let cases: Vec<_> = given.iter().map(|line| with(line).unwrap().canonical()).collect();
+    let mut cases: Vec<_> = given.iter().map(|line| with(line).unwrap().canonical()).collect();
+    let drawn = "tumour = { structure = 'GTV', file = 'RS.dcm' }";
+    cases.push(Spec::from_text(drawn, "").unwrap().case().unwrap().canonical());
     for p in TABLE {
         let pointer = format!("/{}", p.key.replace('.', "/"));
         let held = |case: &serde_json::Map<String, Json>| {

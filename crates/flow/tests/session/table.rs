@@ -97,6 +97,8 @@ const RESULTS: &[Change] = &[
 const ELSEWHERE: &[(&str, &str)] = &[
     ("breast", "the patient's other breast has no tumour: `another_side_is_refused`"),
     ("mesh.mesher", "the other meshers are features: cli/tests/meshers.rs"),
+    ("tumour.structure", "structure sets are written there: tests/tests/flow/tumour.rs"),
+    ("tumour.file", "structure sets are written there: tests/tests/flow/tumour.rs"),
     ("carry.dose", "RT objects are made in Python: tests/tests/flow/rt.rs"),
     ("carry.structures", "RT objects are made in Python: tests/tests/flow/rt.rs"),
     ("export.anonymise", "its key is drawn by chance: `anonymised`"),

@@ -1,0 +1,105 @@
+//! The tumour from a region of a structure set.
+
+use crate::Error;
+use crate::inputs::InputFile;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+use supine_dicom::{Source, Structures, read_structures};
+use supine_space::{Sphere, Warning};
+
+/// Names of regions told in one message.
+const TOLD: usize = 20;
+
+/// Where the tumour is.
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedTumour {
+    /// LPS, mm.
+    pub(crate) sphere: Sphere,
+    /// The structure set that it came from, and the frame of reference of its region.
+    pub(crate) drawn: Option<(InputFile, String)>,
+}
+
+/// The sphere of a region, and its frame of reference.
+type Drawn = (Sphere, String);
+
+/// Tumours that were found in structure sets, by the hash of the file and the name of the region: nodes ask often, and a
+/// file may hold hundreds of thousands of points.
+#[derive(Debug, Default)]
+pub(crate) struct TumourCache(Mutex<BTreeMap<(String, String), Drawn>>);
+
+impl TumourCache {
+    /// The tumour that a region of a structure set is: the sphere of its volume about its centroid.
+    ///
+    /// # Errors
+    /// When the file is no structure set, has no such region, or the region encloses no volume.
+    pub(crate) fn place(&self, name: &str, file: InputFile) -> Result<PlacedTumour, Error> {
+        let key = (file.hash().to_owned(), name.to_owned());
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (sphere, frame) = match known.get(&key) {
+            Some(drawn) => drawn.clone(),
+            None => {
+                let structures = read_structures(&file.path).map_err(Error::TumourFile)?;
+                file.check_unchanged()?;
+                known.entry(key).or_insert(drawn(&structures, name)?).clone()
+            }
+        };
+        Ok(PlacedTumour { sphere, drawn: Some((file, frame)) })
+    }
+}
+
+/// The sphere of the volume of a region about its centroid, and the frame of reference of the region.
+///
+/// # Errors
+/// When no region or several have this name, or its contours enclose no volume.
+pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error> {
+    let named: Vec<_> = structures.rois().iter().filter(|roi| roi.name == name).collect();
+    let [roi] = named.as_slice() else {
+        let names: Vec<&str> = structures.rois().iter().map(|roi| roi.name.as_str()).collect();
+        return Err(Error::TumourName(not_one(name, named.len(), &names)));
+    };
+    let found = structures.enclosed(roi).map_err(Error::TumourFile)?;
+    let sphere = Sphere::new(found.centroid, found.radius());
+    let sphere = sphere.map_err(|e| Error::TumourName(format!("{name:?}: {e}")))?;
+    Ok((sphere, roi.frame_of_reference.clone()))
+}
+
+fn not_one(name: &str, times: usize, names: &[&str]) -> String {
+    if times > 1 {
+        return format!(
+            "{times} regions of the file are called {name:?}: give them different names"
+        );
+    }
+    let plain = |text: &str| text.trim().to_lowercase();
+    let near = |known: &&&str| strsim::damerau_levenshtein(&plain(known), &plain(name));
+    let nearest = names.iter().min_by_key(near);
+    let hint = nearest.map_or(String::new(), |near| format!(": did you mean {near:?}?"));
+    let mut listed: Vec<String> = names.iter().take(TOLD).map(|n| format!("{n:?}")).collect();
+    if names.len() > TOLD {
+        listed.push(format!("{} more", names.len() - TOLD));
+    }
+    format!("no region of the file is called {name:?}{hint} There are {}", listed.join(", "))
+}
+
+/// That a region was drawn on this CT, by the frame of reference; a warning where that cannot be told.
+///
+/// # Errors
+/// When it was drawn on another scan.
+pub(crate) fn of_the_ct(frame: &str, ct: Option<&Source>) -> Result<Option<Warning>, Error> {
+    let text = match ct.map(Source::frame_of_reference_uid) {
+        Some(of_ct) if of_ct == frame => return Ok(None),
+        Some(of_ct) if !of_ct.is_empty() => return Err(other_scan()),
+        _ => {
+            "the CT has no frame of reference: that the tumour's structure set belongs to it was not checked"
+        }
+    };
+    Ok(Some(Warning::new("tumour-frame-unknown", text)))
+}
+
+/// Said of a structure set of another CT.
+pub(crate) fn other_scan() -> Error {
+    Error::TumourName(
+        "the structure set was drawn on another scan (Frame of Reference UID is not that of the CT): take the one \
+         of this CT, or register it to this CT first"
+            .into(),
+    )
+}

@@ -1,0 +1,152 @@
+//! Volume and centroid of a solid that is drawn as contours.
+
+use crate::contours::{ContourError, fill_contours};
+use crate::median;
+use supine_space::{Grid, Matrix, Point, Vector};
+
+/// Pixels along the longer side of the contours: an area is then right to some thousandths.
+const PIXELS: f64 = 256.0;
+/// Most planes that the contours are looked at on.
+const MAX_PLANES: f64 = 512.0;
+/// Contours nearer than this lie in one plane, mm.
+const SAME_PLANE_MM: f64 = 0.1;
+
+/// A solid's volume and where it lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enclosed {
+    /// Centroid of the volume, LPS, mm.
+    pub centroid: Point,
+    /// Volume, mm³.
+    pub volume_mm3: f64,
+}
+
+impl Enclosed {
+    /// Radius of the sphere of the same volume, mm: (3 V / 4π)^(1/3).
+    pub fn radius(&self) -> f64 {
+        (self.volume_mm3 * 0.75 / std::f64::consts::PI).cbrt()
+    }
+}
+
+/// What parallel closed contours enclose; LPS, mm.
+///
+/// The rules are those of [`fill_contours`], on pixels of 1/256 of the contours' width and on planes as far apart as
+/// theirs: even-odd within a plane, missing planes interpolated, half a step beyond the outermost ones.
+///
+/// # Errors
+/// When no contour encloses anything, they lie in one plane alone, are not parallel, or planes are missing.
+pub fn enclosed(contours: &[Vec<Point>]) -> Result<Enclosed, ContourError> {
+    let grid = grid_of(contours)?;
+    let (mask, _) = fill_contours(&grid, contours)?;
+    let (mut voxels, mut sum) = (0usize, [0.0; 3]);
+    for n in (0..grid.len()).filter(|&n| mask.data()[n]) {
+        voxels += 1;
+        sum.iter_mut().zip(grid.voxel(n)).for_each(|(sum, v)| *sum += v as f64);
+    }
+    if voxels == 0 {
+        return Err(ContourError::Empty);
+    }
+    let centroid = grid.patient_from_index(sum.map(|s| s / voxels as f64));
+    Ok(Enclosed { centroid, volume_mm3: voxels as f64 * grid.voxel_volume() })
+}
+
+/// Pixels that hold the contours, on their own planes.
+fn grid_of(contours: &[Vec<Point>]) -> Result<Grid, ContourError> {
+    let closed = || contours.iter().filter(|c| c.len() >= 3);
+    let areas = closed().map(|contour| area(contour));
+    let largest = areas.max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let normal = largest.filter(|a| a.norm() > 0.0 && a.norm().is_finite());
+    let axes = axes(normal.ok_or(ContourError::Empty)?.normalize());
+    let place = |p: &Point, axis: usize| axes.column(axis).dot(&p.coords);
+    let range = |axis: usize| {
+        let all = closed().flatten().map(|p| place(p, axis));
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    let [u, v, w] = [range(0), range(1), range(2)];
+    let mut planes: Vec<f64> = closed().map(|c| place(&c[0], 2)).collect();
+    planes.sort_by(f64::total_cmp);
+    planes.dedup_by(|b, a| *b - *a <= SAME_PLANE_MM);
+    let mut steps: Vec<f64> = planes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let step = median(&mut steps).ok_or(ContourError::OnePlane)?;
+    let step = step.max((w[1] - w[0]) / MAX_PLANES);
+    let pixel = (u[1] - u[0]).max(v[1] - v[0]) / PIXELS;
+    let size = [u, v].map(|[low, high]| ((high - low) / pixel).ceil() as usize + 1);
+    let depth = ((w[1] - w[0]) / step).round() as usize + 1;
+    let origin = Point::from(axes * Vector::new(u[0], v[0], planes[0]));
+    let spacing = Vector::new(pixel, pixel, step);
+    Grid::new([size[0], size[1], depth], spacing, origin, axes).map_err(|_| ContourError::Empty)
+}
+
+/// Area of a contour along its normal, mm² (Newell's sum).
+fn area(contour: &[Point]) -> Vector {
+    let next = contour.iter().cycle().skip(1);
+    let pairs = contour.iter().zip(next);
+    0.5 * pairs.map(|(a, b)| a.coords.cross(&b.coords)).sum::<Vector>()
+}
+
+/// Axes of which the third is the normal, upwards.
+fn axes(normal: Vector) -> Matrix {
+    let normal = if normal[normal.iamax()] < 0.0 { -normal } else { normal };
+    let first = Vector::ith(normal.iamin(), 1.0);
+    let u = (first - normal * normal.dot(&first)).normalize();
+    Matrix::from_columns(&[u, normal.cross(&u), normal])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CENTRE: Point = Point::new(60.0, -212.3, -590.0);
+
+    /// Circles of a sphere on planes `step` apart, turned by `turn`.
+    fn sphere(radius: f64, step: f64, turn: Matrix) -> Vec<Vec<Point>> {
+        let planes = (radius / step).floor() as i32;
+        let circle = |n: i32| {
+            let height = f64::from(n) * step;
+            let r = (radius * radius - height * height).sqrt();
+            (0..120)
+                .map(|k| (f64::from(k) * 3.0).to_radians().sin_cos())
+                .map(|(sin, cos)| CENTRE + turn * Vector::new(r * cos, r * sin, height))
+                .collect()
+        };
+        (-planes..=planes).map(circle).collect()
+    }
+
+    fn turned() -> Matrix {
+        let ((sa, ca), (sb, cb)) = (0.4f64.sin_cos(), 0.7f64.sin_cos());
+        let about_x = Matrix::new(1.0, 0.0, 0.0, 0.0, ca, -sa, 0.0, sa, ca);
+        Matrix::new(cb, -sb, 0.0, sb, cb, 0.0, 0.0, 0.0, 1.0) * about_x
+    }
+
+    #[test]
+    fn a_sphere_has_its_centre_and_radius_in_any_direction() {
+        for turn in [Matrix::identity(), turned()] {
+            for (radius, step) in [(9.0, 3.0), (12.5, 2.5), (20.0, 1.0)] {
+                let found = enclosed(&sphere(radius, step, turn)).unwrap();
+                assert!((found.centroid - CENTRE).norm() < 0.05, "{found:?}");
+                assert!((found.radius() - radius).abs() < 0.02 * radius, "{}", found.radius());
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_is_not_part_of_the_volume() {
+        let (outer, inner) =
+            (sphere(20.0, 2.0, Matrix::identity()), sphere(10.0, 2.0, Matrix::identity()));
+        let volume = |all: &[Vec<Point>]| enclosed(all).unwrap().volume_mm3;
+        let ring = volume(&[outer.clone(), inner.clone()].concat());
+        let expected = volume(&outer) - volume(&inner);
+        assert!((ring - expected).abs() < 0.01 * expected, "{ring} {expected}");
+    }
+
+    #[test]
+    fn one_plane_or_nothing_has_no_volume() {
+        let all = sphere(9.0, 3.0, Matrix::identity());
+        assert_eq!(enclosed(&all[2..3]), Err(ContourError::OnePlane));
+        assert_eq!(enclosed(&[]), Err(ContourError::Empty));
+        let line = vec![CENTRE; 5];
+        assert_eq!(enclosed(&[line]), Err(ContourError::Empty));
+        let mut gap = sphere(40.0, 3.0, Matrix::identity());
+        gap.drain(10..16);
+        assert!(matches!(enclosed(&gap), Err(ContourError::Gap { .. })));
+    }
+}

@@ -1,0 +1,88 @@
+//! The tumour from a region of a structure set.
+
+use crate::shared::scratch;
+use serde_json::Value;
+use std::path::Path;
+use supine_tests::{Case, Drawn, Outcome, frame_of_reference, source, supine, write_structures};
+
+/// The tumour of the fixture patient.
+const GTV: Drawn = Drawn { name: "GTV", centre: [91.37, -248.09, -594.5], radius: 9.0 };
+/// What else a planner draws.
+const OTHERS: [Drawn; 2] = [
+    Drawn { name: "PTV_Boost", radius: 15.0, ..GTV },
+    Drawn { name: "Heart", centre: [20.0, -200.0, -630.0], radius: 40.0 },
+];
+
+fn frame() -> String {
+    frame_of_reference(&source().join("IM0001"))
+}
+
+fn case(folder: &Path, tumour: &str) -> std::path::PathBuf {
+    Case::small().with("tumour", tumour).write(folder)
+}
+
+fn run(case: &Path, out: &Path, until: &str) -> Outcome {
+    supine(&[&"run", &case, &"--out", &out, &"--quiet", &"--json", &"--until", &until])
+}
+
+#[test]
+fn the_tumour_is_the_sphere_of_its_region() {
+    let folder = scratch();
+    let rs = folder.path().join("RS.dcm");
+    write_structures(&rs, &frame(), &[OTHERS[0], GTV, OTHERS[1]]);
+    let by_name = case(folder.path(), "{ structure = \"GTV\", file = \"RS.dcm\" }");
+    let out = folder.path().join("out");
+    let said = run(&by_name, &out, "report").success("supine run");
+    let summary: Value = serde_json::from_str(&said.stdout).expect("JSON");
+    let tumour = &summary["position"]["tumour"];
+    let number = |value: &Value| value.as_f64().expect("a number");
+    for (axis, centre) in GTV.centre.iter().enumerate() {
+        assert!((number(&tumour["centre_mm"][axis]) - centre).abs() < 0.05, "{tumour}");
+    }
+    assert!((number(&tumour["radius_mm"]) - GTV.radius).abs() < 0.15, "{tumour}");
+    assert_eq!(summary["case"]["tumour"]["structure"], "GTV");
+    let inputs = summary["inputs"].as_array().expect("a list");
+    assert!(inputs.iter().any(|input| input["role"] == "tumour"), "{inputs:?}");
+
+    // Another region drawn in the same file changes nothing but the file; a moved one moves the tumour.
+    let before = std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh");
+    write_structures(&rs, &frame(), &[Drawn { radius: 12.0, ..GTV }]);
+    let said = run(&by_name, &out, "report").success("supine run");
+    let summary: Value = serde_json::from_str(&said.stdout).expect("JSON");
+    assert!((number(&summary["position"]["tumour"]["radius_mm"]) - 12.0).abs() < 0.2, "{summary}");
+    assert!(before == std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh"));
+    let case = out.join("summary.json");
+    let said = run(&case, &folder.path().join("again"), "region");
+    said.success("the run of a summary");
+}
+
+#[test]
+fn a_region_that_is_not_there_names_the_nearest_and_all() {
+    let folder = scratch();
+    write_structures(&folder.path().join("RS.dcm"), &frame(), &[OTHERS[0], GTV]);
+    let refused = |tumour: &str, words: &[&str]| {
+        let out = folder.path().join("out");
+        let said = run(&case(folder.path(), tumour), &out, "region");
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        words.iter().for_each(|word| assert!(said.stderr.contains(word), "{}", said.stderr));
+    };
+    let words = ["`tumour.structure`", "did you mean \"GTV\"?", "\"PTV_Boost\", \"GTV\""];
+    refused("{ structure = \"gtv \", file = \"RS.dcm\" }", &words);
+    refused("{ structure = \"GTV\" }", &["`tumour.file` is missing"]);
+    refused("{ structure = \"GTV\", file = \"none.dcm\" }", &["`tumour.file`", "none.dcm"]);
+    let both = "{ structure = \"GTV\", file = \"RS.dcm\", radius = 9.0 }";
+    refused(both, &["`tumour.structure`", "leave `tumour.centre` and `tumour.radius` out"]);
+    let slice =
+        format!("{{ structure = \"GTV\", file = '{}' }}", source().join("IM0001").display());
+    refused(&slice, &["`tumour.file`", "not a structure set"]);
+}
+
+#[test]
+fn a_region_of_another_scan_is_refused() {
+    let folder = scratch();
+    write_structures(&folder.path().join("RS.dcm"), "2.25.99", &[GTV]);
+    let by_name = case(folder.path(), "{ structure = \"GTV\", file = \"RS.dcm\" }");
+    let said = run(&by_name, &folder.path().join("out"), "region");
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("drawn on another scan"), "{}", said.stderr);
+}
