@@ -13,14 +13,43 @@ use supine_space::Failure as Kind;
 
 pub(crate) fn check(args: args::Check, screen: &Screen) -> Result<End, Failure> {
     let args::Check { case, changes, out } = args;
-    let done = check::check(&check::Check { case, changes, out: out.clone() })?;
-    let mut text = format!("{} can be run", done.case.display());
+    let done = check::check(&check::Check { case, changes, out: out.clone() }, screen)?;
+    let mut text = plan(&done);
     if let (Some(redone), Some(out)) = (&done.redone, out) {
         let stages = if redone.is_empty() { "nothing".into() } else { redone.join(", ") };
         text += &format!("\nto do in {}: {stages}", out.display());
     }
     screen.result(&done, &text);
     Ok(End::Done)
+}
+
+/// What a run would do, in words.
+fn plan(done: &check::CheckDone) -> String {
+    let check::CheckDone { case, ct, tumour, breast, bed_deg: [ap, lat], .. } = done;
+    let ([i, j, k], [x, y, z]) = (ct.size, ct.spacing_mm);
+    let [tx, ty, tz] = tumour.centre_mm;
+    let ends = |tilt: f64, up: &str, down: &str| match tilt {
+        0.0 => "level".into(),
+        tilt => format!("{} by {}°", if tilt > 0.0 { up } else { down }, tilt.abs()),
+    };
+    let (head, side) = (
+        ends(*ap, "head raised", "head lowered"),
+        ends(*lat, "left side lowered", "right side lowered"),
+    );
+    let region = if done.region_proposed { "found from the breast" } else { "as given" };
+    let left_out = match ct.left_out {
+        0 => String::new(),
+        n => format!(", {n} files of the folder left out"),
+    };
+    format!(
+        "{} can be run\n  CT      {i} x {j} x {k} voxels of {x:.3} x {y:.3} x {z:.3} mm{left_out}\n  \
+         tumour  {tx:.1}, {ty:.1}, {tz:.1} mm (LPS), radius {:.1} mm, {:.0} HU, {breast} breast\n  \
+         table   AP {ap}°, LAT {lat}°: {head}, {side}\n  region  {region}\n  mesh    {} tetrahedra",
+        case.display(),
+        tumour.radius_mm,
+        tumour.mean_hu,
+        done.tetrahedra
+    )
 }
 
 pub(crate) fn segment(args: args::Segment, screen: &Screen) -> Result<End, Failure> {

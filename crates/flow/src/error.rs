@@ -64,6 +64,9 @@ pub enum Error {
     /// No region of a structure set has the tumour's name, or several have.
     #[error("`tumour.structure`: {0}")]
     TumourName(String),
+    /// The tumour cannot be there.
+    #[error("`tumour`: {0}")]
+    TumourPlace(#[from] supine_segment::TumourPlaceError),
     /// The tumour and the anatomy disagree.
     #[error("`tumour`: {0}")]
     Tumour(String),
@@ -278,6 +281,7 @@ impl Error {
             | Self::Region(_)
             | Self::TumourFile(_)
             | Self::TumourName(_)
+            | Self::TumourPlace(_)
             | Self::Tumour(_) => Failure::Input,
             Self::NotBuilt { .. } | Self::NotRefined { .. } | Self::NoFolder => Failure::Usage,
             #[cfg(feature = "cgal")]

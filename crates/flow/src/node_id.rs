@@ -9,6 +9,8 @@ pub enum NodeId {
     Source,
     /// The patient's own doses, structures and segmentations, held against the CT.
     Objects,
+    /// The tumour, held against the CT.
+    Tumour,
     /// Labels of chest wall and soft tissue.
     Segment,
     /// The labels as a DICOM segmentation.
@@ -45,10 +47,11 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Import,
         Self::Source,
         Self::Objects,
+        Self::Tumour,
         Self::Segment,
         Self::LabelsObject,
         Self::Region,
@@ -73,6 +76,7 @@ impl NodeId {
             Self::Import => "import",
             Self::Source => "source",
             Self::Objects => "objects",
+            Self::Tumour => "tumour",
             Self::Segment => "segment",
             Self::LabelsObject => "labels-object",
             Self::Region => "region",

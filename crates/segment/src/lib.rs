@@ -47,6 +47,7 @@ mod spikes;
 mod supplied;
 mod tissues;
 mod tumour;
+mod tumour_place;
 mod uncertainty;
 mod wall;
 
@@ -67,6 +68,7 @@ pub use segmenter::Segmenter;
 pub use supine_volume::{SeedKind, Seeds};
 pub use supplied::take_labels;
 pub use tissues::{TissueInfo, TissueShare, tissue_shares, tissues};
+pub use tumour_place::{TumourPlace, TumourPlaceError, tumour_place};
 pub use uncertainty::{Patch, UNCERTAIN_MM, WallUncertainty, wall_uncertainty};
 
 use std::sync::Arc;

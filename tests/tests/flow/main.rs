@@ -7,6 +7,7 @@
 mod anonymise;
 mod by_hand;
 mod carry;
+mod check;
 mod formats;
 mod hazards;
 mod labels;

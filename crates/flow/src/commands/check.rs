@@ -1,10 +1,15 @@
 //! `supine check`: whether a case can be run, and what a run would do.
 
 use super::run::{Change, spec};
+use super::{Gather, messages};
 use crate::folder::FinishedRun;
-use crate::{Error, NodeId};
+use crate::nodes::{Import, Objects, Tumour};
+use crate::session::{Request, Session};
+use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
+use supine_exchange::read_points;
+use supine_report::Warning;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -22,22 +27,108 @@ pub struct Check {
 pub struct CheckDone {
     /// The case file.
     pub case: PathBuf,
+    /// The CT.
+    pub ct: CheckedCt,
+    /// The tumour.
+    pub tumour: CheckedTumour,
+    /// The breast, in a word.
+    pub breast: String,
+    /// Tilt of the table: AP and LAT, degrees.
+    pub bed_deg: [f64; 2],
+    /// Whether the region is proposed from the breast and not given.
+    pub region_proposed: bool,
+    /// Number of tetrahedra that are asked for.
+    pub tetrahedra: usize,
     /// The stages that a run into the folder would do, in their order, where one was named: all whose key is not that
     /// of the finished run in it.
     pub redone: Option<Vec<&'static str>>,
+    /// What the user must know.
+    #[serde(serialize_with = "messages")]
+    pub warnings: Vec<Warning>,
 }
 
-/// Checks the values of a case together, and that its files are there.
+/// The CT as it was read.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedCt {
+    /// Voxels along i, j, k.
+    pub size: [usize; 3],
+    /// Distance of voxel centres, mm.
+    pub spacing_mm: [f64; 3],
+    /// Files that were read.
+    pub files: usize,
+    /// Files that are no part of it.
+    pub left_out: usize,
+}
+
+/// The tumour in the CT.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedTumour {
+    /// LPS, mm.
+    pub centre_mm: [f64; 3],
+    /// mm.
+    pub radius_mm: f64,
+    /// Mean of the CT about its centre, HU.
+    pub mean_hu: f64,
+}
+
+/// Checks all that is known of a case before the work is begun: its values together, that its files are there, that the
+/// CT is a usable series, that the tumour lies in its tissue and on the right side, and that the patient's objects are of
+/// this CT. A run fails in the same words.
 ///
 /// # Errors
 /// Why the case cannot be run.
-pub fn check(given: &Check) -> Result<CheckDone, Error> {
+pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error> {
     let session = super::session(&spec(&given.case, &given.changes)?)?;
     session.case().check_complete()?;
+    let redone = redone(given, &session)?;
+    let gather = Gather::new(observer, &[]);
+    let request = Request { observer: &gather, ..Request::default() };
+    let input = session.get::<Import>(&request)?;
+    let placed = session.get::<Tumour>(&request)?;
+    session.get::<Objects>(&request)?;
+    check_points(&session)?;
+    let (case, sphere) = (session.case(), session.ground().tumour()?.sphere);
+    let bed = case.bed()?;
+    Ok(CheckDone {
+        case: given.case.clone(),
+        ct: CheckedCt {
+            size: input.facts.size,
+            spacing_mm: input.facts.spacing_mm,
+            files: input.origin.files,
+            left_out: input.facts.left_out.len(),
+        },
+        tumour: CheckedTumour {
+            centre_mm: sphere.centre().coords.into(),
+            radius_mm: sphere.radius(),
+            mean_hu: placed.mean_hu,
+        },
+        breast: case.breast()?.to_string(),
+        bed_deg: [bed.ap_deg, bed.lat_deg],
+        region_proposed: case.region.is_none(),
+        tetrahedra: case.mesh.tetrahedra,
+        redone,
+        warnings: gather.warnings(),
+    })
+}
+
+/// The stages that a run into the named folder would do. All files that the case names are hashed for that, so that a
+/// missing one is told.
+fn redone(given: &Check, session: &Session) -> Result<Option<Vec<&'static str>>, Error> {
     let run = given.out.as_deref().and_then(|out| FinishedRun::open(out).ok());
     let secret = run.as_ref().map(FinishedRun::secret).transpose()?.flatten();
     let left = run.and_then(|run| run.summary().ok()).map(|summary| summary.chain);
     let redone = session.redone(&left.unwrap_or_default(), secret)?;
-    let redone = redone.into_iter().map(NodeId::name).collect();
-    Ok(CheckDone { case: given.case.clone(), redone: given.out.is_some().then_some(redone) })
+    let names = redone.into_iter().map(NodeId::name).collect();
+    Ok(given.out.is_some().then_some(names))
+}
+
+/// That the lists of points can be read.
+fn check_points(session: &Session) -> Result<(), Error> {
+    let (case, ground) = (session.case(), session.ground());
+    let seeds = case.seeds.files.iter().filter(|path| super::ends(path, &[".csv", ".mrk.json"]));
+    let seeds = seeds.map(|path| ("seeds.file", path));
+    for (key, path) in seeds.chain(case.points.iter().map(|path| ("carry.points", path))) {
+        read_points(&ground.path(path)).map_err(|e| Error::file(key, e))?;
+    }
+    Ok(())
 }

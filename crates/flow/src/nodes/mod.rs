@@ -19,6 +19,7 @@ mod segment;
 mod solve;
 mod source;
 mod tissues;
+mod tumour;
 mod warp;
 
 pub(crate) use carry::Carry;
@@ -40,6 +41,7 @@ pub(crate) use segment::{Segment, Segmented};
 pub(crate) use solve::{Solve, Solved};
 pub(crate) use source::Source;
 pub(crate) use tissues::Tissues;
+pub(crate) use tumour::Tumour;
 pub(crate) use warp::{Warp, warp_facts};
 
 use crate::graph::Entry;
@@ -49,6 +51,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Import>(),
     Entry::of::<Source>(),
     Entry::of::<Objects>(),
+    Entry::of::<Tumour>(),
     Entry::of::<Segment>(),
     Entry::of::<LabelsObject>(),
     Entry::of::<Region>(),

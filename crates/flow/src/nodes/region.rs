@@ -1,11 +1,10 @@
 //! The region: as given, or proposed from the breast; and whether the tumour lies in it.
 
-use super::{Import, Segment, Segmented};
+use super::{Import, Segment, Segmented, Tumour};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::inputs::InputFile;
 use crate::lazy::Lazy;
-use crate::shared::{PlacedTumour, of_the_ct, quality_check};
+use crate::shared::quality_check;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use rayon::prelude::*;
@@ -29,9 +28,6 @@ pub(crate) struct Region;
 pub(crate) struct Own {
     left: bool,
     tumour: Ball,
-    /// The structure set that it came from, and the frame of reference of its region.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    drawn: Option<(InputFile, String)>,
     region: Option<Ball>,
 }
 
@@ -101,23 +97,19 @@ impl Node for Region {
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
-    type Parents = (Import, Segment);
+    type Parents = (Import, Tumour, Segment);
     type Out = Chosen;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let left = case.breast()? == Side::Left;
-        let PlacedTumour { sphere, drawn } = ground.tumour()?;
-        Ok(Own { left, tumour: sphere.into(), drawn, region: case.region.map(Ball::from) })
+        let tumour = ground.tumour()?.sphere.into();
+        Ok(Own { left, tumour, region: case.region.map(Ball::from) })
     }
 
-    fn run(own: &Own, (input, segmented): Outs<Self>, work: &Work<'_>) -> Result<Chosen, Error> {
+    fn run(own: &Own, (input, _, segmented): Outs<Self>, work: &Work<'_>) -> Result<Chosen, Error> {
         let side = if own.left { Side::Left } else { Side::Right };
         let tumour = own.tumour.sphere()?;
-        if let Some((file, frame)) = &own.drawn {
-            file.check_unchanged()?;
-            work.warn_all(of_the_ct(frame, input.source.as_ref())?);
-        }
         let (ct, map, progress) = (&input.ct, &segmented.labels, work.progress);
         let found = Breast::find(map, side, Some(tumour.centre()));
         let (breast, sphere) = match (found, own.region) {

@@ -1,0 +1,63 @@
+//! The tumour, held against the CT before the long work is done: drawn on this very scan, in tissue, in the half of the
+//! body that the case names.
+
+use super::Import;
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::inputs::InputFile;
+use crate::nodes::region::Ball;
+use crate::shared::{PlacedTumour, of_the_ct};
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::{Deserialize, Serialize};
+use supine_segment::tumour_place;
+use supine_space::Side;
+
+pub(crate) struct Tumour;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    left: bool,
+    tumour: Ball,
+    /// The structure set that it came from, and the frame of reference of its region.
+    drawn: Option<(InputFile, String)>,
+}
+
+/// What the CT shows at its place.
+#[derive(Serialize, Deserialize, Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    /// Mean about its centre, HU.
+    pub(crate) mean_hu: f64,
+}
+
+impl Node for Tumour {
+    const ID: NodeId = NodeId::Tumour;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    type Own = Own;
+    type Parents = (Import,);
+    type Out = Placed;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let left = ground.case.breast()? == Side::Left;
+        let PlacedTumour { sphere, drawn } = ground.tumour()?;
+        Ok(Own { left, tumour: sphere.into(), drawn })
+    }
+
+    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
+        if let Some((_, frame)) = &own.drawn {
+            work.warn_all(of_the_ct(frame, input.source.as_ref())?);
+        }
+        let side = if own.left { Side::Left } else { Side::Right };
+        let placed = tumour_place(&input.ct, own.tumour.sphere()?, Some(side))?;
+        Ok(Placed { mean_hu: placed.mean_hu })
+    }
+
+    fn facts(out: &Placed) -> Result<serde_json::Value, Error> {
+        Ok(serde_json::to_value(out)?)
+    }
+
+    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Placed, Error> {
+        Ok(serde_json::from_value(facts)?)
+    }
+}
