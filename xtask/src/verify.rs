@@ -11,6 +11,7 @@ mod dicom;
 mod flow;
 mod fuzz;
 mod image;
+mod interval;
 mod mechanics;
 mod mesh;
 mod page;
@@ -110,6 +111,8 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
 /// A part of the page, in the order in which they stand there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub(crate) enum Part {
+    /// The tumour's displacement with tissue that nobody measured, and how often its interval holds the truth.
+    Interval,
     /// The synthetic patients, whole runs against their truth; writes docs/pictures too.
     Patients,
     /// Real CTs, whole runs.
@@ -142,6 +145,7 @@ impl Part {
     /// Its text, from runs made now.
     fn measure(self, bench: &Bench<'_>) -> Result<String> {
         match self {
+            Self::Interval => interval::section(bench),
             Self::Patients => {
                 let patients = patients::all(bench)?;
                 pictures(bench)?;
