@@ -214,9 +214,11 @@ fn links_between_the_pages_lead_somewhere() {
 #[test]
 fn the_hazards_name_tests_that_exist() {
     let page = read(Path::new("docs/HAZARDS.md"));
-    let folder = Path::new("crates/dicom/tests/series");
-    let tests: String =
-        files_below(&root().join(folder)).iter().map(|f| read(&folder.join(f))).collect();
+    let of = |folder: &str| -> String {
+        let folder = Path::new(folder);
+        files_below(&root().join(folder)).iter().map(|f| read(&folder.join(f))).collect()
+    };
+    let tests = ["crates/dicom/tests/series", "tests/tests/flow"].map(of).concat();
     let rows = page.lines().filter(|line| line.starts_with("| ") && line.ends_with("` |"));
     let named: Vec<&str> = rows.filter_map(|row| row.rsplit('`').nth(1)).collect();
     assert!(named.len() > 30, "the table was found: {named:?}");
