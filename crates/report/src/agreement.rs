@@ -14,13 +14,7 @@ const STEP_MM: f64 = 0.25;
 
 /// The measures of the scene: the moved mesh against the moved CT, independent of how that was made.
 pub fn agreement(scene: &Scene<'_>) -> Agreement {
-    let moved = |point: u32| scene.displacement().values()[point as usize].norm();
-    let wall = scene.mesh().points_on(BoundaryTag::ChestWall).into_iter().map(moved);
-    Agreement {
-        voxel_mm: scene.ct.grid().spacing().max(),
-        chest_wall_mm: wall.fold(0.0, f64::max),
-        skin: skin(scene),
-    }
+    Agreement { voxel_mm: scene.ct.grid().spacing().max(), skin: skin(scene) }
 }
 
 fn skin(scene: &Scene<'_>) -> Option<SkinAgreement> {

@@ -7,7 +7,7 @@ use crate::info::Counts;
 use crate::paint::Outline;
 use crate::posture::Posture;
 use crate::quality_check::QualityCheck;
-use crate::radial_map::Rays;
+use crate::radial_map::{RadialMap, Rays};
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
 use crate::segmentation::Segmentation;
@@ -15,8 +15,8 @@ use crate::shell::{self, Shell};
 use crate::wall::Search;
 use crate::{Error, Info, Params, Seeds, bones, confidence, hounsfield, implant, info, muscle};
 use std::sync::Arc;
-use supine_space::Progress;
-use supine_volume::{Ct, LabelMap, Surfaces, Volume, label};
+use supine_space::{Progress, Warning};
+use supine_volume::{Ct, LabelMap, SeedKind, Surfaces, Volume, label};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter {
@@ -88,14 +88,30 @@ impl Segmenter {
         muscle::add_beyond(&outline, muscle, levels, shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, &self.shell, &wall, &constraints);
+        let warnings = self.seed_warnings(seeds, &wall.height)?;
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
         let mut info = info::info(&self.params, scan, levels, &wall, counts);
         info.warnings.extend(self.posture.warning());
+        info.warnings.extend(warnings);
         info.checks.splice(0..0, self.checks.iter().cloned().chain(self.posture.checks()));
         let outline = outline.into_radius();
         Ok((Segmentation { labels: Arc::new(labels), outline, error, levels }, info))
+    }
+
+    /// What points among the seeds did to the wall (its height over the shell), beside the wall without seeds.
+    fn seed_warnings(&self, seeds: &Seeds, height: &RadialMap) -> Result<Vec<Warning>, Error> {
+        let points = [SeedKind::ChestWall, SeedKind::SoftTissue].map(|kind| seeds.points(kind));
+        if points.iter().all(|points| points.is_empty()) {
+            return Ok(Vec::new());
+        }
+        let (scan, shell) = (self.scan(), &self.shell.radius);
+        let none = Constraints::new(scan, &[], shell)?;
+        let without = self.search.solve(scan, shell, &none, Progress::none())?;
+        let (without, with) = (shell.plus(&without.height), shell.plus(height));
+        let walls = seeds::Walls { without: &without, with: &with };
+        Ok(seeds::warnings(scan, self.search.levels, &walls, seeds))
     }
 
     /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this

@@ -9,8 +9,6 @@ use serde::{Deserialize, Serialize};
 pub struct Agreement {
     /// Longest side of a voxel of the CT, mm: the tolerance of the report.
     pub voxel_mm: f64,
-    /// Largest displacement of a point of the chest wall's boundary, mm: it must not move.
-    pub chest_wall_mm: f64,
     /// Between the skin of the moved mesh and that of the moved CT; `None` when no skin was simulated.
     pub skin: Option<SkinAgreement>,
 }

@@ -170,7 +170,6 @@ pub(crate) fn example() -> Summary {
         },
         agreement: Some(Agreement {
             voxel_mm: 3.0,
-            chest_wall_mm: 0.0,
             skin: Some(SkinAgreement {
                 places: 412,
                 lost: 0,

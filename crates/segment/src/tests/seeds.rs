@@ -146,6 +146,29 @@ fn a_seed_takes_its_surroundings_along_and_nothing_else() {
 }
 
 #[test]
+fn a_seed_that_moves_the_wall_far_is_named_with_what_it_did() {
+    let ct = Thorax::default().ct(Matrix::identity());
+    let segmenter = ready(&ct);
+    let plain = run(&segmenter, &Seeds::default()).unwrap();
+    let ray = Vector::new(0.5f64.sin(), -0.5f64.cos(), 0.0);
+    let surface = (0..200)
+        .map(|n| Point::origin() + ray * (60.0 + 0.5 * f64::from(n)))
+        .take_while(|p| at(&plain, p) == label::CHEST_WALL)
+        .last()
+        .unwrap();
+    let told = |out: f64| -> Vec<String> {
+        let seeds = Seeds { chest_wall: vec![surface + ray * out], ..Seeds::default() };
+        let (_, info) = segmenter.segment(&seeds, Progress::none()).unwrap();
+        let of_seeds = info.warnings.iter().filter(|w| w.code() == "seed-moves-wall");
+        of_seeds.map(ToString::to_string).collect()
+    };
+    assert!(told(-2.0).is_empty(), "{:?}", told(-2.0));
+    let far = told(18.0);
+    assert_eq!(far.len(), 1, "{far:?}");
+    assert!(far[0].contains("chest_wall seed") && far[0].contains("outwards"), "{far:?}");
+}
+
+#[test]
 fn careless_seeds_are_named_with_the_reason() {
     let ct = Thorax::default().ct(Matrix::identity());
     let segmenter = ready(&ct);
