@@ -24,7 +24,7 @@ pub use distance::distance_mm;
 pub use enclosed::{Enclosed, enclosed};
 pub use plane::{contour, sample_plane};
 pub use quantile::{Ordered, median, quantile, ranked};
-pub use region::{Region, RegionError};
+pub use region::{Region, RegionError, largest_radius};
 pub use sample::{Cell, sample_trilinear, sample_trilinear_at, sample_vector};
 pub use seeds::{SeedKind, Seeds};
 pub use signed_distance::SignedDistance;

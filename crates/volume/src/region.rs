@@ -2,7 +2,7 @@
 
 use crate::{LabelMap, Surfaces, label};
 use std::sync::Arc;
-use supine_space::{Failure, Sphere};
+use supine_space::{Failure, Point, Sphere};
 
 /// The uncropped labels and the sphere inside which the soft tissue is modelled; cheap to clone.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub enum RegionError {
     /// The sphere reaches beyond the volume, into what is not known.
     #[error(
         "the region (centre {centre:.1?} mm, radius {radius:.1} mm) reaches {missing:.1} mm beyond the \
-         {side} end of the volume's {axis} axis; move or shrink it"
+         {side} end of the volume's {axis} axis; move it, or give it a radius of at most {fits:.1} mm"
     )]
     OutsideVolume {
         /// Centre, LPS, mm.
@@ -32,6 +32,8 @@ pub enum RegionError {
         side: &'static str,
         /// i, j or k.
         axis: char,
+        /// The largest radius about this centre that stays within the volume, mm, rounded down.
+        fits: f64,
     },
     /// No soft tissue inside.
     #[error("the region (centre {centre:.1?} mm, radius {radius:.1} mm) holds no soft tissue")]
@@ -90,7 +92,15 @@ impl Region {
             for (missing, side) in [(below, "lower"), (above, "upper")] {
                 if missing > 0.0 && touches_end(&labels, sphere, a, side == "upper") {
                     let axis = ['i', 'j', 'k'][a];
-                    return Err(RegionError::OutsideVolume { centre, radius, missing, side, axis });
+                    let fits = largest_radius(&labels, sphere.centre()).unwrap_or(radius);
+                    return Err(RegionError::OutsideVolume {
+                        centre,
+                        radius,
+                        missing,
+                        side,
+                        axis,
+                        fits,
+                    });
                 }
             }
         }
@@ -158,6 +168,27 @@ impl Region {
     }
 }
 
+/// The largest radius of a sphere about a place in which no soft tissue is cut by the end of the volume, mm, rounded down to
+/// a tenth; none where no soft tissue lies at any end.
+pub fn largest_radius(labels: &LabelMap, centre: Point) -> Option<f64> {
+    let grid = labels.grid();
+    let size = grid.size();
+    let mut nearest = f64::INFINITY;
+    for axis in 0..3 {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        for end in [0, size[axis] - 1] {
+            for (x, y) in (0..size[b]).flat_map(|x| (0..size[c]).map(move |y| (x, y))) {
+                let mut voxel = [0; 3];
+                (voxel[axis], voxel[b], voxel[c]) = (end, x, y);
+                if label::is_soft_tissue(labels.at(voxel)) {
+                    nearest = nearest.min((grid.centre(voxel) - centre).norm());
+                }
+            }
+        }
+    }
+    nearest.is_finite().then(|| (10.0 * nearest - 1e-3).floor().max(0.0) / 10.0)
+}
+
 /// Whether soft tissue lies inside the sphere in the last layer of voxels at one end of an axis.
 fn touches_end(labels: &LabelMap, sphere: Sphere, axis: usize, upper: bool) -> bool {
     let grid = labels.grid();
@@ -177,7 +208,7 @@ fn touches_end(labels: &LabelMap, sphere: Sphere, axis: usize, upper: bool) -> b
 mod tests {
     use super::*;
     use crate::Volume;
-    use supine_space::{Grid, Matrix, Point, Vector};
+    use supine_space::{Grid, Matrix, Vector};
 
     /// Air below y = 10 mm, soft tissue up to 30 mm, chest wall above.
     fn labels() -> Arc<LabelMap> {
@@ -210,6 +241,10 @@ mod tests {
         let cut =
             Region::new(labels.clone(), sphere(18.0, 21.0)).map(|_| ()).unwrap_err().to_string();
         assert!(cut.contains("reaches 1.0 mm beyond"), "{cut}");
+        // The nearest soft tissue at an end lies straight ahead, 20 mm away.
+        assert!(cut.contains("a radius of at most 19.9 mm"), "{cut}");
+        assert_eq!(largest_radius(&labels, Point::new(20.0, 18.0, 15.0)), Some(14.9));
+        assert!(Region::new(labels.clone(), sphere(18.0, 19.9)).is_ok());
         let exact = Sphere::new(Point::new(20.0, 4.123_456_789, 20.0), 3.0 + 1e-9).unwrap();
         let told = Region::new(labels, exact).unwrap_err().to_string();
         assert!(told.contains("[20.0, 4.1, 20.0] mm, radius 3.0 mm"), "{told}");
