@@ -2,7 +2,7 @@
 
 use crate::args_network::{Fetch, Send};
 use crate::parameters::{Given, Keys};
-use crate::words::{CarryGrid, CarryKind, Frame, Numbers, Schema, stage};
+use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, Numbers, Schema, stage};
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -15,7 +15,13 @@ use supine_flow::commands::{self, run::Change};
 /// frame (LPS), angles in degrees. Positive AP raises the head, positive LAT lowers the patient's
 /// left side.
 #[derive(Parser, Debug)]
-#[command(name = "supine", version, arg_required_else_help = true, after_help = EXIT_CODES)]
+#[command(
+    name = "supine",
+    version,
+    arg_required_else_help = true,
+    after_help = EXIT_CODES,
+    disable_help_subcommand = true
+)]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) common: Common,
@@ -54,6 +60,8 @@ pub(crate) enum Command {
     Demo(Demo),
     /// What is in a folder of DICOM, and whether it can be used
     Inspect(Inspect),
+    /// Write a commented case file for a CT
+    Init(Init),
     /// Whether a case can be run, and what a run would do
     Check(Check),
     /// The whole flow of a case file
@@ -85,6 +93,11 @@ pub(crate) enum Command {
     #[cfg(feature = "tetgen")]
     #[command(hide = true, name = supine_flow::TETGEN_WORKER)]
     TetgenWorker,
+    /// Print the help of a command; `help case`: every key of the case file
+    Help {
+        /// A command, or `case`
+        topic: Option<String>,
+    },
     /// Completions for a shell, on stdout
     Completions {
         /// The shell
@@ -151,6 +164,37 @@ pub(crate) struct Inspect {
     pub(crate) pixels: bool,
     #[command(flatten)]
     pub(crate) given: Given<AcceptKeys>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Init {
+    /// The CT: DICOM folder or a file of it, .nrrd or .nii.gz
+    pub(crate) ct: PathBuf,
+    /// RT structure set of the CT that holds the tumour
+    #[arg(long, value_name = "RS.dcm")]
+    pub(crate) structures: Option<PathBuf>,
+    /// The tumour's region in the structure set; without one, a list of points (.mrk.json, .csv)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) tumour: Option<String>,
+    /// Radius of a tumour that is given by a point, mm
+    #[arg(long = "tumour-radius", value_name = "MM", value_parser = radius)]
+    pub(crate) radius: Option<f64>,
+    /// The patient's side [default: that on which the tumour lies]
+    #[arg(long, value_enum)]
+    pub(crate) breast: Option<BreastSide>,
+    /// The case file
+    #[arg(long, value_name = "FILE", default_value = "case.toml")]
+    pub(crate) out: PathBuf,
+    /// Replace a case file that is there already
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+}
+
+/// A radius in the words and the range of the case file.
+fn radius(text: &str) -> Result<f64, String> {
+    let mut spec = supine_flow::Spec::new("");
+    spec.set_typed("tumour.radius", text).map_err(|e| e.to_string())?;
+    text.trim().parse().map_err(|e| format!("{e}"))
 }
 
 #[derive(Args, Debug)]

@@ -3,6 +3,7 @@
 pub(crate) mod carry;
 pub(crate) mod demo;
 pub(crate) mod fetch;
+pub(crate) mod init;
 pub(crate) mod inspect;
 pub(crate) mod manual;
 pub(crate) mod run;

@@ -14,7 +14,7 @@ mod words;
 
 use args::{Cli, Command};
 use clap::Parser;
-use commands::{carry, demo, fetch, inspect, manual, run, send, stages};
+use commands::{carry, demo, fetch, init, inspect, manual, run, send, stages};
 use failure::Failure;
 use screen::{Screen, data};
 use std::process::ExitCode;
@@ -26,11 +26,14 @@ use words::Schema;
 static ALLOCATOR: supine_flow::CountingAllocator = supine_flow::CountingAllocator;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return manual::usage(&error),
+    };
     let screen = Screen::new(&cli.common);
     let done = work(cli, &screen);
     if let Err(failure) = &done {
-        screen.fail(&failure.message);
+        screen.fail(failure);
     }
     match done {
         Ok(End::Done) => ExitCode::SUCCESS,
@@ -63,6 +66,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
     match cli.command {
         Command::Demo(args) => demo::demo(&args, screen),
         Command::Inspect(args) => inspect::inspect(args, screen),
+        Command::Init(args) => init::init(args, screen),
         Command::Check(args) => stages::check(args, screen),
         Command::Run(args) => run::run(args, screen),
         Command::Segment(args) => stages::segment(args, screen),
@@ -87,6 +91,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
             supine_flow::tetgen_work().map_err(|e| Failure::new(Kind::Method, e))?;
             Ok(End::Done)
         }
+        Command::Help { topic } => manual::help(topic.as_deref()),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { out } => manual::man(&out),
     }

@@ -69,10 +69,13 @@ impl Screen {
         self.bar.finish_and_clear();
     }
 
-    /// The one message of a command that failed.
-    pub(crate) fn fail(&self, message: &str) {
+    /// The one message of a command that failed; for scripts on stdout too.
+    pub(crate) fn fail(&self, failure: &Failure) {
         self.clear();
-        err(&format!("error: {message}"));
+        err(&format!("error: {}", failure.message));
+        if self.json {
+            self.json(&failure.json());
+        }
     }
 
     /// The result of a command: for scripts on stdout, or `text` for people on stderr.

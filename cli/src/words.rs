@@ -5,6 +5,7 @@ use std::str::FromStr;
 use supine_flow::NodeId;
 use supine_flow::commands::SurfaceFrame;
 use supine_flow::commands::carry::CarryVolume;
+use supine_space::Side;
 
 /// What has a schema.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -34,6 +35,12 @@ words!(Frame for SurfaceFrame {
     Lps => SurfaceFrame::Lps,
     /// Right, anterior, superior
     Ras => SurfaceFrame::Ras
+});
+words!(BreastSide for Side {
+    /// The patient's left
+    Left => Side::Left,
+    /// The patient's right
+    Right => Side::Right
 });
 words!(CarryGrid for bool {
     /// Those of the label map

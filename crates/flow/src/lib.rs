@@ -13,6 +13,7 @@
 
 pub mod commands;
 mod error;
+mod error_facts;
 mod folder;
 mod graph;
 mod ground;
@@ -29,6 +30,7 @@ pub mod spec;
 mod work;
 
 pub use error::Error;
+pub use error_facts::Place;
 pub use folder::{FinishedRun, RunFolder};
 pub use memory::CountingAllocator;
 pub use node_id::NodeId;

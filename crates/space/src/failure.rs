@@ -33,6 +33,19 @@ impl Failure {
         }
     }
 
+    /// Its name for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Usage => "usage",
+            Self::Method => "method",
+            Self::Check => "check",
+            Self::Output => "output",
+            Self::Retry => "retry",
+            Self::Stopped => "stopped",
+        }
+    }
+
     /// The failure of an output: a full disk is worth a retry, a folder that cannot be written is not.
     pub fn of_output(error: &std::io::Error) -> Self {
         use std::io::ErrorKind as Kind;

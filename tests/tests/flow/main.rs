@@ -10,6 +10,7 @@ mod carry;
 mod check;
 mod formats;
 mod hazards;
+mod init;
 mod labels;
 mod network;
 mod readers;

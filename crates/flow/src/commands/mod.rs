@@ -10,6 +10,7 @@ pub mod check;
 pub mod coarsen;
 pub mod dicom;
 mod gather;
+pub mod init;
 pub mod mesh;
 pub mod run;
 pub mod segment;

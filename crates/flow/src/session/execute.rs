@@ -100,7 +100,8 @@ impl Job<'_> {
         Ok(Run { done: state.done, outputs: state.outputs })
     }
 
-    /// Appends what happened to the folder's log. An error's text may hold names of files: its kind alone is written.
+    /// Appends what happened to the folder's log. An error's text may hold names of files:
+    /// of a de-identified run its code alone is written.
     fn log(&self, node: NodeId, ended: Result<&Done, &Error>, failed: &mut Option<Error>) {
         let Some(folder) = self.folder.filter(|_| !self.quiet.contains(&node)) else { return };
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
@@ -115,7 +116,13 @@ impl Job<'_> {
                 line["cached"] = done.cached.into();
                 line["warnings"] = json!(done.warnings);
             }
-            Err(error) => line["failed"] = format!("{:?}", error.kind()).into(),
+            Err(error) => {
+                line["failed"] = error.kind().name().into();
+                line["error"] = json!({ "code": error.code(), "exit": error.kind().exit_code() });
+                if !self.ground.case.export.anonymise {
+                    line["error"]["message"] = error.to_string().into();
+                }
+            }
         }
         if let Err(error) = folder.log(&line) {
             failed.get_or_insert(error);

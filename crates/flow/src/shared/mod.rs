@@ -17,6 +17,7 @@ mod surfaces;
 mod texts;
 mod tumour;
 
+pub(crate) use crate::inputs::is_volume_file as is_volume;
 pub use carry::{CarriedFile, CarriedKind};
 pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
@@ -41,4 +42,4 @@ pub use search::{Effort, Found, Try};
 pub use statics::statics;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, rest_name, series_description};
-pub(crate) use tumour::{PlacedTumour, TumourCache, of_the_ct};
+pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};

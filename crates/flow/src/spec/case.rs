@@ -172,12 +172,16 @@ impl Case {
     /// That nothing is missing that a whole run needs.
     ///
     /// # Errors
-    /// [`CaseError::Missing`] for the first key.
+    /// [`CaseError::Incomplete`] with all of them.
     pub fn check_complete(&self) -> Result<(), CaseError> {
-        self.ct()?;
-        self.breast()?;
-        self.bed()?;
-        self.tumour().map(drop)
+        let given = [
+            ("ct", self.ct.is_some()),
+            ("breast", self.breast.is_some()),
+            ("bed.ap", self.bed.is_some()),
+            ("tumour.centre", self.tumour.is_some()),
+        ];
+        let keys: Vec<_> = given.into_iter().filter(|(_, is)| !is).map(|(key, _)| key).collect();
+        if keys.is_empty() { Ok(()) } else { Err(CaseError::Incomplete { keys }) }
     }
 
     /// The CT.

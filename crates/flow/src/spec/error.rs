@@ -1,6 +1,6 @@
 //! Why a case cannot be used.
 
-use super::table::Parameter;
+use super::table::{Parameter, TABLE};
 use std::path::PathBuf;
 
 /// Why a case cannot be used.
@@ -42,6 +42,12 @@ pub enum CaseError {
         /// What it is.
         what: &'static str,
     },
+    /// Keys that have to be given, each with a line to add.
+    #[error("{}; add{}", are_missing(keys), lines(keys))]
+    Incomplete {
+        /// The keys.
+        keys: Vec<&'static str>,
+    },
     /// The summary of a de-identified run names no files, and the case that was kept beside it is gone.
     #[error("{path} is of a de-identified run and names no files: run its case file instead")]
     Withheld {
@@ -50,12 +56,27 @@ pub enum CaseError {
     },
 }
 
+fn are_missing(keys: &[&str]) -> String {
+    let named: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
+    format!("{} {} missing", named.join(", "), if keys.len() == 1 { "is" } else { "are" })
+}
+
+/// Two keys of one table have one line.
+fn lines(keys: &[&str]) -> String {
+    let parameters = keys.iter().filter_map(|key| TABLE.iter().find(|p| p.key == *key));
+    let mut lines: Vec<String> =
+        parameters.map(|p| format!("\n  {}   # {}", p.example_line(), p.help)).collect();
+    lines.dedup_by_key(|line| line.split('=').next().map(str::to_owned));
+    lines.concat()
+}
+
 /// A value that contradicts another, or a rule of its own.
 pub(super) fn value(key: &'static str, reason: impl Into<String>) -> CaseError {
     CaseError::Value { key, reason: reason.into() }
 }
 
 /// A value that is not what its parameter may be; the one wording, wherever the value came from.
-pub(super) fn unfit(parameter: &Parameter, given: &str) -> CaseError {
-    value(parameter.key, format!("{given} is not {}", parameter.expected()))
+/// `hint` says what may have happened.
+pub(super) fn unfit(parameter: &Parameter, given: &str, hint: &str) -> CaseError {
+    value(parameter.key, format!("{given} is not {}{hint}", parameter.expected()))
 }

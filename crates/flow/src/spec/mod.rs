@@ -7,6 +7,8 @@ mod canonical;
 mod case;
 mod edit;
 mod error;
+mod example;
+mod hint;
 mod mesh;
 mod read;
 mod schema;
@@ -19,7 +21,8 @@ pub use case::{
 };
 pub use edit::{Edit, edit};
 pub use error::CaseError;
-pub use schema::{case_schema, guide_table};
+pub use example::quoted;
+pub use schema::{case_schema, guide_table, key_list};
 pub use table::{Kind, Parameter, Preset, TABLE};
 pub use value::Value;
 
@@ -65,8 +68,11 @@ impl Spec {
     /// As [`Spec::read`].
     pub fn from_text(text: &str, folder: impl Into<PathBuf>) -> Result<Self, CaseError> {
         let invalid = |reason| CaseError::Invalid { path: PathBuf::new(), reason };
-        let table: toml::Table =
-            text.parse().map_err(|e: toml::de::Error| invalid(e.to_string()))?;
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+            let before = e.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(usize::MAX, |before| before.matches('\n').count());
+            invalid(e.to_string().trim_end().to_owned() + hint::of_text(text, line))
+        })?;
         let object = serde_json::to_value(table).map_err(|e| invalid(e.to_string()))?;
         let Json::Object(object) = object else { return Err(invalid("no table".into())) };
         Ok(Self { values: values(&object)?, folder: folder.into() })

@@ -72,6 +72,14 @@ fn property(parameter: &Parameter) -> Json {
     schema
 }
 
+/// Every key for the terminal: what it is, what it may be, what holds without it.
+pub fn key_list() -> String {
+    let one = |p: &Parameter| {
+        format!("{}\n    {}\n    {}; {}\n", p.key, p.help, p.expected(), p.default_text())
+    };
+    TABLE.iter().map(one).collect()
+}
+
 /// The table of the planner's guide, in Markdown.
 pub fn guide_table() -> String {
     let mut text = String::from("| key | what | value | default |\n|---|---|---|---|\n");

@@ -36,8 +36,42 @@ fn what_is_missing_is_named() {
         let error = read(&kept.join("\n")).unwrap_err().to_string();
         assert!(error.starts_with(&format!("`{key}` is missing")), "{error}");
     }
+    let error = read("ct = 'ct'\n").unwrap_err().to_string();
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines[0], "`breast`, `bed.ap`, `tumour.centre` are missing; add");
+    assert!(lines[1].starts_with("  breast = \"left\"   # the patient's side"), "{error}");
+    assert!(lines[2].contains("bed = { ap = 7.0, lat = 5.0 }") && lines.len() == 4, "{error}");
     let half = MINIMAL.replace(", lat = 5.0", "");
     assert!(read(&half).unwrap_err().to_string().contains("`bed.lat` is missing"));
+}
+
+#[test]
+fn what_people_type_by_habit_is_explained() {
+    let told = |line: &str| {
+        let key = line.split(' ').next().unwrap();
+        let kept: Vec<&str> = MINIMAL.lines().filter(|l| !l.starts_with(key)).collect();
+        read(&format!("{}\n{line}\n", kept.join("\n"))).unwrap_err().to_string()
+    };
+    for (line, words) in [
+        ("bed = { ap = 7,0, lat = 5,0 }", "decimal point: 7.0, not 7,0"),
+        (
+            "bed = { ap = \"7,0\", lat = 5.0 }",
+            "`bed.ap`: \"7,0\" is not a number from -90 to 90 degrees; numbers",
+        ),
+        ("tumour = { centre = [91,4, -248,1, -594,5], radius = 9.0 }", "decimal point"),
+        ("ct = \"C:\\data\\ct\"", "single quotation marks"),
+        ("ct = \"C:\\new\\tct\"", "single quotation marks"),
+        ("ct = '~other/ct'", "only `~/` stands for your home"),
+    ] {
+        assert!(told(line).contains(words), "{line}: {}", told(line));
+    }
+    if cfg!(not(windows)) {
+        let text = told("ct = 'C:\\data\\ct'");
+        assert!(text.contains("that is a path of Windows"), "{text}");
+    }
+    let home = std::env::var("HOME").unwrap_or_default();
+    let ct = with("labels = '~/labels.nrrd'").unwrap().labels.unwrap().file;
+    assert!(home.is_empty() || ct == Path::new(&home).join("labels.nrrd"), "{}", ct.display());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A parameter's value, checked against the table.
 
 use super::error::{CaseError, unfit};
+use super::hint;
 use super::table::{Kind, Parameter};
 use serde_json::Value as Json;
 use std::path::PathBuf;
@@ -55,13 +56,14 @@ impl Value {
             Kind::Interval { min, max } => {
                 numbers(given).filter(|[a, b]| a < b && min <= *a && *b <= max).map(Self::Interval)
             }
-            Kind::File => given.as_str().filter(|p| !p.is_empty()).map(|p| Self::File(p.into())),
-            Kind::Files => {
-                texts(given).map(|all| Self::Files(all.into_iter().map(PathBuf::from).collect()))
-            }
+            Kind::File => path(given).map(Self::File),
+            Kind::Files => match given {
+                Json::String(_) => path(given).map(|one| Self::Files(vec![one])),
+                given => list(given, path).map(Self::Files),
+            },
             Kind::Names => texts(given).map(Self::Names),
         };
-        found.ok_or_else(|| unfit(parameter, &short(given)))
+        found.ok_or_else(|| unfit(parameter, &short(given), hint::of_value(parameter.kind, given)))
     }
 
     /// The value of a parameter as it is typed on the command line: words and paths without quotation marks, numbers
@@ -129,6 +131,12 @@ fn split(text: &str, by: char, one: impl Fn(&str) -> Option<Json>) -> Option<Jso
 fn numbers<const N: usize>(given: &Json) -> Option<[f64; N]> {
     let all: Option<Vec<f64>> = given.as_array()?.iter().map(Json::as_f64).collect();
     all?.try_into().ok()
+}
+
+/// A path that this machine can have.
+fn path(given: &Json) -> Option<PathBuf> {
+    let path = hint::path(given.as_str()?);
+    path.to_str().is_none_or(hint::usable).then_some(path)
 }
 
 fn list<T>(given: &Json, one: impl Fn(&Json) -> Option<T>) -> Option<Vec<T>> {
