@@ -43,6 +43,7 @@ impl Error {
         match self {
             Self::Case(error) => error.code(),
             Self::Ct(_) => "ct-unusable",
+            Self::Deformed { .. } => "ct-already-deformed",
             Self::File { .. } => "input-unusable",
             Self::Missing { .. } => "input-missing",
             Self::Random(_) => "no-random-numbers",
@@ -65,6 +66,7 @@ impl Error {
             #[cfg(feature = "tetgen")]
             Self::Tetgen(_) => "meshing-failed",
             Self::Solve(_) => "mechanics-failed",
+            Self::Interval(_) => "interval-failed",
             Self::Warp(_) | Self::Structure { .. } => "warping-failed",
             Self::Export(_) | Self::DicomLabels(_) => "export-failed",
             Self::Carried(_) | Self::OtherFrame { .. } | Self::OtherRegistration { .. } => {
@@ -93,6 +95,7 @@ impl Error {
         match self {
             Self::Case(error) => error.place(),
             Self::Ct(_) => Place { key: Some("ct"), ..Place::stage("import") },
+            Self::Deformed { path } => Place::of_file("ct", path),
             Self::File { key, .. } => Place::key(key),
             Self::Missing { key, path, .. }
             | Self::Changed { key, path }
@@ -106,6 +109,7 @@ impl Error {
             Self::Segment(_) => Place::stage("segment"),
             Self::Mesh(_) | Self::NotBuilt { .. } | Self::NotRefined { .. } => Place::stage("mesh"),
             Self::Solve(_) => Place::stage("solve"),
+            Self::Interval(_) => Place::stage("interval"),
             Self::Warp(_) => Place::stage("warp"),
             Self::Export(_) => Place::stage("export"),
             Self::Report(_) => Place::stage("report"),
