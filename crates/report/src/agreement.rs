@@ -20,16 +20,23 @@ pub fn agreement(scene: &Scene<'_>) -> Agreement {
 fn skin(scene: &Scene<'_>) -> Option<SkinAgreement> {
     let faces = scene.mesh().boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
     let found: Vec<Option<f64>> = faces.filter_map(|face| distance(scene, face)).collect();
-    let mut distances: Vec<f64> = found.iter().map(|d| d.unwrap_or(SEARCH_MM)).collect();
+    (!found.is_empty()).then(|| told(&found))
+}
+
+/// The distances where a skin was found, and how many places have none.
+fn told(found: &[Option<f64>]) -> SkinAgreement {
+    let mut distances: Vec<f64> = found.iter().copied().flatten().collect();
     distances.sort_by(f64::total_cmp);
-    let max_mm = *distances.last()?;
-    Some(SkinAgreement {
+    let at = |share: usize| {
+        distances.get(distances.len().saturating_sub(1) * share / 100).copied().unwrap_or(0.0)
+    };
+    SkinAgreement {
         places: found.len(),
-        lost: found.iter().filter(|d| d.is_none()).count(),
-        mean_mm: distances.iter().sum::<f64>() / distances.len() as f64,
-        p95_mm: distances[(distances.len() - 1) * 95 / 100],
-        max_mm,
-    })
+        lost: found.len() - distances.len(),
+        mean_mm: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+        p95_mm: at(95),
+        max_mm: at(100),
+    }
 }
 
 /// From the middle of a moved face along its normal to the nearest skin of the moved CT, mm; `None` within
@@ -63,6 +70,14 @@ fn nearest_crossing(hu: impl Fn(f64) -> f32) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_without_a_skin_are_counted_and_are_no_distance() {
+        let found = told(&[Some(0.2), None, Some(0.4), None]);
+        assert_eq!((found.places, found.lost, found.max_mm), (4, 2, 0.4));
+        assert!((found.mean_mm - 0.3).abs() < 1e-12);
+        assert_eq!(told(&[None]).lost, 1);
+    }
 
     #[test]
     fn the_nearest_way_out_of_the_tissue_counts() {

@@ -1,6 +1,6 @@
 //! Whether a result may be used: what a planner reads first.
 
-use crate::summary::{Colour, Reason, Summary, Verdict};
+use crate::summary::{Colour, Reason, Summary, Verdict, Warning};
 use crate::words::{count, fixed};
 
 /// How far off the tumour's place may be for green unless another distance is asked for, mm.
@@ -159,7 +159,25 @@ fn wall(summary: &Summary) -> Vec<Reason> {
 /// What the stages warned of.
 fn warnings(summary: &Summary) -> Vec<Reason> {
     let told = summary.warnings.iter().filter(|warning| !TOLD.contains(&warning.code.as_str()));
-    told.map(|warning| reason(Colour::Amber, &warning.code, &warning.message)).collect()
+    let amber = |warning: &Warning| reason(Colour::Amber, &warning.code, &warning.message);
+    let with_effect = |warning: &Warning| match (warning.code.as_str(), together_mm(summary)) {
+        ("uncertain-wall", Some(mm)) => {
+            let text = format!(
+                "{}; all of it is worth {} mm at the tumour",
+                warning.message,
+                fixed(mm, 1)
+            );
+            Reason { effect_mm: Some(mm), message: text, ..amber(warning) }
+        }
+        _ => amber(warning),
+    };
+    told.map(with_effect).collect()
+}
+
+/// What all uncertain places of the wall together may do to the tumour, mm; `None` where it is not known.
+fn together_mm(summary: &Summary) -> Option<f64> {
+    let patches = &summary.segmentation.uncertainty.as_ref()?.patches;
+    patches.iter().map(|patch| patch.effect_mm).sum()
 }
 
 #[cfg(test)]
@@ -225,7 +243,7 @@ mod tests {
             ("tumour-in-chest-wall", |s| {
                 let (stage, message) = ("region".into(), String::new());
                 let code = "tumour-in-chest-wall".into();
-                s.warnings.push(crate::summary::Warning { stage, code, message });
+                s.warnings.push(Warning { stage, code, message });
             }),
         ];
         for (code, change) in cases {
@@ -235,6 +253,17 @@ mod tests {
             assert_eq!(found.colour, Colour::Red, "{code}");
             assert_eq!(found.reasons[0].code, code);
         }
+    }
+
+    #[test]
+    fn what_an_uncertain_wall_is_worth_at_the_tumour_is_said() {
+        let mut summary = example();
+        let (stage, code) = ("region".into(), "uncertain-wall".into());
+        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into() }];
+        let found = verdict(&summary, 2.0);
+        let wall = found.reasons.iter().find(|reason| reason.code == "uncertain-wall").unwrap();
+        assert!(wall.message.ends_with("0.4 mm at the tumour"), "{wall:?}");
+        assert_eq!(wall.effect_mm, Some(0.4));
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub struct Agreement {
 pub struct SkinAgreement {
     /// Places on the mesh's skin that were measured.
     pub places: usize,
-    /// Places without a skin in the CT within the search; they count with the length of the search.
+    /// Places without a skin in the CT within 5 mm; the distances are those of the others.
     pub lost: usize,
     /// Mean, mm.
     pub mean_mm: f64,
