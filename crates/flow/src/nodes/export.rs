@@ -43,7 +43,7 @@ pub(crate) struct Facts {
 
 impl Node for Export {
     const ID: NodeId = NodeId::Export;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

@@ -6,11 +6,25 @@ use supine_fem::{Cut, RestState};
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
 
-/// What the exported series is called (at most 64 characters, DICOM LO).
+/// What the exported series is called (at most 64 characters, DICOM LO): runs of one patient on other tables or with
+/// other tissue are told apart by it in the planning system's list.
 pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
     let (frame, bed) =
         (if case.export.policy.same_frame { " SAME-FRAME" } else { "" }, case.bed()?);
-    Ok(format!("DEFORMED{frame} table AP {} LAT {}", bed.ap_deg, bed.lat_deg))
+    let [ap, lat] = [bed.ap_deg, bed.lat_deg].map(|angle| short(angle, 2));
+    let young = match case.stiffness {
+        None => format!("E {} kPa", short(case.tissue.young_kpa, 3)),
+        Some(_) => "E by tissue".into(),
+    };
+    Ok(format!("DEFORMED{frame} AP {ap} LAT {lat}, {young} {}", rest_name(case.rest)))
+}
+
+/// A number in at most so many decimals, none from 100 on.
+fn short(x: f64, decimals: usize) -> String {
+    let decimals = if x.abs() < 99.5 { decimals } else { 0 };
+    let text = format!("{x:.decimals$}");
+    let text = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    text.into()
 }
 
 /// Name of a rest state in files and reports.
@@ -61,5 +75,32 @@ fn stiffness(case: &Case) -> String {
     match mean_kpa {
         Some(mean) => format!("{mean} kPa in the mean, by {} as {by}", map.name()),
         None => format!("by {}: {by} kPa", map.name()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::Spec;
+
+    #[test]
+    fn series_are_told_apart_by_table_and_tissue_in_64_characters() {
+        let named = |keys: &[(&str, serde_json::Value)]| {
+            let mut spec = Spec::new("");
+            for (key, value) in keys {
+                spec.set(key, value).unwrap();
+            }
+            series_description(&spec.case().unwrap()).unwrap()
+        };
+        let bed = [("bed.ap", 7.0.into()), ("bed.lat", 5.0.into())];
+        assert_eq!(named(&bed), "DEFORMED AP 7 LAT 5, E 0.609 kPa net");
+        let longest = named(&[
+            ("bed.ap", (-12.345).into()),
+            ("bed.lat", (-10.255).into()),
+            ("tissue.young", 999_999.9.into()),
+            ("tissue.rest", "unloaded".into()),
+            ("export.frame", "source, although the breast has moved in it".into()),
+        ]);
+        assert!(longest.len() <= 64 && longest.contains("E 1000000 kPa unloaded"), "{longest}");
     }
 }

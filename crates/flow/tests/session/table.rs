@@ -87,6 +87,7 @@ const RESULTS: &[Change] = &[
     ("export.equipment", "\"scanner\"", SOLUTION),
     ("export.registration", "false", SOLUTION),
     ("export.frame", "\"source, although the breast has moved in it\"", SOLUTION),
+    ("tolerance", "5.0", SERIES),
     ("labels.file", "\"labels.seg.nrrd\"", NOTHING),
     ("labels.body", "[]", NOTHING),
     ("labels.soft_tissue", "\"soft tissue\"", NOTHING),
