@@ -10,6 +10,7 @@ mod commands;
 mod failure;
 mod parameters;
 mod screen;
+mod start;
 mod words;
 
 use args::{Cli, Command};

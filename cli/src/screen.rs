@@ -19,6 +19,8 @@ pub(crate) struct Screen {
     /// What is worked on; the bar shows the one that began last.
     running: Mutex<Vec<NodeId>>,
     pub(crate) json: bool,
+    /// Whether the one JSON value of the command is out.
+    answered: AtomicBool,
     quiet: bool,
     /// One line per node instead of a bar.
     lines: bool,
@@ -35,7 +37,8 @@ impl Screen {
             bar.set_style(style.progress_chars("=> "));
         }
         let lines = !common.quiet && (common.verbose || bar.is_hidden());
-        Self { bar, running: Mutex::default(), json: common.json, quiet: common.quiet, lines }
+        let (json, quiet) = (common.json, common.quiet);
+        Self { bar, running: Mutex::default(), json, answered: false.into(), quiet, lines }
     }
 
     /// Makes Ctrl-C stop the work at its next step; a second one ends the program at once.
@@ -69,11 +72,12 @@ impl Screen {
         self.bar.finish_and_clear();
     }
 
-    /// The one message of a command that failed; for scripts on stdout too.
+    /// The one message of a command that failed; for scripts on stdout too, unless the command has answered already and
+    /// its answer says what failed.
     pub(crate) fn fail(&self, failure: &Failure) {
         self.clear();
         err(&format!("error: {}", failure.message));
-        if self.json {
+        if self.json && !self.answered.load(Ordering::Relaxed) {
             self.json(&failure.json());
         }
     }
@@ -99,6 +103,7 @@ impl Screen {
     }
 
     fn json(&self, json: &impl serde::Serialize) {
+        self.answered.store(true, Ordering::Relaxed);
         match serde_json::to_string_pretty(json) {
             Ok(json) => data(&(json + "\n")),
             Err(e) => err(&format!("error: the result is not JSON: {e}")),

@@ -5,6 +5,7 @@ use crate::End;
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use crate::start::start;
 use include_dir::{Dir, include_dir};
 use std::path::Path;
 use supine_flow::Options;
@@ -24,8 +25,10 @@ pub(crate) fn demo(args: &args::Demo, screen: &Screen) -> Result<End, Failure> {
     })?;
     let case = folder.join("case.toml");
     screen.say(&format!("a synthetic patient: {}", case.display()));
-    let (out, options) = (args.out.clone(), Options::default());
-    case_into(&Run { case, changes: vec![], anonymise: false, out, options }, Colour::Amber, screen)
+    let (out, start) = (args.out.clone(), Some(start()?));
+    let given =
+        Run { case, changes: vec![], anonymise: false, out, options: Options::default(), start };
+    case_into(&given, Colour::Amber, screen)
 }
 
 fn unpack(folder: &Path) -> std::io::Result<()> {

@@ -4,6 +4,7 @@ use crate::End;
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
@@ -13,7 +14,8 @@ use supine_space::Failure as Kind;
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
     let args::Run { case, out, changes, anonymise, until, force, deny_warnings } = args;
     let worst = if deny_warnings { Colour::Green } else { Colour::Amber };
-    let given = Run { case, changes, anonymise, out, options: Options { until, force } };
+    let (options, start) = (Options { until, force }, Some(start()?));
+    let given = Run { case, changes, anonymise, out, options, start };
     case_into(&given, worst, screen)
 }
 

@@ -4,6 +4,7 @@ use crate::End;
 use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use crate::start::start;
 use crate::words::Numbers;
 use std::path::Path;
 use supine_flow::commands::mesh::{self, MeshDone, MeshSource};
@@ -54,7 +55,8 @@ fn plan(done: &check::CheckDone) -> String {
 
 pub(crate) fn segment(args: args::Segment, screen: &Screen) -> Result<End, Failure> {
     let args::Segment { given, case, out, uncertainty, surfaces } = args;
-    let given = segment::Segment { spec: given.spec, case, out, uncertainty, surfaces };
+    let start = Some(start()?);
+    let given = segment::Segment { spec: given.spec, case, out, uncertainty, surfaces, start };
     let done = segment::segment(&given, screen)?;
     let text = format!(
         "{}: soft tissue {:.0} ml, chest wall {:.0} ml in the whole CT",
@@ -140,7 +142,8 @@ pub(crate) fn warp(args: args::Warp, screen: &Screen) -> Result<End, Failure> {
         axial_mm: axial.map(|a| a.0),
     };
     let folder = registration.clone();
-    let given = warp::Warp { spec: given.spec, mesh, grid, fields, registration, out };
+    let start = Some(start()?);
+    let given = warp::Warp { spec: given.spec, mesh, grid, fields, registration, out, start };
     let done = warp::warp(&given, screen)?;
     let mut text = format!(
         "{}: {} voxels moved, Jacobian {:.2} to {:.2}",

@@ -5,9 +5,10 @@ use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    instance_reference, put_missing, series_number,
+    instance_reference, put_missing,
 };
 use crate::error::Error;
+use crate::series::Place;
 use crate::source::Source;
 use crate::whole_file::is_text;
 use crate::{uid, whole_file};
@@ -26,6 +27,8 @@ pub struct CompanionParams {
     pub derivation: String,
     /// Date and time written everywhere "now" is meant.
     pub clock: Clock,
+    /// How many objects of its kind were written beside the CT before: decides its Series Number.
+    pub before: usize,
     /// Version of this software, 64 characters at most.
     pub software_version: String,
 }
@@ -41,12 +44,10 @@ pub struct ObjectReference {
     pub series_uid: String,
 }
 
-/// Kind of an object: its class, modality and place among the series of the study.
+/// Kind of an object: its class and modality.
 pub(crate) struct Kind {
     pub(crate) class: &'static str,
     pub(crate) modality: &'static str,
-    /// Added to the Series Number of the exported CT.
-    pub(crate) series: i64,
     /// What its identifiers are made for.
     pub(crate) role: &'static str,
 }
@@ -70,7 +71,11 @@ impl CompanionParams {
 
 /// Patient, study and frame of reference of `ct`, and the object's own series, equipment and times
 /// (PS3.3 C.7.1 to C.7.5, C.12.1).
-pub(crate) fn common(ct: &Source, params: &CompanionParams, kind: &Kind) -> Result<DataSet, Error> {
+pub(crate) fn common(
+    ct: &Source,
+    params: &CompanionParams,
+    (kind, place): (&Kind, Place),
+) -> Result<DataSet, Error> {
     params.check()?;
     let first = &ct.slices[0].header;
     let mut set = DataSet::default();
@@ -79,7 +84,7 @@ pub(crate) fn common(ct: &Source, params: &CompanionParams, kind: &Kind) -> Resu
     }
     copy(&mut set, tags::FRAME_OF_REFERENCE_UID, first);
     put_missing(&mut set, REQUIRED_OF_ALL);
-    let number = series_number(kind.series, first).to_string();
+    let number = place.beside(ct).to_string();
     let Clock { date, time } = &params.clock;
     for (tag, vr, text) in [
         (tags::SOP_CLASS_UID, VR::UI, kind.class),

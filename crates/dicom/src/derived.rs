@@ -60,10 +60,9 @@ pub(crate) fn put_missing(set: &mut DataSet, required: &[(Tag, VR)]) {
     }
 }
 
-/// The source's Series Number on top of `base`, so that none of the study is used again.
-pub(crate) fn series_number(base: i64, first: &DataSet) -> i64 {
-    let number = parse_is(&first.text(tags::SERIES_NUMBER)).filter(|n| (0..100_000).contains(n));
-    base + number.unwrap_or(0)
+/// Series Number of a header, if it has one.
+pub(crate) fn own_number(header: &DataSet) -> Option<i64> {
+    parse_is(&header.text(tags::SERIES_NUMBER)).filter(|n| (0..100_000).contains(n))
 }
 
 /// Once compressed with loss, always compressed with loss (PS3.3 C.7.6.1.1.5).

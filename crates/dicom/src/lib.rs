@@ -46,6 +46,7 @@ mod policy;
 mod read;
 mod registration;
 mod segmentation;
+mod series;
 mod series_summary;
 mod slice;
 mod source;
@@ -55,6 +56,7 @@ mod uid;
 mod verify;
 mod warnings;
 mod whole_file;
+mod whose;
 
 pub use accept::Accept;
 pub use anonymise::Anonymiser;
@@ -86,3 +88,4 @@ pub use structures::{
     Drawing, Line, LineKind, Roi, Structures, StructuresInfo, read_structures, write_structures,
 };
 pub use verify::{Check, Expected, Original, Verification, verify_export};
+pub use whose::Whose;

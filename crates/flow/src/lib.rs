@@ -35,7 +35,7 @@ pub use folder::{FinishedRun, RunFolder};
 pub use memory::CountingAllocator;
 pub use node_id::NodeId;
 pub use run::{Options, run};
-pub use session::{Freshness, Lane, Observer, Request, Session, Unwatched};
+pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;
 pub use spec::{Case, CaseError, Spec};
 pub use supine_report::{Reason, Summary, Warning};

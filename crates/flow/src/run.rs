@@ -48,6 +48,8 @@ pub fn run(
     let case_folder = std::path::absolute(session.spec().folder()).ok();
     summary.run = Run {
         case_folder,
+        started: session.start().map(|start| start.clock.to_string()),
+        command: session.start().map(|start| start.command.clone()),
         total_seconds: stages.iter().map(|stage| stage.seconds).sum(),
         peak_memory_mb: session.peak_memory_mb(),
         threads: session.threads(),
@@ -56,7 +58,7 @@ pub fn run(
     if session.case().export.anonymise {
         // Sites name files and folders after patients.
         keep_case(session, &summary)?;
-        summary.run.case_folder = None;
+        (summary.run.case_folder, summary.run.command) = (None, None);
     }
     session.folder(|folder| folder.write_summary(&summary))?;
     Ok(Some(summary))

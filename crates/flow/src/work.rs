@@ -2,8 +2,10 @@
 
 use crate::Error;
 use crate::folder::Shelf;
+use crate::shared::ExportSource;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use supine_dicom::Clock;
 use supine_report::{Output, Warning as Told};
 use supine_space::{Progress, Warning};
 
@@ -17,6 +19,8 @@ pub(crate) struct Work<'a> {
     pub(crate) warned: &'a [Told],
     /// Files of the nodes that this one rests on, in the same order.
     pub(crate) written: &'a [Output],
+    /// When the run began; none where nobody said so.
+    pub(crate) clock: Option<&'a Clock>,
     warnings: Mutex<Vec<Warning>>,
 }
 
@@ -25,8 +29,17 @@ impl<'a> Work<'a> {
         progress: Progress<'a>,
         shelf: Option<Shelf<'a>>,
         (warned, written): (&'a [Told], &'a [Output]),
+        clock: Option<&'a Clock>,
     ) -> Self {
-        Self { progress, shelf, warned, written, warnings: Mutex::default() }
+        Self { progress, shelf, warned, written, clock, warnings: Mutex::default() }
+    }
+
+    /// The date and time that an object bears: the case's, the run's, or, where nobody said it or the patient was taken
+    /// out, those of the series that it is made from.
+    pub(crate) fn clock_of(&self, given: Option<&str>, named: &ExportSource) -> Clock {
+        let of_case = given.and_then(Clock::parse);
+        let of_run = || self.clock.filter(|_| named.anonymiser.is_none()).cloned();
+        of_case.or_else(of_run).unwrap_or_else(|| named.source.clock())
     }
 
     /// Says what the user must know.

@@ -3,7 +3,7 @@
 use crate::encoded::EncodedRow;
 use crate::first::First;
 use crate::tables::{self, Table};
-use crate::{Mesh, Summary, tg132, words};
+use crate::{Mesh, Summary, Whose, tg132, words};
 use askama::Template;
 use base64::Engine;
 use supine_space::Warning;
@@ -14,6 +14,8 @@ use supine_space::Warning;
 struct Page<'a> {
     summary: &'a Summary,
     breast: String,
+    /// Whose CT it is; empty when the patient was taken out.
+    whose: Vec<(&'static str, &'a str)>,
     first: First,
     key: Table,
     tables: Vec<Table>,
@@ -55,10 +57,15 @@ struct Figure<'a> {
 ///
 /// # Errors
 /// What the template engine says.
-pub(crate) fn page(summary: &Summary, rows: &[EncodedRow]) -> Result<String, askama::Error> {
+pub(crate) fn page(
+    summary: &Summary,
+    whose: Option<&Whose>,
+    rows: &[EncodedRow],
+) -> Result<String, askama::Error> {
     Page {
         summary,
         breast: words::capital(&summary.position.breast),
+        whose: whose.map(Whose::known).unwrap_or_default(),
         first: First::new(summary),
         key: tables::key(summary),
         tables: tables::stages(summary),

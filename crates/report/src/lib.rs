@@ -28,6 +28,7 @@ mod tables;
 mod tg132;
 mod verdict;
 mod volumes;
+mod whose;
 mod words;
 mod write;
 
@@ -38,4 +39,5 @@ pub use scene::{Scene, Shown};
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, verdict};
 pub use volumes::volume_changes;
+pub use whose::Whose;
 pub use write::{Pictures, draw, write, write_mesh};

@@ -24,6 +24,10 @@ use serde::{Deserialize, Serialize};
 pub struct Summary {
     /// Version of this structure: [`Summary::SCHEMA`].
     pub schema: u32,
+    /// Short name of the result, four hexadecimal digits of a hash of the deformed CT and its derivation; it ends the
+    /// exported series' description. Absent in summaries of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
     /// What made the result.
     pub tool: Tool,
     /// Whether the result may be used, and why.
@@ -39,6 +43,9 @@ pub struct Summary {
     pub inputs: Vec<Input>,
     /// Every parameter that shaped the result, defaults included.
     pub parameters: Parameters,
+    /// The series that the CT was read from; `None` when it did not come as DICOM, or the patient was taken out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<SourceSeries>,
     /// The CT as it was read.
     pub ct: CtFacts,
     /// Result of the segmentation.
@@ -129,6 +136,19 @@ pub struct Input {
     pub files: usize,
     /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.
     pub blake3: String,
+}
+
+/// The DICOM series that a CT was read from.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct SourceSeries {
+    /// Study Instance UID.
+    pub study_uid: String,
+    /// Series Instance UID.
+    pub series_uid: String,
+    /// Frame of Reference UID; empty when it has none.
+    pub frame_of_reference_uid: String,
+    /// SOP Instance UIDs, ascending along the slices' normal.
+    pub instance_uids: Vec<String>,
 }
 
 /// Every parameter that shaped the result.
@@ -539,6 +559,12 @@ pub struct Run {
     /// The folder that the case's paths lead from; `None` when the patient was taken out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case_folder: Option<std::path::PathBuf>,
+    /// When it began, `YYYY-MM-DD HH:MM:SS` of the place where it ran; `None` when it was not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub started: Option<String>,
+    /// The command that began it, word by word; `None` when the patient was taken out, since paths may name her.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub command: Option<Vec<String>>,
     /// The stages in the order they ran.
     pub stages: Vec<StageTime>,
     /// Wall time of the whole run, seconds.

@@ -2,7 +2,7 @@
 
 use crate::encoded::{EncodedRow, encoded};
 use crate::files::{builder, replace_folder};
-use crate::{Error, Mesh, Scene, Shown, Summary, html, pictures};
+use crate::{Error, Mesh, Scene, Shown, Summary, Whose, html, pictures};
 use std::path::{Path, PathBuf};
 use supine_mesh::TetMesh;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -46,12 +46,12 @@ pub fn draw(
 /// [`Error::Write`] when the folder cannot be written, [`Error::Page`] when the page cannot be made, [`Error::Stopped`] when
 /// the user asked to stop. `dir` is then as it was.
 pub fn write(
-    summary: &Summary,
+    (summary, whose): (&Summary, Option<&Whose>),
     pictures: &Pictures,
     dir: &Path,
     progress: Progress<'_>,
 ) -> Result<Vec<PathBuf>, Error> {
-    let page = html::page(summary, &pictures.rows)?;
+    let page = html::page(summary, whose, &pictures.rows)?;
     progress.at(0.5)?;
     write_folder(&page, &pictures.rows, dir)
 }
@@ -119,7 +119,7 @@ mod tests {
         scene.tumour = Some(Sphere::new(Point::new(5.0, -10.0, 4.0), 8.0).unwrap());
         scene.tumour_after = Some(Point::new(7.0, -9.0, 1.0));
         let pictures = drawn(&scene, Progress::none()).unwrap();
-        write(&example(), &pictures, dir, Progress::none()).unwrap()
+        write((&example(), None), &pictures, dir, Progress::none()).unwrap()
     }
 
     #[test]
@@ -170,12 +170,12 @@ mod tests {
         }
         let pictures = drawn(&scene, Progress::none()).unwrap();
         let sink = |share: f64| share < 0.5;
-        let error = write(&example(), &pictures, &dir, Progress::new(&sink)).unwrap_err();
+        let error = write((&example(), None), &pictures, &dir, Progress::new(&sink)).unwrap_err();
         assert!(matches!(error, Error::Stopped(_)), "{error}");
         assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
         std::fs::write(root.path().join("file"), "").unwrap();
         let inside = root.path().join("file").join("report");
-        let error = write(&example(), &pictures, &inside, Progress::none()).unwrap_err();
+        let error = write((&example(), None), &pictures, &inside, Progress::none()).unwrap_err();
         assert!(error.to_string().contains("report"), "{error}");
     }
 

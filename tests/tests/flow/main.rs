@@ -5,6 +5,7 @@
 #![expect(clippy::disallowed_methods, reason = "the tests read what a run leaves and wait for it")]
 
 mod anonymise;
+mod apart;
 mod by_hand;
 mod carry;
 mod check;

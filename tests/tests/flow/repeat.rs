@@ -127,7 +127,17 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
     run(&case, &out, 2).success("the run with another bed");
     assert_eq!(
         redone(&out),
-        ["solve", "warp", "points", "export", "fields", "pictures", "registration", "report"]
+        [
+            "solve",
+            "interval",
+            "warp",
+            "points",
+            "export",
+            "fields",
+            "pictures",
+            "registration",
+            "report"
+        ]
     );
     assert_eq!(labels, std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels"));
 }

@@ -39,7 +39,11 @@ fn of_two_series_in_a_folder_one_must_be_chosen() {
     let said = import(&case);
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains(&exported), "the choice is listed: {}", said.stderr);
-    import(&case.clone().with("series", &format!("'{exported}'"))).success("the chosen series");
+    let chosen = |uid: &str| case.clone().with("series", &format!("'{uid}'"));
+    let original = summary()["source"]["series_uid"].as_str().expect("a UID").to_owned();
+    import(&chosen(&original)).success("the chosen series");
+    let said = import(&chosen(&exported));
+    assert!(said.stderr.contains("deformed by this program already"), "{}", said.stderr);
     let said = import(&case.with("series", "'1.2.3'"));
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("1.2.3") && said.stderr.contains(&exported), "{}", said.stderr);

@@ -9,6 +9,7 @@ use crate::data_set::{DataSet, Value};
 use crate::derived::copy;
 use crate::error::Error;
 use crate::number::{format_ds, parse_ds};
+use crate::series::Place;
 use crate::source::Source;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -18,8 +19,7 @@ use supine_volume::Volume;
 
 /// What a reader of the object is told, besides the derivation.
 const COMMENT: &str = "carried with the tissue, not recalculated";
-const KIND: Kind =
-    Kind { class: uids::RT_DOSE_STORAGE, modality: "RTDOSE", series: 100, role: "dose" };
+const KIND: Kind = Kind { class: uids::RT_DOSE_STORAGE, modality: "RTDOSE", role: "dose" };
 /// What the dose means, as its source says it.
 const MEANING: &[Tag] = &[
     tags::DOSE_TYPE,
@@ -63,7 +63,7 @@ pub fn write_dose(
 ) -> Result<DoseInfo, Error> {
     same_patient(&from.file, &from.header, ct)?;
     let mut warnings = Vec::new();
-    let mut set = common(ct, params, &KIND)?;
+    let mut set = common(ct, params, (&KIND, Place::Dose(params.before)))?;
     put_derivation(&mut set, params, ct, &from.header);
     for &tag in MEANING {
         copy(&mut set, tag, &from.header);
@@ -162,9 +162,10 @@ fn put_values(set: &mut DataSet, gy: &[f32]) -> Result<f64, Error> {
     Ok(step)
 }
 
-/// The finest step, as it is written and as it is read, by which `most` still fits 32 bits.
+/// The finest step, as it is written and as it is read, by which `most` still fits 31 bits: some readers take the stored
+/// values for signed ones.
 pub(super) fn scaling(most: f64) -> (String, f64) {
-    let full = f64::from(u32::MAX);
+    let full = f64::from(i32::MAX);
     let mut step = if most > 0.0 { most / full } else { 1.0 / full };
     loop {
         let text = format_ds(step);
@@ -209,8 +210,8 @@ mod tests {
         while most < 1e4 {
             let (text, step) = scaling(most);
             assert_eq!(parse_ds(&text), Some(step), "{text}");
-            assert!(text.len() <= 16 && (most / step).round() <= f64::from(u32::MAX), "{text}");
-            assert!(step < 1.001 * most / f64::from(u32::MAX), "{most}: {text}");
+            assert!(text.len() <= 16 && (most / step).round() <= f64::from(i32::MAX), "{text}");
+            assert!(step < 1.001 * most / f64::from(i32::MAX), "{most}: {text}");
             most *= 1.37;
         }
         assert!(scaling(0.0).1 > 0.0);

@@ -6,13 +6,13 @@ use crate::clock::Clock;
 use crate::data_set::{DataSet, Value};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    image_reference, put_lossy, put_missing, series_number,
+    image_reference, put_lossy, put_missing,
 };
 use crate::error::Error;
 use crate::number::format_ds;
 use crate::policy::{Policy, SAME_FRAME};
 use crate::source::Source;
-use crate::uid;
+use crate::{series, uid};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use supine_space::{Grid, Side, Warning};
@@ -118,7 +118,7 @@ impl<'a> Attributes<'a> {
     ) -> Result<Self, Error> {
         check_texts(params)?;
         let first = &source.slices[0].header;
-        let series_number = series_number(9000, first);
+        let series_number = series::of_run(&params.identity, source);
         let mut warnings = Vec::new();
         for (tag, name) in
             [(tags::PATIENT_ID, "Patient ID"), (tags::PATIENT_NAME, "Patient's Name")]

@@ -6,6 +6,7 @@ use crate::data_set::{DataSet, Value};
 use crate::error::Error;
 use crate::number::{format_ds, parse_ds_list};
 use crate::object::Object;
+use crate::series::Place;
 use crate::source::Source;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
@@ -16,7 +17,6 @@ use supine_volume::Volume;
 const KIND: Kind = Kind {
     class: uids::DEFORMABLE_SPATIAL_REGISTRATION_STORAGE,
     modality: "REG",
-    series: 300,
     role: "deformable registration",
 };
 const GRID: &str = "Deformable Registration Grid Sequence";
@@ -49,7 +49,7 @@ pub fn write_deformable(
     params: &CompanionParams,
     path: &Path,
 ) -> Result<ObjectReference, Error> {
-    let mut set = common(deformed, params, &KIND)?;
+    let mut set = common(deformed, params, (&KIND, Place::DeformableRegistration))?;
     put_content(&mut set, (deformed, params), "DEFORMED", "from the deformed CT to the CT");
     let mut item = DataSet::default();
     let frame = source.frame_of_reference_uid();

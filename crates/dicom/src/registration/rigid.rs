@@ -4,17 +4,14 @@ use super::{identity, put_content};
 use crate::companion::{CompanionParams, Kind, ObjectReference, common, put_series, slices, write};
 use crate::data_set::DataSet;
 use crate::error::Error;
+use crate::series::Place;
 use crate::source::Source;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 
-const KIND: Kind = Kind {
-    class: uids::SPATIAL_REGISTRATION_STORAGE,
-    modality: "REG",
-    series: 400,
-    role: "rigid registration",
-};
+const KIND: Kind =
+    Kind { class: uids::SPATIAL_REGISTRATION_STORAGE, modality: "REG", role: "rigid registration" };
 
 /// Writes the identity between the frames of reference of the CT and its deformed export into the file `path`; it
 /// is labelled CHEST WALL ONLY, since only there does it hold.
@@ -30,7 +27,7 @@ pub fn write_chest_wall(
     params: &CompanionParams,
     path: &Path,
 ) -> Result<ObjectReference, Error> {
-    let mut set = common(deformed, params, &KIND)?;
+    let mut set = common(deformed, params, (&KIND, Place::RigidRegistration))?;
     put_content(
         &mut set,
         (deformed, params),

@@ -72,7 +72,8 @@ pub fn write_carried_segmentation(
     let names = items.iter().map(|i| i.text(tags::SEGMENT_LABEL)).collect();
     set.put_items(tags::SEGMENT_SEQUENCE, items);
     let holds = |segment: usize, voxel: usize| masks[segment].data()[voxel];
-    let info = Marked { grid: &grid, names, holds: &holds }.write(set, ct, params, path)?;
+    let marked = Marked { grid: &grid, carried: Some(params.before), names, holds: &holds };
+    let info = marked.write(set, ct, params, path)?;
     Ok((info, warnings))
 }
 

@@ -6,11 +6,12 @@ use crate::clock::Clock;
 use crate::data_set::{DataSet, Value, encode, part10};
 use crate::derived::{
     MANUFACTURER, MODEL, PATIENT_AND_STUDY, REQUIRED_OF_ALL, check_clock, check_text, code, copy,
-    image_reference, instance_reference, put_lossy, put_missing, series_number,
+    image_reference, instance_reference, put_lossy, put_missing,
 };
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
 use crate::number::format_ds;
+use crate::series::Place;
 use crate::source::Source;
 use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
@@ -32,6 +33,8 @@ pub struct SegmentationParams {
     pub algorithm: String,
     /// Date and time written everywhere "now" is meant.
     pub clock: Clock,
+    /// How many segmentations were written beside the CT before: decides the Series Number of a carried one.
+    pub before: usize,
     /// Version of this software, 64 characters at most.
     pub software_version: String,
 }
@@ -83,7 +86,7 @@ pub fn write_segmentation(
     put_segments(&mut set, params, &segments);
     let names = segments.iter().map(|(_, name, _)| (*name).to_owned()).collect();
     let holds = |segment: usize, voxel: usize| labels.data()[voxel] == segments[segment].0;
-    let marked = Marked { grid: labels.grid(), names, holds: &holds };
+    let marked = Marked { grid: labels.grid(), carried: None, names, holds: &holds };
     marked.write(set, source, params, path)
 }
 
@@ -107,6 +110,11 @@ impl Marked<'_> {
         let instance_uid = uid::from_content("segmentation", &hash);
         set.put_text(tags::SERIES_INSTANCE_UID, VR::UI, &series_uid);
         set.put_text(tags::SOP_INSTANCE_UID, VR::UI, &instance_uid);
+        let number = match self.carried {
+            Some(before) => Place::Segmentation(before).beside(source),
+            None => Place::Labels.alone(&hash, source),
+        };
+        set.put_text(tags::SERIES_NUMBER, VR::IS, &number.to_string());
         put_dimensions(&mut set, &uid::from_content("segmentation dimensions", &hash));
         let version: String = params.software_version.chars().take(9).collect();
         let bytes = part10(&set, &format!("SUPINE_{version}"));
@@ -168,7 +176,6 @@ pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
     copy(&mut set, tags::FRAME_OF_REFERENCE_UID, first);
     copy(&mut set, tags::POSITION_REFERENCE_INDICATOR, first);
     put_missing(&mut set, REQUIRED_OF_ALL);
-    let number = series_number(SERIES_NUMBER, first).to_string();
     let Clock { date, time } = &params.clock;
     for (tag, vr, text) in [
         (tags::SOP_CLASS_UID, VR::UI, uids::SEGMENTATION_STORAGE),
@@ -180,7 +187,6 @@ pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
         (tags::SERIES_TIME, VR::TM, time),
         (tags::CONTENT_TIME, VR::TM, time),
         (tags::SERIES_DESCRIPTION, VR::LO, &params.series_description),
-        (tags::SERIES_NUMBER, VR::IS, &number),
         (tags::INSTANCE_NUMBER, VR::IS, "1"),
         // The labels cover the chest, an unpaired part: it has no laterality.
         (tags::BODY_PART_EXAMINED, VR::CS, "CHEST"),
@@ -200,9 +206,6 @@ pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
     put_lossy(&mut set, source);
     set
 }
-
-/// Series Number of a segmentation, on top of its source's; the deformed series has 9000.
-const SERIES_NUMBER: i64 = 9100;
 
 fn put_segments(set: &mut DataSet, params: &SegmentationParams, segments: &[Label]) {
     let items = segments.iter().enumerate().map(|(n, (number, name, rgb))| {

@@ -11,18 +11,15 @@ use crate::derived::{copy, instance_reference};
 use crate::error::Error;
 use crate::geometry::grid_of;
 use crate::number::{ROUNDING_MM, format_ds, parse_is};
+use crate::series::Place;
 use crate::source::{Source, SourceSlice};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
 use supine_space::{Grid, Point, Warning};
 
-const KIND: Kind = Kind {
-    class: uids::RT_STRUCTURE_SET_STORAGE,
-    modality: "RTSTRUCT",
-    series: 200,
-    role: "structures",
-};
+const KIND: Kind =
+    Kind { class: uids::RT_STRUCTURE_SET_STORAGE, modality: "RTSTRUCT", role: "structures" };
 /// Coordinates within a slice are rounded to this share of 1 mm.
 const PER_MM: f64 = 1e4;
 /// Longest Contour Data: beyond it the element would lose its VR (PS3.5 6.2.2), which some readers do not take.
@@ -86,7 +83,7 @@ pub fn write_structures(
     same_patient(&from.file, &from.header, ct)?;
     let slices = Slices { ct, grid: grid_of(ct)? };
     let mut warnings = Vec::new();
-    let mut set = common(ct, params, &KIND)?;
+    let mut set = common(ct, params, (&KIND, Place::Structures(params.before)))?;
     let ascii_only = characters(&mut set, &from.header, NAMES, &mut warnings);
     put_texts(
         &mut set,

@@ -281,6 +281,7 @@ pub(crate) fn params(source: &Source) -> CompanionParams {
         series_description: "DEFORMED dose [test]".into(),
         derivation: "DERIVED: moved by a test".into(),
         clock: source.clock(),
+        before: 0,
         software_version: "0.1.0".into(),
     }
 }
@@ -314,7 +315,7 @@ fn a_written_dose_reads_back_within_half_a_step_and_says_what_it_is() {
     let read = read_dose(&path).unwrap();
     let meant = carried();
     let most = meant.data().iter().copied().fold(0.0, f32::max);
-    assert!((info.step_gy / (f64::from(most) / 4_294_967_295.0) - 1.0).abs() < 1e-6);
+    assert!((info.step_gy / (f64::from(most) / 2_147_483_647.0) - 1.0).abs() < 1e-6);
     for (a, b) in read.volume().data().iter().zip(meant.data()) {
         assert!(
             (f64::from(*a) - f64::from(*b)).abs() <= 0.51 * info.step_gy + 1.2e-7 * f64::from(*b)

@@ -172,6 +172,7 @@ fn params(source: &Source) -> SegmentationParams {
         automatic: true,
         algorithm: "supine test".into(),
         clock: source.clock(),
+        before: 0,
         software_version: "0.1.0".into(),
     }
 }

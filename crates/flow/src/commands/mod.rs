@@ -18,6 +18,7 @@ pub mod solve;
 pub mod usable;
 pub mod warp;
 
+pub use supine_dicom::Clock;
 pub use supine_exchange::SurfaceFrame;
 pub use supine_report::{Colour, summary_schema};
 

@@ -2,7 +2,7 @@
 
 use crate::folder::RunFolder;
 use crate::run::Options;
-use crate::session::Session;
+use crate::session::{Session, Start};
 use crate::spec::Spec;
 use crate::{Error, Observer, Summary};
 use serde_json::Value as Json;
@@ -22,6 +22,8 @@ pub struct Run {
     pub out: PathBuf,
     /// Where it ends, and what is made anew.
     pub options: Options,
+    /// When and by which command it began.
+    pub start: Option<Start>,
 }
 
 /// A change of one value of a case, as it is typed.
@@ -71,7 +73,7 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
     session.case().check_complete()?;
     let folder = RunFolder::open(&given.out)?;
     let renewed = folder.is_former();
-    let session: Session = session.with_folder(folder)?;
+    let session: Session = session.with_folder(folder)?.with_start(given.start.clone());
     let summary = crate::run(&session, given.options, observer)?;
     Ok(RunDone { summary, renewed })
 }

@@ -3,7 +3,7 @@
 use super::{Gather, ends, messages, session, usage};
 use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
-use crate::session::Request;
+use crate::session::{Request, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
 use crate::spec::{Spec, Value};
 use crate::{Error, NodeId, Observer};
@@ -45,6 +45,8 @@ pub struct Segment {
     pub uncertainty: Option<PathBuf>,
     /// A folder for skin and chest wall between the voxels.
     pub surfaces: Option<PathBuf>,
+    /// When it began: what a DICOM object bears; without it the time of the source series.
+    pub start: Option<Start>,
 }
 
 /// What was made.
@@ -100,7 +102,9 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
     gather.work(NodeId::Export, |progress| {
         match input.source.as_ref().filter(|_| dicom) {
             Some(source) => {
-                write_dicom_labels(labels, source, segmented.facts.origin, &given.out)?;
+                let start = given.start.as_ref().map(|start| start.clock.clone());
+                let clock = start.unwrap_or_else(|| source.clock());
+                write_dicom_labels(labels, (source, clock), segmented.facts.origin, &given.out)?;
             }
             None => write_labels(labels, &given.out, progress).map_err(Error::product)?,
         }

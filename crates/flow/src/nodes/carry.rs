@@ -31,7 +31,7 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -56,7 +56,6 @@ impl Node for Carry {
         let files = ExportedFiles { series, registration, secret: own.secret };
         let progress = work.progress;
         let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.1))?;
-        let job = CarryJob { context: &context, deformation: &solved.deformation };
         let folder = work.place("objects")?;
         let shown = work.shelf.map_or("", |shelf| shelf.name("objects"));
         std::fs::create_dir_all(&folder)
@@ -68,6 +67,8 @@ impl Node for Carry {
             let name = format!("{}-{same}.dcm", kind.name());
             let part = progress.part(share(n), share(n + 1));
             let path = folder.join(&name);
+            let (before, deformation) = (same - 1, &solved.deformation);
+            let job = CarryJob { context: &context, before, deformation };
             let (mut object, warnings) = job.one(*kind, &file.path, &path, &input.ct, part)?;
             file.check_unchanged()?;
             object.file = format!("{shown}/{name}");

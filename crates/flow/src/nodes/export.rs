@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use supine_dicom::{Accept, Expected, ExportParams, Original, Policy};
 use supine_report::Checks;
 use supine_space::{Side, Warning};
+use supine_volume::Ct;
 
 pub(crate) struct Export;
 
@@ -26,6 +27,9 @@ pub(crate) struct Own {
     ct: InputFile,
     assume_hu: bool,
     equalise_steps: bool,
+    /// Where the case names one; that of the run does not make a result stale.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clock: Option<String>,
 }
 
 /// What was exported.
@@ -38,6 +42,8 @@ pub(crate) struct Exported {
 
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub(crate) struct Facts {
+    /// Short name of the result.
+    pub(crate) id: String,
     pub(crate) export: Option<supine_report::Export>,
 }
 
@@ -63,6 +69,7 @@ impl Node for Export {
             ct: ground.file("ct", case.ct()?)?,
             assume_hu: case.accept.assume_hu,
             equalise_steps: case.accept.equalise_steps,
+            clock: case.export.clock.as_ref().map(ToString::to_string),
         })
     }
 
@@ -71,6 +78,9 @@ impl Node for Export {
         (input, named, solved, warped): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Exported, Error> {
+        let series_uid = named.as_ref().as_ref().map(|named| named.source.series_uid());
+        let identity = identity(series_uid.as_deref(), &own.derivation, &warped.ct);
+        let id = format!("{:02x}{:02x}", identity[2], identity[3]);
         let Some(named) = named.as_ref() else {
             let path = work.place("volume")?;
             supine_exchange::write_ct_nrrd(&warped.ct, &path, &own.derivation, work.progress)
@@ -78,18 +88,18 @@ impl Node for Export {
             let text = "the CT did not come as DICOM, so there is no patient to export a series for: \
                         the deformed CT is ct.nrrd";
             work.warn(Warning::new("no-series", text));
-            return Ok(Exported { series: None, facts: Facts { export: None } });
+            return Ok(Exported { series: None, facts: Facts { id, export: None } });
         };
         let source = &named.source;
         let policy = own.policy();
         let params = ExportParams {
-            series_description: own.series_description.clone(),
+            series_description: format!("{} {id}", own.series_description),
             derivation: own.derivation.clone(),
             image_comments: IMAGE_COMMENTS.into(),
             laterality: if own.left { Side::Left } else { Side::Right },
-            clock: source.clock(),
+            clock: work.clock_of(own.clock.as_deref(), named),
             software_version: env!("CARGO_PKG_VERSION").into(),
-            identity: identity(&source.series_uid(), &own.derivation),
+            identity,
             reach_mm: solved.facts.solve.max_displacement_mm,
             policy,
         };
@@ -120,7 +130,7 @@ impl Node for Export {
             },
             registration: None,
         };
-        Ok(Exported { series: Some(folder), facts: Facts { export: Some(export) } })
+        Ok(Exported { series: Some(folder), facts: Facts { id, export: Some(export) } })
     }
 
     fn facts(out: &Exported) -> Result<serde_json::Value, Error> {
@@ -148,11 +158,15 @@ fn export_error(error: supine_dicom::Error) -> Error {
     }
 }
 
-/// What made the volume, beside its voxels: two cases never share an identifier.
-fn identity(series_uid: &str, derivation: &str) -> [u8; 32] {
+/// Hash of the volume and of what made it: two results never share an identifier.
+fn identity(series_uid: Option<&str>, derivation: &str, ct: &Ct) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
-    for part in [series_uid, derivation] {
+    for part in [series_uid.unwrap_or(""), derivation] {
         hasher.update(part.as_bytes()).update(b"\0");
+    }
+    for part in ct.data().chunks(1 << 16) {
+        let bytes: Vec<u8> = part.iter().flat_map(|hu| hu.to_le_bytes()).collect();
+        hasher.update(&bytes);
     }
     *hasher.finalize().as_bytes()
 }

@@ -6,26 +6,35 @@ use crate::ground::Ground;
 use crate::shared::write_dicom_labels;
 use crate::work::Work;
 use crate::{Error, NodeId};
+use serde::Serialize;
 
 pub(crate) struct LabelsObject;
 
+#[derive(Serialize)]
+pub(crate) struct Own {
+    /// Where the case names one.
+    clock: Option<String>,
+}
+
 impl Node for LabelsObject {
     const ID: NodeId = NodeId::LabelsObject;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = ();
+    type Own = Own;
     type Parents = (Source, Segment);
     type Out = ();
 
-    fn own(_: &Ground) -> Result<(), Error> {
-        Ok(())
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        let clock = ground.case.export.clock.as_ref();
+        Ok(Own { clock: clock.map(ToString::to_string) })
     }
 
-    fn run((): &(), (named, segmented): Outs<Self>, work: &Work<'_>) -> Result<(), Error> {
+    fn run(own: &Own, (named, segmented): Outs<Self>, work: &Work<'_>) -> Result<(), Error> {
         let Some(named) = named.as_ref() else { return Ok(()) };
         let path = work.place("labels")?;
-        write_dicom_labels(&segmented.labels, &named.source, segmented.facts.origin, &path)
+        let clock = work.clock_of(own.clock.as_deref(), named);
+        write_dicom_labels(&segmented.labels, (&named.source, clock), segmented.facts.origin, &path)
     }
 
     fn load(_: serde_json::Value, _: &Work<'_>) -> Result<(), Error> {

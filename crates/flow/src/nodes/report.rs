@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
     Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Segmentation,
-    Summary, Tissue, Tool, Verdict,
+    SourceSeries, Summary, Tissue, Tool, Verdict, Whose,
 };
 
 pub(crate) struct Report;
@@ -34,7 +34,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -67,7 +67,10 @@ impl Node for Report {
         let summary = summarise(own, &parents, work)?;
         let (.., drawn) = &parents;
         let folder = work.place("report")?;
-        supine_report::write(&summary, &drawn.pictures, &folder, work.progress)?;
+        let (input, ..) = &parents;
+        let whose = input.source.as_ref().filter(|_| !own.anonymise).map(whose);
+        let shown = (&summary, whose.as_ref());
+        supine_report::write(shown, &drawn.pictures, &folder, work.progress)?;
         Ok(summary)
     }
 
@@ -126,6 +129,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     }
     let mut summary = Summary {
         schema: Summary::SCHEMA,
+        id: Some(exported.facts.id.clone()),
         verdict: Verdict::default(),
         tool: Tool { name: "supine".into(), version: env!("CARGO_PKG_VERSION").into() },
         must_not_be_used_for: supine_report::must_not_be_used_for(),
@@ -148,6 +152,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             interpolation: case.interpolation.name().into(),
             fade_mm: warp.fade_mm,
         },
+        source: input.source.as_ref().filter(|_| !own.anonymise).map(source_series),
         ct,
         segmentation: with_effects(drawn.segmentation.clone(), &known.effects_mm),
         mesh: drawn.mesh.clone(),
@@ -168,6 +173,20 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     };
     summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
     Ok(summary)
+}
+
+fn whose(source: &supine_dicom::Source) -> Whose {
+    let supine_dicom::Whose { name, id, born, study, series } = source.whose();
+    Whose { name, id, born, study, series }
+}
+
+fn source_series(source: &supine_dicom::Source) -> SourceSeries {
+    SourceSeries {
+        study_uid: source.study_uid(),
+        series_uid: source.series_uid(),
+        frame_of_reference_uid: source.frame_of_reference_uid(),
+        instance_uids: source.instance_uids(),
+    }
 }
 
 /// What the uncertain places of the wall do to the tumour.

@@ -97,6 +97,7 @@ impl Session {
             // The second pass may need what the first one has.
             drops: request.drops && pass.open.is_none(),
             stays: known.values.iter().chain(ground.given.keys()).copied().collect(),
+            clock: self.start.as_ref().map(|start| &start.clock),
             meter: self.meter,
             quiet: pass.quiet.clone(),
             failed: AtomicBool::new(false),

@@ -16,6 +16,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use supine_dicom::Clock;
 use supine_report::{Output as File, Warning};
 use supine_space::Progress;
 
@@ -42,6 +43,8 @@ pub(super) struct Job<'a> {
     pub(super) drops: bool,
     /// Never dropped.
     pub(super) stays: BTreeSet<NodeId>,
+    /// When the run began.
+    pub(super) clock: Option<&'a Clock>,
     /// What the work holds.
     pub(super) meter: &'static Meter,
     /// Done before in this work: nobody is told again.
@@ -197,7 +200,8 @@ impl Job<'_> {
             self.observer.go_on() && !self.failed.load(Ordering::Relaxed)
         };
         let shelf = self.folder.map(|folder| folder.shelf(node));
-        let work = Work::new(Progress::new(&share), shelf, (&before.warned, &before.written));
+        let work =
+            Work::new(Progress::new(&share), shelf, (&before.warned, &before.written), self.clock);
         let key = self.plan.keys.get(node).ok_or(Error::NotKept { node })?;
         let held = || self.cells.lock().ok().and_then(|mut cells| cells.get(node, key));
         match &self.plan.steps[&node] {

@@ -25,6 +25,7 @@ use plan::{Keys, ancestors};
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, RwLock};
+use supine_dicom::Clock;
 use supine_report::{Link, Warning};
 
 /// Memory that a session's results may hold while nobody works on them, bytes: a CT of 512 x 512 x 400 voxels before and
@@ -43,6 +44,7 @@ pub struct Session {
     /// The newest question of the live lane.
     newest: AtomicU64,
     budget: usize,
+    start: Option<Start>,
     meter: &'static Meter,
 }
 
@@ -60,6 +62,15 @@ pub enum Lane {
     /// The result: all threads, and all of it is written to the session's folder.
     #[default]
     Final,
+}
+
+/// When and by which command a session began.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Start {
+    /// Date and time of the place where it runs.
+    pub clock: Clock,
+    /// The program's name and what was given to it.
+    pub command: Vec<String>,
 }
 
 /// What is asked of a session.
@@ -138,6 +149,7 @@ impl Session {
             live: pool(1)?,
             newest: AtomicU64::new(0),
             budget: BUDGET,
+            start: None,
             meter,
         })
     }
@@ -160,6 +172,18 @@ impl Session {
     pub fn with_budget(mut self, bytes: usize) -> Self {
         self.budget = bytes;
         self
+    }
+
+    /// The same, begun by a command at a date and time: exported objects bear it where the case names none.
+    #[must_use]
+    pub fn with_start(mut self, start: Option<Start>) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// How it began, if that was said.
+    pub(crate) fn start(&self) -> Option<&Start> {
+        self.start.as_ref()
     }
 
     /// Gives a node its result in place of having it made; `key` names its content.

@@ -80,7 +80,8 @@ fn write(
     let params = |description: &str| CompanionParams {
         series_description: description.into(),
         derivation: "DERIVED: map of a simulated deformation".into(),
-        clock: source.clock(),
+        clock: deformed.clock(),
+        before: 0,
         software_version: env!("CARGO_PKG_VERSION").into(),
     };
     let path = folder.join(DEFORMABLE);

@@ -6,21 +6,24 @@ use supine_fem::{Cut, RestState};
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
 
-/// What the exported series is called (at most 64 characters, DICOM LO): runs of one patient on other tables or with
-/// other tissue are told apart by it in the planning system's list.
+/// What the exported series is called, 59 characters at most: with the result's short name behind it a DICOM LO. Runs of
+/// one patient on other tables or with other tissue are told apart by it in the planning system's list.
 pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
     let (frame, bed) =
         (if case.export.policy.same_frame { " SAME-FRAME" } else { "" }, case.bed()?);
-    let [ap, lat] = [bed.ap_deg, bed.lat_deg].map(|angle| short(angle, 2));
+    let [ap, lat] = [bed.ap_deg, bed.lat_deg].map(|angle| short(angle, 1));
     let young = match case.stiffness {
         None => format!("E {} kPa", short(case.tissue.young_kpa, 3)),
         Some(_) => "E by tissue".into(),
     };
-    Ok(format!("DEFORMED{frame} AP {ap} LAT {lat}, {young} {}", rest_name(case.rest)))
+    Ok(format!("DEFORMED{frame} AP {ap} LAT {lat} {young} {}", rest_name(case.rest)))
 }
 
-/// A number in at most so many decimals, none from 100 on.
+/// A number in at most so many decimals, none from 100 on, and its order of magnitude from 10,000 on.
 fn short(x: f64, decimals: usize) -> String {
+    if x.abs() >= 9999.5 {
+        return format!("{x:.0e}");
+    }
     let decimals = if x.abs() < 99.5 { decimals } else { 0 };
     let text = format!("{x:.decimals$}");
     let text = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
@@ -84,7 +87,7 @@ mod tests {
     use crate::spec::Spec;
 
     #[test]
-    fn series_are_told_apart_by_table_and_tissue_in_64_characters() {
+    fn series_are_told_apart_by_table_and_tissue_in_59_characters() {
         let named = |keys: &[(&str, serde_json::Value)]| {
             let mut spec = Spec::new("");
             for (key, value) in keys {
@@ -93,7 +96,7 @@ mod tests {
             series_description(&spec.case().unwrap()).unwrap()
         };
         let bed = [("bed.ap", 7.0.into()), ("bed.lat", 5.0.into())];
-        assert_eq!(named(&bed), "DEFORMED AP 7 LAT 5, E 0.609 kPa net");
+        assert_eq!(named(&bed), "DEFORMED AP 7 LAT 5 E 0.609 kPa net");
         let longest = named(&[
             ("bed.ap", (-12.345).into()),
             ("bed.lat", (-10.255).into()),
@@ -101,6 +104,6 @@ mod tests {
             ("tissue.rest", "unloaded".into()),
             ("export.frame", "source, although the breast has moved in it".into()),
         ]);
-        assert!(longest.len() <= 64 && longest.contains("E 1000000 kPa unloaded"), "{longest}");
+        assert!(longest.len() <= 59 && longest.contains("E 1e6 kPa unloaded"), "{longest}");
     }
 }

@@ -152,13 +152,14 @@ fn carried(case: &Case, key: &str) -> Json {
 }
 
 fn export(case: &Case, key: &str) -> Json {
-    let spec = case.export;
+    let spec = &case.export;
     match key {
         "export.anonymise" => spec.anonymise.into(),
         "export.study" => if spec.policy.new_study { "new" } else { "source" }.into(),
         "export.equipment" => if spec.policy.keep_equipment { "scanner" } else { "supine" }.into(),
         "export.frame" => if spec.policy.same_frame { SAME_FRAME } else { "new" }.into(),
         "export.registration" => spec.registration.into(),
+        "export.clock" => spec.clock.as_ref().map(ToString::to_string).into(),
         _ => Json::Null,
     }
 }

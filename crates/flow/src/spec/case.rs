@@ -7,7 +7,7 @@ use super::value::Value;
 use super::{canonical, mesh, tissue};
 use crate::shared::{CarriedFile, CarriedKind, RegionNames, SuppliedLabels};
 use std::path::PathBuf;
-use supine_dicom::{Accept, Policy, ReadParams};
+use supine_dicom::{Accept, Clock, Policy, ReadParams};
 use supine_fem::{Cut, Load, RestState, Tissue};
 use supine_space::{BedPose, Point, Side, Sphere};
 use supine_volume::SeedKind;
@@ -107,7 +107,7 @@ impl SeedsSpec {
 }
 
 /// What is asked of the DICOM objects of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExportSpec {
     /// Whether they lack the patient (PS3.15 E.1).
     pub anonymise: bool,
@@ -115,6 +115,8 @@ pub struct ExportSpec {
     pub registration: bool,
     /// Departures from what is safest.
     pub policy: Policy,
+    /// Date and time that the objects bear; none for those of the run.
+    pub clock: Option<Clock>,
 }
 
 impl Case {
@@ -395,6 +397,17 @@ fn carried(given: Given<'_>) -> Vec<CarriedFile> {
     CarriedKind::ALL.into_iter().flat_map(of).collect()
 }
 
+fn clock(given: Given<'_>, anonymise: bool) -> Result<Option<Clock>, CaseError> {
+    let Some(text) = given.text("export.clock") else { return Ok(None) };
+    if anonymise {
+        let reason = "de-identified objects bear no date of the run: leave `export.clock` or `export.anonymise` out";
+        return Err(value("export.clock", reason));
+    }
+    let read = Clock::parse(&text);
+    let bad = || value("export.clock", "is no date and time: write it as 2026-03-01 14:05:00");
+    read.ok_or_else(bad).map(Some)
+}
+
 fn export(given: Given<'_>) -> Result<ExportSpec, CaseError> {
     let same_frame = given.word("export.frame") == SAME_FRAME;
     let asked = match given.get("export.registration") {
@@ -406,8 +419,10 @@ fn export(given: Given<'_>) -> Result<ExportSpec, CaseError> {
                       `export.frame` asks for one alone";
         return Err(value("export.registration", reason));
     }
+    let anonymise = given.switch("export.anonymise");
     Ok(ExportSpec {
-        anonymise: given.switch("export.anonymise"),
+        anonymise,
+        clock: clock(given, anonymise)?,
         registration: !same_frame && asked.unwrap_or(true),
         policy: Policy {
             new_study: given.word("export.study") == "new",

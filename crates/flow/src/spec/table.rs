@@ -456,6 +456,13 @@ pub static TABLE: &[Parameter] = &[
         Absent("true"),
         "registrations with the CT beside the exported series; not with its frame of reference",
     ),
+    row(
+        ("export.clock", "clock"),
+        Kind::Text,
+        "",
+        Absent("the time of the run"),
+        "date and time that the exported objects bear, YYYY-MM-DD HH:MM:SS",
+    ),
 ];
 
 /// Keys with a short form: `seeds = "file"` stands for `seeds = { file = "file" }`.

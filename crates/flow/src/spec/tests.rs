@@ -209,6 +209,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
+        "export = { clock = '2026-03-01 12:00:00' }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];
     let mut cases: Vec<_> = given.iter().map(|line| with(line).unwrap().canonical()).collect();

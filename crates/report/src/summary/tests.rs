@@ -9,6 +9,13 @@ pub(crate) fn example() -> Summary {
         verdict: Verdict::default(),
         must_not_be_used_for: must_not_be_used_for(),
         schema: Summary::SCHEMA,
+        id: Some("3f7a".into()),
+        source: Some(SourceSeries {
+            study_uid: "1.2.3".into(),
+            series_uid: "1.2.3.4".into(),
+            frame_of_reference_uid: "1.2.3.5".into(),
+            instance_uids: vec!["1.2.3.4.1".into()],
+        }),
         case: [("breast".to_string(), "left".into())].into_iter().collect(),
         position: Position {
             breast: "left".into(),
@@ -234,6 +241,8 @@ pub(crate) fn example() -> Summary {
         }],
         run: Run {
             case_folder: Some("/plans".into()),
+            started: Some("2026-03-01 12:00:00".into()),
+            command: Some(vec!["supine".into(), "run".into(), "case.toml".into()]),
             stages: vec![StageTime {
                 name: "solve".into(),
                 seconds: 1.25,

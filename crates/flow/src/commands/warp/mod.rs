@@ -6,7 +6,7 @@ pub use grid::OutputGrid;
 
 use super::{Gather, ends, given_deformation, messages, session, usage};
 use crate::nodes::{Fields, Import, Imported, Solve, Solved, Source, Warp as WarpNode, warp_facts};
-use crate::session::{Request, Session};
+use crate::session::{Request, Session, Start};
 use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
 use crate::spec::{CaseError, Spec};
 use crate::{Error, NodeId, Observer};
@@ -47,6 +47,8 @@ pub struct Warp {
     pub registration: Option<PathBuf>,
     /// A folder for a series, or a `.nrrd`, `.nii` or `.nii.gz` file.
     pub out: PathBuf,
+    /// When it began: what a DICOM object bears; without it the time of the source series.
+    pub start: Option<Start>,
 }
 
 /// What was made.
@@ -223,7 +225,7 @@ fn write_series(
         series_description: "DEFORMED by a given mesh".into(),
         image_comments: IMAGE_COMMENTS.into(),
         laterality: case.breast()?,
-        clock: source.clock(),
+        clock: given.start.as_ref().map_or_else(|| source.clock(), |start| start.clock.clone()),
         software_version: env!("CARGO_PKG_VERSION").into(),
         identity: *blake3::hash(derivation.as_bytes()).as_bytes(),
         derivation,

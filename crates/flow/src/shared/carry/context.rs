@@ -174,8 +174,8 @@ impl CarryContext {
     }
 }
 
-/// What a carried object says about itself.
-pub(super) fn params(what: &str, source: &Source) -> CompanionParams {
+/// What a carried object says about itself, behind `before` others of its kind.
+pub(super) fn params(what: &str, source: &Source, before: usize) -> CompanionParams {
     CompanionParams {
         series_description: format!("DEFORMED {what} [supine]"),
         derivation: format!(
@@ -183,6 +183,7 @@ pub(super) fn params(what: &str, source: &Source) -> CompanionParams {
              it. The CT:"
         ),
         clock: source.clock(),
+        before,
         software_version: env!("CARGO_PKG_VERSION").into(),
     }
 }

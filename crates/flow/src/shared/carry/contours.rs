@@ -119,7 +119,7 @@ pub(crate) fn write_carried_structures(
     carried: &CarriedContours,
     lines: Vec<Vec<Line>>,
     from: &Structures,
-    context: &CarryContext,
+    (context, before): (&CarryContext, usize),
     path: &Path,
 ) -> Result<StructuresInfo, Error> {
     let source = context.source()?;
@@ -129,6 +129,6 @@ pub(crate) fn write_carried_structures(
         .zip(lines)
         .map(|(s, lines)| Drawing { contours: s.contours.clone(), lines })
         .collect();
-    write_structures(&drawn, from, source, &params("structures", source), path)
+    write_structures(&drawn, from, source, &params("structures", source, before), path)
         .map_err(Error::Carried)
 }

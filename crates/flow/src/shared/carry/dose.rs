@@ -38,10 +38,10 @@ pub(crate) fn carry_with_totals(
 pub(crate) fn write_carried_dose(
     carried: &Volume<f32>,
     from: &Dose,
-    context: &CarryContext,
+    (context, before): (&CarryContext, usize),
     path: &Path,
 ) -> Result<DoseInfo, Error> {
     let source = context.source()?;
-    let params = params("dose", source);
+    let params = params("dose", source, before);
     write_dose(carried, from, source, &params, context.registration(), path).map_err(Error::Carried)
 }

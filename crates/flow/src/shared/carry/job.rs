@@ -21,6 +21,8 @@ use supine_warp::DoseTotals;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CarryJob<'a> {
     pub(crate) context: &'a CarryContext,
+    /// How many objects of the kind were written before.
+    pub(crate) before: usize,
     /// As the solver gave it.
     pub(crate) deformation: &'a Deformation,
 }
@@ -59,6 +61,10 @@ pub(crate) struct CarriedSegmentation {
 }
 
 impl CarryJob<'_> {
+    fn place(&self) -> (&CarryContext, usize) {
+        (self.context, self.before)
+    }
+
     /// Carries an object into the file `out`, whose name the caller adds; warnings with it. `ct` is the CT before
     /// deformation, on the grid of the exported series.
     pub(crate) fn one(
@@ -109,7 +115,7 @@ impl CarryJob<'_> {
         let (given, mut warnings) = self.context.dose(path)?;
         let volume = given.volume();
         let (carried, totals) = carry_with_totals(volume, ct, self.deformation, progress)?;
-        let write = |out| write_carried_dose(&carried, &given, self.context, out);
+        let write = |out| write_carried_dose(&carried, &given, self.place(), out);
         let written = out.map(write).transpose()?;
         warnings.insert(0, Warning::new("dose-not-computed-anew", DOSE_NOTE));
         warnings.extend(written.iter().flat_map(|info| info.warnings.clone()));
@@ -131,7 +137,7 @@ impl CarryJob<'_> {
         let carried = carry_named_contours(&closed, grid, self.deformation, progress)?;
         let write = |out| {
             let lines = carry_lines(&given, self.deformation)?;
-            write_carried_structures(&carried, lines, &given, self.context, out)
+            write_carried_structures(&carried, lines, &given, self.place(), out)
         };
         let written = out.map(write).transpose()?;
         warnings.extend(written.iter().flat_map(|info| info.warnings.clone()));
@@ -148,7 +154,7 @@ impl CarryJob<'_> {
     ) -> Result<CarriedSegmentation, Error> {
         let (given, mut warnings) = self.context.segmentation(path, grid)?;
         let carried = carry_segments(&given, grid, self.deformation, progress)?;
-        let (written, more) = write_carried_segments(&carried, &given, self.context, out)?;
+        let (written, more) = write_carried_segments(&carried, &given, self.place(), out)?;
         warnings.extend(more);
         Ok(CarriedSegmentation { given, carried, written, warnings })
     }

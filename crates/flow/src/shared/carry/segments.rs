@@ -59,7 +59,7 @@ fn ml(mask: &Volume<bool>) -> f64 {
 pub(crate) fn write_carried_segments(
     carried: &CarriedSegments,
     from: &Segmentation,
-    context: &CarryContext,
+    (context, before): (&CarryContext, usize),
     path: &Path,
 ) -> Result<(SegmentationInfo, Vec<Warning>), Error> {
     let source = context.source()?;
@@ -69,6 +69,7 @@ pub(crate) fn write_carried_segments(
         automatic: true,
         algorithm: format!("carried by supine {version}"),
         clock: source.clock(),
+        before,
         software_version: version.into(),
     };
     write_carried_segmentation(&carried.masks, from, source, &params, path).map_err(Error::Carried)

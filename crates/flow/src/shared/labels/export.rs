@@ -2,7 +2,7 @@
 
 use crate::Error;
 use std::path::Path;
-use supine_dicom::{SegmentationParams, Source, write_segmentation};
+use supine_dicom::{Clock, SegmentationParams, Source, write_segmentation};
 use supine_volume::LabelMap;
 
 /// How labels came about.
@@ -22,7 +22,7 @@ pub enum LabelOrigin {
 /// When the file cannot be written.
 pub fn write_dicom_labels(
     labels: &LabelMap,
-    source: &Source,
+    (source, clock): (&Source, Clock),
     origin: LabelOrigin,
     path: &Path,
 ) -> Result<(), Error> {
@@ -35,7 +35,8 @@ pub fn write_dicom_labels(
             LabelOrigin::Seeded => format!("supine {version} with seeds"),
             LabelOrigin::Supplied => format!("supplied to supine {version}"),
         },
-        clock: source.clock(),
+        clock,
+        before: 0,
         software_version: version.into(),
     };
     write_segmentation(labels, source, &params, path).map_err(Error::DicomLabels)?;

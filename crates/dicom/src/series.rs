@@ -1,0 +1,81 @@
+//! Series Numbers of what is written: those of one run lie together, apart from those of other runs and of the scanner.
+
+use crate::derived::own_number;
+use crate::source::Source;
+
+/// The first number, five digits: scanners rarely count as far.
+const FIRST: i64 = 10_000;
+/// Numbers of one run.
+const OF_RUN: i64 = 100;
+/// Runs that are told apart.
+const RUNS: i64 = 900;
+/// Objects of one kind that are told apart.
+const OF_KIND: i64 = 20;
+
+/// Place of an object among those of its run; the exported CT has the first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    DeformableRegistration,
+    RigidRegistration,
+    Labels,
+    /// A dose, counted from 0.
+    Dose(usize),
+    /// A structure set, counted from 0.
+    Structures(usize),
+    /// A segmentation that was carried along, counted from 0.
+    Segmentation(usize),
+}
+
+impl Place {
+    /// What is added to the Series Number of the run's CT; from the twenty-first object of a kind on, numbers come again.
+    fn offset(self) -> i64 {
+        let of_kind = |n: usize| n as i64 % OF_KIND;
+        match self {
+            Self::DeformableRegistration => 1,
+            Self::RigidRegistration => 2,
+            Self::Labels => 3,
+            Self::Dose(n) => OF_KIND + of_kind(n),
+            Self::Structures(n) => 2 * OF_KIND + of_kind(n),
+            Self::Segmentation(n) => 3 * OF_KIND + of_kind(n),
+        }
+    }
+
+    /// Series Number beside a CT.
+    pub(crate) fn beside(self, ct: &Source) -> i64 {
+        own_number(&ct.slices[0].header).unwrap_or(FIRST) + self.offset()
+    }
+
+    /// Series Number of an object that has no exported CT beside it.
+    pub(crate) fn alone(self, hash: &[u8; 32], source: &Source) -> i64 {
+        of_run(hash, source) + self.offset()
+    }
+}
+
+/// Series Number of the CT of a run, from the hash of what made it; not that of its source.
+pub(crate) fn of_run(hash: &[u8; 32], source: &Source) -> i64 {
+    let run = i64::from(u16::from_be_bytes([hash[0], hash[1]])) % RUNS;
+    let number = FIRST + OF_RUN * run;
+    let taken = own_number(&source.slices[0].header);
+    if taken.is_some_and(|taken| (number..number + OF_RUN).contains(&taken)) {
+        return FIRST + OF_RUN * ((run + 1) % RUNS);
+    }
+    number
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn no_two_objects_of_a_run_share_a_number() {
+        let mut places =
+            vec![Place::DeformableRegistration, Place::RigidRegistration, Place::Labels];
+        for n in 0..OF_KIND as usize {
+            places.extend([Place::Dose(n), Place::Structures(n), Place::Segmentation(n)]);
+        }
+        let offsets: BTreeSet<i64> = places.iter().map(|place| place.offset()).collect();
+        assert_eq!(offsets.len(), places.len());
+        assert!(offsets.iter().all(|n| (1..OF_RUN).contains(n)));
+    }
+}
