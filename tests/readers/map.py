@@ -1,12 +1,13 @@
-"""map.py FIELDS BEFORE AFTER: SimpleITK takes the fields of `supine warp --fields` in both formats as
+"""map.py FIELDS BEFORE AFTER CT WARPED: SimpleITK takes the fields of `supine warp --fields` in both formats as
 displacement field transforms that lead a point of the CT (x,y,z) to where it was carried and back."""
 
+import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import SimpleITK as sitk
-from grids import check
+from grids import check, series_by_itk
 
 folder = Path(sys.argv[1])
 before, after = ([float(x) for x in text.split(",")] for text in sys.argv[2:4])
@@ -31,3 +32,20 @@ for ending in ("nrrd", "nii.gz"):
     check(off < 0.05 and back < 0.05, f"{ending}: {off:.3f} and {back:.3f} mm")
 jacobian = [sitk.GetArrayFromImage(sitk.ReadImage(str(folder / f"jacobian.{e}"))) for e in ("nrrd", "nii.gz")]
 check((jacobian[0] == jacobian[1]).all() and jacobian[0].min() > 0, "the Jacobians differ or fold")
+
+# Plastimatch, on an older ITK, warps the CT by the field in NIfTI.
+output = folder / "plastimatch.nrrd"
+field = folder / "deformed_to_ct.nii.gz"
+# It does not read RLE.
+plain = folder / "ct.nrrd"
+sitk.WriteImage(series_by_itk(sys.argv[4]), str(plain))
+words = ["--input", plain, "--xf", field, "--output-img", output, "--default-value", "-1000"]
+said = subprocess.run(["plastimatch", "warp", *map(str, words)], capture_output=True, text=True)
+check(said.returncode == 0, f"plastimatch: {said.stdout} {said.stderr}")
+theirs, ours = (sitk.Cast(sitk.ReadImage(str(path)), sitk.sitkFloat64) for path in (output, sys.argv[5]))
+theirs = sitk.GetArrayFromImage(sitk.Resample(theirs, ours))
+ours = sitk.GetArrayFromImage(ours)
+moved = np.linalg.norm(sitk.GetArrayFromImage(fields["deformed_to_ct", "nrrd"]), axis=-1) > 0.2
+off = np.abs(theirs - ours)[moved]
+print(f"plastimatch: {moved.sum()} voxels moved, mean difference {off.mean():.2f} HU, 99th percentile {np.percentile(off, 99):.1f} HU")
+check(moved.sum() > 10_000 and off.mean() < 1.0, f"plastimatch warps otherwise: {off.mean():.2f} HU")

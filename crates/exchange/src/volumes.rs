@@ -113,7 +113,7 @@ impl FieldKind {
 }
 
 /// Writes a displacement field (mm, LPS) with three floats per voxel: as NRRD, or as NIfTI-1 (`.nii`,
-/// `.nii.gz`) with the intent `DISPVECT` and vectors in RAS, as that format has them.
+/// `.nii.gz`) as ITK writes them, with the intent `VECTOR` and vectors in LPS.
 ///
 /// In NRRD the key `displacement field type` says which way it leads, as 3D Slicer reads it; in NIfTI
 /// the description does. ITK takes either file of kind [`FieldKind::Resampling`] as the field of a

@@ -104,7 +104,7 @@ fn surfaces_are_read_back_in_lps() {
 }
 
 #[test]
-fn a_field_in_nifti_has_ras_vectors_slowest_in_memory_and_says_so() {
+fn a_field_in_nifti_has_vectors_as_itk_writes_them_slowest_in_memory() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("f.nii");
     let field = Volume::from_fn(grid(), |[i, j, k]| [i as f32 + 1.0, j as f32 + 10.0, k as f32]);
@@ -114,12 +114,12 @@ fn a_field_in_nifti_has_ras_vectors_slowest_in_memory_and_says_so() {
     let float = |at: usize| f32::from_le_bytes(*bytes[at..].first_chunk().unwrap());
     let dimensions: Vec<i16> = (0..8).map(|n| short(40 + 2 * n)).collect();
     assert_eq!(dimensions, [5, 4, 3, 2, 1, 3, 1, 1]);
-    assert_eq!((short(68), short(70)), (1006, 16), "intent DISPVECT, float");
+    assert_eq!((short(68), short(70)), (1007, 16), "intent VECTOR, float");
     let start = float(108) as usize;
     let voxels = field.grid().len();
     for (n, v) in field.data().iter().enumerate() {
         let read = [0, 1, 2].map(|a| float(start + 4 * (a * voxels + n)));
-        assert_eq!(read, [-v[0], -v[1], v[2]]);
+        assert_eq!(read, *v);
     }
     assert_eq!(bytes.len(), start + 12 * voxels);
 }

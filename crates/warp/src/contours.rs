@@ -1,6 +1,7 @@
 //! Planar contours carried along: closed surface, map, contours in the slices of a CT.
 
 mod shear;
+mod unmoved;
 
 use crate::isosurface::{Layers, isosurface};
 use crate::outline::{Pixels, signed_distance};
@@ -30,8 +31,9 @@ const LID_MM: f64 = 0.01;
 /// are negative, each shifted towards the other where they then lie upon each other better (a thin structure that
 /// slants would vanish between them: see `shear`); it ends half a usual step beyond the outermost planes, and so does each part where planes
 /// lie further apart than two usual steps and 10 mm. The surface of the solid moves as in
-/// [`carry_surface`] and is cut by the slices; the inside follows the even-odd rule. Where no point of it moves,
-/// the contours come back as they were given.
+/// [`carry_surface`] and is cut by the slices; the inside follows the even-odd rule. In slices where nothing of it
+/// moves, the contours are those that were given there; elsewhere none encloses less than 2 mm², unless one that was
+/// given does.
 ///
 /// # Errors
 /// When no contour encloses anything, one is not parallel to the slices, a parameter is out of range, or the user stopped.
@@ -42,11 +44,16 @@ pub fn carry_contours(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Vec<Vec<Point>>, Carried), Error> {
-    let solid = solid(contours, grid)?;
+    let planes = planes(contours, grid)?;
+    let before = solid(&planes, grid)?;
     progress.at(0.3)?;
-    let (solid, facts) = carry_surface(&solid, deformation, params, progress.part(0.3, 0.9))?;
-    let moved = facts.moved_points > 0;
-    let contours = if moved { slices::contours(&solid, grid) } else { contours.to_vec() };
+    let (after, facts) = carry_surface(&before, deformation, params, progress.part(0.3, 0.8))?;
+    if facts.moved_points == 0 {
+        return Ok((contours.to_vec(), facts));
+    }
+    let cut = [before, after].map(|solid| slices::contours(&solid, grid));
+    progress.at(0.9)?;
+    let contours = unmoved::put_back(contours, &planes, cut, grid);
     progress.at(1.0)?;
     Ok((contours, facts))
 }
@@ -106,14 +113,13 @@ fn thickness(planes: &[Plane]) -> f64 {
 }
 
 /// The solid that contours enclose.
-fn solid(contours: &[Vec<Point>], grid: &Grid) -> Result<TriSurface, Error> {
-    let planes = planes(contours, grid)?;
+fn solid(planes: &[Plane], grid: &Grid) -> Result<TriSurface, Error> {
     let spacing = grid.spacing();
     let mut steps: Vec<f64> = planes.windows(2).map(|p| p[1].level - p[0].level).collect();
     steps.sort_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or(spacing.z);
     let widest = (2.0 * usual).max(BRIDGED_MM) + SAME_PLANE_MM;
-    let step = spacing.x.min(spacing.y).min(STEP_MM).min(thickness(&planes) / STEPS_ACROSS);
+    let step = spacing.x.min(spacing.y).min(STEP_MM).min(thickness(planes) / STEPS_ACROSS);
     let step = step.max(FINEST_MM);
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for part in planes.chunk_by(|a, b| b.level - a.level <= widest) {

@@ -237,7 +237,8 @@ fn the_map_goes_out_as_fields_that_itk_takes() {
     assert!(mm("mean_mm") < 0.01 && mm("p99_mm") < 0.1, "{facts}");
     let text = tumour().map(|p| p.map(|c| c.to_string()).join(","));
     // A minus is no option.
-    let arguments = [fields, PathBuf::from(&text[0]), PathBuf::from(&text[1])];
+    let points = text.map(PathBuf::from);
+    let arguments = [fields].into_iter().chain(points).chain([source(), out]);
     readers_python("map.py", arguments).success("map.py");
 }
 

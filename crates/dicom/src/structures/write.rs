@@ -218,7 +218,10 @@ impl Regions<'_> {
             let mut items: Vec<DataSet> =
                 given.contours.iter().filter_map(|c| self.contour(c, &mut drawn)).collect();
             items.extend(given.lines.iter().flat_map(|l| self.line(l, &mut drawn)));
-            if !items.is_empty() {
+            let empty = || self.source_item(tags::ROI_CONTOUR_SEQUENCE, n, roi.number);
+            if !items.is_empty()
+                || empty().is_some_and(|own| own.get(tags::CONTOUR_SEQUENCE).is_some())
+            {
                 item.put_items(tags::CONTOUR_SEQUENCE, items);
             }
             contours.push(item);
@@ -243,15 +246,19 @@ impl Regions<'_> {
         drawn
     }
 
+    /// The item of the source about a region.
+    fn source_item(&self, sequence: Tag, n: usize, number: i64) -> Option<&DataSet> {
+        let items = self.from.header.items(sequence);
+        if sequence == tags::STRUCTURE_SET_ROI_SEQUENCE {
+            return items.get(n);
+        }
+        let of = |i: &&DataSet| parse_is(&i.text(tags::REFERENCED_ROI_NUMBER)) == Some(number);
+        items.iter().find(of)
+    }
+
     /// What the source says of a region: the item of its number.
     fn copied(&self, sequence: Tag, n: usize, number: i64, wanted: &[Tag]) -> DataSet {
-        let items = self.from.header.items(sequence);
-        let own = if sequence == tags::STRUCTURE_SET_ROI_SEQUENCE {
-            items.get(n)
-        } else {
-            let of = |i: &&DataSet| parse_is(&i.text(tags::REFERENCED_ROI_NUMBER)) == Some(number);
-            items.iter().find(of)
-        };
+        let own = self.source_item(sequence, n, number);
         let mut item = DataSet::default();
         for &tag in wanted {
             let Some(own) = own else { break };

@@ -1,6 +1,6 @@
 //! Writing NIfTI-1: little endian, sform and qform equal, mm.
 
-use super::affine::{FLIP, Forms};
+use super::affine::Forms;
 use crate::{
     Error,
     file::{self, COMPRESSION},
@@ -22,19 +22,17 @@ pub(crate) fn write<T: Sample>(
     write_values(path, (volume.grid(), Values::One), note, samples, progress)
 }
 
-/// Writes displacements (LPS, mm) as vectors in RAS, mm: intent 1006 (`NIFTI_INTENT_DISPVECT`), components
-/// along the fifth axis, slowest in memory.
+/// Writes displacements as ITK does, vectors in LPS, mm: intent 1007 (`NIFTI_INTENT_VECTOR`), components along the fifth
+/// axis, slowest in memory. Intent 1006 (`NIFTI_INTENT_DISPVECT`) means vectors in RAS, which readers built on an ITK
+/// before 5.3 take for LPS without a word.
 pub(crate) fn write_displacements(
     path: &Path,
     field: &Volume<[f32; 3]>,
     note: &str,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
-    let component = |a: usize| {
-        let sign = FLIP[a] as f32;
-        // Adding 0 makes -0 the same as 0.
-        field.data().iter().map(move |v| sign * v[a] + 0.0)
-    };
+    // Adding 0 makes -0 the same as 0.
+    let component = |a: usize| field.data().iter().map(move |v| v[a] + 0.0);
     let samples = (0..3).flat_map(component);
     write_values(path, (field.grid(), Values::Displacement), note, samples, progress)
 }
@@ -103,7 +101,7 @@ fn header((grid, values): (&Grid, Values), scalar: Scalar, note: &str, offset: u
     let [i, j, k] = grid.size().map(|n| n as i16);
     let (dimension, components, intent) = match values {
         Values::One => (3, 1, 0),
-        Values::Displacement => (5, 3, 1006),
+        Values::Displacement => (5, 3, 1007),
     };
     shorts(&mut h, &[dimension, i, j, k, 1, components, 1, 1]);
     floats(&mut h, &[0.0; 3]); // intent_p1..3

@@ -175,3 +175,25 @@ fn a_thin_band_that_slants_is_still_there_between_its_planes() {
     let share = area(&contours) / area(&given);
     assert!((0.9..1.05).contains(&share), "{share} of the area is left");
 }
+
+/// A displacement that ends in a plane: what lies below stays as it was drawn, to the last digit.
+#[test]
+fn slices_that_do_not_move_keep_what_was_drawn_in_them() {
+    let (mesh, grid) = (block(), slices(false));
+    let lift = |z: f64| ((z - 3.0) / 15.0).max(0.0);
+    let deformation = moved(&mesh, Order::Linear, |p| Vector::new(3.0 * lift(p.z), 0.0, 0.0));
+    let given = ball(&grid, 1);
+    let (carried, facts) =
+        carry_contours(&given, &grid, &deformation, &params(), Progress::none()).unwrap();
+    assert!(facts.moved_points > 0);
+    let level = |c: &Vec<Point>| c[0].z;
+    let below = |all: &[Vec<Point>]| -> Vec<Vec<Point>> {
+        all.iter().filter(|c| level(c) < -2.5).cloned().collect()
+    };
+    assert!(below(&given).len() > 3, "{}", below(&given).len());
+    assert_eq!(below(&carried), below(&given));
+    // One contour a slice: no specks.
+    let mut levels: Vec<i64> = carried.iter().map(|c| (level(c) * 1e3).round() as i64).collect();
+    levels.dedup();
+    assert_eq!(levels.len(), carried.len());
+}
