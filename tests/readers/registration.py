@@ -46,3 +46,12 @@ difference = np.abs(made - meant)[moved]
 plain = np.abs(sitk.GetArrayFromImage(ct) - meant)[moved]
 print(f"in the tissue: {difference.mean():.2f} HU off the exported CT in the mean, {np.quantile(difference, 0.99):.1f} at 99 %; without the registration {plain.mean():.2f} HU")
 check(difference.mean() < 2 and difference.mean() < 0.1 * plain.mean(), "the registration makes another CT")
+
+# Where the breast was and now is air, wholly or in part: the vectors alone leave no ghost of it.
+before = sitk.GetArrayFromImage(ct)
+left = before - meant > 200
+ghost = (left & (made - meant > 0.5 * (before - meant))).sum() * np.prod(deformed.GetSpacing()) / 1000
+all_left = left.sum() * np.prod(deformed.GetSpacing()) / 1000
+print(f"{all_left:.2f} ml were left; ghost of {ghost:.3f} ml; {vectors.size * 4 / 1e6:.2f} MB of vectors")
+check(left.sum() > 1000, "nothing was left")
+check(ghost < 0.02 * all_left, f"{ghost:.2f} ml of a ghost")

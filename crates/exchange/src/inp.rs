@@ -2,9 +2,10 @@
 //!
 //! Node sets and surfaces `skin`, `chest_wall`, `cut`; elements `soft_tissue`. Their neo-Hookean law is
 //! C10 (J^(-2/3) tr C − 3) + (J − 1)² / D1 with C10 = μ/2, D1 = 2/K: at small strain that of this program.
+//! Springs act between nodes and the ground (SPRING1) and between nodes (SPRING2).
 //! Format: Abaqus Keywords Reference; CalculiX CrunchiX User's Manual.
 
-use crate::{Error, Statics, file, nodes::Nodes};
+use crate::{Error, Spring, Statics, file, nodes::Nodes};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::Path;
@@ -17,10 +18,16 @@ const FACE_NAMES: [u8; 4] = [3, 4, 2, 1];
 const IN_LINE: usize = 16;
 
 /// Writes a mesh (LPS, mm) as a problem.
-pub(crate) fn write(mesh: &TetMesh, statics: &Statics, path: &Path) -> Result<(), Error> {
+pub(crate) fn write(
+    mesh: &TetMesh,
+    statics: &Statics,
+    springs: &[Spring],
+    path: &Path,
+) -> Result<(), Error> {
     let nodes = Nodes::new(mesh, statics.order);
     file::write(path, |out| {
         geometry(out, mesh, &nodes)?;
+        put_springs(out, mesh.tets().len(), springs)?;
         problem(out, mesh, statics)
     })
 }
@@ -57,6 +64,28 @@ fn geometry(out: &mut impl Write, mesh: &TetMesh, nodes: &Nodes<'_>) -> io::Resu
             }
         }
         write!(out, "*SURFACE, NAME={}, TYPE=ELEMENT\n{}", tag.name(), surface.concat())?;
+    }
+    Ok(())
+}
+
+/// Springs in each direction; elements numbered behind those of the tissue.
+fn put_springs(out: &mut impl Write, before: usize, springs: &[Spring]) -> io::Result<()> {
+    if !springs.is_empty() {
+        writeln!(out, "** Springs at the cut in place of the tissue beyond it, mN/mm")?;
+    }
+    for (n, Spring { nodes: (a, b), stiffness }) in springs.iter().enumerate() {
+        for axis in 1..=3 {
+            let number = before + 3 * n + axis;
+            let (kind, ends, axes) = match b {
+                None => ("SPRING1", format!("{}", a + 1), format!("{axis}")),
+                Some(b) => ("SPRING2", format!("{}, {}", a + 1, b + 1), format!("{axis}, {axis}")),
+            };
+            write!(
+                out,
+                "*ELEMENT, TYPE={kind}, ELSET=spring_{number}\n{number}, {ends}\n\
+                 *SPRING, ELSET=spring_{number}\n{axes}\n{stiffness:.10e}\n"
+            )?;
+        }
     }
     Ok(())
 }

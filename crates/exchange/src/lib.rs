@@ -47,7 +47,9 @@ pub use carried::{AnyVolume, LabelLayers, VolumeKind, read_any_volume, write_lab
 pub use contours::{NamedContours, is_contours, read_contours, write_contours};
 pub use error::{Error, Problem};
 pub use labels::{Segments, SuppliedLabels, read_labels, read_supplied_labels, write_labels};
-pub use meshes::{MeshFile, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem};
+pub use meshes::{
+    MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,
+};
 pub use points::{NamedPoint, read_points, write_points};
 pub use seeds::read_seeds;
 pub use surfaces::{SurfaceFrame, read_surface, write_surface};

@@ -37,6 +37,16 @@ impl Statics {
     }
 }
 
+/// A linear spring between the same direction of two nodes, in each direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Its ends, from 0: points of the mesh, then for quadratic elements its edges in the order of
+    /// [`supine_mesh::Edges`]; none for the ground.
+    pub nodes: (u32, Option<u32>),
+    /// Stiffness, mN/mm.
+    pub stiffness: f64,
+}
+
 /// What a file of a mesh can hold beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFile {
@@ -116,13 +126,26 @@ pub fn write_mesh_fields(
 /// FEBio solves the same energy as this program. Abaqus and CalculiX have a neo-Hookean law of their
 /// own, with the same moduli at small strain and another resistance to a large change of volume.
 ///
+/// `springs` act beside the tissue.
+///
 /// # Errors
-/// When the name ends otherwise or the file cannot be written.
-pub fn write_problem(mesh: &TetMesh, statics: &Statics, path: &Path) -> Result<(), Error> {
+/// When the name ends otherwise, the file cannot be written, or springs are to go into a `.feb`, whose springs act along
+/// a line between two nodes.
+pub fn write_problem(
+    mesh: &TetMesh,
+    statics: &Statics,
+    springs: &[Spring],
+    path: &Path,
+) -> Result<(), Error> {
     if file::has_suffix(path, ".feb") {
+        if !springs.is_empty() {
+            let reason = "a .feb file holds no springs that hold nodes to the ground: write .inp, or add --cut free or \
+                          --cut fixed";
+            return Err(Error::Unwritable { path: path.into(), reason: reason.into() });
+        }
         feb::write(mesh, statics, path)
     } else if file::has_suffix(path, ".inp") {
-        inp::write(mesh, statics, path)
+        inp::write(mesh, statics, springs, path)
     } else {
         let reason = "the name of a problem ends in .feb (FEBio 4) or .inp (Abaqus, CalculiX)";
         Err(Error::Unwritable { path: path.into(), reason: reason.into() })

@@ -154,7 +154,7 @@ fn problems_hold_what_is_fixed_and_the_load() {
         cut_held: true,
     };
     let text = |path: &Path, statics: &Statics| {
-        write_problem(&cube(), statics, path).unwrap();
+        write_problem(&cube(), statics, &[], path).unwrap();
         std::fs::read_to_string(path).unwrap()
     };
     let written = text(&feb, &statics);
@@ -175,7 +175,7 @@ fn problems_hold_what_is_fixed_and_the_load() {
     let written = text(&inp, &rest);
     assert!(written.contains("GRAV, 0.00000000, 0.0"), "a direction without a load: {written}");
     assert!(!written.contains("\ncut, 1, 3\n") && written.contains("TYPE=C3D4,"));
-    let refused = write_problem(&cube(), &rest, &folder.path().join("a.bdf")).unwrap_err();
+    let refused = write_problem(&cube(), &rest, &[], &folder.path().join("a.bdf")).unwrap_err();
     assert!(refused.to_string().contains(".inp"), "{refused}");
 }
 

@@ -10,12 +10,13 @@
 //! wall to skin, s along the layer), and bears the traction μ ∂u/∂s = −(π μ / 2h) u. The layer's own
 //! weight is left out.
 
+use crate::body::Body;
 use crate::element::shape;
 use crate::material::NeoHookean;
 use crate::pattern::{Block, Pattern, pairs};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_PI_2;
-use supine_mesh::{BoundaryTag, TET_FACES, TetMesh};
+use supine_mesh::{BoundaryTag, Edges, Order, TET_FACES, TetMesh};
 use supine_space::{Point, Vector};
 
 /// Weights and barycentric coordinates of a rule for triangles, exact to degree 4 (Dunavant 1985, table II);
@@ -47,20 +48,11 @@ impl<const N: usize> Foundation<N> {
     /// Springs of stiffness `kpa_mm` everywhere, or of that which the layer beyond each face has.
     /// `materials` are those of the tetrahedra.
     pub(crate) fn new(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Self {
-        let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
         let (mut faces, mut area, mut sum) = (Vec::new(), 0.0, 0.0);
-        for (element, own) in cut_faces(mesh) {
-            let points = own.map(|corner| mesh.tets()[element][corner]);
-            let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
-            let of_face = (b - a).cross(&(c - a)).norm() / 2.0;
-            let k = kpa_mm.unwrap_or_else(|| {
-                let mean = points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
-                // Where wall and skin meet the layer is not thinner than the mesh can show.
-                FRAC_PI_2 * materials[element].mu / mean.max(of_face.sqrt())
-            });
-            area += of_face;
-            sum += k * of_face;
-            faces.push(Face { element, stiffness: products::<N>(own, k * of_face) });
+        for CutFace { element, own, area_mm2, kpa_mm } in cut_springs_of(mesh, materials, kpa_mm) {
+            area += area_mm2;
+            sum += kpa_mm * area_mm2;
+            faces.push(Face { element, stiffness: products::<N>(own, kpa_mm * area_mm2) });
         }
         let mean_kpa_mm = if area > 0.0 { sum / area } else { 0.0 };
         Self { faces, mean_kpa_mm, given: kpa_mm.is_some() }
@@ -124,6 +116,85 @@ impl<const N: usize> Foundation<N> {
             }
         }
     }
+}
+
+/// A face of the cut.
+struct CutFace {
+    element: usize,
+    /// Its corners, of those of the tetrahedron.
+    own: [usize; 3],
+    area_mm2: f64,
+    kpa_mm: f64,
+}
+
+/// The faces of the cut with their stiffness, kPa/mm: the one that is given, or that of the layer beyond.
+fn cut_springs_of(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Vec<CutFace> {
+    let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
+    let face = |(element, own): (usize, [usize; 3])| {
+        let points = own.map(|corner| mesh.tets()[element][corner]);
+        let [a, b, c] = points.map(|p| mesh.points()[p as usize]);
+        let area_mm2 = (b - a).cross(&(c - a)).norm() / 2.0;
+        let of_layer = || {
+            let mean = points.iter().map(|p| thickness[p]).sum::<f64>() / 3.0;
+            // Where wall and skin meet the layer is not thinner than the mesh can show.
+            FRAC_PI_2 * materials[element].mu / mean.max(area_mm2.sqrt())
+        };
+        CutFace { element, own, area_mm2, kpa_mm: kpa_mm.unwrap_or_else(of_layer) }
+    };
+    cut_faces(mesh).into_iter().map(face).collect()
+}
+
+/// A linear spring between the same direction of two nodes, in each direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Its ends: points of the mesh, then for quadratic elements edges in the order of [`Edges`]; none for the ground.
+    pub nodes: (u32, Option<u32>),
+    /// Stiffness, mN/mm; between two nodes it is negative.
+    pub stiffness: f64,
+}
+
+/// The springs of a body's cut as springs between nodes, for other solvers: their stiffness matrix is ∫ k N_a N_b dA.
+///
+/// A matrix K of springs is that of grounded ones with the sums of its rows and of ones between nodes a and b with -K_ab.
+pub fn nodal_springs(body: &Body, order: Order, kpa_mm: Option<f64>) -> Vec<Spring> {
+    let (mesh, materials) = (&body.mesh, body.materials(1.0));
+    match order {
+        Order::Linear => {
+            springs_of(&Foundation::<4>::new(mesh, &materials, kpa_mm), |t| mesh.tets()[t])
+        }
+        Order::Quadratic => {
+            let (edges, corners) = (Edges::new(mesh), mesh.points().len() as u32);
+            springs_of(&Foundation::<10>::new(mesh, &materials, kpa_mm), |t| {
+                let ([a, b, c, d], sides) = (mesh.tets()[t], edges.of_tets()[t]);
+                let [e, f, g, h, i, j] = sides.map(|side| corners + side);
+                [a, b, c, d, e, f, g, h, i, j]
+            })
+        }
+    }
+}
+
+fn springs_of<const N: usize>(
+    foundation: &Foundation<N>,
+    nodes: impl Fn(usize) -> [u32; N],
+) -> Vec<Spring> {
+    let (mut grounded, mut between) =
+        (BTreeMap::<u32, f64>::new(), BTreeMap::<[u32; 2], f64>::new());
+    for face in &foundation.faces {
+        let own = nodes(face.element);
+        for (a, row) in own.iter().zip(&face.stiffness) {
+            for (b, k) in own.iter().zip(row).filter(|(_, k)| k.abs() > 0.0) {
+                *grounded.entry(*a).or_default() += k;
+                if a < b {
+                    *between.entry([*a, *b]).or_default() -= k;
+                }
+            }
+        }
+    }
+    let grounded =
+        grounded.into_iter().map(|(a, stiffness)| Spring { nodes: (a, None), stiffness });
+    let between = between.into_iter();
+    let between = between.map(|([a, b], stiffness)| Spring { nodes: (a, Some(b)), stiffness });
+    grounded.chain(between).collect()
 }
 
 /// `total` times the mean of N_a N_b over the face with these corners of a tetrahedron.

@@ -58,6 +58,7 @@ pub use body::Body;
 pub use contact::Contact;
 pub use coupling::Step;
 pub use error::Error;
+pub use foundation::{Spring, nodal_springs};
 pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unloading};
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};

@@ -1,6 +1,7 @@
 //! Meshes for other programs, as those read and solve them.
 
 use crate::shared::{scratch, shared};
+use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 use supine_tests::{Outcome, readers_python, supine};
@@ -67,6 +68,29 @@ fn calculix_solves_the_problem_as_we_do() {
     let scratch = scratch();
     let to = |name: &str| scratch.path().join(name);
     let mesh = shared().out.join("mesh/rest.vtu");
+    let spring = to("spring.inp");
+    for order in ["1", "2"] {
+        let vtu = to("spring.vtu");
+        let words: [&dyn AsRef<OsStr>; 12] = [
+            &"solve",
+            &"--mesh",
+            &mesh,
+            &"--bed",
+            &"7,5",
+            &"--order",
+            &order,
+            &"--cut",
+            &"spring",
+            &"--out",
+            &vtu,
+            &"--problem",
+        ];
+        supine(&[&words[..], &[&spring]].concat()).success("supine solve --problem, springs");
+        let job = spring.with_extension("");
+        Outcome::of(Command::new("ccx").current_dir(scratch.path()).arg(job)).success("ccx");
+        readers_python("calculix.py", [&vtu, &spring.with_extension("frd")])
+            .success("calculix.py, springs");
+    }
     for (order, files) in [("1", ["1.vtu", "1.feb", "1.inp"]), ("2", ["2.vtu", "2.feb", "2.inp"])] {
         let [vtu, feb, inp] = files.map(to);
         let msh = vtu.with_extension("msh");
@@ -96,9 +120,10 @@ fn calculix_solves_the_problem_as_we_do() {
         readers_python("calculix.py", [&vtu, &frd]).success("calculix.py");
     }
     let refused = [to("u.vtu"), to("u.feb")];
-    for (rest, cut, why) in
-        [("unloaded", "free", "stress-free shape"), ("net", "spring", "no springs")]
-    {
+    for (rest, cut, code, why) in [
+        ("unloaded", "free", 2, "stress-free shape"),
+        ("net", "spring", 2, "no springs between nodes and the ground; name an .inp"),
+    ] {
         let said = supine(&[
             &"solve",
             &"--mesh",
@@ -113,7 +138,7 @@ fn calculix_solves_the_problem_as_we_do() {
             &"--problem",
             &refused[1],
         ]);
-        assert_eq!(said.code, Some(2), "{}", said.stderr);
+        assert_eq!(said.code, Some(code), "{}", said.stderr);
         assert!(said.stderr.contains(why), "{}", said.stderr);
         assert!(!refused[1].exists());
     }

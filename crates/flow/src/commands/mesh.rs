@@ -215,7 +215,7 @@ pub(super) fn write(
             }
             let gravity = supine_space::supine();
             let problem = statics(&Tissue::default(), gravity, Order::Linear, false);
-            write_problem(mesh, &problem, out)
+            write_problem(mesh, &problem, &[], out)
         }
     }
     .map_err(Error::product)

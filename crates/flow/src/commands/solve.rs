@@ -1,13 +1,13 @@
 //! `supine solve`: the displacement of a mesh under gravity.
 
-use super::{Gather, given_mesh, messages, usage};
+use super::{Gather, ends, given_mesh, messages, usage};
 use crate::nodes::{Law, Meshed};
 use crate::shared::statics;
 use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
-use supine_exchange::{write_mesh_fields, write_problem};
+use supine_exchange::{Spring, write_mesh_fields, write_problem};
 use supine_fem::{Between, Body, Cut, Info, Load, RestState, between, sensitivity};
 use supine_mesh::{Deformation, Displacement};
 use supine_report::Warning;
@@ -159,14 +159,22 @@ fn problem(given: &Solve, law: &Law, body: &Body) -> Result<(), Error> {
     if solver.rest == RestState::Unloaded {
         return Err(usage("--problem: the mesh is the stress-free shape with --rest net only"));
     }
-    if solver.cut == Cut::Spring {
-        let message =
-            "--problem: such files hold no springs at the cut; add --cut free or --cut fixed";
-        return Err(usage(message));
+    let springs = if solver.cut == Cut::Spring {
+        let springs =
+            supine_fem::nodal_springs(body, solver.order, solver.spring_kpa_mm).into_iter();
+        springs.map(|s| Spring { nodes: s.nodes, stiffness: s.stiffness }).collect()
+    } else {
+        vec![]
+    };
+    if !springs.is_empty() && ends(path, &[".feb"]) {
+        return Err(usage(
+            "--problem: a .feb file holds no springs between nodes and the ground; name an .inp file, or add --cut free or \
+             --cut fixed",
+        ));
     }
     let held = solver.cut == Cut::Fixed;
     let statics = statics(&law.tissue(), load.target - load.ct, solver.order, held);
-    write_problem(&body.mesh, &statics, path).map_err(Error::product)
+    write_problem(&body.mesh, &statics, &springs, path).map_err(Error::product)
 }
 
 /// What was found, as fields.
