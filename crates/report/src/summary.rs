@@ -12,7 +12,8 @@ mod verdict;
 pub use agreement::{Agreement, SkinAgreement};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
-    CarriedObject, CarriedPoint, CarriedRegion, Consistency, Jacobian, Movement, VolumeChange, Warp,
+    CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, Jacobian, Movement,
+    VolumeChange, Warp,
 };
 pub use verdict::{Colour, Reason, Verdict};
 

@@ -392,6 +392,11 @@ fn warp(s: &Summary) -> Table {
     t.row("Jacobian, range", format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
     let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
     t.row("1 %, mean, 99 %", format!("{low}, {mean}, {high}"));
+    let whole = w.dense.iter().filter(|thing| thing.fate == "whole").count();
+    if !w.dense.is_empty() {
+        let text = format!("{} found, {whole} moved whole", w.dense.len());
+        t.row("Clips, wires and other dense things", text);
+    }
     if let Some(c) = &w.forward_then_backward {
         let [mean, p99, max] = [c.mean_mm, c.p99_mm, c.max_mm].map(|d| fixed(d, 3));
         let text = format!("{mean} mm off in the mean, {p99} mm at 99 %, {max} mm at most");

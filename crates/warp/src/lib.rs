@@ -12,13 +12,14 @@
 //! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
 //! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
 //! `labels`, `masks` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
-//! fields against each other.
+//! fields against each other; `dense` keeps clips and wires whole.
 
 mod batch;
 mod collar;
 mod consistency;
 mod contours;
 mod coverage;
+mod dense;
 mod dose;
 mod element;
 mod error;
@@ -53,6 +54,7 @@ mod tests;
 
 pub use consistency::{Consistency, consistency, interpolation_error};
 pub use contours::carry_contours;
+pub use dense::{Dense, DenseFate, keep_dense};
 pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use error::Error;
 pub use fade::{Faded, fade};

@@ -1,14 +1,15 @@
 //! The CT on the table.
 
-use super::{Import, Solve};
+use super::{Import, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use std::sync::Arc;
-use supine_report::Jacobian;
+use supine_report::{DenseThing, Jacobian};
+use supine_space::Warning;
 use supine_volume::Ct;
-use supine_warp::{Info, Interpolation, Params};
+use supine_warp::{Dense, DenseFate, Info, Interpolation, Params};
 
 pub(crate) struct Warp;
 
@@ -22,12 +23,12 @@ pub(crate) struct Warped {
 
 impl Node for Warp {
     const ID: NodeId = NodeId::Warp;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     /// Made again in less time than it is read.
     const KEPT: bool = false;
     /// The interpolation.
     type Own = &'static str;
-    type Parents = (Import, Solve);
+    type Parents = (Import, Segment, Solve);
     type Out = Warped;
 
     fn own(ground: &Ground) -> Result<&'static str, Error> {
@@ -36,20 +37,68 @@ impl Node for Warp {
 
     fn run(
         own: &&'static str,
-        (input, solved): Outs<Self>,
+        (input, segmented, solved): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Warped, Error> {
         let named = Interpolation::ALL.into_iter().find(|i| i.name() == *own);
         let params = Params { interpolation: named.unwrap_or_default(), ..Params::default() };
-        let (ct, info) = supine_warp::warp(&input.ct, &solved.deformation, &params, work.progress)?;
-        let facts = warp_facts(&info);
+        let (deformation, part) = (&solved.deformation, work.progress.part(0.0, 0.95));
+        let (mut ct, info) = supine_warp::warp(&input.ct, deformation, &params, part)?;
+        let labels = &segmented.labels;
+        let dense = supine_warp::keep_dense(&input.ct, labels, &mut ct, deformation, &params)?;
+        let facts = supine_report::Warp { dense: things(&dense), ..warp_facts(&info) };
         work.warn_all(info.warnings);
+        work.warn_all(dense_warnings(&dense));
         Ok(Warped { ct: Arc::new(ct), facts })
     }
 
     fn bytes(out: &Warped) -> usize {
         2 * out.ct.grid().len()
     }
+}
+
+fn things(dense: &[Dense]) -> Vec<DenseThing> {
+    let thing = |d: &Dense| DenseThing {
+        before_mm: d.centre.into(),
+        after_mm: d.after.into(),
+        voxels: d.voxels,
+        volume_mm3: d.volume_mm3,
+        peak_hu: d.peak_hu,
+        fate: match d.fate {
+            DenseFate::Whole => "whole",
+            DenseFate::Deformed => "deformed",
+            DenseFate::Still => "still",
+            DenseFate::OutsideBody => "outside_body",
+        }
+        .into(),
+    };
+    dense.iter().map(thing).collect()
+}
+
+/// What a planner has to know of metal.
+fn dense_warnings(dense: &[Dense]) -> Vec<Warning> {
+    let count = |fate| dense.iter().filter(|d| d.fate == fate).count();
+    let told = [
+        (
+            DenseFate::Whole,
+            "metal-moved-whole",
+            "dense thing(s) in the breast (clip, wire, calcification) were moved whole: their place is known to half a voxel",
+        ),
+        (
+            DenseFate::Deformed,
+            "metal-deformed",
+            "large dense thing(s) in the breast deformed with the tissue, which metal does not",
+        ),
+        (
+            DenseFate::OutsideBody,
+            "metal-outside-body",
+            "dense thing(s) on the breast (bra wire, clasp, marker) stayed where they were: the volume shows them, the \
+             operating table will not",
+        ),
+    ];
+    let said = told.into_iter().map(|(fate, code, text)| (count(fate), code, text));
+    let said = said.filter(|(n, ..)| *n > 0);
+    said.map(|(n, code, text)| Warning::new(code, format!("{n} {text}"))).collect()
 }
 
 /// The warp's part of the summary; how well the fields undo each other is known only to them.
@@ -67,5 +116,6 @@ pub(crate) fn warp_facts(info: &Info) -> supine_report::Warp {
             max: info.jacobian_max,
         },
         forward_then_backward: None,
+        dense: vec![],
     }
 }

@@ -21,6 +21,27 @@ pub struct Warp {
     /// summaries of older versions.
     #[serde(default)]
     pub forward_then_backward: Option<Consistency>,
+    /// Metal and other dense things outside the chest wall.
+    #[serde(default)]
+    pub dense: Vec<DenseThing>,
+}
+
+/// Something dense outside the chest wall: a clip, a wire, a coarse calcification, a clasp.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct DenseThing {
+    /// Its middle in the CT, LPS, mm.
+    pub before_mm: [f64; 3],
+    /// Its middle in the operating position, LPS, mm.
+    pub after_mm: [f64; 3],
+    /// Voxels of at least 300 HU.
+    pub voxels: usize,
+    /// Its volume, mm³.
+    pub volume_mm3: f64,
+    /// Its largest value, HU.
+    pub peak_hu: i16,
+    /// `whole`: moved as it was scanned; `deformed`: too large, it deformed with the tissue; `still`: it lies where nothing
+    /// moves; `outside_body`: it lies on the skin or in the air and stayed.
+    pub fate: String,
 }
 
 /// How far from where it began a voxel of the CT comes out that goes forward by one field and back by the

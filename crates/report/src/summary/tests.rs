@@ -168,6 +168,14 @@ pub(crate) fn example() -> Summary {
             vacated_voxels: 1_204,
             folded_voxels: 0,
             jacobian: Jacobian { min: 0.79, p01: 0.9, mean: 1.0, p99: 1.11, max: 1.25 },
+            dense: vec![DenseThing {
+                before_mm: [41.0, -31.0, 12.0],
+                after_mm: [43.0, -30.5, 9.0],
+                voxels: 24,
+                volume_mm3: 30.0,
+                peak_hu: 2500,
+                fate: "whole".into(),
+            }],
             forward_then_backward: Some(Consistency {
                 voxels: 58_321,
                 mean_mm: 0.0021,

@@ -98,7 +98,7 @@ pub(super) fn mesh(
 }
 
 /// `n` cubes of side `step` along each axis from `origin`, six positive tetrahedra each.
-pub(super) fn lattice(
+pub(crate) fn lattice(
     n: [usize; 3],
     step: f64,
     origin: Point,
@@ -135,7 +135,7 @@ pub(super) fn lattice(
 }
 
 /// `mesh` with its nodes displaced by a function of their place in the CT.
-pub(super) fn moved(mesh: &Arc<TetMesh>, order: Order, u: impl Fn(Point) -> Vector) -> Deformation {
+pub(crate) fn moved(mesh: &Arc<TetMesh>, order: Order, u: impl Fn(Point) -> Vector) -> Deformation {
     let edges = Edges::new(mesh);
     let mut values: Vec<Vector> = mesh.points().iter().map(|p| u(*p)).collect();
     if order == Order::Quadratic {
