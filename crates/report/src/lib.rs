@@ -20,6 +20,7 @@ mod lettering;
 #[cfg(test)]
 mod phantom;
 mod pictures;
+mod place;
 mod scene;
 #[cfg(test)]
 mod section_tests;
@@ -27,6 +28,7 @@ mod summary;
 mod tables;
 mod tg132;
 mod verdict;
+mod viewer;
 mod volumes;
 mod words;
 mod write;
