@@ -151,7 +151,6 @@ fn seed_line([wall, soft]: [[f64; 3]; 2]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::place::at;
     use crate::summary::tests::example;
 
     #[test]
