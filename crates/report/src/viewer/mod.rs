@@ -184,6 +184,40 @@ mod tests {
     }
 
     #[test]
+    fn the_script_reads_what_there_is() {
+        let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+        let json = data(&phantom.scene(), 2.0, Progress::none()).unwrap();
+        let read: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let script = [
+            include_str!("../../templates/viewer/volumes.js"),
+            include_str!("../../templates/viewer/lines.js"),
+            include_str!("../../templates/viewer/panes.js"),
+        ]
+        .concat();
+        let names = |object: &str| -> Vec<String> {
+            let after =
+                script.match_indices(object).filter(|(at, _)| !script[..*at].ends_with('.'));
+            let name = |rest: &str| {
+                rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+            };
+            after.map(|(at, found)| name(&script[at + found.len()..])).collect()
+        };
+        for (object, holds) in [
+            ("data.", &read),
+            ("colours.", &read["colours"]),
+            ("region.", &read["region"]),
+            ("data.sheets.", &read["sheets"]),
+            ("data.surface.", &read["surface"]),
+        ] {
+            let names = names(object);
+            assert!(
+                !names.is_empty() && names.iter().all(|name| holds.get(name).is_some()),
+                "{object} {names:?}"
+            );
+        }
+    }
+
+    #[test]
     fn no_text_ends_the_script() {
         let json = within_script(&serde_json::to_string("a</script><!-- b").unwrap());
         assert!(!json.contains('<'), "{json}");
