@@ -25,7 +25,7 @@ impl Pictures {
     }
 }
 
-/// Draws all pictures of a report. They rest on nothing that is exported, so that they can be drawn meanwhile.
+/// Draws all pictures of a report and makes the slices of its viewer. They rest on nothing that is exported, so that they can be drawn meanwhile.
 ///
 /// # Errors
 /// [`Error::Picture`] when the encoder fails, [`Error::Stopped`] when the user asked to stop.
