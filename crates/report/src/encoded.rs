@@ -1,7 +1,7 @@
 //! Pictures as PNG files.
 
 use crate::Error;
-use crate::pictures::{Picture, Row};
+use crate::pictures::{Part, Picture, Row};
 use crate::tables::Table;
 use rayon::prelude::*;
 use supine_space::Progress;
@@ -12,6 +12,7 @@ pub(crate) struct EncodedRow {
     pub(crate) title: String,
     pub(crate) text: String,
     pub(crate) pair: bool,
+    pub(crate) part: Part,
     pub(crate) pictures: Vec<EncodedPicture>,
     pub(crate) table: Option<Table>,
 }
@@ -36,9 +37,9 @@ pub(crate) fn encoded(rows: Vec<Row>, progress: Progress<'_>) -> Result<Vec<Enco
     let count = rows.len() as f64;
     let row = |(n, row): (usize, Row)| {
         progress.at(n as f64 / count)?;
-        let Row { title, text, pair, pictures, table } = row;
+        let Row { title, text, pair, part, pictures, table } = row;
         let pictures = pictures.into_par_iter().map(encode).collect::<Result<_, Error>>()?;
-        Ok(EncodedRow { title, text, pair, pictures, table })
+        Ok(EncodedRow { title, text, pair, part, pictures, table })
     };
     rows.into_par_iter().enumerate().map(row).collect()
 }

@@ -1,5 +1,6 @@
 //! What a planner reads first: the verdict, how far the tumour moves, how sure that is, and where to look.
 
+use crate::place::at;
 use crate::summary::{Colour, Reason, Summary, UncertainPatch};
 use crate::tables::Table;
 use crate::words::{capital, directions, fixed, triple};
@@ -11,8 +12,8 @@ pub(crate) struct First {
     pub(crate) class: &'static str,
     /// In three words.
     pub(crate) headline: &'static str,
-    /// Why, a line each.
-    pub(crate) reasons: Vec<String>,
+    /// Why, a line each, with the place to look at as the viewer reads it.
+    pub(crate) reasons: Vec<(String, Option<String>)>,
     /// How far the tumour moves.
     pub(crate) moves: String,
     /// With which probability and why.
@@ -21,6 +22,8 @@ pub(crate) struct First {
     pub(crate) shares: Option<Table>,
     /// The uncertain places of the chest wall.
     pub(crate) places: Option<Table>,
+    /// Their middles as the viewer reads them, by row.
+    pub(crate) middles: Vec<String>,
 }
 
 impl First {
@@ -38,14 +41,15 @@ impl First {
             sure: sure(s),
             shares: shares(s),
             places: places(s),
+            middles: patches(s).into_iter().map(|patch| at(patch.centre_mm)).collect(),
         }
     }
 }
 
 /// A reason with its place.
-fn told(reason: &Reason) -> String {
+fn told(reason: &Reason) -> (String, Option<String>) {
     let place = reason.place_mm.map(|place| format!(" Look at {} mm.", triple(place, 1)));
-    format!("{}{}", capital(&reason.message), place.unwrap_or_default())
+    (format!("{}{}", capital(&reason.message), place.unwrap_or_default()), reason.place_mm.map(at))
 }
 
 fn moves(s: &Summary) -> String {
@@ -103,12 +107,17 @@ fn shares(s: &Summary) -> Option<Table> {
     Some(t)
 }
 
-/// The uncertain places of the chest wall, what moves the tumour most first, with seeds to copy.
-fn places(s: &Summary) -> Option<Table> {
-    let uncertainty = s.segmentation.uncertainty.as_ref()?;
-    let mut patches: Vec<&UncertainPatch> = uncertainty.patches.iter().collect();
+/// The uncertain places of the chest wall, what moves the tumour most first.
+fn patches(s: &Summary) -> Vec<&UncertainPatch> {
+    let mut patches: Vec<_> =
+        s.segmentation.uncertainty.iter().flat_map(|found| &found.patches).collect();
     let effect = |patch: &UncertainPatch| patch.effect_mm.unwrap_or(0.0);
     patches.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+    patches
+}
+
+/// The uncertain places of the chest wall with seeds to copy.
+fn places(s: &Summary) -> Option<Table> {
     let mut t = Table::list(
         "Uncertain places of the chest wall. A pair of seeds, moved to the boundary that you see, makes a place sure",
         &[
@@ -120,7 +129,7 @@ fn places(s: &Summary) -> Option<Table> {
             "Seeds to copy into the case file",
         ],
     );
-    for patch in patches {
+    for patch in patches(s) {
         t.rows.push(vec![
             capital(&patch.place),
             triple(patch.centre_mm, 1),

@@ -1,7 +1,9 @@
-//! The page: one file, no scripts, nothing loaded from elsewhere.
+//! The page: one file, with the slice viewer's script in it, nothing loaded from elsewhere.
 
 use crate::encoded::EncodedRow;
 use crate::first::First;
+use crate::pictures::Part;
+use crate::place::{self, Place};
 use crate::tables::{self, Table};
 use crate::{Mesh, Summary, Whose, tg132, words};
 use askama::Template;
@@ -25,7 +27,16 @@ struct Page<'a> {
     files: Vec<Table>,
     /// The row that a planner looks at first.
     leading: Vec<Section<'a>>,
-    sections: Vec<Section<'a>>,
+    /// The chest wall with its uncertain places.
+    uncertain: Vec<Section<'a>>,
+    /// All others, closed until someone opens them.
+    still: Vec<Section<'a>>,
+    /// How many pictures they are.
+    stills: usize,
+    /// The slice viewer's data, JSON.
+    viewer: &'a str,
+    /// Where the viewer can be brought.
+    places: Vec<Place>,
 }
 
 /// Rows of pictures under one heading.
@@ -61,7 +72,10 @@ pub(crate) fn page(
     summary: &Summary,
     whose: Option<&Whose>,
     rows: &[EncodedRow],
+    viewer: &str,
 ) -> Result<String, askama::Error> {
+    let of = |part| sections(rows.iter().filter(move |row| row.part == part));
+    let still = rows.iter().filter(|row| row.part == Part::Still);
     Page {
         summary,
         breast: words::capital(&summary.position.breast),
@@ -73,8 +87,12 @@ pub(crate) fn page(
         carried: tables::carried(summary),
         tg132: tg132::table(summary),
         files: tables::files(summary),
-        leading: sections(&rows[..rows.len().min(1)]),
-        sections: sections(&rows[rows.len().min(1)..]),
+        leading: of(Part::First),
+        uncertain: of(Part::Uncertain),
+        still: of(Part::Still),
+        stills: still.map(|row| row.pictures.len()).sum(),
+        viewer,
+        places: place::places(summary),
     }
     .render()
 }
@@ -106,7 +124,7 @@ pub(crate) fn mesh_page(
 }
 
 /// The rows under their headings, with their pictures in order.
-fn sections(rows: &[EncodedRow]) -> Vec<Section<'_>> {
+fn sections<'a>(rows: impl IntoIterator<Item = &'a EncodedRow>) -> Vec<Section<'a>> {
     let mut sections: Vec<Section<'_>> = Vec::new();
     for row in rows {
         let figures = row.pictures.iter().map(|picture| Figure {

@@ -1,6 +1,6 @@
 //! Pictures, the HTML report and summary.json of a run.
 //!
-//! [`write()`] makes `index.html`, self-contained and without scripts, and its pictures as PNG files
+//! [`write()`] makes `index.html`, self-contained with a slice viewer in it, and its pictures as PNG files
 //! from a [`Summary`] and the products of the run ([`Scene`]); [`write_summary`] makes
 //! `summary.json`. Knows no stage: the pipeline tells what happened. Nothing in the report differs
 //! from run to run of the same case; times and memory stand in [`Summary::run`] alone.
@@ -20,6 +20,7 @@ mod lettering;
 #[cfg(test)]
 mod phantom;
 mod pictures;
+mod place;
 mod scene;
 #[cfg(test)]
 mod section_tests;
@@ -27,6 +28,7 @@ mod summary;
 mod tables;
 mod tg132;
 mod verdict;
+mod viewer;
 mod volumes;
 mod whose;
 mod words;

@@ -2,8 +2,11 @@
 
 use crate::{Ellipsoid, Mesh, Movement, Segmentation, Summary, VolumeChange};
 use supine_mesh::{Deformation, Displacement, TetMesh};
-use supine_space::{Point, Side, Sphere};
+use supine_space::{Point, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, Volume};
+
+/// Half the side of the box that is shown, in radii of the region's sphere.
+const AROUND: f64 = 1.08;
 
 /// The products of a run that the pictures show; all positions LPS, mm.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +53,26 @@ pub struct Shown<'a> {
 }
 
 impl<'a> Scene<'a> {
+    /// Half the side of the box that is shown of the region, mm.
+    pub(crate) fn reach(&self) -> f64 {
+        AROUND * self.sphere.radius()
+    }
+
+    /// Lower and upper corner of that box, LPS, mm.
+    pub(crate) fn frame(&self) -> [Point; 2] {
+        let around = Vector::repeat(self.reach());
+        [self.sphere.centre() - around, self.sphere.centre() + around]
+    }
+
+    /// The place that planes go through (LPS, mm), and what lies there.
+    pub(crate) fn focus(&self) -> (Point, &'static str) {
+        match (self.tumour, self.nipple) {
+            (Some(tumour), _) => (tumour.centre(), "tumour"),
+            (None, Some(nipple)) => (nipple, "nipple"),
+            (None, None) => (self.sphere.centre(), "centre of the region"),
+        }
+    }
+
     /// The mesh in the CT shape.
     pub(crate) fn mesh(&self) -> &'a TetMesh {
         self.deformation.mesh()

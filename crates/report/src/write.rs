@@ -2,7 +2,7 @@
 
 use crate::encoded::{EncodedRow, encoded};
 use crate::files::{builder, replace_folder};
-use crate::{Error, Mesh, Scene, Shown, Summary, Whose, html, pictures};
+use crate::{Error, Mesh, Scene, Shown, Summary, Whose, html, pictures, viewer};
 use std::path::{Path, PathBuf};
 use supine_mesh::TetMesh;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -11,6 +11,8 @@ use supine_space::{Point, Progress, Vector, Warning};
 #[derive(Debug)]
 pub struct Pictures {
     rows: Vec<EncodedRow>,
+    /// The slice viewer's data, JSON.
+    viewer: String,
     /// What the pictures could not show.
     pub warnings: Vec<Warning>,
 }
@@ -18,11 +20,12 @@ pub struct Pictures {
 impl Pictures {
     /// Memory that they hold, bytes.
     pub fn bytes(&self) -> usize {
-        self.rows.iter().flat_map(|row| &row.pictures).map(|picture| picture.png.len()).sum()
+        let pictures = self.rows.iter().flat_map(|row| &row.pictures);
+        pictures.map(|picture| picture.png.len()).sum::<usize>() + self.viewer.len()
     }
 }
 
-/// Draws all pictures of a report. They rest on nothing that is exported, so that they can be drawn meanwhile.
+/// Draws all pictures of a report and makes the slices of its viewer. They rest on nothing that is exported, so that they can be drawn meanwhile.
 ///
 /// # Errors
 /// [`Error::Picture`] when the encoder fails, [`Error::Stopped`] when the user asked to stop.
@@ -31,9 +34,11 @@ pub fn draw(
     scene: &Scene<'_>,
     progress: Progress<'_>,
 ) -> Result<Pictures, Error> {
-    let rows = pictures::rows(shown, scene, progress.part(0.0, 0.7))?;
-    let rows = encoded(rows, progress.part(0.7, 1.0))?;
-    Ok(Pictures { rows, warnings: missing(scene) })
+    let rows = pictures::rows(shown, scene, progress.part(0.0, 0.6))?;
+    let rows = encoded(rows, progress.part(0.6, 0.8))?;
+    let limit_mm = pictures::uncertain_mm(shown);
+    let viewer = viewer::data(scene, limit_mm, progress.part(0.8, 1.0))?;
+    Ok(Pictures { rows, viewer, warnings: missing(scene) })
 }
 
 /// Writes `dir/index.html`, self-contained, and its pictures as `dir/*.png`; the files, relative to `dir`: `index.html`, then
@@ -51,7 +56,7 @@ pub fn write(
     dir: &Path,
     progress: Progress<'_>,
 ) -> Result<Vec<PathBuf>, Error> {
-    let page = html::page(summary, whose, &pictures.rows)?;
+    let page = html::page(summary, whose, &pictures.rows, &pictures.viewer)?;
     progress.at(0.5)?;
     write_folder(&page, &pictures.rows, dir)
 }
@@ -145,9 +150,17 @@ mod tests {
     }
 
     fn stands_alone(page: &str, pictures: usize) {
-        for foreign in ["http:", "https:", "<script", "<link", "@import", "url(", "javascript:"] {
+        for foreign in
+            ["http:", "https:", "<link", "@import", "import(", "fetch(", "url(", "javascript:"]
+        {
             assert!(!page.contains(foreign), "{foreign}");
         }
+        let scripts = ["<script>", "<script type=\"application/json\" id=\"viewer-data\">"];
+        assert_eq!(scripts.map(|tag| page.matches(tag).count()), [1, 1]);
+        assert_eq!([page.matches("<script").count(), page.matches("</script").count()], [2, 2]);
+        let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:;";
+        assert!(page.contains(policy));
+        viewer_data(page);
         assert_eq!(page.matches("src=\"data:image/png;base64,").count(), pictures);
         assert_eq!(page.matches("src=").count(), pictures);
         assert!(page.contains("&#60;script&#62;alert("), "the input's name is escaped");
@@ -155,6 +168,34 @@ mod tests {
         for (seconds, text) in [("9.5", "total_seconds"), ("901", "peak_memory")] {
             assert!(!page.contains(&format!(">{seconds}<")) && !page.contains(text));
         }
+    }
+
+    /// What the page's script reads.
+    fn viewer_data(page: &str) -> serde_json::Value {
+        let (_, from) = page.split_once("id=\"viewer-data\">").unwrap();
+        let (json, _) = from.split_once("</script>").unwrap();
+        let data: serde_json::Value = serde_json::from_str(json).unwrap();
+        assert!(!data["sheets"]["before"].as_str().unwrap().is_empty());
+        data
+    }
+
+    #[test]
+    fn no_name_ends_the_script_and_every_doubtful_place_can_be_shown() {
+        let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+        let mut summary = example();
+        summary.points[0].name = "</script><script>alert(1)</script>".into();
+        let pictures = drawn(&phantom.scene(), Progress::none()).unwrap();
+        let page = html::page(&summary, None, &pictures.rows, &pictures.viewer).unwrap();
+        assert_eq!([page.matches("<script").count(), page.matches("</script").count()], [2, 2]);
+        assert!(page.contains("data-at=\"30.0,-25.0,0.0\">&#60;/script&#62;"));
+        assert!(page.contains("data-at=\"55.0,-12.0,31.0\">Show<"));
+        assert_eq!(viewer_data(&page)["focus_mm"], serde_json::json!(crate::phantom::MARKER));
+    }
+
+    #[test]
+    #[ignore = "makes a page to look at, in the system's folder for temporary files"]
+    fn a_page_to_look_at() {
+        report(&std::env::temp_dir().join("supine-report"));
     }
 
     #[test]

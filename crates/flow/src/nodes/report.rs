@@ -34,7 +34,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

@@ -1,6 +1,6 @@
 //! Before, after and change, in planes through the tumour and at the level of the nipple.
 
-use super::{Legend, Picture, Row, Studio, curtain, dress, paint};
+use super::{Legend, Part, Picture, Row, Studio, curtain, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::{Error, Shown, colour, words};
 use supine_space::{Plane, View};
@@ -29,6 +29,7 @@ pub(super) fn rows(
         }
         if n == 0 {
             row.title = format!("Before and after, through the {}", studio.focus_name);
+            row.part = Part::First;
         }
         rows.push(row);
     }
@@ -104,6 +105,7 @@ fn compare(studio: &Studio<'_>, shown: &Shown<'_>, plane: &Plane, prefix: &str) 
         title: String::new(),
         text: format!("{} plane, {} mm.", words::capital(name), words::minus(&plane.position())),
         pair: true,
+        part: Part::Still,
         pictures: vec![
             picture("before", "The CT, patient on her back", before),
             picture("after", "On the operating table (simulated)", after),

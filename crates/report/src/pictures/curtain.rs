@@ -1,6 +1,6 @@
 //! The CT and the simulated CT in strips beside each other, so that steps show what moved.
 
-use super::{LETTER, PANEL, Picture, Row, Studio, dress, paint};
+use super::{LETTER, PANEL, Part, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::colour;
 use crate::lettering::{Align, text_width};
@@ -29,6 +29,7 @@ pub(super) fn row(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Row, St
                movement."
             .into(),
         pair: false,
+        part: Part::Still,
         pictures,
         table: None,
     })

@@ -2,7 +2,7 @@
 
 use super::bars::Bars;
 use super::moving::Motion;
-use super::{Legend, Picture, Row, Studio, dress, paint};
+use super::{Legend, Part, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::words::{fixed, triple};
 use crate::{Error, Shown, VolumeChange, colour, tables, words};
@@ -36,6 +36,7 @@ pub(super) fn rows(
                Values beyond the bar take the colour of its end. HU are carried unchanged."
             .into(),
         pair: false,
+        part: Part::Still,
         pictures: planes.iter().map(|m| picture(studio, m, span, None)).collect(),
         table: tables::volumes(shown.volumes),
     }];
@@ -123,6 +124,7 @@ fn extreme(
             triple(place.coords.into(), 1),
         ),
         pair: true,
+        part: Part::Still,
         pictures: vec![
             Picture {
                 name: format!("{name}_volume_before"),
@@ -162,6 +164,7 @@ fn histograms(volumes: &[VolumeChange]) -> Row {
                beyond."
                 .into(),
         pair: false,
+        part: Part::Still,
         pictures: (0..columns).map(column).collect(),
         table: None,
     }

@@ -1,6 +1,6 @@
 //! The segmentation, drawn on the whole CT.
 
-use super::{Picture, Row, Studio, dress, paint, uncertainty};
+use super::{Part, Picture, Row, Studio, dress, paint, uncertainty};
 use crate::canvas::Pen;
 use crate::{Error, colour};
 use supine_space::{Plane, View};
@@ -46,6 +46,7 @@ pub(super) fn row(
                chest wall within the region moves: where a line is wrong, the result is wrong."
             .into(),
         pair: false,
+        part: Part::Still,
         pictures,
         table: None,
     })

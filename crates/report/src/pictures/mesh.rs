@@ -1,6 +1,6 @@
 //! The mesh, cut by the planes, in the CT shape and in the operating position.
 
-use super::{Picture, Row, Studio, dress, paint};
+use super::{Part, Picture, Row, Studio, dress, paint};
 use crate::canvas::{Canvas, Pen, Spot};
 use crate::{Error, colour};
 use supine_mesh::BoundaryTag;
@@ -38,6 +38,7 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
         title: title.into(),
         text: text.into(),
         pair: false,
+        part: Part::Still,
         pictures,
         table: None,
     };

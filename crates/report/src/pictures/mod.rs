@@ -10,7 +10,7 @@ mod motion;
 mod moving;
 mod shape;
 mod tissues;
-mod uncertainty;
+pub(crate) mod uncertainty;
 
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::colour;
@@ -40,6 +40,17 @@ pub(crate) struct Picture {
     pub(crate) canvas: Canvas,
 }
 
+/// The part of the report in which a row stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// The first screen.
+    First,
+    /// Beside the uncertain places of the chest wall.
+    Uncertain,
+    /// Among the still pictures, which are closed until someone opens them.
+    Still,
+}
+
 /// Pictures that stand side by side.
 #[derive(Debug)]
 pub(crate) struct Row {
@@ -49,6 +60,8 @@ pub(crate) struct Row {
     pub(crate) text: String,
     /// The first two are before and after in one place, so that one may be laid over the other.
     pub(crate) pair: bool,
+    /// Where in the report it stands.
+    pub(crate) part: Part,
     /// The pictures.
     pub(crate) pictures: Vec<Picture>,
     /// Figures below the pictures.
@@ -73,18 +86,12 @@ struct Studio<'a> {
 
 impl<'a> Studio<'a> {
     fn new(scene: &'a Scene<'a>, uncertain_mm: f64) -> Self {
-        let reach = 1.08 * scene.sphere.radius();
-        let (centre, around) = (scene.sphere.centre(), Vector::repeat(reach));
-        let (focus, focus_name) = match (scene.tumour, scene.nipple) {
-            (Some(tumour), _) => (tumour.centre(), "tumour"),
-            (None, Some(nipple)) => (nipple, "nipple"),
-            (None, None) => (centre, "centre of the region"),
-        };
+        let (focus, focus_name) = scene.focus();
         Self {
             scene,
             edges: Edges::new(scene.mesh()),
-            frame: [centre - around, centre + around],
-            pixel_mm: 2.0 * reach / SIZE,
+            frame: scene.frame(),
+            pixel_mm: 2.0 * scene.reach() / SIZE,
             focus,
             focus_name,
             uncertain_mm,
@@ -153,6 +160,11 @@ fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> Vec<Spot> {
     (0..CORNERS).map(at).collect()
 }
 
+/// The chest wall is uncertain where it may be wrong by more than this, mm.
+pub(crate) fn uncertain_mm(shown: &Shown<'_>) -> f64 {
+    shown.segmentation.uncertainty.as_ref().map_or(f64::INFINITY, |u| u.limit_mm)
+}
+
 /// All rows of the report; groups of them are drawn at once.
 ///
 /// # Errors
@@ -162,8 +174,7 @@ pub(crate) fn rows(
     scene: &Scene<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
-    let uncertainty = shown.segmentation.uncertainty.as_ref();
-    let studio = Studio::new(scene, uncertainty.map_or(f64::INFINITY, |u| u.limit_mm));
+    let studio = Studio::new(scene, uncertain_mm(shown));
     let groups: [Group<'_>; 4] = [
         &|progress| compare::rows(&studio, shown, progress),
         &|progress| segmentation(&studio, shown, progress),

@@ -1,7 +1,7 @@
 //! The mesh as a body, and the shapes of its tetrahedra.
 
 use super::bars::Bars;
-use super::{Legend, Picture, Row, letter};
+use super::{Legend, Part, Picture, Row, letter};
 use crate::body::{Camera, Side};
 use crate::canvas::{Canvas, Pen, Rgb};
 use crate::{Error, Mesh, colour, tables};
@@ -48,6 +48,7 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
         text: "Skin cyan, chest wall red, cut green; where two colours meet the rims must be smooth curves."
             .into(),
         pair: false,
+        part: Part::Still,
         pictures,
         table: None,
     })
@@ -104,6 +105,7 @@ pub(super) fn quality(
              below {POOR_DEG} degrees, where the mechanics lose accuracy."
         ),
         pair: false,
+        part: Part::Still,
         pictures,
         table: Some(tables::worst(facts)),
     })

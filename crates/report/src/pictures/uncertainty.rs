@@ -1,11 +1,11 @@
 //! Where the boundary of the chest wall is sure and where not.
 
-use super::{LETTER, Picture, Row, Studio, dress};
+use super::{LETTER, Part, Picture, Row, Studio, dress};
 use crate::canvas::{Canvas, Pen, Rgb, Spot};
 use crate::lettering::Align;
 use crate::summary::WallUncertainty;
 use crate::words::fixed;
-use crate::{Error, colour};
+use crate::{Error, Scene, colour};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use supine_space::{Plane, View};
@@ -31,7 +31,7 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
     let uncertain = |[a, b]: &[Spot; 2]| {
         let middle = [0, 1].map(|n| 0.5 * (a[n] + b[n]));
         let p = plane.patient(middle);
-        studio.scene.sphere.contains(&p) && is_uncertain(studio, &p)
+        studio.scene.sphere.contains(&p) && is_uncertain(studio.scene, studio.uncertain_mm, &p)
     };
     let (uncertain, sure): (Vec<[Spot; 2]>, Vec<[Spot; 2]>) =
         lines.into_iter().partition(uncertain);
@@ -40,16 +40,16 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
     canvas.stroke(&dashes(&uncertain), Pen::new(3.0, colour::UNCERTAIN));
 }
 
-/// Whether the boundary at a point may be wrong by more than the summary's limit: the worst of the
+/// Whether the boundary at a point (LPS, mm) may be wrong by more than the limit: the worst of the
 /// voxels around.
-fn is_uncertain(studio: &Studio<'_>, p: &Point) -> bool {
-    let Some(map) = studio.scene.uncertainty else { return false };
+pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool {
+    let Some(map) = scene.uncertainty else { return false };
     let (index, size) = (map.grid().index_from_patient(p), map.grid().size());
     let at = |c: usize| {
         [0, 1, 2].map(|a| (index[a].floor().max(0.0) as usize + (c >> a & 1)).min(size[a] - 1))
     };
     let worst = (0..8).map(|c| map.at(at(c))).max().unwrap_or(0);
-    f64::from(worst) > 10.0 * studio.uncertain_mm
+    f64::from(worst) > 10.0 * limit_mm
 }
 
 /// Every other piece of the chains that the segments form.
@@ -116,6 +116,7 @@ pub(super) fn row(
         title: "How sure the chest wall is".into(),
         text: sentence(uncertainty),
         pair: false,
+        part: Part::Uncertain,
         pictures,
         table: None,
     })
@@ -161,7 +162,7 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
         let inside = scene.sphere.contains(p);
         let light = lambert(&points, plane, n) * if inside { 1.0 } else { DIM };
         let stripe = striped(n % plane.width, n / plane.width);
-        let rgb = match (inside && is_uncertain(studio, p), stripe) {
+        let rgb = match (inside && is_uncertain(scene, studio.uncertain_mm, p), stripe) {
             (true, true) => colour::UNCERTAIN,
             (true, false) => [0; 3],
             _ => colour::CHEST_WALL.map(|c| (f64::from(c) * light) as u8),
