@@ -95,6 +95,14 @@ pub enum Error {
         /// The two values, unless they could name the patient.
         values: String,
     },
+    /// A file that is to be left out is not there.
+    #[error(
+        "no file {file} is there to be left out (`exclude`): name files by their paths below the folder of the CT"
+    )]
+    NothingToExclude {
+        /// Its path as given.
+        file: String,
+    },
     /// Two slices lie at the same place.
     #[error("two slices lie at the same position: {a} and {b}{hint}")]
     DuplicatePosition {
@@ -134,7 +142,7 @@ pub enum Error {
         /// Median step, mm.
         step_mm: f64,
         /// What can be done.
-        hint: &'static str,
+        hint: String,
     },
     /// The steps between slices are unequal.
     #[error(
@@ -151,7 +159,7 @@ pub enum Error {
         /// Median step, mm.
         step_mm: f64,
         /// What can be done.
-        hint: &'static str,
+        hint: String,
     },
     /// The slices are not stacked along their normal.
     #[error(

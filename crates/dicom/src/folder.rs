@@ -163,6 +163,26 @@ impl Folder {
         Ok(())
     }
 
+    /// Leaves files out, named by their paths below the folder.
+    ///
+    /// # Errors
+    /// [`Error::NothingToExclude`] for a name that no file has.
+    pub(crate) fn exclude(&mut self, names: &[String]) -> Result<(), Error> {
+        for asked in names {
+            let mut found = self.damaged.extract_if(.., |d| d.file == *asked).count();
+            for series in &mut self.series {
+                found += series.files.extract_if(.., |file| file.name == *asked).count();
+            }
+            let known = self.other.iter().chain(&self.foreign).any(|left| left.file == *asked);
+            if found > 0 {
+                self.other.push(LeftOut { file: asked.clone(), reason: LeftOutReason::Asked });
+            } else if !known {
+                return Err(Error::NothingToExclude { file: asked.clone() });
+            }
+        }
+        Ok(())
+    }
+
     /// The first damaged file that is, or may be, a slice of a series.
     pub(crate) fn damage_to(&mut self, series: &str) -> Option<Error> {
         let may_be = |d: &Damaged| d.series.as_ref().is_none_or(|s| s == series);

@@ -186,9 +186,11 @@ fn even_step(places: &[f64], slices: &[&Slice], warnings: &mut Vec<Warning>) -> 
     let (a, b, found_mm) = (name(worst), name(worst + 1), steps[worst]);
     let multiple = (found_mm / median).round();
     if multiple >= 2.0 && (found_mm - multiple * median).abs() <= multiple * tolerance {
-        return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median, hint: "" });
+        return Err(Error::Gap { a, b, gap_mm: found_mm, step_mm: median, hint: String::new() });
     }
-    Err(Error::UnequalSteps { a, b, found_mm, step_mm: median, hint: "" })
+    // Two that nearly coincide: one of them comes from elsewhere.
+    let hint = if found_mm < 0.5 * median { leave_out(&b) } else { String::new() };
+    Err(Error::UnequalSteps { a, b, found_mm, step_mm: median, hint })
 }
 
 /// Makes the best of unequal steps, where that is accepted.
@@ -212,11 +214,11 @@ fn equal_steps(
         _ => return Err(error),
     };
     let Some(steps) = EqualSteps::of(places) else {
-        *hint = "; that is too far, or too unequal, to be interpolated";
+        *hint += "; that is too far, or too unequal, to be interpolated";
         return Err(error);
     };
     if !accept.equalise_steps {
-        *hint = "; `equalise_steps = true` in the case file, or --equalise-steps, interpolates linearly";
+        *hint += "; `equalise_steps = true` in the case file, or --equalise-steps, interpolates linearly";
         return Err(error);
     }
     let (count, step) = (steps.count(), steps.step());
@@ -237,12 +239,18 @@ fn why_twice(a: &Slice, b: &Slice) -> String {
     if a.instance == b.instance && a.frame == b.frame {
         return ": they are the same image (SOP Instance UID); remove one copy".to_owned();
     }
-    differing_acquisition(a, b).next().map_or_else(String::new, |(attribute, x, y)| {
+    let acquisition = differing_acquisition(a, b).next().map(|(attribute, x, y)| {
         format!(
             ": they differ in {attribute} ({x:?} and {y:?}), so the series holds several \
              acquisitions; export the wanted one by itself"
         )
-    })
+    });
+    acquisition.unwrap_or_default()
+}
+
+/// How to read the series without a file.
+pub(crate) fn leave_out(file: &str) -> String {
+    format!("; to leave a file out: exclude = [{file:?}] in the case file, or --exclude")
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.

@@ -28,6 +28,8 @@ pub enum LeftOutReason {
     LocalizerOfAnotherSeries,
     /// A CT image of another series.
     ImageOfAnotherSeries,
+    /// The user asked for it.
+    Asked,
 }
 
 impl fmt::Display for LeftOutReason {
@@ -39,6 +41,7 @@ impl fmt::Display for LeftOutReason {
             Self::Localizer => "localizer",
             Self::LocalizerOfAnotherSeries => "localizer of another series",
             Self::ImageOfAnotherSeries => "CT image of another series",
+            Self::Asked => "left out as asked",
         })
     }
 }

@@ -28,6 +28,8 @@ pub struct ReadParams {
     /// Series Instance UID; required when the folder holds several series that make a volume. A
     /// file given instead of a folder names its own series.
     pub series: Option<String>,
+    /// Files to leave out, by their paths below the folder.
+    pub exclude: Vec<String>,
     /// What is accepted beyond what is safe.
     pub accept: Accept,
 }
@@ -87,7 +89,8 @@ pub fn read_series(
     params: &ReadParams,
     progress: Progress<'_>,
 ) -> Result<(Ct, Source, ReadInfo), Error> {
-    let folder = Folder::scan(path, params.accept, progress.part(0.0, 0.2))?;
+    let mut folder = Folder::scan(path, params.accept, progress.part(0.0, 0.2))?;
+    folder.exclude(&params.exclude)?;
     read_folder(folder, params, progress.part(0.2, 1.0))
 }
 
@@ -193,6 +196,7 @@ fn same_pixels(error: Error, slices: &[Option<SliceFile>]) -> Error {
         (true, Some(x), Some(y)) if x == y => ": their pixels are equal; remove one copy".into(),
         _ => hint,
     };
+    let hint = hint + &crate::geometry::leave_out(&b);
     Error::DuplicatePosition { a, b, hint }
 }
 

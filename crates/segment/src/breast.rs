@@ -5,7 +5,7 @@
 
 use crate::Error;
 use crate::front::Front;
-use supine_space::{Grid, Point, Side, Sphere, Vector};
+use supine_space::{Grid, Point, Side, Sphere, Vector, Warning};
 use supine_volume::{LabelMap, Volume, gaussian, median, quantile, sample_trilinear_at};
 
 // Chosen, not measured, unless a reason is given.
@@ -109,18 +109,24 @@ impl Breast {
     }
 
     /// Sphere for the simulation: the breast and 15 mm, and the tumour and 15 mm, kept clear of the
-    /// first and last slice. On a CT too short for that it reaches less far beyond the breast, and
-    /// where even the breast is too long for it the sphere is moved along the body.
+    /// first and last slice and of the sides of the volume. On a CT too short or too narrow for that it reaches less far beyond
+    /// the breast, and where even the breast is too long for it the sphere is moved along the body, or away from the side; what was
+    /// done at a side is told.
     ///
     /// # Errors
     /// [`Error::NoRegion`] when no sphere within the volume can hold the tumour.
-    pub fn region(&self, labels: &LabelMap, tumour: Option<Sphere>) -> Result<Sphere, Error> {
+    pub fn region(
+        &self,
+        labels: &LabelMap,
+        tumour: Option<Sphere>,
+    ) -> Result<(Sphere, Option<Warning>), Error> {
         let fail = |why: String| Error::NoRegion { side: self.side, why };
         let mut needed = Ball { centre: self.centre, radius: self.reach() };
         if let Some(t) = tumour {
             needed = enclosing(needed, Ball { centre: t.centre(), radius: t.radius() });
         }
-        let Ball { centre, radius } = keep_clear(labels.grid(), needed);
+        let along = keep_clear(labels.grid(), needed);
+        let Ball { centre, radius } = beside(labels.grid(), needed.radius, along);
         let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
         match tumour {
             Some(t) if sphere.signed_distance(&t.centre()) + t.radius() > 0.0 => {
@@ -130,7 +136,7 @@ impl Breast {
                     t.centre().coords.as_slice()
                 )))
             }
-            _ => Ok(sphere),
+            _ => Ok((sphere, fitted(along, sphere))),
         }
     }
 }
@@ -213,6 +219,41 @@ fn keep_clear(grid: &Grid, Ball { centre, radius: needed }: Ball) -> Ball {
     Ball { centre: centre + normal * (moved - depth), radius }
 }
 
+/// The sphere within the sides of the volume, where it leaves them: with less margin, then moved, then smaller.
+fn beside(grid: &Grid, needed: f64, ball: Ball) -> Ball {
+    [0, 1].into_iter().fold(ball, |Ball { centre, radius }, axis| {
+        let along: Vector = grid.direction().column(axis).into();
+        let depth = along.dot(&(centre - grid.origin()));
+        let length = (grid.size()[axis] - 1) as f64 * grid.spacing()[axis];
+        let within = |reach: f64| depth - reach >= CLEAR_MM && depth + reach <= length - CLEAR_MM;
+        if within(radius) {
+            return Ball { centre, radius };
+        }
+        let least = (needed + MIN_MARGIN_MM).min(radius).min(0.5 * length - CLEAR_MM);
+        let moved = depth.min(length - least - CLEAR_MM).max(least + CLEAR_MM);
+        let radius = radius.min(moved.min(length - moved) - CLEAR_MM);
+        Ball { centre: centre + along * (moved - depth), radius }
+    })
+}
+
+/// Says that a sphere had to be fitted into the sides of the volume.
+fn fitted(wanted: Ball, sphere: Sphere) -> Option<Warning> {
+    let moved = (sphere.centre() - wanted.centre).norm();
+    let smaller = wanted.radius - sphere.radius();
+    (moved > 0.0 || smaller > 0.0).then(|| {
+        let done = [(moved, "moved by"), (smaller, "made smaller by")]
+            .into_iter()
+            .filter(|(mm, _)| *mm > 0.0)
+            .map(|(mm, what)| format!("{what} {mm:.0} mm"));
+        let text = format!(
+            "the CT ends beside the breast: to stay within it the region was {}; tissue beside the region is held by springs, \
+             as at every cut",
+            done.collect::<Vec<_>>().join(" and ")
+        );
+        Warning::new("region-at-the-side", text)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,9 +265,9 @@ mod tests {
     /// A round chest from z = 0 to `length`, mm: a breast, and farther up a larger mound.
     fn chest(length: usize) -> LabelMap {
         let grid = Grid::new(
-            [100, 90, length / 4 + 1],
+            [140, 120, length / 4 + 1],
             Vector::new(3.0, 3.0, 4.0),
-            Point::new(-150.0, -160.0, 0.0),
+            Point::new(-210.0, -220.0, 0.0),
             Matrix::identity(),
         )
         .unwrap();
@@ -263,7 +304,7 @@ mod tests {
         let of = |length| {
             let labels = chest(length);
             let breast = Breast::find(&labels, Side::Left, Some(BREAST)).unwrap();
-            (breast.reach(), breast.at_ends, breast.region(&labels, Some(tumour)).unwrap())
+            (breast.reach(), breast.at_ends, breast.region(&labels, Some(tumour)).unwrap().0)
         };
         let (reach, at_ends, whole) = of(440);
         assert!((whole.radius() - reach - MARGIN_MM).abs() < 1e-9 && at_ends < 0.2);
@@ -286,5 +327,27 @@ mod tests {
         assert_eq!(enclosing(ball(0.0, 0.0, 1.0), ball(0.0, 0.0, 2.0)).radius, 2.0);
         let Ball { centre, radius } = enclosing(a, ball(0.0, 20.0, 4.0));
         assert!((centre - Point::new(0.0, 7.0, 0.0)).norm() < 1e-12 && radius == 17.0);
+    }
+
+    #[test]
+    fn a_sphere_that_leaves_the_side_of_the_volume_is_moved_into_it() {
+        let grid = Grid::new(
+            [200, 150, 100],
+            Vector::new(1.0, 1.0, 3.0),
+            Point::new(-100.0, -100.0, 0.0),
+            Matrix::identity(),
+        )
+        .unwrap();
+        let inside = Ball { centre: Point::new(0.0, -30.0, 150.0), radius: 60.0 };
+        assert_eq!(beside(&grid, 40.0, inside), inside);
+        let left = Ball { centre: Point::new(60.0, -30.0, 150.0), radius: 70.0 };
+        let Ball { centre, radius } = beside(&grid, 40.0, left);
+        assert!(
+            (radius - 55.0).abs() < 1e-9 && (centre.x - 43.0).abs() < 1e-9,
+            "{centre} {radius}"
+        );
+        let told = fitted(left, Sphere::new(centre, radius).unwrap()).unwrap().to_string();
+        assert!(told.contains("moved by 17 mm and made smaller by 15 mm"), "{told}");
+        assert!(fitted(inside, Sphere::new(inside.centre, 60.0).unwrap()).is_none());
     }
 }

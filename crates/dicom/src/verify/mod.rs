@@ -258,7 +258,7 @@ fn load_source(
         let item = image.set.items(tags::SOURCE_IMAGE_SEQUENCE).first()?;
         folder.series_of(&item.text(tags::REFERENCED_SOP_INSTANCE_UID), anonymiser)
     });
-    let params = ReadParams { series: named, accept };
+    let params = ReadParams { series: named, accept, ..ReadParams::default() };
     let (ct, source, _) = read_folder(folder, &params, progress.part(0.2, 1.0))?;
     Ok(Reference { source: as_exported(Cow::Owned(source), anonymiser), ct: Cow::Owned(ct) })
 }

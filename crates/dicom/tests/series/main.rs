@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod dose;
+mod exclude;
 mod export;
 mod geometry;
 mod hazards;

@@ -19,6 +19,7 @@ use supine_volume::label;
 pub const KEYS: &[&str] = &[
     "ct",
     "series",
+    "exclude",
     "assume_hu",
     "equalise_steps",
     "seeds.file",

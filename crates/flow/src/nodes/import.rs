@@ -18,6 +18,7 @@ pub(crate) struct Import;
 pub(crate) struct Own {
     ct: InputFile,
     series: Option<String>,
+    exclude: Vec<String>,
     assume_hu: bool,
     equalise_steps: bool,
 }
@@ -36,7 +37,7 @@ pub(crate) struct Imported {
 
 impl Node for Import {
     const ID: NodeId = NodeId::Import;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = ();
@@ -46,12 +47,14 @@ impl Node for Import {
         let case = &ground.case;
         let Accept { assume_hu, equalise_steps } = case.accept;
         let (ct, series) = (ground.file("ct", case.ct()?)?, case.series.clone());
-        Ok(Own { ct, series, assume_hu, equalise_steps })
+        let exclude = case.exclude.clone();
+        Ok(Own { ct, series, exclude, assume_hu, equalise_steps })
     }
 
     fn run(own: &Own, (): Outs<Self>, work: &Work<'_>) -> Result<Imported, Error> {
         let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
-        let params = ReadParams { series: own.series.clone(), accept };
+        let (series, exclude) = (own.series.clone(), own.exclude.clone());
+        let params = ReadParams { series, exclude, accept };
         let CtInput { ct, dicom } = read_ct(&own.ct.path, &params, work.progress)?;
         own.ct.check_unchanged()?;
         let (source, info) = dicom.unzip();

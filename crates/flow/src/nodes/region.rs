@@ -93,7 +93,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
@@ -117,7 +117,8 @@ impl Node for Region {
             (breast, Some(ball)) => (breast.ok(), ball.sphere()?),
             (breast, None) => {
                 let breast = breast?;
-                let sphere = breast.region(map, Some(tumour))?;
+                let (sphere, told) = breast.region(map, Some(tumour))?;
+                work.warn_all(told);
                 (Some(breast), sphere)
             }
         };

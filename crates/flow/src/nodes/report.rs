@@ -88,6 +88,7 @@ fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
     let mut nameless = case.clone();
     nameless.ct = None;
     nameless.series = None;
+    nameless.exclude.clear();
     nameless.labels = None;
     if matches!(nameless.tumour, Some(TumourSpec::Structure { .. })) {
         nameless.tumour = None;

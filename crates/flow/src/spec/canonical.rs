@@ -36,6 +36,7 @@ fn value(case: &Case, key: &str) -> Json {
     match key {
         "ct" => case.ct.as_ref().map(|p| p.to_string_lossy()).into(),
         "series" => case.series.as_deref().into(),
+        "exclude" => listed(&case.exclude),
         "assume_hu" => case.accept.assume_hu.into(),
         "equalise_steps" => case.accept.equalise_steps.into(),
         "breast" => case.breast.map(|side| side.to_string()).into(),
@@ -141,6 +142,10 @@ fn labels(case: &Case, key: &str) -> Json {
         "labels.chest_wall" => names(&labels.names.chest_wall),
         _ => Json::Null,
     }
+}
+
+fn listed(names: &[String]) -> Json {
+    if names.is_empty() { Json::Null } else { names.into() }
 }
 
 fn carried(case: &Case, key: &str) -> Json {

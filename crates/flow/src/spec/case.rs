@@ -24,6 +24,8 @@ pub struct Case {
     pub ct: Option<PathBuf>,
     /// Series Instance UID, when the folder holds several.
     pub series: Option<String>,
+    /// Files of the CT to leave out, by their paths below its folder.
+    pub exclude: Vec<String>,
     /// What is accepted of a DICOM CT beyond what is safe.
     pub accept: Accept,
     /// The breast that is operated.
@@ -130,6 +132,7 @@ impl Case {
         Ok(Self {
             ct: given.file("ct"),
             series: given.text("series"),
+            exclude: given.names("exclude"),
             accept: Accept {
                 assume_hu: given.switch("assume_hu"),
                 equalise_steps: given.switch("equalise_steps"),
@@ -229,7 +232,11 @@ impl Case {
     /// How the CT is read when it is DICOM.
     #[must_use]
     pub fn read_params(&self) -> ReadParams {
-        ReadParams { series: self.series.clone(), accept: self.accept }
+        ReadParams {
+            series: self.series.clone(),
+            exclude: self.exclude.clone(),
+            accept: self.accept,
+        }
     }
 }
 

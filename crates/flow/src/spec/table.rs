@@ -118,6 +118,13 @@ pub static TABLE: &[Parameter] = &[
         "Series Instance UID, when the folder holds several series",
     ),
     row(
+        ("exclude", "exclude"),
+        Kind::Names,
+        "",
+        Absent("none"),
+        "files of the CT to leave out, by their paths below its folder",
+    ),
+    row(
         ("assume_hu", "assume-hu"),
         Kind::Switch,
         "",

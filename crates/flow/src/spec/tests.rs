@@ -154,7 +154,7 @@ fn each_bad_value_names_its_key() {
 fn the_canonical_form_makes_the_same_case() {
     for line in [
         "",
-        "series = '1.2'\nassume_hu = true\nequalise_steps = true\ntissues = true",
+        "series = '1.2'\nexclude = ['2-01.dcm']\nassume_hu = true\nequalise_steps = true\ntissues = true",
         "region = { centre = [1, 2, 3.5], radius = 90 }\nmesh = { tetrahedra = 900, geometry = 'curved' }",
         "mesh = { refine = 'tumour', tumour_edge = 3.5, order = 1 }",
         "mesh = { refine = 'goal' }\ntissue = { cut = 'free', rest = 'unloaded', young = 0.4 }",
@@ -209,6 +209,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
+        "exclude = '2-01.dcm'",
         "export = { clock = '2026-03-01 12:00:00' }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];

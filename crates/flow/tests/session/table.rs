@@ -35,6 +35,8 @@ const CHANGES: [&[Change]; 3] = [GEOMETRY, TISSUE, RESULTS];
 const GEOMETRY: &[Change] = &[
     ("ct", "\"ct/IM0040\"", NOTHING),
     ("series", "\"UID\"", NOTHING),
+    ("exclude", "\"IM0027\"", NOTHING),
+    ("exclude", "", NOTHING),
     ("assume_hu", "true", NOTHING),
     ("equalise_steps", "true", NOTHING),
     ("bed.ap", "3.0", MESH),

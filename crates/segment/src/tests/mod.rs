@@ -167,14 +167,14 @@ fn the_region_holds_the_breast_and_the_tumour() {
     for side in [Side::Left, Side::Right] {
         let breast = Breast::find(&labels, side, None).unwrap();
         let apex = Point::new(side.sign() * phantom::APEX.x, phantom::APEX.y, phantom::APEX.z);
-        let region = breast.region(&labels, None).unwrap();
+        let region = breast.region(&labels, None).unwrap().0;
         // The mound's axis stands 75 mm beside the middle, its rim 50 mm round that.
         let off = region.centre() - Point::new(side.sign() * 75.0, -105.0, 0.0);
         assert!(off.norm() < 12.0 && off.z.abs() < 3.0, "{side}: {region:?}");
         assert!(region.signed_distance(&apex) < -30.0, "{side}: {region:?}");
         assert!((65.0..82.0).contains(&region.radius()), "{side}: {region:?}");
         let tumour = Sphere::new(apex + Vector::new(0.0, 60.0, 40.0), 10.0).unwrap();
-        let held = breast.region(&labels, Some(tumour)).unwrap();
+        let held = breast.region(&labels, Some(tumour)).unwrap().0;
         assert!(held.signed_distance(&tumour.centre()) <= -tumour.radius() - 10.0, "{held:?}");
         let far = Sphere::new(apex + Vector::new(0.0, 0.0, 300.0), 10.0).unwrap();
         assert!(matches!(breast.region(&labels, Some(far)), Err(Error::NoRegion { .. })));

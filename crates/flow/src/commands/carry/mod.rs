@@ -26,7 +26,7 @@ use supine_space::Grid;
 use supine_warp::{Params, carry_points, carry_surface};
 
 /// Keys of the table that it takes: for the CT before deformation.
-pub const KEYS: &[&str] = &["ct", "series", "assume_hu", "equalise_steps"];
+pub const KEYS: &[&str] = &["ct", "series", "exclude", "assume_hu", "equalise_steps"];
 
 /// What is asked.
 #[derive(Clone, Debug)]

@@ -25,6 +25,7 @@ use supine_warp::{Interpolation, Params};
 pub const KEYS: &[&str] = &[
     "ct",
     "series",
+    "exclude",
     "assume_hu",
     "equalise_steps",
     "warp.interpolation",

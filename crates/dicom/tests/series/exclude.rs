@@ -1,0 +1,42 @@
+//! Files that the user leaves out.
+
+use crate::support::{folder, read, six};
+use supine_dicom::{ReadParams, read_series};
+use supine_space::Progress;
+
+fn without(path: &std::path::Path, names: &[&str]) -> Result<(usize, Vec<String>), String> {
+    let exclude = names.iter().map(|name| (*name).to_owned()).collect();
+    let params = ReadParams { exclude, ..ReadParams::default() };
+    let read = read_series(path, &params, Progress::none()).map_err(|e| e.to_string())?;
+    let left = read.2.left_out.iter().map(|l| format!("{}: {}", l.file, l.reason)).collect();
+    Ok((read.0.grid().size()[2], left))
+}
+
+#[test]
+fn a_file_that_is_left_out_is_no_slice_and_is_told() {
+    let ct = folder(&six());
+    assert_eq!(read(ct.path()).unwrap().0.grid().size()[2], 6);
+    let mut names: Vec<String> = std::fs::read_dir(ct.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    let (slices, left) = without(ct.path(), &[&names[5]]).unwrap();
+    assert_eq!(slices, 5);
+    assert!(left.contains(&format!("{}: left out as asked", names[5])), "{left:?}");
+    let error = without(ct.path(), &["nothing.dcm"]).unwrap_err();
+    assert!(error.contains("nothing.dcm") && error.contains("exclude"), "{error}");
+    let error = without(ct.path(), &[&names[2]]).unwrap_err();
+    assert!(error.contains("a slice is missing"), "{error}");
+}
+
+#[test]
+fn a_copy_of_a_slice_says_how_to_leave_it_out() {
+    let ct = folder(&six());
+    let first = std::fs::read_dir(ct.path()).unwrap().next().unwrap().unwrap().path();
+    std::fs::copy(&first, ct.path().join("zz-copy.dcm")).unwrap();
+    let error = read(ct.path()).unwrap_err().to_string();
+    assert!(error.contains("remove one copy"), "{error}");
+    assert!(error.contains("exclude = ["), "{error}");
+    assert_eq!(without(ct.path(), &["zz-copy.dcm"]).unwrap().0, 6);
+}
