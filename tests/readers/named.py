@@ -10,7 +10,10 @@ for path in sys.argv[1:]:
     listed = {
         "description": str(found.SeriesDescription),
         "number": int(found.SeriesNumber),
-        "content": f"{found.ContentDate} {found.ContentTime}",
+        # A structure set has dates of its own.
+        "content": " ".join(
+            str(found.get(f"Content{what}", found.get(f"StructureSet{what}"))) for what in ("Date", "Time")
+        ),
         "series": f"{found.SeriesDate} {found.SeriesTime}",
     }
     print(json.dumps(listed))

@@ -85,7 +85,8 @@ pub use segmentation::{
 pub use series_summary::SeriesSummary;
 pub use source::Source;
 pub use structures::{
-    Drawing, Line, LineKind, Roi, Structures, StructuresInfo, read_structures, write_structures,
+    Drawing, Line, LineKind, Named, Roi, Structures, StructuresInfo, read_structures,
+    write_structures,
 };
 pub use verify::{Check, Expected, Original, Verification, verify_export};
 pub use whose::Whose;

@@ -39,6 +39,8 @@ pub enum NodeId {
     Pictures,
     /// Registrations of the series with the CT.
     Registration,
+    /// Body, chest wall, breast and tumour on the series.
+    Structures,
     /// The patient's own doses, structures and segmentations on the series.
     Carry,
     /// The report.
@@ -47,7 +49,7 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -66,6 +68,7 @@ impl NodeId {
         Self::Fields,
         Self::Pictures,
         Self::Registration,
+        Self::Structures,
         Self::Carry,
         Self::Report,
     ];
@@ -91,6 +94,7 @@ impl NodeId {
             Self::Points => "points",
             Self::Pictures => "pictures",
             Self::Registration => "registration",
+            Self::Structures => "structures",
             Self::Carry => "carry",
             Self::Report => "report",
         }

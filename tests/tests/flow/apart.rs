@@ -9,7 +9,7 @@ use supine_tests::{Case, readers_python};
 /// What a list shows of the series of a run, its CT first.
 fn listed(out: &Path) -> Vec<Json> {
     let names = ["ct/CT0001.dcm", "registration/deformable.dcm", "registration/chest-wall.dcm"];
-    let files = names.into_iter().chain(["labels.dcm"]).map(|name| out.join(name));
+    let files = names.into_iter().chain(["structures.dcm", "labels.dcm"]).map(|name| out.join(name));
     let said = readers_python("named.py", files).success("named.py").stdout;
     said.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
 }
@@ -40,11 +40,12 @@ fn runs_on_other_tables_are_told_apart_and_bear_the_time_of_the_run() {
         }
     }
     assert_ne!(names[0], names[1]);
+    readers_python("own_regions.py", [&out]).success("own_regions.py");
     let numbers: Vec<i64> =
         series.iter().flatten().filter_map(|object| object["number"].as_i64()).collect();
     // The labels do not depend on the table: theirs is the same object.
     let different: BTreeSet<i64> = numbers.iter().copied().collect();
-    assert_eq!((numbers.len(), different.len()), (8, 7), "{numbers:?}");
+    assert_eq!((numbers.len(), different.len()), (10, 9), "{numbers:?}");
 }
 
 #[test]

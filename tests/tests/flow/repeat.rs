@@ -136,6 +136,7 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
             "fields",
             "pictures",
             "registration",
+            "structures",
             "report"
         ]
     );

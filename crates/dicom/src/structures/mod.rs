@@ -1,8 +1,10 @@
 //! RT structure sets (PS3.3 A.19): regions of interest drawn as contours, in and out.
 
+mod made;
 mod thin;
 mod write;
 
+pub use made::Named;
 pub use write::{Drawing, StructuresInfo, write_structures};
 
 use crate::data_set::{DataSet, text_of};

@@ -40,6 +40,7 @@ pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
     (NodeId::Export, "series", "ct"),
     (NodeId::Export, "volume", "ct.nrrd"),
     (NodeId::Registration, "registrations", "registration"),
+    (NodeId::Structures, "structures", "structures.dcm"),
     (NodeId::Carry, "objects", "rt"),
     (NodeId::Report, "report", "report"),
 ];

@@ -31,7 +31,7 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -67,7 +67,8 @@ impl Node for Carry {
             let name = format!("{}-{same}.dcm", kind.name());
             let part = progress.part(share(n), share(n + 1));
             let path = folder.join(&name);
-            let (before, deformation) = (same - 1, &solved.deformation);
+            // The structure set of the run itself is the first of its kind.
+            let (before, deformation) = (same, &solved.deformation);
             let job = CarryJob { context: &context, before, deformation };
             let (mut object, warnings) = job.one(*kind, &file.path, &path, &input.ct, part)?;
             file.check_unchanged()?;

@@ -18,6 +18,7 @@ mod report;
 mod segment;
 mod solve;
 mod source;
+mod structures;
 mod tissues;
 mod tumour;
 mod warp;
@@ -40,6 +41,7 @@ pub(crate) use report::Report;
 pub(crate) use segment::{Segment, Segmented};
 pub(crate) use solve::{Solve, Solved};
 pub(crate) use source::Source;
+pub(crate) use structures::Structures;
 pub(crate) use tissues::Tissues;
 pub(crate) use tumour::Tumour;
 pub(crate) use warp::{Warp, warp_facts};
@@ -66,6 +68,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Fields>(),
     Entry::of::<Pictures>(),
     Entry::of::<Registration>(),
+    Entry::of::<Structures>(),
     Entry::of::<Carry>(),
     Entry::of::<Report>(),
 ];

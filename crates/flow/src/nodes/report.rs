@@ -2,7 +2,7 @@
 
 use super::{
     Carry, Export, Fields, Import, Interval, Moduli, Pictures, Points, Region, Registration,
-    Segment, Solve, Warp,
+    Segment, Solve, Structures, Warp,
 };
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
@@ -34,7 +34,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -50,6 +50,7 @@ impl Node for Report {
         Fields,
         Points,
         Registration,
+        Structures,
         Carry,
         Pictures,
     );
@@ -113,6 +114,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         fields,
         points,
         registered,
+        _,
         carried,
         drawn,
     ) = parents;

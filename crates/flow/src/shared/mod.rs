@@ -8,6 +8,7 @@ mod facts;
 mod labels;
 mod mesher;
 mod moduli;
+mod own_regions;
 mod refine;
 mod registration;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
@@ -34,6 +35,7 @@ pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
 #[cfg(feature = "tetgen")]
 pub use mesher::{by_tetgen, tetgen_work};
 pub(crate) use moduli::{Map as ModulusMap, moduli};
+pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};

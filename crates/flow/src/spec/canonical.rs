@@ -164,6 +164,7 @@ fn export(case: &Case, key: &str) -> Json {
         "export.equipment" => if spec.policy.keep_equipment { "scanner" } else { "supine" }.into(),
         "export.frame" => if spec.policy.same_frame { SAME_FRAME } else { "new" }.into(),
         "export.registration" => spec.registration.into(),
+        "export.structures" => spec.structures.into(),
         "export.clock" => spec.clock.as_ref().map(ToString::to_string).into(),
         _ => Json::Null,
     }

@@ -115,6 +115,8 @@ pub struct ExportSpec {
     pub anonymise: bool,
     /// Whether registrations go with the series.
     pub registration: bool,
+    /// Whether a structure set of what was simulated goes with the series.
+    pub structures: bool,
     /// Departures from what is safest.
     pub policy: Policy,
     /// Date and time that the objects bear; none for those of the run.
@@ -430,6 +432,7 @@ fn export(given: Given<'_>) -> Result<ExportSpec, CaseError> {
     Ok(ExportSpec {
         anonymise,
         clock: clock(given, anonymise)?,
+        structures: given.switch("export.structures"),
         registration: !same_frame && asked.unwrap_or(true),
         policy: Policy {
             new_study: given.word("export.study") == "new",

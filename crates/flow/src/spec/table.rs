@@ -464,6 +464,13 @@ pub static TABLE: &[Parameter] = &[
         "registrations with the CT beside the exported series; not with its frame of reference",
     ),
     row(
+        ("export.structures", "regions"),
+        Kind::Switch,
+        "",
+        Preset::Switch(true),
+        "a structure set of body, chest wall, breast and tumour beside the exported series",
+    ),
+    row(
         ("export.clock", "clock"),
         Kind::Text,
         "",

@@ -1,0 +1,58 @@
+//! Body, chest wall, breast and tumour on the exported series, as a structure set: what a planning system begins with.
+
+use super::{Export, Import, Segment, Solve};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::nodes::region::Ball;
+use crate::shared::{OwnRegions, write_own_regions};
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+
+pub(crate) struct Structures;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    tumour: Ball,
+    asked: bool,
+}
+
+impl Node for Structures {
+    const ID: NodeId = NodeId::Structures;
+    const METHOD: u32 = 1;
+    const KEPT: bool = true;
+    const WRITES: bool = true;
+    type Own = Own;
+    type Parents = (Import, Segment, Solve, Export);
+    type Out = ();
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        Ok(Own { tumour: ground.tumour()?.sphere.into(), asked: ground.case.export.structures })
+    }
+
+    fn not_asked(own: &Own) -> Option<()> {
+        (!own.asked).then_some(())
+    }
+
+    fn run(
+        own: &Own,
+        (input, segmented, solved, exported): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<(), Error> {
+        let Some(series) = &exported.series else { return Ok(()) };
+        let regions = OwnRegions {
+            ct: &input.ct,
+            labels: &segmented.labels,
+            deformation: &solved.deformation,
+            tumour: own.tumour.sphere()?,
+        };
+        let warnings =
+            write_own_regions(&regions, series, &work.place("structures")?, work.progress)?;
+        work.warn_all(warnings);
+        Ok(())
+    }
+
+    fn load(_: serde_json::Value, _: &Work<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+}
