@@ -6,7 +6,9 @@
 use crate::Error;
 use crate::front::Front;
 use supine_space::{Grid, Point, Side, Sphere, Vector, Warning};
-use supine_volume::{LabelMap, Volume, gaussian, median, quantile, sample_trilinear_at};
+use supine_volume::{
+    LabelMap, Volume, gaussian, largest_radius, median, quantile, sample_trilinear_at,
+};
 
 // Chosen, not measured, unless a reason is given.
 /// The mound is looked for at this scale, mm: about half the radius of a small breast.
@@ -126,7 +128,10 @@ impl Breast {
             needed = enclosing(needed, Ball { centre: t.centre(), radius: t.radius() });
         }
         let along = keep_clear(labels.grid(), needed);
-        let Ball { centre, radius } = beside(labels.grid(), needed.radius, along);
+        // Air may lie beyond the end of the CT, tissue may not.
+        let cut = largest_radius(labels, along.centre).is_some_and(|fits| fits < along.radius);
+        let Ball { centre, radius } =
+            if cut { beside(labels.grid(), needed.radius, along) } else { along };
         let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
         match tumour {
             Some(t) if sphere.signed_distance(&t.centre()) + t.radius() > 0.0 => {
@@ -240,10 +245,10 @@ fn beside(grid: &Grid, needed: f64, ball: Ball) -> Ball {
 fn fitted(wanted: Ball, sphere: Sphere) -> Option<Warning> {
     let moved = (sphere.centre() - wanted.centre).norm();
     let smaller = wanted.radius - sphere.radius();
-    (moved > 0.0 || smaller > 0.0).then(|| {
+    (moved >= 0.5 || smaller >= 0.5).then(|| {
         let done = [(moved, "moved by"), (smaller, "made smaller by")]
             .into_iter()
-            .filter(|(mm, _)| *mm > 0.0)
+            .filter(|(mm, _)| *mm >= 0.5)
             .map(|(mm, what)| format!("{what} {mm:.0} mm"));
         let text = format!(
             "the CT ends beside the breast: to stay within it the region was {}; tissue beside the region is held by springs, \
@@ -265,9 +270,9 @@ mod tests {
     /// A round chest from z = 0 to `length`, mm: a breast, and farther up a larger mound.
     fn chest(length: usize) -> LabelMap {
         let grid = Grid::new(
-            [140, 120, length / 4 + 1],
+            [100, 90, length / 4 + 1],
             Vector::new(3.0, 3.0, 4.0),
-            Point::new(-210.0, -220.0, 0.0),
+            Point::new(-150.0, -160.0, 0.0),
             Matrix::identity(),
         )
         .unwrap();

@@ -9,7 +9,8 @@ use supine_tests::{Case, readers_python};
 /// What a list shows of the series of a run, its CT first.
 fn listed(out: &Path) -> Vec<Json> {
     let names = ["ct/CT0001.dcm", "registration/deformable.dcm", "registration/chest-wall.dcm"];
-    let files = names.into_iter().chain(["structures.dcm", "labels.dcm"]).map(|name| out.join(name));
+    let files =
+        names.into_iter().chain(["structures.dcm", "labels.dcm"]).map(|name| out.join(name));
     let said = readers_python("named.py", files).success("named.py").stdout;
     said.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
 }
