@@ -29,7 +29,7 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
+pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
 method failed; 4 a check failed, outputs are there; 5 an output cannot be written; 75 worth a \
 retry; 130 interrupted.";
 
@@ -40,51 +40,51 @@ pub(crate) struct Common {
     /// Number of threads [default: all cores]; the result does not depend on it
     #[arg(long, global = true, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
-    /// Machine-readable result on stdout, nothing else there
+    /// Print the result as JSON on stdout, nothing else there
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// Only errors on stderr
+    /// Print only errors on stderr
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// More on stderr
+    /// Say on stderr when each stage begins and ends, and the code of each warning
     #[arg(long, short, global = true)]
     pub(crate) verbose: bool,
-    /// No progress bar
+    /// Show no progress bar
     #[arg(long, global = true)]
     pub(crate) no_progress: bool,
 }
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum Command {
-    /// The whole flow on the patient that comes with the program
+    /// Run the whole flow on the patient that comes with the program
     Demo(Demo),
-    /// What is in a folder of DICOM, and whether it can be used
+    /// Tell what is in a folder of DICOM, and whether it can be used
     Inspect(Inspect),
     /// Write a commented case file for a CT
     Init(Init),
-    /// Whether a case can be run, and what a run would do
+    /// Tell whether a case can be run, and what a run would do
     Check(Check),
-    /// The whole flow of a case file
+    /// Run the whole flow of a case file
     Run(Run),
-    /// Labels of chest wall and soft tissue
+    /// Label chest wall and soft tissue
     Segment(Segment),
-    /// Tetrahedra of the soft tissue within a sphere
+    /// Divide the soft tissue within a sphere into tetrahedra
     Mesh(Mesh),
-    /// Fewer tetrahedra of the same tissue, with the displacement carried over
+    /// Make fewer tetrahedra of the same tissue and carry the displacement over
     Coarsen(Coarsen),
-    /// Displacement of a mesh under gravity
+    /// Find the displacement of a mesh under gravity
     Solve(Solve),
-    /// A CT resampled through a deformed mesh
+    /// Resample a CT through a deformed mesh
     Warp(Warp),
-    /// Points, labels, doses, surfaces and contours carried by a finished run or a deformed mesh
+    /// Carry points, labels, doses, surfaces and contours by a finished run or a deformed mesh
     Carry(Carry),
-    /// DICOM objects to an archive
+    /// Send DICOM objects to an archive
     Send(Send),
-    /// DICOM objects from an archive
+    /// Fetch DICOM objects from an archive
     Fetch(Fetch),
-    /// What no validator notices about an exported series
+    /// Check of an exported series what no validator notices
     VerifyExport(VerifyExport),
-    /// The JSON schema of a case file or of summary.json, on stdout
+    /// Print the JSON schema of a case file or of summary.json
     Schema {
         /// Of what
         of: Schema,
@@ -98,12 +98,12 @@ pub(crate) enum Command {
         /// A command, or `case`
         topic: Option<String>,
     },
-    /// Completions for a shell, on stdout
+    /// Print completions for a shell
     Completions {
         /// The shell
         shell: clap_complete::Shell,
     },
-    /// Manual pages, into a folder
+    /// Write manual pages into a folder
     Man {
         /// The folder
         #[arg(long, value_name = "DIR")]

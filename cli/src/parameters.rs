@@ -255,6 +255,9 @@ mod tests {
             // `tumour` where the mesh is finer.
             Kind::Choice(words) if words.len() > 2 => one(words[1], json!(words[1])),
             Kind::Choice(words) => one(words[words.len() - 1], json!(words[words.len() - 1])),
+            Kind::Text if parameter.key == "export.clock" => {
+                one("2026-03-01 14:05:00", json!("2026-03-01 14:05:00"))
+            }
             Kind::Text => one("1.2.3", json!("1.2.3")),
             Kind::Point => one("-1,2.5,3", json!([-1.0, 2.5, 3.0])),
             Kind::Points => one("1,2,3;4,5,6", json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])),

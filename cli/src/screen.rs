@@ -24,6 +24,8 @@ pub(crate) struct Screen {
     quiet: bool,
     /// One line per node instead of a bar.
     lines: bool,
+    /// Also when a node begins, and the codes of warnings.
+    verbose: bool,
 }
 
 impl Screen {
@@ -38,7 +40,15 @@ impl Screen {
         }
         let lines = !common.quiet && (common.verbose || bar.is_hidden());
         let (json, quiet) = (common.json, common.quiet);
-        Self { bar, running: Mutex::default(), json, answered: false.into(), quiet, lines }
+        Self {
+            bar,
+            running: Mutex::default(),
+            json,
+            answered: false.into(),
+            quiet,
+            lines,
+            verbose: common.verbose && !quiet,
+        }
     }
 
     /// Makes Ctrl-C stop the work at its next step; a second one ends the program at once.
@@ -136,6 +146,9 @@ pub(crate) fn data(text: &str) {
 impl Observer for Screen {
     fn begin(&self, node: NodeId) {
         self.now(|running| running.push(node));
+        if self.verbose {
+            self.say(&format!("{:>13}  begins", node.name()));
+        }
         self.bar.enable_steady_tick(Duration::from_millis(200));
     }
 
@@ -147,7 +160,8 @@ impl Observer for Screen {
     }
 
     fn warning(&self, node: NodeId, warning: &Warning) {
-        self.say(&format!("warning ({node}): {}", warning.message));
+        let code = if self.verbose { format!(", {}", warning.code) } else { String::new() };
+        self.say(&format!("warning ({node}{code}): {}", warning.message));
     }
 
     fn end(&self, node: NodeId, seconds: f64, cached: bool) {

@@ -1,7 +1,7 @@
 //! `supine completions` and `supine man`.
 
 use crate::End;
-use crate::args::Cli;
+use crate::args::{Cli, EXIT_CODES};
 use crate::failure::Failure;
 use crate::screen::data;
 use clap::CommandFactory;
@@ -9,6 +9,31 @@ use clap_complete::Shell;
 use std::path::Path;
 use std::process::ExitCode;
 use supine_space::Failure as Kind;
+
+/// What people begin with, by command.
+const EXAMPLES: &[(&str, &str)] = &[
+    ("demo", "supine demo"),
+    ("inspect", "supine inspect CT_FOLDER"),
+    ("init", "supine init CT_FOLDER --structures RS.dcm --tumour GTV"),
+    ("check", "supine check case.toml"),
+    ("run", "supine run case.toml --out result"),
+    ("run", "supine run case.toml --out result --set bed.ap=10"),
+    ("run", "supine run case.toml --out result --json > summary.json"),
+    ("carry", "supine carry result RS.dcm --out carried.dcm"),
+    ("send", "supine send result --to ARCHIVE@pacs.example:104"),
+    ("verify-export", "supine verify-export result/ct --source CT_FOLDER"),
+];
+
+/// What a run reads and leaves.
+const FILES: &[&str] = &[
+    "case.toml: the case; supine help case lists its keys",
+    "OUT/ct: the deformed CT as a DICOM series",
+    "OUT/structures.dcm: body, chest wall, breast and tumour on that series",
+    "OUT/report/index.html: the report",
+    "OUT/summary.json: the result for scripts; supine schema summary describes it",
+    "OUT/log.jsonl: what was done, a line each",
+    "OUT-reidentification: the key of a de-identified run; keep it apart",
+];
 
 pub(crate) fn completions(shell: Shell) -> Result<End, Failure> {
     let mut script = Vec::new();
@@ -55,10 +80,47 @@ pub(crate) fn usage(error: &clap::Error) -> ExitCode {
 
 /// One page for the program and one for each command.
 pub(crate) fn man(out: &Path) -> Result<End, Failure> {
-    let made =
-        std::fs::create_dir_all(out).and_then(|()| clap_mangen::generate_to(Cli::command(), out));
+    let made = std::fs::create_dir_all(out)
+        .and_then(|()| clap_mangen::generate_to(Cli::command(), out))
+        .and_then(|()| complete_pages(out));
     made.map_err(|e| {
         Failure::new(Kind::of_output(&e), format!("{} cannot be written: {e}", out.display()))
     })?;
     Ok(End::Done)
+}
+
+/// Adds to the pages what is the same for all commands, and examples of those that people begin with.
+fn complete_pages(out: &Path) -> std::io::Result<()> {
+    let mut cli = Cli::command();
+    cli.build();
+    let names = cli.get_subcommands().filter(|command| !command.is_hide_set());
+    let names: Vec<String> = names.map(|command| command.get_name().to_owned()).collect();
+    for name in std::iter::once(String::new()).chain(names) {
+        let page = if name.is_empty() { "supine.1".into() } else { format!("supine-{name}.1") };
+        let path = out.join(page);
+        let mut text = std::fs::read_to_string(&path)?;
+        for (title, lines) in sections(&name) {
+            text += &format!(".SH {title}\n");
+            lines.iter().for_each(|line| text += &format!("{}\n.br\n", roff(line)));
+        }
+        std::fs::write(&path, text)?;
+    }
+    Ok(())
+}
+
+/// Sections of a page with their lines.
+fn sections(name: &str) -> Vec<(&'static str, Vec<String>)> {
+    let shown = EXAMPLES.iter().filter(|(command, _)| name.is_empty() || *command == name);
+    let examples: Vec<String> = shown.map(|(_, line)| (*line).to_owned()).collect();
+    let codes = EXIT_CODES.strip_prefix("Exit codes: ").unwrap_or(EXIT_CODES);
+    let codes = codes.trim_end_matches('.').split("; ").map(str::to_owned).collect();
+    let files = FILES.iter().map(|line| (*line).to_owned()).collect();
+    let all = [("EXAMPLES", examples), ("EXIT STATUS", codes), ("FILES", files)];
+    all.into_iter().filter(|(_, lines)| !lines.is_empty()).collect()
+}
+
+/// A line of text as it stands in a page.
+fn roff(line: &str) -> String {
+    let text = line.replace('\\', "\\e").replace('-', "\\-");
+    if text.starts_with(['.', '\'']) { format!("\\&{text}") } else { text }
 }

@@ -58,6 +58,15 @@ fn completions_and_manual_pages_come_from_the_arguments() {
     supine(&[&"man", &"--out", &pages]).success("supine man");
     let pages = files_below(&pages);
     assert!(pages.iter().any(|page| page.ends_with("supine-run.1")), "{pages:?}");
+    let page =
+        std::fs::read_to_string(folder.path().join("man/supine-run.1")).expect("the page of run");
+    for section in [
+        ".SH EXAMPLES\nsupine run case.toml \\-\\-out result",
+        ".SH EXIT STATUS\n0 done",
+        ".SH FILES\n",
+    ] {
+        assert!(page.contains(section), "{section}: {page}");
+    }
 }
 
 fn verify(export: &Path, source: &Path) -> Outcome {
