@@ -168,7 +168,7 @@ pub(crate) struct Inspect {
 
 #[derive(Args, Debug)]
 pub(crate) struct Init {
-    /// The CT: DICOM folder or a file of it, .nrrd or .nii.gz
+    /// The CT: DICOM folder or a file of it, .nrrd, .nii.gz or .mha
     pub(crate) ct: PathBuf,
     /// RT structure set of the CT that holds the tumour
     #[arg(long, value_name = "RS.dcm")]
@@ -240,7 +240,7 @@ pub(crate) struct Segment {
     /// A case file, for what is not given here
     #[arg(long, value_name = "CASE.toml")]
     pub(crate) case: Option<PathBuf>,
-    /// Labels (.seg.nrrd, .nrrd, .nii.gz; .dcm: a DICOM segmentation of a DICOM CT)
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz, .mha; .dcm: a DICOM segmentation of a DICOM CT)
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// How far the boundary of the chest wall may be wrong, tenths of mm (.nrrd)
@@ -253,7 +253,7 @@ pub(crate) struct Segment {
 
 #[derive(Args, Debug)]
 pub(crate) struct Mesh {
-    /// Labels (.seg.nrrd, .nrrd, .nii.gz); or --skin and --chest-wall
+    /// Labels (.seg.nrrd, .nrrd, .nii.gz, .mha); or --skin and --chest-wall
     #[arg(long, value_name = "FILE", required_unless_present = "skin",
           conflicts_with_all = ["skin", "chest_wall"])]
     pub(crate) labels: Option<PathBuf>,
@@ -329,7 +329,7 @@ pub(crate) struct Warp {
     /// The deformed mesh (.vtu, .msh): CT shape with point data `displacement`
     #[arg(long, value_name = "FILE")]
     pub(crate) mesh: PathBuf,
-    /// Another grid of voxels this long, mm, along the CT's axes; for .nrrd, .nii and .nii.gz
+    /// Another grid of voxels this long, mm, along the CT's axes; for .nrrd, .nii, .nii.gz and .mha
     #[arg(long, value_name = "X,Y,Z")]
     pub(crate) spacing: Option<Numbers<3>>,
     /// Only the box of the tissue, before and after, and this much around it, mm; for files as above
@@ -345,7 +345,7 @@ pub(crate) struct Warp {
     /// Also the map as DICOM registrations of the series with the CT, in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) registration: Option<PathBuf>,
-    /// A folder for a DICOM series, or a .nrrd, .nii or .nii.gz file
+    /// A folder for a DICOM series, or a .nrrd, .nii, .nii.gz or .mha file
     #[arg(long, value_name = "DIR|FILE")]
     pub(crate) out: PathBuf,
 }
@@ -356,7 +356,7 @@ pub(crate) struct Carry {
     #[arg(value_name = "RUN|MESH", required_unless_present = "run", conflicts_with = "run")]
     pub(crate) from: Option<PathBuf>,
     /// What is known in the CT: points (.csv name,x,y,z in LPS mm; .mrk.json), labels or a dose
-    /// (.seg.nrrd, .nrrd, .nii.gz), a closed surface (.stl, .ply, .obj), contours
+    /// (.seg.nrrd, .nrrd, .nii.gz, .mha), a closed surface (.stl, .ply, .obj), contours
     /// (.csv structure,contour,x,y,z), DICOM RT doses, structure sets and segmentations
     #[arg(value_name = "FILE", required_unless_present = "points", conflicts_with = "points")]
     pub(crate) what: Option<PathBuf>,
@@ -366,8 +366,8 @@ pub(crate) struct Carry {
     /// Points, in place of FILE
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd or .nii.gz,
-    /// dose .nrrd or .nii.gz, surface .stl, .ply or .obj, contours .csv); .dcm: the same kind of
+    /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd, .nii.gz or .mha,
+    /// dose .nrrd, .nii.gz or .mha, surface .stl, .ply or .obj, contours .csv); .dcm: the same kind of
     /// DICOM object, of the run's series
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,

@@ -3,10 +3,12 @@
 use crate::{
     Error, Problem, file,
     labels::segments,
-    nii,
+    mha, nii,
     nrrd::{self, Axis},
     raster::Raster,
-    raster_file, write_labels,
+    raster_file,
+    volumes::is_meta_image,
+    write_labels,
 };
 use std::{collections::BTreeMap, path::Path};
 use supine_space::{Grid, Progress};
@@ -41,7 +43,7 @@ pub struct LabelLayers {
     keys: BTreeMap<String, String>,
 }
 
-/// Reads a label map (NRRD, 3D Slicer segmentation, NIfTI-1; any numbers and names, overlapping layers) or
+/// Reads a label map (NRRD, 3D Slicer segmentation, NIfTI-1, MetaImage; any numbers and names, overlapping layers) or
 /// a volume of values. Without `kind` a file without names of segments is one of values when a value is not
 /// a whole number from 0 to 65535.
 ///
@@ -167,10 +169,10 @@ impl LabelLayers {
 }
 
 /// Writes label maps with the names they came with: as 3D Slicer segmentation (`.seg.nrrd`), NRRD or, one
-/// map without its names, NIfTI-1 (`.nii`, `.nii.gz`); 16 bit where 8 do not do.
+/// map without its names, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`); 16 bit where 8 do not do.
 ///
 /// # Errors
-/// When the name ends otherwise, there are several maps for NIfTI or labels without names for a
+/// When the name ends otherwise, there are several maps for NIfTI or MetaImage or labels without names for a
 /// segmentation, the file cannot be written or the callback asked to stop.
 pub fn write_label_layers(
     labels: &LabelLayers,
@@ -200,6 +202,12 @@ pub fn write_label_layers(
         };
     }
     match labels.layers.as_slice() {
+        [map] if is_meta_image(path) && small => {
+            mha::write(path, (grid, 1), "", map.data().iter().map(|&v| v as u8), progress)
+        }
+        [map] if is_meta_image(path) => {
+            mha::write(path, (grid, 1), "", map.data().iter().copied(), progress)
+        }
         [map] if small => nii::write(path, &map.map(|&v| v as u8), "", progress),
         [map] => nii::write(path, map, "", progress),
         _ => Err(refused("labels overlap, which only .seg.nrrd can hold")),

@@ -80,8 +80,8 @@ pub(crate) fn gunzip(
 }
 
 /// The first `limit` bytes of a zlib stream, or fewer.
-pub(crate) fn zlib(bytes: &[u8], limit: usize) -> Result<Vec<u8>, Problem> {
-    inflate(&mut ZlibDecoder::new(bytes), bytes.len(), limit, Progress::none())
+pub(crate) fn zlib(bytes: &[u8], limit: usize, progress: Progress<'_>) -> Result<Vec<u8>, Problem> {
+    inflate(&mut ZlibDecoder::new(bytes), bytes.len(), limit, progress)
 }
 
 /// Deflate cannot shrink data further than this (258 bytes in 2 bits).

@@ -3,17 +3,18 @@
 pub(crate) mod segments;
 
 use crate::{
-    Error, Problem, file, nii,
+    Error, Problem, file, mha, nii,
     nrrd::{self, Axis},
     raster::Raster,
     raster_file,
+    volumes::is_meta_image,
 };
 use segments::Segment;
 use std::{collections::BTreeMap, path::Path};
 use supine_space::Progress;
 use supine_volume::{LabelMap, Volume, label};
 
-/// Reads a label map from NRRD, a 3D Slicer segmentation or NIfTI-1.
+/// Reads a label map from NRRD, a 3D Slicer segmentation, NIfTI-1 or MetaImage.
 ///
 /// Plain volumes hold the numbers of [`supine_volume::label`]. In a segmentation the names of the
 /// segments decide (`soft tissue`, `chest wall`, ...; case, `_` and `-` do not matter), whatever
@@ -177,7 +178,7 @@ fn refuse_foreign(
 }
 
 /// Writes a label map as a 3D Slicer segmentation (`.seg.nrrd`, with names and colours), as NRRD
-/// (`.nrrd`) or as NIfTI-1 (`.nii`, `.nii.gz`); 8 bit.
+/// (`.nrrd`), NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`); 8 bit.
 ///
 /// # Errors
 /// When the name ends otherwise, a label of a segmentation has no name in
@@ -192,8 +193,10 @@ pub fn write_labels(labels: &LabelMap, path: &Path, progress: Progress<'_>) -> R
         nrrd::write(path, labels.grid(), &Axis::Scalar, &[], samples, progress)
     } else if file::has_suffix(path, ".nii") || file::has_suffix(path, ".nii.gz") {
         nii::write(path, labels, "", progress)
+    } else if is_meta_image(path) {
+        mha::write(path, (labels.grid(), 1), "", samples, progress)
     } else {
-        Err(refused("labels are written as .seg.nrrd, .nrrd, .nii or .nii.gz".into()))
+        Err(refused("labels are written as .seg.nrrd, .nrrd, .nii, .nii.gz or .mha".into()))
     }
 }
 

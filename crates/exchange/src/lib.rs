@@ -1,4 +1,4 @@
-//! File formats beside DICOM: NRRD, NIfTI, meshes, Slicer markups and point lists.
+//! File formats beside DICOM: NRRD, NIfTI, MetaImage, meshes, Slicer markups and point lists.
 //!
 //! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file
 //! that does not say which way its axes point is refused, for left and right cannot be guessed.
@@ -10,6 +10,7 @@
 //! | NRRD (`.nrrd`) | [`read_ct`], [`read_labels`], [`read_tenths`], [`read_seeds`], [`read_any_volume`] | [`write_ct_nrrd`], [`write_labels`], [`write_field`], [`write_scalar`], [`write_tenths`], [`write_label_layers`] |
 //! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_labels`], [`write_label_layers`] |
 //! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_ct_nifti`], [`write_labels`], [`write_label_layers`], [`write_field`], [`write_scalar`] |
+//! | MetaImage (`.mha`; `.mhd` read only) | [`read_ct`], [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_ct`], [`write_labels`], [`write_label_layers`], [`write_field`], [`write_scalar`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
 //! | Gmsh MSH 4.1 (`.msh`) | [`read_mesh`] | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
@@ -30,6 +31,7 @@ mod inp;
 mod labels;
 mod markups;
 mod meshes;
+mod mha;
 mod msh;
 mod nii;
 mod nodes;
@@ -51,10 +53,11 @@ pub use meshes::{
     MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,
 };
 pub use points::{NamedPoint, read_points, write_points};
+pub use raster_file::{is_volume_name, volume_files};
 pub use seeds::read_seeds;
 pub use surfaces::{SurfaceFrame, read_surface, write_surface};
 pub use volumes::{
-    FieldKind, read_ct, read_signed_distance, read_tenths, write_ct_nifti, write_ct_nrrd,
+    FieldKind, read_ct, read_signed_distance, read_tenths, write_ct, write_ct_nifti, write_ct_nrrd,
     write_field, write_scalar, write_signed_distance, write_tenths,
 };
 pub use vtu::{read_vtu, write_vtu};

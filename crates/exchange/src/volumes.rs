@@ -1,7 +1,7 @@
 //! CT, scalar volumes, signed distances and displacement fields.
 
 use crate::{
-    Error, Problem, file, nii,
+    Error, Problem, file, mha, nii,
     nrrd::{self, Axis},
     raster_file,
 };
@@ -9,7 +9,7 @@ use std::path::Path;
 use supine_space::Progress;
 use supine_volume::{Ct, SignedDistance, Volume};
 
-/// Reads a CT from NRRD (attached data) or NIfTI-1, told apart by their first bytes.
+/// Reads a CT from NRRD (attached data), NIfTI-1 or MetaImage, told apart by their first bytes.
 ///
 /// Any scalar type is taken whose values, after the scaling of the file, are whole HU within i16.
 ///
@@ -57,6 +57,22 @@ pub fn write_tenths(volume: &Volume<u8>, path: &Path, progress: Progress<'_>) ->
     only_nrrd(path, "a map of lengths")?;
     let keys = [("sample units".into(), "0.1 mm".into())];
     nrrd::write(path, volume.grid(), &Axis::Scalar, &keys, volume.data().iter().copied(), progress)
+}
+
+/// Writes a CT in the format its name ends in: `.nrrd` as [`write_ct_nrrd`], `.nii` and `.nii.gz` as [`write_ct_nifti`],
+/// `.mha` as MetaImage (16 bit, zlib, LPS, the note as `Comment`).
+///
+/// # Errors
+/// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
+pub fn write_ct(ct: &Ct, path: &Path, note: &str, progress: Progress<'_>) -> Result<(), Error> {
+    if is_meta_image(path) {
+        return mha::write(path, (ct.grid(), 1), note, ct.data().iter().copied(), progress);
+    }
+    if is_nifti(path) {
+        return write_ct_nifti(ct, path, note, progress);
+    }
+    only_nrrd_too(path, "a CT")?;
+    write_ct_nrrd(ct, path, note, progress)
 }
 
 /// Writes a CT as NRRD: 16 bit, gzip, LPS.
@@ -113,10 +129,10 @@ impl FieldKind {
 }
 
 /// Writes a displacement field (mm, LPS) with three floats per voxel: as NRRD, or as NIfTI-1 (`.nii`,
-/// `.nii.gz`) as ITK writes them, with the intent `VECTOR` and vectors in LPS.
+/// `.nii.gz`) as ITK writes them, with the intent `VECTOR` and vectors in LPS, or as MetaImage (`.mha`).
 ///
 /// In NRRD the key `displacement field type` says which way it leads, as 3D Slicer reads it; in NIfTI
-/// the description does. ITK takes either file of kind [`FieldKind::Resampling`] as the field of a
+/// the description does, in MetaImage the comment. ITK takes any of these files of kind [`FieldKind::Resampling`] as the field of a
 /// displacement field transform.
 ///
 /// # Errors
@@ -131,13 +147,17 @@ pub fn write_field(
         let note = format!("displacement field type: {}", kind.name());
         return nii::write_displacements(path, field, &note, progress);
     }
-    only_nrrd(path, "a displacement field")?;
-    let keys = [("displacement field type".into(), kind.name().into())];
     let samples = field.data().iter().flatten().copied();
+    if is_meta_image(path) {
+        let note = format!("displacement field type: {}", kind.name());
+        return mha::write(path, (field.grid(), 3), &note, samples, progress);
+    }
+    only_nrrd_too(path, "a displacement field")?;
+    let keys = [("displacement field type".into(), kind.name().into())];
     nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples, progress)
 }
 
-/// Writes a volume of floats (say, the Jacobian) as NRRD or NIfTI-1 (`.nii`, `.nii.gz`).
+/// Writes a volume of floats (say, the Jacobian) as NRRD, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`).
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
@@ -149,8 +169,12 @@ pub fn write_scalar(
     if is_nifti(path) {
         return nii::write(path, volume, "", progress);
     }
-    only_nrrd(path, "a volume of floats")?;
-    nrrd::write(path, volume.grid(), &Axis::Scalar, &[], volume.data().iter().copied(), progress)
+    let samples = volume.data().iter().copied();
+    if is_meta_image(path) {
+        return mha::write(path, (volume.grid(), 1), "", samples, progress);
+    }
+    only_nrrd_too(path, "a volume of floats")?;
+    nrrd::write(path, volume.grid(), &Axis::Scalar, &[], samples, progress)
 }
 
 /// Unit of the whole numbers of a signed distance, as files name it.
@@ -194,6 +218,20 @@ pub fn read_signed_distance(path: &Path, progress: Progress<'_>) -> Result<Signe
 
 fn is_nifti(path: &Path) -> bool {
     file::has_suffix(path, ".nii") || file::has_suffix(path, ".nii.gz")
+}
+
+/// Whether MetaImage is to be written: one file, never a header beside its data.
+pub(crate) fn is_meta_image(path: &Path) -> bool {
+    file::has_suffix(path, ".mha")
+}
+
+/// Refuses what ends in none of the endings of volumes; the other formats have been seen to.
+fn only_nrrd_too(path: &Path, what: &str) -> Result<(), Error> {
+    if file::has_suffix(path, ".nrrd") {
+        return Ok(());
+    }
+    let reason = format!("{what} is written as .nrrd, .nii, .nii.gz or .mha");
+    Err(Error::Unwritable { path: path.into(), reason })
 }
 
 fn only_nrrd(path: &Path, what: &str) -> Result<(), Error> {

@@ -124,6 +124,61 @@ fn a_field_in_nifti_has_vectors_as_itk_writes_them_slowest_in_memory() {
     assert_eq!(bytes.len(), start + 12 * voxels);
 }
 
+#[test]
+fn meta_images_hold_fields_labels_and_their_notes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("F.MHA");
+    let field = Volume::from_fn(grid(), |[i, j, k]| [i as f32 + 1.0, j as f32 + 10.0, k as f32]);
+    write_field(&field, &path, FieldKind::Modeling, Progress::none()).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    for line in [
+        "ObjectType = Image",
+        "Comment = displacement field type: modeling",
+        "CompressedData = True",
+        "DimSize = 4 3 2",
+        "ElementNumberOfChannels = 3",
+        "ElementType = MET_FLOAT",
+        "ElementDataFile = LOCAL",
+    ] {
+        assert!(text.contains(&format!("{line}\n")), "{line}: {text}");
+    }
+    let error = read_ct(&path, Progress::none()).unwrap_err().to_string();
+    assert!(error.contains("3 values per voxel, a CT has one"), "{error}");
+    let path = folder.path().join("l.mha");
+    let labels = Volume::from_fn(grid(), |[i, ..]| [0, 300][i % 2]);
+    let scalar = labels.map(|&v| f32::from(v) + 0.5);
+    write_scalar(&scalar, &path, Progress::none()).unwrap();
+    let read = read_any_volume(&path, None, Progress::none()).unwrap();
+    assert!(matches!(read, AnyVolume::Scalar(read) if read == scalar));
+    let whole = labels.map(|&v| f32::from(v));
+    write_scalar(&whole, &path, Progress::none()).unwrap();
+    let read = read_any_volume(&path, None, Progress::none()).unwrap();
+    let AnyVolume::Labels(read) = read else { panic!("labels are taken for a dose") };
+    write_label_layers(&read, &path, Progress::none()).unwrap();
+    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+    assert!(text.contains("ElementType = MET_USHORT\n"), "{text}");
+    let read = read_any_volume(&path, None, Progress::none()).unwrap();
+    assert!(matches!(read, AnyVolume::Labels(read) if read.layers == [labels]));
+}
+
+#[test]
+fn a_header_beside_its_samples_is_two_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let path = folder.path().join("big.mhd");
+    std::fs::copy(data.join("big.mhd"), &path).unwrap();
+    assert_eq!(volume_files(&path).unwrap(), std::slice::from_ref(&path));
+    let error = read_ct(&path, Progress::none()).unwrap_err();
+    assert_eq!(error.kind(), Failure::Input);
+    assert!(error.to_string().contains("big.raw"), "{error}");
+    let raw = folder.path().join("big.raw");
+    std::fs::copy(data.join("big.raw"), &raw).unwrap();
+    assert_eq!(volume_files(&path).unwrap(), [path.clone(), raw.clone()]);
+    assert!(read_ct(&path, Progress::none()).is_ok());
+    assert!(is_volume_name(&path) && !is_volume_name(&raw));
+}
+
 /// Five layers of one voxel each, and a reference image of 256 x 256 x 8192 around them.
 #[test]
 fn layers_that_would_fill_the_memory_around_themselves_are_refused() {

@@ -49,6 +49,9 @@ fn volumes_of_other_tools() {
         ("nibabel_qform.nii.gz", false, 2e-7),
         ("nibabel_qform_left_handed.nii.gz", true, 5e-7),
         ("nibabel_sform_big_scaled.nii.gz", false, 2e-7),
+        ("sitk.mha", false, 1e-14),
+        ("sitk_left_handed.mha", true, 1e-14),
+        ("big.mhd", false, 1e-14),
     ] {
         let ct = read_ct(&data(name), Progress::none()).unwrap();
         expect_grid(name, ct.grid(), left_handed, tolerance);

@@ -49,19 +49,15 @@ proptest! {
         let grid = grid(size, angles, spacing, left_handed);
         let (ct, labels) = (ct(grid.clone()), labels(grid));
         // NIfTI holds f32: 1.5e-5 mm at 250 mm.
-        for (name, tolerance) in [("a.nrrd", 1e-12), ("a.nii", 5e-5), ("a.nii.gz", 5e-5)] {
+        for (name, tolerance) in [("a.nrrd", 1e-12), ("a.nii", 5e-5), ("a.nii.gz", 5e-5), ("a.mha", 1e-12)] {
             let path = folder.path().join(name);
             let note = "DERIVED from series 1.2.3\nby an example";
-            if name.ends_with("nrrd") {
-                write_ct_nrrd(&ct, &path, note, Progress::none()).unwrap();
-            } else {
-                write_ct_nifti(&ct, &path, note, Progress::none()).unwrap();
-            }
+            write_ct(&ct, &path, note, Progress::none()).unwrap();
             let back = read_ct(&path, Progress::none()).unwrap();
             prop_assert_eq!(back.data(), ct.data());
             expect_same(back.grid(), ct.grid(), tolerance);
         }
-        for (name, tolerance) in [("l.seg.nrrd", 1e-12), ("l.nrrd", 1e-12), ("l.nii.gz", 5e-5)] {
+        for (name, tolerance) in [("l.seg.nrrd", 1e-12), ("l.nrrd", 1e-12), ("l.nii.gz", 5e-5), ("l.mha", 1e-12)] {
             let path = folder.path().join(name);
             write_labels(&labels, &path, Progress::none()).unwrap();
             let back = read_labels(&path, Progress::none()).unwrap();
@@ -228,7 +224,8 @@ fn failures_name_the_file_and_leave_nothing() {
 
     let refused = [
         write_ct_nifti(&written, &folder.path().join("a.img"), "", Progress::none()),
-        write_labels(&written.map(|_| 1), &folder.path().join("a.mha"), Progress::none()),
+        write_labels(&written.map(|_| 1), &folder.path().join("a.mhd"), Progress::none()),
+        write_ct(&written, &folder.path().join("a.mhd"), "", Progress::none()),
         write_labels(&written.map(|_| 99), &folder.path().join("a.seg.nrrd"), Progress::none()),
         write_points(&[], &folder.path().join("a.txt")),
         write_vtu(&cube(), None, &folder.path().join("a.vtk")),
@@ -273,7 +270,7 @@ fn fields_are_vectors_with_their_type() {
 fn the_same_input_gives_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let written = labels(grid([5, 4, 3], [0.1, 0.2, 0.3], [1.0; 3], true));
-    for name in ["a.seg.nrrd", "a.nii.gz"] {
+    for name in ["a.seg.nrrd", "a.nii.gz", "a.mha"] {
         let bytes = |path: &Path| {
             write_labels(&written, path, Progress::none()).unwrap();
             std::fs::read(path).unwrap()
@@ -293,7 +290,7 @@ fn painted_seeds_are_known_by_the_names_of_segments_files_and_numbers() {
     let both: Vec<Option<SeedKind>> = (labels.data().iter())
         .map(|l| [None, Some(SeedKind::SoftTissue), Some(SeedKind::ChestWall)][usize::from(*l)])
         .collect();
-    for name in ["paint.seg.nrrd", "paint.nrrd", "paint.nii.gz"] {
+    for name in ["paint.seg.nrrd", "paint.nrrd", "paint.nii.gz", "paint.mha"] {
         write_labels(&labels, &folder.path().join(name), Progress::none()).unwrap();
         let seeds = read_seeds(&folder.path().join(name), Progress::none()).unwrap();
         assert_eq!(kinds(&seeds.painted[0]), both, "{name}");
@@ -349,7 +346,7 @@ fn a_stop_ends_reading_and_writing_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let written = labels(grid([64, 64, 40], [0.1; 3], [1.0; 3], false));
     let stop = |_: f64| false;
-    for name in ["a.seg.nrrd", "a.nrrd", "a.nii.gz"] {
+    for name in ["a.seg.nrrd", "a.nrrd", "a.nii.gz", "a.mha"] {
         let path = folder.path().join(name);
         let error = write_labels(&written, &path, Progress::new(&stop)).unwrap_err();
         assert!(matches!(error, Error::Stopped(_)), "{error}");

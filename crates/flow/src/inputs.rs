@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::UNIX_EPOCH;
+use supine_exchange::{is_volume_name, volume_files};
 use supine_report::Input;
 
 /// A file or folder that a node reads.
@@ -128,19 +129,14 @@ fn root_of(path: &Path) -> &Path {
     if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) }
 }
 
-/// Whether a CT is one file: NRRD or NIfTI.
-pub(crate) fn is_volume_file(path: &Path) -> bool {
-    let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
-    [".nrrd", ".nii", ".nii.gz"].iter().any(|end| name.ends_with(end))
-}
-
-/// The files that are read when a path is named; of one DICOM file of a CT, those of its folder.
+/// The files that are read when a path is named; of one DICOM file of a CT, those of its folder; of a header whose
+/// samples lie beside it (`.mhd`), both.
 fn files_of(path: &Path, ct: bool) -> std::io::Result<Vec<PathBuf>> {
     match path.is_file() {
-        _ if ct && !is_volume_file(path) => {
+        _ if ct && !is_volume_name(path) => {
             supine_dicom::source_files(path).map_err(std::io::Error::other)
         }
-        true => Ok(vec![path.to_owned()]),
+        true => volume_files(path),
         false => files_below(path),
     }
 }
@@ -216,7 +212,8 @@ fn collect(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Re
 /// What an input is, without its name: sites name files and folders after patients.
 fn form(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    let known = [".seg.nrrd", ".nrrd", ".nii.gz", ".nii", ".mrk.json", ".csv", ".dcm"];
+    let known =
+        [".seg.nrrd", ".nrrd", ".nii.gz", ".nii", ".mha", ".mhd", ".mrk.json", ".csv", ".dcm"];
     match known.iter().find(|end| name.ends_with(**end)) {
         _ if path.is_dir() => "folder".into(),
         Some(end) => (*end).into(),
@@ -243,6 +240,20 @@ mod tests {
         assert_eq!((before.files, before.blake3), (after.files, after.blake3));
         fs::write(dir.path().join("other"), "pixels").unwrap();
         assert_ne!(before.files, hash_of(dir.path()).unwrap().files);
+    }
+
+    #[test]
+    fn the_samples_beside_a_header_count() {
+        let dir = tempfile::tempdir().unwrap();
+        let [header, samples] = ["ct.mhd", "ct.raw"].map(|name| dir.path().join(name));
+        fs::write(&header, "ObjectType = Image\nElementDataFile = ct.raw\n").unwrap();
+        fs::write(&samples, "a").unwrap();
+        let inputs = Inputs::default();
+        let before = inputs.file("ct", &header).unwrap();
+        assert_eq!((before.files, before.form.as_str()), (2, ".mhd"));
+        fs::write(&samples, "bb").unwrap();
+        assert!(before.check_unchanged().is_err());
+        assert_ne!(key_of(&before), key_of(&inputs.file("ct", &header).unwrap()));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::shared::{scratch, shared};
 use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
-use supine_tests::{Outcome, readers_python, supine};
+use supine_tests::{Outcome, readers_python, source, supine};
 
 #[test]
 fn one_mesh_in_four_formats_is_read_the_same() {
@@ -142,4 +142,25 @@ fn calculix_solves_the_problem_as_we_do() {
         assert!(said.stderr.contains(why), "{}", said.stderr);
         assert!(!refused[1].exists());
     }
+}
+
+#[test]
+fn meta_images_are_those_of_itk() {
+    let scratch = scratch();
+    let mesh = shared().out.join("mesh/deformed.vtu");
+    let write = ["write".as_ref(), source().as_os_str(), scratch.path().as_os_str()];
+    readers_python("meta_image.py", write).success("meta_image.py write");
+    let to = |name: &str| scratch.path().join(name);
+    let made = [
+        (source(), "a.nrrd"),
+        (source(), "a.mha"),
+        (to("ct.mha"), "b.nrrd"),
+        (to("ct.mhd"), "c.mha"),
+    ];
+    for (ct, out) in &made {
+        supine(&[&"warp", &"--ct", ct, &"--mesh", &mesh, &"--out", &to(out)])
+            .success("supine warp");
+    }
+    let files = std::iter::once("same".into()).chain(made.map(|(_, out)| to(out).into_os_string()));
+    readers_python("meta_image.py", files).success("meta_image.py same");
 }

@@ -5,13 +5,13 @@ mod masks;
 mod names;
 mod painted;
 
-use crate::{Error, NamedPoint, Problem, file, markups, points};
+use crate::{Error, NamedPoint, Problem, file, is_volume_name, markups, points};
 use std::path::Path;
 use supine_space::Progress;
 use supine_volume::Seeds;
 
 /// Reads seeds: points from 3D Slicer markups (`.mrk.json`) or CSV `name,x,y,z`, painted voxels
-/// from a 3D Slicer segmentation (`.seg.nrrd`), a label map (`.nrrd`, `.nii`, `.nii.gz`) or a
+/// from a 3D Slicer segmentation (`.seg.nrrd`), a label map (`.nrrd`, `.nii`, `.nii.gz`, `.mha`, `.mhd`) or a
 /// folder of masks.
 ///
 /// Names tell the tissue; case does not matter, `_` and `-` count as spaces, and what follows the
@@ -39,7 +39,7 @@ pub fn read_seeds(path: &Path, progress: Progress<'_>) -> Result<Seeds, Error> {
     if path.is_dir() {
         return painted::read_folder(path, progress);
     }
-    if [".nrrd", ".nii", ".nii.gz"].iter().any(|s| file::has_suffix(path, s)) {
+    if is_volume_name(path) {
         return Ok(Seeds { painted: vec![painted::read(path, progress)?], ..Seeds::default() });
     }
     let bytes = file::read(path)?;
@@ -48,7 +48,9 @@ pub fn read_seeds(path: &Path, progress: Progress<'_>) -> Result<Seeds, Error> {
     } else if file::has_suffix(path, ".csv") {
         points::parse_csv(&bytes).map(|points| vec![markups::List { name: None, points }])
     } else {
-        Err(Problem::Format("seeds as .mrk.json, .csv, .seg.nrrd, .nrrd, .nii or .nii.gz"))
+        Err(Problem::Format(
+            "seeds as .mrk.json, .csv, .seg.nrrd, .nrrd, .nii, .nii.gz, .mha or .mhd",
+        ))
     };
     let stem = path.file_name().map(|n| n.to_string_lossy());
     let seeds = lists.and_then(|lists| {

@@ -5,7 +5,7 @@ use super::masks::{Masks, RIM_MM};
 use super::names;
 use crate::raster::Raster;
 use crate::raster_file;
-use crate::{Error, Problem};
+use crate::{Error, Problem, is_volume_name};
 use std::{collections::BTreeMap, path::Path};
 use supine_space::Progress;
 use supine_volume::{SeedKind, Seeds, Volume, label};
@@ -50,13 +50,13 @@ pub(super) fn read_folder(folder: &Path, progress: Progress<'_>) -> Result<Seeds
     for entry in std::fs::read_dir(folder).map_err(unread)? {
         let path = entry.map_err(unread)?.path();
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let is_mask = [".nii", ".nii.gz", ".nrrd"].iter().any(|s| name.ends_with(s));
-        if let Some(kind) = names::mask_kind(&name).filter(|_| is_mask) {
+        if let Some(kind) = names::mask_kind(&name).filter(|_| is_volume_name(&path)) {
             files.push((path, kind));
         }
     }
     if files.is_empty() {
-        let reason = format!("no mask (.nii.gz, .nrrd) begins with {}", names::accepted_masks());
+        let reason =
+            format!("no mask (.nii.gz, .nrrd, .mha) begins with {}", names::accepted_masks());
         return Err(Problem::field("folder", reason).of(folder));
     }
     files.sort();

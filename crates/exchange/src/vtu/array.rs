@@ -2,6 +2,7 @@
 
 use crate::{Problem, file, scalar::Scalar};
 use base64::{Engine, engine::general_purpose::STANDARD};
+use supine_space::Progress;
 
 /// How a file encodes its binary arrays.
 #[derive(Clone, Copy, Debug)]
@@ -131,7 +132,8 @@ fn blocks(source: &mut Source<'_>, encoding: Encoding) -> Result<Vec<u8>, Proble
     let (mut bytes, mut at) = (Vec::new(), 0);
     for (block, &length) in compressed.iter().enumerate() {
         let wanted = if block + 1 == n && last > 0 { last } else { size };
-        let part = file::zlib(&stretch[at..at + length], wanted.saturating_add(1))?;
+        let part =
+            file::zlib(&stretch[at..at + length], wanted.saturating_add(1), Progress::none())?;
         if part.len() != wanted {
             return Err(Problem::Truncated { wanted: wanted as u128, found: part.len() as u128 });
         }

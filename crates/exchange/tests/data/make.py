@@ -81,6 +81,18 @@ def niftis():
     os.remove("scaled.nii")
 
 
+def metas():
+    """MetaImage: compressed in one file, left-handed and plain, big-endian with a header of its own."""
+    sitk.WriteImage(image(CT), "sitk.mha", True)
+    sitk.WriteImage(image(CT.astype(np.float32), DIRECTION * [1, -1, 1]), "sitk_left_handed.mha", False)
+    # ITK writes in the machine's order of bytes only.
+    sitk.WriteImage(image(CT.astype(np.int32)), "big.mhd", False)
+    raw = np.fromfile("big.raw", "<i4").astype(">i4")
+    raw.tofile("big.raw")
+    text = open("big.mhd").read()
+    open("big.mhd", "w").write(text.replace("OrderMSB = False", "OrderMSB = True"))
+
+
 def segmentations():
     """The layout of 3D Slicer: names decide; layers; cropped to the segments."""
     h = nrrd_header() | {"encoding": "gzip"}
@@ -276,6 +288,7 @@ def meshes():
 
 nrrds()
 niftis()
+metas()
 segmentations()
 totalsegmentator()
 slicer5()

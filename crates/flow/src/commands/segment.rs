@@ -91,8 +91,8 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
     let dicom = ends(&given.out, &[".dcm"]);
     if dicom && input.source.is_none() {
         return Err(usage(
-            "--out: the CT did not come as DICOM, so no DICOM segmentation can be written; name a .seg.nrrd, .nrrd \
-             or .nii.gz file",
+            "--out: the CT did not come as DICOM, so no DICOM segmentation can be written; name a .seg.nrrd, .nrrd, \
+             .nii.gz or .mha file",
         ));
     }
     let segmented = session.get::<SegmentNode>(&request)?;

@@ -11,11 +11,11 @@ use supine_volume::Ct;
 pub struct CtInput {
     /// The CT, HU.
     pub ct: Ct,
-    /// The series it came from; `None` for NRRD and NIfTI, which carry no patient.
+    /// The series it came from; `None` for NRRD, NIfTI and MetaImage, which carry no patient.
     pub dicom: Option<(Source, ReadInfo)>,
 }
 
-/// Reads a CT: a DICOM folder (or a file of the series), an NRRD or a NIfTI file.
+/// Reads a CT: a DICOM folder (or a file of the series), an NRRD, NIfTI or MetaImage file.
 ///
 /// # Errors
 /// When it is not there, not readable, or not one usable series.
@@ -23,8 +23,7 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
     if let Err(source) = std::fs::metadata(path) {
         return Err(Error::Missing { key: "ct", path: path.into(), source });
     }
-    let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if [".nrrd", ".nii", ".nii.gz"].iter().any(|end| name.ends_with(end)) {
+    if supine_exchange::is_volume_name(path) {
         let ct =
             supine_exchange::read_ct(path, progress).map_err(|source| Error::file("ct", source))?;
         return Ok(CtInput { ct, dicom: None });

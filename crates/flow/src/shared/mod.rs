@@ -18,7 +18,6 @@ mod surfaces;
 mod texts;
 mod tumour;
 
-pub(crate) use crate::inputs::is_volume_file as is_volume;
 pub use carry::{CarriedFile, CarriedKind};
 pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
@@ -42,6 +41,7 @@ pub use registration::{RegisteredSeries, write_registration};
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Effort, Found, Try};
 pub use statics::statics;
+pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, rest_name, series_description};
 pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};

@@ -108,7 +108,7 @@ pub static TABLE: &[Parameter] = &[
         Kind::File,
         "",
         Required,
-        "the CT: DICOM folder or a file of it, .nrrd or .nii.gz",
+        "the CT: DICOM folder or a file of it, .nrrd, .nii.gz or .mha",
     ),
     row(
         ("series", "series"),
@@ -341,7 +341,7 @@ pub static TABLE: &[Parameter] = &[
         Kind::Files,
         "",
         Absent("automatic"),
-        "seeds: .mrk.json, .csv, .seg.nrrd, .nrrd, .nii.gz or a folder of masks",
+        "seeds: .mrk.json, .csv, .seg.nrrd, .nrrd, .nii.gz, .mha or a folder of masks",
     ),
     row(
         ("seeds.chest_wall", "chest-wall-seeds"),

@@ -18,7 +18,7 @@ impl Job<'_> {
         if self.to_dicom() {
             return Err(usage(
                 "an RT dose (.dcm) names its plan, which a plain volume does not know: carry the RT dose itself, or \
-                 name a .nrrd or .nii.gz file",
+                 name a .nrrd, .nii.gz or .mha file",
             ));
         }
         let ct = self.ct()?;

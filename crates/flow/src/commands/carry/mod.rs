@@ -18,8 +18,8 @@ use crate::{Error, NodeId, Observer};
 use std::path::{Path, PathBuf};
 use supine_dicom::{ReadParams, RegionObject, is_dose, region_object};
 use supine_exchange::{
-    AnyVolume, NamedPoint, VolumeKind, is_contours, read_any_volume, read_points, write_points,
-    write_surface,
+    AnyVolume, NamedPoint, VolumeKind, is_contours, is_volume_name, read_any_volume, read_points,
+    write_points, write_surface,
 };
 use supine_mesh::Deformation;
 use supine_space::Grid;
@@ -76,7 +76,7 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     if ends(what, &[".stl", ".ply", ".obj"]) {
         return job.surface();
     }
-    if ends(what, &[".nrrd", ".nii", ".nii.gz"]) {
+    if is_volume_name(what) {
         let kind = given.kind.map(|kind| match kind {
             CarryVolume::Labels => VolumeKind::Labels,
             CarryVolume::Dose => VolumeKind::Scalar,
@@ -96,7 +96,7 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
         Some(RegionObject::Structures) => job.structures(),
         Some(RegionObject::Segmentation) => job.segments(),
         None => Err(super::input(format!(
-            "{} is not known: expected points (.csv, .mrk.json), labels or a dose (.nrrd, .nii, .nii.gz), a surface \
+            "{} is not known: expected points (.csv, .mrk.json), labels or a dose (.nrrd, .nii, .nii.gz, .mha), a surface \
              (.stl, .ply, .obj), contours (.csv) or a DICOM structure set, RT dose or segmentation",
             what.display()
         ))),

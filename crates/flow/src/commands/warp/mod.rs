@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use supine_dicom::{ExportParams, Policy};
-use supine_exchange::{FieldKind, write_ct_nifti, write_ct_nrrd, write_field, write_scalar};
+use supine_exchange::{FieldKind, write_ct, write_field, write_scalar};
 use supine_mesh::Deformation;
 use supine_report::{Consistency, Registration, Warning};
 use supine_space::Progress;
@@ -46,7 +46,7 @@ pub struct Warp {
     pub fields: Option<PathBuf>,
     /// A folder for the map as registrations of the series with the CT.
     pub registration: Option<PathBuf>,
-    /// A folder for a series, or a `.nrrd`, `.nii` or `.nii.gz` file.
+    /// A folder for a series, or a `.nrrd`, `.nii`, `.nii.gz` or `.mha` file.
     pub out: PathBuf,
     /// When it began: what a DICOM object bears; without it the time of the source series.
     pub start: Option<Start>,
@@ -85,7 +85,7 @@ pub struct WarpDone {
 /// # Errors
 /// When an input cannot be used, options do not go together, or a file cannot be written.
 pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
-    let file = ends(&given.out, &[".nrrd", ".nii", ".nii.gz"]);
+    let file = ends(&given.out, &[".nrrd", ".nii", ".nii.gz", ".mha"]);
     check_together(given, file)?;
     let session = session(&given.spec)?;
     let deformation = given_deformation(&given.mesh)?;
@@ -141,7 +141,7 @@ pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
     if given.grid.is_other() && !file {
         return Err(usage(
-            "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd or .nii.gz file",
+            "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd, .nii.gz or .mha file",
         ));
     }
     if given.registration.is_some() && file {
@@ -183,7 +183,7 @@ fn series_source(
 ) -> Result<ExportSource, Error> {
     if input.source.is_none() {
         return Err(usage(
-            "--out: the CT did not come as DICOM, so no series can be written; name a .nrrd or .nii.gz file",
+            "--out: the CT did not come as DICOM, so no series can be written; name a .nrrd, .nii.gz or .mha file",
         ));
     }
     if let Err(CaseError::Missing { .. }) = session.case().breast() {
@@ -208,8 +208,7 @@ fn write_file(
     progress: Progress<'_>,
 ) -> Result<(), Error> {
     let note = note(session.case().interpolation);
-    let write = if ends(&given.out, &[".nrrd"]) { write_ct_nrrd } else { write_ct_nifti };
-    write(warped, &given.out, &note, progress).map_err(Error::product)
+    write_ct(warped, &given.out, &note, progress).map_err(Error::product)
 }
 
 fn write_series(
