@@ -180,7 +180,7 @@ impl<'a> Job<'a> {
 
     /// What a DICOM object is carried with.
     fn with<'b>(&'b self, context: &'b CarryContext) -> CarryJob<'b> {
-        CarryJob { context, before: 0, deformation: &self.deformation }
+        CarryJob { context, before: 1, deformation: &self.deformation }
     }
 
     fn points(&self) -> Result<CarryDone, Error> {
