@@ -66,8 +66,9 @@ vectors = np.frombuffer(grid.VectorGridData, "<f4").reshape(nz, ny, nx, 3).astyp
 field = sitk.GetImageFromArray(vectors, isVector=True)
 field.SetOrigin([float(v) for v in grid.ImagePositionPatient])
 field.SetSpacing([float(v) for v in grid.GridResolution])
-last = np.array(field.TransformIndexToPhysicalPoint([nx - 1, ny - 1, nz - 1]))
-check((last >= place([63, 55, 19]) - 1e-6).all(), f"the grid ends at {last} within the CT")
+for axis in range(3):
+    # Beyond the grid nothing moves: it ends on vectors that are 0.
+    check((np.take(vectors, [0, -1], axis) == 0).all(), f"vectors at the border of axis {axis}")
 transform = sitk.DisplacementFieldTransform(field)
 near("the deformed bead by the registration, mm", transform.TransformPoint(after.tolist()), before, 1e-4)
 # A place of the tissue in the CT, from where it went.

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
 /// come as DICOM, `points.csv` is there when points are carried, `rt` when DICOM objects are,
 /// `tissues.seg.nrrd` when they are asked for.
-pub const FINAL_NAMES: [&str; 13] = [
+pub const FINAL_NAMES: [&str; 14] = [
     "rt",
     "registration",
     "labels.seg.nrrd",
     "labels.dcm",
+    "structures.dcm",
     "labels-uncertainty.nrrd",
     "tissues.seg.nrrd",
     "mesh",

@@ -7,6 +7,7 @@
 mod agreement;
 mod interval;
 mod moved;
+mod run;
 mod verdict;
 
 pub use agreement::{Agreement, SkinAgreement};
@@ -15,6 +16,7 @@ pub use moved::{
     CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, Jacobian, Movement,
     VolumeChange, Warp,
 };
+pub use run::{Run, SourceSeries, StageTime};
 pub use verdict::{Colour, Reason, Verdict};
 
 use schemars::JsonSchema;
@@ -137,19 +139,6 @@ pub struct Input {
     pub files: usize,
     /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.
     pub blake3: String,
-}
-
-/// The DICOM series that a CT was read from.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct SourceSeries {
-    /// Study Instance UID.
-    pub study_uid: String,
-    /// Series Instance UID.
-    pub series_uid: String,
-    /// Frame of Reference UID; empty when it has none.
-    pub frame_of_reference_uid: String,
-    /// SOP Instance UIDs, ascending along the slices' normal.
-    pub instance_uids: Vec<String>,
 }
 
 /// Every parameter that shaped the result.
@@ -552,42 +541,6 @@ pub struct Link {
     pub value: Option<String>,
     /// Those keys, or values.
     pub parents: Vec<String>,
-}
-
-/// What differs from run to run of the same case.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
-pub struct Run {
-    /// The folder that the case's paths lead from; `None` when the patient was taken out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub case_folder: Option<std::path::PathBuf>,
-    /// When it began, `YYYY-MM-DD HH:MM:SS` of the place where it ran; `None` when it was not said.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub started: Option<String>,
-    /// The command that began it, word by word; `None` when the patient was taken out, since paths may name her.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub command: Option<Vec<String>>,
-    /// The stages in the order they ran.
-    pub stages: Vec<StageTime>,
-    /// Wall time of the whole run, seconds.
-    pub total_seconds: f64,
-    /// Largest resident memory of the whole run, MB; `None` where the system does not tell.
-    pub peak_memory_mb: Option<f64>,
-    /// Threads used.
-    pub threads: usize,
-}
-
-/// How long a stage took.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct StageTime {
-    /// Name of the stage.
-    pub name: String,
-    /// Wall time, seconds.
-    pub seconds: f64,
-    /// Whether its result came from the cache.
-    pub cached: bool,
-    /// Largest resident memory of the process up to its end, MB; `None` where the system does not
-    /// tell.
-    pub peak_memory_mb: Option<f64>,
 }
 
 /// What a simulated volume must not be used for: the entries of

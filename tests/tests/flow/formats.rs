@@ -148,7 +148,8 @@ fn calculix_solves_the_problem_as_we_do() {
 fn meta_images_are_those_of_itk() {
     let scratch = scratch();
     let mesh = shared().out.join("mesh/deformed.vtu");
-    let write = ["write".as_ref(), source().as_os_str(), scratch.path().as_os_str()];
+    let slices = source();
+    let write = ["write".as_ref(), slices.as_os_str(), scratch.path().as_os_str()];
     readers_python("meta_image.py", write).success("meta_image.py write");
     let to = |name: &str| scratch.path().join(name);
     let made = [

@@ -5,7 +5,10 @@ mod grid;
 pub use grid::OutputGrid;
 
 use super::{Gather, ends, given_deformation, messages, session, usage};
-use crate::nodes::{Fields, Import, Imported, Solve, Solved, Source, Warp as WarpNode, warp_facts};
+use crate::nodes::{
+    Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
+    warp_facts,
+};
 use crate::session::{Request, Session, Start};
 use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
 use crate::spec::{CaseError, Spec};
@@ -18,7 +21,7 @@ use supine_exchange::{FieldKind, write_ct, write_field, write_scalar};
 use supine_mesh::Deformation;
 use supine_report::{Consistency, Registration, Warning};
 use supine_space::Progress;
-use supine_volume::Ct;
+use supine_volume::{Ct, label};
 use supine_warp::{Interpolation, Params};
 
 /// Keys of the table that it takes.
@@ -93,6 +96,9 @@ pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
     let gather = Gather::new(observer, &[NodeId::Solve]);
     let request = Request { observer: &gather, ..Request::default() };
     let input = session.get::<Import>(&request)?;
+    // Without labels nothing tells a clip from a rib: nothing is kept whole.
+    let unknown = input.ct.map(|_| label::CHEST_WALL);
+    session.give::<Segment>(Segmented::given(Arc::new(unknown), None), "no labels".into());
     let source = match file {
         true => None,
         false => Some(series_source(&session, &input, &request)?),
