@@ -57,3 +57,49 @@ fn foreign_labels_are_refused_by_name() {
     // A foreign segment without voxels is no obstacle.
     assert_eq!(read(&[[0, 1, 0, 0]], &[("Liver", 0, 3), ("skin", 0, 1)]).unwrap(), [0, 8, 0, 0]);
 }
+
+#[test]
+fn every_label_says_what_it_is_in_terms_that_slicer_keeps() {
+    let grid = supine_space::Grid::new(
+        [10, 1, 1],
+        supine_space::Vector::repeat(1.0),
+        supine_space::Point::origin(),
+        supine_space::Matrix::identity(),
+    );
+    let all = LabelMap::from_fn(grid.unwrap(), |[i, ..]| i as u8 + 1);
+    let keys: BTreeMap<String, String> = segments::keys(&all).unwrap().into_iter().collect();
+    for (n, (number, ..)) in label::ALL.iter().enumerate() {
+        let tags: Vec<&str> = keys[&format!("Segment{n}_Tags")].split('|').collect();
+        assert_eq!((tags[0], tags.len(), tags[2]), ("Segmentation.Status:completed", 3, ""));
+        let entry = tags[1].strip_prefix("TerminologyEntry:").unwrap();
+        let parts: Vec<Vec<&str>> = entry.split('~').map(|p| p.split('^').collect()).collect();
+        let counts: Vec<usize> = parts.iter().map(Vec::len).collect();
+        assert_eq!(counts, [1, 3, 3, 3, 1, 3, 3], "{entry}");
+        let [category, kind] = label::terms(*number).unwrap();
+        assert_eq!(parts[1], ["SCT", category.0, category.1]);
+        assert_eq!(parts[2], ["SCT", kind.0, kind.1]);
+        assert!(parts[1..3].concat().iter().all(|word| !word.contains(':')), "{entry}");
+    }
+}
+
+#[test]
+fn foreign_tags_decide_nothing() {
+    let with = |tags: &str| {
+        let header = format!(
+            "NRRD0004\ntype: uint8\ndimension: 3\nspace: LPS\nsizes: 2 1 1\nspace directions: (1,0,0) (0,1,0) \
+             (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\nSegment0_ID:=S\nSegment0_Name:=skin\n\
+             Segment0_LabelValue:=1\nSegment0_Tags:={tags}\n\n"
+        );
+        let bytes = [header.as_bytes(), &[1, 0]].concat();
+        let raster = raster_file::parse(&bytes, Progress::none()).unwrap();
+        labels(&raster).unwrap().into_parts().1
+    };
+    for tags in [
+        "",
+        "|||",
+        "TerminologyEntry:~~~^^^|",
+        "TerminologyEntry:a~SCT^39607008^Lung~SCT^39607008^Lung~^^~~^^~^^|\\n",
+    ] {
+        assert_eq!(with(tags), [label::SKIN, 0], "{tags}");
+    }
+}
