@@ -81,6 +81,7 @@ impl Phantom {
             uncertainty: Some(&self.uncertainty),
             tissues: Some(&self.tissues),
             deformation: &self.deformation,
+            tissue: self.deformation.displacement(),
             sphere: Sphere::new(Point::origin(), 48.0).unwrap(),
             tumour: None,
             tumour_after: None,

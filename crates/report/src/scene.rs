@@ -25,6 +25,8 @@ pub struct Scene<'a> {
     /// The mesh in the CT shape with its displacement to the operating position, as the CT was carried: with its fade
     /// towards the cut.
     pub deformation: &'a Deformation,
+    /// The displacement of the tissue itself, without that fade, of the same mesh.
+    pub tissue: &'a Displacement,
     /// The region.
     pub sphere: Sphere,
     /// The tumour in the CT.

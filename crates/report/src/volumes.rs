@@ -4,7 +4,7 @@ use crate::pictures::round_up;
 use crate::{Jacobian, Scene, VolumeChange};
 use rayon::prelude::*;
 use supine_mesh::det_f;
-use supine_mesh::{Edges, Locator};
+use supine_mesh::{Displacement, Edges, Locator};
 use supine_space::{Point, Progress, Stopped, Vector};
 use supine_volume::label;
 
@@ -15,6 +15,9 @@ const SPAN: [f64; 2] = [0.02, 0.5];
 /// Points of the tumour's sphere along its radius.
 const ACROSS: i32 = 10;
 
+/// What is told of the map that carries the CT: towards the cut it fades to nothing, and that squeezes and stretches.
+const EXPORTED: &str = "all of it in the exported CT, with the fade at the cut";
+
 /// det F at a place of the CT that stands for a volume.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
@@ -24,8 +27,9 @@ struct Sample {
     place: Point,
 }
 
-/// The change of volume of all soft tissue that is simulated, of the tumour's sphere, and of each
-/// finer label of the scene, in this order; what there is nothing of is left out.
+/// The change of volume of all soft tissue that is simulated, of the tumour's sphere, of each finer label of the
+/// scene, and of all as the CT is carried, with the fade at the cut, in this order; what there is nothing of is left out.
+/// All but the last are of the tissue itself.
 ///
 /// The tissue is sampled at the 35 points of each tetrahedron whose barycentric coordinates are
 /// quarters, alike in weight, and the sphere on a grid; of the sphere, what lies outside the mesh does
@@ -40,7 +44,7 @@ pub fn volume_changes(
 ) -> Result<Vec<VolumeChange>, Stopped> {
     let edges = Edges::new(scene.mesh());
     progress.at(0.1)?;
-    let all = tissue(scene, &edges);
+    let all = tissue(scene, scene.tissue, &edges);
     progress.at(0.7)?;
     let mut structures = vec![
         ("all simulated soft tissue", all.clone()),
@@ -55,6 +59,7 @@ pub fn volume_changes(
             structures.push((name, all.iter().filter(here).copied().collect()));
         }
     }
+    structures.push((EXPORTED, tissue(scene, scene.displacement(), &edges)));
     structures.retain(|(_, samples)| !samples.is_empty());
     for (_, samples) in &mut structures {
         samples.sort_by(|a, b| a.det.total_cmp(&b.det));
@@ -65,7 +70,7 @@ pub fn volume_changes(
 }
 
 /// Samples of every tetrahedron.
-fn tissue(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
+fn tissue(scene: &Scene<'_>, moved: &Displacement, edges: &Edges) -> Vec<Sample> {
     let mesh = scene.mesh();
     let quarters: Vec<[f64; 4]> = (0..=4u8)
         .flat_map(|a| (0..=4 - a).map(move |b| (a, b)))
@@ -75,7 +80,7 @@ fn tissue(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
     let sample = |tet: usize| {
         let (corners, volume) = (mesh.corners(tet), mesh.volume(tet) / quarters.len() as f64);
         let at = move |&l: &[f64; 4]| Sample {
-            det: det_f(mesh, edges, scene.displacement(), tet, l),
+            det: det_f(mesh, edges, moved, tet, l),
             volume,
             place: Point::from((0..4).map(|c| corners[c].coords * l[c]).sum::<Vector>()),
         };
@@ -100,7 +105,7 @@ fn tumour(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
                 }
                 let place = sphere.centre() + offset;
                 let det = locator.locate(&place).map_or(1.0, |at| {
-                    det_f(scene.mesh(), edges, scene.displacement(), at.tet, at.weights)
+                    det_f(scene.mesh(), edges, scene.tissue, at.tet, at.weights)
                 });
                 samples.push(Sample { det, volume: 0.0, place });
             }
@@ -191,5 +196,18 @@ mod tests {
         close(of("gland").before_ml, 20.0, 3.0);
         assert!(of("gland").jacobian.mean > 1.09 && of("fat").jacobian.mean < 0.94);
         assert!(changes.iter().all(|c| c.structure != "implant"), "there is none");
+    }
+
+    #[test]
+    fn the_fade_shows_in_the_exported_ct_alone() {
+        let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
+        let mut scene = phantom.scene();
+        let stretched = stretched();
+        scene.tissue = stretched.deformation.displacement();
+        let changes = volume_changes(&scene, Progress::none()).unwrap();
+        let [tissue, exported] = [&changes[0], &changes[changes.len() - 1]];
+        assert!(tissue.jacobian.max > 1.09 && tissue.jacobian.min < 0.91, "{tissue:?}");
+        assert_eq!(exported.structure, EXPORTED);
+        assert!((exported.jacobian.max - 1.0).abs() < 1e-9, "{exported:?}");
     }
 }

@@ -53,6 +53,7 @@ impl Node for Pictures {
             uncertainty: segmented.uncertainty.as_deref(),
             tissues: tissues.labels.as_deref(),
             deformation: &faded,
+            tissue: solved.deformation.displacement(),
             sphere: region.sphere()?,
             tumour: Some(own.tumour.sphere()?),
             tumour_after: Some(Point::from(points.tumour.after_mm)),

@@ -33,7 +33,8 @@ pub(super) fn rows(
     let mut rows = vec![Row {
         title: "Change of volume".into(),
         text: "det F at the place in the CT: below 1 (blue) compressed, above 1 (red) stretched. \
-               Values beyond the bar take the colour of its end. HU are carried unchanged."
+               Values beyond the bar take the colour of its end. It is the tissue's own; what the fade at the cut adds \
+               in the exported CT is the last line of the table. HU are carried unchanged."
             .into(),
         pair: false,
         part: Part::Still,
@@ -57,7 +58,7 @@ pub(super) fn rows(
 fn dets(studio: &Studio<'_>, motion: &Motion) -> Vec<Option<f64>> {
     let scene = studio.scene;
     let det = |b: &Below| {
-        b.map(|(tet, l)| det_f(scene.mesh(), &studio.edges, scene.displacement(), tet, l))
+        b.map(|(tet, l)| det_f(scene.mesh(), &studio.edges, scene.tissue, tet, l))
     };
     motion.below.iter().map(det).collect()
 }
@@ -118,8 +119,7 @@ fn extreme(
     Row {
         title: String::new(),
         text: format!(
-            "The slice of the {end} det F, {}, at {} mm in the CT (circle). Near the cut it is the fade \
-             that squeezes and stretches, not the mechanics.",
+            "The slice of the {end} det F, {}, at {} mm in the CT (circle).",
             fixed(det, 2),
             triple(place.coords.into(), 1),
         ),
