@@ -400,6 +400,9 @@ pub(crate) struct VerifyExport {
     /// Expect the source's frame of reference
     #[arg(long)]
     pub(crate) same_frame: bool,
+    /// Expect values below -1024 HU to be clipped (`export = { padding = "clipped" }`)
+    #[arg(long)]
+    pub(crate) clip_padding: bool,
     #[command(flatten)]
     pub(crate) given: Given<AcceptKeys>,
 }

@@ -22,9 +22,18 @@ pub(crate) fn inspect(args: args::Inspect, screen: &Screen) -> Result<End, Failu
 }
 
 pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result<End, Failure> {
-    let args::VerifyExport { dir, source, new_study, keep_equipment, same_frame, given } = args;
+    let args::VerifyExport {
+        dir,
+        source,
+        new_study,
+        keep_equipment,
+        same_frame,
+        clip_padding,
+        given,
+    } = args;
     let spec = given.spec;
-    let given = dicom::Verify { spec, dir, source, new_study, keep_equipment, same_frame };
+    let given =
+        dicom::Verify { spec, dir, source, new_study, keep_equipment, same_frame, clip_padding };
     let found = dicom::verify_export(&given, screen)?;
     let lines = found.checks.iter().map(|check| {
         let verdict = match check.passed {

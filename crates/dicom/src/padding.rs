@@ -59,8 +59,10 @@ impl Padding {
         self.runs.iter().map(|run| run.length).sum()
     }
 
-    /// The volume with the source's values where padding still is air.
-    pub(crate) fn put_back(&self, ct: &Ct) -> Vec<i16> {
+    /// The volume with the source's values where padding still is air, those below [`LOWEST_MEASURED_HU`] raised to it when
+    /// they are to be clipped.
+    pub(crate) fn put_back(&self, ct: &Ct, clip: bool) -> Vec<i16> {
+        let floor = if clip { LOWEST_MEASURED_HU } else { i16::MIN };
         let mut hu = vec![0; ct.data().len()];
         let parts = hu.par_chunks_mut(PART).zip(ct.data().par_chunks(PART)).enumerate();
         parts.for_each(|(n, (hu, given))| {
@@ -71,7 +73,7 @@ impl Padding {
             for run in self.runs[first..].iter().take_while(|run| run.start < end) {
                 let run_end = (run.start + run.length).min(end);
                 let within = &mut hu[run.start.max(from) - from..run_end - from];
-                within.iter_mut().filter(|v| **v == AIR_HU).for_each(|v| *v = run.hu);
+                within.iter_mut().filter(|v| **v == AIR_HU).for_each(|v| *v = run.hu.max(floor));
             }
         });
         hu
@@ -92,7 +94,8 @@ mod tests {
         hu[1] = 30;
         let grid = Grid::new([8, 1, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
         let ct = Ct::new(grid.unwrap(), hu).unwrap();
-        assert_eq!(padding.put_back(&ct), [-2048, 30, -1024, 40, -3024, -1000, 7, 7]);
+        assert_eq!(padding.put_back(&ct, false), [-2048, 30, -1024, 40, -3024, -1000, 7, 7]);
+        assert_eq!(padding.put_back(&ct, true), [-1024, 30, -1024, 40, -1024, -1000, 7, 7]);
     }
 
     #[test]
@@ -105,6 +108,6 @@ mod tests {
         let grid =
             Grid::new([count, 1, 1], Vector::repeat(1.0), Point::origin(), Matrix::identity());
         let ct = Ct::new(grid.unwrap(), hu).unwrap();
-        assert_eq!(padding.put_back(&ct), before);
+        assert_eq!(padding.put_back(&ct, false), before);
     }
 }

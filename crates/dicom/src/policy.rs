@@ -12,6 +12,9 @@ pub struct Policy {
     /// source then attach by themselves to a breast that has moved (PS3.3 C.7.4.1 forbids it). Series
     /// Description says SAME-FRAME.
     pub same_frame: bool,
+    /// -1024 HU for all that the source has below it, outside the reconstruction circle mostly, for systems that take such
+    /// values for a fault; else they are as in the source.
+    pub clip_padding: bool,
 }
 
 /// What Series Description says of an export in the source's frame of reference.

@@ -119,13 +119,14 @@ fn patches(s: &Summary) -> Vec<&UncertainPatch> {
 /// The uncertain places of the chest wall with seeds to copy.
 fn places(s: &Summary) -> Option<Table> {
     let mut t = Table::list(
-        "Uncertain places of the chest wall. A pair of seeds, moved to the boundary that you see, makes a place sure",
+        "Uncertain places of the chest wall. Pairs of seeds, each moved to the boundary that you see, make a place sure",
         &[
             "Where",
             "Middle (LPS), mm",
             "Area",
             "May be off by",
             "At the tumour",
+            "Pairs",
             "Seeds to copy into the case file",
         ],
     );
@@ -136,16 +137,30 @@ fn places(s: &Summary) -> Option<Table> {
             format!("{} cm²", fixed(patch.area_cm2, 1)),
             format!("{} mm", fixed(patch.error_mm, 0)),
             patch.effect_mm.map_or("not known".into(), |mm| format!("{} mm", fixed(mm, 2))),
-            patch.seeds_mm.map_or_else(String::new, seed_line),
+            patch.seeds_mm.len().to_string(),
+            seed_line(&patch.seeds_mm),
         ]);
     }
     (!t.rows.is_empty()).then_some(t)
 }
 
-/// `seeds = { chest_wall = [[1.0, 2.0, 3.0]], soft_tissue = [[1.0, -6.0, 3.0]] }`, with hyphens that TOML reads.
-fn seed_line([wall, soft]: [[f64; 3]; 2]) -> String {
-    let point = |p: [f64; 3]| format!("[[{}]]", p.map(|x| format!("{x:.1}")).join(", "));
-    format!("seeds = {{ chest_wall = {}, soft_tissue = {} }}", point(wall), point(soft))
+/// More pairs than this nobody sets one by one.
+const MOST_PAIRS: usize = 24;
+/// What is said instead.
+const PAINT: &str = "too large for points: paint chest wall and soft tissue on both sides of the boundary, as a segmentation, and \
+                     name it as seeds.file";
+
+/// `seeds = { chest_wall = [[1.0, 2.0, 3.0]], soft_tissue = [[1.0, -6.0, 3.0]] }`, with hyphens that TOML reads; empty without pairs.
+fn seed_line(pairs: &[[[f64; 3]; 2]]) -> String {
+    if pairs.is_empty() {
+        return String::new();
+    }
+    if pairs.len() > MOST_PAIRS {
+        return PAINT.into();
+    }
+    let point = |p: [f64; 3]| format!("[{}]", p.map(|x| format!("{x:.1}")).join(", "));
+    let side = |n: usize| pairs.iter().map(|pair| point(pair[n])).collect::<Vec<_>>().join(", ");
+    format!("seeds = {{ chest_wall = [{}], soft_tissue = [{}] }}", side(0), side(1))
 }
 
 #[cfg(test)]
@@ -174,7 +189,8 @@ mod tests {
         let line = places.rows[0].last().unwrap();
         assert_eq!(
             line,
-            "seeds = { chest_wall = [[55.0, -8.0, 31.0]], soft_tissue = [[55.0, -16.0, 31.0]] }"
+            "seeds = { chest_wall = [[55.0, -10.0, 31.0], [62.0, -10.0, 31.0]], \
+             soft_tissue = [[55.0, -14.0, 31.0], [62.0, -14.0, 31.0]] }"
         );
     }
 }

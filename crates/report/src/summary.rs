@@ -340,9 +340,9 @@ pub struct UncertainPatch {
     pub place: String,
     /// How far the tumour's displacement changes when the wall is off by that error there, mm; `None` when it is not known.
     pub effect_mm: Option<f64>,
-    /// Seeds on both sides of the boundary as it was found, for a planner to move to where it is: in the chest wall, then in
-    /// the soft tissue, LPS, mm; `None` where the place has no one direction.
-    pub seeds_mm: Option<[[f64; 3]; 2]>,
+    /// Pairs of seeds on both sides of the boundary as it was found, for a planner to move to where it is: in the chest wall,
+    /// then in the soft tissue, LPS, mm. All together make the place sure.
+    pub seeds_mm: Vec<[[f64; 3]; 2]>,
 }
 
 /// Result of the mesher.

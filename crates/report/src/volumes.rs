@@ -104,9 +104,9 @@ fn tumour(scene: &Scene<'_>, edges: &Edges) -> Vec<Sample> {
                     continue;
                 }
                 let place = sphere.centre() + offset;
-                let det = locator.locate(&place).map_or(1.0, |at| {
-                    det_f(scene.mesh(), edges, scene.tissue, at.tet, at.weights)
-                });
+                let det = locator
+                    .locate(&place)
+                    .map_or(1.0, |at| det_f(scene.mesh(), edges, scene.tissue, at.tet, at.weights));
                 samples.push(Sample { det, volume: 0.0, place });
             }
         }

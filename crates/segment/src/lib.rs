@@ -32,6 +32,7 @@ mod muscle;
 mod nipple;
 mod noise;
 mod paint;
+mod pairs;
 mod params;
 mod plane;
 mod posture;

@@ -1,6 +1,7 @@
 //! How much of the chest wall's boundary within a region is uncertain, and where.
 
 use crate::confidence::PER_MM;
+use crate::pairs;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use supine_space::{Grid, Point, Side, Sphere, Vector};
@@ -32,10 +33,11 @@ pub struct Patch {
     pub area_cm2: f64,
     /// Its point nearest to its middle, LPS, mm.
     pub centre: Point,
-    /// Mean direction from the chest wall into the soft tissue, a unit vector, LPS; zero where the patch closes on itself.
-    pub normal: Vector,
     /// The error that 9 of 10 such places do not exceed, mm: its mean over the patch.
     pub error_mm: f64,
+    /// Pairs of seeds on both sides of the boundary as it was found, in the chest wall and in the soft tissue, LPS, mm.
+    /// Together, each moved to where the boundary is, they make the place sure.
+    pub seeds: Vec<[Point; 2]>,
 }
 
 impl WallUncertainty {
@@ -117,7 +119,7 @@ fn outward(labels: &LabelMap, v: [usize; 3]) -> [f64; 3] {
 #[derive(Default)]
 struct Pieces {
     faces: BTreeMap<[usize; 3], [f64; 3]>,
-    points: Vec<Point>,
+    points: Vec<(Point, [f64; 3])>,
     errors: f64,
 }
 
@@ -126,7 +128,7 @@ impl Pieces {
         let cube = [0, 1, 2].map(|a| (v[a] as f64 * grid.spacing()[a] / PIECE_MM) as usize);
         let sum = self.faces.entry(cube).or_default();
         *sum = [0, 1, 2].map(|a| sum[a] + face[a]);
-        self.points.push(grid.centre(v));
+        self.points.push((grid.centre(v), face));
         self.errors += error;
     }
 
@@ -136,17 +138,14 @@ impl Pieces {
 
     fn patch(self, grid: &Grid) -> Patch {
         let n = self.points.len() as f64;
-        let sum = self.points.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
+        let sum = self.points.iter().fold(Vector::zeros(), |sum, (p, _)| sum + p.coords);
         let middle = Point::from(sum / n);
         let far = |p: &Point| (p - middle).norm_squared();
-        let nearest = self.points.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-        let faces = self.faces.values().fold(Vector::zeros(), |sum, f| sum + Vector::from(*f));
-        Patch {
-            normal: (grid.direction() * faces).try_normalize(0.0).unwrap_or_default(),
-            area_cm2: self.area_cm2(),
-            centre: nearest.copied().unwrap_or(middle),
-            error_mm: self.errors / n,
-        }
+        let nearest = self.points.iter().min_by(|a, b| far(&a.0).total_cmp(&far(&b.0)));
+        let (area_cm2, centre) = (self.area_cm2(), nearest.map_or(middle, |p| p.0));
+        let faces = self.points.into_iter().map(|(p, f)| (p, grid.direction() * Vector::from(f)));
+        let seeds = pairs::covering(&faces.collect::<Vec<_>>(), &grid.direction().column(2).into());
+        Patch { area_cm2, centre, error_mm: self.errors / n, seeds }
     }
 }
 
@@ -193,7 +192,8 @@ mod tests {
         let want = 2.0 * 6.0 * 0.25f64.asin() * 4.0;
         assert!((first.area_cm2 / want - 1.0).abs() < 0.15, "{first:?} {want}");
         assert!((first.centre - Point::new(0.0, -60.0, 60.0)).norm() < 4.0, "{first:?}");
-        assert!((first.normal + Vector::y()).norm() < 0.05, "{first:?}");
+        let across = first.seeds.iter().map(|[wall, soft]| (soft - wall).normalize());
+        assert!(across.clone().count() > 3 && across.into_iter().all(|a| a.y < -0.9), "{first:?}");
         assert!(second.centre.x > 55.0 && (first.error_mm - 5.5).abs() < 1e-9, "{second:?}");
         let sum = first.area_cm2 + second.area_cm2;
         assert!((found.share() - sum / found.boundary_cm2).abs() < 1e-12);
@@ -202,8 +202,8 @@ mod tests {
     #[test]
     fn places_are_named_from_the_patients_side() {
         let at = |x: f64, z: f64, side: Side| {
-            let (centre, normal) = (Point::new(x, 0.0, z), -Vector::y());
-            let patch = Patch { area_cm2: 1.0, centre, normal, error_mm: 3.0 };
+            let centre = Point::new(x, 0.0, z);
+            let patch = Patch { area_cm2: 1.0, centre, seeds: vec![], error_mm: 3.0 };
             patch.place(&Point::new(70.0 * side.sign(), 0.0, 0.0), side)
         };
         assert_eq!(at(100.0, 30.0, Side::Left), "upper outer quadrant");

@@ -136,7 +136,7 @@ impl<'a> Attributes<'a> {
         put_derivation(&mut common, params, first);
         put_lossy(&mut common, source);
         put_grid(&mut common, first);
-        put_pixel_format(&mut common, source, encoding);
+        put_pixel_format(&mut common, source, encoding, params.policy.clip_padding);
         put_missing(&mut common, REQUIRED_OF_ALL);
         put_missing(&mut common, REQUIRED);
         let instance = |n: usize| source.slices[n].slice.instance_number;
@@ -296,7 +296,7 @@ fn put_grid(set: &mut DataSet, first: &DataSet) {
     }
 }
 
-fn put_pixel_format(set: &mut DataSet, source: &Source, encoding: &Encoding) {
+fn put_pixel_format(set: &mut DataSet, source: &Source, encoding: &Encoding, clipped: bool) {
     set.put_u16(tags::SAMPLES_PER_PIXEL, VR::US, 1);
     set.put_text(tags::PHOTOMETRIC_INTERPRETATION, VR::CS, "MONOCHROME2");
     set.put_u16(tags::BITS_ALLOCATED, VR::US, 16);
@@ -306,7 +306,7 @@ fn put_pixel_format(set: &mut DataSet, source: &Source, encoding: &Encoding) {
     set.put_text(tags::RESCALE_SLOPE, VR::DS, "1");
     set.put_text(tags::RESCALE_INTERCEPT, VR::DS, &encoding.intercept.to_string());
     set.put_text(tags::RESCALE_TYPE, VR::LO, "HU");
-    if encoding.inherited {
+    if encoding.inherited && !clipped {
         let vr = if encoding.signed { VR::SS } else { VR::US };
         for tag in [tags::PIXEL_PADDING_VALUE, tags::PIXEL_PADDING_RANGE_LIMIT] {
             if let Some(value) = source.slices[0].header.u16(tag) {

@@ -59,7 +59,7 @@ pub fn write_series(
 ) -> Result<WriteInfo, Error> {
     let grid = grid_of(source)?;
     same_grid(ct.grid(), &grid)?;
-    let hu = source.padding.put_back(ct);
+    let hu = source.padding.put_back(ct, params.policy.clip_padding);
     let encoding = Encoding::choose(source, &hu);
     let attributes = Attributes::new(source, params, &grid, &encoding)?;
     let target = folder::Target::new(dir)?;

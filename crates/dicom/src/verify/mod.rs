@@ -192,7 +192,7 @@ pub fn verify_export(
         identity::check(&mut checks, &images, reference, expected.policy);
         let order = geometry::check(&mut checks, &images, reference);
         progress.at(0.85)?;
-        pixels::check(&mut checks, &images, &order, reference);
+        pixels::check(&mut checks, &images, &order, reference, expected.policy);
         derivation::check(&mut checks, &images, reference, expected.policy);
     }
     progress.at(1.0)?;

@@ -5,6 +5,7 @@ use super::mirrors::mirrored;
 use super::{Checks, Image, NEEDS_SOURCE, Reference};
 use crate::number::parse_ds;
 use crate::pixel_format::{PixelFormat, Rescale};
+use crate::policy::Policy;
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
 
@@ -34,6 +35,7 @@ pub(super) fn check(
     images: &[Image],
     order: &[usize],
     reference: Option<&Reference<'_>>,
+    policy: Policy,
 ) {
     let faults: Vec<String> = images.iter().filter_map(pixel_fault).collect();
     checks.none_of("D1 pixel size, bits and rescale go together", &faults);
@@ -51,7 +53,7 @@ pub(super) fn check(
     };
     check_plausible(checks, &pixels);
     check_high_bits(checks, images);
-    against_source(checks, &pixels, reference);
+    against_source(checks, &pixels, reference, policy);
 }
 
 fn format(image: &Image) -> Option<PixelFormat> {
@@ -152,13 +154,18 @@ fn check_high_bits(checks: &mut Checks, images: &[Image]) {
     checks.none_of(HIGH_BITS, &found);
 }
 
-fn against_source(checks: &mut Checks, pixels: &Pixels, reference: Option<&Reference<'_>>) {
+fn against_source(
+    checks: &mut Checks,
+    pixels: &Pixels,
+    reference: Option<&Reference<'_>>,
+    policy: Policy,
+) {
     let rules = AGAINST_SOURCE;
     let Some(reference) = reference else {
         rules.iter().for_each(|rule| checks.skip(rule, NEEDS_SOURCE));
         return;
     };
-    let source = reference.source.padding.put_back(&reference.ct);
+    let source = reference.source.padding.put_back(&reference.ct, policy.clip_padding);
     let histogram = Histogram::of(&source);
     let [low, high] = histogram.range().unwrap_or([0, 0]).map(f64::from);
     let low = low.min(-1000.0);

@@ -2,7 +2,7 @@
 
 use crate::support::{
     Slice, deformed, export_params, folder, orient, place, position, put, put_samples, read,
-    refusal, rename, slices, text,
+    refusal, rename, slices, stored, text,
 };
 use dicom_core::VR;
 use dicom_core::value::DataSetSequence;
@@ -424,4 +424,36 @@ fn slices_at_unequal_steps_are_interpolated_when_asked_and_exported_at_equal_one
     let verified = verify(accept).unwrap();
     assert!(verified.passed(), "{:?}", broken(&verified));
     assert!(verify(Accept::default()).is_err(), "the source is not read unasked");
+}
+
+#[test]
+fn padding_is_clipped_where_a_system_asks_for_it() {
+    // The same HU with an intercept of -2000, but for a row of -2000 HU.
+    let mut padded = slices(40, 8);
+    let samples = stored(&padded);
+    for (slice, mut samples) in padded.iter_mut().zip(samples) {
+        samples.iter_mut().for_each(|s| *s += 976);
+        samples[..40].fill(0);
+        put_samples(slice, samples);
+        put(slice, tags::RESCALE_INTERCEPT, VR::DS, "-2000");
+    }
+    let source_dir = folder(&padded);
+    let (ct, source, _) = read(source_dir.path()).unwrap();
+    let out = TempDir::new().unwrap();
+    for (clip_padding, lowest) in [(false, -2000), (true, -1024)] {
+        let policy = Policy { clip_padding, ..Policy::default() };
+        let params = ExportParams { policy, ..export_params(&source) };
+        let dir = out.path().join(format!("clipped-{clip_padding}"));
+        write_series(&deformed(&ct), &source, &params, &dir, Progress::none()).unwrap();
+        let written: Vec<Slice> =
+            (1..9).map(|n| open_file(dir.join(format!("CT000{n}.dcm"))).unwrap()).collect();
+        let intercept: i32 = text(&written[0], tags::RESCALE_INTERCEPT).trim().parse().unwrap();
+        let raw = |s: &Slice| s.element(tags::PIXEL_DATA).unwrap().to_multi_int::<u16>().unwrap();
+        let least = written.iter().flat_map(raw).map(|v| i32::from(v as i16) + intercept).min();
+        assert_eq!(least, Some(lowest));
+        let expected = Expected { policy, ..Expected::default() };
+        let original = Some(Original::Files(source_dir.path()));
+        let v = verify_export(&dir, original, expected, Progress::none()).unwrap();
+        assert!(v.passed(), "{clip_padding}: {:?}", broken(&v));
+    }
 }

@@ -48,6 +48,8 @@ pub struct Verify {
     pub keep_equipment: bool,
     /// The source's frame of reference is expected.
     pub same_frame: bool,
+    /// Values below -1024 HU are expected to be clipped.
+    pub clip_padding: bool,
 }
 
 /// Checks what no validator notices about an exported series.
@@ -55,8 +57,8 @@ pub struct Verify {
 /// # Errors
 /// When it or its source cannot be read; whatever is wrong with it is part of the answer.
 pub fn verify_export(given: &Verify, observer: &dyn Observer) -> Result<Verification, Error> {
-    let &Verify { new_study, keep_equipment, same_frame, .. } = given;
-    let policy = Policy { new_study, keep_equipment, same_frame };
+    let &Verify { new_study, keep_equipment, same_frame, clip_padding, .. } = given;
+    let policy = Policy { new_study, keep_equipment, same_frame, clip_padding };
     let expected = Expected { policy, anonymiser: None, accept: given.spec.case()?.accept };
     let source = given.source.as_deref().map(Original::Files);
     Gather::new(observer, &[]).work(NodeId::Export, |progress| {

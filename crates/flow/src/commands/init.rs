@@ -5,6 +5,7 @@ mod tumour;
 
 use super::{Gather, input, session};
 use crate::commands::dicom;
+use crate::folder::{USERS, write_atomically};
 use crate::nodes::Import;
 use crate::session::Request;
 use crate::shared::is_volume;
@@ -87,8 +88,7 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
     let breast_proposed = breast.is_some() && given.breast.is_none();
     let page =
         text::Page { given, series: &series, chosen, breast, breast_proposed, tumour: &tumour };
-    let output = |source| Error::Output { path: given.out.clone(), source };
-    std::fs::write(&given.out, page.text()).map_err(output)?;
+    write_atomically(&given.out, page.text().as_bytes(), USERS)?;
     Ok(InitDone { case: given.out.clone(), series, missing, breast_proposed })
 }
 

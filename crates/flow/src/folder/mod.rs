@@ -49,7 +49,7 @@ impl RunFolder {
         let folder = Self { root: root.into(), _lock: lock };
         folder.move_out()?;
         if folder.former().next().is_none() {
-            write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes())?;
+            write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes(), USERS)?;
         }
         Ok(folder)
     }
@@ -72,7 +72,7 @@ impl RunFolder {
         if self.is_former() {
             let former: Vec<PathBuf> = self.former().collect();
             former.iter().try_for_each(|path| remove(path))?;
-            write_atomically(&self.root.join(names::FORMAT), FORMAT.as_bytes())?;
+            write_atomically(&self.root.join(names::FORMAT), FORMAT.as_bytes(), USERS)?;
         }
         Ok(())
     }
@@ -108,7 +108,7 @@ impl RunFolder {
             let output = |source| Error::Output { path: self.root.join(path), source };
             record.files.push(Written::of(&self.root, path).map_err(output)?);
         }
-        write_atomically(&self.record_path(node), &serde_json::to_vec(&record)?)?;
+        write_atomically(&self.record_path(node), &serde_json::to_vec(&record)?, USERS)?;
         Ok(record)
     }
 
@@ -153,7 +153,7 @@ impl RunFolder {
     fn keep_beside(&self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         let folder = beside(&self.root)?;
         private(&folder).map_err(|source| Error::Output { path: folder.clone(), source })?;
-        write_atomically(&folder.join(name), bytes)
+        write_atomically(&folder.join(name), bytes, OWNERS)
     }
 
     /// Moves what another version kept of the patient within the folder out of it.
@@ -399,11 +399,19 @@ pub(crate) fn refuse_overlap(root: &Path, key: &'static str, input: &Path) -> Re
     if overlap { Err(Error::Overlap { key, path: input }) } else { Ok(()) }
 }
 
+/// Who may read a file: whom the user's umask lets, or its owner alone.
+pub(crate) const USERS: u32 = 0o666;
+const OWNERS: u32 = 0o600;
+
 /// Writes a file under a temporary name beside it, then renames.
-fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn write_atomically(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Error> {
     let output = |source| Error::Output { path: path.into(), source };
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(output)?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".supine-").suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
+    let mut file = builder.tempfile_in(folder.unwrap_or(Path::new("."))).map_err(output)?;
     file.write_all(bytes).map_err(output)?;
     file.persist(path).map_err(|e| output(e.error))?;
     Ok(())

@@ -24,6 +24,7 @@ pub(crate) struct Own {
     new_study: bool,
     keep_equipment: bool,
     same_frame: bool,
+    clip_padding: bool,
     ct: InputFile,
     assume_hu: bool,
     equalise_steps: bool,
@@ -58,7 +59,7 @@ impl Node for Export {
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
-        let Policy { new_study, keep_equipment, same_frame } = case.export.policy;
+        let Policy { new_study, keep_equipment, same_frame, clip_padding } = case.export.policy;
         Ok(Own {
             derivation: derivation(case)?,
             series_description: series_description(case)?,
@@ -66,6 +67,7 @@ impl Node for Export {
             new_study,
             keep_equipment,
             same_frame,
+            clip_padding,
             ct: ground.file("ct", case.ct()?)?,
             assume_hu: case.accept.assume_hu,
             equalise_steps: case.accept.equalise_steps,
@@ -146,8 +148,8 @@ impl Node for Export {
 
 impl Own {
     fn policy(&self) -> Policy {
-        let Self { new_study, keep_equipment, same_frame, .. } = *self;
-        Policy { new_study, keep_equipment, same_frame }
+        let Self { new_study, keep_equipment, same_frame, clip_padding, .. } = *self;
+        Policy { new_study, keep_equipment, same_frame, clip_padding }
     }
 }
 

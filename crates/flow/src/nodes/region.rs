@@ -12,13 +12,11 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
-use supine_space::{Point, Side, Sphere, Vector, Warning};
+use supine_space::{Point, Side, Sphere, Warning};
 use supine_volume::{Ct, LabelMap, label};
 
 /// A tumour of less density lies in lung, HU: lungs are -900 to -700, fat is -100.
 const LUNG_HU: f64 = -400.0;
-/// A pair of seeds lies this far from the boundary on either side, mm: more than the boundary's own blur.
-const SEED_MM: f64 = 4.0;
 /// The uncertain places of the chest wall that are told one by one.
 const PATCHES: usize = 12;
 
@@ -93,7 +91,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
@@ -199,9 +197,7 @@ fn wall_uncertainty(
         error_mm: patch.error_mm,
         place: patch.place(&middle, side).into(),
         effect_mm: None,
-        seeds_mm: (patch.normal != Vector::zeros()).then(|| {
-            [-SEED_MM, SEED_MM].map(|mm| (patch.centre + patch.normal * mm).coords.into())
-        }),
+        seeds_mm: patch.seeds.iter().map(|pair| pair.map(|p| p.coords.into())).collect(),
     };
     WallUncertainty {
         boundary_cm2: found.boundary_cm2,

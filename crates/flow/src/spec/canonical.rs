@@ -1,7 +1,7 @@
 //! The canonical form of a case.
 
 use super::case::{Case, Refinement, TumourSpec};
-use super::table::{SAME_FRAME, TABLE};
+use super::table::{CLIPPED, SAME_FRAME, TABLE};
 use super::tissue;
 use crate::shared::{CarriedKind, cut_name, rest_name};
 use serde_json::{Map, Value as Json};
@@ -163,6 +163,7 @@ fn export(case: &Case, key: &str) -> Json {
         "export.study" => if spec.policy.new_study { "new" } else { "source" }.into(),
         "export.equipment" => if spec.policy.keep_equipment { "scanner" } else { "supine" }.into(),
         "export.frame" => if spec.policy.same_frame { SAME_FRAME } else { "new" }.into(),
+        "export.padding" => if spec.policy.clip_padding { CLIPPED } else { "source" }.into(),
         "export.registration" => spec.registration.into(),
         "export.structures" => spec.structures.into(),
         "export.clock" => spec.clock.as_ref().map(ToString::to_string).into(),

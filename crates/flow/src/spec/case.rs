@@ -2,7 +2,7 @@
 
 use super::error::{CaseError, value};
 use super::read::Values;
-use super::table::{Preset, SAME_FRAME, TABLE, position};
+use super::table::{CLIPPED, Preset, SAME_FRAME, TABLE, position};
 use super::value::Value;
 use super::{canonical, mesh, tissue};
 use crate::shared::{CarriedFile, CarriedKind, RegionNames, SuppliedLabels};
@@ -438,6 +438,7 @@ fn export(given: Given<'_>) -> Result<ExportSpec, CaseError> {
             new_study: given.word("export.study") == "new",
             keep_equipment: given.word("export.equipment") == "scanner",
             same_frame,
+            clip_padding: given.word("export.padding") == CLIPPED,
         },
     })
 }

@@ -25,6 +25,9 @@ pub fn case_schema() -> Json {
             list.push(name.into());
         }
     }
+    for (table, branch) in either() {
+        properties[table]["oneOf"] = branch;
+    }
     for short in SHORT {
         if let Some(full) = properties.remove(*short) {
             let file = full["properties"]["file"].clone();
@@ -35,6 +38,33 @@ pub fn case_schema() -> Json {
         "$schema": "https://json-schema.org/draft/2020-12/schema", "title": "supine case",
         "type": "object", "additionalProperties": false, "properties": properties, "required": required,
     })
+}
+
+/// The tables that are given in one of two ways, and what each way needs: `{ centre, radius }` or `{ structure, file }`.
+fn either() -> Vec<(&'static str, Json)> {
+    let mut tables: Vec<(&str, [Vec<&str>; 2])> = vec![];
+    for parameter in TABLE {
+        let ((Some(table), name), Preset::RequiredOr(_)) = (parameter.path(), &parameter.default)
+        else {
+            continue;
+        };
+        if tables.last().is_none_or(|last| last.0 != table) {
+            let others = TABLE.iter().filter(|p| p.path().0 == Some(table));
+            let others = others.filter(|p| !matches!(p.default, Preset::RequiredOr(_)));
+            tables.push((table, [vec![], others.map(|p| p.path().1).collect()]));
+        }
+        if let Some((_, [first, _])) = tables.last_mut() {
+            first.push(name);
+        }
+    }
+    let none = |names: &[&str]| -> Vec<Json> {
+        names.iter().map(|name| json!({ "required": [name] })).collect()
+    };
+    let branch = |[one, other]: &[Vec<&str>; 2]| {
+        let way = |needs: &[&str], not: &[&str]| json!({ "required": needs, "not": { "anyOf": none(not) } });
+        json!([way(one, other), way(other, one)])
+    };
+    tables.iter().map(|(table, ways)| (*table, branch(ways))).collect()
 }
 
 fn property(parameter: &Parameter) -> Json {

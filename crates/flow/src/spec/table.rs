@@ -91,6 +91,8 @@ const fn row(
     Parameter { key, kind, unit, default, option, help }
 }
 
+/// The choice of `export.padding` that some systems need.
+pub(crate) const CLIPPED: &str = "clipped";
 /// What confirms that the source's frame of reference is wanted: to be typed in full.
 pub(crate) const SAME_FRAME: &str = "source, although the breast has moved in it";
 
@@ -455,6 +457,13 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Choice("new"),
         "the frame of reference of the exported series",
+    ),
+    row(
+        ("export.padding", "padding"),
+        Kind::Choice(&["source", CLIPPED]),
+        "",
+        Preset::Choice("source"),
+        "what the source has below -1024 HU, outside the reconstruction circle: as it is there, or clipped to -1024 HU",
     ),
     row(
         ("export.registration", "registrations"),

@@ -191,6 +191,15 @@ fn the_schema_has_every_key() {
         assert!(guide_table().contains(&format!("| `{}` |", p.key)));
     }
     assert_eq!(schema["required"], serde_json::json!(["ct", "breast", "bed", "tumour"]));
+    let none = |a: &str, b: &str| serde_json::json!({ "anyOf": [{ "required": [a] }, { "required": [b] }] });
+    assert_eq!(
+        schema["properties"]["tumour"]["oneOf"],
+        serde_json::json!([
+            { "required": ["centre", "radius"], "not": none("structure", "file") },
+            { "required": ["structure", "file"], "not": none("centre", "radius") },
+        ]),
+        "a sphere or a region, never half of each"
+    );
 }
 
 #[test]

@@ -89,6 +89,7 @@ const RESULTS: &[Change] = &[
     ("export.equipment", "\"scanner\"", SOLUTION),
     ("export.registration", "false", SOLUTION),
     ("export.frame", "\"source, although the breast has moved in it\"", SOLUTION),
+    ("export.padding", "\"clipped\"", SOLUTION),
     ("export.structures", "false", SERIES),
     ("export.clock", "\"2026-03-01 12:00:00\"", SOLUTION),
     ("tolerance", "5.0", SERIES),

@@ -57,9 +57,8 @@ pub(super) fn rows(
 /// det F below each pixel.
 fn dets(studio: &Studio<'_>, motion: &Motion) -> Vec<Option<f64>> {
     let scene = studio.scene;
-    let det = |b: &Below| {
-        b.map(|(tet, l)| det_f(scene.mesh(), &studio.edges, scene.tissue, tet, l))
-    };
+    let det =
+        |b: &Below| b.map(|(tet, l)| det_f(scene.mesh(), &studio.edges, scene.tissue, tet, l));
     motion.below.iter().map(det).collect()
 }
 

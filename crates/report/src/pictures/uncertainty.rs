@@ -228,7 +228,7 @@ pub(crate) fn sentence(uncertainty: &WallUncertainty) -> String {
     format!(
         "{} of {} cm² ({} %) of the boundary between chest wall and soft tissue within the region are \
          uncertain (striped): it may lie more than {limit} mm off there. The largest such place has {} \
-         cm²: {}, about {} mm. Look at it in the CT; a seed there makes it sure.",
+         cm²: {}, about {} mm. Look at it in the CT; seeds on both sides of the boundary make it sure.",
         fixed(uncertainty.uncertain_cm2, 1),
         fixed(uncertainty.boundary_cm2, 0),
         fixed(share, 0),

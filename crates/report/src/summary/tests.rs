@@ -74,7 +74,10 @@ pub(crate) fn example() -> Summary {
                     error_mm: 3.5,
                     place: "upper outer quadrant".into(),
                     effect_mm: Some(0.4),
-                    seeds_mm: Some([[55.0, -8.0, 31.0], [55.0, -16.0, 31.0]]),
+                    seeds_mm: vec![
+                        [[55.0, -10.0, 31.0], [55.0, -14.0, 31.0]],
+                        [[62.0, -10.0, 31.0], [62.0, -14.0, 31.0]],
+                    ],
                 }],
             }),
             quality_checks: vec![

@@ -38,9 +38,9 @@ impl Bound {
         HARD * ((self.lower - h).max(0.0) + (h - self.upper).max(0.0))
     }
 
-    /// Whether a seed near the surface at height h holds it there.
-    pub(crate) fn touches(self, h: f32, within_mm: f32) -> bool {
-        h - self.lower <= within_mm || self.upper - h <= within_mm
+    /// How far a surface at height h may still move to either side, mm; infinite where a side is free.
+    pub(crate) fn room(self, h: f32) -> f32 {
+        (h - self.lower).max(self.upper - h)
     }
 
     pub(crate) fn clamp(self, h: f32) -> f32 {
