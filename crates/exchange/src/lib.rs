@@ -11,6 +11,7 @@
 //! | Slicer segmentation (`.seg.nrrd`) | [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_labels`], [`write_label_layers`] |
 //! | NIfTI-1 (`.nii`, `.nii.gz`) | [`read_ct`], [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_ct_nifti`], [`write_labels`], [`write_label_layers`], [`write_field`], [`write_scalar`] |
 //! | MetaImage (`.mha`; `.mhd` read only) | [`read_ct`], [`read_labels`], [`read_seeds`], [`read_any_volume`] | [`write_ct`], [`write_labels`], [`write_label_layers`], [`write_field`], [`write_scalar`] |
+//! | ITK transform (`.mat`, MATLAB level 4) | | [`write_transform`] |
 //! | VTK XML unstructured grid (`.vtu`) | [`read_vtu`] | [`write_vtu`] |
 //! | Gmsh MSH 4.1 (`.msh`) | [`read_mesh`] | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
@@ -28,6 +29,7 @@ mod error;
 mod feb;
 mod file;
 mod inp;
+mod itk;
 mod labels;
 mod markups;
 mod meshes;
@@ -48,6 +50,7 @@ mod vtu;
 pub use carried::{AnyVolume, LabelLayers, VolumeKind, read_any_volume, write_label_layers};
 pub use contours::{NamedContours, is_contours, read_contours, write_contours};
 pub use error::{Error, Problem};
+pub use itk::write_transform;
 pub use labels::{Segments, SuppliedLabels, read_labels, read_supplied_labels, write_labels};
 pub use meshes::{
     MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,

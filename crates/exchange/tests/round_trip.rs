@@ -267,6 +267,33 @@ fn fields_are_vectors_with_their_type() {
 }
 
 #[test]
+fn a_transform_holds_the_vectors_and_the_grid_as_itk_orders_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.mat");
+    let grid = grid([2, 3, 4], [0.1, 0.2, 0.3], [1.0, 1.5, 2.5], true);
+    let field = Volume::from_fn(grid.clone(), |[i, j, k]| [i as f32, j as f32 + 0.1, -(k as f32)]);
+    write_transform(&field, &path, Progress::none()).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    // What ITK's own writer begins with, but for the type: 10 is single precision.
+    let head =
+        b"\x0a\0\0\0\x48\0\0\0\x01\0\0\0\0\0\0\0\x26\0\0\0DisplacementFieldTransform_double_3_3\0";
+    let (first, rest) = bytes.split_at(head.len());
+    assert_eq!(first, head);
+    let (vectors, rest) = rest.split_at(4 * 72);
+    let read = vectors.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b));
+    assert!(read.eq(field.data().iter().flatten().copied()));
+    let head = b"\0\0\0\0\x12\0\0\0\x01\0\0\0\0\0\0\0\x06\0\0\0fixed\0";
+    let (second, rest) = rest.split_at(head.len());
+    assert_eq!((second, rest.len()), (&head[..], 8 * 18));
+    let fixed: Vec<f64> = rest.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+    assert_eq!(fixed[..9], [2.0, 3.0, 4.0, -250.3, -175.7, 31.4, 1.0, 1.5, 2.5]);
+    let rows = grid.direction().transpose();
+    assert_eq!(fixed[9..], rows.as_slice()[..]);
+    let refused = write_transform(&field, &folder.path().join("f.h5"), Progress::none());
+    assert_eq!(refused.unwrap_err().kind(), Failure::Output);
+}
+
+#[test]
 fn the_same_input_gives_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let written = labels(grid([5, 4, 3], [0.1, 0.2, 0.3], [1.0; 3], true));

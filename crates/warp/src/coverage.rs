@@ -40,6 +40,17 @@ impl Window {
         }
     }
 
+    /// One voxel more on each side, within a volume of `size` voxels; of an empty one the first two along each axis.
+    pub(crate) fn wider(self, size: [usize; 3]) -> Self {
+        if self.is_empty() {
+            return Self { first: [0; 3], end: size.map(|n| n.min(2)) };
+        }
+        Self {
+            first: self.first.map(|n| n.saturating_sub(1)),
+            end: [0, 1, 2].map(|a| (self.end[a] + 1).min(size[a])),
+        }
+    }
+
     /// Whether it holds no voxel.
     pub(crate) fn is_empty(&self) -> bool {
         (0..3).any(|a| self.first[a] >= self.end[a])

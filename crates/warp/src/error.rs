@@ -37,6 +37,9 @@ pub enum Error {
     /// Fields that belong together lie on several grids.
     #[error("the fields of a map must lie on one grid")]
     Grids,
+    /// A part of a grid lies beyond it.
+    #[error(transparent)]
+    Grid(#[from] supine_space::GridError),
     /// Values do not fill a grid.
     #[error(transparent)]
     Volume(#[from] supine_volume::VolumeError),
@@ -60,6 +63,7 @@ impl Error {
             | Self::Large { .. }
             | Self::Parameter { .. }
             | Self::Grids
+            | Self::Grid(_)
             | Self::Volume(_)
             | Self::Contours(_) => Failure::Input,
             // The surfaces that are given are closed: what a map made of one is the method's doing.

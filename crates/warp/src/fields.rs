@@ -7,6 +7,7 @@ use crate::map::{Map, check_grid};
 use crate::pieces::{Parent, Pieces};
 use crate::pullback::Pullback;
 use crate::raster::{Raster, SLAB};
+use crate::resampling::moving;
 use crate::rows::Span;
 use crate::{Error, Params, collar::Collar};
 use rayon::prelude::*;
@@ -91,14 +92,6 @@ fn vectors(
     })
 }
 
-/// The box of the vectors that are not 0.
-fn moving(field: &Volume<[f32; 3]>) -> Window {
-    let none = Window { first: [0; 3], end: [0; 3] };
-    let all = Window { first: [0; 3], end: field.grid().size() };
-    let voxel = |(at, _): ([usize; 3], _)| Window { first: at, end: at.map(|n| n + 1) };
-    vectors(field, all).map(voxel).reduce(|| none, Window::with)
-}
-
 /// The map of [`crate::warp`] as fields on `grid`; the collar outside the skin is not part of it.
 ///
 /// # Errors
@@ -155,6 +148,9 @@ pub fn fields(
     })
 }
 
+/// Ways below this are those of tissue at rest, mm: places in indices up to 8192 are rounded to 1e-12.
+const ROUNDING_MM: f64 = 1e-9;
+
 /// Barycentric coordinates in the parent from those in the piece.
 fn within(parent: &Parent, weights: [f64; 4]) -> [f64; 4] {
     [0, 1, 2, 3].map(|c| (0..4).map(|v| weights[v] * f64::from(parent.corners[v][c])).sum())
@@ -171,10 +167,13 @@ struct Owned {
 }
 
 impl Owned {
-    /// From the voxel to its place on the other side, LPS, mm.
+    /// From the voxel to its place on the other side, LPS, mm; exactly 0 where nothing but rounding moves it.
     fn way_mm(&self, grid: &Grid) -> [f32; 3] {
         let index = Vector::from([0, 1, 2].map(|a| self.place[a] - self.voxel[a]));
         let mm = grid.direction() * index.component_mul(&grid.spacing());
+        if mm.amax() < ROUNDING_MM {
+            return [0.0; 3];
+        }
         [mm.x as f32, mm.y as f32, mm.z as f32]
     }
 }

@@ -12,7 +12,8 @@
 //! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
 //! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
 //! `labels`, `masks` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
-//! fields against each other; `dense` keeps clips and wires whole.
+//! fields against each other; `resampling` crops fields to what moves and leads them on into the air that the tissue
+//! left, for other programs; `dense` keeps clips and wires whole.
 
 mod batch;
 mod collar;
@@ -43,6 +44,7 @@ mod predicate;
 mod pullback;
 mod raster;
 mod resample;
+mod resampling;
 mod rows;
 mod rules;
 mod slices;
@@ -68,6 +70,7 @@ pub use masks::carry_mask;
 pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;
+pub use resampling::{MovingPart, moving_part, resampling};
 pub use slices::contours as surface_contours;
 pub use surface::{Carried, carry_surface, carry_vertices};
 

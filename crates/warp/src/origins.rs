@@ -1,6 +1,6 @@
 //! Where the value of each voxel of any grid comes from: what label maps and doses are carried by.
 
-use crate::{Error, Params, fade, fields};
+use crate::{Error, Fields, Params, fade, fields};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -54,12 +54,24 @@ impl Origins {
         layer_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
+        Self::with_fields(grid, deformation, params, layer_mm, progress).map(|(origins, _)| origins)
+    }
+
+    /// As [`Self::new`], and the fields on the part of the grid in which something may move; none where the mesh
+    /// lies beside the grid.
+    pub(crate) fn with_fields(
+        grid: &Grid,
+        deformation: &Deformation,
+        params: &Params,
+        layer_mm: f64,
+        progress: Progress<'_>,
+    ) -> Result<(Self, Option<Fields>), Error> {
         crate::map::check_grid(grid)?;
         let faded = fade(deformation, params)?.deformation;
         let (mesh, u) = (faded.mesh(), faded.displacement());
         let margin = u.max_norm() + layer_mm + 2.0 * grid.spacing().norm();
         let Some((start, part)) = part(grid, mesh, margin) else {
-            return Ok(Self { grid: grid.clone(), part: None });
+            return Ok((Self { grid: grid.clone(), part: None }, None));
         };
         let fields = fields(&part, deformation, params, progress.part(0.0, 0.5))?;
         let [back, forward] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
@@ -97,7 +109,7 @@ impl Origins {
             })?;
         }
         let part = Volume::new(part, origins)?;
-        Ok(Self { grid: grid.clone(), part: Some((start, part)) })
+        Ok((Self { grid: grid.clone(), part: Some((start, part)) }, Some(fields)))
     }
 
     /// The grid.
@@ -207,7 +219,12 @@ impl Layer {
     /// Whether a place belongs to the layer in the CT, and moves.
     fn leaves(&self, place: Point) -> bool {
         let at = self.embedding.place(&place);
-        self.holds(&at) && self.motion.at(&at).is_some_and(|u| u.norm() > STILL_MM)
+        self.ours(&at) && self.motion.at(&at).is_some_and(|u| u.norm() > STILL_MM)
+    }
+
+    /// On a face of the mesh a place may count as within it, and yet no tetrahedron own its voxel.
+    fn ours(&self, place: &Place) -> bool {
+        self.holds(place) || matches!(place, Place::Inside(_))
     }
 
     fn holds(&self, place: &Place) -> bool {
@@ -224,9 +241,7 @@ impl Layer {
             let step = (next - source).norm();
             if step < FOUND_MM {
                 let to = source - place;
-                // On a face of the mesh a place may count as within it.
-                let ours = self.holds(&at) || matches!(at, Place::Inside(_));
-                return (ours && to.norm() > STILL_MM)
+                return (self.ours(&at) && to.norm() > STILL_MM)
                     .then(|| [to.x as f32, to.y as f32, to.z as f32]);
             }
             source = next;

@@ -47,6 +47,7 @@ fn a_run_leaves_what_it_promises_and_nothing_else() {
             .into_iter()
             .chain([
                 "field/deformed_to_ct.nrrd",
+                "field/deformed_to_ct.mat",
                 "field/ct_to_deformed.nrrd",
                 "field/jacobian.nrrd",
                 "registration/deformable.dcm",

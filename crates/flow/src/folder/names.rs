@@ -34,6 +34,7 @@ pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
     (NodeId::Mesh, "curved", ".stages/curved.vtu"),
     (NodeId::Solve, "deformed", "mesh/deformed.vtu"),
     (NodeId::Fields, "deformed_to_ct", "field/deformed_to_ct.nrrd"),
+    (NodeId::Fields, "transform", "field/deformed_to_ct.mat"),
     (NodeId::Fields, "ct_to_deformed", "field/ct_to_deformed.nrrd"),
     (NodeId::Fields, "jacobian", "field/jacobian.nrrd"),
     (NodeId::Points, "points", "points.csv"),

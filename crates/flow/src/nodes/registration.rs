@@ -54,15 +54,17 @@ impl Node for Registration {
         let (ct, progress) = (input.ct.grid(), work.progress);
         let between = RegisteredSeries { ct, source: &named.source, exported: series };
         let deformation = &solved.deformation;
-        let fields = match fields.held() {
+        let map = match fields.held() {
             Some(held) => held,
+            // As the node of the fields makes them: what is said of the vectors is the same whoever made them.
             None => {
                 let params = supine_warp::Params::default();
-                Arc::new(supine_warp::fields(ct, deformation, &params, progress.part(0.0, 0.5))?)
+                let part = progress.part(0.0, 0.5);
+                Arc::new(supine_warp::moving_part(ct, deformation, &params, part)?)
             }
         };
         let part = progress.part(0.5, 1.0);
-        let facts = write_registration(&between, deformation, &fields, &folder, part)?;
+        let facts = write_registration(&between, deformation, &map.fields, &folder, part)?;
         Ok(Registered { deformable: Some(deformable(&folder)), facts: Some(facts) })
     }
 

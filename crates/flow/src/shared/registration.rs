@@ -7,7 +7,7 @@ use supine_mesh::Deformation;
 use supine_report::Registration;
 use supine_space::{Grid, Progress, Vector};
 use supine_volume::Volume;
-use supine_warp::{Fields, Origin, Origins, Params, interpolation_error};
+use supine_warp::{Fields, Params, interpolation_error, resampling};
 
 /// The file of the deformable registration, within its folder.
 pub(crate) const DEFORMABLE: &str = "deformable.dcm";
@@ -30,10 +30,8 @@ pub struct RegisteredSeries<'a> {
 /// Writes `deformable.dcm` and `chest-wall.dcm` into `folder`: registrations of an exported series with the CT it was
 /// made from.
 ///
-/// `deformation` as the solver gave it, `fields` those of it on the CT's grid, by which the vectors are judged. The vectors
-/// lie on a coarser grid around what moves; beyond it nothing does. Around the tissue, as far as a cell of the
-/// grid reaches, they follow the skin, so that the tissue beside it is interpolated between vectors of its own; where tissue was
-/// and now is air, they lead to air as well, so that the vectors alone leave no ghost of it.
+/// `deformation` as the solver gave it, `fields` those of it on voxels of the CT, by which the vectors are judged. The vectors
+/// ([`resampling`]) lie on a coarser grid around what moves; beyond it nothing does.
 ///
 /// # Errors
 /// When the exported series cannot be read, or a file cannot be written.
@@ -49,10 +47,8 @@ pub fn write_registration(
     let (_, deformed, _) = supine_dicom::read_series(exported, &series, progress.part(0.0, 0.3))
         .map_err(Error::Export)?;
     let grid = coarse(ct);
-    let layer_mm = 1.01 * grid.spacing().norm();
     let part = progress.part(0.3, 0.9);
-    let origins = Origins::new(&grid, deformation, &Params::default(), layer_mm, part)?;
-    let vectors = moving(filled(&origins));
+    let vectors = resampling(&grid, deformation, &Params::default(), part)?;
     let error = interpolation_error(&vectors, fields);
     std::fs::create_dir_all(folder)
         .map_err(|source| Error::Output { path: folder.into(), source })?;
@@ -67,64 +63,6 @@ pub fn write_registration(
         p99_mm: error.as_ref().map_or(0.0, |e| e.p99_mm),
         max_mm: error.as_ref().map_or(0.0, |e| e.max_mm),
     })
-}
-
-/// The vectors of origins; where tissue left, that of the nearest place that has one.
-fn filled(origins: &Origins) -> Volume<[f32; 3]> {
-    let vector = |origin| match origin {
-        Origin::Here | Origin::Vacated => None,
-        Origin::Tissue(to) | Origin::Beside(to) | Origin::BesideVacated(to) => Some(to),
-    };
-    let grid = origins.grid();
-    let mut known = Volume::from_fn(grid.clone(), |voxel| vector(origins.at(voxel)));
-    let left = |n: &usize| matches!(origins.at(grid.voxel(*n)), Origin::Vacated);
-    let mut open: Vec<usize> = (0..grid.len()).filter(left).collect();
-    loop {
-        // All of a round rest on the round before: the order does not matter.
-        let found: Vec<(usize, [f32; 3])> =
-            open.iter().filter_map(|&n| Some((n, beside(&known, grid.voxel(n))?))).collect();
-        if found.is_empty() {
-            break;
-        }
-        for (n, to) in found {
-            known.data_mut()[n] = Some(to);
-        }
-        open.retain(|&n| known.data()[n].is_none());
-    }
-    known.map(|to| to.unwrap_or([0.0; 3]))
-}
-
-/// The vector of the nearest neighbour that has one.
-fn beside(known: &Volume<Option<[f32; 3]>>, voxel: [usize; 3]) -> Option<[f32; 3]> {
-    let size = known.grid().size();
-    let steps = (0..27).map(|n: usize| [n % 3, n / 3 % 3, n / 9]);
-    let mut nearest: Option<(usize, [f32; 3])> = None;
-    for step in steps {
-        let at = [0, 1, 2].map(|a| (voxel[a] + step[a]).wrapping_sub(1));
-        let away = step.iter().filter(|s| **s != 1).count();
-        let better = nearest.is_none_or(|(best, _)| away < best);
-        if better && (0..3).all(|a| at[a] < size[a]) {
-            nearest = known.at(at).map(|to| (away, to)).or(nearest);
-        }
-    }
-    nearest.map(|(_, to)| to)
-}
-
-/// The part around the vectors that are not 0, one place wider; of vectors that all are, the first places.
-fn moving(vectors: Volume<[f32; 3]>) -> Volume<[f32; 3]> {
-    let grid = vectors.grid();
-    let (mut low, mut high) = (grid.size(), [0; 3]);
-    for (n, _) in vectors.data().iter().enumerate().filter(|(_, to)| **to != [0.0; 3]) {
-        let voxel = grid.voxel(n);
-        low = [0, 1, 2].map(|a| low[a].min(voxel[a]));
-        high = [0, 1, 2].map(|a| high[a].max(voxel[a]));
-    }
-    let low = [0, 1, 2].map(|a| low[a].min(high[a]).saturating_sub(1));
-    let size = [0, 1, 2].map(|a| (high[a] + 2).min(grid.size()[a]) - low[a]);
-    match grid.crop(low, size) {
-        Ok(part) => Volume::from_fn(part, |at| vectors.at([0, 1, 2].map(|a| at[a] + low[a]))),
-        Err(_) => vectors,
-    }
 }
 
 fn write(

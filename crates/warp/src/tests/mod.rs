@@ -4,5 +4,6 @@ mod carry;
 mod contours;
 pub(crate) mod fixture;
 mod reference;
+mod resampling;
 mod skin;
 mod warp;

@@ -17,12 +17,12 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use supine_dicom::{ExportParams, Policy};
-use supine_exchange::{FieldKind, write_ct, write_field, write_scalar};
+use supine_exchange::{FieldKind, write_ct, write_field, write_scalar, write_transform};
 use supine_mesh::Deformation;
 use supine_report::{Consistency, Registration, Warning};
 use supine_space::Progress;
 use supine_volume::{Ct, label};
-use supine_warp::{Interpolation, Params};
+use supine_warp::{Interpolation, MovingPart, Params};
 
 /// Keys of the table that it takes.
 pub const KEYS: &[&str] = &[
@@ -45,7 +45,7 @@ pub struct Warp {
     pub mesh: PathBuf,
     /// Other voxels than those of the CT; for a file, not for a series.
     pub grid: OutputGrid,
-    /// A folder for the map as fields on the CT's grid.
+    /// A folder for the map as fields on the voxels of the CT that it moves.
     pub fields: Option<PathBuf>,
     /// A folder for the map as registrations of the series with the CT.
     pub registration: Option<PathBuf>,
@@ -111,16 +111,16 @@ pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
     drop(warped);
     let mapped = given.fields.is_some() || given.registration.is_some();
     let map = mapped.then(|| session.get::<Fields>(&request)).transpose()?;
-    let fields = map.as_ref().and_then(|map| map.held());
-    if let (Some(folder), Some(fields)) = (&given.fields, &fields) {
-        gather.work(NodeId::Fields, |progress| write_fields(fields, folder, progress))?;
+    let held = map.as_ref().and_then(|map| map.held());
+    if let (Some(folder), Some(held)) = (&given.fields, &held) {
+        gather.work(NodeId::Fields, |progress| write_fields(held, folder, progress))?;
     }
-    let registration = match (&given.registration, &source, &fields) {
-        (Some(folder), Some(named), Some(fields)) => {
+    let registration = match (&given.registration, &source, &held) {
+        (Some(folder), Some(named), Some(held)) => {
             let (ct, source) = (input.ct.grid(), &named.source);
             let between = RegisteredSeries { ct, source, exported: &given.out };
             let write = |progress: Progress<'_>| {
-                write_registration(&between, &deformation, fields, folder, progress)
+                write_registration(&between, &deformation, &held.fields, folder, progress)
             };
             Some(gather.work(NodeId::Registration, write)?)
         }
@@ -243,24 +243,20 @@ fn write_series(
         .map_err(Error::Export)
 }
 
-/// Writes the map as fields in both formats.
-fn write_fields(
-    fields: &supine_warp::Fields,
-    folder: &Path,
-    progress: Progress<'_>,
-) -> Result<(), Error> {
+/// Writes the map as fields in both formats, and the backward one as a transform of ITK.
+fn write_fields(map: &MovingPart, folder: &Path, progress: Progress<'_>) -> Result<(), Error> {
     std::fs::create_dir_all(folder)
         .map_err(|source| Error::Output { path: folder.into(), source })?;
+    let (backward, forward) = (&map.resampling, map.fields.ct_to_deformed());
     for (n, ending) in ["nrrd", "nii.gz"].into_iter().enumerate() {
         let path = |name: &str| folder.join(format!("{name}.{ending}"));
-        let part = |a: f64, b: f64| progress.part(0.5 * (n as f64 + a), 0.5 * (n as f64 + b));
-        let (backward, forward) = (path("deformed_to_ct"), path("ct_to_deformed"));
-        write_field(fields.deformed_to_ct(), &backward, FieldKind::Resampling, part(0.0, 0.4))
-            .and_then(|()| {
-                write_field(fields.ct_to_deformed(), &forward, FieldKind::Modeling, part(0.4, 0.8))
-            })
-            .and_then(|()| write_scalar(fields.jacobian(), &path("jacobian"), part(0.8, 1.0)))
+        let part = |a: f64, b: f64| progress.part(0.4 * (n as f64 + a), 0.4 * (n as f64 + b));
+        let (to, modeling) = (path("deformed_to_ct"), FieldKind::Modeling);
+        write_field(backward, &to, FieldKind::Resampling, part(0.0, 0.4))
+            .and_then(|()| write_field(forward, &path("ct_to_deformed"), modeling, part(0.4, 0.8)))
+            .and_then(|()| write_scalar(map.fields.jacobian(), &path("jacobian"), part(0.8, 1.0)))
             .map_err(Error::product)?;
     }
-    Ok(())
+    write_transform(backward, &folder.join("deformed_to_ct.mat"), progress.part(0.8, 1.0))
+        .map_err(Error::product)
 }
