@@ -338,8 +338,8 @@ pub(crate) struct Warp {
     /// Only slices between these positions, mm, z for axial slices; beyond the CT is air; for files as above
     #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
     pub(crate) axial: Option<Numbers<2>>,
-    /// Also the map as fields on the CT's grid, both ways, and its Jacobian: .nrrd and .nii.gz, in
-    /// this folder
+    /// Also the map as fields on the voxels of the CT around what moves, both ways, and its Jacobian: .nrrd
+    /// and .nii.gz, and as a transform of ITK (.mat), in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) fields: Option<PathBuf>,
     /// Also the map as DICOM registrations of the series with the CT, in this folder

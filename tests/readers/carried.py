@@ -21,6 +21,9 @@ jacobian = of_itk(sitk.ReadImage(str(run / "field/jacobian.nrrd")))[0]
 k, j, i = np.indices(jacobian.shape)
 places = np.stack([i, j, k, np.ones_like(i)], -1) @ affine[:3].T
 inside = ((places - centre) ** 2).sum(-1) < radius**2
+# The fields cover what moves: the whole ball.
+share = inside.sum() * abs(np.linalg.det(affine[:3, :3])) / (4 / 3 * np.pi * radius**3)
+check(abs(share - 1) < 0.05, f"{share:.2f} of the ball lie in the fields")
 weight = jacobian[inside]
 grown = weight.mean()
 middle = (weight[:, None] * (places + u)[inside]).sum(0) / weight.sum()

@@ -1,5 +1,6 @@
-"""fields.py SOURCE RUN: SimpleITK, given the source CT and our field, makes our warped CT; the two
-fields undo each other, as well as the summary says; the Jacobian is that of the field."""
+"""fields.py SOURCE RUN: SimpleITK, given the source CT and our field, as an image and as a transform, makes our warped CT and
+no ghost of the breast where it was; the fields are a part of the CT's grid at whose border nothing moves; they undo each
+other, as well as the summary says; the Jacobian is that of the field."""
 
 import json
 import sys
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import SimpleITK as sitk
-from grids import check, of_itk, series_by_itk
+from grids import check, ghost_ml, in_tissue, of_itk, series_by_itk
 
 source, run = sys.argv[1], Path(sys.argv[2])
 ct, warped = series_by_itk(source), series_by_itk(run / "ct")
@@ -22,17 +23,40 @@ def transform(field):
     return sitk.DisplacementFieldTransform(sitk.Cast(field, sitk.sitkVectorFloat64))
 
 
+# One part of the CT's grid, and nothing moves at its border.
+first = np.array(ct.TransformPhysicalPointToContinuousIndex(back.GetOrigin()))
+check(np.abs(first - first.round()).max() < 1e-4, f"the fields begin between voxels: {first}")
+voxels, all_voxels = np.prod(back.GetSize()), np.prod(ct.GetSize())
+print(f"{back.GetSize()} of {ct.GetSize()} voxels: {voxels / all_voxels:.1%}")
+check(voxels < 0.3 * all_voxels, f"{voxels} voxels of {all_voxels}: the fields are not cropped")
+for name, field, rest in (("deformed_to_ct", back, 0), ("ct_to_deformed", forth, 0), ("jacobian", jacobian, 1)):
+    check(field.GetSize() == back.GetSize() and np.allclose(field.GetOrigin(), back.GetOrigin()), f"{name} lies elsewhere")
+    for axis in range(3):
+        check((np.take(sitk.GetArrayViewFromImage(field), [0, -1], axis) == rest).all(), f"{name} at the border of axis {axis}")
+
 # The warped CT by another program: HU_deformed(x) = HU(x + v(x)), trilinear.
 grid = sitk.Resample(warped, back, sitk.Transform(), sitk.sitkNearestNeighbor)
 again = sitk.Resample(ct, back, transform(back), sitk.sitkLinear, -1000.0, sitk.sitkFloat64)
 way = np.linalg.norm(sitk.GetArrayFromImage(back), axis=-1)
-moved = way > 0.2
+moved = (way > 0.2) & in_tissue(back, forth)
 off = np.abs(sitk.GetArrayFromImage(again) - sitk.GetArrayFromImage(grid))[moved]
 share = np.mean(off <= 1.5)
 print(f"{moved.sum()} voxels moved, largest way {way.max():.2f} mm; {share:.4%} equal, 99th percentile {np.percentile(off, 99):.1f} HU")
 check(moved.sum() > 10_000, f"only {moved.sum()} voxels moved")
 check(0.5 < way.max() < 60, f"largest way {way.max():.2f} mm")
 check(share > 0.999, f"SimpleITK makes the same volume of {share:.2%} of the moved voxels only")
+
+# The same over the whole volume, by the field alone and by the transform of ITK: where the breast was is air.
+read = sitk.ReadTransform(str(run / "field/deformed_to_ct.mat"))
+for name, leads in (("field", transform(back)), ("transform", read)):
+    made = sitk.Resample(ct, warped, leads, sitk.sitkLinear, -1000.0, sitk.sitkFloat64)
+    ghost, without = ghost_ml(made, warped), ghost_ml(ct, warped)
+    print(f"by the {name}: ghost of {ghost:.4f} ml; without it {without:.2f} ml")
+    check(without > 0.3, "the breast left nothing to see a ghost in")
+    check(ghost < 0.05, f"the {name} leaves a ghost of {ghost:.3f} ml")
+for _ in range(200):
+    x = ct.TransformContinuousIndexToPhysicalPoint(np.random.default_rng(_).uniform(0, ct.GetSize()).tolist())
+    check(np.allclose(read.TransformPoint(x), transform(back).TransformPoint(x), atol=1e-6), f"the transform leads elsewhere at {x}")
 
 # There and back again, at voxels of the operating pose that came from somewhere inside.
 positions, steps = of_itk(back)
@@ -67,13 +91,15 @@ moving = np.argwhere(forward.any(-1))
 u = forward[tuple(moving.T)]
 direction = np.array(forth.GetDirection()).reshape(3, 3)
 steps = (u @ direction / np.array(forth.GetSpacing()))[:, ::-1]
-v, chosen = sampled(backward, moving + steps)
+# Of the map alone, as far as it is told from the air into which the vectors are led on.
+v, chosen = sampled(backward * in_tissue(back, forth)[..., None], moving + steps)
 off = np.linalg.norm(u[chosen] + v, axis=-1)
 found = {"voxels": len(off), "mean_mm": off.mean(), "p99_mm": np.percentile(off, 99), "max_mm": off.max()}
 print(f"forward, then backward: {found}; the summary: {told}")
-check(abs(found["voxels"] / told["voxels"] - 1) < 1e-3, f"{told['voxels']} voxels in the summary, {len(off)} here")
-for key in ("mean_mm", "p99_mm", "max_mm"):
+check(0.8 < found["voxels"] / told["voxels"] <= 1, f"{told['voxels']} voxels in the summary, {len(off)} here")
+for key in ("mean_mm", "p99_mm"):
     check(abs(found[key] - told[key]) < 1e-3, f"{key} of the summary is {told[key]}, here {found[key]}")
+check(found["max_mm"] < told["max_mm"] + 1e-5, f"max_mm of the summary is {told['max_mm']}, here {found['max_mm']}")
 check(told["voxels"] > 10_000 and told["max_mm"] < 0.3, f"the fields do not undo each other: {told}")
 
 # det of the gradient of x -> x + u(x) on the CT's grid, by differences.

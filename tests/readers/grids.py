@@ -65,6 +65,27 @@ def by_itk(folder):
     return of_itk(series_by_itk(folder))
 
 
+def in_tissue(back, forth):
+    """Where the vectors of `deformed_to_ct` (a SimpleITK image) are those of tissue, and not of the air round it into which they
+    are led on: those that lead to a place between eight voxels that `ct_to_deformed`, on the same grid, moves."""
+    v, u = (sitk.GetArrayFromImage(field).astype(float) for field in (back, forth))
+    direction = np.array(back.GetDirection()).reshape(3, 3)
+    k, j, i = np.indices(v.shape[:3])
+    at = np.stack([k, j, i], -1) + (v @ direction / np.array(back.GetSpacing()))[..., ::-1]
+    low, moved = np.floor(at).astype(int), u.any(-1)
+    inside = ((low >= 0) & (low + 1 < moved.shape)).all(-1)
+    low = np.where(inside[..., None], low, 0)
+    for corner in np.ndindex(2, 2, 2):
+        inside &= moved[tuple(np.moveaxis(low + corner, -1, 0))]
+    return inside & v.any(-1)
+
+
+def ghost_ml(made, meant):
+    """Volume that is tissue in `made` and air in `meant`, two SimpleITK images on one grid: a ghost of the breast, mL."""
+    made_hu, meant_hu = (sitk.GetArrayViewFromImage(image) for image in (made, meant))
+    return ((made_hu > -300) & (meant_hu < -700)).sum() * np.prod(meant.GetSpacing()) / 1000
+
+
 def check(holds, what):
     """Ends the script when something does not hold."""
     if not holds:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pydicom
 import SimpleITK as sitk
-from grids import check, of_itk, series_by_itk, slices
+from grids import check, in_tissue, of_itk, series_by_itk, slices
 
 source, run = Path(sys.argv[1]), Path(sys.argv[2])
 reg = pydicom.dcmread(run / "registration/deformable.dcm")
@@ -28,20 +28,28 @@ for axis in range(3):
     ends = np.take(vectors, [0, -1], axis)
     check((ends == 0).all(), f"vectors at the border of axis {axis}")
 
-# What lies between its places, against the run's own field.
+# What lies between its places, against the run's own field, in the tissue.
 exact = sitk.ReadImage(str(run / "field/deformed_to_ct.nrrd"))
 truth = of_itk(exact)[0].astype(float)
 between = of_itk(sitk.Resample(field, exact, sitk.Transform(), sitk.sitkLinear, 0.0, sitk.sitkVectorFloat64))[0]
-moved = (truth != 0).any(-1)
+tissue = in_tissue(exact, sitk.ReadImage(str(run / "field/ct_to_deformed.nrrd")))
+moved = tissue & (truth != 0).any(-1)
 off = np.linalg.norm(between - truth, axis=-1)[moved]
 said = json.loads((run / "summary.json").read_text())["export"]["registration"]
 print(f"{moved.sum()} voxels: {off.mean():.4f} mm off in the mean, {np.quantile(off, 0.99):.4f} at 99 %, {off.max():.4f} at most; said {said}")
-check(abs(off.mean() - said["mean_mm"]) < 1e-3 and abs(off.max() - said["max_mm"]) < 1e-2, "the summary says otherwise")
+# The summary counts the voxels at the skin too, which are told from air here only by their neighbours.
+check(0.7 < moved.sum() / said["voxels"] <= 1, f"{said['voxels']} voxels in the summary, {moved.sum()} here")
+check(abs(off.mean() - said["mean_mm"]) < 3e-3 and off.max() < said["max_mm"] + 1e-3, "the summary says otherwise")
 
 # The CT that it makes, in the tissue and away from the skin, where a voxel holds air too.
 ct, deformed = series_by_itk(source), series_by_itk(run / "ct")
 made = sitk.GetArrayFromImage(sitk.Resample(ct, deformed, sitk.DisplacementFieldTransform(field), sitk.sitkLinear, -1000.0))
 meant = sitk.GetArrayFromImage(deformed)
+# The field is a part of the CT's grid.
+whole = sitk.GetImageFromArray(moved.astype(np.uint8))
+whole.CopyInformation(exact)
+moved = sitk.GetArrayFromImage(sitk.Resample(whole, deformed, sitk.Transform(), sitk.sitkNearestNeighbor)) > 0
+check(moved.sum() == sitk.GetArrayViewFromImage(whole).sum(), "the field leaves the grid of the CT")
 difference = np.abs(made - meant)[moved]
 plain = np.abs(sitk.GetArrayFromImage(ct) - meant)[moved]
 print(f"in the tissue: {difference.mean():.2f} HU off the exported CT in the mean, {np.quantile(difference, 0.99):.1f} at 99 %; without the registration {plain.mean():.2f} HU")

@@ -4,7 +4,7 @@
   texture.py CT DEFORMED FIELD      JSON on stdout
 
 CT, DEFORMED: folders of one DICOM series or files, on one grid. FIELD: NRRD, displacement from the operating position to the
-CT (mm) on that grid. Fat: smoothed (3 mm) within 25 HU of its mode in both volumes and 2 mm from all else. Squares of 9 x 9
+CT (mm) on that grid or a part of it, beyond which nothing moves. Fat: smoothed (3 mm) within 25 HU of its mode in both volumes and 2 mm from all else. Squares of 9 x 9
 voxels of a slice in fat, plane taken off: `region` where the fat moves by 0.5 mm or more, `beside` where it does not move.
 The deviation in HU, its 10 % and 90 %; shares of the power in the lower and upper half of the in-plane frequencies up to the
 grid's limit, and how much of each is left, after over before.
@@ -65,7 +65,9 @@ def figures(residuals):
 def main():
     ct, moved = (read(p) for p in sys.argv[1:3])
     before, after = (sitk.GetArrayFromImage(v).astype(np.float32) for v in (ct, moved))
-    field = np.linalg.norm(sitk.GetArrayFromImage(sitk.ReadImage(sys.argv[3])), axis=-1)
+    vectors = sitk.ReadImage(sys.argv[3], sitk.sitkVectorFloat64)
+    vectors = sitk.Resample(vectors, ct, sitk.Transform(), sitk.sitkNearestNeighbor, 0.0)
+    field = np.linalg.norm(sitk.GetArrayFromImage(vectors), axis=-1)
     spacing = ct.GetSpacing()[::-1]
     both = fat(before, spacing) & fat(after, spacing)
     region, beside = squares(both & (field >= MOVED_MM)), squares(both & (field == 0))

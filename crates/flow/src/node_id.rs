@@ -33,7 +33,7 @@ pub enum NodeId {
     Points,
     /// The exported series.
     Export,
-    /// The map as fields on the grid of the CT.
+    /// The map as fields on the voxels of the CT around what moves.
     Fields,
     /// The pictures of the report.
     Pictures,
