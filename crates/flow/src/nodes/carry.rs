@@ -31,7 +31,7 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
