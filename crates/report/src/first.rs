@@ -1,13 +1,43 @@
 //! What a planner reads first: the verdict, how far the tumour moves, how sure that is, and where to look.
 
+use crate::canvas::Rgb;
+use crate::colour;
 use crate::place::at;
 use crate::summary::{Colour, Reason, Summary, UncertainPatch};
 use crate::tables::Table;
 use crate::words::{capital, directions, fixed, triple};
 
+/// What stands above everything.
+pub(crate) const BANNER: &str = "DERIVED, SIMULATED IMAGES. Not acquired, research software. Compare with the source CT \
+                                 before any use.";
+/// What is shown, and in which frame.
+pub(crate) const ABOUT: &str = "CT of the patient on her back, moved by simulation to the tilt of the operating table. \
+                                Positions in mm in the patient frame LPS of the CT (x to the patient's left, y to the \
+                                back, z to the head).";
+/// Heading of what the result must not be used for.
+pub(crate) const NOT_FOR: &str = "Must not be used for";
+/// The colours in the pictures.
+pub(crate) const LEGEND: [(Rgb, &str); 6] = [
+    (colour::BEFORE, "tumour, estimated nipple in the CT"),
+    (colour::AFTER, "on the operating table"),
+    (colour::SKIN, "skin"),
+    (colour::CHEST_WALL, "chest wall"),
+    (colour::CUT, "cut"),
+    (colour::REGION, "region (dashed)"),
+];
+/// The grey of the pictures.
+pub(crate) const WINDOW: &str = "CT window \u{2212}200 to 200 HU";
+
+/// Number of columns of the uncertain places before that of the seeds.
+pub(crate) const BEFORE_SEEDS: usize = 5;
+/// Title of the uncertain places.
+pub(crate) const PLACES: &str = "Uncertain places of the chest wall";
+
 /// The first screen.
 #[derive(Debug)]
 pub(crate) struct First {
+    /// Which breast it is about, and where.
+    pub(crate) title: String,
     /// `good`, `check` or `stop`: the class that colours the verdict.
     pub(crate) class: &'static str,
     /// In three words.
@@ -34,6 +64,7 @@ impl First {
             Colour::Red => ("stop", "Do not use"),
         };
         Self {
+            title: format!("{} breast on the operating table", capital(&s.position.breast)),
             class,
             headline,
             reasons: s.verdict.reasons.iter().map(told).collect(),
@@ -118,8 +149,11 @@ fn patches(s: &Summary) -> Vec<&UncertainPatch> {
 
 /// The uncertain places of the chest wall with seeds to copy.
 fn places(s: &Summary) -> Option<Table> {
+    let title = format!(
+        "{PLACES}. Pairs of seeds, each moved to the boundary that you see, make a place sure"
+    );
     let mut t = Table::list(
-        "Uncertain places of the chest wall. Pairs of seeds, each moved to the boundary that you see, make a place sure",
+        &title,
         &[
             "Where",
             "Middle (LPS), mm",
@@ -167,6 +201,13 @@ fn seed_line(pairs: &[[[f64; 3]; 2]]) -> String {
 mod tests {
     use super::*;
     use crate::summary::tests::example;
+
+    #[test]
+    fn the_seeds_stand_in_the_last_column() {
+        let places = First::new(&example()).places.unwrap();
+        assert_eq!(places.head.len(), BEFORE_SEEDS + 1);
+        assert!(places.head[BEFORE_SEEDS].starts_with("Seeds") && places.title.starts_with(PLACES));
+    }
 
     #[test]
     fn no_displacement_stands_without_its_interval() {

@@ -15,7 +15,6 @@ use supine_space::Warning;
 #[template(path = "index.html")]
 struct Page<'a> {
     summary: &'a Summary,
-    breast: String,
     /// Whose CT it is; empty when the patient was taken out.
     whose: Vec<(&'static str, &'a str)>,
     first: First,
@@ -78,7 +77,6 @@ pub(crate) fn page(
     let still = rows.iter().filter(|row| row.part == Part::Still);
     Page {
         summary,
-        breast: words::capital(&summary.position.breast),
         whose: whose.map(Whose::known).unwrap_or_default(),
         first: First::new(summary),
         key: tables::key(summary),

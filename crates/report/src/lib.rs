@@ -2,7 +2,7 @@
 //!
 //! [`write()`] makes `index.html`, self-contained with a slice viewer in it, and its pictures as PNG files
 //! from a [`Summary`] and the products of the run ([`Scene`]); [`write_summary`] makes
-//! `summary.json`. Knows no stage: the pipeline tells what happened. Nothing in the report differs
+//! `summary.json`; [`pdf()`] makes one or two sheets for printers and archives. Knows no stage: the pipeline tells what happened. Nothing in the report differs
 //! from run to run of the same case; times and memory stand in [`Summary::run`] alone.
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
@@ -17,6 +17,7 @@ mod files;
 mod first;
 mod html;
 mod lettering;
+mod pdf;
 #[cfg(test)]
 mod phantom;
 mod pictures;
@@ -37,6 +38,7 @@ mod write;
 pub use agreement::agreement;
 pub use error::Error;
 pub use files::write_summary;
+pub use pdf::pdf;
 pub use scene::{Scene, Shown};
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, verdict};

@@ -10,7 +10,7 @@ use supine_space::{Point, Progress, Vector, Warning};
 /// All pictures of a report, encoded, with their captions and tables.
 #[derive(Debug)]
 pub struct Pictures {
-    rows: Vec<EncodedRow>,
+    pub(crate) rows: Vec<EncodedRow>,
     /// The slice viewer's data, JSON.
     viewer: String,
     /// What the pictures could not show.

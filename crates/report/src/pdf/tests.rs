@@ -1,0 +1,127 @@
+use super::*;
+use crate::phantom::Phantom;
+use crate::summary::tests::example;
+use crate::{draw, verdict as judged};
+use std::sync::OnceLock;
+use supine_space::{Matrix, Point, Progress, Sphere, Vector};
+
+const DATE: &str = "2026-03-01 12:00:00";
+
+fn pictures() -> &'static Pictures {
+    static DRAWN: OnceLock<Pictures> = OnceLock::new();
+    DRAWN.get_or_init(|| {
+        let phantom = Phantom::new(Matrix::identity(), Vector::new(2.0, 1.0, -3.0));
+        let mut scene = phantom.scene();
+        scene.tumour = Some(Sphere::new(Point::new(5.0, -10.0, 4.0), 8.0).unwrap());
+        scene.tumour_after = Some(Point::new(7.0, -9.0, 1.0));
+        draw(&(&example()).into(), &scene, Progress::none()).unwrap()
+    })
+}
+
+fn judged_example() -> Summary {
+    let mut summary = example();
+    summary.verdict = judged(&summary, 2.0);
+    summary
+}
+
+fn patient(name: &str) -> Whose {
+    let [id, born] = ["4711", "1960-05-17"].map(String::from);
+    Whose { name: name.into(), id, born, ..Whose::default() }
+}
+
+/// The texts of a file in their order, lines joined, as this module writes them: `(text) Tj`, or `<hexadecimal> Tj` of those
+/// with letters beyond ASCII.
+fn texts(pdf: &[u8]) -> String {
+    let lines = pdf.split(|byte| *byte == b'\n').filter_map(|line| line.strip_suffix(b" Tj"));
+    lines.map(shown).collect::<Vec<String>>().join(" ")
+}
+
+fn shown(operand: &[u8]) -> String {
+    let text: String = operand.iter().map(|&code| char::from(code)).collect();
+    if let Some(text) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) {
+        return text.replace("\\(", "(").replace("\\)", ")");
+    }
+    let digits = text.strip_prefix('<').and_then(|text| text.strip_suffix('>')).expect(&text);
+    let code = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).expect(digits);
+    (0..digits.len()).step_by(2).map(|at| char::from(code(at))).collect()
+}
+
+fn made(summary: &Summary, whose: Option<&Whose>) -> Vec<u8> {
+    pdf((summary, whose), pictures(), DATE).unwrap()
+}
+
+#[test]
+fn it_says_what_the_page_says_first() {
+    let summary = judged_example();
+    let text = texts(&made(&summary, Some(&patient("Doe, Jane"))));
+    for wanted in [
+        "Look before use.",
+        "Left breast on the operating table",
+        "The tumour moves 3.7 mm (95 %: 1.1 to 8.2 mm)",
+        "1. ",
+        "to the patient's left",
+        "What makes it uncertain, each alone",
+        "AP 7.0\u{b0}: head raised; LAT 5.0\u{b0}: patient's left side lowered",
+        "Young's modulus 0.609 kPa with rest state \u{93}net\u{94}",
+        "Doe, Jane",
+        "4711",
+        "3f7a",
+        "supine 0.1.0. Result 3f7a, 2026-03-01 12:00:00.",
+        "DERIVED, SIMULATED IMAGES.",
+        "Page 1 of ",
+    ] {
+        assert!(text.contains(wanted), "{wanted} in {text}");
+    }
+    let reasons = First::new(&summary).reasons.into_iter().map(|(reason, _)| setter_text(&reason));
+    let places: Vec<usize> = reasons.map(|reason| text.find(&reason).expect(&reason)).collect();
+    assert!(places.len() > 2 && places.is_sorted(), "reasons stand in their order: {places:?}");
+    assert!(!text.contains('?'), "a sign of the report's own words is lacking: {text}");
+}
+
+/// As the file has it.
+fn setter_text(text: &str) -> String {
+    let setter = Setter::default();
+    setter.letters(text).into_iter().map(char::from).collect()
+}
+
+#[test]
+fn the_same_run_gives_the_same_bytes_on_two_sheets() {
+    let summary = judged_example();
+    let (a, b) = (made(&summary, None), made(&summary, None));
+    assert_eq!(a, b);
+    assert!(a.starts_with(b"%PDF-1.") && a.ends_with(b"%%EOF"));
+    assert!(texts(&a).contains("Page 2 of 2"), "{}", texts(&a));
+}
+
+#[test]
+fn a_patient_who_was_taken_out_is_not_named() {
+    let text = texts(&made(&judged_example(), None));
+    assert!(!text.contains("Patient Doe") && !text.contains("4711") && !text.contains("Born"));
+}
+
+#[test]
+fn letters_that_the_fonts_lack_are_said() {
+    let summary = judged_example();
+    let said = |name: &str| {
+        let text = texts(&made(&summary, Some(&patient(name))));
+        (text.contains("cannot show"), text)
+    };
+    assert!(!said("M\u{fc}ller, Eva").0);
+    let (lacking, text) = said("Łuszczyńska, Ewa");
+    assert!(lacking && text.contains("Luszczynska, Ewa"), "{text}");
+    let (lacking, text) = said("山田, 花子");
+    assert!(lacking && text.contains("??, ??"), "{text}");
+}
+
+#[test]
+fn many_uncertain_places_are_counted() {
+    let mut summary = judged_example();
+    let found = summary.segmentation.uncertainty.as_mut().unwrap();
+    let patch = found.patches[0].clone();
+    found.patches = vec![patch; 30];
+    summary.verdict = judged(&summary, 2.0);
+    let text = texts(&made(&summary, None));
+    assert!(text.contains("22 more, which do less to the tumour"), "{text}");
+    // All 30 reasons are told, however many sheets that takes.
+    assert!(text.contains("32. "), "{text}");
+}
