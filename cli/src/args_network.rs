@@ -18,7 +18,7 @@ pub(crate) struct Send {
     /// Our own application entity title
     #[arg(long, value_name = "AET", default_value = "SUPINE")]
     pub(crate) from: Title,
-    /// Objects of every kind, not only CT, registrations, doses, structure sets and segmentations
+    /// Objects of every kind, not only CT, registrations, doses, structure sets, segmentations and PDFs
     #[arg(long)]
     pub(crate) all: bool,
     /// Also what the archive has acknowledged in an earlier call

@@ -22,7 +22,7 @@ use supine_space::{Progress, Warning};
 /// What is sent, and what is not.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SendParams {
-    /// Objects of every SOP class, not only CT, registrations, doses, structure sets, segmentations.
+    /// Objects of every SOP class, not only CT, registrations, doses, structure sets, segmentations, PDFs.
     pub all: bool,
     /// Objects too that the peer has acknowledged in an earlier call.
     pub again: bool,

@@ -22,7 +22,7 @@ pub(crate) const OBJECT: [&str; 11] = [
 ];
 
 /// The objects of a planning CT and what is made from it.
-pub(crate) const KINDS: [&str; 9] = [
+pub(crate) const KINDS: [&str; 10] = [
     uids::CT_IMAGE_STORAGE,
     uids::ENHANCED_CT_IMAGE_STORAGE,
     uids::LEGACY_CONVERTED_ENHANCED_CT_IMAGE_STORAGE,
@@ -32,4 +32,5 @@ pub(crate) const KINDS: [&str; 9] = [
     uids::LABEL_MAP_SEGMENTATION_STORAGE,
     uids::RT_STRUCTURE_SET_STORAGE,
     uids::RT_DOSE_STORAGE,
+    uids::ENCAPSULATED_PDF_STORAGE,
 ];

@@ -13,6 +13,7 @@
 //! - [`read_structures`], [`write_structures`]: regions of interest drawn as contours
 //! - [`read_dose`], [`write_dose`]: absorbed dose on a grid
 //! - [`write_deformable`], [`write_chest_wall`]: registrations of an exported series with its source
+//! - [`write_document`]: a PDF of the patient beside an exported series
 //! - [`object_files`], [`file_header`], [`Identifier`]: objects that travel unchanged over a network
 //! - [`verify_export`]: what no validator notices about an exported series
 //!
@@ -25,6 +26,7 @@ mod clock;
 mod companion;
 mod data_set;
 mod derived;
+mod document;
 mod dose;
 mod equalise;
 mod error;
@@ -62,6 +64,7 @@ pub use accept::Accept;
 pub use anonymise::Anonymiser;
 pub use clock::Clock;
 pub use companion::{CompanionParams, ObjectReference};
+pub use document::{Document, write_document};
 pub use dose::{Dose, DoseInfo, read_dose, write_dose};
 pub use error::Error;
 pub use export::{ExportParams, WriteInfo, write_series};

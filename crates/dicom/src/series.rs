@@ -18,6 +18,8 @@ pub(crate) enum Place {
     DeformableRegistration,
     RigidRegistration,
     Labels,
+    /// The report.
+    Report,
     /// A dose, counted from 0.
     Dose(usize),
     /// A structure set, counted from 0.
@@ -34,6 +36,7 @@ impl Place {
             Self::DeformableRegistration => 1,
             Self::RigidRegistration => 2,
             Self::Labels => 3,
+            Self::Report => 4,
             Self::Dose(n) => OF_KIND + of_kind(n),
             Self::Structures(n) => 2 * OF_KIND + of_kind(n),
             Self::Segmentation(n) => 3 * OF_KIND + of_kind(n),
@@ -69,8 +72,12 @@ mod tests {
 
     #[test]
     fn no_two_objects_of_a_run_share_a_number() {
-        let mut places =
-            vec![Place::DeformableRegistration, Place::RigidRegistration, Place::Labels];
+        let mut places = vec![
+            Place::DeformableRegistration,
+            Place::RigidRegistration,
+            Place::Labels,
+            Place::Report,
+        ];
         for n in 0..OF_KIND as usize {
             places.extend([Place::Dose(n), Place::Structures(n), Place::Segmentation(n)]);
         }
