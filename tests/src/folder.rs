@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 /// The names under which a run leaves its results; `ct.nrrd` stands in for `ct` when the CT did not
 /// come as DICOM, `points.csv` is there when points are carried, `rt` when DICOM objects are,
-/// `tissues.seg.nrrd` when they are asked for.
-pub const FINAL_NAMES: [&str; 14] = [
+/// `tissues.seg.nrrd` and `report.dcm` when they are asked for.
+pub const FINAL_NAMES: [&str; 15] = [
     "rt",
     "registration",
     "labels.seg.nrrd",
@@ -20,6 +20,7 @@ pub const FINAL_NAMES: [&str; 14] = [
     "ct",
     "ct.nrrd",
     "report",
+    "report.dcm",
     "summary.json",
 ];
 

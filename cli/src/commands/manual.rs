@@ -30,6 +30,7 @@ const FILES: &[&str] = &[
     "OUT/ct: the deformed CT as a DICOM series",
     "OUT/structures.dcm: body, chest wall, breast and tumour on that series",
     "OUT/report/index.html: the report",
+    "OUT/report.dcm: what it says first, as a PDF in a DICOM object, where the case asks for it",
     "OUT/summary.json: the result for scripts; supine schema summary describes it",
     "OUT/log.jsonl: what was done, a line each",
     "OUT-reidentification: the key of a de-identified run; keep it apart",

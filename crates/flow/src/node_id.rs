@@ -45,11 +45,13 @@ pub enum NodeId {
     Carry,
     /// The report.
     Report,
+    /// What the report says first, as a PDF beside the series.
+    ReportObject,
 }
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -71,6 +73,7 @@ impl NodeId {
         Self::Structures,
         Self::Carry,
         Self::Report,
+        Self::ReportObject,
     ];
 
     /// Name on the command line, in logs and in `summary.json`.
@@ -97,6 +100,7 @@ impl NodeId {
             Self::Structures => "structures",
             Self::Carry => "carry",
             Self::Report => "report",
+            Self::ReportObject => "report-object",
         }
     }
 

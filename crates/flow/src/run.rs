@@ -28,7 +28,7 @@ pub fn run(
 ) -> Result<Option<Summary>, Error> {
     session.case().check_complete()?;
     let targets: Vec<NodeId> = match options.until {
-        Some(until) if until != NodeId::Report => vec![until],
+        Some(until) if !matches!(until, NodeId::Report | NodeId::ReportObject) => vec![until],
         _ => NodeId::ALL.to_vec(),
     };
     let request = Request { observer, lane: Lane::Final, force: options.force, drops: true };

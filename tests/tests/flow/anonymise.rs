@@ -11,7 +11,7 @@ fn nothing_of_the_patient_is_in_a_de_identified_run() {
     // Sites name files after patients: one that is no slice, and is told as left out.
     let (ct, _) = copy_series(folder.path());
     std::fs::write(ct.join("PHANTOM^FIXTURE.txt"), "notes").expect("a file can be written");
-    let case = Case::small().with_ct(&ct).with("export", "{ anonymise = true }");
+    let case = Case::small().with_ct(&ct).with("export", "{ anonymise = true, pdf = true }");
     let case = case.write(folder.path());
     let out = folder.path().join("out");
     run(&case, &out, 2).success("supine run");
@@ -19,7 +19,10 @@ fn nothing_of_the_patient_is_in_a_de_identified_run() {
     let said = readers_python("identifiers.py", [&ct, &out]).success("identifiers.py");
     println!("{}", said.stdout.trim());
 
-    let mut objects = vec![out.join("labels.dcm"), out.join("ct/CT0001.dcm")];
+    readers_python("report_pdf.py", [&out, &ct]).success("report_pdf.py");
+
+    let names = ["labels.dcm", "report.dcm", "ct/CT0001.dcm"];
+    let mut objects: Vec<PathBuf> = names.map(|name| out.join(name)).into();
     for object in objects.drain(..) {
         let said = tool("dciodvfy", ["-new".as_ref(), object.as_os_str()]);
         let error = said.stderr.lines().find(|line| line.starts_with("Error"));

@@ -17,6 +17,7 @@ mod network;
 mod readers;
 mod refine;
 mod repeat;
+mod report_pdf;
 mod rt;
 mod shared;
 mod tissues;

@@ -44,6 +44,7 @@ pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
     (NodeId::Structures, "structures", "structures.dcm"),
     (NodeId::Carry, "objects", "rt"),
     (NodeId::Report, "report", "report"),
+    (NodeId::ReportObject, "document", "report.dcm"),
 ];
 
 /// What the version before left and this one does not.

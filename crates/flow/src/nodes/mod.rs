@@ -15,6 +15,7 @@ mod points;
 mod region;
 mod registration;
 mod report;
+mod report_object;
 mod segment;
 mod solve;
 mod source;
@@ -38,6 +39,7 @@ pub(crate) use points::{Points, not_carried};
 pub(crate) use region::{Chosen, Region};
 pub(crate) use registration::Registration;
 pub(crate) use report::Report;
+pub(crate) use report_object::ReportObject;
 pub(crate) use segment::{Segment, Segmented};
 pub(crate) use solve::{Solve, Solved};
 pub(crate) use source::Source;
@@ -71,6 +73,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Structures>(),
     Entry::of::<Carry>(),
     Entry::of::<Report>(),
+    Entry::of::<ReportObject>(),
 ];
 
 #[cfg(test)]

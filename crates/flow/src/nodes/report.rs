@@ -7,6 +7,7 @@ use super::{
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::region::Ball as OwnBall;
+use crate::shared::whose;
 use crate::spec::{Case, TumourSpec};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -14,7 +15,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
     Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Segmentation,
-    SourceSeries, Summary, Tissue, Tool, Verdict, Whose,
+    SourceSeries, Summary, Tissue, Tool, Verdict,
 };
 
 pub(crate) struct Report;
@@ -176,11 +177,6 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     };
     summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
     Ok(summary)
-}
-
-fn whose(source: &supine_dicom::Source) -> Whose {
-    let supine_dicom::Whose { name, id, born, study, series } = source.whose();
-    Whose { name, id, born, study, series }
 }
 
 fn source_series(source: &supine_dicom::Source) -> SourceSeries {

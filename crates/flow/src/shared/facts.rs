@@ -1,13 +1,19 @@
 //! The summary's figures from the domain types.
 
 use supine_mesh::{BoundaryTag, TetMesh, quality, spread, tet_quality};
-use supine_report::{Mesh, Movement, QualityCheck, SurfaceFit, WorstTet};
+use supine_report::{Mesh, Movement, QualityCheck, SurfaceFit, Whose, WorstTet};
 use supine_segment::Bound;
 use supine_space::{Point, Vector};
 use supine_tetrahedralise::Deviation;
 
 /// The worst tetrahedra that are named.
 const NAMED: usize = 5;
+
+/// Whose CT a series is, for the report.
+pub(crate) fn whose(source: &supine_dicom::Source) -> Whose {
+    let supine_dicom::Whose { name, id, born, study, series } = source.whose();
+    Whose { name, id, born, study, series }
+}
 
 /// The mesh's part of the summary; the unknowns are known only to the solver and stay 0 here.
 pub fn mesh_facts(mesh: &TetMesh, info: &supine_tetrahedralise::Info) -> Mesh {

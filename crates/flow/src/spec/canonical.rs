@@ -166,6 +166,7 @@ fn export(case: &Case, key: &str) -> Json {
         "export.padding" => if spec.policy.clip_padding { CLIPPED } else { "source" }.into(),
         "export.registration" => spec.registration.into(),
         "export.structures" => spec.structures.into(),
+        "export.pdf" => spec.pdf.into(),
         "export.clock" => spec.clock.as_ref().map(ToString::to_string).into(),
         _ => Json::Null,
     }

@@ -117,6 +117,8 @@ pub struct ExportSpec {
     pub registration: bool,
     /// Whether a structure set of what was simulated goes with the series.
     pub structures: bool,
+    /// Whether the report goes with the series as a PDF.
+    pub pdf: bool,
     /// Departures from what is safest.
     pub policy: Policy,
     /// Date and time that the objects bear; none for those of the run.
@@ -433,6 +435,7 @@ fn export(given: Given<'_>) -> Result<ExportSpec, CaseError> {
         anonymise,
         clock: clock(given, anonymise)?,
         structures: given.switch("export.structures"),
+        pdf: given.switch("export.pdf"),
         registration: !same_frame && asked.unwrap_or(true),
         policy: Policy {
             new_study: given.word("export.study") == "new",

@@ -480,6 +480,13 @@ pub static TABLE: &[Parameter] = &[
         "a structure set of body, chest wall, breast and tumour beside the exported series",
     ),
     row(
+        ("export.pdf", "pdf"),
+        Kind::Switch,
+        "",
+        Preset::Switch(false),
+        "what the report says first, as a PDF in a DICOM object beside the exported series",
+    ),
+    row(
         ("export.clock", "clock"),
         Kind::Text,
         "",

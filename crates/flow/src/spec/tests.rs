@@ -165,6 +165,7 @@ fn the_canonical_form_makes_the_same_case() {
         "carry = { points = 'p.csv', dose = ['a', 'b'], structures = 's', segmentation = 'g' }",
         "export = { anonymise = true, study = 'new', equipment = 'scanner', registration = false }",
         "export = { frame = 'source, although the breast has moved in it' }",
+        "export = { structures = false, pdf = true }",
         "warp = { interpolation = 'cubic' }",
     ] {
         let case = with(line).unwrap();

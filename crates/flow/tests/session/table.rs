@@ -91,6 +91,7 @@ const RESULTS: &[Change] = &[
     ("export.frame", "\"source, although the breast has moved in it\"", SOLUTION),
     ("export.padding", "\"clipped\"", SOLUTION),
     ("export.structures", "false", SERIES),
+    ("export.pdf", "true", SERIES),
     ("export.clock", "\"2026-03-01 12:00:00\"", SOLUTION),
     ("tolerance", "5.0", SERIES),
     ("labels.file", "\"labels.seg.nrrd\"", NOTHING),
