@@ -33,7 +33,7 @@ const SMALL: Style = Style::new(Font::Plain, 7.5, QUIET);
 /// Between pictures or columns, points.
 const APART: f64 = 8.0;
 /// Between parts, points.
-const AIR: f64 = 7.0;
+const AIR: f64 = 6.5;
 /// More uncertain places than these are left to the page, which has their seeds too.
 const MOST_PLACES: usize = 8;
 /// What is said where letters are lacking.
@@ -57,7 +57,7 @@ pub fn pdf(
     let shown = leading.iter().flat_map(|row| &row.pictures);
     let rasters = shown.map(Raster::new).collect::<Result<Vec<_>, _>>()?;
     let first = First::new(summary);
-    let facts = facts(summary, whose, date);
+    let facts = facts(summary, whose);
     let setter = Setter::default();
     let mut blocks = vec![
         setter.text(&first.title, TITLE, WIDE),
@@ -92,16 +92,11 @@ pub fn pdf(
 }
 
 /// Whose CT it is, and which result: without the patient where she was taken out.
-fn facts<'a>(
-    summary: &'a Summary,
-    whose: Option<&'a Whose>,
-    date: &'a str,
-) -> Vec<(&'static str, &'a str)> {
+fn facts<'a>(summary: &'a Summary, whose: Option<&'a Whose>) -> Vec<(&'static str, &'a str)> {
     let mut facts = whose.map(Whose::known).unwrap_or_default();
     facts.extend(summary.id.iter().map(|id| ("Result", id.as_str())));
     let exported = summary.export.iter();
     facts.extend(exported.map(|export| ("Exported as", export.series_description.as_str())));
-    facts.push(("Date", date));
     facts
 }
 
@@ -210,10 +205,11 @@ fn headed(setter: &Setter, table: &Table) -> Vec<Block> {
 /// What the result must not be used for.
 fn limits(setter: &Setter, summary: &Summary) -> Block {
     const INDENT: f64 = 10.0;
+    let style = Style { size: 8.0, ..BODY };
     let heading = setter.text(NOT_FOR, HEADING, WIDE);
     summary.must_not_be_used_for.iter().fold(heading, |block, limit| {
-        let dot = setter.text("\u{2022}", BODY, INDENT);
-        block.above(dot.beside(INDENT, &setter.text(limit, BODY, WIDE - INDENT)))
+        let dot = setter.text("\u{2022}", style, INDENT);
+        block.above(dot.beside(INDENT, &setter.text(limit, style, WIDE - INDENT)))
     })
 }
 
