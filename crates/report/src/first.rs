@@ -3,7 +3,7 @@
 use crate::canvas::Rgb;
 use crate::colour;
 use crate::place::at;
-use crate::summary::{Colour, Reason, Summary, UncertainPatch};
+use crate::summary::{Colour, Reason, Summary, UncertainPatch, WallUncertainty};
 use crate::tables::Table;
 use crate::words::{capital, directions, fixed, triple};
 
@@ -28,7 +28,7 @@ pub(crate) const LEGEND: [(Rgb, &str); 6] = [
 /// The grey of the pictures.
 pub(crate) const WINDOW: &str = "CT window \u{2212}200 to 200 HU";
 
-/// Number of columns of the uncertain places before that of the seeds.
+/// Number of columns of the uncertain places before those of the seeds.
 pub(crate) const BEFORE_SEEDS: usize = 5;
 /// Title of the uncertain places.
 pub(crate) const PLACES: &str = "Uncertain places of the chest wall";
@@ -140,11 +140,7 @@ fn shares(s: &Summary) -> Option<Table> {
 
 /// The uncertain places of the chest wall, what moves the tumour most first.
 fn patches(s: &Summary) -> Vec<&UncertainPatch> {
-    let mut patches: Vec<_> =
-        s.segmentation.uncertainty.iter().flat_map(|found| &found.patches).collect();
-    let effect = |patch: &UncertainPatch| patch.effect_mm.unwrap_or(0.0);
-    patches.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
-    patches
+    s.segmentation.uncertainty.iter().flat_map(WallUncertainty::ranked).collect()
 }
 
 /// The uncertain places of the chest wall with seeds to copy.
@@ -164,9 +160,9 @@ fn places(s: &Summary) -> Option<Table> {
             "Seeds to copy into the case file",
         ],
     );
-    for patch in patches(s) {
+    for (n, patch) in patches(s).into_iter().enumerate() {
         t.rows.push(vec![
-            capital(&patch.place),
+            format!("{}: {}", n + 1, patch.place),
             triple(patch.centre_mm, 1),
             format!("{} cm²", fixed(patch.area_cm2, 1)),
             format!("{} mm", fixed(patch.error_mm, 0)),
@@ -203,10 +199,11 @@ mod tests {
     use crate::summary::tests::example;
 
     #[test]
-    fn the_seeds_stand_in_the_last_column() {
+    fn the_seeds_stand_in_the_last_columns() {
         let places = First::new(&example()).places.unwrap();
-        assert_eq!(places.head.len(), BEFORE_SEEDS + 1);
-        assert!(places.head[BEFORE_SEEDS].starts_with("Seeds") && places.title.starts_with(PLACES));
+        let [pairs, seeds] = places.head[BEFORE_SEEDS..] else { panic!("{:?}", places.head) };
+        assert!(pairs == "Pairs" && seeds.starts_with("Seeds") && places.title.starts_with(PLACES));
+        assert!(places.rows[0][0].starts_with("1: "));
     }
 
     #[test]

@@ -5,7 +5,8 @@ use crate::first::First;
 use crate::pictures::Part;
 use crate::place::{self, Place};
 use crate::tables::{self, Table};
-use crate::{Mesh, Summary, Whose, tg132, words};
+use crate::verdict::notes;
+use crate::{Mesh, Summary, Whose, dose_volume, tg132, words};
 use askama::Template;
 use base64::Engine;
 use supine_space::Warning;
@@ -18,10 +19,14 @@ struct Page<'a> {
     /// Whose CT it is; empty when the patient was taken out.
     whose: Vec<(&'static str, &'a str)>,
     first: First,
+    /// What was warned of beside the verdict.
+    notes: Vec<&'a str>,
     key: Table,
     tables: Vec<Table>,
     points: Option<Table>,
     carried: Option<Table>,
+    charts: Vec<String>,
+    dose_volume: Option<Table>,
     tg132: Option<Table>,
     files: Vec<Table>,
     /// The row that a planner looks at first.
@@ -79,10 +84,13 @@ pub(crate) fn page(
         summary,
         whose: whose.map(Whose::known).unwrap_or_default(),
         first: First::new(summary),
+        notes: notes(summary),
         key: tables::key(summary),
         tables: tables::stages(summary),
         points: tables::points(summary),
         carried: tables::carried(summary),
+        charts: dose_volume::charts(summary),
+        dose_volume: dose_volume::table(summary),
         tg132: tg132::table(summary),
         files: tables::files(summary),
         leading: of(Part::First),

@@ -11,6 +11,7 @@ mod agreement;
 mod body;
 mod canvas;
 mod colour;
+mod dose_volume;
 mod encoded;
 mod error;
 mod files;

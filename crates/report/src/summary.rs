@@ -13,8 +13,8 @@ mod verdict;
 pub use agreement::{Agreement, SkinAgreement};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
-    CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, Jacobian, Movement,
-    VolumeChange, Warp,
+    CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, DoseVolumeCurve,
+    DoseVolumeHistogram, Jacobian, Movement, VolumeChange, Warp,
 };
 pub use run::{Run, SourceSeries, StageTime};
 pub use verdict::{Colour, Reason, Verdict};
@@ -76,6 +76,9 @@ pub struct Summary {
     /// Doses, structures and segments that were carried along; absent when the case names none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub carried: Vec<CarriedObject>,
+    /// Dose and volume of every structure, where a dose and structures were carried along; absent when not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dose_volume: Vec<DoseVolumeHistogram>,
     /// The exported series; `None` when nothing was exported.
     pub export: Option<Export>,
     /// What the user must know before trusting the result, in order of the stages.
@@ -325,6 +328,16 @@ pub struct WallUncertainty {
     pub limit_mm: f64,
     /// The uncertain places, the largest first.
     pub patches: Vec<UncertainPatch>,
+}
+
+impl WallUncertainty {
+    /// The uncertain places, what moves the tumour most first.
+    pub(crate) fn ranked(&self) -> Vec<&UncertainPatch> {
+        let effect = |patch: &UncertainPatch| patch.effect_mm.unwrap_or(0.0);
+        let mut ranked: Vec<_> = self.patches.iter().collect();
+        ranked.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+        ranked
+    }
 }
 
 /// A connected part of the boundary that is uncertain.

@@ -13,8 +13,22 @@ const SQUEEZED: f64 = 0.3;
 const HELD_MM: f64 = 0.005;
 /// Uncertain places of the wall that move the tumour by less are not told one by one, mm.
 const LITTLE_MM: f64 = 0.1;
-/// Warnings whose reason the verdict gives in words of its own, or that say nothing on the tumour's place.
-const TOLD: [&str; 2] = ["tumour-in-chest-wall", "squeezed-tissue"];
+/// Warnings whose reason the verdict gives in words of its own.
+const TOLD: [&str; 4] =
+    ["tumour-in-chest-wall", "tumour-in-lung", "squeezed-tissue", "overlapping-voxels"];
+/// Warnings that say nothing of where the tumour is: notes beside the verdict.
+const NOTES: [&str; 10] = [
+    "dose-not-computed-anew",
+    "dose-without-plan",
+    "letters-replaced",
+    "names-taken-out",
+    "no-preamble",
+    "padding-as-air",
+    "patient-not-identified",
+    "pixel-data-too-long",
+    "rescale-type-unspecified",
+    "uids-from-file-header",
+];
 /// Share of the moved voxels from which on folds spoil a result.
 const FOLDED: f64 = 1e-3;
 
@@ -156,9 +170,16 @@ fn wall(summary: &Summary) -> Vec<Reason> {
     told.collect()
 }
 
+/// What was warned of that says nothing of where the tumour is.
+pub(crate) fn notes(summary: &Summary) -> Vec<&str> {
+    let notes = summary.warnings.iter().filter(|w| NOTES.contains(&w.code.as_str()));
+    notes.map(|warning| warning.message.as_str()).collect()
+}
+
 /// What the stages warned of.
 fn warnings(summary: &Summary) -> Vec<Reason> {
-    let told = summary.warnings.iter().filter(|warning| !TOLD.contains(&warning.code.as_str()));
+    let apart = |code: &str| TOLD.contains(&code) || NOTES.contains(&code);
+    let told = summary.warnings.iter().filter(|warning| !apart(&warning.code));
     let amber = |warning: &Warning| reason(Colour::Amber, &warning.code, &warning.message);
     let with_effect = |warning: &Warning| match (warning.code.as_str(), together_mm(summary)) {
         ("uncertain-wall", Some(mm)) => {
@@ -264,6 +285,16 @@ mod tests {
         let wall = found.reasons.iter().find(|reason| reason.code == "uncertain-wall").unwrap();
         assert!(wall.message.ends_with("0.4 mm at the tumour"), "{wall:?}");
         assert_eq!(wall.effect_mm, Some(0.4));
+    }
+
+    #[test]
+    fn what_says_nothing_of_the_tumours_place_is_a_note() {
+        let mut summary = sound();
+        let (stage, message) = ("import".into(), "12 voxels are padding".into());
+        summary.warnings = vec![Warning { stage, code: "padding-as-air".into(), message }];
+        assert_eq!(verdict(&summary, 2.0).colour, Colour::Green);
+        assert_eq!(notes(&summary), ["12 voxels are padding"]);
+        assert!(notes(&example()).is_empty());
     }
 
     #[test]

@@ -63,6 +63,8 @@ fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
     let summary: Value = serde_json::from_str(&summary).expect("the summary is JSON");
     assert_eq!(summary["carried"].as_array().expect("what was carried").len(), 3, "{summary}");
     println!("{}", summary["carried"]);
+    let pair = [&out, &object("dose"), &object("structures")];
+    println!("{}", readers_python("dose_volume.py", pair).success("dose_volume.py").stdout.trim());
 
     // By themselves they come out the same, to the byte.
     for name in ["dose", "structures", "segmentation"] {

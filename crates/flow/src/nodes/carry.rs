@@ -6,11 +6,11 @@ use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::objects::named;
 use crate::shared::CarriedKind;
-use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
+use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles, Held};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
-use supine_report::{CarriedObject, Input};
+use supine_report::{CarriedObject, DoseVolumeHistogram, Input};
 
 pub(crate) struct Carry;
 
@@ -27,11 +27,12 @@ pub(crate) struct Own {
 pub(crate) struct Carried {
     pub(crate) objects: Vec<CarriedObject>,
     pub(crate) inputs: Vec<Input>,
+    pub(crate) histograms: Vec<DoseVolumeHistogram>,
 }
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -60,9 +61,9 @@ impl Node for Carry {
         let shown = work.shelf.map_or("", |shelf| shelf.name("objects"));
         std::fs::create_dir_all(&folder)
             .map_err(|source| Error::Output { path: folder.clone(), source })?;
-        let mut carried = Carried::default();
+        let (mut carried, mut held) = (Carried::default(), Held::default());
         for (n, (kind, file)) in own.objects.iter().enumerate() {
-            let share = |n: usize| 0.1 + 0.9 * n as f64 / own.objects.len() as f64;
+            let share = |n: usize| 0.1 + 0.8 * n as f64 / own.objects.len() as f64;
             let same = own.objects[..=n].iter().filter(|(k, _)| k == kind).count();
             let name = format!("{}-{same}.dcm", kind.name());
             let part = progress.part(share(n), share(n + 1));
@@ -70,13 +71,17 @@ impl Node for Carry {
             // The structure set of the run itself is the first of its kind.
             let (before, deformation) = (same, &solved.deformation);
             let job = CarryJob { context: &context, before, deformation };
-            let (mut object, warnings) = job.one(*kind, &file.path, &path, &input.ct, part)?;
+            let (from, to) = ((*kind, file.path.as_path()), format!("{shown}/{name}"));
+            let (object, warnings) = job.one(from, (&path, &to), &input.ct, &mut held, part)?;
             file.check_unchanged()?;
-            object.file = format!("{shown}/{name}");
             work.warn_all(warnings.into_iter().map(|w| w.of(format!("{}: ", object.file))));
             carried.objects.push(object);
             carried.inputs.push(file.told(kind.name()));
         }
+        let part = progress.part(0.9, 1.0);
+        let (histograms, warnings) = held.histograms(input.ct.grid(), part)?;
+        work.warn_all(warnings);
+        carried.histograms = histograms;
         Ok(carried)
     }
 

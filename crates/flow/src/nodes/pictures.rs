@@ -31,7 +31,7 @@ pub(crate) struct Drawn {
 
 impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval);
@@ -70,6 +70,7 @@ impl Node for Pictures {
             quality_checks: segmented.facts.checks.iter().chain(&region.checks).cloned().collect(),
             tissues: tissues.facts.clone(),
         };
+        let segmentation = with_effects(segmentation, &known.effects_mm);
         let mesh = supine_report::Mesh { unknowns: solved.facts.unknowns, ..meshed.facts.clone() };
         let progress = work.progress;
         let volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
@@ -84,4 +85,11 @@ impl Node for Pictures {
     fn bytes(out: &Drawn) -> usize {
         out.pictures.bytes()
     }
+}
+
+/// What the uncertain places of the wall do to the tumour.
+fn with_effects(mut told: Segmentation, effects_mm: &[f64]) -> Segmentation {
+    let patches = told.uncertainty.iter_mut().flat_map(|uncertainty| &mut uncertainty.patches);
+    patches.zip(effects_mm).for_each(|(patch, mm)| patch.effect_mm = Some(*mm));
+    told
 }

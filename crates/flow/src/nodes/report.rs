@@ -14,8 +14,8 @@ use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
-    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, Segmentation,
-    SourceSeries, Summary, Tissue, Tool, Verdict,
+    Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries,
+    Summary, Tissue, Tool, Verdict,
 };
 
 pub(crate) struct Report;
@@ -35,7 +35,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -158,7 +158,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         },
         source: input.source.as_ref().filter(|_| !own.anonymise).map(source_series),
         ct,
-        segmentation: with_effects(drawn.segmentation.clone(), &known.effects_mm),
+        segmentation: drawn.segmentation.clone(),
         mesh: drawn.mesh.clone(),
         solve: solved.facts.solve.clone(),
         warp,
@@ -169,6 +169,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         nipple: points.nipple.clone(),
         points: points.points.clone(),
         carried: carried.objects.clone(),
+        dose_volume: carried.histograms.clone(),
         export,
         warnings: work.warned.to_vec(),
         outputs: work.written.to_vec(),
@@ -186,13 +187,6 @@ fn source_series(source: &supine_dicom::Source) -> SourceSeries {
         frame_of_reference_uid: source.frame_of_reference_uid(),
         instance_uids: source.instance_uids(),
     }
-}
-
-/// What the uncertain places of the wall do to the tumour.
-fn with_effects(mut told: Segmentation, effects_mm: &[f64]) -> Segmentation {
-    let patches = told.uncertainty.iter_mut().flat_map(|uncertainty| &mut uncertainty.patches);
-    patches.zip(effects_mm).for_each(|(patch, mm)| patch.effect_mm = Some(*mm));
-    told
 }
 
 fn nameless(n: usize, left_out: &mut LeftOut) {

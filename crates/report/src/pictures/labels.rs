@@ -40,7 +40,7 @@ pub(super) fn row(
     }
     Ok(Row {
         title: "Segmentation".into(),
-        text: "Skin cyan, chest wall red (ribs, intercostals, pectoralis and all they enclose: \
+        text: "Skin cyan, chest wall orange (ribs, intercostals, pectoralis and all they enclose: \
                held still), white and dashed where it may lie off (below); region thinly dashed; \
                through the region's centre. All between skin and \
                chest wall within the region moves: where a line is wrong, the result is wrong."

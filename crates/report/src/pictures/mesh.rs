@@ -45,8 +45,8 @@ pub(super) fn rows(studio: &Studio<'_>, progress: Progress<'_>) -> Result<Vec<Ro
     Ok(vec![
         row(
             "Mesh",
-            "Its faces where the plane cuts them. Boundary: skin cyan (free), chest wall red \
-             (held), cut green (end of what is simulated).",
+            "Its faces where the plane cuts them. Boundary: skin cyan (free), chest wall orange \
+             (held), cut violet (end of what is simulated).",
             rest,
         ),
         row("", "The same mesh, moved, on the simulated CT: its skin must lie on the skin.", moved),

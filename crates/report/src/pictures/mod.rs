@@ -3,6 +3,7 @@
 mod bars;
 mod compare;
 mod curtain;
+mod doubts;
 mod jacobian;
 mod labels;
 mod mesh;
@@ -200,7 +201,8 @@ fn segmentation(
     let mut rows = vec![labels::row(studio, &wall, progress.part(0.0, 0.4))?];
     rows[0].table = tables::quality_checks(&found.quality_checks);
     if let Some(uncertainty) = &found.uncertainty {
-        rows.push(uncertainty::row(studio, uncertainty, &wall, progress.part(0.4, 0.8))?);
+        rows.push(uncertainty::row(studio, uncertainty, &wall, progress.part(0.4, 0.7))?);
+        rows.extend(doubts::rows(studio, uncertainty, &wall, progress.part(0.7, 0.8))?);
     }
     drop(wall);
     if let (Some(found), Some(labels)) = (&found.tissues, scene.tissues) {
@@ -292,10 +294,11 @@ fn letter(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
     canvas.text(bottom, [w / 2.0, h - EDGE], Align::Centre, LETTER, colour::TEXT);
 }
 
-/// A bar of 50 mm at the lower right.
+/// A bar at the lower right: 50 mm, or 20 mm where that would reach the middle.
 fn scale_bar(canvas: &mut Canvas, plane: &Plane) {
     let (w, h) = (plane.width as f64, plane.height as f64);
-    let length = 50.0 / plane.pixel_mm;
+    let mm = if 50.0 < 0.4 * w * plane.pixel_mm { 50.0 } else { 20.0 };
+    let length = mm / plane.pixel_mm;
     let (left, right, y) = (w - EDGE - length, w - EDGE, h - EDGE - 4.0);
     let corner = [(left - 8.0).max(0.0) as usize, (y - 28.0).max(0.0) as usize];
     canvas.rectangle(corner, [length as usize + 12, 37], colour::PANEL, PANEL);
@@ -306,7 +309,7 @@ fn scale_bar(canvas: &mut Canvas, plane: &Plane) {
     ];
     canvas.stroke_on_halo(&lines, Pen::new(1.8, colour::TEXT));
     let spot = [(left + right) / 2.0, y - 9.0];
-    canvas.text("50 mm", spot, Align::Centre, 0.8 * LETTER, colour::TEXT);
+    canvas.text(&format!("{mm:.0} mm"), spot, Align::Centre, 0.8 * LETTER, colour::TEXT);
 }
 
 /// A colour bar at the lower left.

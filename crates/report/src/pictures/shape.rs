@@ -45,7 +45,7 @@ pub(super) fn body(mesh: &TetMesh, progress: Progress<'_>) -> Result<Row, Error>
     }
     Ok(Row {
         title: "Shape of the mesh".into(),
-        text: "Skin cyan, chest wall red, cut green; where two colours meet the rims must be smooth curves."
+        text: "Skin cyan, chest wall orange, cut violet; where two colours meet the rims must be smooth curves."
             .into(),
         pair: false,
         part: Part::Still,

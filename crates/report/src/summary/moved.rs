@@ -159,3 +159,43 @@ pub struct CarriedRegion {
     /// Volume on the operating table, ml.
     pub after_ml: f64,
 }
+
+/// The cumulative dose-volume histogram of a structure before and after.
+///
+/// The dose is the planned one, carried with the tissue: not computed anew on the deformed anatomy.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct DoseVolumeHistogram {
+    /// The file of the dose, as in `carried`.
+    pub dose: String,
+    /// The file of the structures, as in `carried`.
+    pub structures: String,
+    /// Name of the structure.
+    pub region: String,
+    /// From one share of the curves to the next, Gy.
+    pub step_gy: f64,
+    /// The planned dose in the structure of the CT.
+    pub before: DoseVolumeCurve,
+    /// The carried dose in the carried structure.
+    pub after: DoseVolumeCurve,
+}
+
+/// Dose within a structure.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct DoseVolumeCurve {
+    /// Volume of the structure, ml.
+    pub volume_ml: f64,
+    /// Share of it beyond the grid of the dose, taken as 0 Gy, 0 to 1.
+    pub beyond: f64,
+    /// Mean dose, Gy.
+    pub mean_gy: f64,
+    /// Least dose to the 98 % of the volume that receive most, Gy.
+    pub d98_gy: f64,
+    /// Median dose, Gy.
+    pub d50_gy: f64,
+    /// Least dose to the 2 % of the volume that receive most, Gy.
+    pub d2_gy: f64,
+    /// Largest dose, Gy.
+    pub max_gy: f64,
+    /// Share of the volume that receives at least 0, 1, 2, ... steps, 0 to 1.
+    pub shares: Vec<f64>,
+}

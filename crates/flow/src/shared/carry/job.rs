@@ -6,6 +6,7 @@ use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
 use super::dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
+use super::dose_volume::Held;
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
@@ -65,19 +66,19 @@ impl CarryJob<'_> {
         (self.context, self.before)
     }
 
-    /// Carries an object into the file `out`, whose name the caller adds; warnings with it. `ct` is the CT before
-    /// deformation, on the grid of the exported series.
+    /// Carries an object into the file `out`, shown as `file`; warnings with it. `ct` is the CT before deformation, on the grid
+    /// of the exported series. What a dose-volume histogram needs of it is added to `held`.
     pub(crate) fn one(
         &self,
-        kind: CarriedKind,
-        path: &Path,
-        out: &Path,
+        (kind, path): (CarriedKind, &Path),
+        (out, file): (&Path, &str),
         ct: &Ct,
+        held: &mut Held,
         progress: Progress<'_>,
     ) -> Result<(CarriedObject, Vec<Warning>), Error> {
         let object = |instance_uid: Option<String>, regions: Vec<CarriedRegion>| CarriedObject {
             kind: kind.name().into(),
-            file: String::new(),
+            file: file.into(),
             instance_uid: instance_uid.unwrap_or_default(),
             max_gy: None,
             energy_mj: None,
@@ -86,6 +87,7 @@ impl CarryJob<'_> {
         Ok(match kind {
             CarriedKind::Dose => {
                 let done = self.dose(path, Some(out), Some(ct), progress)?;
+                held.dose(file.into(), &done);
                 let uid = done.written.as_ref().map(|info| info.object.instance_uid.clone());
                 let max_gy = Some(done.max_gy());
                 let energy_mj = done.totals.energy_mj;
@@ -93,6 +95,7 @@ impl CarryJob<'_> {
             }
             CarriedKind::Structures => {
                 let done = self.structures(path, Some(out), ct.grid(), progress)?;
+                held.structures(file.into(), &done);
                 let uid = done.written.map(|info| info.object.instance_uid);
                 (object(uid, done.carried.regions()), done.warnings)
             }

@@ -3,6 +3,7 @@
 mod context;
 mod contours;
 mod dose;
+mod dose_volume;
 mod job;
 mod kinds;
 mod segments;
@@ -10,5 +11,6 @@ mod segments;
 pub(crate) use context::{CarryContext, ExportedFiles};
 pub(crate) use contours::{CarriedContours, carry_named_contours};
 pub(crate) use dose::{DOSE_NOTE, carry_with_totals};
+pub(crate) use dose_volume::Held;
 pub(crate) use job::{CarriedDose, CarryJob, max_gy};
 pub use kinds::{CarriedFile, CarriedKind};
