@@ -77,6 +77,13 @@ impl Screen {
         }
     }
 
+    /// Why a command that has its result ends with another code than 0, where [`Self::result`] does not say it.
+    pub(crate) fn reason(&self, text: &str) {
+        if self.quiet && !self.json {
+            err(text);
+        }
+    }
+
     /// Takes the bar away.
     pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();

@@ -38,6 +38,9 @@ const GOOD: [&str; 4] = [
     "tumour = { centre = [91.4, -248.1, -594.5], radius = 9.0 }",
 ];
 
+/// A mesh that is made at once.
+const SMALL: &str = "mesh = { tetrahedra = 800 }";
+
 const GTV: Drawn = Drawn { name: "GTV", centre: [91.37, -248.09, -594.5], radius: 9.0 };
 const BY_NAME: &str = "tumour = { structure = \"GTV\", file = \"RS.dcm\" }";
 
@@ -156,6 +159,53 @@ static TRIES: &[Try] = &[
     },
     Try {
         typed: "run case.toml --out out --quiet",
+        code: 4,
+        ..case(
+            "a seed of the chest wall in the tumour",
+            &[SMALL, "seeds = { chest_wall = [[91.4, -248.1, -594.5]] }"],
+            &[
+                "RED: do not use",
+                "lies in what was taken for chest wall",
+                "chest-wall seed at [91.4, -248.1, -594.5] mm",
+            ],
+        )
+    },
+    Try {
+        typed: "run case.toml --out out --quiet",
+        code: 4,
+        ..case(
+            "the tumour in the chest wall",
+            &[SMALL, "tumour = { centre = [81.8, -222.0, -612.5], radius = 5.0 }"],
+            &["RED: do not use", "which does not move (0.0 mm)"],
+        )
+    },
+    Try {
+        make: |folder| deformed(folder, &[]),
+        ..case(
+            "a CT that was deformed already",
+            &["ct = 'first/ct'"],
+            &["deformed by this program already", "name the CT that it was made from"],
+        )
+    },
+    Try {
+        make: |folder| {
+            deformed(folder, &["tumour = { centre = [81.8, -222.0, -612.5], radius = 5.0 }"])
+        },
+        typed: "send first --to PACS@127.0.0.1:9",
+        code: 4,
+        ..case(
+            "sending what must not be used",
+            &[],
+            &["must not be used", "Nothing was sent", "--although-not-usable"],
+        )
+    },
+    Try {
+        typed: "send out --to PACS",
+        code: 2,
+        ..case("an archive without its address", &[], &["expected AET@HOST:PORT"])
+    },
+    Try {
+        typed: "run case.toml --out out --quiet",
         ..case(
             "a region that leaves the CT",
             &["region = { centre = [99.0, -236.5, -500.0], radius = 96.0 }"],
@@ -197,6 +247,15 @@ static TRIES: &[Try] = &[
         ..case("a typing error behind --set", &[], &["did you mean `bed.ap`?"])
     },
 ];
+
+/// A run of the good case with other lines, in the folder `first`, whatever its verdict.
+fn deformed(folder: &Path, lines: &[&str]) {
+    let case = text(&[&[SMALL], lines].concat());
+    fs::write(folder.join("first.toml"), case).expect("the try is set up");
+    let words = ["run", "first.toml", "--out", "first", "--quiet"];
+    Outcome::of(supine_command().current_dir(folder).args(words));
+    assert!(folder.join("first/ct").is_dir(), "the try is set up");
+}
 
 fn frame() -> String {
     frame_of_reference(&source().join("IM0001"))
@@ -266,11 +325,16 @@ fn tried(one: &Try) -> Outcome {
     said
 }
 
-/// The message in one line of the table.
-fn message(said: &Outcome) -> String {
-    let from = said.stderr.find("error: ").map_or(0, |at| at + "error: ".len());
-    let lines: Vec<&str> = said.stderr[from..].lines().map(str::trim).collect();
-    let text = lines.join(" ").trim().replace('|', "\\|").replace('<', "&lt;");
+/// The message in one line of the table; of a verdict what the try is about, its other figures come of the mechanics.
+fn message(one: &Try, said: &Outcome) -> String {
+    let from = said.stderr.find("error: ").map(|at| at + "error: ".len());
+    let lines = said.stderr[from.unwrap_or(0)..].lines().map(str::trim);
+    let about = |line: &&str| one.words.iter().any(|word| line.contains(word));
+    let text = match from {
+        Some(_) => lines.collect::<Vec<_>>().join(" "),
+        None => lines.filter(about).collect::<Vec<_>>().join("; "),
+    };
+    let text = text.trim().replace('|', "\\|").replace('<', "&lt;");
     text.replace(&source().display().to_string(), "ct")
 }
 
@@ -285,7 +349,7 @@ fn what_people_try_first_is_answered_as_the_page_says() {
     for one in TRIES {
         let said = tried(one);
         let (what, typed, code) = (one.what, one.typed.replace(" --quiet", ""), one.code);
-        page += &format!("| {what} | `supine {typed}` | {} | {code} |\n", message(&said));
+        page += &format!("| {what} | `supine {typed}` | {} | {code} |\n", message(one, &said));
     }
     let path = root().join("docs/FIRST_TRIES.md");
     if std::env::var_os("SUPINE_WRITE_FIRST_TRIES").is_some() {

@@ -32,7 +32,11 @@ pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<E
         return Ok(End::Done);
     };
     screen.result(summary, &conclusion(summary, &given.out));
-    Ok(End::of(done.usable(worst), Kind::Check))
+    let usable = done.usable(worst);
+    if !usable {
+        screen.reason(&verdict(summary).join("\n"));
+    }
+    Ok(End::of(usable, Kind::Check))
 }
 
 /// The verdict and its reasons, a line each.

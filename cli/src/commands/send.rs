@@ -4,6 +4,7 @@ use crate::End;
 use crate::args_network as args;
 use crate::failure::Failure;
 use crate::screen::Screen;
+use std::path::Path;
 use supine_dicom_network::{SendInfo, SendParams};
 use supine_flow::commands::usable::unusable;
 use supine_space::{Failure as Kind, Progress};
@@ -42,18 +43,24 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
 /// What must not be used does not leave by habit.
 fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
     for found in unusable(&args.paths)? {
-        let run = found.run.display();
+        let (run, why) = (from_here(&found.run), found.why.trim_end_matches('.'));
         if !args.although_not_usable {
             let message = format!(
-                "{run} must not be used: {} Nothing was sent; --although-not-usable sends it all the same",
-                found.why
+                "{run} must not be used: {why}. Nothing was sent; --although-not-usable sends it all the same"
             );
             return Err(Failure::new(Kind::Check, message));
         }
-        screen.say(&format!("warning: {run} is sent although it must not be used: {}", found.why));
+        screen.say(&format!("warning: {run} is sent although it must not be used: {why}"));
         found.note_override(&args.to.to_string())?;
     }
     Ok(())
+}
+
+/// A folder as one would type it here.
+fn from_here(folder: &Path) -> String {
+    let here = std::env::current_dir().ok();
+    let within = here.and_then(|here| folder.strip_prefix(here).ok());
+    within.filter(|path| !path.as_os_str().is_empty()).unwrap_or(folder).display().to_string()
 }
 
 fn describe(info: &SendInfo, args: &args::Send) -> String {

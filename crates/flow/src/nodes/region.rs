@@ -235,7 +235,7 @@ fn check_tumour(
         work.warn(Warning::new("tumour-in-lung", text));
     } else if label::is_chest_wall(here) {
         let text = "the tumour's centre lies in what was segmented as chest wall, which does not move: \
-                    check the segmentation there, place a soft_tissue seed or correct the centre";
+                    check the segmentation there, place a soft-tissue seed or correct the centre";
         work.warn(Warning::new("tumour-in-chest-wall", text));
     }
     let reach = beyond + tumour.radius();

@@ -35,7 +35,7 @@ pub(crate) fn warnings(
     walls: &Walls<'_>,
     seeds: &Seeds,
 ) -> Vec<Warning> {
-    let kinds = [(SeedKind::ChestWall, "chest_wall"), (SeedKind::SoftTissue, "soft_tissue")];
+    let kinds = [(SeedKind::ChestWall, "chest-wall"), (SeedKind::SoftTissue, "soft-tissue")];
     let all =
         kinds.iter().flat_map(|(kind, name)| seeds.points(*kind).iter().map(move |p| (*name, p)));
     all.filter_map(|(name, point)| told(scan, levels, walls, name, point)).collect()

@@ -165,7 +165,7 @@ fn a_seed_that_moves_the_wall_far_is_named_with_what_it_did() {
     assert!(told(-2.0).is_empty(), "{:?}", told(-2.0));
     let far = told(18.0);
     assert_eq!(far.len(), 1, "{far:?}");
-    assert!(far[0].contains("chest_wall seed") && far[0].contains("outwards"), "{far:?}");
+    assert!(far[0].contains("chest-wall seed") && far[0].contains("outwards"), "{far:?}");
 }
 
 #[test]
