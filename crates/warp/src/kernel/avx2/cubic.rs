@@ -35,7 +35,7 @@ pub(in super::super) fn cubic(source: &Source<'_>, spots: &Spots, values: &mut [
     };
     // SAFETY: the processor was asked.
     unsafe { cubic_all(source, last, spots, values) }
-    // What was not all of the volume there is done again.
+    // Where a block leaves the volume it was held within, and that is not its value.
     for edge in &spots.edges {
         scalar::cubic(source, spots, edge.clone(), values);
     }
@@ -126,7 +126,7 @@ fn cubic_eight(
     let mut pairs = [(_mm256_setzero_ps(), cells, cells); 4];
     for (n, pair) in pairs.iter_mut().enumerate() {
         let [a, b] = [n, n + 4].map(|voxel| held[voxel] as usize);
-        // SAFETY: no block begins behind the last that lies in the volume.
+        // SAFETY: no block begins behind the last that lies in the volume, whose slices have two rows of two or more.
         let (a, b) = unsafe {
             let from = source.data.as_ptr();
             (
@@ -200,14 +200,15 @@ unsafe fn block(
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 unsafe fn one_row(from: *const i16, slice: usize) -> __m256i {
-    // SAFETY: sixteen voxels are read, each time from so much farther ahead that the four that are wanted come to
-    // their place; with four voxels in a slice that does not go beyond the four rows.
+    // SAFETY: four voxels are read of the even slices, eight of the odd ones, which begin with the four before; a slice
+    // has as many.
     let [a, b, c, d] = unsafe {
-        let read = |n: usize| _mm256_loadu_si256(from.add(n * slice - n * 4).cast::<__m256i>());
-        [read(0), read(1), read(2), read(3)]
+        let four = |n: usize| _mm_loadl_epi64(from.add(n * slice).cast::<__m128i>());
+        let eight = |n: usize| _mm_loadu_si128(from.add(n * slice - 4).cast::<__m128i>());
+        [four(0), eight(1), four(2), eight(3)]
     };
-    let ab = _mm256_blend_epi32::<0b0000_1100>(a, b);
-    _mm256_blend_epi32::<0b1111_0000>(ab, _mm256_blend_epi32::<0b1100_0000>(c, d))
+    let (ab, cd) = (_mm_blend_epi32::<0b1100>(a, b), _mm_blend_epi32::<0b1100>(c, d));
+    _mm256_set_m128i(cd, ab)
 }
 
 /// The halves of each, brought together: of one voxel below, of the other above.
