@@ -150,7 +150,7 @@ fn cubic_eight(
 /// What becomes of the 64 voxels from `from` on.
 ///
 /// # Safety
-/// All of them lie in one allocation, and a slice has four voxels or more.
+/// All of them lie in one allocation, a slice has four voxels or more, and `voxel` is one of eight.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 unsafe fn block(
@@ -196,7 +196,7 @@ unsafe fn block(
 /// A row of four voxels and those in the same place of the three slices behind.
 ///
 /// # Safety
-/// As for [`block`].
+/// All of them lie in one allocation, and a slice has four voxels or more.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 unsafe fn one_row(from: *const i16, slice: usize) -> __m256i {
