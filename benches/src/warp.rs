@@ -24,7 +24,7 @@ use supine_mesh::{
 };
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, Volume};
-use supine_warp::{Frames, Params};
+use supine_warp::{Frames, Interpolation, Params};
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -35,7 +35,12 @@ fn main() -> Result<()> {
     };
     let Workload { ct, deformation } = Workload::read(workload, ct)?;
     // As the reference has it: one sample for each voxel.
-    let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
+    let with_collar = Params {
+        supersample_below: 0.0,
+        interpolation: Interpolation::Linear,
+        ..Params::default()
+    };
+    let params = Params { collar_mm: 0.0, ..with_collar.clone() };
     let mut out_ct = Ct::clone(&ct);
     let volumes_mb = memory_mb("VmRSS")?;
     let (frames, prepare) = timed(|| Frames::new(ct.clone(), deformation.mesh().clone(), &params));
@@ -58,11 +63,13 @@ fn main() -> Result<()> {
     }
     let peak_mb = memory_mb("VmHWM")?;
     let [copy, paint, restore, frame] = times.map(median);
+    frames.restore(&mut out_ct);
+    let cubic = beside_cubic(&ct, &params, &deformation, &mut frames, &mut out_ct, runs)?;
+    let cubic_mb = memory_mb("VmHWM")? - peak_mb;
     // As in a session: with what is sampled beside the skin, and with edges that bend; a few, they are slow.
     let runs = runs.min(3);
     frames.restore(&mut out_ct);
     let mut collared = out_ct.clone();
-    let with_collar = Params { supersample_below: 0.0, ..Params::default() };
     let collar_frame = frame_time(&ct, &with_collar, &deformation, &mut collared, runs)?;
     let bent = bent(&deformation)?;
     let bent_frame = frame_time(&ct, &params, &bent, &mut collared, runs)?;
@@ -81,6 +88,9 @@ fn main() -> Result<()> {
             "paint_of_copy": paint.cpu_ms / copy.cpu_ms,
             "with_copy_of_copy": (paint.cpu_ms + copy.cpu_ms) / copy.cpu_ms,
             "beyond_volumes_mb": peak_mb - volumes_mb,
+            "cubic_paint_ms": cubic[1].cpu_ms, "cubic_of_linear": cubic[1].cpu_ms / cubic[0].cpu_ms,
+            "cubic_frame_ms": cubic[3].cpu_ms, "cubic_frame_of_linear": cubic[3].cpu_ms / cubic[2].cpu_ms,
+            "cubic_more_mb": cubic_mb,
         })
     );
     if let Some(path) = out {
@@ -88,6 +98,33 @@ fn main() -> Result<()> {
         write_npy(path, &Array3::from_shape_vec((nk, nj, ni), out_ct.data().to_vec())?)?;
     }
     Ok(())
+}
+
+/// Median times, taken in turn: painting with linear and with cubic interpolation, and the frames of both. `out` holds
+/// the CT, and does so afterwards.
+fn beside_cubic(
+    ct: &Arc<Ct>,
+    params: &Params,
+    deformation: &Deformation,
+    linear: &mut Frames,
+    out: &mut Ct,
+    runs: usize,
+) -> Result<[Time; 4]> {
+    let params = Params { interpolation: Interpolation::Cubic, ..params.clone() };
+    let mut cubic = Frames::new(ct.clone(), deformation.mesh().clone(), &params)?;
+    let mut times: [Vec<Time>; 4] = Default::default();
+    for _ in 0..runs {
+        for (n, frames) in [&mut *linear, &mut cubic].into_iter().enumerate() {
+            let (painted, paint) = timed(|| frames.paint(deformation, out));
+            painted?;
+            let (framed, frame) = timed(|| frames.next(deformation, out));
+            framed?;
+            frames.restore(out);
+            times[n].push(paint);
+            times[2 + n].push(frame);
+        }
+    }
+    Ok(times.map(median))
 }
 
 /// The median time of a frame that follows another. `out` holds the CT, and does so afterwards.

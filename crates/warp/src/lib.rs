@@ -1,7 +1,7 @@
 //! CT, mesh and displacement to the deformed CT.
 //!
 //! For every voxel centre inside a deformed tetrahedron the CT is sampled where that tetrahedron
-//! came from (trilinear, halves to even). Each voxel has exactly one owner, decided by exact
+//! came from (as [`Interpolation`] says, halves to even). Each voxel has exactly one owner, decided by exact
 //! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a

@@ -29,7 +29,7 @@ impl Default for Params {
             collar_mm: 5.0,
             air_hu: -1000,
             curve_tolerance_mm: 0.02,
-            interpolation: Interpolation::Linear,
+            interpolation: Interpolation::default(),
             supersample_below: 0.7,
         }
     }

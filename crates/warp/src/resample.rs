@@ -3,13 +3,13 @@
 use crate::batch::{Batch, gathered};
 use crate::coverage::Coverage;
 use crate::filter::{self, Interpolation};
-use crate::kernel::{LANES, Locals, Near, Place, Source, Spots, prefetch};
+use crate::kernel::{LANES, Locals, Near, Place, Source, Spots, prefetch, reach};
 use crate::map::Map;
 use crate::order::Sorted;
 use crate::predicate::Index;
 use crate::pullback::Pullback;
 use crate::raster::{Item, Paint, Raster, SLAB};
-use crate::rows::{Span, max, min};
+use crate::rows::Span;
 use crate::rules::{Counts, Rules};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -59,7 +59,8 @@ impl Resampling {
         let before = before.collect();
         let sorted = Sorted::new(&map.before, &map.tets, map.collar_from);
         let rest = sorted.of(&map.rest);
-        let near = Near::new(source, reach(&rest, source.size()));
+        let wide = usize::from(rules.interpolation == Interpolation::Cubic);
+        let near = Near::new(source, reach(&rest, source.size(), wide));
         Self { near, size, rules, before, sorted, collar_from: map.collar_from, rest }
     }
 
@@ -144,16 +145,6 @@ impl Resampling {
     }
 }
 
-/// The voxels of a volume of `size` that are read where places are among `vertices`.
-fn reach(vertices: &[Index], size: [usize; 3]) -> [Range<usize>; 3] {
-    [0, 1, 2].map(|a| {
-        let along = || vertices.iter().map(|v| v[a].clamp(0.0, (size[a] - 1) as f64));
-        let (low, high) = (along().fold(f64::INFINITY, min), along().fold(0.0, max));
-        let low = (low as usize).min(size[a] - 2);
-        low..(high as usize + 2).clamp(low + 2, size[a])
-    })
-}
-
 /// Samples what is owned, slab by slab; each voxel once.
 struct Brush<'a> {
     resampling: &'a Resampling,
@@ -235,10 +226,15 @@ impl Paint for Brush<'_> {
         if self.values.len() < whole + LANES {
             self.values.resize(2 * whole + LANES, 0);
         }
-        let kernel = self.resampling.rules.kernel;
-        kernel.blend(&self.source, &self.spots, &mut self.values[..whole]);
+        let Rules { kernel, interpolation, .. } = self.resampling.rules;
+        let values = &mut self.values[..whole];
+        match interpolation {
+            Interpolation::Cubic => kernel.cubic(&self.source, &self.spots, values),
+            _ => kernel.blend(&self.source, &self.spots, values),
+        }
         self.write();
         self.strokes.clear();
+        self.spots.clear();
         self.voxels = 0;
     }
 }
@@ -302,7 +298,8 @@ impl Brush<'_> {
         let below = if tissue { rules.supersample_below } else { 0.0 };
         let det = locals.det(self.item.lane);
         let samples = if below > 0.0 { filter::samples(det, below) } else { 1 };
-        if samples > 1 || rules.interpolation != Interpolation::Linear {
+        let cubic = rules.interpolation == Interpolation::Cubic;
+        if samples > 1 || rules.interpolation == Interpolation::Lanczos3 {
             return self.filter(samples, first, before);
         }
         let count = self.voxels - before;
@@ -325,6 +322,9 @@ impl Brush<'_> {
         }
         let spots = self.spots.some(before, whole);
         rules.kernel.locate(locals, self.item.lane, &self.places[..whole], spots);
+        if cubic && !locals.within(self.item.lane, &self.source) {
+            self.spots.near_edges(before..self.voxels);
+        }
         let mut at = before;
         for stroke in &self.strokes[first..] {
             self.spots.prefetch(at, &self.source);

@@ -1,8 +1,12 @@
 //! Eight rows or voxels at once, on processors with AVX2 and FMA.
 //!
-//! `unsafe` is needed twice: to call what only such processors have, and to read pairs of voxels as one
+//! `unsafe` is needed twice: to call what only such processors have, and to read several voxels as one
 //! number without asking for each whether it lies in the volume. The twin is [`super::scalar`].
 #![allow(unsafe_code, reason = "vector instructions and unchecked reads, see above")]
+
+mod cubic;
+
+pub(super) use cubic::cubic;
 
 use super::{LANES, Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::Crossings;

@@ -1,5 +1,5 @@
 //! What is done for each row and each voxel: where rows begin and end, where voxels come from, and trilinear
-//! samples there, in f32 about points near by.
+//! or cubic samples there, in f32 about points near by.
 //!
 //! [`scalar`] says what is to be computed, operation by operation; `avx2` does the same for eight rows or voxels
 //! at once. All give the same bits: products and sums are fused everywhere.
@@ -12,10 +12,11 @@ mod scalar;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use near::Near;
+pub(crate) use near::{Near, reach};
 
 use crate::batch::{Batch, Crossings, Triple, cross, dot, less, scaled};
 use crate::sweep::{Extent, Swept};
+use std::ops::Range;
 use supine_space::Pack;
 
 pub(crate) use supine_space::LANES;
@@ -35,6 +36,8 @@ pub(crate) struct Source<'a> {
     size: [usize; 3],
     /// The voxel with which the part begins.
     first: [usize; 3],
+    /// How many voxels the part has.
+    count: [usize; 3],
     /// Steps of a voxel, of a row and of a slice.
     steps: [usize; 3],
 }
@@ -105,7 +108,16 @@ impl Kernel {
         }
     }
 
-    /// The HU at the first of `spots`, as many as there are `values`, a multiple of [`LANES`].
+    /// As [`Self::blend`], by cubic convolution.
+    pub(crate) fn cubic(self, source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
+        match self {
+            Self::Scalar => scalar::cubic(source, spots, 0..values.len(), values),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => avx2::cubic(source, spots, values),
+        }
+    }
+
+    /// The trilinear HU at the first of `spots`, as many as there are `values`, a multiple of [`LANES`].
     pub(crate) fn blend(self, source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
         match self {
             Self::Scalar => scalar::blend(source, spots, values),
@@ -122,6 +134,8 @@ pub(crate) struct Spots {
     cells: Vec<u32>,
     /// How far behind it, 0 to 1 along i, j, k.
     within: [Vec<f32>; 3],
+    /// Those that are not known to lie two voxels or more from the edges of the volume.
+    edges: Vec<Range<usize>>,
 }
 
 /// Some of [`Spots`], to be written; all of the same number.
@@ -135,6 +149,18 @@ impl Spots {
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
         self.cells.len()
+    }
+
+    /// Says that some are near the edges of the volume.
+    #[cold]
+    pub(crate) fn near_edges(&mut self, some: Range<usize>) {
+        self.edges.push(some);
+    }
+
+    /// Forgets which are near the edges of the volume.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.edges.clear();
     }
 
     /// Makes room.
@@ -170,7 +196,8 @@ impl<'a> Source<'a> {
     pub(crate) fn new(data: &'a [i16], size: [usize; 3]) -> Self {
         assert!(size.iter().all(|&n| n >= 2), "two voxels or more along each axis");
         assert_eq!(data.len(), size.iter().product::<usize>(), "as many values as voxels");
-        Self { data, size, first: [0; 3], steps: [1, size[0], size[0] * size[1]] }
+        let steps = [1, size[0], size[0] * size[1]];
+        Self { data, size, first: [0; 3], count: size, steps }
     }
 
     /// Its values, i fastest.
@@ -187,6 +214,12 @@ impl<'a> Source<'a> {
     #[inline(always)]
     fn last_cell(&self) -> usize {
         self.data.len() - self.steps.iter().sum::<usize>() - 1
+    }
+
+    /// The last voxel with which a block of four along each axis may begin.
+    #[inline(always)]
+    fn last_block(&self) -> Option<usize> {
+        self.data.len().checked_sub(3 * self.steps.iter().sum::<usize>() + 1)
     }
 }
 
@@ -270,6 +303,17 @@ impl Locals {
             }
         }
         all
+    }
+
+    /// Whether all places that come from the tetrahedron of a lane have two voxels on either side along each axis
+    /// of the volume `source`.
+    #[inline(always)]
+    pub(crate) fn within(&self, lane: usize, source: &Source<'_>) -> bool {
+        (0..3).all(|a| {
+            let last = self.last[a][lane];
+            let first = source.size[a] as i32 - 2 - last;
+            first >= 1 && self.high[a][lane] < last as f32
+        })
     }
 
     /// Ratio of the deformed volume to that in the CT, in voxels.

@@ -1,6 +1,8 @@
 //! A part of a volume where it is quicker to read.
 
 use super::Source;
+use crate::predicate::Index;
+use crate::rows::{max, min};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -11,6 +13,7 @@ pub(crate) struct Near {
     data: Vec<i16>,
     size: [usize; 3],
     first: [usize; 3],
+    count: [usize; 3],
     steps: [usize; 3],
 }
 
@@ -38,12 +41,25 @@ impl Near {
                 row[..i.len()].copy_from_slice(&of.data[start..start + i.len()]);
             }
         });
-        let first = [i.start, j.start, k.start];
-        Some(Self { data, size: of.size, first, steps: [1, row, slice] })
+        let (first, count) = ([i.start, j.start, k.start], [i.len(), j.len(), k.len()]);
+        Some(Self { data, size: of.size, first, count, steps: [1, row, slice] })
     }
 
     /// To be sampled within the box.
     pub(crate) fn source(&self) -> Source<'_> {
-        Source { data: &self.data, size: self.size, first: self.first, steps: self.steps }
+        let Self { ref data, size, first, count, steps } = *self;
+        Source { data, size, first, count, steps }
     }
+}
+
+/// The voxels of a volume of `size` that are read where places are among `vertices`, when the voxel before each
+/// place and `wide` voxels on either side of that and the next are.
+pub(crate) fn reach(vertices: &[Index], size: [usize; 3], wide: usize) -> [Range<usize>; 3] {
+    [0, 1, 2].map(|a| {
+        let along = || vertices.iter().map(|v| v[a].clamp(0.0, (size[a] - 1) as f64));
+        let (low, high) = (along().fold(f64::INFINITY, min), along().fold(0.0, max));
+        let low = (low as usize).min(size[a] - 2);
+        let high = (high as usize + 2).clamp(low + 2, size[a]);
+        low.saturating_sub(wide)..(high + wide).min(size[a])
+    })
 }

@@ -4,6 +4,7 @@ use super::{Locals, Place, Source, Spots, SpotsMut};
 use crate::batch::Crossings;
 use crate::rows::Span;
 use crate::sweep::{Extent, Swept};
+use std::ops::Range;
 
 pub(super) fn sweep(crossings: &Crossings, lane: usize, extent: &Extent, swept: &mut Swept) {
     let (last, blur) = (crossings.last[lane], crossings.blur[lane]);
@@ -70,4 +71,60 @@ fn one(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
     let along = |n: usize| between(f32::from(source.data[n]), f32::from(source.data[n + 1]), t[0]);
     let plane = |n: usize| between(along(n), along(n + row), t[1]);
     between(plane(cell), plane(cell + slice), t[2]).round_ties_even() as i16
+}
+
+/// By cubic convolution, held within the voxels it is of; beyond the edges of the volume the outermost go on.
+pub(super) fn cubic(source: &Source<'_>, spots: &Spots, range: Range<usize>, values: &mut [i16]) {
+    for n in range {
+        let within = [spots.within[0][n], spots.within[1][n], spots.within[2][n]];
+        values[n] = one_cubic(source, spots.cells[n], within);
+    }
+}
+
+fn one_cubic(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
+    let places = around(source, cell as usize);
+    let weights = t.map(keys);
+    let (mut low, mut high) = (i16::MAX, i16::MIN);
+    // First along j, in each of the four slices, at each of the four voxels of a row.
+    let mut sums = [[0f32; 4]; 4];
+    for (sums, k) in sums.iter_mut().zip(places[2]) {
+        for (sum, i) in sums.iter_mut().zip(places[0]) {
+            for (weight, j) in weights[1].iter().zip(places[1]) {
+                let value = source.data[i + j + k];
+                *sum = weight.mul_add(f32::from(value), *sum);
+                (low, high) = (low.min(value), high.max(value));
+            }
+        }
+    }
+    // Then along i, by pairs, and along k.
+    let mut pairs = [[0f32; 2]; 4];
+    let [x, _, z] = weights;
+    for ((pairs, [a, b, c, d]), z) in pairs.iter_mut().zip(sums).zip(z) {
+        *pairs = [b.mul_add(x[1], a * x[0]) * z, d.mul_add(x[3], c * x[2]) * z];
+    }
+    let along = |n: usize| (pairs[0][n] + pairs[2][n]) + (pairs[1][n] + pairs[3][n]);
+    // Both are whole: it does not matter which is done first, rounding or holding.
+    ((along(0) + along(1)).round_ties_even() as i16).max(low).min(high)
+}
+
+/// Where the four voxels along each axis around a cell are; what the source holds ends where the volume does, or
+/// beyond what is asked for.
+fn around(source: &Source<'_>, cell: usize) -> [[usize; 4]; 3] {
+    let [_, row, slice] = source.steps;
+    let cell = [cell % slice % row, cell % slice / row, cell / slice];
+    [0, 1, 2].map(|a: usize| {
+        let last = source.count[a] - 1;
+        [0, 1, 2, 3].map(|n: usize| (cell[a] + n).saturating_sub(1).min(last) * source.steps[a])
+    })
+}
+
+/// Weights of the four voxels around a place `t` after the second.
+fn keys(t: f32) -> [f32; 4] {
+    let square = t * t;
+    [
+        t * t.mul_add(t.mul_add(-0.5, 1.0), -0.5),
+        square.mul_add(t.mul_add(1.5, -2.5), 1.0),
+        t * t.mul_add(t.mul_add(-1.5, 2.0), 0.5),
+        square * t.mul_add(0.5, -0.5),
+    ]
 }

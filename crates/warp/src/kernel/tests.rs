@@ -1,5 +1,7 @@
 //! Every kernel against the plain one, and that against f64.
 
+mod cubic;
+
 use super::{Kernel, LANES, Locals, Place, Source, Spots};
 use crate::batch::{Batch, gathered};
 use crate::predicate::Index;

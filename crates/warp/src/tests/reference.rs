@@ -4,14 +4,16 @@ use super::fixture::{Archive, patterned_ct};
 use crate::kernel::{Kernel, Source};
 use crate::map::Map;
 use crate::pieces::{Curve, Pieces};
+use crate::predicate::Index;
+use crate::pullback::Pullback;
 use crate::raster::{Raster, SLAB};
 use crate::resample::Resampling;
 use crate::rows::Span;
 use crate::rules::{Counts, Rules};
-use crate::{Interpolation, Params, warp};
+use crate::{Interpolation, Params, filter, warp};
 use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
-use supine_volume::Volume;
+use supine_volume::{Ct, Volume};
 
 const AIR: i16 = -1000;
 /// Marks voxels of the owner map that the tissue left.
@@ -62,6 +64,28 @@ fn compare(name: &str, got: &[i16], ct: &[i16], want: &Reference) -> usize {
     by_one
 }
 
+/// What every kernel makes of a map, the same.
+fn by_all_kernels(
+    name: &str,
+    map: &Map,
+    ct: &[i16],
+    size: [usize; 3],
+    interpolation: Interpolation,
+) -> (Counts, Vec<i16>) {
+    let by_kernel = Kernel::all().into_iter().map(|kernel| {
+        let rules =
+            Rules { air_hu: AIR, body_hu: -500, kernel, interpolation, supersample_below: 0.0 };
+        let source = Source::new(ct, size);
+        let work = Resampling::new(&source, size, map, rules);
+        let mut values = ct.to_vec();
+        let (_, counts) = work.run(source, map, &mut values, Progress::none()).unwrap();
+        (counts, values)
+    });
+    let mut by_kernel: Vec<(Counts, Vec<i16>)> = by_kernel.collect();
+    assert!(by_kernel.iter().all(|result| *result == by_kernel[0]), "{name}: kernels differ");
+    by_kernel.swap_remove(0)
+}
+
 #[test]
 fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
     let names = [
@@ -100,28 +124,14 @@ fn hostile_meshes_have_the_owners_and_values_of_the_reference() {
         assert_eq!(wrong, 0, "{name}: voxels with another owner");
         assert_eq!(claims.iter().filter(|&&c| c > 1).count(), folded, "{name}: claimed twice");
         let ct = patterned_ct(size, n as u64 + 1);
-        let by_kernel = Kernel::all().into_iter().map(|kernel| {
-            let rules = Rules {
-                air_hu: AIR,
-                body_hu: -500,
-                kernel,
-                interpolation: Interpolation::Linear,
-                supersample_below: 0.0,
-            };
-            let source = Source::new(&ct, size);
-            let work = Resampling::new(&source, size, &map, rules);
-            let mut values = ct.clone();
-            let (_, counts) = work.run(source, &map, &mut values, Progress::none()).unwrap();
-            (counts, values)
-        });
-        let by_kernel: Vec<(Counts, Vec<i16>)> = by_kernel.collect();
-        assert!(by_kernel.iter().all(|result| *result == by_kernel[0]), "{name}: kernels differ");
-        let (counts, values) = &by_kernel[0];
-        compare(name, values, &ct, &want);
+        let (counts, values) = by_all_kernels(name, &map, &ct, size, Interpolation::Linear);
+        compare(name, &values, &ct, &want);
+        let (cubic, _) = by_all_kernels(name, &map, &ct, size, Interpolation::Cubic);
+        assert_eq!(cubic, counts, "{name}, cubic");
         let count = |f: fn(i32) -> bool| want.owner.iter().filter(|&&o| f(o)).count();
         let expected =
             Counts { mesh: count(|o| o >= 0), collar: 0, vacated: count(|o| o == VACATED), folded };
-        assert_eq!(*counts, expected, "{name}");
+        assert_eq!(counts, expected, "{name}");
     }
 }
 
@@ -138,7 +148,12 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let displacement = Displacement::new(&mesh, &Edges::new(&mesh), values).unwrap();
     let deformation = Deformation::new(mesh.clone(), displacement.clone()).unwrap();
     let ct = Volume::new(grid, patterned_ct(size, 100)).unwrap();
-    let params = Params { collar_mm: 0.0, supersample_below: 0.0, ..Params::default() };
+    let params = Params {
+        collar_mm: 0.0,
+        supersample_below: 0.0,
+        interpolation: Interpolation::Linear,
+        ..Params::default()
+    };
     let (got, info) = warp(&ct, &deformation, &params, Progress::none()).unwrap();
 
     let corners = archive.integers("box");
@@ -168,7 +183,26 @@ fn the_breast_of_workload_w1_is_carried_as_by_the_reference() {
     let edges = Edges::new(&mesh);
     let curve = Curve { mesh: &mesh, edges: &edges, displacement: &displacement };
     let pieces = Pieces::new(&curve, 1.0, Progress::none()).unwrap();
-    let (map_owner, _) =
-        owners(&Map::new([ct.grid(); 2], &pieces, &crate::collar::Collar::default()), size);
+    let map = Map::new([ct.grid(); 2], &pieces, &crate::collar::Collar::default());
+    let (map_owner, _) = owners(&map, size);
     assert!(map_owner.iter().zip(&want.owner).all(|(a, b)| *a == (*b).max(-1)), "owners of W1");
+    let (_, cubic) = by_all_kernels("W1", &map, ct.data(), size, Interpolation::Cubic);
+    cubic_is_that_of_f64(&map, &map_owner, &ct, &cubic);
+}
+
+/// Cubic values of a volume against those of f64, voxel by voxel.
+fn cubic_is_that_of_f64(map: &Map, owner: &[i32], ct: &Ct, got: &[i16]) {
+    let source = Source::new(ct.data(), ct.grid().size());
+    let (mut seen, mut differ) = (0, 0);
+    for (n, tet) in owner.iter().enumerate() {
+        let Some(tet) = usize::try_from(*tet).ok().map(|tet| map.tets[tet]) else { continue };
+        let corners = |of: &[Index]| tet.map(|v| of[v as usize]);
+        let pullback = Pullback::new(corners(&map.deformed), corners(&map.rest));
+        let p = ct.grid().voxel(n).map(|v| v as f64);
+        let exact = filter::mean(&source, Interpolation::Cubic, &pullback, p, 1);
+        let by = exact.abs_diff(got[n]);
+        assert!(by <= 1, "{p:?}: {} for {exact}", got[n]);
+        (seen, differ) = (seen + 1, differ + usize::from(by > 0));
+    }
+    assert!(seen > 200_000 && differ * 1000 < seen, "{differ} of {seen}");
 }

@@ -2,7 +2,9 @@
 
 use super::fixture::{lattice, moved, patterned_ct, still};
 use crate::pieces::{Curve, Pieces};
-use crate::{Error, Faded, Frames, Params, carry_points, fade, fields, warp, warp_onto};
+use crate::{
+    Error, Faded, Frames, Interpolation, Params, carry_points, fade, fields, warp, warp_onto,
+};
 use proptest::prelude::*;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges, Locator, Order, TetMesh};
@@ -55,10 +57,13 @@ fn without_displacement_every_byte_stays() {
     let (mesh, ct) = (block(), ct());
     for order in [Order::Linear, Order::Quadratic] {
         let still = moved(&mesh, order, |_| Vector::zeros());
-        let (out, info) = warp(&ct, &still, &Params::default(), Progress::none()).unwrap();
-        assert!(out == ct, "{order:?}");
-        assert_eq!((info.vacated_voxels, info.folded_voxels), (0, 0));
-        assert!((info.jacobian_min - 1.0).abs() < 1e-12 && info.warnings.is_empty(), "{info:?}");
+        for interpolation in Interpolation::ALL {
+            let params = Params { interpolation, ..Params::default() };
+            let (out, info) = warp(&ct, &still, &params, Progress::none()).unwrap();
+            assert!(out == ct, "{order:?}, {interpolation:?}");
+            assert_eq!((info.vacated_voxels, info.folded_voxels), (0, 0));
+            assert!((info.jacobian_min - 1.0).abs() < 1e-12 && info.warnings.is_empty());
+        }
     }
 }
 
@@ -94,14 +99,16 @@ fn a_shift_by_whole_voxels_shifts_the_values() {
 fn one_and_two_threads_give_the_same_bytes() {
     let (mesh, ct) = (block(), ct());
     let u = moved(&mesh, Order::Quadratic, bent);
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let params = Params::default();
-        pool.install(|| warp(&ct, &u, &params, Progress::none()).unwrap())
-    };
-    let (one, two) = (run(1), run(2));
-    assert!(one == two, "volume and info");
-    assert!(one.1.moved_voxels > 3000 && one.1.vacated_voxels > 0, "{:?}", one.1);
+    for interpolation in Interpolation::ALL {
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let params = Params { interpolation, ..Params::default() };
+            pool.install(|| warp(&ct, &u, &params, Progress::none()).unwrap())
+        };
+        let (one, two) = (run(1), run(2));
+        assert!(one == two, "{interpolation:?}: volume and info");
+        assert!(one.1.moved_voxels > 3000 && one.1.vacated_voxels > 0, "{:?}", one.1);
+    }
 }
 
 #[test]
