@@ -8,11 +8,11 @@ use crate::pullback::Pullback;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Interpolation {
-    /// Trilinear: of the 8 voxels around. Smooths noise a little.
-    #[default]
+    /// Trilinear: of the 8 voxels around. Smooths edges and noise.
     Linear,
     /// Cubic convolution of 4 voxels along each axis, a = -1/2 (Keys, IEEE Trans. Acoust. Speech Signal
     /// Process. 29, 1981, 1153).
+    #[default]
     Cubic,
     /// Windowed sinc of 6 voxels along each axis, with weights that sum to one (Duchon, J. Appl. Meteorol. 18,
     /// 1979, 1016).

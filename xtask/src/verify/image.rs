@@ -11,6 +11,8 @@ const TEXT: &str = include_str!("image.md");
 
 /// As `supine warp` names them: what a run takes unless told otherwise, and what it could take.
 const INTERPOLATIONS: [&str; 2] = ["linear", "cubic"];
+/// The one of a run whose case names none.
+const DEFAULT: &str = "cubic";
 
 /// A deformed CT beside the noise-free one.
 pub(super) struct Errors {
@@ -38,7 +40,7 @@ pub(super) fn errors(
         for interpolation in INTERPOLATIONS {
             let name = format!("{}-{interpolation}", map.replace(' ', "-"));
             let mut volume = work.join(format!("{name}.nrrd"));
-            if (map, interpolation) == ("run", INTERPOLATIONS[0]) {
+            if (map, interpolation) == ("run", DEFAULT) {
                 // What the whole flow left.
                 volume = out.join("ct");
             } else {

@@ -82,7 +82,7 @@ const TISSUE: &[Change] = &[
 
 const RESULTS: &[Change] = &[
     ("tissues", "true", SOLUTION),
-    ("warp.interpolation", "\"cubic\"", SOLUTION),
+    ("warp.interpolation", "\"linear\"", SOLUTION),
     ("carry.points", "\"points.csv\"", SERIES),
     ("carry.segmentation", "\"labels.dcm\"", SERIES),
     ("export.study", "\"new\"", SOLUTION),
