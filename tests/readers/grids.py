@@ -80,6 +80,34 @@ def in_tissue(back, forth):
     return inside & v.any(-1)
 
 
+def origins(back, where):
+    """Where the tissue of some voxels of a backward field came from, LPS, mm, one row each."""
+    vectors, matrix = of_itk(back)
+    k, j, i = np.nonzero(where)
+    return np.c_[i, j, k, np.ones(len(i))] @ matrix[:3].T + vectors[where]
+
+
+def cubic(image, points):
+    """HU of an image at points (LPS, mm) by cubic convolution (Keys 1981, a = -1/2), held within the 64 voxels around."""
+    values, matrix = of_itk(image)
+    at = (points - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
+    size = np.array(values.shape)[::-1]
+    at = np.clip(at, 0, size - 1)
+    cell = np.minimum(at.astype(int), size - 2)
+    t = at - cell
+    near = [np.clip(cell + n, 0, size - 1) for n in (-1, 0, 1, 2)]
+    far = [np.abs(t - n) for n in (-1, 0, 1, 2)]
+    keys = [np.where(x < 1, (1.5 * x - 2.5) * x * x + 1, ((-0.5 * x + 2.5) * x - 4) * x + 2) for x in far]
+    total, low, high = 0.0, np.full(len(at), np.inf), np.full(len(at), -np.inf)
+    for c in range(4):
+        for b in range(4):
+            for a in range(4):
+                value = values[near[c][:, 2], near[b][:, 1], near[a][:, 0]]
+                total = total + keys[c][:, 2] * keys[b][:, 1] * keys[a][:, 0] * value
+                low, high = np.minimum(low, value), np.maximum(high, value)
+    return np.clip(total, low, high)
+
+
 def ghost_ml(made, meant):
     """Volume that is tissue in `made` and air in `meant`, two SimpleITK images on one grid: a ghost of the breast, mL."""
     made_hu, meant_hu = (sitk.GetArrayViewFromImage(image) for image in (made, meant))

@@ -17,7 +17,7 @@ import pypdf
 from grids import check
 from PIL import Image
 
-HEADLINES = {"green": "Within the tolerance.", "amber": "Look before use.", "red": "Do not use."}
+HEADLINES = {"green": "Green: within the tolerance", "amber": "Amber: look before use.", "red": "Red: do not use."}
 run, source = Path(sys.argv[1]), [Path(path) for path in sys.argv[2:]]
 found = pydicom.dcmread(run / "report.dcm")
 slices = [pydicom.dcmread(path, stop_before_pixels=True) for path in sorted((run / "ct").iterdir())]

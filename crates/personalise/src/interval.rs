@@ -171,11 +171,10 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     let nominal = rests.nominal;
     let cloud = rests.cloud(Drawn::ALL)?;
     let lengths = |cloud: &[Vector]| middle(LEVEL, cloud.iter().map(Vector::norm));
-    let off = |v: &Vector| (v - nominal.displacement).norm();
-    let within = |cloud: &[Vector]| quantile(LEVEL, cloud.iter().map(off));
     let share = |source: Source, drawn: Drawn| -> Result<Share, Error> {
         let cloud = rests.cloud(drawn)?;
-        Ok(Share { source, length_mm: lengths(&cloud), within_mm: within(&cloud) })
+        let within_mm = within(&cloud, &nominal.displacement);
+        Ok(Share { source, length_mm: lengths(&cloud), within_mm })
     };
     let none = Drawn::default();
     let mut shares = vec![
@@ -192,7 +191,7 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     let other = rests.both.then(|| OtherState { rest, displacement: rests.at(nominal.kpa, rest) });
     Ok(TumourInterval {
         displacement: nominal.displacement,
-        within_mm: within(&cloud),
+        within_mm: within(&cloud, &nominal.displacement),
         length_mm: lengths(&cloud),
         components_mm: [0, 1, 2].map(|k| middle(LEVEL, cloud.iter().map(|v| v[k]))),
         ellipsoid: Ellipsoid::holding(LEVEL, &cloud),
@@ -202,6 +201,14 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         patches,
         warnings: Vec::new(),
     })
+}
+
+/// The distance from a displacement that is not exceeded with the probability [`LEVEL`], and that reaches both ends of the
+/// interval of the length: two statements of one cloud must not contradict each other.
+fn within(cloud: &[Vector], from: &Vector) -> f64 {
+    let [low, high] = middle(LEVEL, cloud.iter().map(Vector::norm));
+    let radial = quantile(LEVEL, cloud.iter().map(|v| (v - from).norm()));
+    radial.max(high - from.norm()).max(from.norm() - low)
 }
 
 impl Share {

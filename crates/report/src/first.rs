@@ -3,8 +3,9 @@
 use crate::canvas::Rgb;
 use crate::colour;
 use crate::place::at;
-use crate::summary::{Colour, Reason, Summary, UncertainPatch, WallUncertainty};
+use crate::summary::{Colour, Reason, Summary, TumourInterval, UncertainPatch, WallUncertainty};
 use crate::tables::Table;
+use crate::verdict::held;
 use crate::words::{capital, directions, fixed, triple};
 
 /// What stands above everything.
@@ -41,7 +42,7 @@ pub(crate) struct First {
     /// `good`, `check` or `stop`: the class that colours the verdict.
     pub(crate) class: &'static str,
     /// In three words.
-    pub(crate) headline: &'static str,
+    pub(crate) headline: String,
     /// Why, a line each, with the place to look at as the viewer reads it.
     pub(crate) reasons: Vec<(String, Option<String>)>,
     /// How far the tumour moves.
@@ -59,9 +60,9 @@ pub(crate) struct First {
 impl First {
     pub(crate) fn new(s: &Summary) -> Self {
         let (class, headline) = match s.verdict.colour {
-            Colour::Green => ("good", "Within the tolerance"),
-            Colour::Amber => ("check", "Look before use"),
-            Colour::Red => ("stop", "Do not use"),
+            Colour::Green => ("good", green(s)),
+            Colour::Amber => ("check", "Amber: look before use".into()),
+            Colour::Red => ("stop", "Red: do not use".into()),
         };
         Self {
             title: format!("{} breast on the operating table", capital(&s.position.breast)),
@@ -77,16 +78,30 @@ impl First {
     }
 }
 
-/// A reason with its place.
+/// Within the tolerance, and on what that rests.
+fn green(s: &Summary) -> String {
+    let given = s.tumour_interval.as_ref().map(|interval| &interval.modulus);
+    given.filter(|modulus| modulus.origin == "given").map_or(
+        "Green: within the tolerance".into(),
+        |modulus| {
+            let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
+            format!("Green: within the tolerance, if the modulus is {low} to {high} kPa as the case says")
+        },
+    )
+}
+
+/// A reason with what it is worth at the tumour and its place.
 fn told(reason: &Reason) -> (String, Option<String>) {
+    let effect = reason.effect_mm.map_or(String::new(), |mm| format!("{} mm: ", fixed(mm, 1)));
     let place = reason.place_mm.map(|place| format!(" Look at {} mm.", triple(place, 1)));
-    (format!("{}{}", capital(&reason.message), place.unwrap_or_default()), reason.place_mm.map(at))
+    let text = format!("{effect}{}{}", capital(&reason.message), place.unwrap_or_default());
+    (text, reason.place_mm.map(at))
 }
 
 fn moves(s: &Summary) -> String {
     let Some(m) = &s.tumour else { return "The case names no tumour.".into() };
-    if m.distance_mm == 0.0 {
-        return "The tumour does not move: it is held, or lies outside what is simulated.".into();
+    if held(s) {
+        return "The tumour does not move.".into();
     }
     let Some(interval) = &s.tumour_interval else {
         return format!(
@@ -100,11 +115,12 @@ fn moves(s: &Summary) -> String {
 }
 
 fn sure(s: &Summary) -> String {
-    let (Some(m), Some(interval)) = (&s.tumour, &s.tumour_interval) else { return String::new() };
+    let Some(m) = s.tumour.as_ref().filter(|_| !held(s)) else { return String::new() };
+    let Some(interval) = &s.tumour_interval else { return String::new() };
     let level = fixed(100.0 * interval.level, 0);
     format!(
-        "{}. With {level} % probability its centre lies within {} mm of the place shown, inside the white \
-         ellipse; {} mm are asked for.",
+        "{}. With {level} % probability its centre lies within {} mm of the place shown; {} mm are asked for. The white \
+         ellipse holds it as likely.",
         capital(&directions(m.displacement_mm)),
         fixed(interval.within_mm, 1),
         fixed(s.verdict.tolerance_mm, 1)
@@ -112,7 +128,7 @@ fn sure(s: &Summary) -> String {
 }
 
 fn shares(s: &Summary) -> Option<Table> {
-    let interval = s.tumour_interval.as_ref()?;
+    let interval = s.tumour_interval.as_ref().filter(|_| !held(s))?;
     let modulus = &interval.modulus;
     let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
     let mut t = Table::list(
@@ -125,10 +141,7 @@ fn shares(s: &Summary) -> Option<Table> {
                 format!("Modulus: a guess, {low} to {high} kPa as in nine published patients")
             }
             ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),
-            ("rest_state", _) if interval.other_rest.is_none() => {
-                "Rest state: as given with the modulus".into()
-            }
-            ("rest_state", _) => "Rest state: net or unloaded".into(),
+            ("rest_state", _) => rest_state(interval),
             ("chest_wall", _) => "Chest wall: its place in the CT".into(),
             _ => "Mesh: its coarseness".into(),
         };
@@ -136,6 +149,21 @@ fn shares(s: &Summary) -> Option<Table> {
         t.rows.push(vec![source, format!("{low} to {high}"), fixed(share.within_mm, 1)]);
     }
     Some(t)
+}
+
+fn rest_state(interval: &TumourInterval) -> String {
+    let Some(other) = &interval.other_rest else {
+        return "Rest state: as given with the modulus".into();
+    };
+    if other.displacement_mm.is_some() {
+        return "Rest state: net or unloaded".into();
+    }
+    let from = interval.modulus.softest_unloaded_kpa;
+    let from = from.map_or(String::new(), |kpa| format!(", from {} kPa on", fixed(kpa, 2)));
+    format!(
+        "Rest state: {} has no shape at this modulus; it counts with stiffer ones{from}",
+        other.rest
+    )
 }
 
 /// The uncertain places of the chest wall, what moves the tumour most first.
@@ -196,6 +224,7 @@ fn seed_line(pairs: &[[[f64; 3]; 2]]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::summary::Movement;
     use crate::summary::tests::example;
 
     #[test]
@@ -219,6 +248,41 @@ mod tests {
         let mut summary = example();
         summary.tumour_interval = None;
         assert!(First::new(&summary).moves.contains("not known"));
+    }
+
+    #[test]
+    fn what_is_held_has_no_interval() {
+        let mut summary = example();
+        summary.tumour = Some(Movement::new([40.0, -30.0, 10.0], [40.0, -30.0, 10.0]));
+        let first = First::new(&summary);
+        assert_eq!((first.moves.as_str(), first.sure.as_str()), ("The tumour does not move.", ""));
+        assert!(first.shares.is_none());
+    }
+
+    #[test]
+    fn a_rest_state_without_a_shape_is_no_agreement() {
+        let mut interval = example().tumour_interval.unwrap();
+        interval.modulus.softest_unloaded_kpa = Some(0.649);
+        if let Some(other) = &mut interval.other_rest {
+            other.displacement_mm = None;
+        }
+        let told = rest_state(&interval);
+        assert!(told.contains("no shape at this modulus") && told.contains("0.65 kPa"), "{told}");
+    }
+
+    #[test]
+    fn green_by_an_interval_of_the_case_says_so() {
+        let mut summary = example();
+        if let Some(interval) = &mut summary.tumour_interval {
+            (interval.modulus.origin, interval.modulus.young_kpa) = ("given".into(), [0.8, 1.0]);
+        }
+        summary.verdict.colour = Colour::Green;
+        let first = First::new(&summary);
+        assert!(
+            first.headline.contains("if the modulus is 0.80 to 1.00 kPa"),
+            "{}",
+            first.headline
+        );
     }
 
     #[test]

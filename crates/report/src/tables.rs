@@ -73,10 +73,10 @@ pub(crate) fn key(s: &Summary) -> Table {
             order(tissue.order),
         ),
     );
-    let j = &s.warp.jacobian;
+    let j = s.volumes.first().map_or(&s.warp.jacobian, |tissue| &tissue.jacobian);
     t.row(
         "Local volume change",
-        format!("{} to {} (Jacobian; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
+        format!("{} to {} (Jacobian of the tissue; 1 is none)", fixed(j.min, 2), fixed(j.max, 2)),
     );
     t
 }

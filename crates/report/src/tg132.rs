@@ -82,7 +82,12 @@ fn jacobian(s: &Summary) -> Row {
     }
     let sound = s.warp.folded_voxels == 0 && s.solve.min_det_f > 0.0;
     let tolerance = "above 0 everywhere; else as clinically expected";
-    row("Jacobian determinant", tolerance.into(), figure, sound)
+    row(
+        "Jacobian determinant of the exported map, with its fade at the cut",
+        tolerance.into(),
+        figure,
+        sound,
+    )
 }
 
 fn consistency(s: &Summary, a: &Agreement) -> Row {

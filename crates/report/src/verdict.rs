@@ -29,6 +29,9 @@ const NOTES: [&str; 10] = [
     "rescale-type-unspecified",
     "uids-from-file-header",
 ];
+/// A displacement may lie this far outside its interval, mm and as a share: the interval is without the fade at the cut.
+const OUTSIDE_MM: f64 = 0.1;
+const OUTSIDE: f64 = 0.05;
 /// Share of the moved voxels from which on folds spoil a result.
 const FOLDED: f64 = 1e-3;
 
@@ -84,7 +87,6 @@ fn tumour(summary: &Summary) -> Vec<Reason> {
         reasons.push(Reason { place_mm: Some(place), ..reason(Colour::Red, code, text) });
     };
     let said = |code: &str| summary.warnings.iter().any(|warning| warning.code == code);
-    let moves = summary.tumour.as_ref().map_or(0.0, |tumour| tumour.distance_mm);
     if said("tumour-in-lung") {
         let text = "The tumour's centre lies in lung: the centre or the breast is wrong.";
         red("tumour-in-lung", text.into(), ball.centre_mm);
@@ -92,7 +94,10 @@ fn tumour(summary: &Summary) -> Vec<Reason> {
         let text = "The tumour's centre lies in what was taken for chest wall, which does not move \
                     (0.0 mm): look at the chest wall there, or correct the centre.";
         red("tumour-in-chest-wall", text.into(), ball.centre_mm);
-    } else if moves < HELD_MM {
+    } else if held(summary) && level(summary) {
+        let text = "The table is as level as the scanner's (AP 0, LAT 0): nothing is simulated.";
+        reasons.push(reason(Colour::Amber, "table-level", text));
+    } else if held(summary) {
         let text = "The tumour does not move (0.0 mm): it lies outside the simulated tissue or is \
                     held by the chest wall.";
         red("tumour-held", text.into(), ball.centre_mm);
@@ -113,18 +118,43 @@ fn tumour(summary: &Summary) -> Vec<Reason> {
     reasons
 }
 
+/// Whether the tumour takes no part in the deformation.
+pub(crate) fn held(summary: &Summary) -> bool {
+    summary.tumour.as_ref().is_some_and(|tumour| tumour.distance_mm < HELD_MM)
+}
+
+/// Whether the operating table lies as the scanner's.
+fn level(summary: &Summary) -> bool {
+    let bed = &summary.position.bed;
+    bed.ap_deg == 0.0 && bed.lat_deg == 0.0
+}
+
 /// What is not known of the tissue, and whether the tumour's place is known well enough.
 fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
+    let Some(moves) = summary.tumour.as_ref().filter(|_| !held(summary)) else {
+        return Vec::new();
+    };
     let Some(interval) = &summary.tumour_interval else {
-        if summary.tumour.is_none() {
-            return Vec::new();
-        }
         let text = "How sure the tumour's place is could not be computed.";
         return vec![reason(Colour::Red, "no-interval", text)];
     };
     let mut reasons = Vec::new();
+    let [low, high] = interval.length_mm;
+    let room = OUTSIDE_MM + OUTSIDE * moves.distance_mm;
+    if moves.distance_mm < low - room || moves.distance_mm > high + room {
+        let text = format!(
+            "The displacement shown, {} mm, lies outside its own interval ({} to {} mm): the modulus of the case is none of \
+             those that count as possible. Give the interval that holds it, tissue.young_interval.",
+            fixed(moves.distance_mm, 1),
+            fixed(low, 1),
+            fixed(high, 1)
+        );
+        reasons.push(reason(Colour::Red, "outside-interval", text));
+    }
+    // One source alone can do more than all: with the other rest state soft tissue is ruled out.
     let of = |source: &str| {
-        interval.shares.iter().find(|share| share.source == source).map(|share| share.within_mm)
+        let share = interval.shares.iter().find(|share| share.source == source);
+        share.map(|share| share.within_mm.min(interval.within_mm))
     };
     if interval.modulus.origin == "literature" {
         let [low, high] = interval.modulus.young_kpa;
@@ -178,7 +208,12 @@ pub(crate) fn notes(summary: &Summary) -> Vec<&str> {
 
 /// What the stages warned of.
 fn warnings(summary: &Summary) -> Vec<Reason> {
-    let apart = |code: &str| TOLD.contains(&code) || NOTES.contains(&code);
+    // A single uncertain place is told with where it lies.
+    let single = wall(summary).len() == 1
+        && summary.segmentation.uncertainty.as_ref().is_some_and(|u| u.patches.len() == 1);
+    let apart = |code: &str| {
+        TOLD.contains(&code) || NOTES.contains(&code) || (single && code == "uncertain-wall")
+    };
     let told = summary.warnings.iter().filter(|warning| !apart(&warning.code));
     let amber = |warning: &Warning| reason(Colour::Amber, &warning.code, &warning.message);
     let with_effect = |warning: &Warning| match (warning.code.as_str(), together_mm(summary)) {
@@ -204,8 +239,8 @@ fn together_mm(summary: &Summary) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::summary::Movement;
     use crate::summary::tests::example;
+    use crate::summary::{Movement, UncertainPatch};
 
     fn codes(summary: &Summary) -> Vec<String> {
         verdict(summary, 2.0).reasons.into_iter().map(|reason| reason.code).collect()
@@ -279,12 +314,60 @@ mod tests {
     #[test]
     fn what_an_uncertain_wall_is_worth_at_the_tumour_is_said() {
         let mut summary = example();
+        if let Some(found) = &mut summary.segmentation.uncertainty {
+            let other = UncertainPatch { effect_mm: Some(0.0), ..found.patches[0].clone() };
+            found.patches.push(other);
+        }
         let (stage, code) = ("region".into(), "uncertain-wall".into());
         summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into() }];
         let found = verdict(&summary, 2.0);
         let wall = found.reasons.iter().find(|reason| reason.code == "uncertain-wall").unwrap();
         assert!(wall.message.ends_with("0.4 mm at the tumour"), "{wall:?}");
         assert_eq!(wall.effect_mm, Some(0.4));
+    }
+
+    #[test]
+    fn a_single_uncertain_place_is_told_once() {
+        let mut summary = example();
+        let (stage, code) = ("region".into(), "uncertain-wall".into());
+        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into() }];
+        assert_eq!(codes(&summary), ["interval-too-wide", "tissue-is-a-guess", "uncertain-place"]);
+    }
+
+    #[test]
+    fn a_displacement_outside_its_own_interval_is_red() {
+        let mut summary = sound();
+        if let (Some(moves), Some(interval)) = (&mut summary.tumour, &summary.tumour_interval) {
+            moves.distance_mm = 1.2 * interval.length_mm[1];
+        }
+        let found = verdict(&summary, 2.0);
+        assert_eq!(
+            (found.colour, found.reasons[0].code.as_str()),
+            (Colour::Red, "outside-interval")
+        );
+    }
+
+    #[test]
+    fn a_level_table_moves_nothing_and_nothing_is_wrong() {
+        let mut summary = sound();
+        summary.tumour = Some(Movement::new([40.0, -30.0, 10.0], [40.0, -30.0, 10.0]));
+        (summary.position.bed.ap_deg, summary.position.bed.lat_deg) = (0.0, 0.0);
+        let found = verdict(&summary, 2.0);
+        assert_eq!(
+            (found.colour, codes(&summary)),
+            (Colour::Amber, vec!["table-level".to_owned()])
+        );
+    }
+
+    #[test]
+    fn one_source_is_worth_no_more_than_all() {
+        let mut summary = example();
+        if let Some(interval) = &mut summary.tumour_interval {
+            interval.within_mm = 3.0;
+        }
+        let found = verdict(&summary, 2.0);
+        let guess = found.reasons.iter().find(|reason| reason.code == "tissue-is-a-guess").unwrap();
+        assert!(guess.message.ends_with("by up to 3.0 mm."), "{guess:?}");
     }
 
     #[test]

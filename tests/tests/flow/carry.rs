@@ -229,6 +229,9 @@ fn the_map_goes_out_as_fields_that_itk_takes() {
         &out,
         &"--fields",
         &fields,
+        // As the other program does.
+        &"--interpolation",
+        &"linear",
         &"--json",
     ]);
     let said = said.success("supine warp --fields");

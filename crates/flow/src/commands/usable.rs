@@ -81,7 +81,7 @@ mod tests {
         let reason = r#"{"colour": "red", "code": "tumour-held", "message": "It is held.",
                          "effect_mm": null, "place_mm": null}"#;
         format!(
-            r#"{{"verdict": {{"colour": "{colour}", "tolerance_mm": 2, "reasons": [{reason}]}}}}"#
+            r#"{{"tool": {{"name": "supine"}}, "verdict": {{"colour": "{colour}", "tolerance_mm": 2, "reasons": [{reason}]}}}}"#
         )
     }
 
@@ -101,6 +101,21 @@ mod tests {
         assert_eq!(unusable(std::slice::from_ref(&red)).unwrap()[0].why, "It is held.");
         assert!(of(&amber).is_empty());
         assert_eq!(of(root.path()), [old, open, red.clone()]);
+        // Deeper, by a link, and as a copy without its records.
+        let deep = root.path().join("a/b/c");
+        fs::create_dir_all(&deep).unwrap();
+        let inner = run(&deep, "red", Some(&verdict("red")));
+        assert_eq!(of(&root.path().join("a")), std::slice::from_ref(&inner));
+        #[cfg(unix)]
+        for (name, to) in [("link", red.join("ct")), ("one.dcm", red.join("ct/1.dcm"))] {
+            let link = deep.join(name);
+            std::os::unix::fs::symlink(to, &link).unwrap();
+            assert_eq!(of(&link), std::slice::from_ref(&red), "{name}");
+        }
+        let copy = root.path().join("copy");
+        fs::create_dir_all(copy.join("ct")).unwrap();
+        fs::copy(red.join("summary.json"), copy.join("summary.json")).unwrap();
+        assert_eq!(of(&copy.join("ct")), [copy]);
         let foreign = tempfile::tempdir().unwrap();
         assert!(of(foreign.path()).is_empty());
         unusable(std::slice::from_ref(&red)).unwrap()[0].note_override("PACS").unwrap();

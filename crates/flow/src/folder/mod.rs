@@ -170,32 +170,43 @@ impl RunFolder {
     }
 }
 
-/// The folder of the run that a file or folder is of.
+/// The folder of the run that a file or folder is of, or that a link leads to.
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
-    let whole = std::path::absolute(path).ok()?;
+    let whole = fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok()?;
     // OUT, OUT/ct, OUT/ct/1.dcm.
     let found = whole.ancestors().take(3).find(|folder| is_run(folder))?;
     Some(found.to_path_buf())
 }
 
-/// The runs whose folders lie in a folder.
+/// The runs whose folders lie in a folder, however deep.
 pub(crate) fn runs_within(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    if !folder.is_dir() {
-        return Ok(Vec::new());
-    }
-    let missing = |source| Error::Missing { key: "paths", path: folder.into(), source };
     let mut found = Vec::new();
-    for entry in fs::read_dir(folder).map_err(missing)? {
-        let path = entry.map_err(missing)?.path();
-        if is_run(&path) {
-            found.push(std::path::absolute(&path).unwrap_or(path));
-        }
-    }
+    search(folder, DEEPEST, &mut found)?;
     Ok(found)
 }
 
+/// Folders deeper than this are not looked into: links may lead in a circle.
+const DEEPEST: usize = 32;
+
+fn search(folder: &Path, deeper: usize, found: &mut Vec<PathBuf>) -> Result<(), Error> {
+    if !folder.is_dir() || deeper == 0 {
+        return Ok(());
+    }
+    let missing = |source| Error::Missing { key: "paths", path: folder.into(), source };
+    for entry in fs::read_dir(folder).map_err(missing)? {
+        let path = entry.map_err(missing)?.path();
+        match run_around(&path) {
+            Some(run) => found.push(run),
+            None => search(&path, deeper - 1, found)?,
+        }
+    }
+    Ok(())
+}
+
+/// Whether a folder is that of a run, or a copy of one that lost its records.
 fn is_run(folder: &Path) -> bool {
-    folder.join(names::RECORDS).is_dir()
+    let named = |summary: serde_json::Value| summary["tool"]["name"] == "supine";
+    folder.join(names::RECORDS).is_dir() || summary_of(folder).is_some_and(named)
 }
 
 /// The summary in a run's folder as it stands; none of an unfinished run.

@@ -44,7 +44,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region, Mesh, Moduli, Solve);

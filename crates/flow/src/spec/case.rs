@@ -152,10 +152,7 @@ impl Case {
             mesh: mesh::spec(given)?,
             tissue: tissue::law(given),
             stiffness,
-            young_interval_kpa: match given.get("tissue.young_interval") {
-                Some(Value::Interval(ends)) => Some(*ends),
-                _ => None,
-            },
+            young_interval_kpa: tissue::young_interval(given)?,
             rest: match given.word("tissue.rest") {
                 "unloaded" => RestState::Unloaded,
                 _ => RestState::Net,

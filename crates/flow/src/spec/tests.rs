@@ -131,6 +131,8 @@ fn each_bad_value_names_its_key() {
         ("tissue = { map = 'labels', fat = 0.5, young = 0.6 }", "tissue.young"),
         ("tissue = { map = 'hu', fat = 0.5, skin = -1 }", "tissue.skin"),
         ("tissue = { young_interval = [0.9, 0.4] }", "tissue.young_interval"),
+        ("tissue = { young_interval = [0.4, 0.6] }", "tissue.young_interval"),
+        ("tissue = { young = 3.0, young_interval = [0.4, 0.9] }", "tissue.young_interval"),
         ("tissue = { rest = 'nett' }", "tissue.rest"),
         ("tissue = { cut = 'sprung' }", "tissue.cut"),
         ("tissue = { spring = -1.0 }", "tissue.spring"),

@@ -50,6 +50,25 @@ pub struct Stiffness {
 const PROPORTIONS: [f64; 4] = [1.0, 1.5, 16.0, 6.0];
 pub(super) const KEYS: [&str; 4] = ["tissue.fat", "tissue.gland", "tissue.skin", "tissue.tumour"];
 
+/// The interval that holds the modulus; it has to hold the one that the run is made with.
+pub(super) fn young_interval(given: Given<'_>) -> Result<Option<[f64; 2]>, CaseError> {
+    const KEY: &str = "tissue.young_interval";
+    let Some(Value::Interval(ends @ [low, high])) = given.get(KEY) else { return Ok(None) };
+    let young = law(given).young_kpa;
+    // Moduli of several tissues have a mean that the mesh decides.
+    let single = given.word("tissue.map") == "none";
+    if single && !(*low..=*high).contains(&young) {
+        return Err(value(
+            KEY,
+            format!(
+                "[{low}, {high}] does not hold `tissue.young`, {young} kPa: the run is made with a modulus that is known to be \
+                 wrong; correct one of them"
+            ),
+        ));
+    }
+    Ok(Some(*ends))
+}
+
 /// The law with one modulus.
 pub(super) fn law(given: Given<'_>) -> Tissue {
     let default = Tissue::default();

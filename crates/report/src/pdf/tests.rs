@@ -55,7 +55,7 @@ fn it_says_what_the_page_says_first() {
     let summary = judged_example();
     let text = texts(&made(&summary, Some(&patient("Doe, Jane"))));
     for wanted in [
-        "Look before use.",
+        "Amber: look before use.",
         "Left breast on the operating table",
         "The tumour moves 3.7 mm (95 %: 1.1 to 8.2 mm)",
         "1. ",

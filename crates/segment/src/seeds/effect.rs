@@ -4,7 +4,7 @@ use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
-use supine_space::{Point, Warning};
+use supine_space::{Point, Vector, Warning};
 use supine_volume::{SeedKind, Seeds};
 
 /// The wall is looked at this far around a seed, mm: beyond, other seeds or the fit itself move it.
@@ -35,37 +35,72 @@ pub(crate) fn warnings(
     walls: &Walls<'_>,
     seeds: &Seeds,
 ) -> Vec<Warning> {
-    let kinds = [(SeedKind::ChestWall, "chest-wall"), (SeedKind::SoftTissue, "soft-tissue")];
-    let all =
-        kinds.iter().flat_map(|(kind, name)| seeds.points(*kind).iter().map(move |p| (*name, p)));
-    all.filter_map(|(name, point)| told(scan, levels, walls, name, point)).collect()
+    let kinds = [SeedKind::ChestWall, SeedKind::SoftTissue];
+    let of = |kind: SeedKind| {
+        let points = seeds.points(kind);
+        points.iter().filter_map(move |point| told(scan, levels, walls, kind, (point, points)))
+    };
+    kinds.into_iter().flat_map(of).collect()
 }
 
+/// A seed draws the wall to its own side: what went the other way, others did; and what lies nearer to another seed of its
+/// kind, that one did.
 fn told(
     scan: Scan<'_>,
     levels: Levels,
     walls: &Walls<'_>,
-    name: &str,
-    point: &Point,
+    kind: SeedKind,
+    (point, all): (&Point, &[Point]),
 ) -> Option<Warning> {
+    let (way, sign) = match kind {
+        SeedKind::ChestWall => ("outwards", 1.0),
+        _ => ("inwards", -1.0),
+    };
     let rays = near(scan, walls.with, point);
-    let moved = |&(k, p): &(usize, usize)| walls.with.at(k, p) - walls.without.at(k, p);
-    let farthest = rays.iter().map(moved).max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    let gland =
-        rays.iter().filter(|at| moved(at) > TAKES_IN_MM && took_gland(scan, levels, walls, **at));
-    let gland = gland.count() >= RAYS_OF_GLAND;
-    if farthest.abs() <= FAR_MM && !gland {
+    let along = |&(k, p): &(usize, usize)| sign * (walls.with.at(k, p) - walls.without.at(k, p));
+    let own = |at: &(usize, usize)| {
+        let place = on_wall(scan, walls.with, *at);
+        let off = |seed: &Point| (in_mm(scan, seed) - place).norm_squared();
+        all.iter().all(|other| off(point) <= off(other))
+    };
+    let moved: Vec<_> =
+        rays.iter().filter(|at| along(at) > TAKES_IN_MM).filter(|at| own(at)).copied().collect();
+    let before: Vec<_> = rays.iter().map(|at| on_wall(scan, walls.without, *at)).collect();
+    let far = moved.iter().filter(|at| along(at) > FAR_MM);
+    let far_mm = far.map(|at| apart(&before, on_wall(scan, walls.with, *at))).fold(0.0, f64::max);
+    let gland = kind == SeedKind::ChestWall
+        && moved.iter().filter(|at| took_gland(scan, levels, walls, **at)).count() >= RAYS_OF_GLAND;
+    if far_mm <= f64::from(FAR_MM) && !gland {
         return None;
     }
+    let most_mm = f64::from(moved.iter().map(along).fold(0.0, f32::max));
+    let mm = if far_mm > 0.0 { far_mm } else { most_mm };
     let [x, y, z] = point.coords.into();
-    let way = if farthest > 0.0 { "outwards" } else { "inwards" };
     let into = if gland { ", into tissue as dense as gland" } else { "" };
     let text = format!(
-        "the {name} seed at [{x:.1}, {y:.1}, {z:.1}] mm moves the chest wall {way} by up to {:.0} mm{into}: \
+        "the {} seed at [{x:.1}, {y:.1}, {z:.1}] mm moves the chest wall {way} by up to {mm:.0} mm{into}: \
          look whether it lies where it should",
-        farthest.abs()
+        kind.name()
     );
     Some(Warning::new("seed-moves-wall", text))
+}
+
+/// A place in the frame of the rays, mm.
+fn in_mm(scan: Scan<'_>, point: &Point) -> Vector {
+    let index = scan.ct.grid().index_from_patient(point);
+    Vector::from_fn(|a, _| index[a] * f64::from(scan.frame.spacing[a]))
+}
+
+/// Where the wall cuts a ray, in that frame.
+fn on_wall(scan: Scan<'_>, wall: &RadialMap, (k, p): (usize, usize)) -> Vector {
+    let [x, y] = scan.rays.pixel(k, p, wall.at(k, p));
+    let [dx, dy, dz] = scan.frame.spacing;
+    Vector::new((x * dx).into(), (y * dy).into(), (k as f32 * dz).into())
+}
+
+/// How far a place lies from the nearest of others: along a ray that grazes the wall it would be more.
+fn apart(others: &[Vector], place: Vector) -> f64 {
+    others.iter().map(|other| (other - place).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()
 }
 
 /// The rays whose wall lies near a point.
