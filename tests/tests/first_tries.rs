@@ -338,6 +338,36 @@ fn message(one: &Try, said: &Outcome) -> String {
     text.replace(&source().display().to_string(), "ct")
 }
 
+/// What is typed from a CT with its structure set to the first report.
+const TYPED: [&str; 2] = [
+    "supine init ct --structures RS.dcm --tumour GTV",
+    "supine run case.toml --out out --set bed.ap=7 --set bed.lat=5",
+];
+
+/// Types it, and says how much that is.
+fn first_report() -> String {
+    let scratch =
+        tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a scratch folder can be made");
+    let folder = scratch.path();
+    std::os::unix::fs::symlink(source(), folder.join("ct")).expect("the CT can be linked");
+    write_structures(&folder.join("RS.dcm"), &frame(), &[GTV]);
+    for line in TYPED {
+        let words = line.split(' ').skip(1);
+        Outcome::of(supine_command().current_dir(folder).args(words)).success(line);
+    }
+    assert!(folder.join("out/report/index.html").is_file(), "there is a report");
+    let keys = |line: &str| line.chars().count() + 1;
+    format!(
+        "\n## From nothing to the first report\n\nIn a folder with the CT (`ct`) and its structure set (`RS.dcm`), for a \
+         table of AP 7\u{b0}, LAT 5\u{b0}; typed by the same test:\n\n    {}\n    {}\n\n{} keystrokes with Enter; the report is \
+         `out/report/index.html`. Without a CT of your own: `supine demo`, {} keystrokes.\n",
+        TYPED[0],
+        TYPED[1],
+        TYPED.into_iter().map(keys).sum::<usize>(),
+        keys("supine demo"),
+    )
+}
+
 #[test]
 fn what_people_try_first_is_answered_as_the_page_says() {
     let mut page = String::from(
@@ -351,6 +381,7 @@ fn what_people_try_first_is_answered_as_the_page_says() {
         let (what, typed, code) = (one.what, one.typed.replace(" --quiet", ""), one.code);
         page += &format!("| {what} | `supine {typed}` | {} | {code} |\n", message(one, &said));
     }
+    page += &first_report();
     let path = root().join("docs/FIRST_TRIES.md");
     if std::env::var_os("SUPINE_WRITE_FIRST_TRIES").is_some() {
         fs::write(&path, &page).expect("the page is written");

@@ -17,14 +17,17 @@ pub(crate) const ABOUT: &str = "CT of the patient on her back, moved by simulati
                                 back, z to the head).";
 /// Heading of what the result must not be used for.
 pub(crate) const NOT_FOR: &str = "Must not be used for";
-/// The colours in the pictures.
-pub(crate) const LEGEND: [(Rgb, &str); 6] = [
+/// The colours in the first pictures.
+pub(crate) const LEGEND: [(Rgb, &str); 3] = [
     (colour::BEFORE, "tumour, estimated nipple in the CT"),
     (colour::AFTER, "on the operating table"),
-    (colour::SKIN, "skin"),
-    (colour::CHEST_WALL, "chest wall"),
-    (colour::CUT, "cut"),
     (colour::REGION, "region (dashed)"),
+];
+/// The further ones in the slice viewer.
+pub(crate) const VIEWER_LEGEND: [(Rgb, &str); 3] = [
+    (colour::CHEST_WALL, "chest wall, white where uncertain"),
+    (colour::SKIN, "mesh's skin"),
+    (colour::CUT, "cut: the end of what is simulated"),
 ];
 /// The grey of the pictures.
 pub(crate) const WINDOW: &str = "CT window \u{2212}200 to 200 HU";

@@ -145,6 +145,11 @@ fn position(s: &Summary) -> Table {
             movement(&mut t, name, m);
         }
     }
+    if let Some(interval) = &s.tumour_interval {
+        let [low, high] = interval.length_mm.map(|mm| fixed(mm, 2));
+        let level = fixed(100.0 * interval.level, 0);
+        t.row("Tumour displacement, interval", format!("{low} to {high} mm ({level} %)"));
+    }
     t
 }
 

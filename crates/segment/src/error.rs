@@ -73,7 +73,9 @@ pub enum Error {
         bone_cm3: f64,
     },
     /// The breast is not wholly in the CT.
-    #[error("the {side} breast is not wholly in the CT: {why}; a larger field of view is needed")]
+    #[error(
+        "the {side} breast is not wholly in the CT: {why}; a larger field of view is needed, or other seeds where some were given"
+    )]
     BreastCut {
         /// The breast.
         side: Side,

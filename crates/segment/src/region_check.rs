@@ -166,7 +166,7 @@ fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<
     let text = |verb: &str| {
         format!(
             "at the first or last slice the breast {verb} {:.0} % of its greatest thickness",
-            100.0 * share
+            100.0 * share.min(1.0)
         )
     };
     if share > END_REFUSES {

@@ -15,7 +15,7 @@ use crate::encoded::EncodedRow;
 use crate::first::{ABOUT, BANNER, BEFORE_SEEDS, First, LEGEND, NOT_FOR, PLACES, WINDOW};
 use crate::pictures::Part;
 use crate::tables::{self, Table};
-use crate::{Error, Pictures, Summary, Whose, colour};
+use crate::{Error, Pictures, Summary, Whose};
 use block::{Block, Op, Setter, Style};
 use metrics::{Font, width};
 use picture::Raster;
@@ -164,8 +164,7 @@ fn legend(setter: &Setter) -> Block {
     const SAMPLE: f64 = 6.5;
     let mut block = Block::default();
     let mut x = 0.0;
-    let drawn = [colour::BEFORE, colour::AFTER, colour::REGION];
-    for (rgb, text) in LEGEND.into_iter().filter(|(rgb, _)| drawn.contains(rgb)) {
+    for (rgb, text) in LEGEND {
         let rim = Op::Fill { at: [x, 1.5], size: [SAMPLE; 2], rgb: QUIET };
         let sample = Op::Fill { at: [x + 0.5, 2.0], size: [SAMPLE - 1.0; 2], rgb };
         block.ops.extend([rim, sample]);
