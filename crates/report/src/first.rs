@@ -134,10 +134,15 @@ fn shares(s: &Summary) -> Option<Table> {
     let interval = s.tumour_interval.as_ref().filter(|_| !held(s))?;
     let modulus = &interval.modulus;
     let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
-    let mut t = Table::list(
-        "What makes it uncertain, each alone",
-        &["Source", "Tumour moves, mm", "Off by up to, mm"],
-    );
+    // Pairs of soft tissue and unloaded state that cannot be are among no draws of all sources.
+    let more = interval.shares.iter().any(|share| share.within_mm > interval.within_mm);
+    let title = match more {
+        true => {
+            "What makes it uncertain, each alone; together less, as soft tissue and the unloaded state exclude each other"
+        }
+        false => "What makes it uncertain, each alone",
+    };
+    let mut t = Table::list(title, &["Source", "Tumour moves, mm", "Off by up to, mm"]);
     for share in &interval.shares {
         let source = match (share.source.as_str(), modulus.origin.as_str()) {
             ("modulus", "literature") => {

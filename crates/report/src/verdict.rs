@@ -17,12 +17,13 @@ const LITTLE_MM: f64 = 0.1;
 const TOLD: [&str; 4] =
     ["tumour-in-chest-wall", "tumour-in-lung", "squeezed-tissue", "overlapping-voxels"];
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 10] = [
+const NOTES: [&str; 11] = [
     "dose-not-computed-anew",
     "dose-without-plan",
     "letters-replaced",
     "names-taken-out",
     "no-preamble",
+    "other-series-left-out",
     "padding-as-air",
     "patient-not-identified",
     "pixel-data-too-long",
