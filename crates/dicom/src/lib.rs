@@ -21,6 +21,7 @@
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
 mod accept;
+mod acquisitions;
 mod anonymise;
 mod clock;
 mod companion;
