@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::series::Place;
 use crate::source::Source;
 use crate::whole_file::is_text;
-use crate::{uid, whole_file};
+use crate::{series, uid, whole_file};
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 use sha2::{Digest as _, Sha256};
@@ -85,6 +85,7 @@ pub(crate) fn common(
     copy(&mut set, tags::FRAME_OF_REFERENCE_UID, first);
     put_missing(&mut set, REQUIRED_OF_ALL);
     let number = place.beside(ct).to_string();
+    let description = series::described(&params.series_description, ct);
     let Clock { date, time } = &params.clock;
     for (tag, vr, text) in [
         (tags::SOP_CLASS_UID, VR::UI, kind.class),
@@ -93,7 +94,7 @@ pub(crate) fn common(
         (tags::INSTANCE_CREATION_TIME, VR::TM, time),
         (tags::SERIES_DATE, VR::DA, date),
         (tags::SERIES_TIME, VR::TM, time),
-        (tags::SERIES_DESCRIPTION, VR::LO, &params.series_description),
+        (tags::SERIES_DESCRIPTION, VR::LO, &description),
         (tags::SERIES_NUMBER, VR::IS, &number),
         (tags::INSTANCE_NUMBER, VR::IS, "1"),
         (tags::MANUFACTURER, VR::LO, MANUFACTURER),

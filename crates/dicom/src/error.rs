@@ -128,6 +128,25 @@ pub enum Error {
         /// Its two values.
         values: String,
     },
+    /// Acquisitions that follow each other share a place.
+    #[error(
+        "two slices lie {apart_mm:.3} mm apart, {a} and {b}, where the series joins several acquisitions ({attribute} \
+         {values}); leave one out: {exclude}"
+    )]
+    JoinedAcquisitions {
+        /// Name of the attribute that tells them apart.
+        attribute: &'static str,
+        /// A file.
+        a: String,
+        /// The next file along the normal.
+        b: String,
+        /// Its two values.
+        values: String,
+        /// Distance along the normal, mm.
+        apart_mm: f64,
+        /// How to leave out files so that the rest is in order.
+        exclude: String,
+    },
     /// A slice is missing.
     #[error(
         "gap of {gap_mm:.3} mm between {a} and {b}, the step is {step_mm:.3} mm: a slice is missing{hint}"

@@ -1,6 +1,7 @@
 //! Slices in order along their normal, and the grid they make.
 
 use crate::accept::Accept;
+use crate::acquisitions::{differing_acquisition, in_order};
 use crate::equalise::EqualSteps;
 use crate::error::Error;
 use crate::folder::MIN_SLICES;
@@ -8,7 +9,6 @@ use crate::number::ROUNDING_MM;
 use crate::slice::Slice;
 use crate::source::Source;
 use crate::tilt::Lean;
-use std::collections::BTreeSet;
 use supine_space::{Grid, Matrix, Point, Vector, Warning};
 
 /// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not measured:
@@ -51,7 +51,7 @@ pub(crate) fn stack(series: &str, slices: &[&Slice], accept: Accept) -> Result<S
     let mut warnings = Vec::new();
     let places: Vec<f64> = order.iter().map(|&n| along(n)).collect();
     let names: Vec<&Slice> = order.iter().map(|&n| slices[n]).collect();
-    not_interleaved(&names)?;
+    in_order(&places, &names)?;
     let even = even_step(&places, &names, &mut warnings);
     let (step, count, equalised) = match even {
         Ok(step) => (step, slices.len(), None),
@@ -120,34 +120,6 @@ fn must_agree(a: &Slice, b: &Slice) -> Result<(), Error> {
     for (attribute, x, y) in differing_acquisition(a, b) {
         if matches!(attribute, "KVP" | "Convolution Kernel") {
             return differs(attribute, format!(" ({x:?} and {y:?}): not one reconstruction"));
-        }
-    }
-    Ok(())
-}
-
-fn differing_acquisition<'a>(
-    a: &'a Slice,
-    b: &'a Slice,
-) -> impl Iterator<Item = (&'static str, &'a String, &'a String)> {
-    let pairs = a.acquisition.iter().zip(&b.acquisition);
-    pairs.filter(|(x, y)| x.1 != y.1).map(|(x, y)| (x.0, &x.1, &y.1))
-}
-
-/// Slices of several acquisitions may follow each other, station by station, but not alternate: they
-/// would make a volume that nobody scanned.
-fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
-    for n in 0..slices[0].acquisition.len() {
-        let value = |slice: &Slice| slice.acquisition[n].1.clone();
-        let mut ended = BTreeSet::new();
-        for pair in slices.windows(2).filter(|pair| value(pair[0]) != value(pair[1])) {
-            let [value_a, value_b] = [value(pair[0]), value(pair[1])];
-            ended.insert(value_a.clone());
-            if ended.contains(&value_b) {
-                let (attribute, a, b) =
-                    (pair[0].acquisition[n].0, pair[0].file.clone(), pair[1].file.clone());
-                let values = format!("is {value_a:?} and {value_b:?}");
-                return Err(Error::SeveralAcquisitions { attribute, a, b, values });
-            }
         }
     }
     Ok(())
@@ -250,7 +222,12 @@ fn why_twice(a: &Slice, b: &Slice) -> String {
 
 /// How to read the series without a file.
 pub(crate) fn leave_out(file: &str) -> String {
-    format!("; to leave a file out: exclude = [{file:?}] in the case file, or --exclude")
+    format!("; to leave a file out: {}", excluding(&[file]))
+}
+
+/// Files left out, as the case file and the command line say it.
+pub(crate) fn excluding(files: &[&str]) -> String {
+    format!("exclude = {files:?} in the case file, or --exclude")
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.

@@ -1,6 +1,7 @@
 //! What a folder of DICOM holds, and whether it can be used.
 
 use crate::accept::Accept;
+use crate::deformed::DEFORMED_ALREADY;
 use crate::error::Error;
 use crate::folder::{Folder, Series};
 use crate::geometry::stack;
@@ -63,7 +64,7 @@ pub struct SeriesReport {
     pub slices: usize,
     /// Number of localizers.
     pub localizers: usize,
-    /// Whether the headers make one regular volume in HU.
+    /// Whether the headers make one regular volume in HU that this program did not deform.
     pub usable: bool,
     /// Why not, otherwise.
     pub reason: Option<String>,
@@ -169,6 +170,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
     let slices: Vec<&Slice> = series.files.iter().filter_map(|f| f.slice.as_ref().ok()).collect();
     let faulty = series.files.iter().find_map(|f| f.slice.as_ref().err());
     let stacked = match faulty {
+        _ if slices.iter().any(|s| s.deformed) => Err(format!("it is {DEFORMED_ALREADY}")),
         Some(error) => Err(error.to_string()),
         None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
     };

@@ -21,10 +21,12 @@
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
 mod accept;
+mod acquisitions;
 mod anonymise;
 mod clock;
 mod companion;
 mod data_set;
+mod deformed;
 mod derived;
 mod document;
 mod dose;
@@ -64,6 +66,7 @@ pub use accept::Accept;
 pub use anonymise::Anonymiser;
 pub use clock::Clock;
 pub use companion::{CompanionParams, ObjectReference};
+pub use deformed::{DEFORMED_ALREADY, tells_deformation};
 pub use document::{Document, write_document};
 pub use dose::{Dose, DoseInfo, read_dose, write_dose};
 pub use error::Error;

@@ -1,7 +1,9 @@
-//! Series Numbers of what is written: those of one run lie together, apart from those of other runs and of the scanner.
+//! Series Numbers and names of what is written: those of one run lie together, apart from those of other runs and of the
+//! scanner.
 
 use crate::derived::own_number;
 use crate::source::Source;
+use dicom_dictionary_std::tags;
 
 /// The first number, five digits: scanners rarely count as far.
 const FIRST: i64 = 10_000;
@@ -52,6 +54,21 @@ impl Place {
     pub(crate) fn alone(self, hash: &[u8; 32], source: &Source) -> i64 {
         of_run(hash, source) + self.offset()
     }
+}
+
+/// Longest Series Description (LO).
+const LONGEST: usize = 64;
+
+/// What the series of an object is called that goes with an exported CT: the result's short name, four digits that the
+/// CT's own name ends in, tells objects of two runs apart.
+pub(crate) fn described(description: &str, ct: &Source) -> String {
+    let own = ct.slices[0].header.text(tags::SERIES_DESCRIPTION);
+    let hex = |name: &&str| {
+        name.len() == 4 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
+    };
+    let name = own.strip_prefix("DEFORMED ").and_then(|own| own.rsplit(' ').next()).filter(hex);
+    let named = name.map(|name| format!("{description} {name}"));
+    named.filter(|named| named.len() <= LONGEST).unwrap_or_else(|| description.into())
 }
 
 /// Series Number of the CT of a run, from the hash of what made it; not that of its source.

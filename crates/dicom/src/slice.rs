@@ -2,6 +2,7 @@
 
 use crate::accept::Accept;
 use crate::data_set::{DataSet, PixelCoding, TransferSyntax};
+use crate::deformed::is_deformed;
 use crate::error::Error;
 use crate::number::{parse_ds, parse_ds_list, parse_is};
 use crate::pixel_format::{Frame, PixelFormat, Rescale};
@@ -43,6 +44,8 @@ pub(crate) struct Slice {
     /// What must not differ within a series but must not be shown either.
     pub(crate) identity: [(&'static str, String); 3],
     pub(crate) lossy: bool,
+    /// Whether it is of a CT that this software deformed.
+    pub(crate) deformed: bool,
     pub(crate) warnings: Vec<Warning>,
 }
 
@@ -142,6 +145,7 @@ impl Slice {
                 ("Patient's Name", text(tags::PATIENT_NAME)),
             ],
             lossy,
+            deformed: is_deformed(set),
             warnings,
         })
     }

@@ -2,7 +2,6 @@
 
 use crate::clock::Clock;
 use crate::data_set::DataSet;
-use crate::derived::MANUFACTURER;
 use crate::padding::Padding;
 use crate::slice::Slice;
 use dicom_dictionary_std::tags;
@@ -32,14 +31,9 @@ impl std::fmt::Debug for Source {
 }
 
 impl Source {
-    /// Whether the series is one of ours already: a CT deformed by simulation, by its Contributing Equipment (PS3.3 C.12.1)
-    /// or its description.
+    /// Whether the series is a result of this software: a CT that was deformed by simulation.
     pub fn is_deformed(&self) -> bool {
-        let header = &self.slices[0].header;
-        let equipment = header.items(tags::CONTRIBUTING_EQUIPMENT_SEQUENCE);
-        let ours = |item: &DataSet| item.text(tags::MANUFACTURER) == MANUFACTURER;
-        let derived = header.texts(tags::IMAGE_TYPE).first().is_some_and(|v| v == "DERIVED");
-        derived && (equipment.iter().any(ours) || header.text(tags::MANUFACTURER) == MANUFACTURER)
+        self.slices.iter().any(|source| source.slice.deformed)
     }
 
     /// Date and time of the source series; of its study or 19000101 000000 when it has none.

@@ -60,7 +60,7 @@ pub use raster_file::{is_volume_name, volume_files};
 pub use seeds::read_seeds;
 pub use surfaces::{SurfaceFrame, read_surface, write_surface};
 pub use volumes::{
-    FieldKind, read_ct, read_signed_distance, read_tenths, write_ct, write_ct_nifti, write_ct_nrrd,
-    write_field, write_scalar, write_signed_distance, write_tenths,
+    FieldKind, read_ct, read_ct_and_note, read_signed_distance, read_tenths, write_ct,
+    write_ct_nifti, write_ct_nrrd, write_field, write_scalar, write_signed_distance, write_tenths,
 };
 pub use vtu::{read_vtu, write_vtu};

@@ -4,6 +4,11 @@ use crate::{Problem, labels::segments::Segment, scalar::Scalar};
 use std::collections::BTreeMap;
 use supine_space::Grid;
 
+/// Keys under which a header says in words how its volume came to be: ours, and those under which ITK keeps a
+/// description that it read from another format.
+pub(crate) const NOTES: [&str; 5] =
+    ["derivation", "Comment", "ITK_FileNotes", "descrip", "aux_file"];
+
 /// Samples on a grid, still in the type of the file.
 #[derive(Debug)]
 pub(crate) struct Raster {
@@ -21,6 +26,8 @@ pub(crate) struct Raster {
     pub(crate) intercept: f64,
     /// Key/value pairs of the header.
     pub(crate) keys: BTreeMap<String, String>,
+    /// What the file says in words about how the volume came to be; empty when it says nothing.
+    pub(crate) note: String,
     /// What the values are called; empty when the file does not say.
     pub(crate) segments: Vec<Segment>,
 }

@@ -17,6 +17,15 @@ use supine_volume::{Ct, SignedDistance, Volume};
 /// When the file cannot be read, is damaged, does not say which way its axes point, holds several
 /// values per voxel or a value that is no whole HU.
 pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
+    read_ct_and_note(path, progress).map(|(ct, _)| ct)
+}
+
+/// Reads a CT as [`read_ct`] does, and what its file says in words about how it came to be: the note of [`write_ct`],
+/// in NIfTI-1 with the `aux_file`; empty when the file says nothing.
+///
+/// # Errors
+/// Those of [`read_ct`].
+pub fn read_ct_and_note(path: &Path, progress: Progress<'_>) -> Result<(Ct, String), Error> {
     let raster = raster_file::read(path, progress)?;
     let ct = || {
         if raster.layers != 1 {
@@ -28,7 +37,9 @@ pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
         Ok((raster.grid.clone(), data))
     };
     let (grid, data) = ct().map_err(|p| p.of(path))?;
-    Volume::new(grid, data).map_err(|e| Problem::field("sizes", e.to_string()).of(path))
+    let ct = Volume::new(grid, data);
+    let ct = ct.map_err(|e| Problem::field("sizes", e.to_string()).of(path))?;
+    Ok((ct, raster.note))
 }
 
 /// Reads tenths of mm, 0 to 255, as [`write_tenths`] writes them.

@@ -67,6 +67,35 @@ proptest! {
     }
 }
 
+/// What a CT is known by if this software deformed it comes back from every format, short of the end in NIfTI.
+#[test]
+fn the_note_of_a_ct_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let ct = ct(grid([3, 4, 5], [0.0; 3], [1.0; 3], false));
+    let note = "DERIVED: simulated deformation by supine 0.1.0; not acquired anatomy. Breast left, operating table AP 7";
+    for name in ["a.nrrd", "a.nii", "a.nii.gz", "a.mha"] {
+        let path = folder.path().join(name);
+        for (note, told) in [(note, true), ("", false)] {
+            write_ct(&ct, &path, note, Progress::none()).unwrap();
+            let (back, found) = read_ct_and_note(&path, Progress::none()).unwrap();
+            assert_eq!(back.data(), ct.data());
+            assert!(found.contains(note), "{name}: {found}");
+            assert_eq!(found.is_empty(), !told, "{name}: {found}");
+        }
+    }
+    // Programs that rewrite NIfTI drop extensions; `descrip` alone still says whose it is.
+    let path = folder.path().join("a.nii");
+    write_ct(&ct, &path, note, Progress::none()).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let extension = usize::from(bytes[352]) + 256 * usize::from(bytes[353]);
+    bytes.drain(352..352 + extension);
+    bytes[348] = 0;
+    bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let (_, found) = read_ct_and_note(&path, Progress::none()).unwrap();
+    assert_eq!(found, note[..79]);
+}
+
 /// sform and qform of a written file give the same map, the one that was meant.
 #[test]
 fn both_forms_of_nifti_agree() {

@@ -17,10 +17,7 @@ pub enum Error {
     #[error("the CT cannot be used: {0}")]
     Ct(supine_dicom::Error),
     /// A CT that is a result of this program.
-    #[error(
-        "`ct` {path} is a CT that was deformed by this program already, not the patient as she lay in the scanner: name the \
-         CT that it was made from"
-    )]
+    #[error("`ct` {path} is {}", supine_dicom::DEFORMED_ALREADY)]
     Deformed {
         /// The path.
         path: PathBuf,

@@ -21,6 +21,7 @@ mod inputs;
 mod key;
 mod lazy;
 mod memory;
+mod nearest;
 mod node_id;
 mod nodes;
 mod run;

@@ -35,6 +35,10 @@ fn runs_on_other_tables_are_told_apart_and_bear_the_time_of_the_run() {
     for ((series, name), table) in series.iter().zip(&names).zip(["AP 7", "AP 9"]) {
         let called = series[0]["description"].as_str().expect("a description");
         assert_eq!(called, format!("DEFORMED {table} LAT 5 E 0.609 kPa net {name}"));
+        for object in &series[1..4] {
+            let called = object["description"].as_str().expect("a description");
+            assert!(called.ends_with(&format!("[supine] {name}")), "{called}");
+        }
         for object in series {
             assert_eq!(object["content"], "20260301 120000", "{object}");
             assert_eq!(object["series"], "20260301 120000", "{object}");

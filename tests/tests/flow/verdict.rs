@@ -3,7 +3,7 @@
 use crate::shared::{run, scratch, shared};
 use serde_json::Value;
 use std::path::Path;
-use supine_tests::{Case, supine};
+use supine_tests::{Case, source, supine};
 
 fn summary(out: &Path) -> Value {
     let text = std::fs::read_to_string(out.join("summary.json")).expect("the run left a summary");
@@ -68,4 +68,42 @@ fn a_deformed_ct_is_no_ct_to_deform() {
     assert_eq!(ended.code, Some(1), "{}", ended.stderr);
     assert!(ended.stderr.contains("deformed by this program already"), "{}", ended.stderr);
     assert!(!folder.path().join("out/ct").exists());
+    let looked = supine(&[&"inspect", &shared().out.join("ct")]);
+    assert_eq!(looked.code, Some(1), "{}", looked.stdout);
+    assert!(
+        looked.stdout.contains("NOT usable: it is a CT that was deformed"),
+        "{}",
+        looked.stdout
+    );
+    no_case_of(&shared().out.join("ct"), folder.path());
+}
+
+/// `supine init` writes no case for a CT that was deformed.
+fn no_case_of(ct: &Path, folder: &Path) {
+    let out = folder.join("begun.toml");
+    let begun = supine(&[&"init", &ct, &"--out", &out]);
+    assert_eq!(begun.code, Some(1), "{}", begun.stderr);
+    assert!(begun.stderr.contains("deformed by this program already"), "{}", begun.stderr);
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_deformed_ct_is_none_in_any_format() {
+    let folder = scratch();
+    let mesh = shared().out.join("mesh/deformed.vtu");
+    for name in ["ours.nrrd", "ours.nii.gz", "ours.nii", "ours.mha"] {
+        let ours = folder.path().join(name);
+        supine(&[&"warp", &"--ct", &source(), &"--mesh", &mesh, &"--out", &ours])
+            .success("supine warp");
+        let case = Case::small().with_ct(&ours).write(folder.path());
+        let checked = supine(&[&"check", &case]);
+        assert_eq!(checked.code, Some(1), "{name}: {}", checked.stderr);
+        assert!(checked.stderr.contains("deformed by this program already"), "{}", checked.stderr);
+        no_case_of(&ours, folder.path());
+    }
+    let again = folder.path().join("again.nrrd");
+    let ours = folder.path().join("ours.mha");
+    let warped = supine(&[&"warp", &"--ct", &ours, &"--mesh", &mesh, &"--out", &again]);
+    assert_eq!(warped.code, Some(1), "{}", warped.stderr);
+    assert!(warped.stderr.contains("deformed by this program already"), "{}", warped.stderr);
 }

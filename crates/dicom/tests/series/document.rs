@@ -57,6 +57,25 @@ fn a_pdf_is_kept_byte_for_byte_and_says_whose_it_is() {
 }
 
 #[test]
+fn what_goes_with_an_exported_ct_bears_the_short_name_of_its_result() {
+    let (dir, pdf) = (tempfile::tempdir().unwrap(), b"%PDF-1.7\n");
+    let path = dir.path().join("report.dcm");
+    for (of_ct, name) in [
+        ("DEFORMED AP 7 LAT 5 E 0.609 kPa net 3f7a", " 3f7a"),
+        ("Thorax 3f7a", ""),
+        ("DEFORMED net", ""),
+    ] {
+        let mut slices = six();
+        slices.iter_mut().for_each(|s| put(s, tags::SERIES_DESCRIPTION, VR::LO, of_ct));
+        let ct = read(folder(&slices).path()).unwrap().1;
+        written(&document(pdf, &ct), &ct, &path).unwrap();
+        let own = params(&ct).series_description;
+        let told = text(&open_file(&path).unwrap(), tags::SERIES_DESCRIPTION);
+        assert_eq!(told, own + name, "{of_ct}");
+    }
+}
+
+#[test]
 fn the_same_document_is_the_same_object_and_another_one_is_not() {
     let (dir, ct) = (tempfile::tempdir().unwrap(), ct());
     let [a, b, c] = ["a", "b", "c"].map(|name| dir.path().join(name));

@@ -2,6 +2,7 @@
 #![expect(clippy::disallowed_methods, reason = "tests of an edge crate: files")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod deformed;
 mod document;
 mod dose;
 mod exclude;

@@ -1,7 +1,10 @@
 //! Reading MetaImage.
 
 use super::{geometry, header::Header};
-use crate::{Problem, file, raster::Raster};
+use crate::{
+    Problem, file,
+    raster::{NOTES, Raster},
+};
 use std::collections::BTreeMap;
 use supine_space::Progress;
 
@@ -52,8 +55,15 @@ pub(crate) fn parse(
         slope: 1.0,
         intercept: 0.0,
         keys: BTreeMap::new(),
+        note: note(&header)?,
         segments: vec![],
     })
+}
+
+/// The words of the header.
+fn note(header: &Header) -> Result<String, Problem> {
+    let texts: Result<Vec<_>, _> = NOTES.iter().map(|&name| header.text(&[name])).collect();
+    Ok(texts?.into_iter().flatten().collect::<Vec<_>>().join("; "))
 }
 
 /// Refuses what would change the meaning of the samples.

@@ -21,7 +21,7 @@ pub(super) fn segments(ahead: &[u8], big_endian: bool) -> Result<Vec<Segment>, P
 }
 
 /// The contents of the extensions, as far as their sizes make sense.
-fn extensions(ahead: &[u8], big_endian: bool) -> Vec<&[u8]> {
+pub(super) fn extensions(ahead: &[u8], big_endian: bool) -> Vec<&[u8]> {
     let mut found = Vec::new();
     if ahead.get(START - 4).is_none_or(|&flag| flag == 0) {
         return found;

@@ -59,8 +59,19 @@ pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Prob
         slope,
         intercept,
         keys: BTreeMap::new(),
+        note: note(&ahead, big_endian),
         segments,
     })
+}
+
+/// The words of the header: `descrip` and `aux_file`, which other programs carry on, and the texts of extensions.
+fn note(ahead: &[u8], big_endian: bool) -> String {
+    let fields = [&ahead[148..228], &ahead[228..252]];
+    let texts = fields.into_iter().chain(names::extensions(ahead, big_endian)).map(|text| {
+        let end = text.iter().position(|&b| b == 0).unwrap_or(text.len());
+        String::from_utf8_lossy(&text[..end])
+    });
+    texts.filter(|text| !text.is_empty()).collect::<Vec<_>>().join("; ")
 }
 
 fn header(start: &[u8]) -> Result<NiftiHeader, Problem> {

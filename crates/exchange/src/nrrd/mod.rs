@@ -10,7 +10,11 @@ mod write;
 
 pub(crate) use write::{Axis, write};
 
-use crate::{Problem, labels::segments, raster::Raster};
+use crate::{
+    Problem,
+    labels::segments,
+    raster::{NOTES, Raster},
+};
 use header::Header;
 use supine_space::Progress;
 
@@ -33,8 +37,15 @@ pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Prob
         slope: 1.0,
         intercept: 0.0,
         segments: segments::parse(&header.keys, layout.layers)?,
+        note: note(&header),
         keys: header.keys,
     })
+}
+
+/// The words of the header, as a field or as a key.
+fn note(header: &Header) -> String {
+    let keys = NOTES.iter().filter_map(|name| header.keys.get(*name).map(String::as_str));
+    keys.chain(header.field("content")).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]

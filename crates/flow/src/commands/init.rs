@@ -8,13 +8,13 @@ use crate::commands::dicom;
 use crate::folder::{USERS, write_atomically};
 use crate::nodes::Import;
 use crate::session::Request;
-use crate::shared::is_volume;
+use crate::shared::{is_volume, read_ct};
 use crate::spec::Spec;
-use crate::{Error, Observer};
+use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use serde_json::Value as Json;
 use std::path::PathBuf;
-use supine_dicom::SeriesReport;
+use supine_dicom::{ReadParams, SeriesReport};
 use supine_segment::tumour_place;
 use supine_space::{Failure, Side};
 use tumour::Found;
@@ -98,6 +98,7 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesLine>, boo
         return Err(Error::Missing { key: "ct", path: given.ct.clone(), source });
     }
     if is_volume(&given.ct) {
+        refuse_deformed(given, observer)?;
         return Ok((vec![], false));
     }
     let looked = dicom::Inspect { spec: Spec::new(""), path: given.ct.clone(), pixels: false };
@@ -120,6 +121,13 @@ fn usable(given: &Init, observer: &dyn Observer) -> Result<(Vec<SeriesLine>, boo
         slices: s.slices,
     };
     Ok((usable.iter().map(line).collect(), found.series.len() > 1))
+}
+
+/// Refuses a volume that is a result of this program, before it gets a case file.
+fn refuse_deformed(given: &Init, observer: &dyn Observer) -> Result<(), Error> {
+    Gather::new(observer, &[]).work(NodeId::Import, |progress| {
+        read_ct(&given.ct, &ReadParams::default(), progress)?.not_deformed(&given.ct).map(drop)
+    })
 }
 
 /// The side: as asked, or that of the body on which the tumour lies; the CT is read for it.

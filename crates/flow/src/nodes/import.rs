@@ -55,12 +55,10 @@ impl Node for Import {
         let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
         let (series, exclude) = (own.series.clone(), own.exclude.clone());
         let params = ReadParams { series, exclude, accept };
-        let CtInput { ct, dicom } = read_ct(&own.ct.path, &params, work.progress)?;
+        let read = read_ct(&own.ct.path, &params, work.progress)?;
         own.ct.check_unchanged()?;
+        let CtInput { ct, dicom, .. } = read.not_deformed(&own.ct.path)?;
         let (source, info) = dicom.unzip();
-        if source.as_ref().is_some_and(Source::is_deformed) {
-            return Err(Error::Deformed { path: own.ct.path.clone() });
-        }
         work.warn_all(info.iter().flat_map(|info| info.warnings.clone()));
         let facts = facts(&ct, info.as_ref());
         Ok(Imported { ct: Arc::new(ct), source, facts, origin: own.ct.told("ct") })

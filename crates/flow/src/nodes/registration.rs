@@ -27,7 +27,7 @@ pub(crate) struct Registered {
 
 impl Node for Registration {
     const ID: NodeId = NodeId::Registration;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

@@ -20,7 +20,7 @@ pub(crate) struct Own {
 
 impl Node for ReportObject {
     const ID: NodeId = NodeId::ReportObject;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

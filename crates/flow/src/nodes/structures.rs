@@ -19,7 +19,7 @@ pub(crate) struct Own {
 
 impl Node for Structures {
     const ID: NodeId = NodeId::Structures;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

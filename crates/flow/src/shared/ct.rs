@@ -2,7 +2,7 @@
 
 use crate::Error;
 use std::path::Path;
-use supine_dicom::{ReadInfo, ReadParams, Source};
+use supine_dicom::{ReadInfo, ReadParams, Source, tells_deformation};
 use supine_space::Progress;
 use supine_volume::Ct;
 
@@ -13,6 +13,18 @@ pub struct CtInput {
     pub ct: Ct,
     /// The series it came from; `None` for NRRD, NIfTI and MetaImage, which carry no patient.
     pub dicom: Option<(Source, ReadInfo)>,
+    /// Whether it is a result of this program: a CT that it deformed.
+    pub deformed: bool,
+}
+
+impl CtInput {
+    /// Refuses a result of this program.
+    ///
+    /// # Errors
+    /// [`Error::Deformed`].
+    pub(crate) fn not_deformed(self, path: &Path) -> Result<Self, Error> {
+        if self.deformed { Err(Error::Deformed { path: path.into() }) } else { Ok(self) }
+    }
 }
 
 /// Reads a CT: a DICOM folder (or a file of the series), an NRRD, NIfTI or MetaImage file.
@@ -24,12 +36,15 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
         return Err(Error::Missing { key: "ct", path: path.into(), source });
     }
     if supine_exchange::is_volume_name(path) {
-        let ct =
-            supine_exchange::read_ct(path, progress).map_err(|source| Error::file("ct", source))?;
-        return Ok(CtInput { ct, dicom: None });
+        let read = supine_exchange::read_ct_and_note(path, progress);
+        let (ct, note) = read.map_err(|source| Error::file("ct", source))?;
+        return Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note) });
     }
     match supine_dicom::read_series(path, params, progress) {
-        Ok((ct, source, info)) => Ok(CtInput { ct, dicom: Some((source, info)) }),
+        Ok((ct, source, info)) => {
+            let deformed = source.is_deformed();
+            Ok(CtInput { ct, dicom: Some((source, info)), deformed })
+        }
         Err(supine_dicom::Error::Stopped(_)) => Err(Error::Stopped),
         Err(error) => Err(Error::Ct(error)),
     }

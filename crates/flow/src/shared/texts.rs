@@ -87,6 +87,18 @@ mod tests {
     use crate::spec::Spec;
 
     #[test]
+    fn a_result_is_known_by_what_a_nifti_header_keeps_of_its_note() {
+        let mut spec = Spec::new("");
+        for (key, value) in
+            [("bed.ap", 7.0.into()), ("bed.lat", 5.0.into()), ("breast", "left".into())]
+        {
+            spec.set(key, &value).unwrap();
+        }
+        let note = derivation(&spec.case().unwrap()).unwrap();
+        assert!(supine_dicom::tells_deformation(&note[..79]), "{note}");
+    }
+
+    #[test]
     fn series_are_told_apart_by_table_and_tissue_in_59_characters() {
         let named = |keys: &[(&str, serde_json::Value)]| {
             let mut spec = Spec::new("");

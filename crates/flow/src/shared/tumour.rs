@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::inputs::InputFile;
+use crate::nearest::nearest;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use supine_dicom::{Source, Structures, read_structures};
@@ -69,10 +70,8 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
             "{times} regions of the file are called {name:?}: give them different names"
         );
     }
-    let plain = |text: &str| text.trim().to_lowercase();
-    let near = |known: &&&str| strsim::damerau_levenshtein(&plain(known), &plain(name));
-    let nearest = names.iter().min_by_key(near);
-    let hint = nearest.map_or(String::new(), |near| format!(": did you mean {near:?}?"));
+    let near = nearest(name, names.iter().copied());
+    let hint = near.map_or(String::new(), |near| format!(": did you mean {near:?}?"));
     let mut listed: Vec<String> = names.iter().take(TOLD).map(|n| format!("{n:?}")).collect();
     if names.len() > TOLD {
         listed.push(format!("{} more", names.len() - TOLD));

@@ -3,6 +3,7 @@
 use super::error::CaseError;
 use super::table::{LATER, RENAMED, SHORT, TABLE, position};
 use super::value::Value;
+use crate::nearest::nearest;
 use serde_json::{Map, Value as Json};
 use std::collections::BTreeMap;
 
@@ -69,16 +70,14 @@ fn complaint(key: &str) -> String {
         return format!("the key `{key}` is not supported by this version: remove it");
     }
     let name = key.rsplit('.').next().unwrap_or(key);
-    let near = |known: &str| strsim::damerau_levenshtein(known, name);
-    let nearest = match key.split_once('.') {
-        Some((table, _)) if is_table(table) => TABLE
-            .iter()
-            .filter(|p| p.path().0 == Some(table))
-            .min_by_key(|p| near(p.path().1))
-            .map(|p| p.key),
-        _ => TABLE.iter().map(|p| p.path().0.unwrap_or(p.key)).min_by_key(|k| near(k)),
+    let near = match key.split_once('.') {
+        Some((table, _)) if is_table(table) => {
+            let within = TABLE.iter().filter(|p| p.path().0 == Some(table)).map(|p| p.path().1);
+            nearest(name, within).map(|key| format!("{table}.{key}"))
+        }
+        _ => nearest(name, TABLE.iter().map(|p| p.path().0.unwrap_or(p.key))).map(str::to_owned),
     };
-    let hint = nearest.map_or(String::new(), |k| format!(": did you mean `{k}`?"));
+    let hint = near.map_or(String::new(), |k| format!(": did you mean `{k}`?"));
     format!("unknown key `{key}`{hint}")
 }
 

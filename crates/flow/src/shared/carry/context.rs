@@ -56,7 +56,7 @@ impl CarryContext {
         let ExportedFiles { series, registration: path, secret } = exported;
         let exported = match series {
             Some(folder) => match read_ct(folder, &ReadParams::default(), progress)? {
-                CtInput { ct, dicom: Some((source, _)) } => Some((ct, source)),
+                CtInput { ct, dicom: Some((source, _)), .. } => Some((ct, source)),
                 CtInput { dicom: None, .. } => None,
             },
             None => None,
