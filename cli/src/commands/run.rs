@@ -8,7 +8,7 @@ use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
-use supine_flow::{Options, Summary};
+use supine_flow::{Options, Summary, directions};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
@@ -57,14 +57,14 @@ fn verdict(summary: &Summary) -> Vec<String> {
 fn conclusion(summary: &Summary, out: &Path) -> String {
     let mut lines = Vec::new();
     if let Some(t) = &summary.tumour {
-        let [x, y, z] = t.displacement_mm;
         let sure = summary.tumour_interval.as_ref().map_or("how sure is not known".into(), |i| {
             let [low, high] = i.length_mm;
             format!("95 %: {low:.1} to {high:.1} mm")
         });
         lines.push(format!(
-            "the tumour moves {:.1} mm ({sure}); left {x:+.1}, back {y:+.1}, head {z:+.1}",
-            t.distance_mm
+            "the tumour moves {:.1} mm ({sure}): {}",
+            t.distance_mm,
+            directions(t.displacement_mm)
         ));
     }
     lines.extend(verdict(summary));

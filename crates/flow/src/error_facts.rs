@@ -143,7 +143,7 @@ impl CaseError {
             | Self::Invalid { path, .. }
             | Self::Withheld { path } => Place::file(path),
             Self::Value { key, .. } | Self::Missing { key, .. } => Place::key(key),
-            Self::Incomplete { keys } => Place { key: keys.first().copied(), ..Place::default() },
+            Self::Incomplete { keys, .. } => Place { key: keys.first().copied(), ..Place::default() },
             Self::Key(_) => Place::default(),
         }
     }

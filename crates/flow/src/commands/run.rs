@@ -69,8 +69,9 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
     if given.anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }
+    spec.check_complete()?;
     let session = super::session(&spec)?;
-    session.case().check_complete()?;
+    session.refuse_overlap(&given.out)?;
     let folder = RunFolder::open(&given.out)?;
     let renewed = folder.is_former();
     let session: Session = session.with_folder(folder)?.with_start(given.start.clone());

@@ -5,6 +5,7 @@
 
 mod canonical;
 mod case;
+mod complete;
 mod edit;
 mod error;
 mod example;
@@ -143,6 +144,14 @@ impl Spec {
     /// The value that was given for a key.
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.values.get(&place(key).ok()?)
+    }
+
+    /// That nothing is missing that a whole run needs, not even half of a pair.
+    ///
+    /// # Errors
+    /// [`CaseError::Incomplete`] with all of it.
+    pub fn check_complete(&self) -> Result<(), CaseError> {
+        complete::check(&self.values)
     }
 
     /// The values checked together.
