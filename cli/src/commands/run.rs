@@ -27,16 +27,29 @@ pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<E
     }
     let Some(summary) = &done.summary else {
         let until = given.options.until.map_or("", |node| node.name());
-        let json = serde_json::json!({ "until": until, "out": given.out });
+        let json = serde_json::json!({ "status": "done", "until": until, "out": given.out });
         screen.result(&json, &format!("done until {until}: {}", given.out.display()));
         return Ok(End::Done);
     };
-    screen.result(summary, &conclusion(summary, &given.out));
-    let usable = done.usable(worst);
-    if !usable {
+    let failure = (!done.usable(worst)).then(|| denied(summary, &given.out));
+    screen.result_but(failure.as_ref(), summary, &conclusion(summary, &given.out));
+    if failure.is_some() {
         screen.reason(&verdict(summary).join("\n"));
     }
-    Ok(End::of(usable, Kind::Check))
+    Ok(End::of(failure.is_none(), Kind::Check))
+}
+
+/// Why a run that has its result ends with another code than 0.
+fn denied(summary: &Summary, out: &Path) -> Failure {
+    let lines = verdict(summary);
+    let message = lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join("\n");
+    let failure = match summary.verdict.colour {
+        Colour::Red => {
+            Failure::coded(Kind::Check, "verdict-red", message).with_status("not-usable")
+        }
+        _ => Failure::coded(Kind::Check, "verdict-not-green", message),
+    };
+    failure.at(out)
 }
 
 /// The verdict and its reasons, a line each.

@@ -31,7 +31,7 @@ pub struct Run {
 pub struct Change {
     /// The key.
     pub key: String,
-    /// Its value.
+    /// Its value, as TOML or as a bare word.
     pub value: String,
 }
 
@@ -83,7 +83,7 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
 pub(super) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
     let mut spec = Spec::read(case)?;
     for Change { key, value } in changes {
-        spec.set_typed(key, value)?;
+        spec.change(key, value)?;
     }
     Ok(spec)
 }

@@ -5,6 +5,7 @@
 
 mod canonical;
 mod case;
+mod change;
 mod complete;
 mod edit;
 mod error;
@@ -138,6 +139,18 @@ impl Spec {
         let here = std::path::absolute(".").unwrap_or_default();
         let value = Value::typed(&TABLE[place], text)?.within(&here);
         self.values.insert(place, value);
+        Ok(())
+    }
+
+    /// Makes a change `KEY=VALUE` as it is typed: a table sets each of its keys; paths lead from the working folder.
+    ///
+    /// # Errors
+    /// As [`Spec::set`].
+    pub fn change(&mut self, key: &str, text: &str) -> Result<(), CaseError> {
+        let here = std::path::absolute(".").unwrap_or_default();
+        let change::Change { given, gone } = change::read(key, text)?;
+        self.values.retain(|place, _| !gone.contains(place));
+        self.values.extend(given.into_iter().map(|(place, value)| (place, value.within(&here))));
         Ok(())
     }
 

@@ -52,7 +52,10 @@ fn halves_of_tables_are_named_at_once_with_lines_to_put_in_their_place() {
     let lines: Vec<&str> = error.lines().collect();
     assert_eq!(lines[0], "`breast`, `bed.lat`, `tumour.radius` are missing; add");
     assert!(lines[2].starts_with("  bed = { ap = 7.0, lat = 5.0 }   # in place of"), "{error}");
-    assert!(lines[3].starts_with("  tumour = { centre = [1.0, 2.0, 3.0], radius = 9.0 }"), "{error}");
+    assert!(
+        lines[3].starts_with("  tumour = { centre = [1.0, 2.0, 3.0], radius = 9.0 }"),
+        "{error}"
+    );
     assert_eq!(lines.len(), 4, "{error}");
     let added: String = lines[1..].iter().map(|line| format!("{line}\n")).collect();
     assert!(read(&format!("ct = 'ct'\n{added}")).is_ok(), "the lines make a case: {added}");
