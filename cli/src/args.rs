@@ -201,7 +201,7 @@ fn radius(text: &str) -> Result<f64, String> {
 pub(crate) struct Check {
     /// The case file, or the summary.json of a run
     pub(crate) case: PathBuf,
-    /// Another value for a key of the case
+    /// Another value for a key of the case, as for `run`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) changes: Vec<Change>,
     /// List the stages that a run into this folder would do
@@ -216,7 +216,8 @@ pub(crate) struct Run {
     /// Where the results go
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Another value for a key of the case, such as bed.ap=5
+    /// Another value for a key of the case, as the case file has it or as a bare word: bed.ap=5,
+    /// 'bed={ap=5,lat=2}', breast=left, 'exclude=["2-01.dcm"]'; a table sets each of its keys
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) changes: Vec<Change>,
     /// Take the patient out of all that leaves (PS3.15), as `export = { anonymise = true }` does

@@ -101,21 +101,43 @@ impl Screen {
 
     /// The result of a command: for scripts on stdout, or `text` for people on stderr.
     pub(crate) fn result(&self, json: &impl serde::Serialize, text: &str) {
+        self.result_but(None, json, text);
+    }
+
+    /// The same of a command that may have failed all the same: for scripts the result says so.
+    pub(crate) fn result_but(
+        &self,
+        failure: Option<&Failure>,
+        json: &impl serde::Serialize,
+        text: &str,
+    ) {
         self.clear();
         if self.json {
-            self.json(json);
+            self.json_but(failure, json);
         } else {
             self.say(text);
         }
     }
 
-    /// The answer of a command on stdout: for scripts, or as `text`.
-    pub(crate) fn answer(&self, json: &impl serde::Serialize, text: &str) {
+    /// The answer of a command, which may be that something is wrong, on stdout: for scripts, or as `text`.
+    pub(crate) fn answer_but(
+        &self,
+        failure: Option<&Failure>,
+        json: &impl serde::Serialize,
+        text: &str,
+    ) {
         self.clear();
         if self.json {
-            self.json(json);
+            self.json_but(failure, json);
         } else {
             data(text);
+        }
+    }
+
+    fn json_but(&self, failure: Option<&Failure>, json: &impl serde::Serialize) {
+        match failure.map(|failure| failure.added_to(json).unwrap_or_else(|_| failure.json())) {
+            Some(all) => self.json(&all),
+            None => self.json(json),
         }
     }
 

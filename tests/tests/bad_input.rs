@@ -180,6 +180,7 @@ fn values_that_cannot_be() {
         ("mesh", "{ tetrahedra = -5 }", "mesh.tetrahedra"),
         ("mesh", "{ tetrahedra = 1000, order = 7 }", "mesh.order"),
         ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = -1.0 }", "tumour"),
+        ("tumour", "{ centre = [91.37, -248.09, -594.5], radius = 60.0 }", "from 0.5 to 50 mm"),
         ("tumour", "{ centre = [91.37, nan, -594.5], radius = 9.0 }", "tumour"),
         ("bed", "{ ap = inf, lat = 5.0 }", "bed"),
         ("tissue", "{ young = 0.0 }", "`tissue.young`: 0 is not a number from 0.001"),
@@ -231,6 +232,18 @@ fn an_output_that_cannot_be_written() {
     let named = below.display().to_string();
     assert_refused(&said, OUTPUT, &[&named]);
     assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
+}
+
+#[test]
+fn results_among_the_slices_are_refused_and_leave_no_folder() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    let out = ct.join("result");
+    let case = Case::small().with_ct(&ct).write(folder.path());
+    let said = supine(&[&"run", &case, &"--out", &out, &"--quiet"]);
+    assert_refused(&said, INPUT, &["`ct`", "--out"]);
+    assert!(!out.exists(), "the folder was left");
+    assert_eq!(std::fs::read_dir(&ct).unwrap().count(), files.len());
 }
 
 #[test]

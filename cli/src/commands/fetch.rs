@@ -5,7 +5,7 @@ use crate::args_network as args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::fmt::Write as _;
-use supine_dicom_network::{QuerySpec, StudyEntry, Way};
+use supine_dicom_network::{FetchInfo, QuerySpec, StudyEntry, Way};
 use supine_space::{Failure as Kind, Progress};
 
 /// More instances that are missing than this are only counted.
@@ -28,12 +28,12 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure>
     let progress = Progress::new(&watch);
     let Some(out) = &args.out else {
         let studies = supine_dicom_network::list(&call, &wanted, progress)?;
-        screen.answer(&studies, &table(&studies));
-        return if studies.is_empty() {
-            Err(Failure::new(Kind::Input, format!("{} lists nothing of that", args.from)))
-        } else {
-            Ok(End::Done)
-        };
+        let failure = studies.is_empty().then(|| {
+            let message = format!("{} lists nothing of that", args.from);
+            Failure::coded(Kind::Input, "nothing-listed", message)
+        });
+        screen.answer_but(failure.as_ref(), &studies, &table(&studies));
+        return failure.map_or(Ok(End::Done), Err);
     };
     let way = match (&args.move_to, args.port) {
         (Some(title), Some(port)) => Way::Move { title: title.clone(), bind: args.bind, port },
@@ -49,19 +49,25 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure>
     }
     let known = if info.known > 0 { format!(", {} were there", info.known) } else { String::new() };
     let text = format!("{} fetched into {}{known}", info.received, out.display());
-    screen.result(&info, &text);
+    let failure = incomplete(&info);
+    screen.result_but(failure.as_ref(), &info, &text);
+    failure.map_or(Ok(End::Done), Err)
+}
+
+/// Why not all came, if not all came.
+fn incomplete(info: &FetchInfo) -> Option<Failure> {
     let left = info.missing.len();
-    match &info.broken {
-        _ if left == 0 => Ok(End::Done),
-        Some(broken) => {
-            let received = info.received;
-            let message = format!(
-                "{broken}; {received} fetched, {left} left: the same call goes on from there"
-            );
-            Err(Failure::new(Kind::Retry, message))
-        }
-        None => Err(Failure::new(Kind::Input, format!("{left} instances did not come"))),
+    if left == 0 {
+        return None;
     }
+    let Some(broken) = &info.broken else {
+        let message = format!("{left} instances did not come");
+        return Some(Failure::coded(Kind::Input, "instances-missing", message));
+    };
+    let received = info.received;
+    let message =
+        format!("{broken}; {received} fetched, {left} left: the same call goes on from there");
+    Some(Failure::coded(Kind::Retry, "network", message))
 }
 
 /// A line for each series, under its study.

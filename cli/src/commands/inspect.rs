@@ -5,6 +5,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use std::fmt::Write;
+use std::path::Path;
 use supine_flow::commands::dicom::{self, Inspection, PixelReport, SeriesReport};
 use supine_space::Failure as Kind;
 
@@ -13,12 +14,27 @@ const NAMED: usize = 5;
 
 pub(crate) fn inspect(args: args::Inspect, screen: &Screen) -> Result<End, Failure> {
     let args::Inspect { path, pixels, given } = args;
-    let found = dicom::inspect(&dicom::Inspect { spec: given.spec, path, pixels }, screen)?;
+    let asked = dicom::Inspect { spec: given.spec, path: path.clone(), pixels };
+    let found = dicom::inspect(&asked, screen)?;
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _infallible = describe(&found, &mut text);
-    screen.answer(&found, &text);
-    Ok(End::of(found.usable().next().is_some(), Kind::Input))
+    let failure = nothing_usable(&found, &path);
+    screen.answer_but(failure.as_ref(), &found, &text);
+    Ok(End::of(failure.is_none(), Kind::Input))
+}
+
+/// Why no series can be used, if none can.
+fn nothing_usable(found: &Inspection, path: &Path) -> Option<Failure> {
+    if found.usable().next().is_some() {
+        return None;
+    }
+    let reasons: Vec<&str> = found.series.iter().filter_map(|s| s.reason.as_deref()).collect();
+    let message = match reasons.as_slice() {
+        [] => format!("no CT series in {} files of {}", found.files, path.display()),
+        all => format!("{}: {}", path.display(), all.join("\n")),
+    };
+    Some(Failure::coded(Kind::Input, "no-usable-series", message).at(path))
 }
 
 pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result<End, Failure> {
@@ -31,7 +47,7 @@ pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result
         clip_padding,
         given,
     } = args;
-    let spec = given.spec;
+    let (spec, exported) = (given.spec, dir.clone());
     let given =
         dicom::Verify { spec, dir, source, new_study, keep_equipment, same_frame, clip_padding };
     let found = dicom::verify_export(&given, screen)?;
@@ -43,12 +59,18 @@ pub(crate) fn verify_export(args: args::VerifyExport, screen: &Screen) -> Result
         };
         format!("{verdict}  {}  {}\n", check.rule, check.detail)
     });
-    screen.answer(&found, &lines.collect::<String>());
     let failed = found.failures().count();
+    let failure = (!found.passed()).then(|| {
+        let broken: Vec<&str> = found.failures().map(|check| check.rule.as_str()).collect();
+        let message =
+            format!("{failed} of {} checks failed: {}", found.checks.len(), broken.join(", "));
+        Failure::coded(Kind::Check, "check-failed", message).at(&exported)
+    });
+    screen.answer_but(failure.as_ref(), &found, &lines.collect::<String>());
     let open = found.checks.iter().filter(|c| c.passed.is_none()).count();
     screen
         .say(&format!("{} checks: {failed} failed, {open} could not be made", found.checks.len()));
-    Ok(End::of(found.passed(), Kind::Check))
+    Ok(End::of(failure.is_none(), Kind::Check))
 }
 
 fn describe(found: &Inspection, text: &mut String) -> std::fmt::Result {

@@ -5,6 +5,7 @@ use crate::args::{Cli, EXIT_CODES};
 use crate::failure::Failure;
 use crate::screen::data;
 use clap::CommandFactory;
+use clap::error::ErrorKind;
 use clap_complete::Shell;
 use std::path::Path;
 use std::process::ExitCode;
@@ -70,13 +71,34 @@ pub(crate) fn help(topic: Option<&str>) -> Result<End, Failure> {
 pub(crate) fn usage(error: &clap::Error) -> ExitCode {
     let json = std::env::args_os().any(|word| word == "--json");
     if json && error.use_stderr() {
-        let text = error.to_string();
-        let message = text.lines().next().unwrap_or_default();
-        let message = message.strip_prefix("error: ").unwrap_or(message);
-        data(&format!("{:#}\n", Failure::new(Kind::Usage, message).json()));
+        data(&format!("{:#}\n", refused(error).json()));
     }
     let _closed = error.print();
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(Kind::Usage.exit_code()))
+}
+
+/// What clap says, in whole, with its hints as the advice.
+fn refused(error: &clap::Error) -> Failure {
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return Failure::new(Kind::Usage, "a command is missing; `supine --help` lists them");
+    }
+    let text = error.to_string();
+    let (hints, said): (Vec<&str>, Vec<&str>) =
+        text.trim_end().split("\n\n").map(str::trim).partition(|part| is_hint(part));
+    let (tips, others): (Vec<&str>, Vec<&str>) =
+        hints.into_iter().partition(|hint| hint.starts_with(TIP));
+    let hints = if tips.is_empty() { others } else { tips };
+    let hints: Vec<&str> = hints.iter().map(|hint| hint.trim_start_matches(TIP)).collect();
+    let said = said.join("\n");
+    let message = said.strip_prefix("error: ").unwrap_or(&said);
+    let advice = (!hints.is_empty()).then(|| hints.join("\n"));
+    Failure::new(Kind::Usage, message).advised(advice)
+}
+
+const TIP: &str = "tip: ";
+
+fn is_hint(part: &str) -> bool {
+    [TIP, "Usage: ", "For more information"].iter().any(|begin| part.starts_with(begin))
 }
 
 /// One page for the program and one for each command.

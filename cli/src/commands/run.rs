@@ -8,7 +8,7 @@ use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
-use supine_flow::{Options, Summary};
+use supine_flow::{Options, Summary, directions};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
@@ -27,16 +27,29 @@ pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<E
     }
     let Some(summary) = &done.summary else {
         let until = given.options.until.map_or("", |node| node.name());
-        let json = serde_json::json!({ "until": until, "out": given.out });
+        let json = serde_json::json!({ "status": "done", "until": until, "out": given.out });
         screen.result(&json, &format!("done until {until}: {}", given.out.display()));
         return Ok(End::Done);
     };
-    screen.result(summary, &conclusion(summary, &given.out));
-    let usable = done.usable(worst);
-    if !usable {
+    let failure = (!done.usable(worst)).then(|| denied(summary, &given.out));
+    screen.result_but(failure.as_ref(), summary, &conclusion(summary, &given.out));
+    if failure.is_some() {
         screen.reason(&verdict(summary).join("\n"));
     }
-    Ok(End::of(usable, Kind::Check))
+    Ok(End::of(failure.is_none(), Kind::Check))
+}
+
+/// Why a run that has its result ends with another code than 0.
+fn denied(summary: &Summary, out: &Path) -> Failure {
+    let lines = verdict(summary);
+    let message = lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join("\n");
+    let failure = match summary.verdict.colour {
+        Colour::Red => {
+            Failure::coded(Kind::Check, "verdict-red", message).with_status("not-usable")
+        }
+        _ => Failure::coded(Kind::Check, "verdict-not-green", message),
+    };
+    failure.at(out)
 }
 
 /// The verdict and its reasons, a line each.
@@ -57,14 +70,14 @@ fn verdict(summary: &Summary) -> Vec<String> {
 fn conclusion(summary: &Summary, out: &Path) -> String {
     let mut lines = Vec::new();
     if let Some(t) = &summary.tumour {
-        let [x, y, z] = t.displacement_mm;
         let sure = summary.tumour_interval.as_ref().map_or("how sure is not known".into(), |i| {
             let [low, high] = i.length_mm;
             format!("95 %: {low:.1} to {high:.1} mm")
         });
         lines.push(format!(
-            "the tumour moves {:.1} mm ({sure}); left {x:+.1}, back {y:+.1}, head {z:+.1}",
-            t.distance_mm
+            "the tumour moves {:.1} mm ({sure}): {}",
+            t.distance_mm,
+            directions(t.displacement_mm)
         ));
     }
     lines.extend(verdict(summary));

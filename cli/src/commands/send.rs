@@ -6,13 +6,14 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
 use supine_dicom_network::{SendInfo, SendParams};
-use supine_flow::commands::usable::unusable;
+use supine_flow::commands::{check_there, usable::unusable};
 use supine_space::{Failure as Kind, Progress};
 
 /// More refused objects than this are only counted.
 const NAMED: usize = 20;
 
 pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
+    args.paths.iter().try_for_each(|path| check_there(path))?;
     let call = args.link.call(&args.to, &args.from)?;
     refuse_unusable(args, screen)?;
     let params = SendParams { all: args.all, again: args.again };
@@ -25,19 +26,24 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
     if info.refused.len() > NAMED {
         screen.say(&format!("not stored: {} more", info.refused.len() - NAMED));
     }
-    screen.result(&info, &describe(&info, args));
+    let failure = incomplete(&info);
+    screen.result_but(failure.as_ref(), &info, &describe(&info, args));
+    failure.map_or(Ok(End::Done), Err)
+}
+
+/// Why not all was stored, if not all was.
+fn incomplete(info: &SendInfo) -> Option<Failure> {
     if let Some(broken) = &info.broken {
         let message = format!(
             "{broken}; {} stored, {} left: the same call goes on from there",
             info.stored, info.left
         );
-        return Err(Failure::new(Kind::Retry, message));
+        return Some(Failure::coded(Kind::Retry, "network", message));
     }
-    if !info.refused.is_empty() {
+    (!info.refused.is_empty()).then(|| {
         let message = format!("{} objects were not stored", info.refused.len());
-        return Err(Failure::new(Kind::Input, message));
-    }
-    Ok(End::Done)
+        Failure::coded(Kind::Input, "objects-not-stored", message)
+    })
 }
 
 /// What must not be used does not leave by habit.
@@ -48,7 +54,7 @@ fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
             let message = format!(
                 "{run} must not be used: {why}. Nothing was sent; --although-not-usable sends it all the same"
             );
-            return Err(Failure::new(Kind::Check, message));
+            return Err(Failure::coded(Kind::Check, "run-not-usable", message).at(&found.run));
         }
         screen.say(&format!("warning: {run} is sent although it must not be used: {why}"));
         found.note_override(&args.to.to_string())?;

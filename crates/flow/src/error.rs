@@ -40,6 +40,14 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// The same of a file that no key of a case names.
+    #[error("{path} cannot be read: {source}")]
+    Unread {
+        /// The path.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// The system gives no random numbers for the key of a de-identification.
     #[error("no random numbers for the de-identification: {0}")]
     Random(String),
@@ -264,6 +272,7 @@ impl Error {
             | Self::Ct(_)
             | Self::File { .. }
             | Self::Missing { .. }
+            | Self::Unread { .. }
             | Self::Deformed { .. }
             | Self::Overlap { .. }
             | Self::Unfinished { .. }

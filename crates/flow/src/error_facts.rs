@@ -44,8 +44,8 @@ impl Error {
             Self::Case(error) => error.code(),
             Self::Ct(_) => "ct-unusable",
             Self::Deformed { .. } => "ct-already-deformed",
-            Self::File { .. } => "input-unusable",
-            Self::Missing { .. } => "input-missing",
+            Self::File { source, .. } | Self::Product(source) => of_exchange(source),
+            Self::Missing { .. } | Self::Unread { .. } => "input-missing",
             Self::Random(_) => "no-random-numbers",
             Self::LabelsObject(_) | Self::Regions(_) | Self::Labels(_) => "labels-unusable",
             Self::Region(_) => "region-unusable",
@@ -73,9 +73,7 @@ impl Error {
                 "carried-object-unusable"
             }
             Self::NoSeries => "no-dicom-series",
-            Self::Product(_) | Self::Output { .. } | Self::Report(_) | Self::Record(_) => {
-                "output-not-written"
-            }
+            Self::Output { .. } | Self::Report(_) | Self::Record(_) => "output-not-written",
             Self::NoDisplacement { .. } | Self::OtherMesh(_) => "mesh-unusable",
             Self::Dicom(_) => "dicom-unusable",
             Self::Refused { .. } => "refused",
@@ -96,7 +94,8 @@ impl Error {
             Self::Case(error) => error.place(),
             Self::Ct(_) => Place { key: Some("ct"), ..Place::stage("import") },
             Self::Deformed { path } => Place::of_file("ct", path),
-            Self::File { key, .. } => Place::key(key),
+            Self::File { key, source } => Place { key: Some(key), ..place_of_exchange(source) },
+            Self::Product(source) => place_of_exchange(source),
             Self::Missing { key, path, .. }
             | Self::Changed { key, path }
             | Self::Overlap { key, path } => Place::of_file(key, path),
@@ -116,12 +115,33 @@ impl Error {
             Self::OtherFrame { path }
             | Self::OtherRegistration { path, .. }
             | Self::NoDisplacement { path }
+            | Self::Unread { path, .. }
             | Self::Output { path, .. }
             | Self::Foreign { path }
             | Self::Unfinished { path }
             | Self::Busy { path } => Place::file(path),
             _ => Place::default(),
         }
+    }
+}
+
+/// What is read and what is written fail by the same type.
+fn of_exchange(error: &supine_exchange::Error) -> &'static str {
+    match error {
+        supine_exchange::Error::Read { .. } => "input-missing",
+        supine_exchange::Error::Input { .. } => "input-unusable",
+        _ => "output-not-written",
+    }
+}
+
+fn place_of_exchange(error: &supine_exchange::Error) -> Place {
+    use supine_exchange::Error as File;
+    match error {
+        File::Read { path, .. }
+        | File::Input { path, .. }
+        | File::Write { path, .. }
+        | File::Unwritable { path, .. } => Place::file(path),
+        _ => Place::default(),
     }
 }
 
@@ -143,7 +163,9 @@ impl CaseError {
             | Self::Invalid { path, .. }
             | Self::Withheld { path } => Place::file(path),
             Self::Value { key, .. } | Self::Missing { key, .. } => Place::key(key),
-            Self::Incomplete { keys } => Place { key: keys.first().copied(), ..Place::default() },
+            Self::Incomplete { keys, .. } => {
+                Place { key: keys.first().copied(), ..Place::default() }
+            }
             Self::Key(_) => Place::default(),
         }
     }

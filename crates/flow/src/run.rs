@@ -6,6 +6,7 @@ use crate::session::{Done, Lane, Observer, Request, Session};
 use crate::{Error, NodeId};
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::time::Instant;
 use supine_report::{Run, StageTime, Summary};
 
 /// What a run is asked beside its case.
@@ -26,7 +27,9 @@ pub fn run(
     options: Options,
     observer: &dyn Observer,
 ) -> Result<Option<Summary>, Error> {
-    session.case().check_complete()?;
+    // Stages run side by side: the sum of their times is not the time that one waits.
+    let begun = Instant::now();
+    session.spec().check_complete()?;
     let targets: Vec<NodeId> = match options.until {
         Some(until) if !matches!(until, NodeId::Report | NodeId::ReportObject) => vec![until],
         _ => NodeId::ALL.to_vec(),
@@ -50,7 +53,7 @@ pub fn run(
         case_folder,
         started: session.start().map(|start| start.clock.to_string()),
         command: session.start().map(|start| start.command.clone()),
-        total_seconds: stages.iter().map(|stage| stage.seconds).sum(),
+        total_seconds: begun.elapsed().as_secs_f64(),
         peak_memory_mb: session.peak_memory_mb(),
         threads: session.threads(),
         stages,

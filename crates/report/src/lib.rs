@@ -45,4 +45,5 @@ pub use summary::*;
 pub use verdict::{TOLERANCE_MM, verdict};
 pub use volumes::volume_changes;
 pub use whose::Whose;
+pub use words::directions;
 pub use write::{Pictures, draw, write, write_mesh};

@@ -17,10 +17,11 @@ pub use moved::{
     DoseVolumeHistogram, Jacobian, Movement, VolumeChange, Warp,
 };
 pub use run::{Run, SourceSeries, StageTime};
-pub use verdict::{Colour, Reason, Verdict};
+pub use verdict::{Colour, Reason, Status, Verdict};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Everything there is to say about a run.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -31,6 +32,9 @@ pub struct Summary {
     /// exported series' description. Absent in summaries of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
+    /// In a word, whether the run left what may be used: `done` with a green or amber verdict, `not-usable` with a red one.
+    /// What `supine run --json` prints has an `error` too where the command ends with another code than 0.
+    pub status: Status,
     /// What made the result.
     pub tool: Tool,
     /// Whether the result may be used, and why.
@@ -530,6 +534,10 @@ pub struct Warning {
     pub code: String,
     /// What it says.
     pub message: String,
+    /// The numbers in it that were measured, for programs, by names with their units: `mm`, `area_cm2`, `voxels`; absent
+    /// when there are none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, f64>,
 }
 
 /// A file or folder that was written.

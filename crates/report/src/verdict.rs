@@ -300,7 +300,7 @@ mod tests {
             ("tumour-in-chest-wall", |s| {
                 let (stage, message) = ("region".into(), String::new());
                 let code = "tumour-in-chest-wall".into();
-                s.warnings.push(Warning { stage, code, message });
+                s.warnings.push(Warning { stage, code, message, values: Default::default() });
             }),
         ];
         for (code, change) in cases {
@@ -320,7 +320,12 @@ mod tests {
             found.patches.push(other);
         }
         let (stage, code) = ("region".into(), "uncertain-wall".into());
-        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into() }];
+        summary.warnings = vec![Warning {
+            stage,
+            code,
+            message: "8 cm² may be off".into(),
+            values: Default::default(),
+        }];
         let found = verdict(&summary, 2.0);
         let wall = found.reasons.iter().find(|reason| reason.code == "uncertain-wall").unwrap();
         assert!(wall.message.ends_with("0.4 mm at the tumour"), "{wall:?}");
@@ -375,7 +380,12 @@ mod tests {
     fn what_says_nothing_of_the_tumours_place_is_a_note() {
         let mut summary = sound();
         let (stage, message) = ("import".into(), "12 voxels are padding".into());
-        summary.warnings = vec![Warning { stage, code: "padding-as-air".into(), message }];
+        summary.warnings = vec![Warning {
+            stage,
+            code: "padding-as-air".into(),
+            message,
+            values: Default::default(),
+        }];
         assert_eq!(verdict(&summary, 2.0).colour, Colour::Green);
         assert_eq!(notes(&summary), ["12 voxels are padding"]);
         assert!(notes(&example()).is_empty());

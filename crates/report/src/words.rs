@@ -37,7 +37,7 @@ pub(crate) fn count(n: usize) -> String {
 }
 
 /// A displacement (LPS, mm) in words: `1.6 mm to the patient's left, 2.3 mm towards the feet`.
-pub(crate) fn directions(v: [f64; 3]) -> String {
+pub fn directions(v: [f64; 3]) -> String {
     let names = [
         ["to the patient's left", "to the patient's right"],
         ["towards the back", "towards the front"],

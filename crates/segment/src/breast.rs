@@ -256,6 +256,8 @@ fn fitted(wanted: Ball, sphere: Sphere) -> Option<Warning> {
             done.collect::<Vec<_>>().join(" and ")
         );
         Warning::new("region-at-the-side", text)
+            .value("moved_mm", moved)
+            .value("smaller_mm", smaller)
     })
 }
 

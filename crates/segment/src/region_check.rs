@@ -111,7 +111,7 @@ fn bone(bone_cm3: f64, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>
             "{bone_cm3:.1} cm³ as dense as bone lie in the soft tissue of the region: a device, \
              calcification, or rib outside the chest wall that was found; check the labels there"
         );
-        Warning::new("bone-in-breast", text)
+        Warning::new("bone-in-breast", text).value("volume_cm3", bone_cm3)
     }))
 }
 
@@ -154,7 +154,7 @@ fn cut_by_field(
             "the end of the reconstructed field cuts {cm2:.0} cm² of the region's tissue: skin is \
              missing there; make the region smaller or use a CT with a larger field"
         );
-        Warning::new("region-truncated", text)
+        Warning::new("region-truncated", text).value("area_cm2", cm2)
     }))
 }
 
@@ -176,7 +176,7 @@ fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<
         let text = text("still has");
         let text =
             format!("{text}: it may go on outside the CT; check that the CT holds all of it");
-        Warning::new("breast-at-end", text)
+        Warning::new("breast-at-end", text).value("percent", 100.0 * share)
     }))
 }
 
@@ -206,5 +206,11 @@ fn uncertain(
         first.place(&place.middle, place.side),
         first.error_mm
     );
-    Some(Warning::new("uncertain-wall", text))
+    Some(
+        Warning::new("uncertain-wall", text)
+            .value("area_cm2", found.uncertain_cm2)
+            .value("percent", 100.0 * found.share())
+            .value("largest_cm2", first.area_cm2)
+            .value("largest_error_mm", first.error_mm),
+    )
 }

@@ -4,11 +4,15 @@
 ///
 /// The text is made of pieces, so that what a site may have named after a patient (regions, files,
 /// series) can be left out where she must not be named, without reading the text again.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
     code: &'static str,
     pieces: Vec<Piece>,
+    values: Vec<(&'static str, f64)>,
 }
+
+// Its numbers are finite.
+impl Eq for Warning {}
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Piece {
@@ -21,7 +25,7 @@ impl Warning {
     /// A warning of a kind, with the beginning of its text. The code is stable: lower-case words joined by `-`, the
     /// same for every occurrence of the same doubt.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Self { code, pieces: vec![Piece::Text(text.into())] }
+        Self { code, pieces: vec![Piece::Text(text.into())], values: vec![] }
     }
 
     /// Goes on with more text.
@@ -50,6 +54,14 @@ impl Warning {
         self
     }
 
+    /// Adds a number that was measured, for programs, by a name that says its unit: `mm`, `area_cm2`, `voxels`. One that is
+    /// not finite is no measurement and left out.
+    #[must_use]
+    pub fn value(mut self, name: &'static str, value: f64) -> Self {
+        self.values.extend(value.is_finite().then_some((name, value)));
+        self
+    }
+
     /// Begins with more text, such as the file that it is about.
     #[must_use]
     pub fn of(mut self, text: impl Into<String>) -> Self {
@@ -60,6 +72,11 @@ impl Warning {
     /// The kind of doubt, for programs.
     pub fn code(&self) -> &'static str {
         self.code
+    }
+
+    /// The numbers that were measured, by name.
+    pub fn values(&self) -> &[(&'static str, f64)] {
+        &self.values
     }
 
     /// The text without the names that a site chose.
@@ -93,6 +110,8 @@ mod tests {
         assert_eq!(warning.to_string(), r#"regions "CTV Doe", "a \"b\"": not used"#);
         assert_eq!(warning.without_names(), r#"regions "...", "...": not used"#);
         assert_eq!(warning.code(), "unused-regions");
+        let warning = warning.value("area_cm2", 8.5).value("mm", f64::NAN);
+        assert_eq!(warning.values(), [("area_cm2", 8.5)]);
         assert_eq!(warning.of("rt/dose-1.dcm: ").to_string().find("regions"), Some(15));
     }
 }

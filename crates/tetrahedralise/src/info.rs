@@ -91,7 +91,7 @@ impl Info {
                  narrow gaps are lost at this number of tetrahedra",
                 100.0 * gain
             );
-            self.warnings.push(Warning::new("mesh-volume", text));
+            self.warnings.push(Warning::new("mesh-volume", text).value("percent", 100.0 * gain));
         }
         for tag in BoundaryTag::ALL {
             if self.deviation.iter().all(|d| d.tag != tag) {
@@ -109,7 +109,9 @@ impl Info {
                 "the worst tetrahedron has a dihedral angle of {:.1}°",
                 self.quality.min_dihedral_deg
             );
-            self.warnings.push(Warning::new("mesh-flat-tetrahedron", text));
+            let degrees = self.quality.min_dihedral_deg;
+            self.warnings
+                .push(Warning::new("mesh-flat-tetrahedron", text).value("degrees", degrees));
         }
     }
 }

@@ -126,7 +126,8 @@ fn drop_islands(
             info.dropped_components,
             info.dropped_volume_mm3 / 1000.0
         );
-        info.warnings.push(Warning::new("pieces-left-out", text));
+        let cm3 = info.dropped_volume_mm3 / 1000.0;
+        info.warnings.push(Warning::new("pieces-left-out", text).value("volume_cm3", cm3));
     }
     Ok(())
 }
@@ -164,7 +165,8 @@ fn enclose_air(kinds: &mut Volume<Kind>, air: &Components, info: &mut Info) {
             "pockets of air in the soft tissue, {:.2} cm³ in all, are meshed as soft tissue",
             pockets / 1000.0
         );
-        info.warnings.push(Warning::new("air-meshed", text));
+        let cm3 = pockets / 1000.0;
+        info.warnings.push(Warning::new("air-meshed", text).value("volume_cm3", cm3));
     }
 }
 

@@ -132,14 +132,18 @@ fn warning(on_cut: f64, width_mm: f64, spoiled: usize) -> Option<Warning> {
             "the tissue moves by {on_cut:.1} mm where the region ends, too much to fade within \
              {WIDEST_MM:.0} mm: {spoiled} tetrahedra are squeezed; enlarge the region"
         );
-        return Some(Warning::new("fade-squeezes", text));
+        return Some(
+            Warning::new("fade-squeezes", text)
+                .value("displacement_mm", on_cut)
+                .value("tetrahedra", spoiled as f64),
+        );
     }
     (width_mm > 0.5 * WIDEST_MM).then(|| {
         let text = format!(
             "the tissue moves by {on_cut:.1} mm where the region ends; the displacement fades over \
              {width_mm:.0} mm and is too small there; enlarge the region"
         );
-        Warning::new("wide-fade", text)
+        Warning::new("wide-fade", text).value("displacement_mm", on_cut).value("fade_mm", width_mm)
     })
 }
 

@@ -183,13 +183,15 @@ pub fn warp_onto(
 
 /// Adds the warnings that the finished volume gives rise to.
 fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
-    let mut warn = |code, text| info.warnings.push(Warning::new(code, text));
+    let mut warn = |code, text, value: (&'static str, f64)| {
+        info.warnings.push(Warning::new(code, text).value(value.0, value.1));
+    };
     if info.inverted_tetrahedra > 0 {
         let text = format!(
             "{} tetrahedra are turned inside out (smallest det F {:.2}): the volume is wrong there",
             info.inverted_tetrahedra, info.jacobian_min
         );
-        warn("inverted-tetrahedra", text);
+        warn("inverted-tetrahedra", text, ("tetrahedra", info.inverted_tetrahedra as f64));
     }
     if info.folded_voxels > 0 {
         let text = format!(
@@ -197,7 +199,7 @@ fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
              itself there",
             info.folded_voxels
         );
-        warn("overlapping-voxels", text);
+        warn("overlapping-voxels", text, ("voxels", info.folded_voxels as f64));
     }
     let size = grid.size();
     let beyond = |v: &[f64; 3]| (0..3).any(|a| v[a] < -0.5 || v[a] > size[a] as f64 - 0.5);
@@ -207,13 +209,13 @@ fn warn(info: &mut Info, map: &Map, grid: &Grid, pieces: &Pieces) {
         let text = format!(
             "the deformed tissue moves out of the volume ({outside} vertices): it is cut off there"
         );
-        warn("tissue-leaves-volume", text);
+        warn("tissue-leaves-volume", text, ("vertices", outside as f64));
     }
     if let Some(missed) = pieces.missed_mm.filter(|&missed| missed > CURVE_WARNING_MM) {
         let text = format!(
             "the quadratic displacement is followed to {missed:.2} mm only: finer pieces would be \
              too many"
         );
-        warn("coarse-pieces", text);
+        warn("coarse-pieces", text, ("mm", missed));
     }
 }

@@ -12,6 +12,7 @@ mod check;
 mod formats;
 mod hazards;
 mod init;
+mod json;
 mod labels;
 mod network;
 mod readers;

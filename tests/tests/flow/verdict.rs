@@ -22,6 +22,12 @@ fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
     let verdict = &summary(&out)["verdict"];
     assert_eq!(verdict["colour"], "red");
     assert_eq!(verdict["reasons"][0]["code"], "tumour-in-chest-wall");
+    assert_eq!(summary(&out)["status"], "not-usable");
+    let said = supine(&[&"run", &case, &"--out", &out, &"--json"]);
+    assert_eq!(said.code, Some(4), "{}", said.stderr);
+    let document: Value = serde_json::from_str(&said.stdout).expect("stdout is JSON");
+    assert_eq!(document["status"], "not-usable");
+    assert_eq!(document["error"]["code"], "verdict-red");
     for path in [out.clone(), out.join("ct")] {
         let sent = supine(&[&"send", &path, &"--to", &"PACS@127.0.0.1:9"]);
         assert_eq!(sent.code, Some(4), "{}", sent.stderr);

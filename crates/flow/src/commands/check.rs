@@ -78,8 +78,9 @@ pub struct CheckedTumour {
 /// # Errors
 /// Why the case cannot be run.
 pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error> {
-    let session = super::session(&spec(&given.case, &given.changes)?)?;
-    session.case().check_complete()?;
+    let spec = spec(&given.case, &given.changes)?;
+    spec.check_complete()?;
+    let session = super::session(&spec)?;
     let redone = redone(given, &session)?;
     let gather = Gather::new(observer, &[]);
     let request = Request { observer: &gather, ..Request::default() };

@@ -1,6 +1,6 @@
 //! `supine inspect` and `supine verify-export`: DICOM files as they are.
 
-use super::Gather;
+use super::{Gather, check_there};
 use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use std::path::PathBuf;
@@ -26,6 +26,7 @@ pub struct Inspect {
 /// # Errors
 /// When it cannot be read.
 pub fn inspect(given: &Inspect, observer: &dyn Observer) -> Result<Inspection, Error> {
+    check_there(&given.path)?;
     let depth = if given.pixels { Depth::Pixels } else { Depth::Headers };
     let accept = given.spec.case()?.accept;
     Gather::new(observer, &[]).work(NodeId::Import, |progress| {
@@ -57,6 +58,10 @@ pub struct Verify {
 /// # Errors
 /// When it or its source cannot be read; whatever is wrong with it is part of the answer.
 pub fn verify_export(given: &Verify, observer: &dyn Observer) -> Result<Verification, Error> {
+    [Some(&given.dir), given.source.as_ref()]
+        .into_iter()
+        .flatten()
+        .try_for_each(|p| check_there(p))?;
     let &Verify { new_study, keep_equipment, same_frame, clip_padding, .. } = given;
     let policy = Policy { new_study, keep_equipment, same_frame, clip_padding };
     let expected = Expected { policy, anonymiser: None, accept: given.spec.case()?.accept };

@@ -1,6 +1,7 @@
 //! What a command hears of its session: each node once, and all warnings.
 
 use crate::session::Observer;
+use crate::shared::told;
 use crate::{Error, NodeId};
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -55,8 +56,7 @@ impl<'a> Gather<'a> {
         warnings: impl IntoIterator<Item = supine_space::Warning>,
     ) {
         for warning in warnings {
-            let (stage, code) = (node.name().into(), warning.code().into());
-            self.warning(node, &Warning { stage, code, message: warning.to_string() });
+            self.warning(node, &told(node, &warning, false));
         }
     }
 

@@ -48,6 +48,15 @@ fn input(message: impl Into<String>) -> Error {
     Error::Refused { kind: Failure::Input, message: message.into() }
 }
 
+/// That a file or folder is there.
+///
+/// # Errors
+/// [`Error::Unread`].
+pub fn check_there(path: &Path) -> Result<(), Error> {
+    let unread = |source| Error::Unread { path: path.into(), source };
+    std::fs::metadata(path).map(drop).map_err(unread)
+}
+
 /// Whether a name has one of these endings, which are in small letters.
 fn ends(path: &Path, endings: &[&str]) -> bool {
     let name = path.to_string_lossy().to_lowercase();

@@ -31,7 +31,7 @@ pub struct Run {
 pub struct Change {
     /// The key.
     pub key: String,
-    /// Its value.
+    /// Its value, as TOML or as a bare word.
     pub value: String,
 }
 
@@ -69,8 +69,9 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
     if given.anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }
+    spec.check_complete()?;
     let session = super::session(&spec)?;
-    session.case().check_complete()?;
+    session.refuse_overlap(&given.out)?;
     let folder = RunFolder::open(&given.out)?;
     let renewed = folder.is_former();
     let session: Session = session.with_folder(folder)?.with_start(given.start.clone());
@@ -82,7 +83,7 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
 pub(super) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
     let mut spec = Spec::read(case)?;
     for Change { key, value } in changes {
-        spec.set_typed(key, value)?;
+        spec.change(key, value)?;
     }
     Ok(spec)
 }

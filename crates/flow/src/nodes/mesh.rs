@@ -178,5 +178,6 @@ fn poor(facts: &supine_report::Mesh) -> Option<Warning> {
         "the smallest dihedral angle is {angle:.1} degrees (below {POOR_DIHEDRAL_DEG}): \
          look at the mesh before you trust the result there"
     );
-    (angle < POOR_DIHEDRAL_DEG).then(|| Warning::new("poor-dihedral-angle", text))
+    (angle < POOR_DIHEDRAL_DEG)
+        .then(|| Warning::new("poor-dihedral-angle", text).value("degrees", angle))
 }

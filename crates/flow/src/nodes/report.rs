@@ -35,7 +35,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -134,6 +134,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     let mut summary = Summary {
         schema: Summary::SCHEMA,
         id: Some(exported.facts.id.clone()),
+        status: Verdict::default().status(),
         verdict: Verdict::default(),
         tool: Tool { name: "supine".into(), version: env!("CARGO_PKG_VERSION").into() },
         must_not_be_used_for: supine_report::must_not_be_used_for(),
@@ -177,6 +178,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         run: Run::default(),
     };
     summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
+    summary.status = summary.verdict.status();
     Ok(summary)
 }
 

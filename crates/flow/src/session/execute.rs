@@ -7,6 +7,7 @@ use crate::folder::{Record, RunFolder, visible};
 use crate::graph::Output;
 use crate::ground::Ground;
 use crate::memory::Meter;
+use crate::shared::told;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde_json::json;
@@ -244,13 +245,8 @@ impl Job<'_> {
         work: &Work<'_>,
     ) -> Result<(Vec<Warning>, Option<Record>), Error> {
         let nameless = self.ground.case.export.anonymise;
-        let told = |warning: supine_space::Warning| Warning {
-            stage: node.name().into(),
-            code: warning.code().into(),
-            // What a site named may be named after the patient.
-            message: if nameless { warning.without_names() } else { warning.to_string() },
-        };
-        let warnings: Vec<Warning> = work.take_warnings().into_iter().map(told).collect();
+        let warnings: Vec<Warning> =
+            work.take_warnings().iter().map(|warning| told(node, warning, nameless)).collect();
         let record = self.keep(node, output, warnings.clone(), work)?;
         Ok((warnings, record))
     }

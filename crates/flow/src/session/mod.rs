@@ -23,6 +23,7 @@ use crate::{Error, NodeId};
 use cells::Cells;
 use plan::{Keys, ancestors};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, RwLock};
 use supine_dicom::Clock;
@@ -159,12 +160,19 @@ impl Session {
     /// # Errors
     /// When an input lies where results are written.
     pub fn with_folder(self, folder: RunFolder) -> Result<Self, Error> {
-        let ground = self.ground();
-        for (key, path) in inputs(&ground.case) {
-            refuse_overlap(folder.root(), key, &ground.path(path))?;
-        }
+        self.refuse_overlap(folder.root())?;
         *lock(&self.folder) = Some(folder);
         Ok(self)
+    }
+
+    /// Refuses a folder for results, before it is made, in which an input lies or would be.
+    ///
+    /// # Errors
+    /// [`Error::Overlap`].
+    pub(crate) fn refuse_overlap(&self, root: &Path) -> Result<(), Error> {
+        let ground = self.ground();
+        inputs(&ground.case)
+            .try_for_each(|(key, path)| refuse_overlap(root, key, &ground.path(path)))
     }
 
     /// The same with another budget for what is held while nobody works, bytes.
@@ -320,7 +328,7 @@ impl Session {
 }
 
 /// Every path that a case names, with its key.
-fn inputs(case: &Case) -> impl Iterator<Item = (&'static str, &std::path::Path)> {
+fn inputs(case: &Case) -> impl Iterator<Item = (&'static str, &Path)> {
     let ct = case.ct.iter().map(|path| ("ct", path.as_path()));
     let tumour = case.tumour.iter().filter_map(|tumour| match tumour {
         TumourSpec::Structure { file, .. } => Some(("tumour.file", file.as_path())),

@@ -76,3 +76,17 @@ pub(crate) fn quality_check(check: &supine_segment::QualityCheck) -> QualityChec
 pub(crate) fn movement(before: Point, after: Option<Point>) -> Movement {
     Movement::new(before.coords.into(), after.unwrap_or(before).coords.into())
 }
+
+/// A warning as a summary holds it, without what a site named where that may be the patient.
+pub(crate) fn told(
+    node: crate::NodeId,
+    warning: &supine_space::Warning,
+    nameless: bool,
+) -> supine_report::Warning {
+    supine_report::Warning {
+        stage: node.name().into(),
+        code: warning.code().into(),
+        message: if nameless { warning.without_names() } else { warning.to_string() },
+        values: warning.values().iter().map(|(name, value)| ((*name).into(), *value)).collect(),
+    }
+}

@@ -175,21 +175,6 @@ impl Case {
         canonical::object(self)
     }
 
-    /// That nothing is missing that a whole run needs.
-    ///
-    /// # Errors
-    /// [`CaseError::Incomplete`] with all of them.
-    pub fn check_complete(&self) -> Result<(), CaseError> {
-        let given = [
-            ("ct", self.ct.is_some()),
-            ("breast", self.breast.is_some()),
-            ("bed.ap", self.bed.is_some()),
-            ("tumour.centre", self.tumour.is_some()),
-        ];
-        let keys: Vec<_> = given.into_iter().filter(|(_, is)| !is).map(|(key, _)| key).collect();
-        if keys.is_empty() { Ok(()) } else { Err(CaseError::Incomplete { keys }) }
-    }
-
     /// The CT.
     ///
     /// # Errors

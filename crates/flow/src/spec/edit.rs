@@ -84,7 +84,7 @@ fn item(value: &Json) -> Item {
     Item::Value(toml_value(value))
 }
 
-fn toml_value(value: &Json) -> toml_edit::Value {
+pub(super) fn toml_value(value: &Json) -> toml_edit::Value {
     match value {
         Json::Bool(on) => (*on).into(),
         Json::Number(n) => match n.as_i64() {

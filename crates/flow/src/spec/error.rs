@@ -1,6 +1,6 @@
 //! Why a case cannot be used.
 
-use super::table::{Parameter, TABLE};
+use super::table::Parameter;
 use std::path::PathBuf;
 
 /// Why a case cannot be used.
@@ -43,10 +43,12 @@ pub enum CaseError {
         what: &'static str,
     },
     /// Keys that have to be given, each with a line to add.
-    #[error("{}; add{}", are_missing(keys), lines(keys))]
+    #[error("{}; add{}", are_missing(keys), add)]
     Incomplete {
         /// The keys.
         keys: Vec<&'static str>,
+        /// The lines, each with a line break before it.
+        add: String,
     },
     /// The summary of a de-identified run names no files, and the case that was kept beside it is gone.
     #[error("{path} is of a de-identified run and names no files: run its case file instead")]
@@ -59,15 +61,6 @@ pub enum CaseError {
 fn are_missing(keys: &[&str]) -> String {
     let named: Vec<String> = keys.iter().map(|key| format!("`{key}`")).collect();
     format!("{} {} missing", named.join(", "), if keys.len() == 1 { "is" } else { "are" })
-}
-
-/// Two keys of one table have one line.
-fn lines(keys: &[&str]) -> String {
-    let parameters = keys.iter().filter_map(|key| TABLE.iter().find(|p| p.key == *key));
-    let mut lines: Vec<String> =
-        parameters.map(|p| format!("\n  {}   # {}", p.example_line(), p.help)).collect();
-    lines.dedup_by_key(|line| line.split('=').next().map(str::to_owned));
-    lines.concat()
 }
 
 /// A value that contradicts another, or a rule of its own.

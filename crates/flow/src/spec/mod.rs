@@ -5,6 +5,8 @@
 
 mod canonical;
 mod case;
+mod change;
+mod complete;
 mod edit;
 mod error;
 mod example;
@@ -140,9 +142,29 @@ impl Spec {
         Ok(())
     }
 
+    /// Makes a change `KEY=VALUE` as it is typed: a table sets each of its keys; paths lead from the working folder.
+    ///
+    /// # Errors
+    /// As [`Spec::set`].
+    pub fn change(&mut self, key: &str, text: &str) -> Result<(), CaseError> {
+        let here = std::path::absolute(".").unwrap_or_default();
+        let change::Change { given, gone } = change::read(key, text)?;
+        self.values.retain(|place, _| !gone.contains(place));
+        self.values.extend(given.into_iter().map(|(place, value)| (place, value.within(&here))));
+        Ok(())
+    }
+
     /// The value that was given for a key.
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.values.get(&place(key).ok()?)
+    }
+
+    /// That nothing is missing that a whole run needs, not even half of a pair.
+    ///
+    /// # Errors
+    /// [`CaseError::Incomplete`] with all of it.
+    pub fn check_complete(&self) -> Result<(), CaseError> {
+        complete::check(&self.values)
     }
 
     /// The values checked together.

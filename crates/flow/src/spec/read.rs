@@ -58,7 +58,7 @@ fn refuse_others(name: &str, given: &Json) -> Result<(), CaseError> {
     if known || given.is_null() { Ok(()) } else { Err(CaseError::Key(complaint(name))) }
 }
 
-fn is_table(name: &str) -> bool {
+pub(super) fn is_table(name: &str) -> bool {
     TABLE.iter().any(|p| p.path().0 == Some(name))
 }
 
@@ -82,7 +82,7 @@ fn complaint(key: &str) -> String {
 }
 
 /// The complaint about a single value where keys within are expected.
-fn no_table(name: &str, given: &Json) -> CaseError {
+pub(super) fn no_table(name: &str, given: &Json) -> CaseError {
     let inner: Vec<&str> =
         TABLE.iter().filter(|p| p.path().0 == Some(name)).map(|p| p.path().1).collect();
     let near = |p: &&super::Parameter| {

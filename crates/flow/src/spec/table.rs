@@ -102,6 +102,8 @@ const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
 const TILT: Kind = Kind::Number { min: -90.0, max: 90.0 };
 /// Radii of spheres within a patient, mm.
 const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
+/// Beyond these radii of a tumour, mm, a diameter or a typing error is likelier than a breast that is operated.
+const TUMOUR_RADIUS: Kind = Kind::Number { min: 0.5, max: 50.0 };
 
 /// All parameters, in the order in which they are shown.
 pub static TABLE: &[Parameter] = &[
@@ -164,7 +166,7 @@ pub static TABLE: &[Parameter] = &[
     ),
     row(
         ("tumour.radius", "tumour-radius"),
-        RADIUS,
+        TUMOUR_RADIUS,
         "mm",
         Preset::RequiredOr("tumour.structure"),
         "radius of the tumour",

@@ -8,9 +8,9 @@ const MINIMAL: &str = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7.0, lat = 5.0 }
                        tumour = { centre = [1.0, 2.0, 3.0], radius = 10.0 }\n";
 
 fn read(text: &str) -> Result<Case, CaseError> {
-    let case = Spec::from_text(text, "/cases")?.case()?;
-    case.check_complete()?;
-    Ok(case)
+    let spec = Spec::from_text(text, "/cases")?;
+    spec.check_complete()?;
+    spec.case()
 }
 
 fn with(line: &str) -> Result<Case, CaseError> {
@@ -43,6 +43,27 @@ fn what_is_missing_is_named() {
     assert!(lines[2].contains("bed = { ap = 7.0, lat = 5.0 }") && lines.len() == 4, "{error}");
     let half = MINIMAL.replace(", lat = 5.0", "");
     assert!(read(&half).unwrap_err().to_string().contains("`bed.lat` is missing"));
+}
+
+#[test]
+fn halves_of_tables_are_named_at_once_with_lines_to_put_in_their_place() {
+    let half = MINIMAL.replace(", lat = 5.0", "").replace(", radius = 10.0", "");
+    let error = read(&half.replace("breast = 'left'\n", "")).unwrap_err().to_string();
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines[0], "`breast`, `bed.lat`, `tumour.radius` are missing; add");
+    assert!(lines[2].starts_with("  bed = { ap = 7.0, lat = 5.0 }   # in place of"), "{error}");
+    assert!(
+        lines[3].starts_with("  tumour = { centre = [1.0, 2.0, 3.0], radius = 9.0 }"),
+        "{error}"
+    );
+    assert_eq!(lines.len(), 4, "{error}");
+    let added: String = lines[1..].iter().map(|line| format!("{line}\n")).collect();
+    assert!(read(&format!("ct = 'ct'\n{added}")).is_ok(), "the lines make a case: {added}");
+    let drawn = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 7, lat = 5 }\n\
+                 tumour = { structure = 'GTV \"a\"' }\nregion = { radius = 90 }\n";
+    let error = read(drawn).unwrap_err().to_string();
+    assert!(error.starts_with("`tumour.file`, `region.centre` are missing"), "{error}");
+    assert!(error.contains("tumour = { structure = 'GTV \"a\"', file = 'file.dcm' }"), "{error}");
 }
 
 #[test]

@@ -10,3 +10,4 @@ mod edits;
 mod methods;
 mod support;
 mod table;
+mod times;

@@ -6,6 +6,7 @@ pub(crate) fn example() -> Summary {
     let ball = Ball { centre_mm: [40.0, -30.0, 10.0], radius_mm: 10.0 };
     let mut summary = Summary {
         tool: Tool { name: "supine".into(), version: "0.1.0".into() },
+        status: Status::Done,
         verdict: Verdict::default(),
         must_not_be_used_for: must_not_be_used_for(),
         schema: Summary::SCHEMA,
@@ -268,6 +269,7 @@ pub(crate) fn example() -> Summary {
             stage: "solve".into(),
             code: "inverted".into(),
             message: "det F < 0.3 in 2 tetrahedra & more".into(),
+            values: [("tetrahedra".to_owned(), 2.0)].into(),
         }],
         outputs: vec![Output { path: "labels.seg.nrrd".into(), blake3: "ab".repeat(32) }],
         chain: vec![Link {

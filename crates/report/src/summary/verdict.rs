@@ -14,6 +14,23 @@ pub struct Verdict {
     pub reasons: Vec<Reason>,
 }
 
+impl Verdict {
+    /// The verdict in a word, for programs. Checks that failed make it red.
+    pub fn status(&self) -> Status {
+        if self.colour == Colour::Red { Status::NotUsable } else { Status::Done }
+    }
+}
+
+/// Whether a run left what may be used.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// It did: the verdict is green or amber, and all checks passed.
+    Done,
+    /// It did not: the verdict is red.
+    NotUsable,
+}
+
 /// The colour of a verdict or a reason.
 #[derive(
     Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord,

@@ -1,0 +1,114 @@
+//! What scripts read: one JSON document on stdout, whose `status` agrees with the exit code.
+#![expect(clippy::disallowed_methods, reason = "the tests spoil files")]
+
+use crate::shared::{scratch, shared};
+use serde_json::Value;
+use std::ffi::OsStr;
+use supine_tests::{Outcome, copy_series, source, supine, supine_command};
+
+/// The one document, which says how the command ended.
+fn failed(said: &Outcome, code: i32) -> Value {
+    assert_eq!(said.code, Some(code), "{}\n{}", said.stdout, said.stderr);
+    let document: Value = serde_json::from_str(&said.stdout).expect("stdout is one JSON document");
+    let error = &document["error"];
+    assert_eq!(error["exit"], code, "{document}");
+    for name in ["code", "kind", "message", "place", "advice"] {
+        assert!(error.get(name).is_some(), "no {name}: {document}");
+    }
+    document
+}
+
+#[test]
+fn usage_is_told_in_whole_with_what_to_do() {
+    let told = |words: &[&str]| {
+        let said = Outcome::of(supine_command().args(words).arg("--json"));
+        let document = failed(&said, 2);
+        assert_eq!(document["status"], "failed");
+        let text = |name: &str| document["error"][name].as_str().unwrap_or_default().to_owned();
+        (text("message"), text("advice"))
+    };
+    let (message, advice) = told(&["run"]);
+    assert!(message.contains("<CASE>") && message.contains("--out <DIR>"), "{message}");
+    assert!(!message.contains("Usage:") && advice.contains("Usage: supine run"), "{advice}");
+    assert!(advice.contains("--help"), "{advice}");
+    let (message, advice) = told(&["run", "case.toml", "--ot", "x"]);
+    assert!(message.contains("'--ot'") && advice.contains("'--out'"), "{message}: {advice}");
+    assert!(!advice.contains("Usage"), "{advice}");
+    assert!(told(&[]).1.contains("supine --help"));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_called_so_and_named() {
+    let folder = scratch();
+    let (gone, out) = (folder.path().join("nowhere"), folder.path().join("out.vtu"));
+    let to = "PACS@127.0.0.1:9";
+    let calls: [&[&dyn AsRef<OsStr>]; 6] = [
+        &[&"warp", &"--ct", &gone, &"--mesh", &gone, &"--out", &out],
+        &[&"solve", &"--mesh", &gone, &"--bed", &"7,5", &"--out", &out],
+        &[&"coarsen", &gone, &"--tetrahedra", &"9", &"--out", &out],
+        &[&"send", &gone, &"--to", &to],
+        &[&"inspect", &gone],
+        &[&"verify-export", &gone],
+    ];
+    for words in calls {
+        let document = failed(&supine(&[words, &[&"--json"]].concat()), 1);
+        let error = &document["error"];
+        assert_eq!(error["code"], "input-missing", "{document}");
+        assert!(
+            error["place"]["file"].as_str().unwrap_or_default().ends_with("nowhere"),
+            "{document}"
+        );
+    }
+}
+
+#[test]
+fn an_answer_that_something_is_wrong_stays_one_document() {
+    let folder = scratch();
+    let (ct, files) = copy_series(folder.path());
+    std::fs::remove_file(&files[30]).expect("a slice is lost");
+    let document = failed(&supine(&[&"inspect", &ct, &"--json"]), 1);
+    assert_eq!(document["status"], "failed");
+    assert_eq!(document["error"]["code"], "no-usable-series");
+    let reason = document["series"][0]["reason"].as_str().expect("the inspection is there");
+    assert!(document["error"]["message"].as_str().unwrap_or_default().contains(reason));
+
+    // Nobody listens at that port.
+    let sent = supine(&[&"send", &files[0], &"--to", &"PACS@127.0.0.1:9", &"--json"]);
+    let document = failed(&sent, 75);
+    assert_eq!(document["error"]["code"], "network");
+}
+
+#[test]
+fn a_run_says_how_it_ended_in_a_word() {
+    let read = || {
+        let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
+        serde_json::from_str::<Value>(&text).expect("it is JSON")
+    };
+    let summary = read();
+    assert_eq!(
+        (&summary["status"], &summary["verdict"]["colour"]),
+        (&"done".into(), &"amber".into())
+    );
+    let wall = summary["warnings"].as_array().expect("warnings are listed");
+    let wall = wall.iter().find(|warning| warning["code"] == "uncertain-wall");
+    let wall = wall.expect("the fixture's wall is uncertain in places");
+    assert!(wall["values"]["area_cm2"].as_f64().is_some_and(|cm2| cm2 > 0.0), "{wall}");
+    let words: [&dyn AsRef<OsStr>; 6] =
+        [&"run", &shared().case, &"--out", &shared().out, &"--deny-warnings", &"--json"];
+    let document = failed(&supine(&words), 4);
+    assert_eq!(document["status"], "failed");
+    assert_eq!(document["error"]["code"], "verdict-not-green");
+    assert_eq!(document["verdict"], summary["verdict"]);
+    assert_eq!(read()["status"], "done", "the result itself is as it was");
+
+    let (ct, source) = (shared().out.join("ct"), source());
+    let words: [&dyn AsRef<OsStr>; 6] =
+        [&"verify-export", &ct, &"--source", &source, &"--new-study", &"--json"];
+    let document = failed(&supine(&words), 4);
+    assert_eq!(document["error"]["code"], "check-failed");
+    assert!(document["checks"].is_array(), "{document}");
+    let gone = ct.join("nowhere.csv");
+    let words: [&dyn AsRef<OsStr>; 6] =
+        [&"carry", &shared().out, &gone, &"--out", &"never.csv", &"--json"];
+    assert_eq!(failed(&supine(&words), 1)["error"]["code"], "input-missing");
+}
