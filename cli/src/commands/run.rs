@@ -8,7 +8,7 @@ use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
-use supine_flow::{Options, Summary, directions};
+use supine_flow::{Options, Summary, directions, headline, held};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
@@ -54,22 +54,23 @@ fn denied(summary: &Summary, out: &Path) -> Failure {
 
 /// The verdict and its reasons, a line each.
 fn verdict(summary: &Summary) -> Vec<String> {
-    let headline = match summary.verdict.colour {
-        Colour::Green => "GREEN: within the tolerance",
-        Colour::Amber => "AMBER: look before use",
-        Colour::Red => "RED: do not use",
-    };
+    let headline = headline(summary);
+    let headline = headline
+        .split_once(':')
+        .map_or(headline.clone(), |(colour, rest)| format!("{}:{rest}", colour.to_uppercase()));
     let reason = |reason: &supine_flow::Reason| {
         let effect = reason.effect_mm.map_or(String::new(), |mm| format!("{mm:.1} mm: "));
         format!("  {effect}{}", reason.message)
     };
     let reasons = summary.verdict.reasons.iter().map(reason);
-    std::iter::once(headline.into()).chain(reasons).collect()
+    std::iter::once(headline).chain(reasons).collect()
 }
 
 fn conclusion(summary: &Summary, out: &Path) -> String {
     let mut lines = Vec::new();
-    if let Some(t) = &summary.tumour {
+    if held(summary) {
+        lines.push("the tumour does not move".into());
+    } else if let Some(t) = &summary.tumour {
         let sure = summary.tumour_interval.as_ref().map_or("how sure is not known".into(), |i| {
             let [low, high] = i.length_mm;
             format!("95 %: {low:.1} to {high:.1} mm")

@@ -61,10 +61,9 @@ fn joined(places: &[f64], slices: &[&Slice]) -> Option<Error> {
     let [a, b] = [slices[twice[0]], slices[twice[0] + 1]];
     let (attribute, x, y) = differing_acquisition(a, b).next()?;
     Some(Error::JoinedAcquisitions {
-        attribute,
         a: a.file.clone(),
         b: b.file.clone(),
-        values: format!("is {x:?} and {y:?}"),
+        differ: format!("{attribute} is {x:?} and {y:?}"),
         apart_mm,
         exclude: excluding(&files),
     })

@@ -130,18 +130,16 @@ pub enum Error {
     },
     /// Acquisitions that follow each other share a place.
     #[error(
-        "two slices lie {apart_mm:.3} mm apart, {a} and {b}, where the series joins several acquisitions ({attribute} \
-         {values}); leave one out: {exclude}"
+        "two slices lie {apart_mm:.3} mm apart, {a} and {b}, where the series joins several acquisitions ({differ}); \
+         leave one out: {exclude}"
     )]
     JoinedAcquisitions {
-        /// Name of the attribute that tells them apart.
-        attribute: &'static str,
         /// A file.
         a: String,
         /// The next file along the normal.
         b: String,
-        /// Its two values.
-        values: String,
+        /// The attribute that tells them apart, and its two values.
+        differ: String,
         /// Distance along the normal, mm.
         apart_mm: f64,
         /// How to leave out files so that the rest is in order.

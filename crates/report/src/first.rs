@@ -62,15 +62,15 @@ pub(crate) struct First {
 
 impl First {
     pub(crate) fn new(s: &Summary) -> Self {
-        let (class, headline) = match s.verdict.colour {
-            Colour::Green => ("good", green(s)),
-            Colour::Amber => ("check", "Amber: look before use".into()),
-            Colour::Red => ("stop", "Red: do not use".into()),
+        let class = match s.verdict.colour {
+            Colour::Green => "good",
+            Colour::Amber => "check",
+            Colour::Red => "stop",
         };
         Self {
             title: format!("{} breast on the operating table", capital(&s.position.breast)),
             class,
-            headline,
+            headline: headline(s),
             reasons: s.verdict.reasons.iter().map(told).collect(),
             moves: moves(s),
             sure: sure(s),
@@ -78,6 +78,15 @@ impl First {
             places: places(s),
             middles: patches(s).into_iter().map(|patch| at(patch.centre_mm)).collect(),
         }
+    }
+}
+
+/// The verdict in a few words, its colour before a colon: `Amber: look before use`.
+pub fn headline(s: &Summary) -> String {
+    match s.verdict.colour {
+        Colour::Green => green(s),
+        Colour::Amber => "Amber: look before use".into(),
+        Colour::Red => "Red: do not use".into(),
     }
 }
 

@@ -120,7 +120,7 @@ fn tumour(summary: &Summary) -> Vec<Reason> {
 }
 
 /// Whether the tumour takes no part in the deformation.
-pub(crate) fn held(summary: &Summary) -> bool {
+pub fn held(summary: &Summary) -> bool {
     summary.tumour.as_ref().is_some_and(|tumour| tumour.distance_mm < HELD_MM)
 }
 
@@ -336,7 +336,7 @@ mod tests {
     fn a_single_uncertain_place_is_told_once() {
         let mut summary = example();
         let (stage, code) = ("region".into(), "uncertain-wall".into());
-        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into() }];
+        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into(), values: Default::default() }];
         assert_eq!(codes(&summary), ["interval-too-wide", "tissue-is-a-guess", "uncertain-place"]);
     }
 
