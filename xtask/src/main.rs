@@ -39,7 +39,7 @@ enum Chore {
     Readers,
     /// Fuzzes the readers of foreign files; needs cargo-fuzz and a nightly compiler.
     Fuzz(fuzz::Options),
-    /// Runs the stages beside the peers, in one run; needs the developers' reference data in
+    /// Runs the stages beside the peers, in one run; needs the reference data in
     /// ../shared.
     Bench {
         /// One stage alone

@@ -36,7 +36,7 @@ use std::process::Command;
 /// Where the shared references lie and where the runs go.
 pub(crate) struct Bench<'a> {
     pub(crate) house: &'a House,
-    /// The developers' reference data.
+    /// The reference data.
     pub(crate) shared: PathBuf,
     /// Work folder under target/.
     pub(crate) work: PathBuf,
@@ -49,7 +49,7 @@ impl<'a> Bench<'a> {
         let shared = house.root.join("../shared");
         ensure!(
             shared.join("cohort/score.py").is_file(),
-            "`cargo xtask verify` and `bench` need the developers' reference data in ../shared"
+            "`cargo xtask verify` and `bench` need the reference data in ../shared"
         );
         let python = environment(house, "scorers")?;
         let work = house.target.join("verify");

@@ -124,7 +124,7 @@ def truths(supine, work, patient, facts):
         for kpa in GRID_KPA:
             out = work / "true-u.vtu"
             words = ["solve", "--mesh", mesh, f"--bed={bed['AP']},{bed['LAT']}", "--young", kpa, "--rest", rest]
-            if command(supine, *words, "--cut", "free", "--out", out, "--quiet", seconds=60):
+            if command(supine, *words, "--cut", "free", "--out", out, "--quiet", seconds=180):
                 rows.append((1.0 / kpa, kpa * at(meshio.read(out), place)))
         rows.sort(key=lambda row: row[0])
         curves[rest] = (np.array([x for x, _ in rows]), np.array([w for _, w in rows]))
