@@ -5,7 +5,6 @@ use crate::args::{Cli, EXIT_CODES};
 use crate::failure::Failure;
 use crate::screen::data;
 use clap::CommandFactory;
-use clap::error::ErrorKind;
 use clap_complete::Shell;
 use std::path::Path;
 use std::process::ExitCode;
@@ -79,9 +78,6 @@ pub(crate) fn usage(error: &clap::Error) -> ExitCode {
 
 /// What clap says, in whole, with its hints as the advice.
 fn refused(error: &clap::Error) -> Failure {
-    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        return Failure::new(Kind::Usage, "a command is missing; `supine --help` lists them");
-    }
     let text = error.to_string();
     let (hints, said): (Vec<&str>, Vec<&str>) =
         text.trim_end().split("\n\n").map(str::trim).partition(|part| is_hint(part));
