@@ -336,7 +336,12 @@ mod tests {
     fn a_single_uncertain_place_is_told_once() {
         let mut summary = example();
         let (stage, code) = ("region".into(), "uncertain-wall".into());
-        summary.warnings = vec![Warning { stage, code, message: "8 cm² may be off".into(), values: Default::default() }];
+        summary.warnings = vec![Warning {
+            stage,
+            code,
+            message: "8 cm² may be off".into(),
+            values: Default::default(),
+        }];
         assert_eq!(codes(&summary), ["interval-too-wide", "tissue-is-a-guess", "uncertain-place"]);
     }
 
