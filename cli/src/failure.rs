@@ -12,7 +12,8 @@ pub(crate) struct Failure {
     pub(crate) message: String,
     status: &'static str,
     code: &'static str,
-    place: Place,
+    // Failures are rare and results small: it does not weigh on them.
+    place: Box<Place>,
     advice: Option<String>,
 }
 
@@ -27,7 +28,7 @@ impl Failure {
         let message = message.into();
         // Messages say last, after a semicolon, what to do.
         let advice = message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned());
-        Self { kind, message, status: "failed", code, place: Place::default(), advice }
+        Self { kind, message, status: "failed", code, place: Box::default(), advice }
     }
 
     /// The same with the file or folder that it is about.
@@ -80,7 +81,7 @@ impl Failure {
 
 impl From<supine_flow::Error> for Failure {
     fn from(error: supine_flow::Error) -> Self {
-        let place = error.place();
+        let place = Box::new(error.place());
         Self { place, ..Self::coded(error.kind(), error.code(), error.to_string()) }
     }
 }

@@ -534,8 +534,7 @@ pub struct Warning {
     pub code: String,
     /// What it says.
     pub message: String,
-    /// The numbers in it that were measured, for programs, by names with their units: `mm`, `area_cm2`, `voxels`; absent
-    /// when there are none.
+    /// What was measured, by names with their units (`mm`, `area_cm2`, `voxels`); absent when there is nothing.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
 }

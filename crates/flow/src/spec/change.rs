@@ -1,8 +1,8 @@
 //! `KEY=VALUE` as it is typed: the value as a case file has it, or without the marks that a shell eats.
 
 use super::error::CaseError;
-use super::read::{Values, is_table, no_table, place, values};
-use super::table::{SHORT, TABLE, position};
+use super::read::{SHORT, Values, is_table, no_table, place, values};
+use super::table::{TABLE, position};
 use super::value::Value;
 use serde_json::{Map, Value as Json};
 
@@ -32,7 +32,7 @@ pub(super) fn read(key: &str, text: &str) -> Result<Change, CaseError> {
         },
     };
     let has = |key: &&str| position(key).is_some_and(|place| given.contains_key(&place));
-    let whole = FORMS.iter().position(|form| form.iter().all(|key| has(&key)));
+    let whole = FORMS.iter().position(|form| form.iter().all(has));
     let gone = whole.map(|n| FORMS[1 - n]).into_iter().flatten().filter(|key| !has(key));
     let gone = gone.filter_map(position).collect();
     Ok(Change { given, gone })

@@ -1,8 +1,8 @@
 //! Changes to a case file's text that leave its comments and order alone.
 
 use super::error::CaseError;
-use super::read::place;
-use super::table::{SHORT, TABLE};
+use super::read::{SHORT, place};
+use super::table::TABLE;
 use super::value::Value;
 use serde_json::Value as Json;
 use std::path::PathBuf;

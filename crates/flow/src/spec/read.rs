@@ -1,11 +1,21 @@
 //! Nested keys and values to the table's parameters: unknown ones are refused and the nearest known one is named.
 
 use super::error::CaseError;
-use super::table::{LATER, RENAMED, SHORT, TABLE, position};
+use super::table::{TABLE, position};
 use super::value::Value;
 use crate::nearest::nearest;
 use serde_json::{Map, Value as Json};
 use std::collections::BTreeMap;
+
+/// Keys with a short form: `seeds = "file"` stands for `seeds = { file = "file" }`.
+pub(super) const SHORT: &[&str] = &["seeds", "labels"];
+
+/// Keys of older versions, with what they are called now.
+const RENAMED: &[(&str, &str)] = &[("mesh.sides", "mesh.geometry")];
+
+/// Keys of the case file's format that a later version will understand. They are refused rather
+/// than ignored: a planner who asks for a thing must not believe that it was done.
+const LATER: &[&str] = &["scans", "export.spacing"];
 
 /// Values by the place of their parameter in the table.
 pub(super) type Values = BTreeMap<usize, Value>;

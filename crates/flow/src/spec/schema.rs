@@ -1,6 +1,7 @@
 //! The table as a JSON schema and as the guide's table.
 
-use super::table::{Kind, Parameter, Preset, SHORT, TABLE};
+use super::read::SHORT;
+use super::table::{Kind, Parameter, Preset, TABLE};
 use serde_json::{Map, Value as Json, json};
 
 /// The JSON schema (2020-12) of a case file, after its TOML is read.

@@ -497,16 +497,6 @@ pub static TABLE: &[Parameter] = &[
     ),
 ];
 
-/// Keys with a short form: `seeds = "file"` stands for `seeds = { file = "file" }`.
-pub(super) const SHORT: &[&str] = &["seeds", "labels"];
-
-/// Keys of older versions, with what they are called now.
-pub(super) const RENAMED: &[(&str, &str)] = &[("mesh.sides", "mesh.geometry")];
-
-/// Keys of the case file's format that a later version will understand. They are refused rather
-/// than ignored: a planner who asks for a thing must not believe that it was done.
-pub(super) const LATER: &[&str] = &["scans", "export.spacing"];
-
 /// The place of a key in the table.
 pub(crate) fn position(key: &str) -> Option<usize> {
     TABLE.iter().position(|p| p.key == key)
