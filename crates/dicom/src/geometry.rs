@@ -227,7 +227,7 @@ pub(crate) fn leave_out(file: &str) -> String {
 
 /// Files left out, as the case file and the command line say it.
 pub(crate) fn excluding(files: &[&str]) -> String {
-    format!("exclude = {files:?} in the case file, or --exclude")
+    format!("exclude = {files:?} in the case file, or --exclude of warp, segment and carry")
 }
 
 /// Least-squares step of places over their index, and the largest distance from that line.
