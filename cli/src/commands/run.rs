@@ -8,7 +8,7 @@ use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::run::{self, Run};
-use supine_flow::{Options, Summary, directions, headline, held};
+use supine_flow::{Options, Summary, directions, headline, held, moves};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
@@ -58,28 +58,15 @@ fn verdict(summary: &Summary) -> Vec<String> {
     let headline = headline
         .split_once(':')
         .map_or(headline.clone(), |(colour, rest)| format!("{}:{rest}", colour.to_uppercase()));
-    let reason = |reason: &supine_flow::Reason| {
-        let effect = reason.effect_mm.map_or(String::new(), |mm| format!("{mm:.1} mm: "));
-        format!("  {effect}{}", reason.message)
-    };
-    let reasons = summary.verdict.reasons.iter().map(reason);
+    let reasons = summary.verdict.reasons.iter().map(|reason| format!("  {}", reason.told()));
     std::iter::once(headline).chain(reasons).collect()
 }
 
 fn conclusion(summary: &Summary, out: &Path) -> String {
     let mut lines = Vec::new();
-    if held(summary) {
-        lines.push("the tumour does not move".into());
-    } else if let Some(t) = &summary.tumour {
-        let sure = summary.tumour_interval.as_ref().map_or("how sure is not known".into(), |i| {
-            let [low, high] = i.length_mm;
-            format!("95 %: {low:.1} to {high:.1} mm")
-        });
-        lines.push(format!(
-            "the tumour moves {:.1} mm ({sure}): {}",
-            t.distance_mm,
-            directions(t.displacement_mm)
-        ));
+    if let Some(tumour) = &summary.tumour {
+        let way = (!held(summary)).then(|| format!(": {}", directions(tumour.displacement_mm)));
+        lines.push(moves(summary) + &way.unwrap_or_default());
     }
     lines.extend(verdict(summary));
     if let Some(e) = &summary.export {

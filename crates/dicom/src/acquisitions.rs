@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::geometry::excluding;
 use crate::slice::Slice;
 use std::collections::BTreeSet;
+use supine_volume::median;
 
 /// What two slices differ in that tells acquisitions apart.
 pub(crate) fn differing_acquisition<'a>(
@@ -44,7 +45,7 @@ fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
 /// is no alternation, for without one of the two all is in order.
 fn joined(places: &[f64], slices: &[&Slice]) -> Option<Error> {
     let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let half = 0.5 * median(steps.clone())?;
+    let half = 0.5 * median(&mut steps.clone())?;
     let twice: Vec<usize> = (0..steps.len()).filter(|&n| steps[n] < half).collect();
     // One such place for each join.
     if twice.is_empty() || twice.len() >= acquisitions(slices) {
@@ -67,11 +68,6 @@ fn joined(places: &[f64], slices: &[&Slice]) -> Option<Error> {
         apart_mm,
         exclude: excluding(&files),
     })
-}
-
-fn median(mut steps: Vec<f64>) -> Option<f64> {
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied()
 }
 
 /// How many acquisitions the slices name.

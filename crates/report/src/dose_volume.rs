@@ -4,64 +4,53 @@ use crate::DoseVolumeHistogram;
 use crate::tables::Table;
 use crate::words::{fixed, trimmed};
 use crate::{DoseVolumeCurve, Summary};
-use std::fmt::Write;
+use askama::Template;
 
 /// Size of a chart and of its margins (left, top, right, bottom), pixels.
 const SIZE: [f64; 2] = [300.0, 190.0];
 const MARGIN: [f64; 4] = [44.0, 24.0, 12.0, 34.0];
 
-/// The charts, one per structure, as SVG that any browser draws.
-pub(crate) fn charts(s: &Summary) -> Vec<String> {
+/// A chart, as SVG that any browser draws; the template escapes the name.
+#[derive(Template)]
+#[template(path = "dose_volume.svg")]
+pub(crate) struct Chart<'a> {
+    region: &'a str,
+    /// Left and right end of the horizontal lines, and the bottom of the vertical axis.
+    frame: [f64; 3],
+    /// Height of each horizontal line and its share, %.
+    shares: [(f64, u8); 3],
+    /// Place of each label of the dose, and its text.
+    doses: [(f64, String); 3],
+    before: String,
+    after: String,
+}
+
+/// The charts, one per structure.
+pub(crate) fn charts(s: &Summary) -> Vec<Chart<'_>> {
     s.dose_volume.iter().map(chart).collect()
 }
 
-fn chart(of: &DoseVolumeHistogram) -> String {
+fn chart(of: &DoseVolumeHistogram) -> Chart<'_> {
     let [wide, high] = SIZE;
     let [left, top, right, bottom] = MARGIN;
     let last = of.before.shares.len().max(2) - 1;
     let most = (of.step_gy * last as f64).max(f64::MIN_POSITIVE);
     let x = |gy: f64| left + gy / most * (wide - left - right);
     let y = |share: f64| top + (1.0 - share) * (high - top - bottom);
-    let title = html_escape(&of.region);
-    let mut svg = format!(
-        "<svg class=\"dvh\" viewBox=\"0 0 {wide} {high}\" role=\"img\" aria-label=\"Dose-volume histogram of {title}\">\
-         <text x=\"{left}\" y=\"15\" class=\"name\">{title}</text>"
-    );
-    let line = |svg: &mut String, class: &str, points: &str| {
-        let _ = write!(svg, "<polyline class=\"{class}\" points=\"{points}\"/>");
-    };
-    for share in [0.0, 0.5, 1.0] {
-        let at = y(share);
-        line(&mut svg, "rule", &format!("{left},{at:.1} {:.1},{at:.1}", wide - right));
-        let label = fixed(100.0 * share, 0);
-        let _ = write!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" class=\"tick end\">{label} %</text>",
-            left - 5.0,
-            at + 4.0
-        );
-    }
-    for part in [0.0, 0.5, 1.0] {
-        let (at, label) = (x(part * most), trimmed((10.0 * part * most).round() / 10.0));
-        let _ = write!(
-            svg,
-            "<text x=\"{at:.1}\" y=\"{:.1}\" class=\"tick mid\">{label}</text>",
-            high - bottom + 15.0
-        );
-    }
-    let _ = write!(
-        svg,
-        "<text x=\"{:.1}\" y=\"{:.1}\" class=\"tick mid\">Gy</text>",
-        x(0.5 * most),
-        high - 4.0
-    );
-    for (class, curve) in [("before", &of.before), ("after", &of.after)] {
+    let points = |curve: &DoseVolumeCurve| {
         let places = curve.shares.iter().enumerate();
-        let points: Vec<String> =
-            places.map(|(n, s)| format!("{:.1},{:.1}", x(n as f64 * of.step_gy), y(*s))).collect();
-        line(&mut svg, class, &points.join(" "));
+        let points = places.map(|(n, s)| format!("{:.1},{:.1}", x(n as f64 * of.step_gy), y(*s)));
+        points.collect::<Vec<_>>().join(" ")
+    };
+    Chart {
+        region: &of.region,
+        frame: [left, wide - right, high - bottom],
+        shares: [0u8, 50, 100].map(|percent| (y(f64::from(percent) / 100.0), percent)),
+        doses: [0.0, 0.5, 1.0]
+            .map(|part| (x(part * most), trimmed((10.0 * part * most).round() / 10.0))),
+        before: points(&of.before),
+        after: points(&of.after),
     }
-    svg + "</svg>"
 }
 
 /// Volume and doses of every structure before and after.
@@ -97,17 +86,6 @@ pub(crate) fn table(s: &Summary) -> Option<Table> {
     (!t.rows.is_empty()).then_some(t)
 }
 
-fn html_escape(text: &str) -> String {
-    let one = |c| match c {
-        '&' => "&amp;".into(),
-        '<' => "&lt;".into(),
-        '>' => "&gt;".into(),
-        '"' => "&quot;".into(),
-        c => String::from(c),
-    };
-    text.chars().map(one).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,8 +94,8 @@ mod tests {
     #[test]
     fn a_chart_holds_both_curves_within_its_frame_and_no_markup_of_a_name() {
         let summary = example();
-        let svg = charts(&summary).concat();
-        assert!(svg.contains("CTV &lt;2&gt;") && !svg.contains("CTV <2>"));
+        let svg = charts(&summary).iter().map(|c| c.render().unwrap()).collect::<String>();
+        assert!(svg.contains("CTV &#60;2&#62;") && !svg.contains("CTV <2>"));
         for class in ["before", "after"] {
             let points = svg.split(&format!("class=\"{class}\" points=\"")).nth(1).unwrap();
             let points: Vec<[f64; 2]> = points

@@ -104,13 +104,12 @@ fn green(s: &Summary) -> String {
 
 /// A reason with what it is worth at the tumour and its place.
 fn told(reason: &Reason) -> (String, Option<String>) {
-    let effect = reason.effect_mm.map_or(String::new(), |mm| format!("{} mm: ", fixed(mm, 1)));
     let place = reason.place_mm.map(|place| format!(" Look at {} mm.", triple(place, 1)));
-    let text = format!("{effect}{}{}", capital(&reason.message), place.unwrap_or_default());
-    (text, reason.place_mm.map(at))
+    (reason.told() + &place.unwrap_or_default(), reason.place_mm.map(at))
 }
 
-fn moves(s: &Summary) -> String {
+/// How far the tumour moves, with its interval.
+pub fn moves(s: &Summary) -> String {
     let Some(m) = &s.tumour else { return "The case names no tumour.".into() };
     if held(s) {
         return "The tumour does not move.".into();
@@ -127,8 +126,7 @@ fn moves(s: &Summary) -> String {
 }
 
 fn sure(s: &Summary) -> String {
-    let Some(m) = s.tumour.as_ref().filter(|_| !held(s)) else { return String::new() };
-    let Some(interval) = &s.tumour_interval else { return String::new() };
+    let (Some(m), Some(interval)) = (&s.tumour, &s.tumour_interval) else { return String::new() };
     let level = fixed(100.0 * interval.level, 0);
     format!(
         "{}. With {level} % probability its centre lies within {} mm of the place shown; {} mm are asked for. The white \
@@ -140,7 +138,7 @@ fn sure(s: &Summary) -> String {
 }
 
 fn shares(s: &Summary) -> Option<Table> {
-    let interval = s.tumour_interval.as_ref().filter(|_| !held(s))?;
+    let interval = s.tumour_interval.as_ref()?;
     let modulus = &interval.modulus;
     let [low, high] = modulus.young_kpa.map(|kpa| fixed(kpa, 2));
     // Pairs of soft tissue and unloaded state that cannot be are among no draws of all sources.
@@ -271,6 +269,7 @@ mod tests {
     fn what_is_held_has_no_interval() {
         let mut summary = example();
         summary.tumour = Some(Movement::new([40.0, -30.0, 10.0], [40.0, -30.0, 10.0]));
+        summary.tumour_interval = None;
         let first = First::new(&summary);
         assert_eq!((first.moves.as_str(), first.sure.as_str()), ("The tumour does not move.", ""));
         assert!(first.shares.is_none());

@@ -1,5 +1,6 @@
 //! The page: one file, with the slice viewer's script in it, nothing loaded from elsewhere.
 
+use crate::dose_volume::Chart;
 use crate::encoded::EncodedRow;
 use crate::first::First;
 use crate::pictures::Part;
@@ -25,7 +26,7 @@ struct Page<'a> {
     tables: Vec<Table>,
     points: Option<Table>,
     carried: Option<Table>,
-    charts: Vec<String>,
+    charts: Vec<Chart<'a>>,
     dose_volume: Option<Table>,
     tg132: Option<Table>,
     files: Vec<Table>,

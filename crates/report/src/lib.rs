@@ -39,7 +39,7 @@ mod write;
 pub use agreement::agreement;
 pub use error::Error;
 pub use files::write_summary;
-pub use first::headline;
+pub use first::{headline, moves};
 pub use pdf::pdf;
 pub use scene::{Scene, Shown};
 pub use summary::*;

@@ -39,8 +39,9 @@ const FOLDED: f64 = 1e-3;
 /// The verdict on a run, when the tumour's place has to be known within so many mm.
 pub fn verdict(summary: &Summary, tolerance_mm: f64) -> Verdict {
     let mut reasons = [failures(summary), tumour(summary), tissue(summary, tolerance_mm)].concat();
-    reasons.extend(wall(summary));
-    reasons.extend(warnings(summary));
+    let places = wall(summary);
+    reasons.extend(warnings(summary, places.len()));
+    reasons.extend(places);
     let effect = |reason: &Reason| reason.effect_mm.unwrap_or(-1.0);
     reasons.sort_by(|a, b| b.colour.cmp(&a.colour).then(effect(b).total_cmp(&effect(a))));
     let colour = reasons.first().map_or(Colour::Green, |worst| worst.colour);
@@ -208,9 +209,9 @@ pub(crate) fn notes(summary: &Summary) -> Vec<&str> {
 }
 
 /// What the stages warned of.
-fn warnings(summary: &Summary) -> Vec<Reason> {
+fn warnings(summary: &Summary, places: usize) -> Vec<Reason> {
     // A single uncertain place is told with where it lies.
-    let single = wall(summary).len() == 1
+    let single = places == 1
         && summary.segmentation.uncertainty.as_ref().is_some_and(|u| u.patches.len() == 1);
     let apart = |code: &str| {
         TOLD.contains(&code) || NOTES.contains(&code) || (single && code == "uncertain-wall")
@@ -245,6 +246,11 @@ mod tests {
 
     fn codes(summary: &Summary) -> Vec<String> {
         verdict(summary, 2.0).reasons.into_iter().map(|reason| reason.code).collect()
+    }
+
+    fn warning(code: &str, message: &str) -> Warning {
+        let stage = "region".into();
+        Warning { stage, code: code.into(), message: message.into(), values: Default::default() }
     }
 
     /// Without anything that speaks against it.
@@ -298,9 +304,7 @@ mod tests {
             ("squeezed-tissue", |s| s.solve.min_det_f = 0.2),
             ("no-interval", |s| s.tumour_interval = None),
             ("tumour-in-chest-wall", |s| {
-                let (stage, message) = ("region".into(), String::new());
-                let code = "tumour-in-chest-wall".into();
-                s.warnings.push(Warning { stage, code, message, values: Default::default() });
+                s.warnings.push(warning("tumour-in-chest-wall", ""));
             }),
         ];
         for (code, change) in cases {
@@ -319,13 +323,7 @@ mod tests {
             let other = UncertainPatch { effect_mm: Some(0.0), ..found.patches[0].clone() };
             found.patches.push(other);
         }
-        let (stage, code) = ("region".into(), "uncertain-wall".into());
-        summary.warnings = vec![Warning {
-            stage,
-            code,
-            message: "8 cm² may be off".into(),
-            values: Default::default(),
-        }];
+        summary.warnings = vec![warning("uncertain-wall", "8 cm² may be off")];
         let found = verdict(&summary, 2.0);
         let wall = found.reasons.iter().find(|reason| reason.code == "uncertain-wall").unwrap();
         assert!(wall.message.ends_with("0.4 mm at the tumour"), "{wall:?}");
@@ -335,13 +333,7 @@ mod tests {
     #[test]
     fn a_single_uncertain_place_is_told_once() {
         let mut summary = example();
-        let (stage, code) = ("region".into(), "uncertain-wall".into());
-        summary.warnings = vec![Warning {
-            stage,
-            code,
-            message: "8 cm² may be off".into(),
-            values: Default::default(),
-        }];
+        summary.warnings = vec![warning("uncertain-wall", "8 cm² may be off")];
         assert_eq!(codes(&summary), ["interval-too-wide", "tissue-is-a-guess", "uncertain-place"]);
     }
 
@@ -384,13 +376,7 @@ mod tests {
     #[test]
     fn what_says_nothing_of_the_tumours_place_is_a_note() {
         let mut summary = sound();
-        let (stage, message) = ("import".into(), "12 voxels are padding".into());
-        summary.warnings = vec![Warning {
-            stage,
-            code: "padding-as-air".into(),
-            message,
-            values: Default::default(),
-        }];
+        summary.warnings = vec![warning("padding-as-air", "12 voxels are padding")];
         assert_eq!(verdict(&summary, 2.0).colour, Colour::Green);
         assert_eq!(notes(&summary), ["12 voxels are padding"]);
         assert!(notes(&example()).is_empty());

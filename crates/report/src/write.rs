@@ -193,12 +193,6 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "makes a page to look at, in the system's folder for temporary files"]
-    fn a_page_to_look_at() {
-        report(&std::env::temp_dir().join("supine-report"));
-    }
-
-    #[test]
     fn stopped_or_refused_it_leaves_nothing() {
         let root = tempfile::tempdir().unwrap();
         let phantom = Phantom::new(Matrix::identity(), Vector::zeros());

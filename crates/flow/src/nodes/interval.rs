@@ -10,6 +10,7 @@ use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_fem::Body;
+use supine_mesh::Locator;
 use supine_personalise::{Belief, LEVEL, Origin, Patch, Question, Source, tumour_interval};
 use supine_report::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
@@ -44,7 +45,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region, Mesh, Moduli, Solve);
@@ -58,6 +59,11 @@ impl Node for Interval {
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
         let (segmented, region, meshed, moduli, solved) = parents;
+        let tumour = own.tumour.sphere()?;
+        if Locator::new(solved.deformation.mesh().clone()).locate(&tumour.centre()).is_none() {
+            // What takes no part does not move, and nothing is unsure about that.
+            return Ok(Known::default());
+        }
         let body = own.law.body(&meshed, moduli.as_ref().as_ref());
         let (load, params) = (own.law.load(), own.law.solver());
         let coarse = coarser(&body, work.progress.part(0.0, 0.4))?;
@@ -69,7 +75,7 @@ impl Node for Interval {
             load: &load,
             params: &params,
             solved: &solved.deformation,
-            tumour: own.tumour.sphere()?,
+            tumour,
             belief: own.young_kpa.map_or_else(|| Ok(Belief::literature()), Belief::given)?,
             wall_error_mm: &|place| map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)),
             patches: &patches,

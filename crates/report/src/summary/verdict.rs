@@ -1,5 +1,6 @@
 //! Whether a result may be used.
 
+use crate::words::{capital, fixed};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -59,4 +60,12 @@ pub struct Reason {
     pub effect_mm: Option<f64>,
     /// Where to look in the CT, LPS, mm, where there is one place.
     pub place_mm: Option<[f64; 3]>,
+}
+
+impl Reason {
+    /// What it says, after what it is worth at the tumour.
+    pub fn told(&self) -> String {
+        let effect = self.effect_mm.map_or(String::new(), |mm| format!("{} mm: ", fixed(mm, 1)));
+        effect + &capital(&self.message)
+    }
 }
