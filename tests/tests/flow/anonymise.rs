@@ -1,7 +1,6 @@
 //! De-identified results.
 
-use crate::shared::{run, scratch};
-use serde_json::Value;
+use crate::shared::{run, scratch, summary};
 use std::path::{Path, PathBuf};
 use supine_tests::{Case, copy_series, readers_python, source, supine, tool};
 
@@ -59,8 +58,7 @@ fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
         .write(folder.path());
     let out = folder.path().join("out");
     run(&case, &out, 2).success("supine run");
-    let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
-    let summary: Value = serde_json::from_str(&summary).expect("the summary is JSON");
+    let summary = summary(&out);
     assert_eq!(summary["carried"].as_array().expect("what was carried").len(), 3, "{summary}");
     println!("{}", summary["carried"]);
     let pair = [&out, &object("dose"), &object("structures")];

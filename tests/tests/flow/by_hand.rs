@@ -1,13 +1,8 @@
 //! Stage by stage with the commands: the same bytes as the run.
 
-use crate::shared::{scratch, shared};
+use crate::shared::{scratch, shared, summary};
 use std::path::Path;
 use supine_tests::supine;
-
-fn summary(out: &Path) -> serde_json::Value {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("the run has a summary");
-    serde_json::from_str(&text).expect("the summary is JSON")
-}
 
 fn same(by_hand: &Path, run: &str) {
     let read =

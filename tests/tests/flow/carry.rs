@@ -1,6 +1,6 @@
 //! `supine carry` on the shared run: every kind of thing, known by its ending and content.
 
-use crate::shared::{scratch, shared};
+use crate::shared::{scratch, shared, summary};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,7 @@ use supine_tests::{readers_python, source, supine};
 
 /// Where the tumour was and where it is, LPS, mm.
 fn tumour() -> [[f64; 3]; 2] {
-    let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
-    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let summary = summary(&shared().out);
     let place = |of: &Value| [0, 1, 2].map(|a| of[a].as_f64().expect("a coordinate"));
     [place(&summary["position"]["tumour"]["centre_mm"]), place(&summary["tumour"]["after_mm"])]
 }

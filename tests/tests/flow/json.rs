@@ -1,7 +1,7 @@
 //! What scripts read: one JSON document on stdout, whose `status` agrees with the exit code.
 #![expect(clippy::disallowed_methods, reason = "the tests spoil files")]
 
-use crate::shared::{scratch, shared};
+use crate::shared::{scratch, shared, summary};
 use serde_json::Value;
 use std::ffi::OsStr;
 use supine_tests::{Case, Outcome, copy_series, source, supine, supine_command};
@@ -80,13 +80,9 @@ fn an_answer_that_something_is_wrong_stays_one_document() {
 
 #[test]
 fn a_run_says_how_it_ended_in_a_word() {
-    let read = || {
-        let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
-        serde_json::from_str::<Value>(&text).expect("it is JSON")
-    };
-    let summary = read();
+    let before = summary(&shared().out);
     assert_eq!(
-        (&summary["status"], &summary["verdict"]["colour"]),
+        (&before["status"], &before["verdict"]["colour"]),
         (&"done".into(), &"amber".into())
     );
     let words: [&dyn AsRef<OsStr>; 6] =
@@ -94,8 +90,8 @@ fn a_run_says_how_it_ended_in_a_word() {
     let document = failed(&supine(&words), 4);
     assert_eq!(document["status"], "failed");
     assert_eq!(document["error"]["code"], "verdict-not-green");
-    assert_eq!(document["verdict"], summary["verdict"]);
-    assert_eq!(read()["status"], "done", "the result itself is as it was");
+    assert_eq!(document["verdict"], before["verdict"]);
+    assert_eq!(summary(&shared().out)["status"], "done", "the result itself is as it was");
 
     let (ct, source) = (shared().out.join("ct"), source());
     let words: [&dyn AsRef<OsStr>; 6] =

@@ -1,14 +1,8 @@
 //! Meshes that are finer where it counts, and the page on a mesh.
 
-use crate::shared::{run, scratch, shared};
+use crate::shared::{run, scratch, shared, summary};
 use serde_json::Value;
-use std::path::Path;
 use supine_tests::{Case, supine};
-
-fn summary(out: &Path) -> Value {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
-    serde_json::from_str(&text).expect("the summary is JSON")
-}
 
 #[test]
 fn a_mesh_for_the_tumours_displacement_has_the_same_number_and_nearly_the_same_result() {

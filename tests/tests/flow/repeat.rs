@@ -1,6 +1,6 @@
 //! The same case again: on another number of threads, after Ctrl-C, in the same folder.
 
-use crate::shared::{run, scratch, shared};
+use crate::shared::{run, scratch, shared, summary};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -9,8 +9,7 @@ use supine_tests::{Case, forgotten, results, supine, supine_command};
 
 /// `summary.json` without what differs from run to run.
 fn lasting_summary(out: &Path) -> Value {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
-    let mut summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let mut summary = summary(out);
     let run = summary.as_object_mut().and_then(|s| s.remove("run"));
     assert!(run.is_some(), "the summary holds `run`, the part that may differ");
     summary
@@ -147,8 +146,7 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
 /// The stages that the last run did itself, in order, but for those whose result is kept in memory only and was needed:
 /// reading the CT, what exports say of its series.
 fn redone(out: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
-    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let summary = summary(out);
     let stages = summary["run"]["stages"].as_array().expect("`run.stages` is a list");
     assert!(!stages.is_empty(), "the run names its stages");
     let own = stages.iter().filter(|stage| stage["cached"] == Value::Bool(false));

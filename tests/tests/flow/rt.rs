@@ -1,6 +1,6 @@
 //! DICOM RT objects: the phantom of the bead and the shared run, as independent readers see them.
 
-use crate::shared::{scratch, shared};
+use crate::shared::{scratch, shared, summary};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -108,8 +108,7 @@ fn a_run_leaves_registrations_that_are_valid_and_says_how_far_they_are_off() {
     let out = &shared().out;
     valid(&out.join("registration/deformable.dcm"), "DeformableSpatialRegistration");
     valid(&out.join("registration/chest-wall.dcm"), "SpatialRegistration");
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
-    let summary: Value = serde_json::from_str(&text).expect("the summary is JSON");
+    let summary = summary(out);
     let facts = &summary["export"]["registration"];
     let mm = |key: &str| facts[key].as_f64().expect("a length");
     println!("{facts}");

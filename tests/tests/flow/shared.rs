@@ -45,3 +45,9 @@ pub(crate) fn run(case: &Path, out: &Path, threads: usize) -> Outcome {
 pub(crate) fn scratch() -> tempfile::TempDir {
     tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a scratch folder can be made")
 }
+
+/// The summary that a run left.
+pub(crate) fn summary(out: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("the run left a summary");
+    serde_json::from_str(&text).expect("the summary is JSON")
+}

@@ -1,14 +1,8 @@
 //! The finer labels of a run: there when asked for, and never in the way.
 
-use crate::shared::{run, scratch, shared};
-use serde_json::Value;
+use crate::shared::{run, scratch, shared, summary};
 use std::path::Path;
 use supine_tests::{Case, readers_python, results, supine};
-
-fn summary(out: &Path) -> Value {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("there is a summary");
-    serde_json::from_str(&text).expect("the summary is JSON")
-}
 
 #[test]
 fn tissues_inform_the_report_and_change_nothing_else() {

@@ -1,15 +1,9 @@
 //! The commands that look at or go on from a run: `inspect`, `verify-export`, `carry`.
 
-use crate::shared::{scratch, shared};
+use crate::shared::{scratch, shared, summary};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use supine_tests::{Case, Outcome, files_below, source, supine};
-
-/// The shared run's summary.
-fn summary() -> Value {
-    let text = std::fs::read_to_string(shared().out.join("summary.json")).expect("a summary");
-    serde_json::from_str(&text).expect("the summary is JSON")
-}
 
 #[test]
 fn inspect_describes_the_series_as_data() {
@@ -29,7 +23,8 @@ fn of_two_series_in_a_folder_one_must_be_chosen() {
             std::fs::copy(series.join(&name), both.join(&name)).expect("the series can be copied");
         }
     }
-    let exported = summary()["export"]["series_uid"].as_str().expect("a UID").to_owned();
+    let exported =
+        summary(&shared().out)["export"]["series_uid"].as_str().expect("a UID").to_owned();
     let out = folder.path().join("out");
     let import = |case: &Case| {
         let case = case.write(folder.path());
@@ -40,7 +35,8 @@ fn of_two_series_in_a_folder_one_must_be_chosen() {
     assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains(&exported), "the choice is listed: {}", said.stderr);
     let chosen = |uid: &str| case.clone().with("series", &format!("'{uid}'"));
-    let original = summary()["source"]["series_uid"].as_str().expect("a UID").to_owned();
+    let original =
+        summary(&shared().out)["source"]["series_uid"].as_str().expect("a UID").to_owned();
     import(&chosen(&original)).success("the chosen series");
     let said = import(&chosen(&exported));
     assert!(said.stderr.contains("deformed by this program already"), "{}", said.stderr);
@@ -76,7 +72,7 @@ fn verify(export: &Path, source: &Path) -> Outcome {
 #[test]
 fn verify_export_passes_the_export() {
     verify(&shared().out.join("ct"), &source()).success("supine verify-export");
-    let by_the_run = &summary()["export"]["verified"];
+    let by_the_run = &summary(&shared().out)["export"]["verified"];
     let (passed, total) = (by_the_run["passed"].as_u64(), by_the_run["total"].as_u64());
     assert!(total > Some(20) && passed == total, "the run verified its export: {by_the_run}");
 }
@@ -157,7 +153,7 @@ fn carried_points_move_with_the_tumour() {
     let carried = points(&carried);
     assert_eq!(carried[0].0, "tumour");
     assert_eq!(carried[1], ("spine".to_owned(), [0.0, -120.0, -594.5]));
-    let summary = summary();
+    let summary = summary(&shared().out);
     for axis in 0..3 {
         let after = summary["tumour"]["after_mm"][axis].as_f64().expect("the tumour's place");
         assert!((carried[0].1[axis] - after).abs() < 2e-3, "{carried:?} and {summary:?}");

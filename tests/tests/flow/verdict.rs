@@ -1,14 +1,9 @@
 //! What must not be used is not done quietly, and does not leave by habit.
 
-use crate::shared::{run, scratch, shared};
+use crate::shared::{run, scratch, shared, summary};
 use serde_json::Value;
 use std::path::Path;
 use supine_tests::{Case, source, supine};
-
-fn summary(out: &Path) -> Value {
-    let text = std::fs::read_to_string(out.join("summary.json")).expect("the run left a summary");
-    serde_json::from_str(&text).expect("it is JSON")
-}
 
 #[test]
 fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
@@ -19,7 +14,9 @@ fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
     let ended = run(&case, &out, 2);
     assert_eq!(ended.code, Some(4), "{}", ended.stderr);
     assert!(ended.stderr.contains("RED: do not use"), "{}", ended.stderr);
-    let verdict = &summary(&out)["verdict"];
+    let told = summary(&out);
+    assert!(told["tumour_interval"].is_null(), "what does not move has no interval");
+    let verdict = &told["verdict"];
     assert_eq!(verdict["colour"], "red");
     assert_eq!(verdict["reasons"][0]["code"], "tumour-in-chest-wall");
     assert_eq!(summary(&out)["status"], "not-usable");

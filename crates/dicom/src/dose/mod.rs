@@ -35,6 +35,11 @@ impl Dose {
         &self.volume
     }
 
+    /// The same, out of the object.
+    pub fn into_volume(self) -> Volume<f32> {
+        self.volume
+    }
+
     /// Dose Grid Scaling: the step of the stored values, Gy.
     pub fn step_gy(&self) -> f64 {
         self.step_gy

@@ -8,7 +8,6 @@ use crate::data_set::DataSet;
 use crate::derived::{code, copy};
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
-use crate::series;
 use crate::source::Source;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
@@ -58,8 +57,6 @@ pub fn write_carried_segmentation(
     }
     let mut warnings = Vec::new();
     let mut set = common(ct, params);
-    let description = series::described(&params.series_description, ct);
-    set.put_text(tags::SERIES_DESCRIPTION, VR::LO, &description);
     set.put_text(tags::SEGMENTS_OVERLAP, VR::CS, "UNDEFINED");
     let names = [tags::SEGMENT_SEQUENCE];
     let ascii_only = characters(&mut set, &from.header, &names, &mut warnings);

@@ -11,7 +11,7 @@ use crate::derived::{
 use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
 use crate::number::format_ds;
-use crate::series::Place;
+use crate::series::{self, Place};
 use crate::source::Source;
 use crate::{uid, whole_file};
 use dicom_core::{Tag, VR};
@@ -177,6 +177,7 @@ pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
     copy(&mut set, tags::POSITION_REFERENCE_INDICATOR, first);
     put_missing(&mut set, REQUIRED_OF_ALL);
     let Clock { date, time } = &params.clock;
+    let description = series::described(&params.series_description, source);
     for (tag, vr, text) in [
         (tags::SOP_CLASS_UID, VR::UI, uids::SEGMENTATION_STORAGE),
         (tags::MODALITY, VR::CS, "SEG"),
@@ -186,7 +187,7 @@ pub(super) fn common(source: &Source, params: &SegmentationParams) -> DataSet {
         (tags::INSTANCE_CREATION_TIME, VR::TM, time),
         (tags::SERIES_TIME, VR::TM, time),
         (tags::CONTENT_TIME, VR::TM, time),
-        (tags::SERIES_DESCRIPTION, VR::LO, &params.series_description),
+        (tags::SERIES_DESCRIPTION, VR::LO, &description),
         (tags::INSTANCE_NUMBER, VR::IS, "1"),
         // The labels cover the chest, an unpaired part: it has no laterality.
         (tags::BODY_PART_EXAMINED, VR::CS, "CHEST"),

@@ -1,7 +1,5 @@
 //! Dose and volume of every structure, where a case carries both.
 
-use super::contours::CarriedContours;
-use super::job::{CarriedDose, CarriedStructures};
 use supine_exchange::NamedContours;
 use supine_report::{DoseVolumeCurve, DoseVolumeHistogram};
 use supine_space::{Grid, Progress, Stopped, Warning};
@@ -19,13 +17,12 @@ pub(crate) struct Held {
 }
 
 impl Held {
-    pub(crate) fn dose(&mut self, file: String, done: &CarriedDose) {
-        self.doses.push((file, [done.given.volume().clone(), done.carried.clone()]));
+    pub(crate) fn dose(&mut self, file: String, volumes: [Volume<f32>; 2]) {
+        self.doses.push((file, volumes));
     }
 
-    pub(crate) fn structures(&mut self, file: String, done: &CarriedStructures) {
-        let CarriedContours { structures, .. } = &done.carried;
-        self.structures.push((file, [done.closed.clone(), structures.clone()]));
+    pub(crate) fn structures(&mut self, file: String, contours: [Vec<NamedContours>; 2]) {
+        self.structures.push((file, contours));
     }
 
     /// The histogram of every structure in every dose, before and after, in their order; structures that enclose nothing are

@@ -87,17 +87,18 @@ impl CarryJob<'_> {
         Ok(match kind {
             CarriedKind::Dose => {
                 let done = self.dose(path, Some(out), Some(ct), progress)?;
-                held.dose(file.into(), &done);
-                let uid = done.written.as_ref().map(|info| info.object.instance_uid.clone());
                 let max_gy = Some(done.max_gy());
                 let energy_mj = done.totals.energy_mj;
+                let uid = done.written.map(|info| info.object.instance_uid);
+                held.dose(file.into(), [done.given.into_volume(), done.carried]);
                 (CarriedObject { max_gy, energy_mj, ..object(uid, vec![]) }, done.warnings)
             }
             CarriedKind::Structures => {
                 let done = self.structures(path, Some(out), ct.grid(), progress)?;
-                held.structures(file.into(), &done);
                 let uid = done.written.map(|info| info.object.instance_uid);
-                (object(uid, done.carried.regions()), done.warnings)
+                let told = object(uid, done.carried.regions());
+                held.structures(file.into(), [done.closed, done.carried.structures]);
+                (told, done.warnings)
             }
             CarriedKind::Segmentation => {
                 let done = self.segmentation(path, out, ct.grid(), progress)?;
