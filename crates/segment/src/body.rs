@@ -13,6 +13,8 @@ pub(crate) mod flag {
     pub(crate) const OPEN_AIR: u8 = 8;
     pub(crate) const CORE: u8 = 16;
     pub(crate) const IMPLANT: u8 = 32;
+    /// As dense as costal cartilage and joined to a bone: cartilage, the bones themselves, organs full of contrast medium.
+    pub(crate) const CARTILAGE: u8 = 64;
 }
 
 /// Units of [`Body::depth`] per mm, and how far it is measured, mm: what eight bits hold.

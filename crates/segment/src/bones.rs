@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
+use crate::levels::fat_mode;
 use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::{Ct, Parts, Run, gaussian_slice, median, ranked};
@@ -11,6 +12,8 @@ use supine_volume::{Ct, Parts, Run, gaussian_slice, median, ranked};
 pub(crate) const SMOOTH_MM: f32 = 0.9;
 /// Bone lies deeper under the skin than this, mm (the same).
 const BONE_DEPTH_MM: f32 = 5.0;
+/// Costal cartilage is denser than fat by this, HU: it has 70 to 200 HU, muscle 60 and less.
+const CARTILAGE_HU: f32 = 175.0;
 /// Least volume of a bone, cm³ (the same).
 const BONE_CM3: f64 = 1.5;
 /// The thorax reaches from side to side and from front to back over this middle of the bones: single voxels
@@ -34,7 +37,7 @@ pub(crate) fn smoothed(ct: &Ct, frame: &Frame, k: usize, sigma_mm: f32) -> Vec<f
     image
 }
 
-/// Marks the bones in the flags of the body.
+/// Marks bones and cartilage in the flags of the body.
 pub(crate) fn mark_bones(
     ct: &Ct,
     frame: &Frame,
@@ -42,26 +45,48 @@ pub(crate) fn mark_bones(
     body: &mut Body,
     progress: Progress<'_>,
 ) -> Result<(), Error> {
-    let plane = frame.plane();
-    let ni = frame.size[0];
-    let dense: Vec<Vec<Run>> = (0..frame.size[2])
+    let cartilage_hu = fat_of(ct, body) + CARTILAGE_HU;
+    let levels = [bone_hu, cartilage_hu.min(bone_hu)];
+    let dense: Vec<[Vec<Run>; 2]> = (0..frame.size[2])
         .into_par_iter()
         .map(|k| {
             let image = smoothed(ct, frame, k, SMOOTH_MM);
-            let start = k * plane;
-            let on = |n: usize| image[n - start] > bone_hu && body.depth_mm(n) > BONE_DEPTH_MM;
-            let row = |n: usize| Run::within(start + n..start + n + ni, on);
-            (0..plane).step_by(ni).flat_map(row).collect()
+            levels.map(|level| above(frame, body, k, &image, level))
         })
         .collect();
-    progress.at(0.7)?;
-    let parts = Parts::of_runs(frame.size, dense.concat());
-    for (run, part) in parts.iter() {
-        if parts.voxels[part] as f64 * frame.voxel_cm3() > BONE_CM3 {
+    progress.at(0.6)?;
+    let runs = |n: usize| dense.iter().flat_map(|slice| slice[n].iter().cloned()).collect();
+    let bones = Parts::of_runs(frame.size, runs(0));
+    for (run, part) in bones.iter() {
+        if bones.voxels[part] as f64 * frame.voxel_cm3() > BONE_CM3 {
             run.voxels().for_each(|n| body.flags[n] |= flag::BONE);
         }
     }
+    progress.at(0.8)?;
+    let parts = Parts::of_runs(frame.size, runs(1));
+    let mut joined = vec![false; parts.voxels.len()];
+    for (run, part) in parts.iter() {
+        joined[part] |= run.voxels().any(|n| body.flags[n] & flag::BONE != 0);
+    }
+    for (run, _) in parts.iter().filter(|(_, part)| joined[*part]) {
+        let flags = body.flags[run.voxels()].iter_mut();
+        flags.filter(|f| **f & flag::BONE == 0).for_each(|f| *f |= flag::CARTILAGE);
+    }
     Ok(progress.at(1.0)?)
+}
+
+/// The voxels of a slice above a level, under the skin.
+fn above(frame: &Frame, body: &Body, k: usize, image: &[f32], level: f32) -> Vec<Run> {
+    let (start, ni) = (k * frame.plane(), frame.size[0]);
+    let on = |n: usize| image[n - start] > level && body.depth_mm(n) > BONE_DEPTH_MM;
+    let row = |n: usize| Run::within(start + n..start + n + ni, on);
+    (0..frame.plane()).step_by(ni).flat_map(row).collect()
+}
+
+/// Mode of the fat of the patient, HU.
+pub(crate) fn fat_of(ct: &Ct, body: &Body) -> f32 {
+    let voxels = ct.data().iter().zip(&body.flags);
+    fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(v, _)| *v))
 }
 
 /// Centre of the thorax in each slice (position within the slice, mm): a straight line through the

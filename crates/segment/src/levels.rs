@@ -15,6 +15,12 @@ pub(crate) const MIN_CONTRAST_HU: f32 = 60.0;
 /// No muscle is denser than its mode by more than this, HU (reference, section 4, step 6).
 const DENSEST_HU: f32 = 60.0;
 
+/// From muscle to gland, HU (the same).
+const SPAN_HU: f32 = 10.0;
+/// Tissue nearer to muscle than this share of the way from fat is not fat in part. Measured: at 0.5 a thin pectoralis
+/// counts as gland, at 0.9 gland as muscle.
+const DENSE_SHARE: f32 = 0.8;
+
 /// Levels of this scan, HU.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Levels {
@@ -64,23 +70,24 @@ impl Levels {
         ((hu - self.fat) / (self.muscle - self.fat)).clamp(0.0, 1.0)
     }
 
-    /// HU of dense soft tissue: no fat, no bone.
+    /// HU of dense soft tissue: no bone, and no fat in part.
     pub(crate) fn dense(self) -> std::ops::Range<i16> {
-        self.middle() as i16..(self.muscle + DENSEST_HU) as i16
+        let least = self.fat + DENSE_SHARE * (self.muscle - self.fat);
+        least as i16..(self.muscle + DENSEST_HU) as i16
     }
 
-    /// 1 up to -20 HU of the muscle, falling to 0 at -10 HU.
-    pub(crate) fn gland(self, hu: f32) -> f32 {
-        ((self.muscle - 10.0 - hu) / 10.0).clamp(0.0, 1.0)
-    }
-
-    /// 1 within -6..+60 HU of the muscle, falling to 0 at -16 HU.
-    pub(crate) fn true_muscle(self, hu: f32) -> f32 {
+    /// Whether tissue of this mean HU is muscle: 1 within `below`..+60 HU of the muscle, falling to 0 at 10 HU less.
+    pub(crate) fn true_muscle(self, hu: f32, below: f32) -> f32 {
         if hu < self.muscle + DENSEST_HU {
-            ((hu - self.muscle + 16.0) / 10.0).clamp(0.0, 1.0)
+            ((hu - self.muscle + below) / SPAN_HU + 1.0).clamp(0.0, 1.0)
         } else {
             0.0
         }
+    }
+
+    /// Whether it is gland: what is too soft for muscle.
+    pub(crate) fn gland(self, hu: f32, below: f32) -> f32 {
+        ((self.muscle - below - hu) / SPAN_HU).clamp(0.0, 1.0)
     }
 }
 

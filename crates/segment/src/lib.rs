@@ -39,6 +39,7 @@ mod posture;
 mod quality_check;
 mod radial_map;
 mod region_check;
+mod rib_evidence;
 mod scan;
 mod seeds;
 mod segmentation;
@@ -51,6 +52,8 @@ mod tumour;
 mod tumour_place;
 mod uncertainty;
 mod wall;
+mod wall_costs;
+mod weights;
 
 #[cfg(test)]
 mod tests;
@@ -71,6 +74,7 @@ pub use supplied::take_labels;
 pub use tissues::{TissueInfo, TissueShare, tissue_shares, tissues};
 pub use tumour_place::{TumourPlace, TumourPlaceError, tumour_place};
 pub use uncertainty::{Patch, UNCERTAIN_MM, WallUncertainty, wall_uncertainty};
+pub use weights::Weights;
 
 use std::sync::Arc;
 use supine_space::Progress;

@@ -72,7 +72,8 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
     sum.into_iter().zip(share).map(mean).collect()
 }
 
-/// What dense tissue is, told by its mean HU around: muscle is 15-20 HU denser than gland.
+/// What dense tissue is, told by its mean HU around: muscle is 15-20 HU denser than gland; no more than `below` HU under
+/// its level (HU) it still is muscle.
 pub(crate) struct Dense {
     /// Likeness to homogeneous muscle along the rays, 0..=1; blobs left out.
     pub(crate) muscle: Costs,
@@ -83,7 +84,13 @@ pub(crate) struct Dense {
 }
 
 impl Dense {
-    pub(crate) fn find(scan: Scan<'_>, band: &Band, shell: &RadialMap, levels: Levels) -> Self {
+    pub(crate) fn find(
+        scan: Scan<'_>,
+        band: &Band,
+        shell: &RadialMap,
+        levels: Levels,
+        below: f32,
+    ) -> Self {
         let (frame, n_levels) = (scan.frame, band.levels());
         let mut muscle = Costs::new(frame.size[2], n_levels, |_, _| ());
         let mut gland = Costs::new(frame.size[2], n_levels, |_, _| ());
@@ -100,10 +107,10 @@ impl Dense {
                 let mean = *muscle;
                 let known = !hu.is_nan() && !mean.is_nan() && depth > DEPTH_MM;
                 let dense = if known { levels.likeness(hu) } else { 0.0 };
-                *muscle = if known { dense * levels.true_muscle(mean) } else { 0.0 };
-                *gland = if known { dense * levels.gland(mean) } else { 0.0 };
+                *muscle = if known { dense * levels.true_muscle(mean, below) } else { 0.0 };
+                *gland = if known { dense * levels.gland(mean, below) } else { 0.0 };
             }
-            homogeneous(scan, k, &image, levels)
+            homogeneous(scan, k, &image, levels, below)
         };
         let voxels: Vec<Vec<Run>> = rays.enumerate().map(slice).collect();
         drop_blobs(scan, shell, &mut muscle);
@@ -113,10 +120,10 @@ impl Dense {
 
 /// The voxels of a slice most of whose surroundings are muscle by their mean: the noise of gland makes it
 /// as dense in spots.
-fn homogeneous(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels) -> Vec<Run> {
+fn homogeneous(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, below: f32) -> Vec<Run> {
     let (frame, start) = (scan.frame, k * scan.frame.plane());
     let is_muscle = |n: usize| {
-        levels.true_muscle(mean[n]) > 0.5
+        levels.true_muscle(mean[n], below) > 0.5
             && levels.dense().contains(&scan.ct.data()[start + n])
             && scan.body.depth_mm(start + n) > DEPTH_MM
     };

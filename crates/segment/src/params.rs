@@ -1,6 +1,6 @@
 //! What the user decides.
 
-use crate::Error;
+use crate::{Error, Weights};
 use supine_volume::Seeds;
 
 /// How to segment.
@@ -19,11 +19,19 @@ pub struct Params {
     pub bone_hu: f64,
     /// How far outside the ribs the wall is looked for, mm. Default 45.
     pub reach_mm: f64,
+    /// What the search for the wall weighs.
+    pub weights: Weights,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { seeds: Seeds::default(), skin_hu: -450.0, bone_hu: 130.0, reach_mm: 45.0 }
+        Self {
+            seeds: Seeds::default(),
+            skin_hu: -450.0,
+            bone_hu: 130.0,
+            reach_mm: 45.0,
+            weights: Weights::default(),
+        }
     }
 }
 

@@ -57,8 +57,8 @@ impl Segmenter {
         let rays = Rays::new(&frame, bones::axis(&frame, &body)?);
         let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
-        let reach = params.reach_mm as f32;
-        let search = Search::new(scan, &shell, reach, progress.part(0.8, 1.0))?;
+        let wide = (params.reach_mm as f32, params.weights);
+        let search = Search::new(scan, &shell, wide, progress.part(0.8, 1.0))?;
         Ok(Self { ct, params: params.clone(), frame, body, posture, checks, rays, shell, search })
     }
 
@@ -78,7 +78,10 @@ impl Segmenter {
         let constraints = Constraints::new(scan, &marks, shell)?;
         let reach = constraints.highest_mm() + BEYOND_SEED_MM;
         let wider = (reach > self.search.reach_mm())
-            .then(|| Search::new(scan, &self.shell, reach, progress.part(0.0, 0.4)))
+            .then(|| {
+                let wide = (reach, self.params.weights);
+                Search::new(scan, &self.shell, wide, progress.part(0.0, 0.4))
+            })
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
         let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;

@@ -1,27 +1,17 @@
-//! The rib shell: a closed surface through the outer edges of ribs, sternum and spine, carried
-//! across the gaps between them by smoothness alone.
+//! The rib shell: a closed surface through the outer edges of ribs, cartilage, sternum and spine, carried
+//! across the gaps between them by smoothness and by what cannot lie inside or outside of it.
 
 use crate::Error;
 use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::below_ribs;
-use crate::body::flag;
-use crate::bones::{SMOOTH_MM, smoothed};
+use crate::bones::{SMOOTH_MM, fat_of, smoothed};
 use crate::frame::Frame;
-use crate::plane::bilinear;
 use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
+use crate::rib_evidence::{BARRED, EDGE, Profile};
 use crate::scan::Scan;
 use supine_space::Progress;
 
 // Costs and reaches of the reference, section 4, step 4, unless another source is named.
-/// Reward for the outer edge of a bone that has soft tissue behind it. Chosen, not measured.
-const EDGE: f32 = 4.0;
-/// Cost per mm of bone beyond the shell, counted to this many mm.
-const BONE_BEYOND: f32 = 0.5;
-const BONE_BEYOND_MM: f32 = 14.0;
-/// Cost of leaving lung outside or of touching the skin.
-const BARRED: f32 = 30.0;
-/// The shell keeps this distance to the skin, mm.
-const SKIN_MM: f32 = 3.0;
 /// Cost per mm of jump between rays 1 degree apart, and mm allowed (this chosen, not measured).
 const JUMP: f32 = 0.5;
 const JUMP_MM: f32 = 4.0;
@@ -50,12 +40,13 @@ pub(crate) struct Shell {
 pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Error> {
     let (frame, rays) = (scan.frame, scan.rays);
     let slices = frame.size[2];
+    let fat = fat_of(scan.ct, scan.body);
     let mut costs = Costs::new(slices, RADII, |k, out| {
         let image = smoothed(scan.ct, frame, k, SMOOTH_MM);
         let mut profile = Profile::default();
         for (p, out) in out.chunks_exact_mut(RADII).enumerate() {
             profile.sample(scan, &image, k, p);
-            profile.costs(out);
+            profile.costs(fat, out);
         }
     });
     progress.at(0.3)?;
@@ -126,71 +117,6 @@ fn add_hull(costs: &mut Costs, hull: &RadialMap, rays: &Rays) {
             for (i, cost) in ray.iter_mut().enumerate() {
                 let inside = hull.values[n] - HULL_SLACK_MM - (START_MM + i as f32);
                 *cost += HULL * inside.max(0.0);
-            }
-        }
-    }
-}
-
-/// What lies along a ray, 1 mm steps.
-#[derive(Default)]
-struct Profile {
-    bone: Vec<bool>,
-    lung: Vec<bool>,
-    hu: Vec<f32>,
-    depth: Vec<f32>,
-}
-
-impl Profile {
-    fn sample(&mut self, scan: Scan<'_>, image: &[f32], k: usize, p: usize) {
-        let (ni, rays) = (scan.frame.size[0], scan.rays);
-        let flags = scan.body.flags_slice(scan.frame, k);
-        let depth = scan.body.depth_slice(scan.frame, k);
-        self.bone.clear();
-        self.lung.clear();
-        self.hu.clear();
-        self.depth.clear();
-        for i in 0..RADII {
-            let at = rays.pixel(k, p, START_MM + i as f32);
-            let share =
-                |bit: u8| bilinear(flags, ni, at, |f| f32::from(f & bit != 0)).unwrap_or(0.0);
-            self.bone.push(share(flag::BONE) > 0.5);
-            self.lung.push(share(flag::LUNG) > 0.5);
-            self.hu.push(bilinear(image, ni, at, |v| v).unwrap_or(-1024.0));
-            self.depth.push(bilinear(depth, ni, at, f32::from).unwrap_or(0.0) * 0.1);
-        }
-    }
-
-    fn costs(&self, out: &mut [f32]) {
-        let bone = |i: usize| i < RADII && self.bone[i];
-        let hu = |i: usize| self.hu[i.min(RADII - 1)];
-        let edges: Vec<bool> = (0..RADII)
-            .map(|i| {
-                let ends = bone(i) && !bone(i + 1) && !bone(i + 2) && !bone(i + 3);
-                ends && hu(i + 3).min(hu(i + 5)) > -350.0
-            })
-            .collect();
-        // A Gaussian of 1 mm, its top at 1.
-        let reward = |i: usize| -> f32 {
-            [1.0f32, 0.607, 0.135, 0.011]
-                .iter()
-                .enumerate()
-                .map(|(d, w)| {
-                    let on = (i >= d && edges[i - d]) || (i + d < RADII && edges[i + d]);
-                    if on { *w } else { 0.0 }
-                })
-                .fold(0.0, f32::max)
-        };
-        let (mut bone_beyond, mut lung_beyond) = (0.0f32, 0);
-        for i in (0..RADII).rev() {
-            bone_beyond += f32::from(self.bone[i]);
-            lung_beyond += usize::from(self.lung[i]);
-            out[i] =
-                BONE_BEYOND * (bone_beyond - 1.0).clamp(0.0, BONE_BEYOND_MM) - EDGE * reward(i);
-            if lung_beyond > 2 {
-                out[i] += BARRED;
-            }
-            if self.depth[i] < SKIN_MM {
-                out[i] += BARRED;
             }
         }
     }

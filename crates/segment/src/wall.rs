@@ -1,6 +1,5 @@
 //! The outer surface of the chest wall: the cheapest surface outside the rib shell.
 
-use crate::Error;
 use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::band::{Band, FRONT, LOWEST_MM, STEP_MM, height};
 use crate::frame::Frame;
@@ -11,58 +10,32 @@ use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
 use crate::shell::Shell;
 use crate::spikes;
+use crate::wall_costs::{Ray, Rule, first_fat_plane, likeness, outermost_lung, outermost_muscle};
+use crate::{Error, Weights};
 use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::Run;
 
-// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named. Measured there on
-// breast-flt013 and the fixture by one change at a time: 0.5 per mm of fat gives a mean of 0.36
-// where 1 gives 0.42 to 0.44 mm; without the reward for edges it is 0.87 mm; without the cost of muscle left outside the
-// fixture's largest error is 12 instead of 4.2 mm; jumps at twice the price 0.55 mm.
-/// What differs over the ribs and below them.
-#[derive(Clone, Copy)]
-struct Rule {
-    /// Cost per mm of fat enclosed beyond the shell; above the cap counted less.
-    fat: f32,
-    /// Dense tissue left outside the surface counts within this reach, mm.
-    dense_mm: f32,
-}
-
-const OVER_RIBS: Rule = Rule { fat: 0.5, dense_mm: 8.0 };
-/// Chosen, not measured: there the fat of the belly lies under a thin sheet of muscle, and no gland over it.
-const BELOW_RIBS: Rule = Rule { fat: 0.05, dense_mm: 25.0 };
-const FAT_CAP_MM: f32 = 8.0;
-const FAT_BEYOND_CAP: f32 = 0.3;
-/// Fat is counted from this height on, mm.
-const FAT_FROM_MM: f32 = -2.0;
-/// Cost per mm of dense tissue left just outside the surface.
-const DENSE: f32 = 0.6;
-/// Cost per mm of muscle left outside, within this reach.
-const MUSCLE: f32 = 0.5;
-const MUSCLE_MM: f32 = 25.0;
-/// Reward for a full edge from muscle to fat, and the width it is measured over, mm.
-const EDGE: f32 = 4.0;
-const EDGE_MM: f32 = 2.0;
-/// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap.
+// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named.
+/// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap. Measured: without it a dense breast
+/// is flooded (20 mm on a synthetic patient).
 const THICKNESS: f32 = 0.1;
 const THICKNESS_SLACK_MM: f32 = 2.0;
 const THICKNESS_CAP_MM: f32 = 8.0;
-/// Cost per mm of gland enclosed beyond the expected thickness and this slack. Chosen, not measured.
-const GLAND: f32 = 0.4;
+/// Cost per mm of gland enclosed beyond the expected thickness and this slack. Measured: at 0.2 a breast full of gland is
+/// flooded.
+const GLAND: f32 = 0.5;
 const GLAND_SLACK_MM: f32 = 4.0;
-/// Cost per mm of jump between rays 1 degree apart, and mm allowed.
-const JUMP: f32 = 0.6;
+/// Largest jump between neighbouring rays, mm.
 const JUMP_MM: f32 = 3.0;
-/// Cost of coming closer to the skin than this (mm), and per mm of dense tissue between the surface and
-/// the shell outside it: the shell bridges dips, such as that beside the costal arch, where the wall otherwise
-/// stood 5 to 8 mm out on a real CT. The costs were chosen, not measured.
-const BARRED: f32 = 20.0;
-const SKIN_MM: f32 = 2.5;
-const INSIDE: f32 = 3.0;
-/// Thickness of a fat plane that shows where the wall ends, mm.
-const PLANE_MM: f32 = 2.0;
+/// Jumps between slices cost this share.
+const ALONG_BODY: f32 = 0.56;
 /// The thickness where no plane is seen anywhere, mm. Chosen, not measured.
 const USUAL_MM: f32 = 8.0;
+/// A place that departs from its neighbours by more is an outlier, mm; the neighbours lie within this distance along the body,
+/// mm: breath may move the wall between slices that are farther apart.
+const OUTLIER_MM: f32 = 2.0;
+const NEIGHBOURS_MM: f32 = 2.6;
 
 /// The surface and what is known of it.
 pub(crate) struct Wall {
@@ -87,6 +60,7 @@ pub(crate) struct Search {
     expected: RadialMap,
     /// The height of the surface without seeds, to the step, mm.
     free: RadialMap,
+    weights: Weights,
 }
 
 impl Search {
@@ -94,14 +68,15 @@ impl Search {
     pub(crate) fn new(
         scan: Scan<'_>,
         Shell { radius: shell, below_ribs, .. }: &Shell,
-        reach_mm: f32,
+        (reach_mm, weights): (f32, Weights),
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
         let slices = scan.frame.size[2];
         let band = Band::sample(scan, shell, reach_mm);
         progress.at(0.3)?;
         let levels = Levels::measure(&band, scan.rays)?;
-        let Dense { muscle, mut gland, voxels } = Dense::find(scan, &band, shell, levels);
+        let Dense { muscle, mut gland, voxels } =
+            Dense::find(scan, &band, shell, levels, weights.muscle_hu);
         // There is none at the back, where muscle may be as soft, nor below the ribs.
         let none = |n: usize| scan.rays.to_back[n % RAYS] >= FRONT || below_ribs.values[n] > 0.0;
         let rays = gland.values.par_chunks_mut(band.levels()).enumerate();
@@ -109,9 +84,15 @@ impl Search {
         progress.at(0.5)?;
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
-                let depth = band.depth.ray(k, p);
-                let rule = if below_ribs.at(k, p) > 0.0 { BELOW_RIBS } else { OVER_RIBS };
-                ray_costs(&likeness(&band, levels, k, p), muscle.ray(k, p), depth, rule, out);
+                let ribless = below_ribs.at(k, p) > 0.0;
+                let rule = if ribless { Rule::below_ribs() } else { Rule::over_ribs(&weights) };
+                let ray = Ray {
+                    likeness: &likeness(&band, levels, k, p),
+                    muscle: muscle.ray(k, p),
+                    depth: band.depth.ray(k, p),
+                    lung: outermost_lung(scan, shell, (k, p), band.levels()),
+                };
+                ray.costs(rule, &weights, out);
             }
         });
         let plane = RadialMap::from_fn(slices, |k, p| {
@@ -125,7 +106,8 @@ impl Search {
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
         let free = RadialMap::new(slices, 0.0);
-        let mut search = Self { hu: band.hu, levels, muscle: voxels, costs, gland, expected, free };
+        let (hu, muscle) = (band.hu, voxels);
+        let mut search = Self { hu, levels, muscle, costs, gland, expected, free, weights };
         // A first solution tells which of the fat planes seen are where the wall ends.
         search.free = search.cheapest(scan, &search.with_prior());
         search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
@@ -135,8 +117,17 @@ impl Search {
 
     /// The cheapest surface, to the step.
     fn cheapest(&self, scan: Scan<'_>, costs: &Costs) -> RadialMap {
-        let chosen = cheapest(&aggregate(costs, jumps(scan.frame)));
+        let chosen = cheapest(&aggregate(costs, self.jumps(scan.frame)));
         RadialMap { values: chosen.into_iter().map(height).collect() }
+    }
+
+    fn jumps(&self, frame: &Frame) -> Jumps {
+        let (dz, dp) = (frame.spacing[2] / 2.5, 360.0 / RAYS as f32);
+        let (mm, cost) = (JUMP_MM / STEP_MM, self.weights.jump * STEP_MM);
+        Jumps {
+            ray: Jump { cost: cost / dp, reach: (mm * dp).ceil() as usize },
+            slice: Jump { cost: ALONG_BODY * cost / dz, reach: ((mm * dz) as usize).max(3) },
+        }
     }
 
     /// The highest level searched, mm outside the shell.
@@ -205,89 +196,6 @@ impl Search {
     }
 }
 
-fn jumps(frame: &Frame) -> Jumps {
-    let (dz, dp) = (frame.spacing[2] / 2.5, 360.0 / RAYS as f32);
-    let mm = JUMP_MM / STEP_MM;
-    Jumps {
-        ray: Jump { cost: JUMP * STEP_MM / dp, reach: (mm * dp).ceil() as usize },
-        slice: Jump { cost: 0.56 * JUMP * STEP_MM / dz, reach: ((mm * dz) as usize).max(3) },
-    }
-}
-
-/// Likeness to muscle, 0 (fat) to 1, along a ray; 1/2 where nothing is known, 0 in the skin.
-fn likeness(band: &Band, levels: Levels, k: usize, p: usize) -> Vec<f32> {
-    let (hu, depth) = (band.hu.ray(k, p), band.depth.ray(k, p));
-    hu.iter()
-        .zip(depth)
-        .map(|(&v, &d)| {
-            if v.is_nan() {
-                0.5
-            } else if d < SKIN_MM {
-                0.0
-            } else {
-                levels.likeness(v)
-            }
-        })
-        .collect()
-}
-
-/// The costs of the levels of a ray, but for the expected thickness.
-fn ray_costs(likeness: &[f32], muscle: &[f32], depth: &[f32], rule: Rule, out: &mut [f32]) {
-    let n = likeness.len();
-    let sums = |values: &[f32]| -> Vec<f32> {
-        let mut sum = vec![0.0; n + 1];
-        for (i, v) in values.iter().enumerate() {
-            sum[i + 1] = sum[i] + v * STEP_MM;
-        }
-        sum
-    };
-    let (dense, muscle) = (sums(likeness), sums(muscle));
-    let steps = |mm: f32| (mm / STEP_MM) as usize;
-    let (near, far, width) = (steps(rule.dense_mm), steps(MUSCLE_MM), steps(EDGE_MM));
-    let shell = steps(FAT_FROM_MM - LOWEST_MM);
-    let mut fat = 0.0f32;
-    for i in 0..n {
-        let h = height(i);
-        if h >= FAT_FROM_MM {
-            fat += (1.0 - likeness[i]) * STEP_MM;
-        }
-        let here = i + 1;
-        let beyond = |sum: &[f32], reach: usize| sum[(here + reach).min(n)] - sum[here];
-        let inside = dense[here] - dense[here.saturating_sub(width)];
-        let edge = 0.5 * (inside - beyond(&dense, width));
-        let enclosed = fat.min(FAT_CAP_MM) + FAT_BEYOND_CAP * (fat - FAT_CAP_MM).max(0.0);
-        out[i] = rule.fat * enclosed + DENSE * beyond(&dense, near) + MUSCLE * beyond(&muscle, far)
-            - EDGE * edge.max(0.0)
-            + INSIDE * (dense[shell.max(i)] - dense[i]);
-        // Beyond the field nothing bars; the depth is NaN only there.
-        if depth[i] < SKIN_MM {
-            out[i] += BARRED;
-        }
-    }
-}
-
-/// Height of the first fat plane outside the shell; NaN where there is none within 30 mm.
-fn first_fat_plane(likeness: &[f32], depth: &[f32]) -> f32 {
-    let need = (PLANE_MM / STEP_MM) as usize;
-    (0..likeness.len() - need)
-        .find(|&i| {
-            let fat = likeness[i..i + need].iter().all(|&m| m < 0.35);
-            height(i) >= 0.5 && depth[i] > SKIN_MM && fat
-        })
-        .map(height)
-        .filter(|&h| h < 30.0)
-        .unwrap_or(f32::NAN)
-}
-
-/// Height of the outer edge of the first muscle under the skin; NaN where there is none.
-fn outermost_muscle(likeness: &[f32], depth: &[f32]) -> f32 {
-    let need = (PLANE_MM / STEP_MM) as usize;
-    (need..likeness.len())
-        .rev()
-        .find(|&i| depth[i] > SKIN_MM && likeness[i - need..i].iter().all(|&m| m > 0.65))
-        .map_or(f32::NAN, height)
-}
-
 /// The surface where it agrees with the fat plane within 2 mm; NaN elsewhere.
 fn confirmed(surface: &RadialMap, plane: &RadialMap) -> RadialMap {
     RadialMap::from_fn(surface.slices(), |k, p| {
@@ -313,9 +221,9 @@ fn refine(
         let c = crossing.at(k, p);
         if c.is_nan() { surface.at(k, p) } else { c }
     });
-    let middle = height.median(1, 2);
+    let middle = height.median((NEIGHBOURS_MM / frame.spacing[2]) as usize, 2);
     for (h, m) in height.values.iter_mut().zip(&middle.values) {
-        if (*h - m).abs() > 2.0 {
+        if (*h - m).abs() > OUTLIER_MM {
             *h = *m;
         }
     }

@@ -276,11 +276,15 @@ fn off(labels: &LabelMap, thorax: &Thorax) -> f64 {
 fn three_pairs_repair_a_flooded_breast() {
     // Gland as dense as muscle that lies on it without fat between: nothing in the CT tells.
     let thorax = Thorax { noise: 4.0, ..Thorax::default() };
+    let is_gland = |p: &Point| {
+        let off = *p - Point::new(70.0, -90.0, 0.0);
+        (off.x / 44.0).hypot(off.y / 26.0).hypot(off.z / 42.0) < 1.0
+    };
     let mut ct = thorax.ct(Matrix::identity());
     let grid = ct.grid().clone();
     for n in 0..grid.len() {
         let p = grid.centre(grid.voxel(n));
-        if Thorax::is_gland(&p) && thorax.truth(&p) == Truth::Soft {
+        if is_gland(&p) && thorax.truth(&p) == Truth::Soft {
             ct.data_mut()[n] = 52 + (n % 9) as i16 - 4;
         }
     }
