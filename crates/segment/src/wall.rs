@@ -24,7 +24,7 @@ const THICKNESS_SLACK_MM: f32 = 2.0;
 const THICKNESS_CAP_MM: f32 = 8.0;
 /// Cost per mm of gland enclosed beyond the expected thickness and this slack. Measured: at 0.2 a breast full of gland is
 /// flooded.
-const GLAND: f32 = 0.5;
+const GLAND: f32 = 0.3;
 const GLAND_SLACK_MM: f32 = 4.0;
 /// Largest jump between neighbouring rays, mm.
 const JUMP_MM: f32 = 3.0;

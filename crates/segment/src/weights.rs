@@ -20,6 +20,6 @@ pub struct Weights {
 
 impl Default for Weights {
     fn default() -> Self {
-        Self { fat: 0.35, muscle: 0.5, muscle_hu: 9.0, edge: 4.0, jump: 1.05, lung: 0.3 }
+        Self { fat: 0.35, muscle: 0.5, muscle_hu: 9.0, edge: 4.0, jump: 1.2, lung: 0.3 }
     }
 }
