@@ -1,8 +1,9 @@
 //! Dose and volume of every structure, where a case carries both.
 
+use super::contours::CarriedContours;
 use supine_exchange::NamedContours;
 use supine_report::{DoseVolumeCurve, DoseVolumeHistogram};
-use supine_space::{Grid, Progress, Stopped, Warning};
+use supine_space::{Grid, Point, Progress, Stopped, Warning};
 use supine_volume::Volume;
 use supine_warp::DoseVolume;
 
@@ -13,7 +14,17 @@ const STEPS: usize = 120;
 #[derive(Debug, Default)]
 pub(crate) struct Held {
     doses: Vec<(String, [Volume<f32>; 2])>,
-    structures: Vec<(String, [Vec<NamedContours>; 2])>,
+    regions: Vec<Region>,
+}
+
+/// A structure with contours, before and after.
+#[derive(Debug)]
+struct Region {
+    file: String,
+    name: String,
+    contours: [Vec<Vec<Point>>; 2],
+    /// As the contours enclose, ml.
+    volume_ml: [f64; 2],
 }
 
 impl Held {
@@ -21,12 +32,26 @@ impl Held {
         self.doses.push((file, volumes));
     }
 
-    pub(crate) fn structures(&mut self, file: String, contours: [Vec<NamedContours>; 2]) {
-        self.structures.push((file, contours));
+    /// Structures as they were `given` and as they were carried.
+    pub(crate) fn structures(
+        &mut self,
+        file: &str,
+        mut given: Vec<NamedContours>,
+        mut carried: CarriedContours,
+    ) {
+        let take = |of: &mut NamedContours| std::mem::take(&mut of.contours);
+        for (n, facts) in carried.moved {
+            self.regions.push(Region {
+                file: file.into(),
+                name: given[n].name.clone(),
+                contours: [take(&mut given[n]), take(&mut carried.structures[n])],
+                volume_ml: facts.volume_ml,
+            });
+        }
     }
 
-    /// The histogram of every structure in every dose, before and after, in their order; structures that enclose nothing are
-    /// left out, and those that cannot be filled are told. Slices are those of `grid`.
+    /// The histogram of every structure in every dose, before and after, in their order; those that cannot be filled are told.
+    /// Slices are those of `grid`.
     ///
     /// # Errors
     /// When the user stopped.
@@ -36,28 +61,16 @@ impl Held {
         progress: Progress<'_>,
     ) -> Result<(Vec<DoseVolumeHistogram>, Vec<Warning>), Stopped> {
         let (mut found, mut warnings) = (vec![], vec![]);
-        let all = self.doses.len() * self.structures.iter().map(|s| s.1[0].len()).sum::<usize>();
-        let mut done = 0;
-        for (dose_file, doses) in &self.doses {
-            for (file, [before, after]) in &self.structures {
-                for (before, after) in before.iter().zip(after) {
-                    progress.at(f64::from(done) / all as f64)?;
-                    done += 1;
-                    if before.contours.iter().all(|contour| contour.len() < 3) {
-                        continue;
-                    }
-                    let curve =
-                        |dose, region: &NamedContours| DoseVolume::of(dose, &region.contours, grid);
-                    let name = before.name.clone();
-                    match (curve(&doses[0], before), curve(&doses[1], after)) {
-                        (Ok(a), Ok(b)) => {
-                            found.push(histogram((dose_file, file, name), [&a, &b]));
-                        }
-                        (Err(e), _) | (_, Err(e)) => {
-                            let text = format!(": no dose-volume histogram: {e}");
-                            warnings.push(Warning::new("no-histogram", "").name(&name).text(text));
-                        }
-                    }
+        let pairs = self.doses.iter().flat_map(|dose| self.regions.iter().map(move |r| (dose, r)));
+        let all = (self.doses.len() * self.regions.len()) as f64;
+        for (n, ((dose, volumes), region)) in pairs.enumerate() {
+            progress.at(n as f64 / all)?;
+            let of = |n: usize| DoseVolume::of(&volumes[n], &region.contours[n], grid);
+            match (of(0), of(1)) {
+                (Ok(before), Ok(after)) => found.push(histogram(dose, region, [&before, &after])),
+                (Err(e), _) | (_, Err(e)) => {
+                    let text = format!(": no dose-volume histogram: {e}");
+                    warnings.push(Warning::new("no-histogram", "").name(&region.name).text(text));
                 }
             }
         }
@@ -65,22 +78,19 @@ impl Held {
     }
 }
 
-fn histogram(
-    (dose, structures, region): (&String, &String, String),
-    pair: [&DoseVolume; 2],
-) -> DoseVolumeHistogram {
+fn histogram(dose: &str, region: &Region, pair: [&DoseVolume; 2]) -> DoseVolumeHistogram {
     let most = pair.iter().map(|of| of.max_gy()).fold(0.0, f64::max);
     let step_gy = most / (STEPS - 1) as f64;
-    let [before, after] = pair.map(|of| DoseVolumeCurve {
-        volume_ml: of.volume_ml,
-        beyond: of.beyond,
-        mean_gy: of.mean_gy(),
-        d98_gy: of.at_volume(0.98),
-        d50_gy: of.at_volume(0.5),
-        d2_gy: of.at_volume(0.02),
-        max_gy: of.max_gy(),
-        shares: (0..STEPS).map(|n| of.at_dose(n as f64 * step_gy)).collect(),
+    let [before, after] = [0, 1].map(|n| DoseVolumeCurve {
+        volume_ml: region.volume_ml[n],
+        beyond: pair[n].beyond,
+        mean_gy: pair[n].mean_gy(),
+        d98_gy: pair[n].at_volume(0.98),
+        d50_gy: pair[n].at_volume(0.5),
+        d2_gy: pair[n].at_volume(0.02),
+        max_gy: pair[n].max_gy(),
+        shares: (0..STEPS).map(|step| pair[n].at_dose(step as f64 * step_gy)).collect(),
     });
-    let (dose, structures) = (dose.clone(), structures.clone());
-    DoseVolumeHistogram { dose, structures, region, step_gy, before, after }
+    let (structures, region) = (region.file.clone(), region.name.clone());
+    DoseVolumeHistogram { dose: dose.into(), structures, region, step_gy, before, after }
 }

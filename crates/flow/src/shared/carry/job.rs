@@ -97,7 +97,7 @@ impl CarryJob<'_> {
                 let done = self.structures(path, Some(out), ct.grid(), progress)?;
                 let uid = done.written.map(|info| info.object.instance_uid);
                 let told = object(uid, done.carried.regions());
-                held.structures(file.into(), [done.closed, done.carried.structures]);
+                held.structures(file, done.closed, done.carried);
                 (told, done.warnings)
             }
             CarriedKind::Segmentation => {
