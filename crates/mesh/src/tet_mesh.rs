@@ -223,6 +223,17 @@ impl TetMesh {
         Ok(open)
     }
 
+    /// The same mesh with the boundary faces tagged anew: the tag of each from its middle (LPS, mm) and its tag so far.
+    #[must_use]
+    pub fn tagged(mut self, tag: impl Fn(&Point, BoundaryTag) -> BoundaryTag) -> Self {
+        let points = &self.points;
+        for face in &mut self.boundary {
+            let [a, b, c] = face.points.map(|p| points[p as usize].coords);
+            face.tag = tag(&Point::from((a + b + c) / 3.0), face.tag);
+        }
+        self
+    }
+
     /// Which mesh this is, for what belongs to it.
     pub fn id(&self) -> MeshId {
         self.id

@@ -1,6 +1,7 @@
 //! The patient without table, gown and wire, and her lungs.
 
 use crate::body::{Body, flag};
+use crate::field::Field;
 use crate::foreign;
 use crate::frame::Frame;
 use crate::plane::{fill_holes, keep_joined, near};
@@ -9,8 +10,6 @@ use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::{Ct, Parts};
 
-/// Values below are padding, not air (-2048 on chest-lidc0001; reference, section 9).
-const PADDING_HU: i16 = -1100;
 // Volumes and the level of lung were chosen, not measured.
 /// Lung: air enclosed by the body of at least this volume, cm³ ...
 const LUNG_CM3: f64 = 60.0;
@@ -31,7 +30,7 @@ pub(crate) fn find_body(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<Body, Error> {
-    let field = field(ct, frame);
+    let field = Field::within(ct, frame).into_seen();
     let mut flags = vec![0u8; ct.data().len()];
     let lung_l = mark_air(ct, frame, params, &field, &mut flags);
     progress.at(0.15)?;
@@ -51,34 +50,6 @@ pub(crate) fn find_body(
     body.find_truncation(frame);
     progress.at(1.0)?;
     Ok(body)
-}
-
-/// The pixels that were reconstructed: not padding, or the inscribed circle when all beyond it has
-/// one value.
-pub(crate) fn field(ct: &Ct, frame: &Frame) -> Vec<bool> {
-    let (plane, [ni, nj, nk]) = (frame.plane(), frame.size);
-    let hu = ct.data();
-    if hu.par_iter().any(|&v| v < PADDING_HU) {
-        return (0..plane)
-            .into_par_iter()
-            .map(|n| (0..nk).any(|k| hu[k * plane + n] >= PADDING_HU))
-            .collect();
-    }
-    let [si, sj, _] = frame.spacing;
-    let radius = 0.5 * (ni as f32 * si).min(nj as f32 * sj);
-    let circle: Vec<bool> = (0..plane)
-        .map(|n| {
-            let [x, y] = frame.position(n);
-            let (x, y) = (x - 0.5 * (ni - 1) as f32 * si, y - 0.5 * (nj - 1) as f32 * sj);
-            x.hypot(y) <= radius
-        })
-        .collect();
-    let fill = hu[0];
-    let constant = (0..nk).into_par_iter().all(|k| {
-        let slice = &hu[k * plane..(k + 1) * plane];
-        slice.iter().zip(&circle).all(|(&v, &inside)| inside || v == fill)
-    });
-    if constant && fill < -900 { circle } else { vec![true; plane] }
 }
 
 /// Marks the lungs and the air joined to the surroundings; gives the volume of the lungs, litres.

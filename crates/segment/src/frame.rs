@@ -10,7 +10,7 @@ const MAX_TILT_DEG: f64 = 20.0;
 /// Sizes and directions within the slices.
 ///
 /// Positions in a slice are (i * spacing, j * spacing), mm, in f32: the slices are below 1 m.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Frame {
     /// Voxels along i, j, k.
     pub(crate) size: [usize; 3],

@@ -1,6 +1,6 @@
 //! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
 
-use crate::find_body::field;
+use crate::field::Field;
 use crate::frame::Frame;
 use crate::quality_check::QualityCheck;
 use crate::uncertainty::WallUncertainty;
@@ -123,7 +123,8 @@ fn cut_by_field(
 ) -> Result<Option<Warning>, Error> {
     // Supplied labels may belong to a CT in another direction: its field is not known.
     let Ok(frame) = Frame::new(ct.grid()) else { return Ok(None) };
-    let (grid, seen) = (labels.grid(), field(ct, &frame));
+    let (grid, field) = (labels.grid(), Field::within(ct, &frame));
+    let seen = field.seen();
     let [ni, nj, _] = frame.size;
     let at_end = |i: usize, j: usize| {
         let n = j * ni + i;

@@ -1,6 +1,6 @@
 //! The mesh of the soft tissue in the sphere.
 
-use super::{Region, Segment};
+use super::{Import, Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -12,9 +12,11 @@ use crate::{Error, NodeId};
 use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
-use supine_mesh::{Displacement, TetMesh, quality};
+use supine_mesh::{BoundaryTag, Displacement, TetMesh, quality};
+use supine_segment::Field;
 use supine_space::Warning;
 use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
+use supine_volume::Ct;
 
 pub(crate) struct Mesh;
 
@@ -47,6 +49,16 @@ pub(crate) struct Meshed {
     pub(crate) facts: supine_report::Mesh,
 }
 
+/// The skin that is none: where the CT ends, tissue goes on, and its faces are part of the cut.
+fn cut_by_field(mesh: TetMesh, ct: &Ct) -> TetMesh {
+    // Labels that were brought along may belong to a CT in another direction: its field is not known.
+    let Ok(end) = Field::of(ct).map(|field| field.end()) else { return mesh };
+    mesh.tagged(|middle, tag| match tag {
+        BoundaryTag::Skin if end.is_near(ct.grid(), middle) => BoundaryTag::Cut,
+        tag => tag,
+    })
+}
+
 impl Meshed {
     /// A mesh that is given in place of being made.
     pub(crate) fn given(mesh: Arc<TetMesh>) -> Self {
@@ -72,10 +84,10 @@ impl Meshed {
 
 impl Node for Mesh {
     const ID: NodeId = NodeId::Mesh;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Segment, Region);
+    type Parents = (Import, Segment, Region);
     type Out = Meshed;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -98,7 +110,11 @@ impl Node for Mesh {
         })
     }
 
-    fn run(own: &Own, (segmented, chosen): Outs<Self>, work: &Work<'_>) -> Result<Meshed, Error> {
+    fn run(
+        own: &Own,
+        (input, segmented, chosen): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Meshed, Error> {
         let progress = work.progress;
         let region = segmented.region(chosen.sphere()?)?;
         let piece = if own.centre_piece { Piece::Centre } else { Piece::Largest };
@@ -107,17 +123,18 @@ impl Node for Mesh {
         let refine = own.refine.refine()?;
         let (mesh, info) =
             mesh_region(&region, &params, (mesher, &refine), progress.part(0.0, 0.9))?;
-        let mut facts = mesh_facts(&mesh, &info);
-        work.warn_all(info.warnings);
-        let curved = match own.curved {
+        work.warn_all(info.warnings.iter().cloned());
+        let bent = match own.curved {
             false => None,
             true => {
                 let domain = Domain::new(&region, &params, progress.part(0.9, 1.0))?;
-                let (offsets, told) = domain.curved(&mesh)?;
-                facts.curved = Some(curved(&told));
-                Some(offsets)
+                Some(domain.curved(&mesh)?)
             }
         };
+        let mesh = cut_by_field(mesh, &input.ct);
+        let mut facts = mesh_facts(&mesh, &info);
+        facts.curved = bent.as_ref().map(|(_, told)| curved(told));
+        let curved = bent.map(|(offsets, _)| offsets);
         work.warn_all(poor(&facts));
         Ok(Meshed { mesh: Arc::new(mesh), curved, facts })
     }
