@@ -88,7 +88,8 @@ impl Segmenter {
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
         let (muscle, levels) = (&search.muscle, search.levels);
-        muscle::add_beyond(&outline, muscle, levels, shell, &constraints, &mut labels);
+        let kind = muscle::Kind { levels, below: self.params.weights.muscle_hu };
+        muscle::add_beyond(&outline, muscle, kind, shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, &self.shell, &wall, &constraints);
         let warnings = self.seed_warnings(seeds, &wall.height)?;
