@@ -34,7 +34,7 @@ pub struct Question<'a> {
     pub tumour: Sphere,
     /// What is known of the modulus.
     pub belief: Belief,
-    /// The error of the chest wall that 9 of 10 places like the one given (LPS, mm) do not exceed, mm.
+    /// The error of the chest wall that 19 of 20 places like the one given (LPS, mm) do not exceed, mm.
     pub wall_error_mm: &'a (dyn Fn(&Point) -> f64 + Sync),
     /// Its uncertain places.
     pub patches: &'a [Patch],

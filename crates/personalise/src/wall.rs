@@ -6,8 +6,8 @@ use supine_space::{Matrix, Point, Vector};
 /// Errors of the wall at two places are alike when these are near: their correlation falls as exp(-d²/2L²) with this L,
 /// mm. Chosen: a rib and the gap beside it, or the border of a muscle.
 const ALIKE_MM: f64 = 20.0;
-/// Standard deviations that 9 of 10 errors do not exceed, either way.
-const NINE_OF_TEN: f64 = 1.645;
+/// Standard deviations that 19 of 20 errors do not exceed, either way.
+const NINETEEN_OF_TWENTY: f64 = 1.96;
 
 /// A connected uncertain place of the chest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Patch {
     pub centre: Point,
     /// Its area, mm².
     pub area_mm2: f64,
-    /// The error that 9 of 10 such places do not exceed, mm.
+    /// The error that 19 of 20 such places do not exceed, mm.
     pub error_mm: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct PatchEffect {
     pub change_mm: f64,
 }
 
-/// Nodes of the wall and the error (mm) that 9 of 10 places like each do not exceed.
+/// Nodes of the wall and the error (mm) that 19 of 20 places like each do not exceed.
 pub(crate) struct Wall<'a> {
     pub(crate) nodes: &'a [WallNode],
     pub(crate) error_mm: Vec<f64>,
@@ -43,7 +43,7 @@ impl Wall<'_> {
             .nodes
             .iter()
             .zip(&self.error_mm)
-            .map(|(node, error)| (node.place, node.change * (error / NINE_OF_TEN)))
+            .map(|(node, error)| (node.place, node.change * (error / NINETEEN_OF_TWENTY)))
             .collect();
         let row = |(p, a): &(Point, Vector)| {
             let alike = |(q, b): &(Point, Vector)| {
@@ -83,7 +83,7 @@ mod tests {
     fn near_errors_add_and_far_ones_do_not() {
         let deviation = |apart: f64| {
             let nodes = nodes(apart);
-            Wall { nodes: &nodes, error_mm: vec![NINE_OF_TEN; 2] }.covariance()[(0, 0)].sqrt()
+            Wall { nodes: &nodes, error_mm: vec![NINETEEN_OF_TWENTY; 2] }.covariance()[(0, 0)].sqrt()
         };
         assert!((deviation(0.0) - 0.2).abs() < 1e-12);
         assert!((deviation(1000.0) - 0.1 * 2.0f64.sqrt()).abs() < 1e-12);

@@ -351,7 +351,7 @@ pub struct UncertainPatch {
     pub area_cm2: f64,
     /// Its middle, LPS, mm.
     pub centre_mm: [f64; 3],
-    /// The error that 9 of 10 such places do not exceed, mm.
+    /// The error that 19 of 20 such places do not exceed, mm.
     pub error_mm: f64,
     /// Where it lies, as in `upper outer quadrant`.
     pub place: String,

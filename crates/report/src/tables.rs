@@ -296,7 +296,7 @@ pub(crate) fn volumes(changes: &[VolumeChange]) -> Option<Table> {
 /// `12.5 of 180 cm² may be off by more than 2 mm; largest: 7.8 cm², upper outer quadrant`.
 fn uncertain(uncertainty: &WallUncertainty) -> String {
     let (bad, all) = (fixed(uncertainty.uncertain_cm2, 1), fixed(uncertainty.boundary_cm2, 0));
-    let limit = fixed(uncertainty.limit_mm, 0);
+    let limit = fixed(uncertainty.limit_mm, 1);
     let largest = uncertainty.patches.first().map_or_else(String::new, |p| {
         format!("; largest: {} cm², {}", fixed(p.area_cm2, 1), p.place)
     });

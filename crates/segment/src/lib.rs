@@ -29,6 +29,7 @@ mod implant;
 mod info;
 mod labels_error;
 mod levels;
+mod misfit;
 mod muscle;
 mod nipple;
 mod noise;

@@ -199,7 +199,7 @@ fn uncertain(
     }
     let text = format!(
         "{:.0} cm² ({:.0} %) of the chest wall's boundary in the region may lie more than \
-         {UNCERTAIN_MM:.0} mm off; the largest place has {:.0} cm²: {}, about {:.0} mm; look at it in \
+         {UNCERTAIN_MM:.1} mm off; the largest place has {:.0} cm²: {}, about {:.0} mm; look at it in \
          the report and add a seed where it is wrong",
         found.uncertain_cm2,
         100.0 * found.share(),

@@ -14,7 +14,7 @@ pub struct Segmentation {
     pub labels: Arc<LabelMap>,
     /// Outer surface of the chest wall, radius in mm per ray.
     pub(crate) outline: RadialMap,
-    /// Its error that 9 of 10 such places do not exceed, mm.
+    /// Its error that 19 of 20 such places do not exceed, mm.
     pub(crate) error: RadialMap,
     pub(crate) levels: Levels,
 }

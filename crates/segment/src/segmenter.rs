@@ -119,7 +119,7 @@ impl Segmenter {
     }
 
     /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this
-    /// CT: the error that 9 of 10 such places do not exceed, tenths of mm (255: 25.5 mm or more),
+    /// CT: the error that 19 of 20 such places do not exceed, tenths of mm (255: 25.5 mm or more),
     /// on the voxels of the patient within 3 mm of the boundary; 0 elsewhere.
     pub fn uncertainty(&self, made: &Segmentation) -> Volume<u8> {
         confidence::map(self.scan(), &made.outline, &made.error)

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use supine_space::{Grid, Point, Side, Sphere, Vector};
 use supine_volume::{LabelMap, Volume, components, label};
 
-/// The boundary is called uncertain where it may be wrong by more than this, mm. Chosen, not measured; the two
+/// The boundary is called uncertain where it may be wrong by more than this in one of twenty places, mm. Chosen, not measured; the two
 /// that follow too.
-pub const UNCERTAIN_MM: f64 = 2.0;
+pub const UNCERTAIN_MM: f64 = 2.5;
 /// A place this near to the nipple's level is neither above nor below it, mm.
 const MIDDLE_MM: f64 = 12.0;
 /// Voxel faces are summed to flat pieces of this size before their area is taken, mm.
@@ -33,7 +33,7 @@ pub struct Patch {
     pub area_cm2: f64,
     /// Its point nearest to its middle, LPS, mm.
     pub centre: Point,
-    /// The error that 9 of 10 such places do not exceed, mm: its mean over the patch.
+    /// The error that 19 of 20 such places do not exceed, mm: its mean over the patch.
     pub error_mm: f64,
     /// Pairs of seeds on both sides of the boundary as it was found, in the chest wall and in the soft tissue, LPS, mm.
     /// Together, each moved to where the boundary is, they make the place sure.

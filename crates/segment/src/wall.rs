@@ -4,6 +4,7 @@ use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::band::{Band, FRONT, LOWEST_MM, STEP_MM, height};
 use crate::frame::Frame;
 use crate::levels::Levels;
+use crate::misfit::misfit;
 use crate::muscle::Dense;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
@@ -43,6 +44,8 @@ pub(crate) struct Wall {
     pub(crate) height: RadialMap,
     /// 1 where the edge from muscle to fat lies within 1 mm of the surface.
     pub(crate) edge: RadialMap,
+    /// How little the surface looks like the end of muscle ([`misfit`]).
+    pub(crate) misfit: RadialMap,
 }
 
 /// The search for the wall: all that it rests on but the seeds.
@@ -151,7 +154,8 @@ impl Search {
         progress.at(0.8)?;
         let (height, edge) = refine(&surface, &self.hu, self.levels, scan.frame, seeds);
         progress.at(1.0)?;
-        Ok(Wall { height, edge })
+        let misfit = misfit(&self.hu, self.levels, &height);
+        Ok(Wall { height, edge, misfit })
     }
 
     /// The costs with the expected thickness.

@@ -217,7 +217,7 @@ fn key(canvas: &mut Canvas, uncertain_mm: f64) {
 
 /// What the pictures say, in words.
 pub(crate) fn sentence(uncertainty: &WallUncertainty) -> String {
-    let limit = fixed(uncertainty.limit_mm, 0);
+    let limit = fixed(uncertainty.limit_mm, 1);
     let Some(patch) = uncertainty.patches.first() else {
         return format!(
             "Within the region the boundary between chest wall and soft tissue shows everywhere in \
