@@ -181,16 +181,16 @@ pub(crate) fn add_beyond(
         })
         .collect();
     let beyond = |n: usize| -> Option<f32> {
-        let (nearest, farthest) = extents[n / plane];
-        let away = scan.rays.squared_radius(n / plane, frame.position(n % plane));
+        let (k, position) = (n / plane, frame.position(n % plane));
+        let (nearest, farthest) = extents[k];
+        let away = scan.rays.squared_radius(k, position);
         if away < nearest || away > farthest {
             return None;
         }
-        let ray = outline.ray(n);
+        let (ray, beyond) = outline.seen(k, position);
         if near.values[ray] == 0.0 {
             return None;
         }
-        let beyond = outline.beyond(n);
         let free = |h: f32| seeds.bound(ray).cost(h - shell.values[ray]) == 0.0;
         let radius = outline.radius().values[ray] + beyond;
         ((-UNDER_MM..BEYOND_MM).contains(&beyond) && free(radius)).then_some(beyond)

@@ -16,6 +16,7 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
         }
     }
     let rows = (reach / spacing[1]) as usize;
+    let lowest = lowest_of_blocks(&along, ni);
     let mut out = along.clone();
     for (j, out) in out.chunks_exact_mut(ni).enumerate() {
         // Between the first and the last pixel that is off.
@@ -23,24 +24,74 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
         let here = &on[j * ni..(j + 1) * ni];
         let Some(first) = here.iter().position(off) else { continue };
         let last = here.iter().rposition(off).unwrap_or(first);
-        let out = &mut out[first..=last];
-        for row in j.saturating_sub(rows)..(j + rows + 1).min(seen.len()) {
-            if row == j || !seen[row] {
-                continue;
+        let near = Rows { along: &along, lowest: &lowest, seen: &seen, step: spacing[1] };
+        for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+            if block * BLOCK <= last && first < block * BLOCK + out.len() {
+                near.lower(j, block, rows, reach * reach, out);
             }
-            let across = (row.abs_diff(j) as f32 * spacing[1]).powi(2);
-            let source = &along[row * ni + first..=row * ni + last];
-            // No distance is NaN: a comparison is one instruction where `f32::min` is three.
-            out.iter_mut().zip(source).for_each(|(o, a)| {
-                let way = a + across;
-                *o = if way < *o { way } else { *o };
-            });
         }
         // Beyond the reach a row may have been left out that is nearer.
         let limit = reach * reach;
         out.iter_mut().for_each(|o| *o = if *o <= limit { *o } else { f32::INFINITY });
     }
     out
+}
+
+/// Pixels of a row that are looked at together. Chosen, not measured.
+const BLOCK: usize = 32;
+
+/// The smallest value of each block of each row.
+fn lowest_of_blocks(values: &[f32], ni: usize) -> Vec<f32> {
+    let blocks = values.chunks_exact(ni).flat_map(|row| row.chunks(BLOCK));
+    blocks.map(|block| block.iter().copied().fold(f32::INFINITY, lower)).collect()
+}
+
+/// The squared distances along the rows of a slice, mm².
+struct Rows<'a> {
+    along: &'a [f32],
+    /// The smallest of each block.
+    lowest: &'a [f32],
+    /// Rows with anything on.
+    seen: &'a [bool],
+    /// From row to row, mm.
+    step: f32,
+}
+
+impl Rows<'_> {
+    /// Lowers a block of row `j` to what the rows around it, `reach` to both sides, say; nearer rows first, and none that
+    /// can lower nothing or say no less than `limit`, mm².
+    fn lower(&self, j: usize, block: usize, reach: usize, limit: f32, out: &mut [f32]) {
+        let ni = self.along.len() / self.seen.len();
+        let blocks = ni.div_ceil(BLOCK);
+        let mut highest = highest(out, limit);
+        for d in 1..=reach {
+            let across = (d as f32 * self.step).powi(2);
+            if across >= highest {
+                break;
+            }
+            for row in [j.wrapping_sub(d), j + d] {
+                let useful = |row: usize| self.lowest[row * blocks + block] + across < highest;
+                if row >= self.seen.len() || !self.seen[row] || !useful(row) {
+                    continue;
+                }
+                let source = &self.along[row * ni + block * BLOCK..];
+                out.iter_mut().zip(source).for_each(|(o, a)| *o = lower(*o, a + across));
+                highest = self::highest(out, limit);
+            }
+        }
+    }
+}
+
+/// What a value must be below to matter: the highest of these, or just above `limit`.
+fn highest(values: &[f32], limit: f32) -> f32 {
+    let highest = values.iter().copied().fold(0.0, |a: f32, b| if a > b { a } else { b });
+    lower(highest, limit.next_up())
+}
+
+/// The lower of two numbers that are not NaN: one instruction where `f32::min` is three.
+#[inline]
+fn lower(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// Whether each pixel lies within `reach` (mm) of one where `on` holds, centre to centre.
