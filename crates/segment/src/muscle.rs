@@ -53,14 +53,17 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
     let weights = slice_kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
     let (mut sum, mut share) = (vec![0.0f32; plane], vec![0.0f32; plane]);
+    // As floats: they are compared and chosen eight at once.
     let dense = levels.dense();
+    let (least, most) = (f32::from(dense.start), f32::from(dense.end));
     for (d, w) in weights.iter().enumerate() {
         let both = [k.saturating_sub(d), (k + d).min(last)];
         for &from in if d == 0 { &both[..1] } else { &both[..] } {
             let source = &ct.data()[from * plane..(from + 1) * plane];
             for ((sum, share), &hu) in sum.iter_mut().zip(&mut share).zip(source) {
-                let w = if dense.contains(&hu) { *w } else { 0.0 };
-                *sum += w * f32::from(hu);
+                let hu = f32::from(hu);
+                let w = if hu >= least && hu < most { *w } else { 0.0 };
+                *sum += w * hu;
                 *share += w;
             }
         }

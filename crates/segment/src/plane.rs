@@ -69,6 +69,7 @@ impl Rows<'_> {
             if across >= highest {
                 break;
             }
+            let mut lowered = false;
             for row in [j.wrapping_sub(d), j + d] {
                 let useful = |row: usize| self.lowest[row * blocks + block] + across < highest;
                 if row >= self.seen.len() || !self.seen[row] || !useful(row) {
@@ -76,6 +77,9 @@ impl Rows<'_> {
                 }
                 let source = &self.along[row * ni + block * BLOCK..];
                 out.iter_mut().zip(source).for_each(|(o, a)| *o = lower(*o, a + across));
+                lowered = true;
+            }
+            if lowered {
                 highest = self::highest(out, limit);
             }
         }
@@ -84,7 +88,12 @@ impl Rows<'_> {
 
 /// What a value must be below to matter: the highest of these, or just above `limit`.
 fn highest(values: &[f32], limit: f32) -> f32 {
-    let highest = values.iter().copied().fold(0.0, |a: f32, b| if a > b { a } else { b });
+    let higher = |a: &mut f32, b: &f32| *a = if *b > *a { *b } else { *a };
+    let mut lanes = [0.0f32; 8];
+    let eights = values.chunks_exact(lanes.len());
+    let mut highest = eights.remainder().iter().copied().fold(0.0, f32::max);
+    eights.for_each(|eight| lanes.iter_mut().zip(eight).for_each(|(a, b)| higher(a, b)));
+    lanes.iter().for_each(|lane| higher(&mut highest, lane));
     lower(highest, limit.next_up())
 }
 
@@ -109,7 +118,7 @@ fn distance_in_row(on: &[bool], step: f32, out: &mut [f32]) {
     away = f32::INFINITY;
     for (out, &on) in out.iter_mut().zip(on).rev() {
         away = if on { 0.0 } else { away + step };
-        let nearest = out.min(away);
+        let nearest = lower(*out, away);
         *out = nearest * nearest;
     }
 }
@@ -175,19 +184,42 @@ pub(crate) fn keep_joined(
 pub(crate) fn bilinear<T: Copy>(
     image: &[T],
     ni: usize,
-    [x, y]: [f32; 2],
+    at: [f32; 2],
     value: impl Fn(T) -> f32,
 ) -> Option<f32> {
-    let nj = image.len() / ni;
-    if !(x >= 0.0 && y >= 0.0 && x < (ni - 1) as f32 && y < (nj - 1) as f32) {
-        return None;
+    Some(Between::new([ni, image.len() / ni], at)?.sample(image, value))
+}
+
+/// A place between four pixels, for samples of several images.
+#[derive(Clone, Copy)]
+pub(crate) struct Between {
+    n: usize,
+    ni: usize,
+    /// Share of the way to the next pixel and to the next row.
+    share: [f32; 2],
+}
+
+impl Between {
+    /// (x, y) pixels of an image of that size; `None` off it.
+    #[inline]
+    pub(crate) fn new([ni, nj]: [usize; 2], [x, y]: [f32; 2]) -> Option<Self> {
+        if !(x >= 0.0 && y >= 0.0 && x < (ni - 1) as f32 && y < (nj - 1) as f32) {
+            return None;
+        }
+        let (i, j) = (x as u32, y as u32);
+        let share = [x - i as f32, y - j as f32];
+        Some(Self { n: j as usize * ni + i as usize, ni, share })
     }
-    let (i, j) = (x as usize, y as usize);
-    let (s, t) = (x - i as f32, y - j as f32);
-    let n = j * ni + i;
-    let top = value(image[n]) * (1.0 - s) + value(image[n + 1]) * s;
-    let bottom = value(image[n + ni]) * (1.0 - s) + value(image[n + ni + 1]) * s;
-    Some(top * (1.0 - t) + bottom * t)
+
+    /// Bilinear sample.
+    #[inline]
+    pub(crate) fn sample<T: Copy>(self, image: &[T], value: impl Fn(T) -> f32) -> f32 {
+        let Self { n, ni, share: [s, t] } = self;
+        let (top, bottom) = (&image[n..n + 2], &image[n + ni..n + ni + 2]);
+        let top = value(top[0]) * (1.0 - s) + value(top[1]) * s;
+        let bottom = value(bottom[0]) * (1.0 - s) + value(bottom[1]) * s;
+        top * (1.0 - t) + bottom * t
+    }
 }
 
 #[cfg(test)]

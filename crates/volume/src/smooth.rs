@@ -75,13 +75,28 @@ fn smooth_row(row: &mut [f32], kernel: &[f32], padded: &mut Vec<f32>) {
     padded.resize(reach, row[0]);
     padded.extend_from_slice(row);
     padded.resize(n + 2 * reach, row[n - 1]);
-    row.iter_mut().for_each(|value| *value *= kernel[0]);
-    for (x, w) in kernel.iter().enumerate().skip(1) {
-        let (below, above) = (&padded[reach - x..][..n], &padded[reach + x..][..n]);
-        for (out, (a, b)) in row.iter_mut().zip(below.iter().zip(above)) {
-            *out += w * (a + b);
+    for (block, out) in row.chunks_mut(BLOCK).enumerate() {
+        let from = |start: usize| &padded[start + block * BLOCK..][..out.len()];
+        let mut sum = [0.0; BLOCK];
+        weigh(&mut sum, from(reach), kernel[0]);
+        for (x, w) in kernel.iter().enumerate().skip(1) {
+            add(&mut sum, from(reach - x), from(reach + x), *w);
         }
+        out.copy_from_slice(&sum[..out.len()]);
     }
+}
+
+/// Values summed at once: they stay in registers for all weights.
+const BLOCK: usize = 32;
+
+#[inline]
+fn weigh(sum: &mut [f32; BLOCK], values: &[f32], w: f32) {
+    sum.iter_mut().zip(values).for_each(|(s, v)| *s = v * w);
+}
+
+#[inline]
+fn add(sum: &mut [f32; BLOCK], below: &[f32], above: &[f32], w: f32) {
+    sum.iter_mut().zip(below.iter().zip(above)).for_each(|(s, (a, b))| *s += w * (a + b));
 }
 
 /// Rows that lie `stride` apart in memory, `n` of them.
@@ -94,15 +109,16 @@ struct Line {
 impl Line {
     /// Weighted sum of whole rows at `here - x` and `here + x`; the first row is at the start of `source`.
     fn smooth_rows(self, source: &[f32], here: usize, kernel: &[f32], out: &mut [f32]) {
-        let row = |at: usize| &source[at * self.stride..][..out.len()];
-        let mut sum: Vec<f32> = row(here).iter().map(|v| v * kernel[0]).collect();
-        for (x, w) in kernel.iter().enumerate().skip(1) {
-            let (below, above) = (row(here.saturating_sub(x)), row((here + x).min(self.n - 1)));
-            for (s, (a, b)) in sum.iter_mut().zip(below.iter().zip(above)) {
-                *s += w * (a + b);
+        for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+            let row = |at: usize| &source[at * self.stride + block * BLOCK..][..out.len()];
+            let mut sum = [0.0; BLOCK];
+            weigh(&mut sum, row(here), kernel[0]);
+            for (x, w) in kernel.iter().enumerate().skip(1) {
+                let (below, above) = (here.saturating_sub(x), (here + x).min(self.n - 1));
+                add(&mut sum, row(below), row(above), *w);
             }
+            out.copy_from_slice(&sum[..out.len()]);
         }
-        out.copy_from_slice(&sum);
     }
 }
 
