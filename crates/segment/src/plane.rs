@@ -9,10 +9,11 @@ use supine_volume::Parts;
 pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<f32> {
     let mut along = vec![f32::INFINITY; on.len()];
     let mut seen = Vec::with_capacity(on.len() / ni);
+    let squares = squares(ni, spacing[0]);
     for (row, out) in on.chunks_exact(ni).zip(along.chunks_exact_mut(ni)) {
         seen.push(row.contains(&true));
         if seen[seen.len() - 1] {
-            distance_in_row(row, spacing[0], out);
+            distance_in_row(row, &squares, out);
         }
     }
     let rows = (reach / spacing[1]) as usize;
@@ -108,18 +109,31 @@ pub(crate) fn near(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec
     squared_distance(on, ni, spacing, reach).iter().map(|d| d.is_finite()).collect()
 }
 
-/// Squared distance (mm²) to the nearest pixel of a row that is on.
-fn distance_in_row(on: &[bool], step: f32, out: &mut [f32]) {
-    let mut away = f32::INFINITY;
-    for (out, &on) in out.iter_mut().zip(on) {
-        away = if on { 0.0 } else { away + step };
-        *out = away;
-    }
-    away = f32::INFINITY;
-    for (out, &on) in out.iter_mut().zip(on).rev() {
-        away = if on { 0.0 } else { away + step };
-        let nearest = lower(*out, away);
-        *out = nearest * nearest;
+/// The squares of 0, 1, 2 ... steps, mm².
+fn squares(count: usize, step: f32) -> Vec<f32> {
+    let ways = std::iter::successors(Some(0.0f32), |way| Some(way + step));
+    ways.take(count).map(|way| way * way).collect()
+}
+
+/// Squared distance to the nearest pixel of a row that is on, looked up in `squares`; any is on.
+fn distance_in_row(on: &[bool], squares: &[f32], out: &mut [f32]) {
+    let mut from = 0;
+    for run in on.chunk_by(|a, b| a == b) {
+        let (len, to) = (run.len(), from + run.len());
+        let out = &mut out[from..to];
+        if run[0] {
+            out.fill(0.0);
+        } else {
+            // To the pixel before the run up to its middle, to the one after it from there on.
+            let half = match (from > 0, to < on.len()) {
+                (true, true) => len.div_ceil(2),
+                (before, _) => if before { len } else { 0 },
+            };
+            let (left, right) = out.split_at_mut(half);
+            left.copy_from_slice(&squares[1..half + 1]);
+            right.iter_mut().rev().zip(&squares[1..]).for_each(|(out, square)| *out = *square);
+        }
+        from = to;
     }
 }
 
