@@ -64,33 +64,39 @@ pub(crate) fn aggregate(costs: &Costs, jumps: Jumps) -> Costs {
             ring(costs, k, forward, jumps.ray, out);
         }
     });
-    let Jumps { ray, slice } = jumps;
-    let diagonal =
-        Jump { cost: 0.9 * ray.cost.hypot(slice.cost), reach: ray.reach.max(slice.reach) + 1 };
     for up in [true, false] {
-        for turn in [0, 1, RAYS - 1] {
-            let rule = if turn == 0 { jumps.slice } else { diagonal };
-            add_paths(costs, up, turn, rule, &mut sum);
-        }
+        add_paths(costs, up, jumps, &mut sum);
     }
     sum
 }
 
-/// Adds the paths from the first slice up (or the last one down) that turn by `turn` rays per slice.
-fn add_paths(costs: &Costs, up: bool, turn: usize, rule: Jump, sum: &mut Costs) {
+/// Rays that the paths along the body turn by per slice.
+const TURNS: [usize; 3] = [0, 1, RAYS - 1];
+
+/// Adds the paths from the first slice up (or the last one down), straight on and turning to both sides. All at once:
+/// each slice of costs is fetched from memory for three of them.
+fn add_paths(costs: &Costs, up: bool, Jumps { ray, slice }: Jumps, sum: &mut Costs) {
     let levels = costs.levels;
     let slices = costs.values.len() / (RAYS * levels);
+    let diagonal =
+        Jump { cost: 0.9 * ray.cost.hypot(slice.cost), reach: ray.reach.max(slice.reach) + 1 };
     // The walk at place p is on ray p.
-    let mut walks: Vec<Walk> = (0..RAYS).map(|_| Walk::new(levels, rule)).collect();
+    let mut walks = TURNS.map(|turn| {
+        let rule = if turn == 0 { slice } else { diagonal };
+        (0..RAYS).map(|_| Walk::new(levels, rule)).collect::<Vec<_>>()
+    });
     for step in 0..slices {
         let k = if up { step } else { slices - 1 - step };
         let out = &mut sum.values[k * RAYS * levels..(k + 1) * RAYS * levels];
-        let rays = walks.par_iter_mut().zip(out.par_chunks_mut(levels));
-        rays.with_min_len(RAYS / 4).enumerate().for_each(|(p, (walk, out))| {
-            walk.step(costs.ray(k, p));
-            out.iter_mut().zip(walk.current()).for_each(|(o, c)| *o += c);
+        let [straight, left, right] = &mut walks;
+        let walks_of_rays =
+            straight.par_iter_mut().zip(left.par_iter_mut()).zip(right.par_iter_mut());
+        let rays = walks_of_rays.zip(out.par_chunks_mut(levels));
+        rays.with_min_len(RAYS / 4).enumerate().for_each(|(p, (((a, b), c), out))| {
+            let cost = costs.ray(k, p);
+            [a, b, c].into_iter().for_each(|walk| walk.step(cost, out));
         });
-        walks.rotate_right(turn);
+        walks.iter_mut().zip(TURNS).for_each(|(walks, turn)| walks.rotate_right(turn));
     }
 }
 
@@ -115,22 +121,25 @@ fn ring(costs: &Costs, k: usize, forward: bool, rule: Jump, out: &mut [f32]) {
     let levels = costs.levels;
     let ray = |step: usize| if forward { step % RAYS } else { RAYS - 1 - step % RAYS };
     let mut walk = Walk::new(levels, rule);
+    let mut warm = vec![0.0; levels];
     for step in RAYS - WARM..2 * RAYS {
         let p = ray(step);
-        walk.step(costs.ray(k, p));
-        if step >= RAYS {
-            let out = &mut out[p * levels..(p + 1) * levels];
-            out.iter_mut().zip(walk.current()).for_each(|(o, c)| *o += c);
-        }
+        let counts = step >= RAYS;
+        let out = if counts { &mut out[p * levels..(p + 1) * levels] } else { &mut warm };
+        walk.step(costs.ray(k, p), out);
     }
 }
+
+/// Floats handled at once when the smallest is looked for: two registers of the oldest machines.
+const LANES: usize = 8;
 
 /// Dynamic programming along one path.
 struct Walk {
     /// Costs so far, with `pad` infinite levels at both ends.
     padded: Vec<f32>,
     spread: Vec<f32>,
-    next: Vec<f32>,
+    /// The lowest of them.
+    lowest: f32,
     jump: f32,
     /// Jumps of 1, 2, 4 ... levels are tried one after the other: every sum of them is allowed.
     doublings: u32,
@@ -144,16 +153,12 @@ impl Walk {
         let mut padded = vec![f32::INFINITY; levels + 2 * pad];
         let spread = padded.clone();
         padded[pad..pad + levels].fill(0.0);
-        Self { padded, spread, next: vec![0.0; levels], jump, doublings, pad }
+        Self { padded, spread, lowest: 0.0, jump, doublings, pad }
     }
 
-    fn current(&self) -> &[f32] {
-        &self.next
-    }
-
-    fn step(&mut self, cost: &[f32]) {
-        let (levels, pad) = (self.next.len(), self.pad);
-        let lowest = self.padded.iter().copied().fold(f32::INFINITY, f32::min);
+    /// Goes on to a ray of these costs and adds the costs of the path so far to `sum`.
+    fn step(&mut self, cost: &[f32], sum: &mut [f32]) {
+        let (levels, pad) = (self.padded.len() - 2 * self.pad, self.pad);
         for doubling in 0..self.doublings {
             let d = 1 << doubling;
             let price = d as f32 * self.jump;
@@ -162,16 +167,33 @@ impl Walk {
             let above = &self.padded[pad + d..pad + d + levels];
             let out = &mut self.spread[pad..pad + levels];
             for ((o, h), (b, a)) in out.iter_mut().zip(here).zip(below.iter().zip(above)) {
-                *o = h.min(b.min(*a) + price);
+                *o = lower(*h, lower(*b, *a) + price);
             }
             std::mem::swap(&mut self.padded, &mut self.spread);
         }
-        let out = &mut self.padded[pad..pad + levels];
-        for (p, (n, c)) in out.iter_mut().zip(self.next.iter_mut().zip(cost)) {
-            *p += c - lowest;
-            *n = *p;
+        let before = self.lowest;
+        let add = |((way, sum), cost): ((&mut f32, &mut f32), &f32)| -> f32 {
+            *way += cost - before;
+            *sum += *way;
+            *way
+        };
+        let mut lowest = [f32::INFINITY; LANES];
+        let mut ways = self.padded[pad..pad + levels].chunks_exact_mut(LANES);
+        let (mut sums, mut costs) = (sum.chunks_exact_mut(LANES), cost.chunks_exact(LANES));
+        for ((ways, sums), costs) in (&mut ways).zip(&mut sums).zip(&mut costs) {
+            let all = ways.iter_mut().zip(sums).zip(costs).map(add);
+            lowest.iter_mut().zip(all).for_each(|(l, way)| *l = lower(*l, way));
         }
+        let rest = ways.into_remainder().iter_mut().zip(sums.into_remainder());
+        let rest = rest.zip(costs.remainder()).map(add);
+        self.lowest = rest.chain(lowest).fold(f32::INFINITY, lower);
     }
+}
+
+/// The lower of two numbers: one instruction where `f32::min`, which sees to NaN, is three.
+#[inline]
+fn lower(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 #[cfg(test)]

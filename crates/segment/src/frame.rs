@@ -70,7 +70,8 @@ impl Frame {
     /// Position of a pixel in its slice, mm.
     #[inline]
     pub(crate) fn position(&self, n: usize) -> [f32; 2] {
-        let ni = self.size[0];
+        // Numbers of 32 bits, of which a slice has fewer pixels, are divided several times faster.
+        let (n, ni) = (n as u32, self.size[0] as u32);
         [(n % ni) as f32 * self.spacing[0], (n / ni) as f32 * self.spacing[1]]
     }
 }

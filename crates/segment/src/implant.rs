@@ -92,10 +92,9 @@ impl Chest<'_> {
     /// Collects the voxels of the implants of a range of HU; gives their volume, ml.
     fn find(&self, slices: &[Cores], range: usize, implants: &mut Vec<usize>) -> f64 {
         let plane = self.frame.plane();
-        let on = |n: usize| {
-            slices[n / plane].within.get(n % plane).is_some_and(|&w| w >> range & 1 == 1)
-        };
-        let parts = Parts::new(self.frame.size, on);
+        let on =
+            |k: usize, n: usize| slices[k].within.get(n).is_some_and(|&w| w >> range & 1 == 1);
+        let parts = Parts::of_slices(self.frame.size, on);
         let mut facts = vec![Facts::default(); parts.voxels.len()];
         let mut hu = slices.iter().flat_map(|s| s.hu[range].iter().copied());
         for (run, part) in parts.iter() {
@@ -165,7 +164,7 @@ impl Chest<'_> {
                 inner(&off, frame, WAY_MM)
             })
             .collect();
-        let wide = Parts::new(frame.size, |n| ways[n / plane].get(n % plane) == Some(&true));
+        let wide = Parts::of_slices(frame.size, |k, n| ways[k].get(n) == Some(&true));
         let mut joined = vec![false; wide.voxels.len()];
         let own: std::collections::HashSet<usize> =
             cores.iter().filter(|(_, p)| *p == core).flat_map(|(r, _)| r.voxels()).collect();

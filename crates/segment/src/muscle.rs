@@ -57,19 +57,27 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
     let weights = slice_kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
     let (mut sum, mut share) = (vec![0.0f32; plane], vec![0.0f32; plane]);
+    // As floats: they are compared and chosen eight at once.
     let dense = levels.dense();
-    for (d, w) in weights.iter().enumerate() {
-        let both = [k.saturating_sub(d), (k + d).min(last)];
-        for &from in if d == 0 { &both[..1] } else { &both[..] } {
-            let source = &ct.data()[from * plane..(from + 1) * plane];
-            for ((sum, share), &hu) in sum.iter_mut().zip(&mut share).zip(source) {
-                let w = if dense.contains(&hu) { *w } else { 0.0 };
-                *sum += w * f32::from(hu);
-                *share += w;
+    let (least, most) = (f32::from(dense.start), f32::from(dense.end));
+    let ni = frame.size[0];
+    // Row by row: a whole slice of sums is not at hand as fast.
+    let rows = sum.chunks_exact_mut(ni).zip(share.chunks_exact_mut(ni));
+    for (j, (sum, share)) in rows.enumerate() {
+        for (d, w) in weights.iter().enumerate() {
+            let both = [k.saturating_sub(d), (k + d).min(last)];
+            for &from in if d == 0 { &both[..1] } else { &both[..] } {
+                let source = &ct.data()[from * plane + j * ni..][..ni];
+                for ((sum, share), &hu) in sum.iter_mut().zip(&mut *share).zip(source) {
+                    let hu = f32::from(hu);
+                    let w = if hu >= least && hu < most { *w } else { 0.0 };
+                    *sum += w * hu;
+                    *share += w;
+                }
             }
         }
     }
-    let (ni, spacing) = (frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+    let spacing = [frame.spacing[0], frame.spacing[1]];
     gaussian_slice(&mut sum, ni, spacing, SMOOTH_MM);
     gaussian_slice(&mut share, ni, spacing, SMOOTH_MM);
     let mean = |(sum, share): (f32, f32)| if share > MIN_SHARE { sum / share } else { f32::NAN };
@@ -230,17 +238,17 @@ impl<'a> Border<'a> {
 
     /// How far a voxel lies outside the surface, mm, where muscle is looked for.
     fn beyond(&self, n: usize) -> Option<f32> {
-        let (frame, plane) = (self.scan.frame, self.scan.frame.plane());
-        let (nearest, farthest) = self.extents[n / plane];
-        let away = self.scan.rays.squared_radius(n / plane, frame.position(n % plane));
+        let plane = self.scan.frame.plane();
+        let (k, position) = (n / plane, self.scan.frame.position(n % plane));
+        let (nearest, farthest) = self.extents[k];
+        let away = self.scan.rays.squared_radius(k, position);
         if away < nearest || away > farthest {
             return None;
         }
-        let ray = self.outline.ray(n);
+        let (ray, beyond) = self.outline.seen(k, position);
         if self.near.values[ray] == 0.0 {
             return None;
         }
-        let beyond = self.outline.beyond(n);
         let radius = self.outline.radius().values[ray] + beyond;
         let free = self.seeds.bound(ray).cost(radius - self.shell.values[ray]) == 0.0;
         (free && (-UNDER_MM..BEYOND_MM).contains(&beyond)).then_some(beyond)

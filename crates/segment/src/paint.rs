@@ -1,14 +1,43 @@
 //! Surfaces to labels, and labels to surfaces known between the voxels.
 
 use crate::body::flag;
+use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use rayon::prelude::*;
+use std::ops::Range;
 use supine_volume::{LabelMap, SignedDistance, Surfaces, label};
 
 /// Distances to the surfaces are told this far, mm. Chosen, not measured.
 const BAND_MM: f64 = 5.0;
+
+/// Side of a tile, pixels: few are crossed by the surface, and few are to be looked at. Chosen, not measured.
+const TILE: usize = 8;
+/// More than what rounding takes from a radius, mm.
+const ROUNDING_MM: f32 = 0.01;
+
+/// A square of pixels of a slice.
+struct Tile {
+    i: Range<usize>,
+    j: Range<usize>,
+    /// Its middle, mm, and the distance of the farthest centre of a pixel from it, mm.
+    middle: [f32; 2],
+    half_mm: f32,
+}
+
+/// The tiles of a slice.
+fn tiles(frame: &Frame) -> impl Iterator<Item = Tile> {
+    let Frame { size: [ni, nj, _], spacing: [si, sj, _], .. } = *frame;
+    let tile = move |i0: usize, j0: usize| {
+        let (i, j) = (i0..(i0 + TILE).min(ni), j0..(j0 + TILE).min(nj));
+        let middle = |along: &Range<usize>, mm: f32| 0.5 * (along.start + along.end - 1) as f32 * mm;
+        let half = |along: &Range<usize>, mm: f32| 0.5 * (along.len() - 1) as f32 * mm;
+        let half_mm = half(&i, si).hypot(half(&j, sj));
+        Tile { middle: [middle(&i, si), middle(&j, sj)], half_mm, i, j }
+    };
+    (0..nj).step_by(TILE).flat_map(move |j| (0..ni).step_by(TILE).map(move |i| tile(i, j)))
+}
 
 /// The outer surface of the chest wall as one radius per ray.
 pub(crate) struct Outline<'a> {
@@ -37,20 +66,21 @@ impl<'a> Outline<'a> {
     /// How far a voxel (offset in memory) lies outside the surface along its ray, mm.
     #[inline]
     pub(crate) fn beyond(&self, n: usize) -> f32 {
-        let Scan { frame, rays, .. } = self.scan;
-        let (k, pixel) = (n / frame.plane(), n % frame.plane());
-        let (r, turn) = rays.polar(k, frame.position(pixel));
-        let p = (turn as usize).min(RAYS - 1);
-        let t = turn - p as f32;
-        r - (self.radius.at(k, p) * (1.0 - t) + self.radius.at(k, (p + 1) % RAYS) * t)
+        let Scan { frame, .. } = self.scan;
+        self.seen(n / frame.plane(), frame.position(n % frame.plane())).1
     }
 
-    /// The nearest ray to a voxel (offset in memory), counted over all slices.
-    pub(crate) fn ray(&self, n: usize) -> usize {
-        let Scan { frame, rays, .. } = self.scan;
-        let k = n / frame.plane();
-        let (_, turn) = rays.polar(k, frame.position(n % frame.plane()));
-        k * RAYS + turn.round() as usize % RAYS
+    /// The nearest ray to a position (mm) in a slice, counted over all slices, and how far it lies outside the
+    /// surface, mm.
+    #[inline]
+    pub(crate) fn seen(&self, k: usize, position: [f32; 2]) -> (usize, f32) {
+        let (r, turn) = self.scan.rays.polar(k, position);
+        let p = (turn as usize).min(RAYS - 1);
+        let t = turn - p as f32;
+        let next = if p + 1 < RAYS { p + 1 } else { 0 };
+        let surface = self.radius.at(k, p) * (1.0 - t) + self.radius.at(k, next) * t;
+        // Half a turn between rays and more is nearer to the next one.
+        (k * RAYS + if t < 0.5 { p } else { next }, r - surface)
     }
 
     /// Least and greatest radius in a slice, mm.
@@ -63,21 +93,45 @@ impl<'a> Outline<'a> {
     pub(crate) fn paint(&self) -> LabelMap {
         let Scan { ct, frame, body, .. } = self.scan;
         let mut labels = label::empty(ct.grid());
-        let plane = frame.plane();
-        labels.data_mut().par_chunks_mut(plane).enumerate().for_each(|(k, out)| {
-            let (near, far) = self.extent(k);
-            for (out, (n, flags)) in
-                out.iter_mut().zip(body.flags_slice(frame, k).iter().enumerate())
-            {
-                if flags & flag::BODY != 0 {
-                    let away = self.scan.rays.squared_radius(k, frame.position(n));
-                    let wall =
-                        away < near * near || away < far * far && self.beyond(k * plane + n) < 0.0;
-                    *out = if wall { label::CHEST_WALL } else { label::SOFT_TISSUE };
-                }
+        let slices = labels.data_mut().par_chunks_mut(frame.plane()).enumerate();
+        slices.for_each(|(k, out)| {
+            let flags = body.flags_slice(frame, k);
+            for tile in tiles(frame) {
+                self.paint_tile(k, &tile, flags, out);
             }
         });
         labels
+    }
+
+    fn paint_tile(&self, k: usize, tile: &Tile, flags: &[u8], out: &mut [u8]) {
+        let Frame { size: [ni, ..], spacing: [si, sj, _], .. } = *self.scan.frame;
+        let side = self.side_of(k, tile);
+        for j in tile.j.clone() {
+            let (from, to) = (j * ni + tile.i.start, j * ni + tile.i.end);
+            let pixels = tile.i.clone().zip(&mut out[from..to]).zip(&flags[from..to]);
+            for ((i, out), _) in pixels.filter(|(_, flags)| *flags & flag::BODY != 0) {
+                let position = || [i as f32 * si, j as f32 * sj];
+                let wall = side.unwrap_or_else(|| self.seen(k, position()).1 < 0.0);
+                *out = if wall { label::CHEST_WALL } else { label::SOFT_TISSUE };
+            }
+        }
+    }
+
+    /// Whether a tile lies inside the surface as a whole (true) or outside (false); `None` when it may cross it.
+    fn side_of(&self, k: usize, tile: &Tile) -> Option<bool> {
+        let (r, turn) = self.scan.rays.polar(k, tile.middle);
+        let half = tile.half_mm;
+        if r < 2.0 * half {
+            return None;
+        }
+        // An arc sine is no more than its argument times a quarter turn.
+        let rays = (0.25 * RAYS as f32 * half / r) as usize + 2;
+        let first = turn as usize + RAYS - rays;
+        let radii = (first..first + 2 * rays + 2).map(|p| self.radius.at(k, p % RAYS));
+        let (low, high) =
+            radii.fold((f32::INFINITY, 0.0f32), |(a, b), radius| (a.min(radius), b.max(radius)));
+        let side = if r + half < low - ROUNDING_MM { Some(true) } else { None };
+        if r - half > high + ROUNDING_MM { Some(false) } else { side }
     }
 
     /// Skin and chest wall of finished labels.

@@ -9,13 +9,15 @@ use supine_volume::Parts;
 pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<f32> {
     let mut along = vec![f32::INFINITY; on.len()];
     let mut seen = Vec::with_capacity(on.len() / ni);
+    let squares = squares(ni, spacing[0]);
     for (row, out) in on.chunks_exact(ni).zip(along.chunks_exact_mut(ni)) {
         seen.push(row.contains(&true));
         if seen[seen.len() - 1] {
-            distance_in_row(row, spacing[0], out);
+            distance_in_row(row, &squares, out);
         }
     }
     let rows = (reach / spacing[1]) as usize;
+    let lowest = lowest_of_blocks(&along, ni);
     let mut out = along.clone();
     for (j, out) in out.chunks_exact_mut(ni).enumerate() {
         // Between the first and the last pixel that is off.
@@ -23,18 +25,11 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
         let here = &on[j * ni..(j + 1) * ni];
         let Some(first) = here.iter().position(off) else { continue };
         let last = here.iter().rposition(off).unwrap_or(first);
-        let out = &mut out[first..=last];
-        for row in j.saturating_sub(rows)..(j + rows + 1).min(seen.len()) {
-            if row == j || !seen[row] {
-                continue;
+        let near = Rows { along: &along, lowest: &lowest, seen: &seen, step: spacing[1] };
+        for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+            if block * BLOCK <= last && first < block * BLOCK + out.len() {
+                near.lower(j, block, rows, reach * reach, out);
             }
-            let across = (row.abs_diff(j) as f32 * spacing[1]).powi(2);
-            let source = &along[row * ni + first..=row * ni + last];
-            // No distance is NaN: a comparison is one instruction where `f32::min` is three.
-            out.iter_mut().zip(source).for_each(|(o, a)| {
-                let way = a + across;
-                *o = if way < *o { way } else { *o };
-            });
         }
         // Beyond the reach a row may have been left out that is nearer.
         let limit = reach * reach;
@@ -43,23 +38,102 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
     out
 }
 
+/// Pixels of a row that are looked at together. Chosen, not measured.
+const BLOCK: usize = 32;
+
+/// The smallest value of each block of each row.
+fn lowest_of_blocks(values: &[f32], ni: usize) -> Vec<f32> {
+    let blocks = values.chunks_exact(ni).flat_map(|row| row.chunks(BLOCK));
+    blocks.map(|block| block.iter().copied().fold(f32::INFINITY, lower)).collect()
+}
+
+/// The squared distances along the rows of a slice, mm².
+struct Rows<'a> {
+    along: &'a [f32],
+    /// The smallest of each block.
+    lowest: &'a [f32],
+    /// Rows with anything on.
+    seen: &'a [bool],
+    /// From row to row, mm.
+    step: f32,
+}
+
+impl Rows<'_> {
+    /// Lowers a block of row `j` to what the rows around it, `reach` to both sides, say; nearer rows first, and none that
+    /// can lower nothing or say no less than `limit`, mm².
+    fn lower(&self, j: usize, block: usize, reach: usize, limit: f32, out: &mut [f32]) {
+        let ni = self.along.len() / self.seen.len();
+        let blocks = ni.div_ceil(BLOCK);
+        let mut highest = highest(out, limit);
+        for d in 1..=reach {
+            let across = (d as f32 * self.step).powi(2);
+            if across >= highest {
+                break;
+            }
+            let mut lowered = false;
+            for row in [j.wrapping_sub(d), j + d] {
+                let useful = |row: usize| self.lowest[row * blocks + block] + across < highest;
+                if row >= self.seen.len() || !self.seen[row] || !useful(row) {
+                    continue;
+                }
+                let source = &self.along[row * ni + block * BLOCK..];
+                out.iter_mut().zip(source).for_each(|(o, a)| *o = lower(*o, a + across));
+                lowered = true;
+            }
+            if lowered {
+                highest = self::highest(out, limit);
+            }
+        }
+    }
+}
+
+/// What a value must be below to matter: the highest of these, or just above `limit`.
+fn highest(values: &[f32], limit: f32) -> f32 {
+    let higher = |a: &mut f32, b: &f32| *a = if *b > *a { *b } else { *a };
+    let mut lanes = [0.0f32; 8];
+    let eights = values.chunks_exact(lanes.len());
+    let mut highest = eights.remainder().iter().copied().fold(0.0, f32::max);
+    eights.for_each(|eight| lanes.iter_mut().zip(eight).for_each(|(a, b)| higher(a, b)));
+    lanes.iter().for_each(|lane| higher(&mut highest, lane));
+    lower(highest, limit.next_up())
+}
+
+/// The lower of two numbers that are not NaN: one instruction where `f32::min` is three.
+#[inline]
+fn lower(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// Whether each pixel lies within `reach` (mm) of one where `on` holds, centre to centre.
 pub(crate) fn near(on: &[bool], ni: usize, spacing: [f32; 2], reach: f32) -> Vec<bool> {
     squared_distance(on, ni, spacing, reach).iter().map(|d| d.is_finite()).collect()
 }
 
-/// Squared distance (mm²) to the nearest pixel of a row that is on.
-fn distance_in_row(on: &[bool], step: f32, out: &mut [f32]) {
-    let mut away = f32::INFINITY;
-    for (out, &on) in out.iter_mut().zip(on) {
-        away = if on { 0.0 } else { away + step };
-        *out = away;
-    }
-    away = f32::INFINITY;
-    for (out, &on) in out.iter_mut().zip(on).rev() {
-        away = if on { 0.0 } else { away + step };
-        let nearest = out.min(away);
-        *out = nearest * nearest;
+/// The squares of 0, 1, 2 ... steps, mm².
+fn squares(count: usize, step: f32) -> Vec<f32> {
+    let ways = std::iter::successors(Some(0.0f32), |way| Some(way + step));
+    ways.take(count).map(|way| way * way).collect()
+}
+
+/// Squared distance to the nearest pixel of a row that is on, looked up in `squares`; any is on.
+fn distance_in_row(on: &[bool], squares: &[f32], out: &mut [f32]) {
+    let mut from = 0;
+    for run in on.chunk_by(|a, b| a == b) {
+        let (len, to) = (run.len(), from + run.len());
+        let out = &mut out[from..to];
+        if run[0] {
+            out.fill(0.0);
+        } else {
+            // To the pixel before the run up to its middle, to the one after it from there on.
+            let half = match (from > 0, to < on.len()) {
+                (true, true) => len.div_ceil(2),
+                (before, _) => if before { len } else { 0 },
+            };
+            let (left, right) = out.split_at_mut(half);
+            left.copy_from_slice(&squares[1..half + 1]);
+            right.iter_mut().rev().zip(&squares[1..]).for_each(|(out, square)| *out = *square);
+        }
+        from = to;
     }
 }
 
@@ -124,19 +198,42 @@ pub(crate) fn keep_joined(
 pub(crate) fn bilinear<T: Copy>(
     image: &[T],
     ni: usize,
-    [x, y]: [f32; 2],
+    at: [f32; 2],
     value: impl Fn(T) -> f32,
 ) -> Option<f32> {
-    let nj = image.len() / ni;
-    if !(x >= 0.0 && y >= 0.0 && x < (ni - 1) as f32 && y < (nj - 1) as f32) {
-        return None;
+    Some(Between::new([ni, image.len() / ni], at)?.sample(image, value))
+}
+
+/// A place between four pixels, for samples of several images.
+#[derive(Clone, Copy)]
+pub(crate) struct Between {
+    n: usize,
+    ni: usize,
+    /// Share of the way to the next pixel and to the next row.
+    share: [f32; 2],
+}
+
+impl Between {
+    /// (x, y) pixels of an image of that size; `None` off it.
+    #[inline]
+    pub(crate) fn new([ni, nj]: [usize; 2], [x, y]: [f32; 2]) -> Option<Self> {
+        if !(x >= 0.0 && y >= 0.0 && x < (ni - 1) as f32 && y < (nj - 1) as f32) {
+            return None;
+        }
+        let (i, j) = (x as u32, y as u32);
+        let share = [x - i as f32, y - j as f32];
+        Some(Self { n: j as usize * ni + i as usize, ni, share })
     }
-    let (i, j) = (x as usize, y as usize);
-    let (s, t) = (x - i as f32, y - j as f32);
-    let n = j * ni + i;
-    let top = value(image[n]) * (1.0 - s) + value(image[n + 1]) * s;
-    let bottom = value(image[n + ni]) * (1.0 - s) + value(image[n + ni + 1]) * s;
-    Some(top * (1.0 - t) + bottom * t)
+
+    /// Bilinear sample.
+    #[inline]
+    pub(crate) fn sample<T: Copy>(self, image: &[T], value: impl Fn(T) -> f32) -> f32 {
+        let Self { n, ni, share: [s, t] } = self;
+        let (top, bottom) = (&image[n..n + 2], &image[n + ni..n + ni + 2]);
+        let top = value(top[0]) * (1.0 - s) + value(top[1]) * s;
+        let bottom = value(bottom[0]) * (1.0 - s) + value(bottom[1]) * s;
+        top * (1.0 - t) + bottom * t
+    }
 }
 
 #[cfg(test)]

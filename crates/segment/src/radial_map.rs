@@ -45,13 +45,13 @@ impl RadialMap {
     /// The known (not NaN) values within `dk` slices and `dp` rays.
     fn around(&self, k: usize, p: usize, dk: usize, dp: usize, out: &mut Vec<f32>) {
         out.clear();
+        // Two stretches where the window goes over the end of the ring.
+        let (first, count) = ((p + RAYS - dp) % RAYS, 2 * dp + 1);
+        let before = count.min(RAYS - first);
         for row in k.saturating_sub(dk)..(k + dk + 1).min(self.slices()) {
-            for d in 0..2 * dp + 1 {
-                let value = self.at(row, (p + RAYS + d - dp) % RAYS);
-                if !value.is_nan() {
-                    out.push(value);
-                }
-            }
+            let ring = &self.values[row * RAYS..(row + 1) * RAYS];
+            let window = ring[first..first + before].iter().chain(&ring[..count - before]);
+            out.extend(window.filter(|value| !value.is_nan()));
         }
     }
 
@@ -63,11 +63,15 @@ impl RadialMap {
         dp: usize,
         of: impl Fn(&mut [f32]) -> f32 + Sync,
     ) -> Self {
-        Self::from_fn(self.slices(), |k, p| {
+        let mut out = Self::new(self.slices(), f32::NAN);
+        out.values.par_chunks_mut(RAYS).enumerate().for_each(|(k, out)| {
             let mut near = Vec::new();
-            self.around(k, p, dk, dp, &mut near);
-            if near.is_empty() { f32::NAN } else { of(&mut near) }
-        })
+            for (p, out) in out.iter_mut().enumerate() {
+                self.around(k, p, dk, dp, &mut near);
+                *out = if near.is_empty() { f32::NAN } else { of(&mut near) };
+            }
+        });
+        out
     }
 
     /// Median over the window of 2 dk + 1 slices and 2 dp + 1 rays.

@@ -1,7 +1,7 @@
 //! What the tissue along a ray says of where the outer surface of the ribs lies.
 
 use crate::body::flag;
-use crate::plane::bilinear;
+use crate::plane::Between;
 use crate::radial_map::{RADII, START_MM};
 use crate::scan::Scan;
 
@@ -43,7 +43,7 @@ pub(crate) struct Profile {
 impl Profile {
     /// Looks along a ray of a slice and its smoothed `image`.
     pub(crate) fn sample(&mut self, scan: Scan<'_>, image: &[f32], k: usize, p: usize) {
-        let (ni, rays) = (scan.frame.size[0], scan.rays);
+        let ([ni, nj, _], rays) = (scan.frame.size, scan.rays);
         let flags = scan.body.flags_slice(scan.frame, k);
         let depth = scan.body.depth_slice(scan.frame, k);
         self.bone.clear();
@@ -53,13 +53,15 @@ impl Profile {
         self.depth.clear();
         for i in 0..RADII {
             let at = rays.pixel(k, p, START_MM + i as f32);
-            let share =
-                |bit: u8| bilinear(flags, ni, at, |f| f32::from(f & bit != 0)).unwrap_or(0.0);
+            let at = Between::new([ni, nj], at);
+            let share = |bit: u8| {
+                at.map_or(0.0, |at| at.sample(flags, |f| f32::from(u8::from(f & bit != 0))))
+            };
             self.bone.push(share(flag::BONE) > 0.5);
             self.cartilage.push(share(flag::CARTILAGE) > 0.5);
             self.lung.push(share(flag::LUNG) > 0.5);
-            self.hu.push(bilinear(image, ni, at, |v| v).unwrap_or(-1024.0));
-            self.depth.push(bilinear(depth, ni, at, f32::from).unwrap_or(0.0) * 0.1);
+            self.hu.push(at.map_or(-1024.0, |at| at.sample(image, |v| v)));
+            self.depth.push(at.map_or(0.0, |at| at.sample(depth, f32::from)) * 0.1);
         }
     }
 

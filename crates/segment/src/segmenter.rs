@@ -12,7 +12,7 @@ use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
 use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
-use crate::wall::Search;
+use crate::wall::{Search, Wall};
 use crate::{Error, Info, Params, Seeds, bones, confidence, hounsfield, implant, info, muscle};
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
@@ -31,6 +31,8 @@ pub struct Segmenter {
     rays: Rays,
     shell: Shell,
     search: Search,
+    /// The wall without seeds.
+    free: Wall,
 }
 
 /// The search reaches at least this far beyond the highest seed, mm. Chosen, not measured.
@@ -58,8 +60,11 @@ impl Segmenter {
         let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
         let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
         let wide = (params.reach_mm as f32, params.weights);
-        let search = Search::new(scan, &shell, wide, progress.part(0.8, 1.0))?;
-        Ok(Self { ct, params: params.clone(), frame, body, posture, checks, rays, shell, search })
+        let search = Search::new(scan, &shell, wide, progress.part(0.8, 0.95))?;
+        let none = Constraints::new(scan, &[], &shell.radius)?;
+        let free = search.solve(scan, &shell.radius, &none, progress.part(0.95, 1.0))?;
+        let params = params.clone();
+        Ok(Self { ct, params, frame, body, posture, checks, rays, shell, search, free })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -84,7 +89,11 @@ impl Segmenter {
             })
             .transpose()?;
         let search = wider.as_ref().unwrap_or(&self.search);
-        let wall = search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?;
+        let wall = if constraints.bind_nothing() {
+            self.free.clone()
+        } else {
+            search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?
+        };
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
         let (muscle, levels) = (&search.muscle, search.levels);
@@ -92,7 +101,7 @@ impl Segmenter {
         muscle::add_beyond(&outline, muscle, kind, shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, &self.shell, &wall, &constraints);
-        let warnings = self.seed_warnings(seeds, &wall.height)?;
+        let warnings = self.seed_warnings(seeds, &wall.height);
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
@@ -105,17 +114,15 @@ impl Segmenter {
     }
 
     /// What points among the seeds did to the wall (its height over the shell), beside the wall without seeds.
-    fn seed_warnings(&self, seeds: &Seeds, height: &RadialMap) -> Result<Vec<Warning>, Error> {
+    fn seed_warnings(&self, seeds: &Seeds, height: &RadialMap) -> Vec<Warning> {
         let points = [SeedKind::ChestWall, SeedKind::SoftTissue].map(|kind| seeds.points(kind));
         if points.iter().all(|points| points.is_empty()) {
-            return Ok(Vec::new());
+            return Vec::new();
         }
         let (scan, shell) = (self.scan(), &self.shell.radius);
-        let none = Constraints::new(scan, &[], shell)?;
-        let without = self.search.solve(scan, shell, &none, Progress::none())?;
-        let (without, with) = (shell.plus(&without.height), shell.plus(height));
+        let (without, with) = (shell.plus(&self.free.height), shell.plus(height));
         let walls = seeds::Walls { without: &without, with: &with };
-        Ok(seeds::warnings(scan, self.search.levels, &walls, seeds))
+        seeds::warnings(scan, self.search.levels, &walls, seeds)
     }
 
     /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this

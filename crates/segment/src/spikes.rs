@@ -60,18 +60,28 @@ impl Line<'_> {
     fn fold(self, surface: &RadialMap, start: f32, with: fn(f32, f32) -> f32) -> RadialMap {
         let steps = (self.reach_mm / APART_MM).ceil() as i16;
         let (sin, cos) = self.angle.sin_cos();
+        let along = |n: i16| f32::from(n) * self.reach_mm / f32::from(steps);
+        let rows: Vec<isize> =
+            (-steps..=steps).map(|n| rounded(along(n) * sin / self.slice_mm)).collect();
+        let last = surface.slices() as isize - 1;
         RadialMap::from_fn(surface.slices(), |k, p| {
             let arc = self.shell.arc(k, p);
-            let at = |n: i16| {
-                let mm = f32::from(n) * self.reach_mm / f32::from(steps);
-                let row = k as isize + (mm * sin / self.slice_mm).round() as isize;
-                let ray = p as isize + (mm * cos / arc).round() as isize;
-                let row = row.clamp(0, surface.slices() as isize - 1) as usize;
+            let at = |(n, row): (i16, &isize)| {
+                let row = (k as isize + row).clamp(0, last) as usize;
+                let ray = p as isize + rounded(along(n) * cos / arc);
                 surface.at(row, ray.rem_euclid(RAYS as isize) as usize)
             };
-            (-steps..=steps).map(at).fold(start, with)
+            (-steps..=steps).zip(&rows).map(at).fold(start, with)
         })
     }
+}
+
+/// The nearest whole number, as `f32::round`, which is a call on machines without an instruction for it.
+#[inline]
+fn rounded(x: f32) -> isize {
+    // In double precision the half is added exactly.
+    let x = f64::from(x);
+    (x + 0.5f64.copysign(x)) as i32 as isize
 }
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ const OUTLIER_MM: f32 = 2.0;
 const NEIGHBOURS_MM: f32 = 2.6;
 
 /// The surface and what is known of it.
+#[derive(Clone)]
 pub(crate) struct Wall {
     /// Height above the shell, mm.
     pub(crate) height: RadialMap,
@@ -109,6 +110,7 @@ impl Search {
         progress.at(0.6)?;
         let expected = plane.filled(scan.frame.spacing[2], USUAL_MM);
         let free = RadialMap::new(slices, 0.0);
+        drop((muscle, band.depth));
         let (hu, muscle) = (band.hu, voxels);
         let mut search = Self { hu, levels, muscle, costs, gland, expected, free, weights };
         // A first solution tells which of the fat planes seen are where the wall ends.

@@ -52,10 +52,20 @@ impl Parts {
     /// The face-connected parts of the voxels where `on` holds (place in memory), in a volume of that size,
     /// i fastest in memory. The same for any number of threads.
     pub fn new(size: [usize; 3], on: impl Fn(usize) -> bool + Sync) -> Self {
+        let plane = size[0] * size[1];
+        Self::of_slices(size, |k, n| on(k * plane + n))
+    }
+
+    /// [`Self::new`] with `on(k, place within the slice k)`.
+    pub fn of_slices(size: [usize; 3], on: impl Fn(usize, usize) -> bool + Sync) -> Self {
         let [ni, nj, nk] = size;
-        let row = |row: usize| Run::within(row * ni..(row + 1) * ni, &on);
-        let rows: Vec<Vec<Run>> = (0..nj * nk).into_par_iter().map(row).collect();
-        Self::of_runs(size, rows.into_iter().flatten().collect())
+        let row = |row: usize| {
+            let (k, first) = (row / nj, row % nj * ni);
+            let runs = Run::within(first..first + ni, |n| on(k, n)).into_iter();
+            runs.map(move |run| Run { start: run.start + k * ni * nj, ..run })
+        };
+        let runs = (0..nj * nk).into_par_iter().with_min_len(64).flat_map_iter(row).collect();
+        Self::of_runs(size, runs)
     }
 
     /// The face-connected parts of runs in order of memory, each within one row.

@@ -75,12 +75,35 @@ fn smooth_row(row: &mut [f32], kernel: &[f32], padded: &mut Vec<f32>) {
     padded.resize(reach, row[0]);
     padded.extend_from_slice(row);
     padded.resize(n + 2 * reach, row[n - 1]);
-    row.iter_mut().for_each(|value| *value *= kernel[0]);
-    for (x, w) in kernel.iter().enumerate().skip(1) {
-        let (below, above) = (&padded[reach - x..][..n], &padded[reach + x..][..n]);
-        for (out, (a, b)) in row.iter_mut().zip(below.iter().zip(above)) {
-            *out += w * (a + b);
+    weigh(row, kernel, |x| (&padded[reach - x..], &padded[reach + x..]));
+}
+
+/// Values summed at once: they stay in registers for all weights.
+const BLOCK: usize = 16;
+
+/// The sums of what lies `x` to both sides, `beside(x)`, weighed by the kernel.
+#[inline]
+fn weigh<'a>(out: &mut [f32], kernel: &[f32], beside: impl Fn(usize) -> (&'a [f32], &'a [f32])) {
+    let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
+    let whole = blocks.len() * BLOCK;
+    for (block, out) in blocks.iter_mut().enumerate() {
+        let at = block * BLOCK;
+        let here = &beside(0).0[at..at + BLOCK];
+        let mut sum: [f32; BLOCK] = std::array::from_fn(|n| here[n] * kernel[0]);
+        for (x, w) in kernel.iter().enumerate().skip(1) {
+            let (below, above) = beside(x);
+            let (below, above) = (&below[at..at + BLOCK], &above[at..at + BLOCK]);
+            sum = std::array::from_fn(|n| sum[n] + w * (below[n] + above[n]));
         }
+        *out = sum;
+    }
+    for (n, out) in rest.iter_mut().enumerate() {
+        let n = whole + n;
+        let sides = kernel.iter().enumerate().skip(1);
+        *out = sides.fold(beside(0).0[n] * kernel[0], |sum, (x, w)| {
+            let (below, above) = beside(x);
+            sum + w * (below[n] + above[n])
+        });
     }
 }
 
@@ -94,15 +117,10 @@ struct Line {
 impl Line {
     /// Weighted sum of whole rows at `here - x` and `here + x`; the first row is at the start of `source`.
     fn smooth_rows(self, source: &[f32], here: usize, kernel: &[f32], out: &mut [f32]) {
-        let row = |at: usize| &source[at * self.stride..][..out.len()];
-        let mut sum: Vec<f32> = row(here).iter().map(|v| v * kernel[0]).collect();
-        for (x, w) in kernel.iter().enumerate().skip(1) {
-            let (below, above) = (row(here.saturating_sub(x)), row((here + x).min(self.n - 1)));
-            for (s, (a, b)) in sum.iter_mut().zip(below.iter().zip(above)) {
-                *s += w * (a + b);
-            }
-        }
-        out.copy_from_slice(&sum);
+        let len = out.len();
+        let row = |at: usize| &source[at * self.stride..][..len];
+        let beside = |x: usize| (row(here.saturating_sub(x)), row((here + x).min(self.n - 1)));
+        weigh(out, kernel, beside);
     }
 }
 

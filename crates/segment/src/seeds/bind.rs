@@ -153,6 +153,11 @@ impl Constraints {
         Ok(Self { bounds, own, highest_mm })
     }
 
+    /// Whether the surface is free everywhere.
+    pub(crate) fn bind_nothing(&self) -> bool {
+        self.own.is_empty()
+    }
+
     /// The greatest height of a chest-wall seed above the shell, mm.
     pub(crate) fn highest_mm(&self) -> f32 {
         self.highest_mm
