@@ -23,7 +23,8 @@ pub(crate) fn misfit(hu: &Costs, levels: Levels, height: &RadialMap) -> RadialMa
         let ray = hu.ray(k, p);
         let last = ray.len() - 1;
         let here = (((height.at(k, p) - LOWEST_MM) / STEP_MM).round().max(0.0) as usize).min(last);
-        let (inside, outside) = (|n: usize| here.saturating_sub(n), |n: usize| (here + n).min(last));
+        let (inside, outside) =
+            (|n: usize| here.saturating_sub(n), |n: usize| (here + n).min(last));
         let edge = steps(EDGE_MM);
         let fall = muscle(&ray[inside(edge)]) - muscle(&ray[outside(edge)]);
         let fat: f32 = ray[inside(to)..inside(from)].iter().map(|v| 1.0 - muscle(v)).sum();

@@ -1,7 +1,7 @@
 //! Homogeneous muscle: what tells it from gland, and where it lies beyond the surface of the wall.
 
 use crate::aggregate::Costs;
-use crate::band::{Band, STEP_MM, heights};
+use crate::band::{Band, LOWEST_MM, STEP_MM, heights};
 use crate::body::flag;
 use crate::bones::smoothed;
 use crate::frame::Frame;
@@ -37,8 +37,10 @@ const STEEP: f32 = 1.2;
 /// along the body.
 const NEAR_MM: f32 = 25.0;
 const NEAR_Z_MM: f32 = 6.0;
-/// It lies no farther outside the surface than this, mm.
+/// It lies no farther outside the surface than this, mm, and no farther than `CLOSE_MM` when the fat between them is left
+/// out: gland lies on the wall, a free border over the fat of the armpit.
 const BEYOND_MM: f32 = 45.0;
+const CLOSE_MM: f32 = 25.0;
 /// It must be joined to this much muscle under the surface, cm³, no deeper than `UNDER_MM`.
 const JOINED_CM3: f64 = 0.5;
 const UNDER_MM: f32 = 6.0;
@@ -48,6 +50,8 @@ const LONG_MM: f32 = 16.0;
 /// tissue. Measured: edges of the pectoralis on two real CTs were cut by 6 to 10.
 const RIM_MM: f32 = 2.5;
 const TIP_MM: f32 = 10.0;
+/// Such a border has fat this near, mm: gland is thicker. Chosen, not measured.
+const THIN_MM: f32 = 4.0;
 /// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm.
 const SHARP_MM: f32 = 0.7;
 
@@ -176,16 +180,15 @@ fn is_blob(muscle: &[f32]) -> bool {
 /// homogeneous muscle that is joined to the muscle under the surface belongs to the wall.
 pub(crate) fn add_beyond(
     outline: &Outline<'_>,
-    muscle: &[Run],
-    kind: Kind,
+    found: &Found<'_>,
     shell: &RadialMap,
     seeds: &Constraints,
     labels: &mut LabelMap,
 ) {
-    let border = Border::new(outline, kind, shell, seeds);
+    let border = Border::new(outline, found, shell, seeds);
     let frame = border.scan.frame;
     let near = |run: &Run| Run::within(run.voxels(), |n| border.beyond(n).is_some());
-    let parts = Parts::of_runs(frame.size, muscle.par_iter().flat_map_iter(near).collect());
+    let parts = Parts::of_runs(frame.size, found.muscle.par_iter().flat_map_iter(near).collect());
     let outside = |run: &Run| Run::within(run.voxels(), |n| outline.beyond(n) >= 0.0);
     let outside: Vec<Vec<Run>> = parts.runs.par_iter().map(outside).collect();
     let mut under = vec![0usize; parts.voxels.len()];
@@ -199,10 +202,15 @@ pub(crate) fn add_beyond(
     slices.enumerate().for_each(|(k, (out, core))| border.paint(k, core, out));
 }
 
-/// What muscle is in this scan: the levels, and how far below its level its mean may lie, HU.
+/// What the search found of muscle.
 #[derive(Clone, Copy)]
-pub(crate) struct Kind {
+pub(crate) struct Found<'a> {
+    /// The voxels of homogeneous muscle.
+    pub(crate) muscle: &'a [Run],
+    /// HU along the rays.
+    pub(crate) hu: &'a Costs,
     pub(crate) levels: Levels,
+    /// How far below its level the mean of muscle may lie, HU.
     pub(crate) below: f32,
 }
 
@@ -210,7 +218,7 @@ pub(crate) struct Kind {
 struct Border<'a> {
     outline: &'a Outline<'a>,
     scan: Scan<'a>,
-    kind: Kind,
+    found: &'a Found<'a>,
     shell: &'a RadialMap,
     seeds: &'a Constraints,
     /// 1 on the rays near to steep places.
@@ -222,7 +230,7 @@ struct Border<'a> {
 impl<'a> Border<'a> {
     fn new(
         outline: &'a Outline<'a>,
-        kind: Kind,
+        found: &'a Found<'a>,
         shell: &'a RadialMap,
         seeds: &'a Constraints,
     ) -> Self {
@@ -233,7 +241,7 @@ impl<'a> Border<'a> {
             ((nearest - UNDER_MM).max(0.0).powi(2), (farthest + BEYOND_MM).powi(2))
         };
         let extents = (0..scan.frame.size[2]).map(extent).collect();
-        Self { outline, scan, kind, shell, seeds, near, extents }
+        Self { outline, scan, found, shell, seeds, near, extents }
     }
 
     /// How far a voxel lies outside the surface, mm, where muscle is looked for.
@@ -249,14 +257,28 @@ impl<'a> Border<'a> {
         if self.near.values[ray] == 0.0 {
             return None;
         }
-        let radius = self.outline.radius().values[ray] + beyond;
-        let free = self.seeds.bound(ray).cost(radius - self.shell.values[ray]) == 0.0;
-        (free && (-UNDER_MM..BEYOND_MM).contains(&beyond)).then_some(beyond)
+        let wall = self.outline.radius().values[ray] - self.shell.values[ray];
+        let free = self.seeds.bound(ray).cost(wall + beyond) == 0.0;
+        let far =
+            |beyond: f32| beyond > CLOSE_MM && beyond - self.fat(ray, wall, beyond) > CLOSE_MM;
+        (free && (-UNDER_MM..BEYOND_MM).contains(&beyond) && !far(beyond)).then_some(beyond)
+    }
+
+    /// Fat on a ray from the height of the wall on, mm.
+    fn fat(&self, ray: usize, wall: f32, beyond: f32) -> f32 {
+        let hu = self.found.hu.ray(ray / RAYS, ray % RAYS);
+        let level = |h: f32| (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(hu.len());
+        let between = &hu[level(wall)..level(wall + beyond)];
+        // What is not known is no fat.
+        let fat = between
+            .iter()
+            .map(|&v| if v.is_nan() { 0.0 } else { 1.0 - self.found.levels.likeness(v) });
+        STEP_MM * fat.sum::<f32>()
     }
 
     /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge.
     fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) {
-        let (frame, Kind { levels, below }) = (self.scan.frame, self.kind);
+        let (frame, Found { levels, below, .. }) = (self.scan.frame, *self.found);
         let (plane, ni) = (frame.plane(), frame.size[0]);
         let rays = &self.near.values[k * RAYS..(k + 1) * RAYS];
         if core.is_empty() && !rays.contains(&1.0) {
@@ -267,12 +289,12 @@ impl<'a> Border<'a> {
         core.iter().for_each(|&n| on[n] = true);
         let image = smoothed(self.scan.ct, frame, k, SHARP_MM.max(0.5 * frame.pixel()));
         let flags = self.scan.body.flags_slice(frame, k);
+        let soft: Vec<bool> =
+            (0..plane).map(|n| flags[n] & flag::BODY == 0 || image[n] <= levels.middle()).collect();
         let dense: Vec<bool> = (0..plane)
-            .map(|n| {
-                let tissue = flags[n] & flag::BODY != 0 && image[n] > levels.middle();
-                tissue && (on[n] || self.beyond(k * plane + n).is_some())
-            })
+            .map(|n| !soft[n] && (on[n] || self.beyond(k * plane + n).is_some()))
             .collect();
+        let thin = near(&soft, ni, spacing, THIN_MM);
         let sides = near(&on, ni, spacing, RIM_MM);
         let free = |n: usize| out[n] == label::CHEST_WALL && dense[n];
         let from: Vec<bool> = (0..plane).map(|n| on[n] || free(n)).collect();
@@ -280,7 +302,8 @@ impl<'a> Border<'a> {
         let mut edge: Vec<bool> = (0..plane)
             .map(|n| {
                 let deep = self.scan.body.depth_mm(k * plane + n) > DEPTH_MM;
-                dense[n] && (from[n] || deep && levels.true_muscle(mean[n], below) > 0.5)
+                let muscle = deep && thin[n] && levels.true_muscle(mean[n], below) > 0.5;
+                dense[n] && (from[n] || muscle)
             })
             .collect();
         keep_joined(&mut edge, &from, ni, spacing, TIP_MM);

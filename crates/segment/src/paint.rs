@@ -31,7 +31,8 @@ fn tiles(frame: &Frame) -> impl Iterator<Item = Tile> {
     let Frame { size: [ni, nj, _], spacing: [si, sj, _], .. } = *frame;
     let tile = move |i0: usize, j0: usize| {
         let (i, j) = (i0..(i0 + TILE).min(ni), j0..(j0 + TILE).min(nj));
-        let middle = |along: &Range<usize>, mm: f32| 0.5 * (along.start + along.end - 1) as f32 * mm;
+        let middle =
+            |along: &Range<usize>, mm: f32| 0.5 * (along.start + along.end - 1) as f32 * mm;
         let half = |along: &Range<usize>, mm: f32| 0.5 * (along.len() - 1) as f32 * mm;
         let half_mm = half(&i, si).hypot(half(&j, sj));
         Tile { middle: [middle(&i, si), middle(&j, sj)], half_mm, i, j }

@@ -96,9 +96,8 @@ impl Segmenter {
         };
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
-        let (muscle, levels) = (&search.muscle, search.levels);
-        let kind = muscle::Kind { levels, below: self.params.weights.muscle_hu };
-        muscle::add_beyond(&outline, muscle, kind, shell, &constraints, &mut labels);
+        let levels = search.levels;
+        muscle::add_beyond(&outline, &search.found(), shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, &self.shell, &wall, &constraints);
         let warnings = self.seed_warnings(seeds, &wall.height);

@@ -5,7 +5,7 @@ use crate::band::{Band, FRONT, LOWEST_MM, STEP_MM, height};
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::misfit::misfit;
-use crate::muscle::Dense;
+use crate::muscle::{Dense, Found};
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
@@ -55,7 +55,7 @@ pub(crate) struct Search {
     hu: Costs,
     pub(crate) levels: Levels,
     /// The voxels of homogeneous muscle.
-    pub(crate) muscle: Vec<Run>,
+    muscle: Vec<Run>,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
     /// Likeness to gland along the rays in front, over the ribs.
@@ -118,6 +118,12 @@ impl Search {
         search.expected = confirmed(&search.free, &plane).filled(scan.frame.spacing[2], USUAL_MM);
         progress.at(1.0)?;
         Ok(search)
+    }
+
+    /// What was found of muscle.
+    pub(crate) fn found(&self) -> Found<'_> {
+        let Self { hu, levels, muscle, weights, .. } = self;
+        Found { muscle, hu, levels: *levels, below: weights.muscle_hu }
     }
 
     /// The cheapest surface, to the step.
