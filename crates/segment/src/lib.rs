@@ -32,6 +32,7 @@ mod levels;
 mod muscle;
 mod nipple;
 mod noise;
+mod orientation;
 mod paint;
 mod pairs;
 mod params;
