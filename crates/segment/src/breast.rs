@@ -359,7 +359,7 @@ mod tests {
         for off in [Vector::zeros(), Vector::new(30.0, 10.0, 40.0), Vector::new(-30.0, 0.0, -30.0)]
         {
             let centre = of(Some(BREAST + off));
-            assert!((centre.z - BREAST.z).abs() < 2.0, "{centre}");
+            assert!((centre.z - BREAST.z).abs() < 4.0, "{centre}");
             assert!((centre.x - BREAST.x).abs() < 8.0, "{centre}");
         }
     }
@@ -383,6 +383,56 @@ mod tests {
         assert!(at_ends < 0.7);
         // It ends where the breast is thickest.
         assert!(Breast::find(&chest(120), Side::Left, Some(BREAST)).unwrap().at_ends > 0.9);
+    }
+
+    #[test]
+    fn the_fat_of_the_armpit_is_no_breast_and_none_of_the_breast_beside_it() {
+        let labels = chest(240);
+        let breast = Breast::find(&labels, Side::Left, None).unwrap();
+        // An arm that joins the chest at the side, thicker than the breast and up to the last slice.
+        let axilla = |p: &Point| (p - Point::new(120.0, 40.0, 240.0)).norm() < 75.0;
+        let with_arm = |labels: &LabelMap| {
+            let grid = labels.grid().clone();
+            LabelMap::from_fn(grid.clone(), |v| {
+                let outside = labels.at(v) == label::OUTSIDE && axilla(&grid.centre(v));
+                if outside { label::SOFT_TISSUE } else { labels.at(v) }
+            })
+        };
+        let beside = Breast::find(&with_arm(&labels), Side::Left, None).unwrap();
+        let off = beside.centre - breast.centre;
+        assert!(off.norm() < 10.0, "{} {}", beside.centre, breast.centre);
+        let grid = labels.grid().clone();
+        let flat = LabelMap::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let skin = p.x.hypot(p.y) < 116.0;
+            if skin { labels.at(v).max(label::SOFT_TISSUE) } else { label::OUTSIDE }
+        });
+        let error = Breast::find(&with_arm(&flat), Side::Left, None).unwrap_err();
+        assert!(error.to_string().contains("armpit"), "{error}");
+    }
+
+    #[test]
+    fn a_sphere_is_moved_no_farther_than_the_tissue_at_the_side_asks_for() {
+        // Tissue lies at the left side of the volume in the upper slices only.
+        let size = [100, 90, 61];
+        let grid = Grid::new(
+            size,
+            Vector::new(3.0, 3.0, 4.0),
+            Point::new(-150.0, -160.0, 0.0),
+            Matrix::identity(),
+        );
+        let labels = LabelMap::from_fn(grid.unwrap(), |v| {
+            let side = v[0] + 1 == size[0] && v[2] > 45;
+            if side { label::SOFT_TISSUE } else { label::OUTSIDE }
+        });
+        let ball = Ball { centre: Point::new(90.0, -30.0, 110.0), radius: 70.0 };
+        assert_eq!(clear_of_sides(&labels, 50.0, ball), ball);
+        let near = Ball { centre: Point::new(90.0, -30.0, 150.0), radius: 70.0 };
+        let less = clear_of_sides(&labels, 30.0, near);
+        assert!(less.centre == near.centre && (60.0..70.0).contains(&less.radius), "{less:?}");
+        let moved = clear_of_sides(&labels, 55.0, near);
+        assert!(moved.centre.x < near.centre.x && moved.centre.x > 70.0, "{moved:?}");
+        assert!(moved.radius >= 69.9, "{moved:?}");
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod frame;
 mod front;
 mod hounsfield;
 mod implant;
+mod inclusions;
 mod info;
 mod labels_error;
 mod levels;
