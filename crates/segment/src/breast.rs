@@ -45,8 +45,10 @@ const ENDS_MM: f64 = 20.0;
 const EDGE_MM: f64 = 8.0;
 /// Least thickness of a breast at its peak, mm.
 const MIN_MM: f32 = 12.0;
-/// Least height of a breast over the tissue around it, mm; noise of the fat on a flat chest stays below.
+/// Least height of a breast over the tissue around it, which is as thin as this share of that side's, mm; the fat of a flat
+/// chest varies less.
 const MIN_RISE_MM: f32 = 6.0;
+const FLAT_SHARE: f64 = 0.25;
 /// A nipple lies where the breast has this share of its greatest thickness. Measured: 0.8 and more.
 const NIPPLE_SHARE: f64 = 0.7;
 
@@ -100,13 +102,13 @@ impl Breast {
         let near = |n: usize| (grid.centre(grid.voxel(n)) - middle).norm() <= FARTHEST_MM;
         let rows = grid.size()[2];
         let from_end = |n: usize| grid.voxel(n)[2].min(rows - 1 - grid.voxel(n)[2]);
-        let highest = |of: &[f32], from: usize, to: usize| {
+        let highest = |from: usize, to: usize| {
             let there = own.iter().filter(|&&n| near(n) && (from..to).contains(&from_end(n)));
-            there.map(|&n| of[n]).fold(0.0, f32::max)
+            there.map(|&n| thick[n]).fold(0.0, f32::max)
         };
         let within = |mm: f64| (mm / grid.spacing()[2]) as usize;
-        let top = highest(&thick, within(ENDS_MM), rows);
-        let rise = highest(mound.data(), within(ENDS_MM), rows);
+        let top = highest(within(ENDS_MM), rows);
+        let rise = top - quantile(&mut known, FLAT_SHARE).unwrap_or(0.0);
         if top < MIN_MM {
             return Err(fail(
                 "the soft tissue in front of the chest wall is too thin for a breast",
@@ -116,7 +118,7 @@ impl Breast {
             return Err(fail(FLAT));
         }
         let (centre, rim) = outline(&front, &mound, middle, top - rest).ok_or(fail(FLAT))?;
-        let at_ends = f64::from(highest(&thick, 0, within(EDGE_MM)) / top);
+        let at_ends = f64::from(highest(0, within(EDGE_MM)) / top);
         let mut shares = front.smooth.map(|_| 0.0);
         for &n in own.iter().filter(|&&n| near(n)) {
             shares.data_mut()[n] = front.smooth.data()[n] / top;

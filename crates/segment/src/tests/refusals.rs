@@ -125,7 +125,8 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     assert!(told.len() == 1 && told[0].to_string().contains("reconstructed field"), "{told:?}");
     // A region that is cut little, of a breast that is cut where it is thickest.
     let breast = Breast::find(&labels, Side::Left, None).unwrap();
-    let of = |x, breast| check_region(&beyond(x), &labels, &place(region, breast));
+    let small = Sphere::new(Point::new(60.0, -80.0, 0.0), 40.0).unwrap();
+    let of = |x, breast| check_region(&beyond(x), &labels, &place(small, breast));
     assert!(of(95.0, None).is_ok());
     let error = of(95.0, Some(&breast)).unwrap_err().to_string();
     assert!(error.contains("thickest"), "{error}");
@@ -148,7 +149,11 @@ fn a_thin_breast_is_told_and_a_flat_chest_has_none() {
     let (labels, region) = truth();
     let ct = changed(|_, v| v);
     let of_height = |mm: f64| {
-        let skin = |p: &Point| 24.0 + mm * (-((p.x - 75.0).powi(2) + p.z.powi(2)) / 1800.0).exp();
+        let skin = |p: &Point| {
+            Thorax::muscle_mm(p)
+                + 14.0
+                + mm * (-((p.x - 75.0).powi(2) + p.z.powi(2)) / 1800.0).exp()
+        };
         let grid = labels.grid().clone();
         LabelMap::from_fn(grid.clone(), |v| match (grid.centre(v), labels.at(v)) {
             (_, label::CHEST_WALL) => label::CHEST_WALL,
@@ -163,7 +168,7 @@ fn a_thin_breast_is_told_and_a_flat_chest_has_none() {
         Ok::<_, Error>(checked.warnings.iter().any(|w| w.to_string().contains("hardly a breast")))
     };
     assert!(matches!(told(0.0), Err(Error::NoBreast { .. })));
-    assert!(told(14.0).unwrap() && !told(35.0).unwrap());
+    assert!(told(10.0).unwrap() && !told(35.0).unwrap());
 }
 
 #[test]
