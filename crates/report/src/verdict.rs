@@ -17,9 +17,10 @@ const LITTLE_MM: f64 = 0.1;
 const TOLD: [&str; 4] =
     ["tumour-in-chest-wall", "tumour-in-lung", "squeezed-tissue", "overlapping-voxels"];
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 11] = [
+const NOTES: [&str; 12] = [
     "dose-not-computed-anew",
     "dose-without-plan",
+    "labels-uncertainty-unknown",
     "letters-replaced",
     "names-taken-out",
     "no-preamble",

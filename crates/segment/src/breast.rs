@@ -1,10 +1,10 @@
 //! The breast in the labels: where it ends, its highest point, and the sphere that holds it.
 //!
 //! Seen from the front, the breast is the mound of soft tissue of one side between the midline and
-//! the line where the body is widest (about the mid-axillary line).
+//! the front of the armpit: what faces the side more than the front is the fat of armpit, arm and flank.
 
 use crate::Error;
-use crate::front::Front;
+use crate::front::{Axis, Front};
 use supine_space::{Grid, Point, Side, Sphere, Vector, Warning};
 use supine_volume::{
     LabelMap, Volume, gaussian, largest_radius, median, quantile, sample_trilinear_at,
@@ -15,6 +15,10 @@ use supine_volume::{
 const MOUND_MM: f64 = 30.0;
 /// The breast ends where the thickness has fallen to this share between the rest and its peak.
 const RIM_SHARE: f32 = 0.15;
+/// Straight towards the head by this much more: there a breast runs out into the fat before the armpit without an edge.
+/// Measured: on chest-lidc0001 the middle of the left breast comes down from 21 mm too high to 12; on phantoms it moves by
+/// 3 mm.
+const RIM_SHARE_UP: f32 = 0.15;
 /// Directions in which the rim is looked for.
 const RAYS: usize = 72;
 /// Step along them, mm.
@@ -29,8 +33,8 @@ const TUMOUR_MM: f64 = 75.0;
 /// Share of the rim that the sphere holds: single rays run on into armpit and flank.
 const HELD: f64 = 0.8;
 /// The sphere holds the breast up to its rim and this much more, mm: what is left of its thickness
-/// at the rim runs out over about 15 mm, and the cut is to lie 15 mm beyond.
-const MARGIN_MM: f64 = 30.0;
+/// at the rim runs out over about 17 mm, and the cut is to lie 15 mm beyond.
+const MARGIN_MM: f64 = 32.0;
 /// Where the slices end the margin may shrink to this before the sphere is moved, mm.
 const MIN_MARGIN_MM: f64 = 15.0;
 /// The sphere stays this far from the first and last slice, mm.
@@ -41,6 +45,16 @@ const ENDS_MM: f64 = 20.0;
 const EDGE_MM: f64 = 8.0;
 /// Least thickness of a breast at its peak, mm.
 const MIN_MM: f32 = 12.0;
+/// Least height of a breast over the tissue around it, which is as thin as this share of that side's, mm; the fat of a flat
+/// chest varies less.
+const MIN_RISE_MM: f32 = 6.0;
+const FLAT_SHARE: f64 = 0.25;
+/// A nipple lies where the breast has this share of its greatest thickness; a tube beside the breast of breast-rider0109, at
+/// 0.55, is none.
+const NIPPLE_SHARE: f64 = 0.7;
+
+const FLAT: &str =
+    "no mound of soft tissue stands in front of the chest wall; the fat of the armpit is none";
 
 /// The breast of one side.
 #[derive(Clone, Debug)]
@@ -52,6 +66,11 @@ pub struct Breast {
     rim: Vec<Point>,
     /// Greatest thickness at the first and last slice, as a share of that at the top.
     pub(crate) at_ends: f64,
+    /// Height of the mound over the tissue around it, mm.
+    pub(crate) rise_mm: f64,
+    /// Thickness of its tissue as seen from the front, as a share of its greatest; one row along y.
+    shares: Volume<f32>,
+    axis: Axis,
 }
 
 impl Breast {
@@ -63,11 +82,13 @@ impl Breast {
     pub fn find(labels: &LabelMap, side: Side, tumour: Option<Point>) -> Result<Self, Error> {
         let fail = |why: &'static str| Error::NoBreast { side, why };
         let front = Front::new(labels).ok_or(fail("there is no chest wall in the labels"))?;
-        let (grid, thick) = (front.smooth.grid(), front.smooth.data());
+        let grid = front.smooth.grid();
+        let thick: Vec<f32> =
+            front.smooth.data().iter().zip(&front.facing).map(|(mm, share)| mm * share).collect();
         let own: Vec<usize> = (0..grid.len())
             .filter(|&n| {
                 let x = grid.centre(grid.voxel(n)).x;
-                (x - front.midline) * side.sign() > 0.0 && front.places[n].is_some()
+                (x - front.axis.x) * side.sign() > 0.0 && front.facing[n] > 0.0
             })
             .collect();
         let mut known: Vec<f32> = own.iter().map(|&n| front.thickness.data()[n]).collect();
@@ -76,7 +97,7 @@ impl Breast {
         let rest = median(&mut known).unwrap_or(0.0).min(0.5 * highest);
         let mut mound = front.smooth.map(|_| 0.0);
         for &n in &own {
-            mound.data_mut()[n] = (thick[n] - rest).max(0.0);
+            mound.data_mut()[n] = (thick[n] - rest * front.facing[n]).max(0.0);
         }
         let middle = summit(&mound, tumour).ok_or(fail("the CT shows nothing of that side"))?;
         let near = |n: usize| (grid.centre(grid.voxel(n)) - middle).norm() <= FARTHEST_MM;
@@ -88,15 +109,41 @@ impl Breast {
         };
         let within = |mm: f64| (mm / grid.spacing()[2]) as usize;
         let top = highest(within(ENDS_MM), rows);
+        let rise = top - quantile(&mut known, FLAT_SHARE).unwrap_or(0.0);
         if top < MIN_MM {
             return Err(fail(
                 "the soft tissue in front of the chest wall is too thin for a breast",
             ));
         }
-        let (centre, rim) = outline(&front, &mound, middle, (top - rest) * RIM_SHARE)
-            .ok_or(fail("no mound of soft tissue stands in front of the chest wall"))?;
+        if rise < MIN_RISE_MM {
+            return Err(fail(FLAT));
+        }
+        let (centre, rim) = outline(&front, &mound, middle, top - rest).ok_or(fail(FLAT))?;
         let at_ends = f64::from(highest(0, within(EDGE_MM)) / top);
-        Ok(Self { side, centre, rim, at_ends })
+        let mut shares = front.smooth.map(|_| 0.0);
+        for &n in own.iter().filter(|&&n| near(n)) {
+            shares.data_mut()[n] = front.smooth.data()[n] / top;
+        }
+        let (rise_mm, axis) = (f64::from(rise), front.axis);
+        Ok(Self { side, centre, rim, at_ends, rise_mm, shares, axis })
+    }
+
+    /// Thickness of the breast before or behind a point, as a share of its greatest; 0 beside the breast, and where the
+    /// point faces the armpit.
+    pub(crate) fn share_at(&self, p: &Point) -> f64 {
+        let grid = self.shares.grid();
+        let at = Point::new(p.x, grid.origin().y, p.z);
+        // The place beside it is as near, where the body ends between the two.
+        let beside =
+            [-1.0, 0.0, 1.0].map(|step| at + Vector::new(step * grid.spacing()[0], 0.0, 0.0));
+        let share = |p: &Point| grid.voxel_at(p).map_or(0.0, |v| f64::from(self.shares.at(v)));
+        let highest = beside.iter().map(share).fold(0.0, f64::max);
+        if self.axis.facing(p) > 0.0 { highest } else { 0.0 }
+    }
+
+    /// Whether a nipple may lie there.
+    pub(crate) fn may_bear(&self, skin: &Point) -> bool {
+        self.share_at(skin) >= NIPPLE_SHARE
     }
 
     /// Middle of its soft tissue, LPS, mm.
@@ -111,7 +158,7 @@ impl Breast {
     }
 
     /// Sphere for the simulation: the breast and 15 mm, and the tumour and 15 mm, kept clear of the
-    /// first and last slice and of the sides of the volume. On a CT too short or too narrow for that it reaches less far beyond
+    /// first and last slice and of tissue at the sides of the volume. On a CT too short or too narrow for that it reaches less far beyond
     /// the breast, and where even the breast is too long for it the sphere is moved along the body, or away from the side; what was
     /// done at a side is told.
     ///
@@ -128,10 +175,7 @@ impl Breast {
             needed = enclosing(needed, Ball { centre: t.centre(), radius: t.radius() });
         }
         let along = keep_clear(labels.grid(), needed);
-        // Air may lie beyond the end of the CT, tissue may not.
-        let cut = largest_radius(labels, along.centre).is_some_and(|fits| fits < along.radius);
-        let Ball { centre, radius } =
-            if cut { beside(labels.grid(), needed.radius, along) } else { along };
+        let Ball { centre, radius } = clear_of_sides(labels, needed.radius, along);
         let sphere = Sphere::new(centre, radius).map_err(|e| fail(e.to_string()))?;
         match tumour {
             Some(t) if sphere.signed_distance(&t.centre()) + t.radius() > 0.0 => {
@@ -159,17 +203,18 @@ fn summit(mound: &Volume<f32>, tumour: Option<Point>) -> Option<Point> {
     Some(grid.centre(grid.voxel(best)))
 }
 
-/// Middle of the mound's tissue, and the skin along its rim, where it has sunk to `low`, mm.
+/// Middle of the mound's tissue, and the skin along its rim; `height` is that of its peak, mm.
 fn outline(
     front: &Front,
     mound: &Volume<f32>,
     from: Point,
-    low: f32,
+    height: f32,
 ) -> Option<(Point, Vec<Point>)> {
     let grid = mound.grid();
     let (mut sum, mut area, mut rim) = (Vector::zeros(), 0.0, Vec::new());
     for ray in 0..RAYS {
         let (sin, cos) = (std::f64::consts::TAU * ray as f64 / RAYS as f64).sin_cos();
+        let low = height * (RIM_SHARE + RIM_SHARE_UP * sin.max(0.0) as f32);
         let mut last: Option<Point> = None;
         for step in 0..(FARTHEST_MM / STEP_MM) as usize {
             let away = step as f64 * STEP_MM;
@@ -222,6 +267,23 @@ fn keep_clear(grid: &Grid, Ball { centre, radius: needed }: Ball) -> Ball {
     let moved = depth.min(length - needed - CLEAR_MM).max(needed + CLEAR_MM);
     let radius = (needed - MIN_MARGIN_MM + MARGIN_MM).min(moved.min(length - moved) - CLEAR_MM);
     Ball { centre: centre + normal * (moved - depth), radius }
+}
+
+/// The sphere clear of the tissue at the sides of the volume; air may lie beyond them. With less margin, then moved as
+/// little as will do, at last wholly into the volume.
+fn clear_of_sides(labels: &LabelMap, needed: f64, ball: Ball) -> Ball {
+    let fits = |centre: Point| largest_radius(labels, centre).unwrap_or(f64::INFINITY);
+    if fits(ball.centre) >= ball.radius {
+        return ball;
+    }
+    let within = beside(labels.grid(), needed, ball);
+    let (way, least) = (within.centre - ball.centre, (needed + MIN_MARGIN_MM).min(ball.radius));
+    let steps = (way.norm() / STEP_MM).ceil().max(1.0);
+    let moved = |step: usize| ball.centre + way * (step as f64 / steps);
+    (0..=steps as usize)
+        .map(|step| Ball { centre: moved(step), radius: fits(moved(step)).min(ball.radius) })
+        .find(|moved| moved.radius >= least)
+        .unwrap_or(within)
 }
 
 /// The sphere within the sides of the volume, where it leaves them: with less margin, then moved, then smaller.
@@ -300,7 +362,7 @@ mod tests {
         for off in [Vector::zeros(), Vector::new(30.0, 10.0, 40.0), Vector::new(-30.0, 0.0, -30.0)]
         {
             let centre = of(Some(BREAST + off));
-            assert!((centre.z - BREAST.z).abs() < 2.0, "{centre}");
+            assert!((centre.z - BREAST.z).abs() < 4.0, "{centre}");
             assert!((centre.x - BREAST.x).abs() < 8.0, "{centre}");
         }
     }
@@ -324,6 +386,56 @@ mod tests {
         assert!(at_ends < 0.7);
         // It ends where the breast is thickest.
         assert!(Breast::find(&chest(120), Side::Left, Some(BREAST)).unwrap().at_ends > 0.9);
+    }
+
+    #[test]
+    fn the_fat_of_the_armpit_is_no_breast_and_none_of_the_breast_beside_it() {
+        let labels = chest(240);
+        let breast = Breast::find(&labels, Side::Left, None).unwrap();
+        // An arm that joins the chest at the side, thicker than the breast and up to the last slice.
+        let axilla = |p: &Point| (p - Point::new(120.0, 40.0, 240.0)).norm() < 75.0;
+        let with_arm = |labels: &LabelMap| {
+            let grid = labels.grid().clone();
+            LabelMap::from_fn(grid.clone(), |v| {
+                let outside = labels.at(v) == label::OUTSIDE && axilla(&grid.centre(v));
+                if outside { label::SOFT_TISSUE } else { labels.at(v) }
+            })
+        };
+        let beside = Breast::find(&with_arm(&labels), Side::Left, None).unwrap();
+        let off = beside.centre - breast.centre;
+        assert!(off.norm() < 10.0, "{} {}", beside.centre, breast.centre);
+        let grid = labels.grid().clone();
+        let flat = LabelMap::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let skin = p.x.hypot(p.y) < 116.0;
+            if skin { labels.at(v).max(label::SOFT_TISSUE) } else { label::OUTSIDE }
+        });
+        let error = Breast::find(&with_arm(&flat), Side::Left, None).unwrap_err();
+        assert!(error.to_string().contains("armpit"), "{error}");
+    }
+
+    #[test]
+    fn a_sphere_is_moved_no_farther_than_the_tissue_at_the_side_asks_for() {
+        // Tissue lies at the left side of the volume in the upper slices only.
+        let size = [100, 90, 61];
+        let grid = Grid::new(
+            size,
+            Vector::new(3.0, 3.0, 4.0),
+            Point::new(-150.0, -160.0, 0.0),
+            Matrix::identity(),
+        );
+        let labels = LabelMap::from_fn(grid.unwrap(), |v| {
+            let side = v[0] + 1 == size[0] && v[2] > 45;
+            if side { label::SOFT_TISSUE } else { label::OUTSIDE }
+        });
+        let ball = Ball { centre: Point::new(90.0, -30.0, 110.0), radius: 70.0 };
+        assert_eq!(clear_of_sides(&labels, 50.0, ball), ball);
+        let near = Ball { centre: Point::new(90.0, -30.0, 150.0), radius: 70.0 };
+        let less = clear_of_sides(&labels, 30.0, near);
+        assert!(less.centre == near.centre && (60.0..70.0).contains(&less.radius), "{less:?}");
+        let moved = clear_of_sides(&labels, 55.0, near);
+        assert!(moved.centre.x < near.centre.x && moved.centre.x > 70.0, "{moved:?}");
+        assert!(moved.radius >= 69.9, "{moved:?}");
     }
 
     #[test]

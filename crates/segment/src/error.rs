@@ -62,6 +62,13 @@ pub enum Error {
         /// `front`, `left side` or `right side`.
         on: &'static str,
     },
+    /// Head and feet are exchanged.
+    #[error(
+        "head and feet of the CT seem to be exchanged: the ribs run up towards the front, and heart and liver lie between the \
+         lungs' upper halves; check the positions and the order of the slices and export the series again, or, if the CT is \
+         right, give labels made elsewhere"
+    )]
+    HeadFeetReversed,
     /// Bone or the like in the breast.
     #[error(
         "{bone_cm3:.0} cm³ as dense as bone lie in the soft tissue of the region: an arm before the \

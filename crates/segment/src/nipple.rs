@@ -43,6 +43,7 @@ impl Breast {
         let spots: Vec<usize> = (0..grid.len())
             .filter(|&n| (skin.near.data()[n] - 0.5).abs() < SKIN)
             .filter(|&n| around.contains(&grid.centre(grid.voxel(n))))
+            .filter(|&n| self.may_bear(&grid.centre(grid.voxel(n))))
             .collect();
         let usual = median(&mut spots.iter().map(|&n| skin.density(n)).collect::<Vec<f32>>())
             .unwrap_or(0.0);

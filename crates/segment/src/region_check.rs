@@ -21,11 +21,17 @@ const BONE_REFUSES_CM3: f64 = 15.0;
 /// of the sphere's great circle that refuses. Measured: 0.16 where the field clips a flank.
 const CUT_WARNS_CM2: f64 = 1.0;
 const CUT_REFUSES: f64 = 0.3;
+/// Area of a breast's thickest part at the end of the field that refuses, cm². Measured: 22 on breast-rider0109's left,
+/// 0.4 on p2-full, where the field grazes the skin.
+const BREAST_CUT_CM2: f64 = 3.0;
 /// Thickness of the breast at the end of the volume, as a share of its greatest, that warns and that
 /// refuses. Measured: 0.7 at most on six CTs, one of which cuts the breast's upper rim; 0.75 to 0.9
 /// where a rim is lost; 0.83 to 1.7 where the CT ends within the breast's middle third.
 const END_WARNS: f64 = 0.75;
 const END_REFUSES: f64 = 0.9;
+/// A breast lower than this over the tissue around it is hardly one, mm. Measured: 17 and more at breasts of seven CTs,
+/// 9 and 13 on chest-cmb01068.
+const THIN_MM: f64 = 14.0;
 /// Share of the boundary, or area of one place, that may be uncertain before a look is asked for. Chosen, not
 /// measured (reference, section 8, proposed 10 cm²).
 const UNCERTAIN_SHARE: f64 = 0.1;
@@ -69,8 +75,10 @@ pub fn check_region(
     out.warnings.extend(bone(bone_cm3, &mut out.checks)?);
     out.warnings.extend(cut_by_field(ct, labels, place, &mut out.checks)?);
     // A side without a breast has nothing to cut.
-    let cut = place.breast.map(|breast| cut_by_end(breast, &mut out.checks)).transpose()?;
-    out.warnings.extend(cut.flatten());
+    if let Some(breast) = place.breast {
+        out.warnings.extend(cut_by_end(breast, &mut out.checks)?);
+        out.warnings.extend(thin(breast, &mut out.checks));
+    }
     let uncertain = place.uncertainty.and_then(|found| uncertain(found, place, &mut out.checks));
     out.warnings.extend(uncertain);
     Ok(out)
@@ -118,7 +126,7 @@ fn bone(bone_cm3: f64, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>
 fn cut_by_field(
     ct: &Ct,
     labels: &LabelMap,
-    &BreastPlace { region, side, .. }: &BreastPlace<'_>,
+    &BreastPlace { region, side, breast, .. }: &BreastPlace<'_>,
     checks: &mut Vec<QualityCheck>,
 ) -> Result<Option<Warning>, Error> {
     // Supplied labels may belong to a CT in another direction: its field is not known.
@@ -133,21 +141,37 @@ fn cut_by_field(
     };
     let ends: Vec<[usize; 2]> =
         (0..ni * nj).map(|n| [n % ni, n / ni]).filter(|&[i, j]| at_end(i, j)).collect();
+    // In the region, and where the breast is as thick as anywhere.
     let cut = |k: usize| {
-        let on = |&&[i, j]: &&[usize; 2]| {
-            let v = [i, j, k];
-            label::is_soft_tissue(labels.at(v)) && region.contains(&grid.centre(v))
-        };
-        ends.iter().filter(on).count()
+        ends.iter().fold([0usize; 2], |[region_cut, breast_cut], &[i, j]| {
+            let (v, at) = ([i, j, k], grid.centre([i, j, k]));
+            if !label::is_soft_tissue(labels.at(v)) {
+                return [region_cut, breast_cut];
+            }
+            let thick = breast.is_some_and(|breast| breast.share_at(&at) > END_REFUSES);
+            [region_cut + usize::from(region.contains(&at)), breast_cut + usize::from(thick)]
+        })
     };
-    let voxels: usize = (0..frame.size[2]).into_par_iter().map(cut).sum();
-    let cm2 = voxels as f64 * f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
+    let add = |a: [usize; 2], b: [usize; 2]| [a[0] + b[0], a[1] + b[1]];
+    let voxels = (0..frame.size[2]).into_par_iter().map(cut).reduce(|| [0; 2], add);
+    let voxel_cm2 = f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
+    let [cm2, breast_cm2] = voxels.map(|voxels| voxels as f64 * voxel_cm2);
     let great_circle = std::f64::consts::PI * (region.radius() / 10.0).powi(2);
     let limit = CUT_REFUSES * great_circle;
     let what = "region's tissue at the end of the reconstructed field";
     checks.push(QualityCheck::at_most(what, cm2, "cm²").warns(CUT_WARNS_CM2).refuses(limit));
     if cm2 > limit {
         let why = format!("{cm2:.0} cm² of the region lie at the end of the reconstructed field");
+        return Err(Error::BreastCut { side, why });
+    }
+    if breast.is_some() {
+        let what = "breast's thickest part at the end of the reconstructed field";
+        checks.push(QualityCheck::at_most(what, breast_cm2, "cm²").refuses(BREAST_CUT_CM2));
+    }
+    if breast_cm2 > BREAST_CUT_CM2 {
+        let why = format!(
+            "the end of the reconstructed field cuts {breast_cm2:.0} cm² of it where it is thickest"
+        );
         return Err(Error::BreastCut { side, why });
     }
     Ok((cm2 > CUT_WARNS_CM2).then(|| {
@@ -157,6 +181,18 @@ fn cut_by_field(
         );
         Warning::new("region-truncated", text).value("area_cm2", cm2)
     }))
+}
+
+/// Hardly a breast: where it ends is uncertain then.
+fn thin(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Option<Warning> {
+    let (side, mm) = (breast.side, breast.rise_mm);
+    let what = "height of the breast over the tissue around it";
+    checks.push(QualityCheck::at_least(what, mm, "mm").warns(THIN_MM));
+    let text = format!(
+        "the {side} breast stands only {mm:.0} mm over the tissue around it: hardly a breast, and where it ends is \
+         uncertain; look at the region, give another one where it is wrong, and check the side"
+    );
+    (mm < THIN_MM).then(|| Warning::new("thin-breast", text).value("height_mm", mm))
 }
 
 fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>, Error> {

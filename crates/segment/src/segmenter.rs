@@ -4,6 +4,7 @@ use crate::body::{Body, flag};
 use crate::find_body::find_body;
 use crate::frame::Frame;
 use crate::info::Counts;
+use crate::orientation::Orientation;
 use crate::paint::Outline;
 use crate::posture::Posture;
 use crate::quality_check::QualityCheck;
@@ -26,6 +27,7 @@ pub struct Segmenter {
     frame: Frame,
     body: Body,
     posture: Posture,
+    orientation: Orientation,
     /// What was measured of the values.
     checks: Vec<QualityCheck>,
     rays: Rays,
@@ -53,6 +55,7 @@ impl Segmenter {
         let checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
         let posture = Posture::check(&ct, &frame, &body)?;
+        let orientation = Orientation::check(&ct, &frame, &body)?;
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
         bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
@@ -64,7 +67,19 @@ impl Segmenter {
         let none = Constraints::new(scan, &[], &shell.radius)?;
         let free = search.solve(scan, &shell.radius, &none, progress.part(0.95, 1.0))?;
         let params = params.clone();
-        Ok(Self { ct, params, frame, body, posture, checks, rays, shell, search, free })
+        Ok(Self {
+            ct,
+            params,
+            frame,
+            body,
+            posture,
+            orientation,
+            checks,
+            rays,
+            shell,
+            search,
+            free,
+        })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -106,8 +121,16 @@ impl Segmenter {
         let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
         let mut info = info::info(&self.params, scan, levels, &wall, counts);
         info.warnings.extend(self.posture.warning());
+        info.warnings.extend(self.orientation.warnings());
         info.warnings.extend(warnings);
-        info.checks.splice(0..0, self.checks.iter().cloned().chain(self.posture.checks()));
+        info.checks.splice(
+            0..0,
+            self.checks
+                .iter()
+                .cloned()
+                .chain(self.posture.checks())
+                .chain(self.orientation.checks()),
+        );
         let outline = outline.into_radius();
         Ok((Segmentation { labels: Arc::new(labels), outline, error, levels }, info))
     }

@@ -1,6 +1,10 @@
 //! Labels that the user supplies, made elsewhere: whether they can be this CT's.
 
+use crate::frame::Frame;
+use crate::inclusions::inclusions;
 use crate::labels_error::{AIR_HU, LabelsError};
+use crate::orientation::{Kind, Orientation};
+use crate::uncertainty::UNCERTAIN_MM;
 use rayon::prelude::*;
 use supine_space::{Grid, Warning};
 use supine_volume::{Ct, LabelMap, Parts, Volume, label};
@@ -61,6 +65,19 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
         warnings.push(Warning::new("labels-inside-skin", text));
     }
     warnings.extend(pieces(&labels));
+    warnings.extend(inclusions(ct, &labels));
+    if let Ok(frame) = Frame::new(ct.grid()) {
+        let kind = |n: usize| {
+            let (hu, l) = (ct.data()[n], labels.data()[n]);
+            Kind::of(hu, l != label::OUTSIDE, label::is_chest_wall(l) && hu < AIR_HU)
+        };
+        warnings.extend(Orientation::of(&frame, kind).warnings());
+    }
+    let text = format!(
+        "how far the chest wall of the labels given may be wrong is not known: no place of it is called uncertain, and its \
+         error is taken for {UNCERTAIN_MM:.1} mm everywhere; look at the boundary on the images"
+    );
+    warnings.push(Warning::new("labels-uncertainty-unknown", text));
     Ok((labels, warnings))
 }
 
@@ -266,7 +283,9 @@ mod tests {
     #[test]
     fn right_labels_are_taken_as_they_are() {
         let (taken, warnings) = take_labels(&ct(), labels(truth)).unwrap();
-        assert_eq!((taken, warnings), (labels(truth), vec![]));
+        assert_eq!(taken, labels(truth));
+        let told = warnings.iter().map(Warning::to_string).collect::<Vec<_>>();
+        assert!(told.len() == 1 && told[0].contains("is not known"), "{told:?}");
         // Rounded positions of another file are those of the CT.
         let g = grid();
         let near = g.origin() + Vector::new(0.004, -0.004, 0.002);
@@ -341,6 +360,24 @@ mod tests {
         };
         let short = told(labels(|v| if within(v) { truth(v) } else { 0 }));
         assert!(short.contains("reach the skin"), "{short}");
+        let lung = told(labels(|v| {
+            let deep = v[0] == 20 && v[1] == 28 && (8..10).contains(&v[2]);
+            if deep { label::SOFT_TISSUE } else { truth(v) }
+        }));
+        assert!(lung.contains("0.2 ml of lung") && lung.contains("-70 132 81"), "{lung}");
+        let bone = {
+            let mut ct = ct();
+            let rib =
+                |v: [usize; 3]| v[0] == 40 && (10..15).contains(&v[1]) && (8..12).contains(&v[2]);
+            for n in 0..ct.grid().len() {
+                if rib(ct.grid().voxel(n)) {
+                    ct.data_mut()[n] = 600;
+                }
+            }
+            let warnings = take_labels(&ct, labels(truth)).unwrap().1;
+            warnings.iter().map(Warning::to_string).collect::<Vec<_>>().join("\n")
+        };
+        assert!(bone.contains("1.9 ml as dense as bone"), "{bone}");
         let proud = told(labels(|v| {
             let next = truth([(v[0] + 1).min(59), v[1], v[2]]);
             if truth(v) == 0 && next == 1 { 1 } else { truth(v) }

@@ -3,6 +3,7 @@
 mod finer;
 mod muscle;
 mod objects;
+mod orientation;
 mod phantom;
 mod refusals;
 mod seeds;
@@ -170,7 +171,7 @@ fn the_region_holds_the_breast_and_the_tumour() {
         let region = breast.region(&labels, None).unwrap().0;
         // The mound's axis stands 75 mm beside the middle, its rim 50 mm round that.
         let off = region.centre() - Point::new(side.sign() * 75.0, -105.0, 0.0);
-        assert!(off.norm() < 12.0 && off.z.abs() < 3.0, "{side}: {region:?}");
+        assert!(off.norm() < 12.0 && off.z.abs() < 5.0, "{side}: {region:?}");
         assert!(region.signed_distance(&apex) < -30.0, "{side}: {region:?}");
         assert!((65.0..82.0).contains(&region.radius()), "{side}: {region:?}");
         let tumour = Sphere::new(apex + Vector::new(0.0, 60.0, 40.0), 10.0).unwrap();

@@ -114,7 +114,8 @@ impl Thorax {
 
     fn is_rib(p: &Point) -> bool {
         let depth = -Self::above_ribs(p);
-        let along = p.z + 0.35 * p.y;
+        // Down towards the front.
+        let along = p.z - 0.35 * p.y;
         let spine = (p.x / 18.0).hypot((p.y - 66.0) / 20.0) < 1.0;
         let sternum = p.x.abs() < 16.0 && p.y < 0.0 && (0.0..9.0).contains(&depth);
         spine || sternum || ((0.0..7.0).contains(&depth) && along.rem_euclid(24.0) < 12.0)

@@ -123,6 +123,14 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     assert!(matches!(error, Error::BreastCut { side: Side::Left, .. }), "{error}");
     let told = check(&beyond(128.0), region).unwrap();
     assert!(told.len() == 1 && told[0].to_string().contains("reconstructed field"), "{told:?}");
+    // A region that is cut little, of a breast that is cut where it is thickest.
+    let breast = Breast::find(&labels, Side::Left, None).unwrap();
+    let small = Sphere::new(Point::new(60.0, -80.0, 0.0), 40.0).unwrap();
+    let of = |x, breast| check_region(&beyond(x), &labels, &place(small, breast));
+    assert!(of(95.0, None).is_ok());
+    let error = of(95.0, Some(&breast)).unwrap_err().to_string();
+    assert!(error.contains("thickest"), "{error}");
+    assert!(of(128.0, Some(&breast)).is_ok());
     // The lower half of the volume is not there.
     let ct = Thorax::default().ct(Matrix::identity());
     let [ni, nj, nk] = ct.grid().size();
@@ -134,6 +142,33 @@ fn a_breast_cut_by_the_field_or_the_end_is_refused() {
     let breast = Breast::find(&labels, Side::Left, None).unwrap();
     let error = check_region(&ct, &labels, &place(region, Some(&breast))).unwrap_err();
     assert!(matches!(error, Error::BreastCut { .. }), "{error}");
+}
+
+#[test]
+fn a_thin_breast_is_told_and_a_flat_chest_has_none() {
+    let (labels, region) = truth();
+    let ct = changed(|_, v| v);
+    let of_height = |mm: f64| {
+        let skin = |p: &Point| {
+            Thorax::muscle_mm(p)
+                + 14.0
+                + mm * (-((p.x - 75.0).powi(2) + p.z.powi(2)) / 1800.0).exp()
+        };
+        let grid = labels.grid().clone();
+        LabelMap::from_fn(grid.clone(), |v| match (grid.centre(v), labels.at(v)) {
+            (_, label::CHEST_WALL) => label::CHEST_WALL,
+            (p, _) if Thorax::above_ribs(&p) < skin(&p) => label::SOFT_TISSUE,
+            _ => label::OUTSIDE,
+        })
+    };
+    let told = |mm: f64| {
+        let labels = of_height(mm);
+        let breast = Breast::find(&labels, Side::Left, None)?;
+        let checked = check_region(&ct, &labels, &place(region, Some(&breast)))?;
+        Ok::<_, Error>(checked.warnings.iter().any(|w| w.to_string().contains("hardly a breast")))
+    };
+    assert!(matches!(told(0.0), Err(Error::NoBreast { .. })));
+    assert!(told(10.0).unwrap() && !told(35.0).unwrap());
 }
 
 #[test]
