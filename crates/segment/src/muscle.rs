@@ -3,7 +3,7 @@
 use crate::aggregate::Costs;
 use crate::band::{Band, STEP_MM, heights};
 use crate::body::flag;
-use crate::bones::smoothed;
+use crate::bones::smoothed_rows;
 use crate::frame::Frame;
 use crate::levels::Levels;
 use crate::paint::Outline;
@@ -12,7 +12,7 @@ use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
 use rayon::prelude::*;
-use supine_volume::{Ct, LabelMap, Parts, Run, gaussian_slice, label, slice_kernel};
+use supine_volume::{LabelMap, Parts, Run, gaussian_rows, label, slice_kernel};
 
 /// Smoothing that tells homogeneous muscle from gland: in the slice (reference, section 4, step 6) and across,
 /// mm.
@@ -49,7 +49,10 @@ const RIM_MM: f32 = 2.5;
 
 /// Mean HU of the dense tissue around (Gaussian weights) in a slice: fat and bone beside a muscle do
 /// not count, so it tells muscle from gland up to their borders. NaN where there is none.
-fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
+fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
+    let Scan { ct, frame, body, .. } = scan;
+    // Muscle lies in the body: no row beyond it is looked at.
+    let rows = body.rows(frame, k);
     let weights = slice_kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
     let (mut sum, mut share) = (vec![0.0f32; plane], vec![0.0f32; plane]);
@@ -58,8 +61,8 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
     let (least, most) = (f32::from(dense.start), f32::from(dense.end));
     let ni = frame.size[0];
     // Row by row: a whole slice of sums is not at hand as fast.
-    let rows = sum.chunks_exact_mut(ni).zip(share.chunks_exact_mut(ni));
-    for (j, (sum, share)) in rows.enumerate() {
+    let both = sum.chunks_exact_mut(ni).zip(share.chunks_exact_mut(ni));
+    for (j, (sum, share)) in both.enumerate() {
         for (d, w) in weights.iter().enumerate() {
             let both = [k.saturating_sub(d), (k + d).min(last)];
             for &from in if d == 0 { &both[..1] } else { &both[..] } {
@@ -74,8 +77,8 @@ fn dense_mean(ct: &Ct, frame: &Frame, k: usize, levels: Levels) -> Vec<f32> {
         }
     }
     let spacing = [frame.spacing[0], frame.spacing[1]];
-    gaussian_slice(&mut sum, ni, spacing, SMOOTH_MM);
-    gaussian_slice(&mut share, ni, spacing, SMOOTH_MM);
+    gaussian_rows(&mut sum, ni, spacing, SMOOTH_MM, rows.clone());
+    gaussian_rows(&mut share, ni, spacing, SMOOTH_MM, rows);
     let mean = |(sum, share): (f32, f32)| if share > MIN_SHARE { sum / share } else { f32::NAN };
     sum.into_iter().zip(share).map(mean).collect()
 }
@@ -105,7 +108,7 @@ impl Dense {
         let size = RAYS * n_levels;
         let rays = muscle.values.par_chunks_mut(size).zip(gland.values.par_chunks_mut(size));
         let slice = |(k, (muscle, gland)): (usize, (&mut [f32], &mut [f32]))| {
-            let image = dense_mean(scan.ct, frame, k, levels);
+            let image = dense_mean(scan, k, levels);
             scan.along(k, shell, heights(n_levels), muscle, |at| {
                 bilinear(&image, frame.size[0], at, |v| v)
             });
@@ -136,8 +139,8 @@ fn homogeneous(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, below: f3
             && scan.body.depth_mm(start + n) > DEPTH_MM
     };
     let mut share: Vec<f32> = (0..mean.len()).map(|n| f32::from(is_muscle(n))).collect();
-    gaussian_slice(&mut share, frame.size[0], [frame.spacing[0], frame.spacing[1]], SMOOTH_MM);
-    let ni = frame.size[0];
+    let (ni, spacing) = (frame.size[0], [frame.spacing[0], frame.spacing[1]]);
+    gaussian_rows(&mut share, ni, spacing, SMOOTH_MM, scan.body.rows(frame, k));
     let row = |row: usize| {
         let voxels = start + row * ni..start + (row + 1) * ni;
         Run::within(voxels, |n| share[n - start] > MOSTLY)
@@ -218,15 +221,19 @@ pub(crate) fn add_beyond(
         if core.is_empty() {
             return;
         }
-        let mut on = vec![false; plane];
-        core.iter().for_each(|&n| on[n] = true);
-        let spacing = [frame.spacing[0], frame.spacing[1]];
-        let rim = plane::near(&on, frame.size[0], spacing, RIM_MM);
-        let image = smoothed(scan.ct, frame, k, 0.5 * frame.pixel());
-        for n in 0..plane {
-            let rim = rim[n] && image[n] > levels.middle();
-            let inside = scan.body.flags_slice(frame, k)[n] & flag::BODY != 0;
-            if rim && inside && (on[n] || beyond(k * plane + n).is_some()) {
+        // The rows that the rim reaches; the pixels are in order.
+        let ([ni, nj, _], margin) = (frame.size, (RIM_MM / frame.spacing[1]) as usize + 1);
+        let first = (core[0] / ni).saturating_sub(margin);
+        let rows = first..(core[core.len() - 1] / ni + margin + 1).min(nj);
+        let mut on = vec![false; rows.len() * ni];
+        core.iter().for_each(|&n| on[n - first * ni] = true);
+        let rim = plane::near(&on, ni, [frame.spacing[0], frame.spacing[1]], RIM_MM);
+        let image = smoothed_rows(scan.ct, frame, (k, rows), 0.5 * frame.pixel());
+        let flags = scan.body.flags_slice(frame, k);
+        for (m, n) in (0..on.len()).map(|m| (m, m + first * ni)) {
+            let rim = rim[m] && image[n] > levels.middle();
+            let inside = flags[n] & flag::BODY != 0;
+            if rim && inside && (on[m] || beyond(k * plane + n).is_some()) {
                 out[n] = label::CHEST_WALL;
             }
         }
