@@ -92,8 +92,7 @@ impl Chest<'_> {
     /// Collects the voxels of the implants of a range of HU; gives their volume, ml.
     fn find(&self, slices: &[Cores], range: usize, implants: &mut Vec<usize>) -> f64 {
         let plane = self.frame.plane();
-        let on =
-            |k: usize, n: usize| slices[k].within.get(n).is_some_and(|&w| w >> range & 1 == 1);
+        let on = |k: usize, n: usize| slices[k].within.get(n).is_some_and(|&w| w >> range & 1 == 1);
         let parts = Parts::of_slices(self.frame.size, on);
         let mut facts = vec![Facts::default(); parts.voxels.len()];
         let mut hu = slices.iter().flat_map(|s| s.hu[range].iter().copied());

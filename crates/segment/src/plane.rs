@@ -127,7 +127,13 @@ fn distance_in_row(on: &[bool], squares: &[f32], out: &mut [f32]) {
             // To the pixel before the run up to its middle, to the one after it from there on.
             let half = match (from > 0, to < on.len()) {
                 (true, true) => len.div_ceil(2),
-                (before, _) => if before { len } else { 0 },
+                (before, _) => {
+                    if before {
+                        len
+                    } else {
+                        0
+                    }
+                }
             };
             let (left, right) = out.split_at_mut(half);
             left.copy_from_slice(&squares[1..half + 1]);
