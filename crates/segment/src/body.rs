@@ -3,6 +3,7 @@
 use crate::frame::Frame;
 use crate::plane::squared_distance;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What is known of a voxel; bits.
 pub(crate) mod flag {
@@ -69,6 +70,15 @@ impl Body {
     /// Flags of a slice.
     pub(crate) fn flags_slice(&self, frame: &Frame, k: usize) -> &[u8] {
         &self.flags[k * frame.plane()..(k + 1) * frame.plane()]
+    }
+
+    /// The rows of a slice that hold the body, and one more at both sides.
+    pub(crate) fn rows(&self, frame: &Frame, k: usize) -> Range<usize> {
+        let (flags, [ni, nj, _]) = (self.flags_slice(frame, k), frame.size);
+        let inside = |f: &u8| f & flag::BODY != 0;
+        let first = flags.iter().position(inside).map_or(0, |n| n / ni);
+        let last = flags.iter().rposition(inside).map_or(0, |n| n / ni);
+        first.saturating_sub(1)..(last + 2).min(nj)
     }
 
     /// Measures the depth again after the body has changed.

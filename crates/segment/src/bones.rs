@@ -5,8 +5,9 @@ use crate::body::{Body, flag};
 use crate::frame::Frame;
 use crate::levels::fat_mode;
 use rayon::prelude::*;
+use std::ops::Range;
 use supine_space::Progress;
-use supine_volume::{Ct, Parts, Run, gaussian_slice, median, ranked};
+use supine_volume::{Ct, Parts, Run, gaussian_rows, median, ranked};
 
 /// In-plane smoothing before any level is compared, mm (reference, section 4, step 3).
 pub(crate) const SMOOTH_MM: f32 = 0.9;
@@ -28,12 +29,23 @@ const BONE_SLICES: usize = 6;
 
 /// A slice in f32, padding and metal clamped, smoothed in its plane.
 pub(crate) fn smoothed(ct: &Ct, frame: &Frame, k: usize, sigma_mm: f32) -> Vec<f32> {
+    smoothed_rows(ct, frame, (k, 0..frame.size[1]), sigma_mm)
+}
+
+/// [`smoothed`], but that rows beyond those asked for of slice k hold anything.
+pub(crate) fn smoothed_rows(
+    ct: &Ct,
+    frame: &Frame,
+    (k, rows): (usize, Range<usize>),
+    sigma_mm: f32,
+) -> Vec<f32> {
     let plane = frame.plane();
     let mut image: Vec<f32> = ct.data()[k * plane..(k + 1) * plane]
         .iter()
         .map(|&v| f32::from(v.clamp(-1024, 3071)))
         .collect();
-    gaussian_slice(&mut image, frame.size[0], [frame.spacing[0], frame.spacing[1]], sigma_mm);
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    gaussian_rows(&mut image, frame.size[0], spacing, sigma_mm, rows);
     image
 }
 
@@ -50,7 +62,7 @@ pub(crate) fn mark_bones(
     let dense: Vec<[Vec<Run>; 2]> = (0..frame.size[2])
         .into_par_iter()
         .map(|k| {
-            let image = smoothed(ct, frame, k, SMOOTH_MM);
+            let image = smoothed_rows(ct, frame, (k, body.rows(frame, k)), SMOOTH_MM);
             levels.map(|level| above(frame, body, k, &image, level))
         })
         .collect();
@@ -85,7 +97,7 @@ fn above(frame: &Frame, body: &Body, k: usize, image: &[f32], level: f32) -> Vec
 
 /// Mode of the fat of the patient, HU.
 pub(crate) fn fat_of(ct: &Ct, body: &Body) -> f32 {
-    let voxels = ct.data().iter().zip(&body.flags);
+    let voxels = ct.data().par_iter().zip(&body.flags);
     fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(v, _)| *v))
 }
 

@@ -4,7 +4,7 @@
 //! themselves. What follows sees them as fat, so that the wall ends behind them.
 
 use crate::body::{Body, flag};
-use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed};
+use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed, smoothed_rows};
 use crate::frame::Frame;
 use crate::levels::fat_mode;
 use crate::plane::near;
@@ -58,7 +58,7 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     if body.implant_ml == 0.0 {
         return ct;
     }
-    let voxels = ct.data().iter().zip(&body.flags);
+    let voxels = ct.data().par_iter().zip(&body.flags);
     let fat = fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(&v, _)| v)) as i16;
     let mut filled = ct;
     let values = Arc::make_mut(&mut filled).data_mut();
@@ -120,7 +120,8 @@ impl Chest<'_> {
     /// The pixels in front whose surroundings lie all within a range.
     fn cores(&self, k: usize, hull: &Hull) -> Cores {
         let (plane, frame) = (self.frame.plane(), self.frame);
-        let smooth = smoothed(self.ct, frame, k, SMOOTH_MM);
+        let rows = (k, self.body.rows(frame, k));
+        let smooth = smoothed_rows(self.ct, frame, rows, SMOOTH_MM);
         let flags = self.body.flags_slice(frame, k);
         let front: Vec<bool> = (0..plane)
             .map(|n| flags[n] & flag::BODY != 0 && to_back(frame, n) < hull.middle)

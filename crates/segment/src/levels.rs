@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::band::{Band, height};
 use crate::radial_map::{RAYS, Rays};
+use rayon::prelude::*;
 use supine_volume::slice_kernel;
 
 /// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an effusion
@@ -32,19 +33,24 @@ impl Levels {
     /// Fat: mode in front of the shell. Muscle: mode of the back muscles, for in front thin muscle
     /// and effusion drag the mode down.
     pub(crate) fn measure(band: &Band, rays: &Rays) -> Result<Self, Error> {
-        let pick = |wanted: &dyn Fn(usize, f32, f32) -> bool, range: (i32, i32)| {
-            let mut bins = vec![0.0f32; ((range.1 - range.0) / 2) as usize];
+        let pick = |wanted: &(dyn Fn(usize, f32, f32) -> bool + Sync), range: (i32, i32)| {
+            let none = || vec![0.0f32; ((range.1 - range.0) / 2) as usize];
             let levels = band.levels();
-            for (n, (&v, &depth)) in band.hu.values.iter().zip(&band.depth.values).enumerate() {
-                if !wanted(n / levels % RAYS, height(n % levels), depth) {
-                    continue;
+            let count = |mut bins: Vec<f32>, (n, (hu, depth)): (usize, (&[f32], &[f32]))| {
+                for (level, (&v, &depth)) in hu.iter().zip(depth).enumerate() {
+                    if !wanted(n % RAYS, height(level), depth) {
+                        continue;
+                    }
+                    let bin = ((v - range.0 as f32) / 2.0).floor();
+                    if bin >= 0.0 && (bin as usize) < bins.len() {
+                        bins[bin as usize] += 1.0;
+                    }
                 }
-                let bin = ((v - range.0 as f32) / 2.0).floor();
-                if bin >= 0.0 && (bin as usize) < bins.len() {
-                    bins[bin as usize] += 1.0;
-                }
-            }
-            mode(&bins, range.0 as f32)
+                bins
+            };
+            let (hu, depth) = (&band.hu.values, &band.depth.values);
+            let rays = hu.par_chunks(levels).zip(depth.par_chunks(levels)).enumerate();
+            mode(&rays.fold(none, count).reduce(none, added), range.0 as f32)
         };
         let front = |p: usize, _h: f32, depth: f32| rays.to_back[p] < 0.1 && depth > 4.0;
         let back = |p: usize, h: f32, depth: f32| {
@@ -92,12 +98,20 @@ impl Levels {
 }
 
 /// Mode of the fat among values (HU).
-pub(crate) fn fat_mode(values: impl Iterator<Item = i16>) -> f32 {
-    let mut bins = vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
-    for value in values.filter(|&v| (FAT_HU.0..FAT_HU.1).contains(&i32::from(v))) {
+pub(crate) fn fat_mode(values: impl ParallelIterator<Item = i16>) -> f32 {
+    let none = || vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
+    let fat = values.filter(|&v| (FAT_HU.0..FAT_HU.1).contains(&i32::from(v)));
+    let count = |mut bins: Vec<f32>, value: i16| {
         bins[((i32::from(value) - FAT_HU.0) / 2) as usize] += 1.0;
-    }
-    mode(&bins, FAT_HU.0 as f32)
+        bins
+    };
+    mode(&fat.fold(none, count).reduce(none, added), FAT_HU.0 as f32)
+}
+
+/// The sums of counts: whole numbers, exact in any order.
+fn added(mut a: Vec<f32>, b: Vec<f32>) -> Vec<f32> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
 }
 
 /// Centre of the highest bin (2 HU) after smoothing by 3 bins.

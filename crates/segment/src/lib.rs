@@ -23,6 +23,7 @@ mod field;
 mod find_body;
 mod foreign;
 mod frame;
+mod free_border;
 mod front;
 mod hounsfield;
 mod implant;

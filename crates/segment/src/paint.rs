@@ -171,3 +171,34 @@ impl<'a> Outline<'a> {
         if a >= level && b < level { (a - level) / (a - b) } else { 0.5 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Body;
+    use crate::radial_map::Rays;
+    use supine_space::{Grid, Matrix, Point, Vector};
+    use supine_volume::Volume;
+
+    #[test]
+    fn tiles_paint_what_each_voxel_says_for_itself() {
+        // Neither side is a whole number of tiles, and the axis lies in the middle of one.
+        let spacing = Vector::new(1.9, 2.3, 5.0);
+        let grid = Grid::new([125, 91, 40], spacing, Point::origin(), Matrix::identity()).unwrap();
+        let (frame, ct) = (Frame::new(&grid).unwrap(), Volume::from_fn(grid, |_| 0i16));
+        let rays = Rays::new(&frame, vec![[118.0, 104.0]; 40]);
+        let flags = vec![flag::BODY; ct.data().len()];
+        let body = Body::new(&frame, flags, vec![true; frame.plane()], 3.0);
+        let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
+        // With a step at the end of the ring, near the axis and beyond the image.
+        let wave = |k: usize, p: usize| (p as f32 / (9.0 + k as f32)).sin();
+        let radius = RadialMap::from_fn(40, |k, p| (3.0 * k as f32 + 25.0 * wave(k, p)).max(1.0));
+        let outline = Outline::new(scan, radius);
+        let labels = outline.paint();
+        for (n, &got) in labels.data().iter().enumerate() {
+            let wall = outline.beyond(n) < 0.0;
+            assert_eq!(got, if wall { label::CHEST_WALL } else { label::SOFT_TISSUE }, "{n}");
+        }
+        assert!(labels.data().contains(&label::CHEST_WALL));
+    }
+}

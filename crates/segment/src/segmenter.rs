@@ -14,7 +14,9 @@ use crate::seeds::{self, Constraints};
 use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
 use crate::wall::{Search, Wall};
-use crate::{Error, Info, Params, Seeds, bones, confidence, hounsfield, implant, info, muscle};
+use crate::{
+    Error, Info, Params, Seeds, bones, confidence, free_border, hounsfield, implant, info,
+};
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
 use supine_volume::{Ct, LabelMap, SeedKind, Surfaces, Volume, label};
@@ -112,7 +114,7 @@ impl Segmenter {
         let outline = Outline::new(scan, shell.plus(&wall.height));
         let mut labels = outline.paint();
         let levels = search.levels;
-        muscle::add_beyond(&outline, &search.found(), shell, &constraints, &mut labels);
+        free_border::add_beyond(&outline, &search.found(), shell, &constraints, &mut labels);
         seeds::stamp(scan, &mut labels, &marks);
         let error = confidence::error(scan, &self.shell, &wall, &constraints);
         let warnings = self.seed_warnings(seeds, &wall.height);

@@ -1,0 +1,214 @@
+//! Muscle beyond the surface of the wall: free borders, which one radius per ray cannot follow.
+
+use crate::band::{LOWEST_MM, STEP_MM};
+use crate::body::flag;
+use crate::bones::smoothed_rows;
+use crate::frame::Frame;
+use crate::muscle::{DEPTH_MM, Found, dense_mean};
+use crate::paint::Outline;
+use crate::plane::{fill_holes, keep_joined, near};
+use crate::radial_map::{RAYS, RadialMap};
+use crate::scan::Scan;
+use crate::seeds::Constraints;
+use rayon::prelude::*;
+use supine_volume::{LabelMap, Parts, Run, label};
+
+// Constants that name no measurement were chosen.
+/// A surface that turns towards its rays more than this (mm of radius per mm along it) ends at the
+/// free border of a muscle, or beside one.
+const STEEP: f32 = 1.2;
+/// Muscle beyond the surface is looked for so near to a steep place: mm along the surface, and
+/// along the body.
+const NEAR_MM: f32 = 25.0;
+const NEAR_Z_MM: f32 = 6.0;
+/// It lies no farther outside the surface than this, mm, and no farther than `CLOSE_MM` when the fat between them is left
+/// out: gland lies on the wall, a free border over the fat of the armpit.
+const BEYOND_MM: f32 = 45.0;
+const CLOSE_MM: f32 = 25.0;
+/// It must be joined to this much muscle under the surface, cm³, no deeper than `UNDER_MM`.
+const JOINED_CM3: f64 = 0.5;
+const UNDER_MM: f32 = 6.0;
+/// A free border is longer along the body than this, mm; gland that touches the wall is not.
+const LONG_MM: f32 = 16.0;
+/// What the smoothing takes off a muscle: of its flat sides, mm, and of a border that thins out to an edge, mm along the
+/// tissue. Measured: edges of the pectoralis on two real CTs were cut by 6 to 10.
+const RIM_MM: f32 = 2.5;
+const TIP_MM: f32 = 10.0;
+/// Such a border has fat this near, mm: gland is thicker. Chosen, not measured.
+const THIN_MM: f32 = 4.0;
+/// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm.
+const SHARP_MM: f32 = 0.7;
+
+/// Gives the muscle beyond the surface its label. One radius per ray cannot follow the free border
+/// of a muscle (pectoralis over the armpit, latissimus): near places where the surface is steep,
+/// homogeneous muscle that is joined to the muscle under the surface belongs to the wall.
+pub(crate) fn add_beyond(
+    outline: &Outline<'_>,
+    found: &Found<'_>,
+    shell: &RadialMap,
+    seeds: &Constraints,
+    labels: &mut LabelMap,
+) {
+    let border = Border::new(outline, found, shell, seeds);
+    let frame = border.scan.frame;
+    let near = |run: &Run| Run::within(run.voxels(), |n| border.beyond(n).is_some());
+    let parts = Parts::of_runs(frame.size, found.muscle.par_iter().flat_map_iter(near).collect());
+    let outside = |run: &Run| Run::within(run.voxels(), |n| outline.beyond(n) >= 0.0);
+    let outside: Vec<Vec<Run>> = parts.runs.par_iter().map(outside).collect();
+    let mut under = vec![0usize; parts.voxels.len()];
+    for ((run, part), outside) in parts.iter().zip(&outside) {
+        under[part] += run.len - outside.iter().map(|run| run.len).sum::<usize>();
+    }
+    let joined = |part: usize| under[part] as f64 * frame.voxel_cm3() > JOINED_CM3;
+    let outside = parts.part.iter().zip(outside).filter(|(part, _)| joined(**part));
+    let core = long(outside.flat_map(|(_, runs)| runs).collect(), frame);
+    let slices = labels.data_mut().par_chunks_mut(frame.plane()).zip(&core);
+    slices.enumerate().for_each(|(k, (out, core))| border.paint(k, core, out));
+}
+
+/// The surroundings of steep places of the surface, where muscle may go on beyond it.
+struct Border<'a> {
+    outline: &'a Outline<'a>,
+    scan: Scan<'a>,
+    found: &'a Found<'a>,
+    shell: &'a RadialMap,
+    seeds: &'a Constraints,
+    /// 1 on the rays near to steep places.
+    near: RadialMap,
+    /// No voxel nearer to the axis or farther from it counts in a slice, mm².
+    extents: Vec<(f32, f32)>,
+}
+
+impl<'a> Border<'a> {
+    fn new(
+        outline: &'a Outline<'a>,
+        found: &'a Found<'a>,
+        shell: &'a RadialMap,
+        seeds: &'a Constraints,
+    ) -> Self {
+        let scan = outline.scan();
+        let near = near_steep(scan, outline.radius());
+        let extent = |k: usize| {
+            let (nearest, farthest) = outline.extent(k);
+            ((nearest - UNDER_MM).max(0.0).powi(2), (farthest + BEYOND_MM).powi(2))
+        };
+        let extents = (0..scan.frame.size[2]).map(extent).collect();
+        Self { outline, scan, found, shell, seeds, near, extents }
+    }
+
+    /// How far a voxel lies outside the surface, mm, where muscle is looked for.
+    fn beyond(&self, n: usize) -> Option<f32> {
+        let plane = self.scan.frame.plane();
+        let (k, position) = (n / plane, self.scan.frame.position(n % plane));
+        let (nearest, farthest) = self.extents[k];
+        let away = self.scan.rays.squared_radius(k, position);
+        if away < nearest || away > farthest {
+            return None;
+        }
+        let (ray, beyond) = self.outline.seen(k, position);
+        if self.near.values[ray] == 0.0 {
+            return None;
+        }
+        let wall = self.outline.radius().values[ray] - self.shell.values[ray];
+        let free = self.seeds.bound(ray).cost(wall + beyond) == 0.0;
+        let far =
+            |beyond: f32| beyond > CLOSE_MM && beyond - self.fat(ray, wall, beyond) > CLOSE_MM;
+        (free && (-UNDER_MM..BEYOND_MM).contains(&beyond) && !far(beyond)).then_some(beyond)
+    }
+
+    /// Fat on a ray from the height of the wall on, mm.
+    fn fat(&self, ray: usize, wall: f32, beyond: f32) -> f32 {
+        let hu = self.found.hu.ray(ray / RAYS, ray % RAYS);
+        let level = |h: f32| (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(hu.len());
+        let between = &hu[level(wall)..level(wall + beyond)];
+        // What is not known is no fat.
+        let fat = between
+            .iter()
+            .map(|&v| if v.is_nan() { 0.0 } else { 1.0 - self.found.levels.likeness(v) });
+        STEP_MM * fat.sum::<f32>()
+    }
+
+    /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge.
+    fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) {
+        let (frame, Found { levels, below, .. }) = (self.scan.frame, *self.found);
+        let (plane, ni) = (frame.plane(), frame.size[0]);
+        let rays = &self.near.values[k * RAYS..(k + 1) * RAYS];
+        if core.is_empty() && !rays.contains(&1.0) {
+            return;
+        }
+        let (spacing, sigma) =
+            ([frame.spacing[0], frame.spacing[1]], SHARP_MM.max(0.5 * frame.pixel()));
+        let mut on = vec![false; plane];
+        core.iter().for_each(|&n| on[n] = true);
+        let image = smoothed_rows(self.scan.ct, frame, (k, self.scan.body.rows(frame, k)), sigma);
+        let flags = self.scan.body.flags_slice(frame, k);
+        let soft: Vec<bool> =
+            (0..plane).map(|n| flags[n] & flag::BODY == 0 || image[n] <= levels.middle()).collect();
+        let dense: Vec<bool> = (0..plane)
+            .map(|n| !soft[n] && (on[n] || self.beyond(k * plane + n).is_some()))
+            .collect();
+        let thin = near(&soft, ni, spacing, THIN_MM);
+        let sides = near(&on, ni, spacing, RIM_MM);
+        let free = |n: usize| out[n] == label::CHEST_WALL && dense[n];
+        let from: Vec<bool> = (0..plane).map(|n| on[n] || free(n)).collect();
+        let mean = dense_mean(self.scan, k, levels);
+        let mut edge: Vec<bool> = (0..plane)
+            .map(|n| {
+                let deep = self.scan.body.depth_mm(k * plane + n) > DEPTH_MM;
+                let muscle = deep && thin[n] && levels.true_muscle(mean[n], below) > 0.5;
+                dense[n] && (from[n] || muscle)
+            })
+            .collect();
+        keep_joined(&mut edge, &from, ni, spacing, TIP_MM);
+        for n in (0..plane).filter(|&n| dense[n] && (sides[n] || edge[n])) {
+            out[n] = label::CHEST_WALL;
+        }
+        fill_wall(out, ni);
+    }
+}
+
+/// What lies between muscle that was added and the rest of the wall is held on all sides.
+fn fill_wall(out: &mut [u8], ni: usize) {
+    let mut wall: Vec<bool> = out.iter().map(|&l| l == label::CHEST_WALL).collect();
+    fill_holes(&mut wall, ni);
+    for (out, wall) in out.iter_mut().zip(wall) {
+        if wall && *out == label::SOFT_TISSUE {
+            *out = label::CHEST_WALL;
+        }
+    }
+}
+
+/// The parts of some runs that are long enough along the body for a muscle, as pixels per slice.
+fn long(runs: Vec<Run>, frame: &Frame) -> Vec<Vec<usize>> {
+    let plane = frame.plane();
+    let parts = Parts::of_runs(frame.size, runs);
+    let mut ends = vec![(usize::MAX, 0); parts.voxels.len()];
+    for (run, part) in parts.iter() {
+        let k = run.start / plane;
+        ends[part] = (k.min(ends[part].0), k.max(ends[part].1));
+    }
+    let mut pixels = vec![Vec::new(); frame.size[2]];
+    for (run, part) in parts.iter() {
+        let (first, last) = ends[part];
+        if (last + 1 - first) as f32 * frame.spacing[2] > LONG_MM {
+            pixels[run.start / plane].extend(run.voxels().map(|n| n % plane));
+        }
+    }
+    pixels
+}
+
+/// 1 on the rays near to a place where the surface is steep, in front and at the sides.
+fn near_steep(scan: Scan<'_>, radius: &RadialMap) -> RadialMap {
+    let steep = RadialMap::from_fn(radius.slices(), |k, p| {
+        let (a, b) = (radius.at(k, (p + RAYS - 1) % RAYS), radius.at(k, (p + 1) % RAYS));
+        f32::from((a - b).abs() > STEEP * 2.0 * radius.arc(k, p))
+    });
+    let reach = (NEAR_Z_MM / scan.frame.spacing[2]).round() as usize;
+    let mut near = steep.widened(reach, |k, p| (NEAR_MM / radius.arc(k, p)) as usize);
+    for (n, near) in near.values.iter_mut().enumerate() {
+        if scan.rays.to_back[n % RAYS] > 0.5 {
+            *near = 0.0;
+        }
+    }
+    near
+}
