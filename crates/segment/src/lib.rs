@@ -49,6 +49,7 @@ mod shell;
 mod spikes;
 mod supplied;
 mod tissues;
+mod tubes;
 mod tumour;
 mod tumour_place;
 mod uncertainty;
