@@ -62,6 +62,17 @@ pub enum Error {
         /// `front`, `left side` or `right side`.
         on: &'static str,
     },
+    /// Lung outside the chest wall that was found.
+    #[error(
+        "{lung_ml:.0} ml of lung lie outside the chest wall that was found, most of it at {at:.0?} mm (LPS): the wall lies \
+         too deep there, or air beside the patient was taken for lung; add chest-wall seeds there"
+    )]
+    LungOutsideWall {
+        /// Volume, ml.
+        lung_ml: f64,
+        /// Middle of the largest piece, LPS, mm.
+        at: [f64; 3],
+    },
     /// Bone or the like in the breast.
     #[error(
         "{bone_cm3:.0} cm³ as dense as bone lie in the soft tissue of the region: an arm before the \

@@ -18,6 +18,7 @@ mod body;
 mod bones;
 mod breast;
 mod confidence;
+mod contents;
 mod error;
 mod field;
 mod find_body;

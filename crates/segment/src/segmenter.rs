@@ -13,7 +13,9 @@ use crate::seeds::{self, Constraints};
 use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
 use crate::wall::Search;
-use crate::{Error, Info, Params, Seeds, bones, confidence, hounsfield, implant, info, muscle};
+use crate::{
+    Error, Info, Params, Seeds, bones, confidence, contents, hounsfield, implant, info, muscle,
+};
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
 use supine_volume::{Ct, LabelMap, SeedKind, Surfaces, Volume, label};
@@ -65,8 +67,8 @@ impl Segmenter {
     /// Soft tissue and chest wall as the seeds want them.
     ///
     /// # Errors
-    /// When a seed lies where it cannot be, two seeds exclude each other, or the callback asked to
-    /// stop.
+    /// When a seed lies where it cannot be, two seeds exclude each other, lung lies outside the wall, or the
+    /// callback asked to stop.
     pub fn segment(
         &self,
         seeds: &Seeds,
@@ -89,15 +91,21 @@ impl Segmenter {
         let mut labels = outline.paint();
         let (muscle, levels) = (&search.muscle, search.levels);
         muscle::add_beyond(&outline, muscle, levels, shell, &constraints, &mut labels);
+        let contents = contents::settle(&outline, &self.shell.ribless, &mut labels)?;
         seeds::stamp(scan, &mut labels, &marks);
-        let error = confidence::error(scan, &self.shell, &wall, &constraints);
+        let mut error = confidence::error(scan, &self.shell, &wall, &constraints);
+        for &(ray, mm) in &contents.off {
+            error.values[ray] = error.values[ray].max(mm);
+        }
         let warnings = self.seed_warnings(seeds, &wall.height)?;
         progress.at(1.0)?;
         let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
         let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
         let mut info = info::info(&self.params, scan, levels, &wall, counts);
         info.warnings.extend(self.posture.warning());
+        info.warnings.extend(contents.warnings());
         info.warnings.extend(warnings);
+        info.checks.extend(contents.checks());
         info.checks.splice(0..0, self.checks.iter().cloned().chain(self.posture.checks()));
         let outline = outline.into_radius();
         Ok((Segmentation { labels: Arc::new(labels), outline, error, levels }, info))

@@ -65,8 +65,10 @@ impl Object {
         let at = |n: usize| [n % ni, n / ni % nj, n / (ni * nj)];
         let (first, last) = (at(p.run.start), at(p.run.start + p.run.len - 1));
         let [low, high] = self.extent.unwrap_or([first, last]);
-        self.extent =
-            Some([[0, 1, 2].map(|a| low[a].min(first[a])), [0, 1, 2].map(|a| high[a].max(last[a]))]);
+        self.extent = Some([
+            [0, 1, 2].map(|a| low[a].min(first[a])),
+            [0, 1, 2].map(|a| high[a].max(last[a])),
+        ]);
         self.standing += if p.stands { p.run.len } else { 0 };
         self.of_patient += p.of_patient;
         self.high_mm = self.high_mm.max(p.high_mm);
@@ -93,8 +95,7 @@ fn proud(ct: &Ct, frame: &Frame, level: i16, body: &Body, k: usize) -> Vec<Proud
     let hu = &ct.data()[start..start + frame.plane()];
     let tissue = |n: usize| body.field[n] && (hu[n] >= level || flags[n] & flag::BODY != 0);
     let near = OPENING_MM * OPENING_MM;
-    let pieces =
-        Parts::new([ni, nj, 1], |n| away[n] > near && away[n].is_finite() && tissue(n));
+    let pieces = Parts::new([ni, nj, 1], |n| away[n] > near && away[n].is_finite() && tissue(n));
     let stands = stands(&pieces, |n| (height(n) / frame.pixel()) as usize);
     let run = |(run, part): (Run, usize)| {
         let of_patient = || run.voxels().filter(|&n| flags[n] & flag::BODY != 0);
