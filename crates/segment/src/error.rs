@@ -62,6 +62,17 @@ pub enum Error {
         /// `front`, `left side` or `right side`.
         on: &'static str,
     },
+    /// One side of the chest is not in the CT.
+    #[error(
+        "only half of the chest is in the CT: on the {side} the field ends within 10 mm of the lung in {percent:.0} % of the \
+         slices, so that ribs and skin are missing there; give a CT that holds both sides and is not cropped"
+    )]
+    HalfChest {
+        /// The side that is cut off.
+        side: Side,
+        /// Share of the slices with lung, %.
+        percent: f64,
+    },
     /// Lung outside the chest wall that was found.
     #[error(
         "{lung_ml:.0} ml of lung lie outside the chest wall that was found, most of it at {at:.0?} mm (LPS): the wall lies \

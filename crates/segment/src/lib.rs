@@ -57,6 +57,7 @@ mod uncertainty;
 mod wall;
 mod wall_costs;
 mod weights;
+mod whole_chest;
 
 #[cfg(test)]
 mod tests;

@@ -15,6 +15,7 @@ use crate::shell::{self, Shell};
 use crate::wall::Search;
 use crate::{
     Error, Info, Params, Seeds, bones, confidence, contents, hounsfield, implant, info, muscle,
+    whole_chest,
 };
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
@@ -45,13 +46,14 @@ impl Segmenter {
     /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
     ///
     /// # Errors
-    /// When the slices are not axial, no body, lungs or ribs are found, fat and muscle cannot be
+    /// When the slices are not axial, no body, lungs or ribs are found, half of the chest is missing, fat and muscle cannot be
     /// told apart, a parameter is out of range, or the callback asked to stop.
     pub fn new(ct: Arc<Ct>, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
-        let checks = hounsfield::check(&ct, &frame)?;
+        let mut checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
+        checks.extend([whole_chest::check(&frame, &body)?]);
         let posture = Posture::check(&ct, &frame, &body)?;
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
