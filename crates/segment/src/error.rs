@@ -69,6 +69,28 @@ pub enum Error {
          right, give labels made elsewhere"
     )]
     HeadFeetReversed,
+    /// One side of the chest is not in the CT.
+    #[error(
+        "only half of the chest is in the CT: on the {side} the field ends within 10 mm of the lung in {percent:.0} % of the \
+         slices, so that ribs and skin are missing there; give a CT that holds both sides and is not cropped"
+    )]
+    HalfChest {
+        /// The side that is cut off.
+        side: Side,
+        /// Share of the slices with lung, %.
+        percent: f64,
+    },
+    /// Lung outside the chest wall that was found.
+    #[error(
+        "{lung_ml:.0} ml of lung lie outside the chest wall that was found, most of it at {at:.0?} mm (LPS): the wall lies \
+         too deep there, or air beside the patient was taken for lung; add chest-wall seeds there"
+    )]
+    LungOutsideWall {
+        /// Volume, ml.
+        lung_ml: f64,
+        /// Middle of the largest piece, LPS, mm.
+        at: [f64; 3],
+    },
     /// Bone or the like in the breast.
     #[error(
         "{bone_cm3:.0} cm³ as dense as bone lie in the soft tissue of the region: an arm before the \

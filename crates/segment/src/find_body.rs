@@ -5,7 +5,7 @@ use crate::field::Field;
 use crate::foreign;
 use crate::frame::Frame;
 use crate::plane::{fill_holes, keep_joined, near};
-use crate::{Error, Params};
+use crate::{Error, Params, tubes};
 use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::{Ct, Parts};
@@ -45,6 +45,11 @@ pub(crate) fn find_body(
     progress.at(0.75)?;
     let mut body = Body::new(frame, flags, field, lung_l);
     if foreign::drop(ct, frame, &mut body) {
+        body.measure_depth(frame);
+    }
+    let tubes_cm3 = tubes::drop(ct, frame, params.skin_hu as i16, &mut body);
+    if tubes_cm3 > 0.0 {
+        body.foreign_cm3 += tubes_cm3;
         body.measure_depth(frame);
     }
     body.find_truncation(frame);

@@ -18,6 +18,7 @@ mod body;
 mod bones;
 mod breast;
 mod confidence;
+mod contents;
 mod error;
 mod field;
 mod find_body;
@@ -53,12 +54,14 @@ mod shell;
 mod spikes;
 mod supplied;
 mod tissues;
+mod tubes;
 mod tumour;
 mod tumour_place;
 mod uncertainty;
 mod wall;
 mod wall_costs;
 mod weights;
+mod whole_chest;
 
 #[cfg(test)]
 mod tests;

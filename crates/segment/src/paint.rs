@@ -84,6 +84,12 @@ impl<'a> Outline<'a> {
         (k * RAYS + if t < 0.5 { p } else { next }, r - surface)
     }
 
+    /// The nearest ray to a voxel (offset in memory), counted over all slices.
+    pub(crate) fn ray(&self, n: usize) -> usize {
+        let Scan { frame, .. } = self.scan;
+        self.seen(n / frame.plane(), frame.position(n % frame.plane())).0
+    }
+
     /// Least and greatest radius in a slice, mm.
     pub(crate) fn extent(&self, k: usize) -> (f32, f32) {
         let radii = &self.radius.values[k * RAYS..(k + 1) * RAYS];

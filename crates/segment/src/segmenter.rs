@@ -15,7 +15,8 @@ use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
 use crate::wall::{Search, Wall};
 use crate::{
-    Error, Info, Params, Seeds, bones, confidence, free_border, hounsfield, implant, info,
+    Error, Info, Params, Seeds, bones, confidence, contents, free_border, hounsfield, implant,
+    info, whole_chest,
 };
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
@@ -28,10 +29,9 @@ pub struct Segmenter {
     params: Params,
     frame: Frame,
     body: Body,
-    posture: Posture,
-    orientation: Orientation,
-    /// What was measured of the values.
+    /// What was measured of the CT as a whole, and what is to be told of it.
     checks: Vec<QualityCheck>,
+    warnings: Vec<Warning>,
     rays: Rays,
     shell: Shell,
     search: Search,
@@ -49,15 +49,18 @@ impl Segmenter {
     /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
     ///
     /// # Errors
-    /// When the slices are not axial, no body, lungs or ribs are found, fat and muscle cannot be
+    /// When the slices are not axial, no body, lungs or ribs are found, half of the chest is missing, fat and muscle cannot be
     /// told apart, a parameter is out of range, or the callback asked to stop.
     pub fn new(ct: Arc<Ct>, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
-        let checks = hounsfield::check(&ct, &frame)?;
+        let mut checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
+        checks.extend([whole_chest::check(&frame, &body)?]);
         let posture = Posture::check(&ct, &frame, &body)?;
         let orientation = Orientation::check(&ct, &frame, &body)?;
+        checks.extend(posture.checks().into_iter().chain(orientation.checks()));
+        let warnings = posture.warning().into_iter().chain(orientation.warnings()).collect();
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
         bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
@@ -69,84 +72,70 @@ impl Segmenter {
         let none = Constraints::new(scan, &[], &shell.radius)?;
         let free = search.solve(scan, &shell.radius, &none, progress.part(0.95, 1.0))?;
         let params = params.clone();
-        Ok(Self {
-            ct,
-            params,
-            frame,
-            body,
-            posture,
-            orientation,
-            checks,
-            rays,
-            shell,
-            search,
-            free,
-        })
+        Ok(Self { ct, params, frame, body, checks, warnings, rays, shell, search, free })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
     ///
     /// # Errors
-    /// When a seed lies where it cannot be, two seeds exclude each other, or the callback asked to
-    /// stop.
+    /// When a seed lies where it cannot be, two seeds exclude each other, lung lies outside the wall, or the
+    /// callback asked to stop.
     pub fn segment(
         &self,
         seeds: &Seeds,
         progress: Progress<'_>,
     ) -> Result<(Segmentation, Info), Error> {
         let scan = self.scan();
-        let shell = &self.shell.radius;
         let marks = seeds::marks(scan, seeds)?;
-        let constraints = Constraints::new(scan, &marks, shell)?;
-        let reach = constraints.highest_mm() + BEYOND_SEED_MM;
-        let wider = (reach > self.search.reach_mm())
+        let bent = seeds::bent(scan, &marks, &self.shell.radius)?;
+        let bent = bent.map(|radius| Shell { radius, ..self.shell.clone() });
+        let shell = bent.as_ref().unwrap_or(&self.shell);
+        let constraints = Constraints::new(scan, &marks, &shell.radius)?;
+        let reach = (constraints.highest_mm() + BEYOND_SEED_MM).max(self.search.reach_mm());
+        let anew = (bent.is_some() || reach > self.search.reach_mm())
             .then(|| {
-                let wide = (reach, self.params.weights);
-                Search::new(scan, &self.shell, wide, progress.part(0.0, 0.4))
+                Search::new(scan, shell, (reach, self.params.weights), progress.part(0.0, 0.4))
             })
             .transpose()?;
-        let search = wider.as_ref().unwrap_or(&self.search);
+        let search = anew.as_ref().unwrap_or(&self.search);
         let wall = if constraints.bind_nothing() {
             self.free.clone()
         } else {
-            search.solve(scan, shell, &constraints, progress.part(0.4, 0.9))?
+            search.solve(scan, &shell.radius, &constraints, progress.part(0.4, 0.9))?
         };
-        let outline = Outline::new(scan, shell.plus(&wall.height));
+        let outline = Outline::new(scan, shell.radius.plus(&wall.height));
         let mut labels = outline.paint();
-        let levels = search.levels;
-        free_border::add_beyond(&outline, &search.found(), shell, &constraints, &mut labels);
+        let found = search.found();
+        free_border::add_beyond(&outline, &found, &shell.radius, &constraints, &mut labels);
+        let contents = contents::settle(&outline, &shell.ribless, &mut labels)?;
         seeds::stamp(scan, &mut labels, &marks);
-        let error = confidence::error(scan, &self.shell, &wall, &constraints);
-        let warnings = self.seed_warnings(seeds, &wall.height);
+        let mut error = confidence::error(scan, shell, &wall, &constraints);
+        for &(ray, mm) in &contents.off {
+            error.values[ray] = error.values[ray].max(mm);
+        }
         progress.at(1.0)?;
-        let ribless = self.shell.ribless.iter().filter(|&&r| r).count();
+        let ribless = shell.ribless.iter().filter(|&&r| r).count();
         let counts = Counts { ribless_slices: ribless, seeds_used: marks.len() };
-        let mut info = info::info(&self.params, scan, levels, &wall, counts);
-        info.warnings.extend(self.posture.warning());
-        info.warnings.extend(self.orientation.warnings());
-        info.warnings.extend(warnings);
-        info.checks.splice(
-            0..0,
-            self.checks
-                .iter()
-                .cloned()
-                .chain(self.posture.checks())
-                .chain(self.orientation.checks()),
-        );
+        let mut info = info::info(&self.params, scan, search.levels, &wall, counts);
+        info.warnings.extend(self.warnings.iter().cloned());
+        info.warnings.extend(contents.warnings());
+        info.warnings.extend(self.seed_warnings(seeds, outline.radius()));
+        info.checks.splice(0..0, self.checks.iter().cloned());
+        info.checks.extend(contents.checks());
+        let levels = search.levels;
         let outline = outline.into_radius();
         Ok((Segmentation { labels: Arc::new(labels), outline, error, levels }, info))
     }
 
-    /// What points among the seeds did to the wall (its height over the shell), beside the wall without seeds.
-    fn seed_warnings(&self, seeds: &Seeds, height: &RadialMap) -> Vec<Warning> {
+    /// What points among the seeds did to the wall (its radius), beside the wall without seeds.
+    fn seed_warnings(&self, seeds: &Seeds, with: &RadialMap) -> Vec<Warning> {
         let points = [SeedKind::ChestWall, SeedKind::SoftTissue].map(|kind| seeds.points(kind));
         if points.iter().all(|points| points.is_empty()) {
             return Vec::new();
         }
-        let (scan, shell) = (self.scan(), &self.shell.radius);
-        let (without, with) = (shell.plus(&self.free.height), shell.plus(height));
-        let walls = seeds::Walls { without: &without, with: &with };
-        seeds::warnings(scan, self.search.levels, &walls, seeds)
+        let without = self.shell.radius.plus(&self.free.height);
+        let walls = seeds::Walls { without: &without, with };
+        seeds::warnings(self.scan(), self.search.levels, &walls, seeds)
     }
 
     /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this

@@ -27,6 +27,7 @@ const EXPECTED: f32 = 0.5;
 const EXPECTED_CAP_MM: f32 = 40.0;
 
 /// The rib shell.
+#[derive(Clone)]
 pub(crate) struct Shell {
     /// Radius per (slice, ray), mm.
     pub(crate) radius: RadialMap,

@@ -16,8 +16,6 @@ const CONE_MM: f32 = 6.5;
 // What follows was chosen, not measured.
 /// The surface keeps this distance to a point, and half a pixel to the centre of a painted voxel.
 const MARGIN_MM: f32 = 1.0;
-/// Largest distance of a chest-wall seed outside the rib shell, mm.
-const HIGHEST_MM: f32 = 90.0;
 /// Seeds this near along the surface must be told apart by a surface of no more than this slope.
 const SAME_PLACE_MM: f32 = 4.0;
 const STEEPEST: f32 = 1.5;
@@ -119,8 +117,7 @@ impl Constraints {
     /// Reduces the seeds to two bounds per ray, whatever their number.
     ///
     /// # Errors
-    /// When a soft-tissue seed lies deep inside the rib shell, a chest-wall seed far outside it, or
-    /// chest wall lies farther out than soft tissue of the same place.
+    /// When a soft-tissue seed lies at the axis of the chest, or chest wall lies farther out than soft tissue of the same place.
     pub(crate) fn new(scan: Scan<'_>, marks: &[Mark], shell: &RadialMap) -> Result<Self, Error> {
         let slice_mm = scan.frame.spacing[2];
         let mut cells = vec![Cell::default(); shell.values.len()];
@@ -131,11 +128,7 @@ impl Constraints {
             let (k, p) = (place.k, place.turn as usize % RAYS);
             let h = place.r - shell.at(k, p);
             if !wall && h < LOWEST_MM + MARGIN_MM {
-                let why = format!("lies {:.0} mm inside the rib cage", -h);
-                return Err(refused(mark.kind, mark.point, why));
-            }
-            if wall && h > HIGHEST_MM {
-                let why = format!("lies {h:.0} mm outside the rib cage");
+                let why = format!("lies {:.0} mm from the axis of the chest", place.r);
                 return Err(refused(mark.kind, mark.point, why));
             }
             if wall {

@@ -1,6 +1,7 @@
 //! What the user knows: its voxels ([`marks`]), what they ask of the surface of the chest wall
-//! ([`bind`], [`pull`]) and of the labels ([`stamp`]), and what they did ([`effect`]).
+//! ([`bend`], [`bind`], [`pull`]) and of the labels ([`stamp`]), and what they did ([`effect`]).
 
+mod bend;
 mod bind;
 mod effect;
 mod marks;
@@ -8,6 +9,7 @@ mod pull;
 mod resample;
 mod stamp;
 
+pub(crate) use bend::bent;
 pub(crate) use bind::Constraints;
 pub(crate) use effect::{Walls, warnings};
 pub(crate) use marks::marks;

@@ -145,3 +145,21 @@ fn skin_that_a_sharp_kernel_makes_as_dense_as_gel_is_the_patient() {
     let (_, info, dice) = with(object);
     assert!(info.foreign_cm3 < plain + 1.0 && good(dice), "{plain} {} {dice:?}", info.foreign_cm3);
 }
+
+#[test]
+fn a_tube_on_the_skin_is_not_the_patient_and_a_nipple_is() {
+    // Along the breastbone, on the skin.
+    let tube: fn(&Point) -> Option<f64> =
+        |p| (p.x.hypot(p.y + 116.5) < 7.0 && p.z.abs() < 40.0).then_some(60.0);
+    let (labels, info, dice) = with(tube);
+    assert_eq!(at(&labels, &Point::new(0.0, -118.0, 0.0)), label::OUTSIDE);
+    assert_eq!(at(&labels, &Point::new(0.0, -107.0, 0.0)), label::SOFT_TISSUE);
+    assert!(info.foreign_cm3 > 3.0 && good(dice), "{dice:?} {}", info.foreign_cm3);
+    let nipple: fn(&Point) -> Option<f64> = |p| {
+        let off = p - APEX;
+        (off.x.hypot(off.z) < 7.0 && (-8.0..2.0).contains(&off.y)).then_some(40.0)
+    };
+    let (labels, _, dice) = with(nipple);
+    assert_eq!(at(&labels, &Point::new(APEX.x, APEX.y - 5.0, APEX.z)), label::SOFT_TISSUE);
+    assert!(good(dice), "{dice:?}");
+}

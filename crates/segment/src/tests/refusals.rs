@@ -75,6 +75,30 @@ fn prone_and_decubitus_are_refused_and_a_sick_lung_is_not() {
     );
 }
 
+#[test]
+fn half_a_chest_is_refused_with_the_side_that_is_missing() {
+    for (side, sign) in [(Side::Left, 1.0), (Side::Right, -1.0)] {
+        let error = run(&changed(|p, v| if sign * p.x > -2.0 { -2048 } else { v })).unwrap_err();
+        assert!(matches!(error, Error::HalfChest { side: s, .. } if s == side), "{side}: {error}");
+    }
+    // A flank is no half.
+    assert!(run(&changed(|p, v| if p.x > 140.0 { -2048 } else { v })).is_ok());
+}
+
+#[test]
+fn one_lung_denser_than_the_other_is_no_side_that_she_lies_on() {
+    let thorax = Thorax::default();
+    let sick = changed(|p, v| match v {
+        _ if thorax.truth(p) == Truth::Wall && v < -600 => {
+            v + (0.3 * p.y) as i16 + if p.x > 0.0 { 120 } else { 0 }
+        }
+        _ => v,
+    });
+    let checks = run(&sick).unwrap().checks;
+    let side = checks.iter().find(|c| c.what.contains("towards one side")).unwrap();
+    assert!(side.value < 3.0, "{side:?}");
+}
+
 /// The labels as they truly are, and a region round the left breast.
 fn truth() -> (LabelMap, Sphere) {
     let thorax = Thorax::default();

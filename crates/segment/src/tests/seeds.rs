@@ -183,7 +183,7 @@ fn careless_seeds_are_named_with_the_reason() {
     refused(wall(point(75.0, -160.0, 0.0)), "outside the body");
     refused(soft(point(75.0, -160.0, 0.0)), "outside the body");
     refused(wall(vec![APEX + Vector::new(0.0, 0.2, 0.0)]), "in the skin");
-    refused(soft(point(50.0, 0.0, 0.0)), "inside the rib cage");
+    refused(soft(point(50.0, 0.0, 0.0)), "there is lung in front of it");
     // Sensible: on the skin line, in the lung, in the back, in the axilla, in the other breast.
     for seeds in [
         soft(vec![APEX]),
