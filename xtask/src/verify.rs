@@ -24,6 +24,7 @@ mod speed;
 mod study;
 mod study_tables;
 mod texture;
+mod walls;
 mod warp;
 
 use crate::House;
@@ -121,6 +122,8 @@ pub(crate) enum Part {
     Flow,
     /// Segmentation against contours and truth, time and memory.
     Segmentation,
+    /// The chest wall of real CTs against contours, each with what was chosen without it.
+    Walls,
     /// Meshes of known shapes, beside CGAL and TetGen.
     Meshes,
     /// Smaller tetrahedra where they count.
@@ -157,6 +160,7 @@ impl Part {
                 let speed = speed::table(bench)?;
                 page::segmentation(&study::study(bench)?, &speed)
             }
+            Self::Walls => walls::section(bench),
             Self::Meshes => {
                 let others = peers::chosen(bench)?;
                 page::meshes(&mesh::all(bench)?, &(others + &mesh::coarsened(bench)?))

@@ -83,7 +83,8 @@ mod tests {
     fn near_errors_add_and_far_ones_do_not() {
         let deviation = |apart: f64| {
             let nodes = nodes(apart);
-            Wall { nodes: &nodes, error_mm: vec![NINETEEN_OF_TWENTY; 2] }.covariance()[(0, 0)].sqrt()
+            Wall { nodes: &nodes, error_mm: vec![NINETEEN_OF_TWENTY; 2] }.covariance()[(0, 0)]
+                .sqrt()
         };
         assert!((deviation(0.0) - 0.2).abs() < 1e-12);
         assert!((deviation(1000.0) - 0.1 * 2.0f64.sqrt()).abs() < 1e-12);

@@ -31,7 +31,7 @@ pub(crate) struct Drawn {
 
 impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval);

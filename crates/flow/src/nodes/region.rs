@@ -91,7 +91,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;

@@ -70,7 +70,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 4;
+    const METHOD: u32 = 5;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import,);

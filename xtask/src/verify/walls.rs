@@ -1,0 +1,43 @@
+//! The chest wall of real CTs against contours, each with what was chosen without it.
+
+use super::{Bench, output, real, run};
+use anyhow::Result;
+use std::process::Command;
+
+const TEXT: &str = include_str!("walls.md");
+/// Real CTs with contours; the file to leave out of the second (its place doubled), and whose contours the project owns.
+const CTS: [(&str, Option<&str>, bool); 4] = [
+    ("breast-flt013", None, false),
+    ("breast-rider0109", Some("2-01.dcm"), false),
+    ("chest-cmb01068", None, true),
+    ("chest-lidc0001", None, true),
+];
+
+/// Text and tables.
+pub(super) fn section(bench: &Bench<'_>) -> Result<String> {
+    run(Command::new("cargo").args([
+        "build",
+        "--release",
+        "-p",
+        "supine-benches",
+        "--bin",
+        "bench-walls",
+    ]))?;
+    let reference = bench.shared.join("reference/segment");
+    let mut study = Command::new(&bench.python);
+    study.arg(bench.house.root.join("xtask/study/walls.py"));
+    study.arg(bench.house.target.join("release/bench-walls"));
+    study.arg(&reference).arg(bench.work.join("walls"));
+    for (name, doubled, own) in CTS {
+        let ct = real::unpacked(bench, name)?;
+        let doubled = doubled.map(|file| ct.join(file)).filter(|file| file.exists());
+        doubled.map(std::fs::remove_file).transpose()?;
+        let contours = if own {
+            bench.house.root.join(format!("fixtures/contours/{name}.json"))
+        } else {
+            reference.join(format!("contours_{name}.json"))
+        };
+        study.arg(format!("{name}={}={}", ct.display(), contours.display()));
+    }
+    Ok([TEXT, &output(&mut study)?].concat())
+}
