@@ -5,12 +5,12 @@ use anyhow::Result;
 use std::process::Command;
 
 const TEXT: &str = include_str!("walls.md");
-/// Real CTs with contours; the file to leave out of the second (its place doubled), and whose contours the project owns.
-const CTS: [(&str, Option<&str>, bool); 4] = [
-    ("breast-flt013", None, false),
-    ("breast-rider0109", Some("2-01.dcm"), false),
-    ("chest-cmb01068", None, true),
-    ("chest-lidc0001", None, true),
+/// Real CTs with contours, and whether the project owns these.
+const CTS: [(&str, bool); 4] = [
+    ("breast-flt013", false),
+    ("breast-rider0109", false),
+    ("chest-cmb01068", true),
+    ("chest-lidc0001", true),
 ];
 
 /// Text and tables.
@@ -28,10 +28,8 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<String> {
     study.arg(bench.house.root.join("xtask/study/walls.py"));
     study.arg(bench.house.target.join("release/bench-walls"));
     study.arg(&reference).arg(bench.work.join("walls"));
-    for (name, doubled, own) in CTS {
+    for (name, own) in CTS {
         let ct = real::unpacked(bench, name)?;
-        let doubled = doubled.map(|file| ct.join(file)).filter(|file| file.exists());
-        doubled.map(std::fs::remove_file).transpose()?;
         let contours = if own {
             bench.house.root.join(format!("fixtures/contours/{name}.json"))
         } else {
