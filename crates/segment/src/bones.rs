@@ -97,8 +97,7 @@ fn above(frame: &Frame, body: &Body, k: usize, image: &[f32], level: f32) -> Vec
 
 /// Mode of the fat of the patient, HU.
 pub(crate) fn fat_of(ct: &Ct, body: &Body) -> f32 {
-    let voxels = ct.data().par_iter().zip(&body.flags);
-    fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(v, _)| *v))
+    fat_mode(ct.data(), |n| body.flags[n] & flag::BODY != 0)
 }
 
 /// Centre of the thorax in each slice (position within the slice, mm): a straight line through the

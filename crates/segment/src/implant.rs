@@ -4,9 +4,8 @@
 //! themselves. What follows sees them as fat, so that the wall ends behind them.
 
 use crate::body::{Body, flag};
-use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, smoothed, smoothed_rows};
+use crate::bones::{SMOOTH_MM as BONE_SMOOTH_MM, fat_of, smoothed, smoothed_rows};
 use crate::frame::Frame;
-use crate::levels::fat_mode;
 use crate::plane::near;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -58,8 +57,7 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     if body.implant_ml == 0.0 {
         return ct;
     }
-    let voxels = ct.data().par_iter().zip(&body.flags);
-    let fat = fat_mode(voxels.filter(|(_, f)| **f & flag::BODY != 0).map(|(&v, _)| v)) as i16;
+    let fat = fat_of(&ct, body) as i16;
     let mut filled = ct;
     let values = Arc::make_mut(&mut filled).data_mut();
     for n in implants {

@@ -97,16 +97,25 @@ impl Levels {
     }
 }
 
-/// Mode of the fat among values (HU).
-pub(crate) fn fat_mode(values: impl ParallelIterator<Item = i16>) -> f32 {
+/// Mode of the fat among the values (HU) whose place `counts`.
+pub(crate) fn fat_mode(values: &[i16], counts: impl Fn(usize) -> bool + Sync) -> f32 {
     let none = || vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
-    let fat = values.filter(|&v| (FAT_HU.0..FAT_HU.1).contains(&i32::from(v)));
-    let count = |mut bins: Vec<f32>, value: i16| {
-        bins[((i32::from(value) - FAT_HU.0) / 2) as usize] += 1.0;
+    let count = |(chunk, values): (usize, &[i16])| {
+        let mut bins = none();
+        for (n, &value) in values.iter().enumerate() {
+            let off = i32::from(value) - FAT_HU.0;
+            if (0..FAT_HU.1 - FAT_HU.0).contains(&off) && counts(chunk * CHUNK + n) {
+                bins[(off / 2) as usize] += 1.0;
+            }
+        }
         bins
     };
-    mode(&fat.fold(none, count).reduce(none, added), FAT_HU.0 as f32)
+    let bins = values.par_chunks(CHUNK).enumerate().map(count).reduce(none, added);
+    mode(&bins, FAT_HU.0 as f32)
 }
+
+/// Values that one thread counts at a time.
+const CHUNK: usize = 1 << 16;
 
 /// The sums of counts: whole numbers, exact in any order.
 fn added(mut a: Vec<f32>, b: Vec<f32>) -> Vec<f32> {

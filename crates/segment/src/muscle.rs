@@ -29,7 +29,7 @@ pub(crate) const DEPTH_MM: f32 = 4.0;
 /// not count, so it tells muscle from gland up to their borders. NaN where there is none.
 pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
     let Scan { ct, frame, body, .. } = scan;
-    // Muscle lies in the body: no row beyond it is looked at.
+    // Muscle lies in the body: no row beyond it is looked at, but for what the smoothing reaches.
     let rows = body.rows(frame, k);
     let weights = slice_kernel(SMOOTH_Z_MM / frame.spacing[2]);
     let (plane, last) = (frame.plane(), frame.size[2] - 1);
@@ -39,8 +39,11 @@ pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
     let (least, most) = (f32::from(dense.start), f32::from(dense.end));
     let ni = frame.size[0];
     // Row by row: a whole slice of sums is not at hand as fast.
+    let spacing = [frame.spacing[0], frame.spacing[1]];
+    let reach = slice_kernel(SMOOTH_MM / spacing[1]).len();
+    let near = rows.start.saturating_sub(reach)..rows.end + reach;
     let both = sum.chunks_exact_mut(ni).zip(share.chunks_exact_mut(ni));
-    for (j, (sum, share)) in both.enumerate() {
+    for (j, (sum, share)) in both.enumerate().filter(|(j, _)| near.contains(j)) {
         for (d, w) in weights.iter().enumerate() {
             let both = [k.saturating_sub(d), (k + d).min(last)];
             for &from in if d == 0 { &both[..1] } else { &both[..] } {
@@ -54,7 +57,6 @@ pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
             }
         }
     }
-    let spacing = [frame.spacing[0], frame.spacing[1]];
     gaussian_rows(&mut sum, ni, spacing, SMOOTH_MM, rows.clone());
     gaussian_rows(&mut share, ni, spacing, SMOOTH_MM, rows);
     let mean = |(sum, share): (f32, f32)| if share > MIN_SHARE { sum / share } else { f32::NAN };

@@ -40,6 +40,8 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
 
 /// Pixels of a row that are looked at together. Chosen, not measured.
 const BLOCK: usize = 32;
+/// Rows after which the highest value of a block is looked for again: that takes as long as a row. Chosen, not measured.
+const LOOK_AGAIN: usize = 6;
 
 /// The smallest value of each block of each row.
 fn lowest_of_blocks(values: &[f32], ni: usize) -> Vec<f32> {
@@ -70,7 +72,6 @@ impl Rows<'_> {
             if across >= highest {
                 break;
             }
-            let mut lowered = false;
             for row in [j.wrapping_sub(d), j + d] {
                 let useful = |row: usize| self.lowest[row * blocks + block] + across < highest;
                 if row >= self.seen.len() || !self.seen[row] || !useful(row) {
@@ -78,9 +79,8 @@ impl Rows<'_> {
                 }
                 let source = &self.along[row * ni + block * BLOCK..];
                 out.iter_mut().zip(source).for_each(|(o, a)| *o = lower(*o, a + across));
-                lowered = true;
             }
-            if lowered {
+            if d % LOOK_AGAIN == 0 {
                 highest = self::highest(out, limit);
             }
         }

@@ -187,8 +187,7 @@ fn deep_soft_tissue(
 
 /// Mode of the fat, HU.
 fn fat_level(ct: &Ct, deep: &Deep) -> f32 {
-    let voxels = ct.data().par_iter().zip(&deep.layer);
-    fat_mode(voxels.filter(|(_, layer)| **layer == 3).map(|(&v, _)| v))
+    fat_mode(ct.data(), |n| deep.layer[n] == 3)
 }
 
 /// Median of the gland where it is thick, HU.
