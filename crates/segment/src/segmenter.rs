@@ -151,11 +151,21 @@ impl Segmenter {
     /// # Errors
     /// When the callback asked to stop.
     pub fn surfaces(&self, made: &Segmentation, progress: Progress<'_>) -> Result<Surfaces, Error> {
-        progress.at(0.0)?;
-        let outline = Outline::new(self.scan(), made.outline.clone());
-        let surfaces = outline.surfaces(&made.labels, self.params.skin_hu as f32, made.levels);
-        progress.at(1.0)?;
-        Ok(surfaces)
+        surfaces(self.scan(), made, &self.params, progress)
+    }
+
+    /// [`Self::surfaces`] as the last that is asked: what searches for the wall goes first, so that both are never held at once.
+    ///
+    /// # Errors
+    /// When the callback asked to stop.
+    pub fn into_surfaces(
+        self,
+        made: &Segmentation,
+        progress: Progress<'_>,
+    ) -> Result<Surfaces, Error> {
+        let Self { ct, params, frame, body, rays, shell, search, free, .. } = self;
+        drop((shell, search, free));
+        surfaces(Scan { ct: &ct, frame: &frame, body: &body, rays: &rays }, made, &params, progress)
     }
 
     /// The breast implants that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
@@ -170,6 +180,19 @@ impl Segmenter {
     fn scan(&self) -> Scan<'_> {
         Scan { ct: &self.ct, frame: &self.frame, body: &self.body, rays: &self.rays }
     }
+}
+
+fn surfaces(
+    scan: Scan<'_>,
+    made: &Segmentation,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<Surfaces, Error> {
+    progress.at(0.0)?;
+    let outline = Outline::new(scan, made.outline.clone());
+    let surfaces = outline.surfaces(&made.labels, params.skin_hu as f32, made.levels);
+    progress.at(1.0)?;
+    Ok(surfaces)
 }
 
 impl std::fmt::Debug for Segmenter {

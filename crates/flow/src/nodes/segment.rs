@@ -198,9 +198,8 @@ fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Erro
     let params = Params { seeds: seeds(own, progress.part(0.0, 0.05))?, ..Params::default() };
     let segmenter = Segmenter::new(Arc::clone(&input.ct), &params, progress.part(0.05, 0.75))?;
     let (made, info) = segmenter.segment(&params.seeds, progress.part(0.75, 0.85))?;
-    let surfaces = segmenter.surfaces(&made, progress.part(0.85, 1.0))?;
     let (uncertainty, implants) = (segmenter.uncertainty(&made), segmenter.implants());
-    drop(segmenter);
+    let surfaces = segmenter.into_surfaces(&made, progress.part(0.85, 1.0))?;
     work.warn_all(info.warnings);
     let automatic = own.seed_files.is_empty() && own.seed_points.is_empty();
     let facts = Facts {
