@@ -3,7 +3,6 @@
 //!
 //! Writes OUT/NAME.nrrd (labels) and OUT/NAME-error.nrrd (the error that 19 of 20 places do not exceed, tenths of mm) for each;
 //! `default` without any. A seed (LPS, mm) goes with all of them.
-#![expect(clippy::disallowed_methods, reason = "a measurement reads and writes files")]
 
 use anyhow::{Context, Result, ensure};
 use std::path::Path;

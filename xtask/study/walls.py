@@ -18,7 +18,7 @@ from scipy.ndimage import binary_fill_holes
 from scipy.spatial import cKDTree
 
 DEFAULT = {"fat": 0.35, "muscle": 0.5, "muscle_hu": 9, "edge": 4, "jump": 1.2, "lung": 0.3}
-WRONG = {"soft": "0.1,0.5,9,1,2.5,0.3", "hungry": "0.35,2,30,1,1.2,0", "lean": "1.5,0,9,1,1.2,0"}
+WRONG = {"soft": "0.1,0.5,9,1,2.5,0.3", "hungry": "0.35,2,30,1,1.2,0", "stiff": "0.35,0.5,9,0.5,4,0.3"}
 WALL = (2, 3, 4, 5)
 BINS = ((0, 0.8), (0.8, 1.2), (1.2, 2), (2, 3), (3, 5), (5, 26))
 
