@@ -293,7 +293,7 @@ pub(crate) fn volumes(changes: &[VolumeChange]) -> Option<Table> {
     (!t.rows.is_empty()).then_some(t)
 }
 
-/// `12.5 of 180 cm² may be off by more than 2 mm; largest: 7.8 cm², upper outer quadrant`.
+/// `12.5 of 180 cm² may be off by more than 2.5 mm; largest: 7.8 cm², upper outer quadrant`.
 fn uncertain(uncertainty: &WallUncertainty) -> String {
     let (bad, all) = (fixed(uncertainty.uncertain_cm2, 1), fixed(uncertainty.boundary_cm2, 0));
     let limit = fixed(uncertainty.limit_mm, 1);

@@ -13,6 +13,8 @@ use supine_volume::{Ct, LabelMap, Volume, distance_mm, label};
 /// in the breasts of six patients, two of them with contrast.
 const BONE_HU: i16 = 200;
 const OFF_WALL_MM: f32 = 10.0;
+/// Skin is no bone, though noise and a sharp kernel make it as dense in spots: measured 12 cm³ on a real CT, 0.1 below this, mm.
+const UNDER_SKIN_MM: f32 = 4.0;
 /// Volumes that warn and that refuse, cm³: an arm holds more, a clip, a calcification or a port
 /// less. Chosen, not measured.
 const BONE_WARNS_CM3: f64 = 1.0;
@@ -84,7 +86,7 @@ pub fn check_region(
     Ok(out)
 }
 
-/// Volume of what is as dense as bone in the soft tissue, off the chest wall, cm³.
+/// Volume of what is as dense as bone in the soft tissue, off the chest wall and under the skin, cm³.
 fn bone_cm3(ct: &Ct, labels: &LabelMap, region: Sphere) -> f64 {
     let Some((start, grid)) = labels.grid().around(&region) else { return 0.0 };
     let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);
@@ -98,9 +100,12 @@ fn bone_cm3(ct: &Ct, labels: &LabelMap, region: Sphere) -> f64 {
     if dense.is_empty() {
         return 0.0;
     }
-    let wall = Volume::par_from_fn(grid.clone(), |v| label::is_chest_wall(labels.at(whole(v))));
-    let away = distance_mm(&wall);
-    let voxels = dense.into_iter().filter(|&n| away.data()[n] > OFF_WALL_MM).count();
+    let from = |kind: fn(u8) -> bool| {
+        distance_mm(&Volume::par_from_fn(grid.clone(), |v| kind(labels.at(whole(v)))))
+    };
+    let (wall, air) = (from(label::is_chest_wall), from(|l| l == label::OUTSIDE));
+    let off = |&n: &usize| wall.data()[n] > OFF_WALL_MM && air.data()[n] > UNDER_SKIN_MM;
+    let voxels = dense.into_iter().filter(off).count();
     voxels as f64 * grid.voxel_volume() / 1000.0
 }
 

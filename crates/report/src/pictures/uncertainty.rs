@@ -197,7 +197,7 @@ fn key(canvas: &mut Canvas, uncertain_mm: f64) {
     let small = 0.8 * LETTER;
     let top = canvas.height() - 52;
     canvas.rectangle([5, top], [190, 47], colour::PANEL, super::PANEL);
-    let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.0} mm"), true)];
+    let lines = [("sure".to_string(), false), (format!("may be off > {uncertain_mm:.1} mm"), true)];
     for (row, (text, uncertain)) in lines.into_iter().enumerate() {
         let y = top + 6 + 20 * row;
         for x in 0..24 {
