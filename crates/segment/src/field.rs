@@ -68,13 +68,28 @@ impl Field {
 }
 
 /// Where the field of a CT ends.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FieldEnd {
     near: Vec<bool>,
     size: [usize; 2],
 }
 
 impl FieldEnd {
+    /// Lengths of the runs of pixels that are, in turn, away from the end and near to it, from the first pixel on; to be kept.
+    pub fn runs(&self) -> Vec<u32> {
+        let first = self.near.first().is_some_and(|&near| near).then_some(0);
+        let runs = self.near.chunk_by(|a, b| a == b).map(|run| run.len() as u32);
+        first.into_iter().chain(runs).collect()
+    }
+
+    /// What [`Self::runs`] gave of a CT of that size within the slices; `None` when it is of another.
+    pub fn of_runs(runs: &[u32], size: [usize; 2]) -> Option<Self> {
+        let runs = runs.iter().enumerate();
+        let near: Vec<bool> =
+            runs.flat_map(|(n, &run)| std::iter::repeat_n(n % 2 == 1, run as usize)).collect();
+        (near.len() == size[0] * size[1]).then_some(Self { near, size })
+    }
+
     /// Whether a point (LPS, mm) lies at the end of the field or beyond it, within 1.6 pixels; `grid` is that of the CT.
     pub fn is_near(&self, grid: &Grid, point: &Point) -> bool {
         let at = grid.index_from_patient(point);
@@ -156,5 +171,7 @@ mod tests {
         let points = [at(0.0), at(140.0), at(149.0), at(151.0), at(170.0), at(400.0)];
         let want = [false, false, true, true, true, true];
         assert_eq!(points.map(|p| end.is_near(ct.grid(), &p)), want);
+        assert_eq!(FieldEnd::of_runs(&end.runs(), [120, 120]), Some(end.clone()));
+        assert_eq!(FieldEnd::of_runs(&end.runs(), [120, 119]), None);
     }
 }

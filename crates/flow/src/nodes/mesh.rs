@@ -1,6 +1,6 @@
 //! The mesh of the soft tissue in the sphere.
 
-use super::{Import, Region, Segment};
+use super::{Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -13,10 +13,9 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::{BoundaryTag, Displacement, TetMesh, quality};
-use supine_segment::Field;
-use supine_space::Warning;
+use supine_segment::FieldEnd;
+use supine_space::{Grid, Warning};
 use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
-use supine_volume::Ct;
 
 pub(crate) struct Mesh;
 
@@ -50,11 +49,9 @@ pub(crate) struct Meshed {
 }
 
 /// The skin that is none: where the CT ends, tissue goes on, and its faces are part of the cut.
-fn cut_by_field(mesh: TetMesh, ct: &Ct) -> TetMesh {
-    // Labels that were brought along may belong to a CT in another direction: its field is not known.
-    let Ok(end) = Field::of(ct).map(|field| field.end()) else { return mesh };
+fn cut_by_field(mesh: TetMesh, end: &FieldEnd, grid: &Grid) -> TetMesh {
     mesh.tagged(|middle, tag| match tag {
-        BoundaryTag::Skin if end.is_near(ct.grid(), middle) => BoundaryTag::Cut,
+        BoundaryTag::Skin if end.is_near(grid, middle) => BoundaryTag::Cut,
         tag => tag,
     })
 }
@@ -87,7 +84,7 @@ impl Node for Mesh {
     const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Import, Segment, Region);
+    type Parents = (Segment, Region);
     type Out = Meshed;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -110,11 +107,7 @@ impl Node for Mesh {
         })
     }
 
-    fn run(
-        own: &Own,
-        (input, segmented, chosen): Outs<Self>,
-        work: &Work<'_>,
-    ) -> Result<Meshed, Error> {
+    fn run(own: &Own, (segmented, chosen): Outs<Self>, work: &Work<'_>) -> Result<Meshed, Error> {
         let progress = work.progress;
         let region = segmented.region(chosen.sphere()?)?;
         let piece = if own.centre_piece { Piece::Centre } else { Piece::Largest };
@@ -131,7 +124,10 @@ impl Node for Mesh {
                 Some(domain.curved(&mesh)?)
             }
         };
-        let mesh = cut_by_field(mesh, &input.ct);
+        let mesh = match &segmented.field_end {
+            Some(end) => cut_by_field(mesh, end, segmented.labels.grid()),
+            None => mesh,
+        };
         let mut facts = mesh_facts(&mesh, &info);
         facts.curved = bent.as_ref().map(|(_, told)| curved(told));
         let curved = bent.map(|(offsets, _)| offsets);

@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
-use supine_segment::{Params, Segmenter};
+use supine_segment::{Field, FieldEnd, Params, Segmenter};
 use supine_space::{Point, Progress};
-use supine_volume::{LabelMap, SeedKind, Seeds, Surfaces, Volume};
+use supine_volume::{Ct, LabelMap, SeedKind, Seeds, Surfaces, Volume};
 
 pub(crate) struct Segment;
 
@@ -39,6 +39,8 @@ pub(crate) struct Segmented {
     pub(crate) uncertainty: Option<Arc<Volume<u8>>>,
     /// The implants that were found, if any.
     pub(crate) implants: Option<Lazy<LabelMap>>,
+    /// Where the field of the CT ends, if that is known.
+    pub(crate) field_end: Option<FieldEnd>,
     pub(crate) facts: Facts,
 }
 
@@ -51,8 +53,9 @@ impl Segmented {
             muscle_hu: None,
             checks: vec![],
             inputs: vec![],
+            field_end: vec![],
         };
-        Self { labels, surfaces, uncertainty: None, implants: None, facts }
+        Self { labels, surfaces, uncertainty: None, implants: None, field_end: None, facts }
     }
 }
 
@@ -66,6 +69,8 @@ pub(crate) struct Facts {
     pub(crate) checks: Vec<QualityCheck>,
     /// Files of the case that went in: labels or seeds.
     pub(crate) inputs: Vec<Input>,
+    /// [`FieldEnd::runs`], nothing where it is not known.
+    field_end: Vec<u32>,
 }
 
 impl Node for Segment {
@@ -137,7 +142,10 @@ impl Node for Segment {
         let implants = there("implants").map(|path| {
             Lazy::read(move || read_labels(&path, Progress::none()).map_err(Error::product))
         });
-        Ok(Segmented { labels, surfaces, uncertainty: uncertainty.map(Arc::new), implants, facts })
+        let [ni, nj, _] = labels.grid().size();
+        let field_end = FieldEnd::of_runs(&facts.field_end, [ni, nj]);
+        let uncertainty = uncertainty.map(Arc::new);
+        Ok(Segmented { labels, surfaces, uncertainty, implants, field_end, facts })
     }
 
     fn bytes(out: &Segmented) -> usize {
@@ -168,6 +176,8 @@ fn supplied(
     work.warn_all(warnings);
     let mut segmented = Segmented::given(Arc::new(labels), None);
     segmented.facts.inputs.push(file.told("labels"));
+    segmented.field_end = field_end(&input.ct);
+    segmented.facts.field_end = segmented.field_end.as_ref().map_or(vec![], FieldEnd::runs);
     Ok(segmented)
 }
 
@@ -193,6 +203,11 @@ fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
     Ok(seeds)
 }
 
+/// Where the field of a CT ends; not known when its slices are not axial, as those of labels that were brought along may be.
+fn field_end(ct: &Ct) -> Option<FieldEnd> {
+    Some(Field::of(ct).ok()?.end())
+}
+
 fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Error> {
     let progress = work.progress;
     let params = Params { seeds: seeds(own, progress.part(0.0, 0.05))?, ..Params::default() };
@@ -202,18 +217,21 @@ fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Erro
     let surfaces = segmenter.into_surfaces(&made, progress.part(0.85, 1.0))?;
     work.warn_all(info.warnings);
     let automatic = own.seed_files.is_empty() && own.seed_points.is_empty();
+    let field_end = field_end(&input.ct);
     let facts = Facts {
         origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
         fat_hu: Some(info.fat_hu),
         muscle_hu: Some(info.muscle_hu),
         checks: info.checks.iter().map(quality_check).collect(),
         inputs: own.seed_files.iter().map(|file| file.told("seeds")).collect(),
+        field_end: field_end.as_ref().map_or(vec![], FieldEnd::runs),
     };
     Ok(Segmented {
         labels: made.labels,
         surfaces: Some(Lazy::held(surfaces)),
         uncertainty: Some(Arc::new(uncertainty)),
         implants: implants.map(Lazy::held),
+        field_end,
         facts,
     })
 }
