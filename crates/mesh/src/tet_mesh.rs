@@ -366,6 +366,17 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn faces_are_tagged_anew_by_their_place() {
+        let cube = cube();
+        let low = cube.points().iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+        let cut = |p: &Point, tag| if p.x < low + 1e-9 { BoundaryTag::Cut } else { tag };
+        let mesh = cube.clone().tagged(cut);
+        assert!((mesh.area(BoundaryTag::Cut) - 4.0).abs() < 1e-14);
+        assert!((mesh.area(BoundaryTag::Skin) - 20.0).abs() < 1e-14);
+        assert_eq!(mesh.id(), cube.id());
+    }
+
+    #[test]
     fn a_mesh_is_known_by_its_points_and_tetrahedra() {
         let mesh = cube();
         let (points, tets) = (mesh.points().to_vec(), mesh.tets().to_vec());
