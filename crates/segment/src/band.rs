@@ -48,7 +48,7 @@ impl Band {
 
 /// Smoothing within the slice that suits the noise: every mm of it rounds off thin fat planes.
 fn smoothing_mm(scan: Scan<'_>) -> f32 {
-    (SMOOTH_MM_PER_HU * noise_hu(scan)).clamp(SMOOTH_MM.0, SMOOTH_MM.1)
+    (SMOOTH_MM_PER_HU * noise_hu(scan.ct, scan.frame, scan.body)).clamp(SMOOTH_MM.0, SMOOTH_MM.1)
 }
 
 /// The heights searched, so many.

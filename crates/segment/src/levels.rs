@@ -2,14 +2,24 @@
 
 use crate::Error;
 use crate::band::{Band, height};
+use crate::body::{Body, flag};
+use crate::bones::{SMOOTH_MM, smoothed_rows};
+use crate::frame::Frame;
+use crate::histogram::Histogram;
 use crate::radial_map::{RAYS, Rays};
 use rayon::prelude::*;
-use supine_volume::slice_kernel;
+use std::ops::Range;
+use supine_volume::Ct;
 
 /// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an effusion
 /// (reference, sections 4 and 9).
-const FAT_HU: (i32, i32) = (-160, -50);
-const MUSCLE_HU: (i32, i32) = (15, 110);
+const FAT_HU: Range<f32> = -160.0..-50.0;
+const MUSCLE_HU: Range<f32> = 15.0..110.0;
+/// Before any surface is known, muscle is looked for this deep under the skin of the back and fat below the skin, mm, in slices
+/// so far apart. Measured: within 4 HU of what is found later outside the ribs.
+const BACK_MM: Range<f32> = 8.0..25.0;
+const SKIN_MM: f32 = 4.0;
+const APART_MM: f32 = 10.0;
 /// Least difference that allows to tell them apart, HU. Chosen, not measured.
 pub(crate) const MIN_CONTRAST_HU: f32 = 60.0;
 
@@ -30,27 +40,49 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
+    /// The levels before any surface is known: the mode of fat in the body, and that of muscle not far under the skin of the
+    /// back.
+    pub(crate) fn of_body(ct: &Ct, frame: &Frame, body: &Body) -> Self {
+        let apart = ((APART_MM / frame.spacing[2]) as usize).max(1);
+        let none = || [FAT_HU, MUSCLE_HU].map(|range| Histogram::new(&range));
+        let count = |mut counted: [Histogram; 2], k: usize| {
+            let image = smoothed_rows(ct, frame, (k, body.rows(frame, k)), SMOOTH_MM);
+            let middle = middle_to_back(frame, body, k);
+            let [fat, muscle] = &mut counted;
+            for (n, &hu) in image.iter().enumerate() {
+                let depth = body.depth_mm(k * frame.plane() + n);
+                if depth > SKIN_MM {
+                    fat.add(hu);
+                }
+                if BACK_MM.contains(&depth) && to_back(frame, n) > middle {
+                    muscle.add(hu);
+                }
+            }
+            counted
+        };
+        let slices = (0..frame.size[2]).into_par_iter().step_by(apart);
+        let [fat, muscle] =
+            slices.fold(none, count).reduce(none, |[a, b], [c, d]| [a.with(c), b.with(d)]);
+        Self { fat: fat.mode(), muscle: muscle.mode() }
+    }
+
     /// Fat: mode in front of the shell. Muscle: mode of the back muscles, for in front thin muscle
     /// and effusion drag the mode down.
     pub(crate) fn measure(band: &Band, rays: &Rays) -> Result<Self, Error> {
-        let pick = |wanted: &(dyn Fn(usize, f32, f32) -> bool + Sync), range: (i32, i32)| {
-            let none = || vec![0.0f32; ((range.1 - range.0) / 2) as usize];
+        let pick = |wanted: &(dyn Fn(usize, f32, f32) -> bool + Sync), range: Range<f32>| {
+            let none = || Histogram::new(&range);
             let levels = band.levels();
-            let count = |mut bins: Vec<f32>, (n, (hu, depth)): (usize, (&[f32], &[f32]))| {
-                for (level, (&v, &depth)) in hu.iter().zip(depth).enumerate() {
-                    if !wanted(n % RAYS, height(level), depth) {
-                        continue;
-                    }
-                    let bin = ((v - range.0 as f32) / 2.0).floor();
-                    if bin >= 0.0 && (bin as usize) < bins.len() {
-                        bins[bin as usize] += 1.0;
+            let count = |mut counted: Histogram, (n, (hu, depth)): (usize, (&[f32], &[f32]))| {
+                for (level, (&hu, &depth)) in hu.iter().zip(depth).enumerate() {
+                    if wanted(n % RAYS, height(level), depth) {
+                        counted.add(hu);
                     }
                 }
-                bins
+                counted
             };
             let (hu, depth) = (&band.hu.values, &band.depth.values);
             let rays = hu.par_chunks(levels).zip(depth.par_chunks(levels)).enumerate();
-            mode(&rays.fold(none, count).reduce(none, added), range.0 as f32)
+            rays.fold(none, count).reduce(none, Histogram::with).mode()
         };
         let front = |p: usize, _h: f32, depth: f32| rays.to_back[p] < 0.1 && depth > 4.0;
         let back = |p: usize, h: f32, depth: f32| {
@@ -68,7 +100,12 @@ impl Levels {
 
     /// Half-way between fat and muscle, HU.
     pub(crate) fn middle(self) -> f32 {
-        0.5 * (self.fat + self.muscle)
+        self.at(0.5)
+    }
+
+    /// At a share of the way from fat to muscle, HU.
+    pub(crate) fn at(self, share: f32) -> f32 {
+        self.fat + share * (self.muscle - self.fat)
     }
 
     /// 0 for fat, 1 for muscle, linear between.
@@ -77,8 +114,8 @@ impl Levels {
     }
 
     /// HU of dense soft tissue: no bone, and no fat in part.
-    pub(crate) fn dense(self) -> std::ops::Range<i16> {
-        let least = self.fat + DENSE_SHARE * (self.muscle - self.fat);
+    pub(crate) fn dense(self) -> Range<i16> {
+        let least = self.at(DENSE_SHARE);
         least as i16..(self.muscle + DENSEST_HU) as i16
     }
 
@@ -97,62 +134,24 @@ impl Levels {
     }
 }
 
+/// Coordinate of a pixel towards the back, mm.
+fn to_back(frame: &Frame, n: usize) -> f32 {
+    let [x, y] = frame.position(n);
+    x * frame.back[0] + y * frame.back[1]
+}
+
+/// Coordinate towards the back of the middle of the body in a slice, mm.
+fn middle_to_back(frame: &Frame, body: &Body, k: usize) -> f32 {
+    let flags = body.flags_slice(frame, k);
+    let inside = (0..flags.len()).filter(|&n| flags[n] & flag::BODY != 0);
+    let (front, back) = inside.fold((f32::INFINITY, f32::NEG_INFINITY), |(front, back), n| {
+        let at = to_back(frame, n);
+        (front.min(at), back.max(at))
+    });
+    0.5 * (front + back)
+}
+
 /// Mode of the fat among the values (HU) whose place `counts`.
 pub(crate) fn fat_mode(values: &[i16], counts: impl Fn(usize) -> bool + Sync) -> f32 {
-    let none = || vec![0.0f32; ((FAT_HU.1 - FAT_HU.0) / 2) as usize];
-    let count = |(chunk, values): (usize, &[i16])| {
-        let mut bins = none();
-        for (n, &value) in values.iter().enumerate() {
-            let off = i32::from(value) - FAT_HU.0;
-            if (0..FAT_HU.1 - FAT_HU.0).contains(&off) && counts(chunk * CHUNK + n) {
-                bins[(off / 2) as usize] += 1.0;
-            }
-        }
-        bins
-    };
-    let bins = values.par_chunks(CHUNK).enumerate().map(count).reduce(none, added);
-    mode(&bins, FAT_HU.0 as f32)
-}
-
-/// Values that one thread counts at a time.
-const CHUNK: usize = 1 << 16;
-
-/// The sums of counts: whole numbers, exact in any order.
-fn added(mut a: Vec<f32>, b: Vec<f32>) -> Vec<f32> {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-    a
-}
-
-/// Centre of the highest bin (2 HU) after smoothing by 3 bins.
-fn mode(bins: &[f32], from: f32) -> f32 {
-    let kernel = slice_kernel(3.0);
-    let at = |n: isize| bins[n.clamp(0, bins.len() as isize - 1) as usize];
-    let smooth = |n: usize| {
-        kernel.iter().enumerate().skip(1).fold(kernel[0] * bins[n], |sum, (d, w)| {
-            sum + w * (at(n as isize - d as isize) + at(n as isize + d as isize))
-        })
-    };
-    let mut best = (0, f32::NEG_INFINITY);
-    for n in 0..bins.len() {
-        let value = smooth(n);
-        if value > best.1 {
-            best = (n, value);
-        }
-    }
-    from + 2.0 * best.0 as f32 + 1.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_mode_of_a_noisy_peak() {
-        let bins: Vec<f32> = (0..55)
-            .map(|n| (-0.5 * ((f64::from(n) - 28.0) / 5.0).powi(2)).exp() as f32 * 100.0)
-            .enumerate()
-            .map(|(n, v)| v + if n % 2 == 0 { 10.0 } else { 0.0 })
-            .collect();
-        assert!((mode(&bins, -160.0) + 103.0).abs() < 3.0);
-    }
+    Histogram::of(values, &FAT_HU, counts).mode()
 }

@@ -1,6 +1,7 @@
 //! What the tissue along a ray says of where the outer surface of the ribs lies.
 
 use crate::body::flag;
+use crate::levels::Levels;
 use crate::plane::Between;
 use crate::radial_map::{RADII, START_MM};
 use crate::scan::Scan;
@@ -25,8 +26,6 @@ const FAT_INSIDE_MM: usize = 10;
 const FAT_SLACK_MM: f32 = 1.0;
 /// Cost per mm of cartilage beyond the shell.
 const CARTILAGE_BEYOND: f32 = 1.0;
-/// Muscle lies this much above fat, HU. Measured: 143 to 163.
-const CONTRAST_HU: f32 = 150.0;
 /// Neither fat nor wall: air, lung.
 const AIR_HU: f32 = -200.0;
 
@@ -65,12 +64,12 @@ impl Profile {
         }
     }
 
-    /// The cost of each radius; `fat` is the level of fat, HU.
-    pub(crate) fn costs(&self, fat: f32, out: &mut [f32]) {
+    /// The cost of each radius.
+    pub(crate) fn costs(&self, levels: Levels, out: &mut [f32]) {
         out.fill(0.0);
         self.bone_costs(out);
         self.bar(out);
-        self.fat_costs(fat, out);
+        self.fat_costs(levels, out);
         self.cartilage_costs(out);
     }
 
@@ -111,12 +110,12 @@ impl Profile {
         }
     }
 
-    fn fat_costs(&self, fat: f32, out: &mut [f32]) {
+    fn fat_costs(&self, levels: Levels, out: &mut [f32]) {
         let likeness = |i: usize| {
             if self.hu[i] < AIR_HU || self.lung[i] {
                 return 0.0;
             }
-            1.0 - ((self.hu[i] - fat) / CONTRAST_HU).clamp(0.0, 1.0)
+            1.0 - levels.likeness(self.hu[i])
         };
         let likeness: Vec<f32> = (0..RADII).map(likeness).collect();
         let mut inside = 0.0f32;

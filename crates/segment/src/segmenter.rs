@@ -4,10 +4,12 @@ use crate::body::{Body, flag};
 use crate::find_body::find_body;
 use crate::frame::Frame;
 use crate::info::Counts;
+use crate::levels::Levels;
 use crate::orientation::Orientation;
 use crate::paint::Outline;
 use crate::posture::Posture;
 use crate::quality_check::QualityCheck;
+use crate::quiet::quiet;
 use crate::radial_map::{RadialMap, Rays};
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
@@ -26,6 +28,8 @@ use supine_volume::{Ct, LabelMap, SeedKind, Surfaces, Volume, label};
 pub struct Segmenter {
     /// Implants are filled with fat.
     ct: Arc<Ct>,
+    /// The same with less noise.
+    quiet: Arc<Ct>,
     params: Params,
     frame: Frame,
     body: Body,
@@ -63,16 +67,18 @@ impl Segmenter {
         let warnings = posture.warning().into_iter().chain(orientation.warnings()).collect();
         let ct = implant::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
-        bones::mark_bones(&ct, &frame, bone_hu, &mut body, progress.part(0.4, 0.5))?;
+        let quiet = quiet(&ct, &frame, &body);
+        let levels = Levels::of_body(&quiet, &frame, &body);
+        bones::mark_bones(&quiet, &frame, (bone_hu, levels), &mut body, progress.part(0.4, 0.5))?;
         let rays = Rays::new(&frame, bones::axis(&frame, &body)?);
-        let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
-        let shell = shell::shell(scan, progress.part(0.5, 0.8))?;
+        let scan = Scan { ct: &quiet, frame: &frame, body: &body, rays: &rays };
+        let shell = shell::shell(scan, levels, progress.part(0.5, 0.8))?;
         let wide = (params.reach_mm as f32, params.weights);
         let search = Search::new(scan, &shell, wide, progress.part(0.8, 0.95))?;
         let none = Constraints::new(scan, &[], &shell.radius)?;
         let free = search.solve(scan, &shell.radius, &none, progress.part(0.95, 1.0))?;
         let params = params.clone();
-        Ok(Self { ct, params, frame, body, checks, warnings, rays, shell, search, free })
+        Ok(Self { ct, quiet, params, frame, body, checks, warnings, rays, shell, search, free })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -151,7 +157,7 @@ impl Segmenter {
     /// # Errors
     /// When the callback asked to stop.
     pub fn surfaces(&self, made: &Segmentation, progress: Progress<'_>) -> Result<Surfaces, Error> {
-        surfaces(self.scan(), made, &self.params, progress)
+        surfaces(Scan { ct: &self.ct, ..self.scan() }, made, &self.params, progress)
     }
 
     /// [`Self::surfaces`] as the last that is asked: what searches for the wall goes first, so that both are never held at once.
@@ -163,8 +169,8 @@ impl Segmenter {
         made: &Segmentation,
         progress: Progress<'_>,
     ) -> Result<Surfaces, Error> {
-        let Self { ct, params, frame, body, rays, shell, search, free, .. } = self;
-        drop((shell, search, free));
+        let Self { ct, quiet, params, frame, body, rays, shell, search, free, .. } = self;
+        drop((quiet, shell, search, free));
         surfaces(Scan { ct: &ct, frame: &frame, body: &body, rays: &rays }, made, &params, progress)
     }
 
@@ -178,7 +184,7 @@ impl Segmenter {
     }
 
     fn scan(&self) -> Scan<'_> {
-        Scan { ct: &self.ct, frame: &self.frame, body: &self.body, rays: &self.rays }
+        Scan { ct: &self.quiet, frame: &self.frame, body: &self.body, rays: &self.rays }
     }
 }
 

@@ -4,8 +4,9 @@
 use crate::Error;
 use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::below_ribs;
-use crate::bones::{SMOOTH_MM, fat_of, smoothed};
+use crate::bones::{SMOOTH_MM, smoothed};
 use crate::frame::Frame;
+use crate::levels::Levels;
 use crate::radial_map::{RADII, RAYS, RadialMap, Rays, START_MM};
 use crate::rib_evidence::{BARRED, EDGE, Profile};
 use crate::scan::Scan;
@@ -38,16 +39,19 @@ pub(crate) struct Shell {
 }
 
 /// Finds the shell.
-pub(crate) fn shell(scan: Scan<'_>, progress: Progress<'_>) -> Result<Shell, Error> {
+pub(crate) fn shell(
+    scan: Scan<'_>,
+    levels: Levels,
+    progress: Progress<'_>,
+) -> Result<Shell, Error> {
     let (frame, rays) = (scan.frame, scan.rays);
     let slices = frame.size[2];
-    let fat = fat_of(scan.ct, scan.body);
     let mut costs = Costs::new(slices, RADII, |k, out| {
         let image = smoothed(scan.ct, frame, k, SMOOTH_MM);
         let mut profile = Profile::default();
         for (p, out) in out.chunks_exact_mut(RADII).enumerate() {
             profile.sample(scan, &image, k, p);
-            profile.costs(fat, out);
+            profile.costs(levels, out);
         }
     });
     progress.at(0.3)?;

@@ -15,7 +15,7 @@ const SPIKE_MM: f32 = 8.0;
 const SPIKE_HEIGHT_MM: f32 = 8.0;
 /// A muscle is at least twice this long in one direction; what is shorter in all of them stands out no
 /// more than the height, mm.
-const NUB_MM: f32 = 5.0;
+const NUB_MM: f32 = 7.0;
 const NUB_HEIGHT_MM: f32 = 1.0;
 /// Places on a line are no farther apart than this, mm.
 const APART_MM: f32 = 1.25;

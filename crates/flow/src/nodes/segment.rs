@@ -75,7 +75,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 5;
+    const METHOD: u32 = 6;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import,);
