@@ -4,6 +4,7 @@
 use crate::Error;
 use crate::body::flag;
 use crate::paint::Outline;
+use crate::pieces::{Amount, amount};
 use crate::plane::{fill_holes, near};
 use crate::quality_check::QualityCheck;
 use crate::radial_map::RAYS;
@@ -46,14 +47,6 @@ pub(crate) struct Contents {
     pub(crate) off: Vec<(usize, f32)>,
 }
 
-/// A volume in the slices of the chest.
-#[derive(Clone, Copy, Debug, Default)]
-struct Amount {
-    ml: f64,
-    /// Volume (ml) and middle (LPS, mm) of its largest piece.
-    largest: (f64, [f64; 3]),
-}
-
 /// Connected pieces of one kind, and which of them belong to the chest.
 struct Pieces {
     parts: Parts,
@@ -72,7 +65,12 @@ pub(crate) fn settle(
     let scan = outline.scan();
     let (air, bone) = (air(scan, labels), bone(outline, labels));
     let chest = chest(scan, ribless);
-    let amount = |pieces: &Pieces, belong| amount(scan, &chest, pieces, belong);
+    // In the slices of the chest.
+    let amount = |pieces: &Pieces, belong: bool| {
+        amount(&pieces.parts, scan.ct.grid(), 0.0, |run, part| {
+            pieces.belong[part] == belong && chest[run.start / scan.frame.plane()]
+        })
+    };
     let mut found = Contents {
         lung: amount(&air, true),
         air: amount(&air, false),
@@ -81,7 +79,8 @@ pub(crate) fn settle(
         off: Vec::new(),
     };
     if found.lung.ml > REFUSES_ML {
-        return Err(Error::LungOutsideWall { lung_ml: found.lung.ml, at: found.lung.largest.1 });
+        let Amount { ml: lung_ml, middle, .. } = found.lung;
+        return Err(Error::LungOutsideWall { lung_ml, at: middle.coords.into() });
     }
     for (pieces, rim_mm) in [(&air, THINNEST_MM), (&bone, 0.0)] {
         let runs: Vec<Run> =
@@ -152,32 +151,6 @@ fn beside(scan: Scan<'_>, n: usize) -> impl Iterator<Item = usize> {
     before.chain(steps.into_iter().map(move |step| n + step))
 }
 
-/// How much of the pieces that belong to the chest, or do not, lies in its slices.
-fn amount(scan: Scan<'_>, chest: &[bool], pieces: &Pieces, belong: bool) -> Amount {
-    let frame = scan.frame;
-    let (plane, ni) = (frame.plane(), frame.size[0]);
-    let mut sums = vec![[0.0f64; 4]; pieces.parts.voxels.len()];
-    for (run, part) in pieces.parts.iter() {
-        let (k, voxels) = (run.start / plane, run.len as f64);
-        if pieces.belong[part] == belong && chest[k] {
-            let i = (run.start % ni) as f64 + 0.5 * (voxels - 1.0);
-            let j = (run.start % plane / ni) as f64;
-            let add = [voxels, voxels * i, voxels * j, voxels * k as f64];
-            sums[part] = [0, 1, 2, 3].map(|a| sums[part][a] + add[a]);
-        }
-    }
-    let mut out = Amount::default();
-    for [voxels, i, j, k] in sums {
-        let ml = voxels * frame.voxel_cm3();
-        out.ml += ml;
-        if ml > out.largest.0 {
-            let middle = scan.ct.grid().patient_from_index([i, j, k].map(|sum| sum / voxels));
-            out.largest = (ml, middle.coords.into());
-        }
-    }
-    out
-}
-
 /// Makes runs of voxels, the soft tissue this near to them and what the wall then encloses in their slices chest wall.
 fn enclose(scan: Scan<'_>, runs: &[Run], rim_mm: f32, labels: &mut LabelMap) {
     let (plane, ni) = (scan.frame.plane(), scan.frame.size[0]);
@@ -212,20 +185,24 @@ impl Contents {
     pub(crate) fn warnings(&self) -> Vec<Warning> {
         let Self { lung, air, rib, bone, .. } = self;
         let told = [
-            lung.told(
+            told(
+                lung,
                 "lung-outside-wall",
                 "lung lay outside the chest wall that was found; it is chest wall now, but the wall before it may lie too deep: \
                  look at the boundary there, and add a chest-wall seed",
             ),
-            air.told(
+            told(
+                air,
                 "air-in-soft-tissue",
                 "air lie enclosed in the soft tissue: after surgery, biopsy or in a device; it will move like breast",
             ),
-            rib.told(
+            told(
+                rib,
                 "rib-outside-wall",
                 "rib or cartilage lay outside the chest wall that was found; it is chest wall now: look at the boundary there",
             ),
-            bone.told(
+            told(
+                bone,
                 "bone-outside-wall",
                 "bone, or a vein as dense with contrast medium, lie in the soft tissue in front of the chest: look at the labels \
                  there, and add a chest-wall seed where it is a rib",
@@ -235,17 +212,15 @@ impl Contents {
     }
 }
 
-impl Amount {
-    fn told(&self, code: &'static str, what: &str) -> Option<Warning> {
-        let (ml, [x, y, z]) = self.largest;
-        (self.ml > WARNS_ML).then(|| {
-            let text = format!(
-                "{:.1} ml of {what} (the largest piece, {ml:.1} ml, lies at {x:.0}, {y:.0}, {z:.0} mm, LPS)",
-                self.ml
-            );
-            Warning::new(code, text).value("volume_ml", self.ml).value("largest_ml", ml)
-        })
-    }
+fn told(amount: &Amount, code: &'static str, what: &str) -> Option<Warning> {
+    let Amount { ml, largest_ml, middle: at } = amount;
+    (*ml > WARNS_ML).then(|| {
+        let text = format!(
+            "{ml:.1} ml of {what} (the largest piece, {largest_ml:.1} ml, lies at {:.0}, {:.0}, {:.0} mm, LPS)",
+            at.x, at.y, at.z
+        );
+        Warning::new(code, text).value("volume_ml", *ml).value("largest_ml", *largest_ml)
+    })
 }
 
 #[cfg(test)]

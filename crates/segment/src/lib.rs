@@ -41,6 +41,7 @@ mod orientation;
 mod paint;
 mod pairs;
 mod params;
+mod pieces;
 mod plane;
 mod posture;
 mod quality_check;

@@ -1,8 +1,9 @@
 //! The CT with what was found in it so far.
 
 use crate::aggregate::Costs;
-use crate::body::Body;
+use crate::body::{Body, flag};
 use crate::frame::Frame;
+use crate::plane::bilinear;
 use crate::radial_map::{RadialMap, Rays};
 use supine_volume::Ct;
 
@@ -26,7 +27,28 @@ pub(crate) struct Scan<'a> {
     pub(crate) rays: &'a Rays,
 }
 
+/// What counts as lung on a ray: a cushion beside the patient may hold as much air.
+const LUNG: u8 = flag::LUNG | flag::BODY;
+/// Step along a ray where lung is looked for, mm.
+const LUNG_STEP_MM: f32 = 0.5;
+
 impl Scan<'_> {
+    /// Radius of the outermost lung on a ray between two radii, mm; `None` where there is none.
+    pub(crate) fn outermost_lung(
+        &self,
+        (k, p): (usize, usize),
+        [from, to]: [f32; 2],
+    ) -> Option<f32> {
+        let flags = self.body.flags_slice(self.frame, k);
+        let is_lung = |r: &f32| {
+            let at = self.rays.pixel(k, p, r.max(0.0));
+            let share = bilinear(flags, self.frame.size[0], at, |f| f32::from(f & LUNG == LUNG));
+            share.is_some_and(|share| share > 0.5)
+        };
+        let steps = ((to - from) / LUNG_STEP_MM).round() as usize;
+        (0..=steps).map(|n| to - LUNG_STEP_MM * n as f32).find(is_lung)
+    }
+
     /// `value(pixel)` along the rays of a slice at heights over a surface, height fastest; NaN where it
     /// has none.
     pub(crate) fn along(

@@ -151,16 +151,8 @@ impl Segmenter {
         confidence::map(self.scan(), &made.outline, &made.error)
     }
 
-    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels:
-    /// their signs are its labels.
-    ///
-    /// # Errors
-    /// When the callback asked to stop.
-    pub fn surfaces(&self, made: &Segmentation, progress: Progress<'_>) -> Result<Surfaces, Error> {
-        surfaces(Scan { ct: &self.ct, ..self.scan() }, made, &self.params, progress)
-    }
-
-    /// [`Self::surfaces`] as the last that is asked: what searches for the wall goes first, so that both are never held at once.
+    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels: their signs are its labels. The
+    /// last that is asked: what searches for the wall goes first, so that both are never held at once.
     ///
     /// # Errors
     /// When the callback asked to stop.
@@ -169,9 +161,14 @@ impl Segmenter {
         made: &Segmentation,
         progress: Progress<'_>,
     ) -> Result<Surfaces, Error> {
+        progress.at(0.0)?;
         let Self { ct, quiet, params, frame, body, rays, shell, search, free, .. } = self;
         drop((quiet, shell, search, free));
-        surfaces(Scan { ct: &ct, frame: &frame, body: &body, rays: &rays }, made, &params, progress)
+        let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
+        let outline = Outline::new(scan, made.outline.clone());
+        let surfaces = outline.surfaces(&made.labels, params.skin_hu as f32, made.levels);
+        progress.at(1.0)?;
+        Ok(surfaces)
     }
 
     /// The breast implants that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
@@ -186,19 +183,6 @@ impl Segmenter {
     fn scan(&self) -> Scan<'_> {
         Scan { ct: &self.quiet, frame: &self.frame, body: &self.body, rays: &self.rays }
     }
-}
-
-fn surfaces(
-    scan: Scan<'_>,
-    made: &Segmentation,
-    params: &Params,
-    progress: Progress<'_>,
-) -> Result<Surfaces, Error> {
-    progress.at(0.0)?;
-    let outline = Outline::new(scan, made.outline.clone());
-    let surfaces = outline.surfaces(&made.labels, params.skin_hu as f32, made.levels);
-    progress.at(1.0)?;
-    Ok(surfaces)
 }
 
 impl std::fmt::Debug for Segmenter {

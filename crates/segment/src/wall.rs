@@ -11,7 +11,7 @@ use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
 use crate::shell::Shell;
 use crate::spikes;
-use crate::wall_costs::{Ray, Rule, first_fat_plane, likeness, outermost_lung, outermost_muscle};
+use crate::wall_costs::{Ray, Rule, first_fat_plane, likeness, outermost_muscle};
 use crate::{Error, Weights};
 use rayon::prelude::*;
 use supine_space::Progress;
@@ -87,6 +87,11 @@ impl Search {
         let rays = gland.values.par_chunks_mut(band.levels()).enumerate();
         rays.filter(|(n, _)| none(*n)).for_each(|(_, ray)| ray.fill(0.0));
         progress.at(0.5)?;
+        let lung = |k: usize, p: usize| {
+            let r = shell.at(k, p);
+            let range = [r + LOWEST_MM, r + height(band.levels() - 1)];
+            Some(scan.outermost_lung((k, p), range)? - r)
+        };
         let costs = Costs::new(slices, band.levels(), |k, out| {
             for (p, out) in out.chunks_exact_mut(band.levels()).enumerate() {
                 let ribless = below_ribs.at(k, p) > 0.0;
@@ -95,7 +100,7 @@ impl Search {
                     likeness: &likeness(&band, levels, k, p),
                     muscle: muscle.ray(k, p),
                     depth: band.depth.ray(k, p),
-                    lung: outermost_lung(scan, shell, (k, p), band.levels()),
+                    lung: lung(k, p),
                 };
                 ray.costs(rule, &weights, out);
             }

@@ -2,11 +2,7 @@
 
 use crate::Weights;
 use crate::band::{Band, STEP_MM, height};
-use crate::body::flag;
 use crate::levels::Levels;
-use crate::plane::bilinear;
-use crate::radial_map::RadialMap;
-use crate::scan::Scan;
 
 // Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named; what is weighed is
 // in [`Weights`].
@@ -49,8 +45,6 @@ const PLANE_MM: f32 = 2.0;
 /// Least usual distance from the lung to the outer surface of the wall, mm. Measured on three real CTs: 5 to 8 where there is
 /// least muscle, and no less.
 const OVER_LUNG_MM: f32 = 10.0;
-/// What counts as lung on a ray: a cushion beside the patient may hold as much air.
-const LUNG: u8 = flag::LUNG | flag::BODY;
 
 /// Likeness to muscle, 0 (fat) to 1, along a ray; 1/2 where nothing is known, 0 in the skin.
 pub(crate) fn likeness(band: &Band, levels: Levels, k: usize, p: usize) -> Vec<f32> {
@@ -119,22 +113,6 @@ impl Ray<'_> {
             }
         }
     }
-}
-
-/// Height over the shell of the outermost lung on a ray, mm; `None` where there is none in the band.
-pub(crate) fn outermost_lung(
-    scan: Scan<'_>,
-    shell: &RadialMap,
-    (k, p): (usize, usize),
-    levels: usize,
-) -> Option<f32> {
-    let flags = scan.body.flags_slice(scan.frame, k);
-    let is_lung = |level: &usize| {
-        let at = scan.rays.pixel(k, p, (shell.at(k, p) + height(*level)).max(0.0));
-        let share = bilinear(flags, scan.frame.size[0], at, |f| f32::from(f & LUNG == LUNG));
-        share.is_some_and(|share| share > 0.5)
-    };
-    (0..levels).rev().find(is_lung).map(height)
 }
 
 /// Height of the first fat plane outside the shell; NaN where there is none within 30 mm.

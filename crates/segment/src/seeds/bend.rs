@@ -2,7 +2,6 @@
 
 use super::marks::{Mark, refused};
 use crate::Error;
-use crate::body::flag;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use supine_volume::SeedKind;
@@ -21,8 +20,6 @@ const LEAST_MM: f32 = 10.0;
 
 /// Lung stays this far inside the shell, mm. Measured on four real CTs: no chest wall is thinner.
 const OVER_LUNG_MM: f32 = 3.0;
-/// Step along a ray, mm.
-const STEP_MM: f32 = 1.0;
 
 /// The shell bent to the seeds; `None` where none contradicts it.
 ///
@@ -42,7 +39,7 @@ pub(crate) fn bent(
         let above = r - shell.at(ray.0, ray.1);
         let goal = match mark.kind {
             SeedKind::SoftTissue if above < -INSIDE_MM => {
-                if outermost_lung(scan, ray, [r, r - above]).is_some() {
+                if scan.outermost_lung(ray, [r, r - above]).is_some() {
                     let why = "lies inside the chest: there is lung in front of it";
                     return Err(refused(mark.kind, mark.point, why.into()));
                 }
@@ -55,21 +52,10 @@ pub(crate) fn bent(
     }
     let Some(mut out) = out else { return Ok(None) };
     for (n, r) in out.values.iter_mut().enumerate().filter(|(n, r)| **r < shell.values[*n]) {
-        let lung = outermost_lung(scan, (n / RAYS, n % RAYS), [*r, shell.values[n]]);
+        let lung = scan.outermost_lung((n / RAYS, n % RAYS), [*r, shell.values[n]]);
         *r = r.max(lung.map_or(LEAST_MM, |lung| lung + OVER_LUNG_MM));
     }
     Ok(Some(out))
-}
-
-/// Radius of the outermost lung on a ray between two radii, mm.
-fn outermost_lung(scan: Scan<'_>, (k, p): (usize, usize), [from, to]: [f32; 2]) -> Option<f32> {
-    let flags = scan.body.flags_slice(scan.frame, k);
-    let [ni, nj, _] = scan.frame.size;
-    let steps = ((to - from) / STEP_MM) as usize;
-    (0..=steps).map(|step| to - step as f32 * STEP_MM).find(|&r| {
-        let [i, j] = scan.rays.pixel(k, p, r.max(0.0)).map(|c| c.round().max(0.0) as usize);
-        i < ni && j < nj && flags[j * ni + i] & flag::LUNG != 0
-    })
 }
 
 /// Draws a surface to a radius on one ray, and towards it around.

@@ -10,7 +10,7 @@ fn run(ct: &Ct, seeds: &Seeds) -> (Arc<LabelMap>, Surfaces) {
     let segmenter =
         Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
     let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
-    let surfaces = segmenter.surfaces(&made, Progress::none()).unwrap();
+    let surfaces = segmenter.into_surfaces(&made, Progress::none()).unwrap();
     (made.labels, surfaces)
 }
 
