@@ -68,8 +68,8 @@ pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
 pub(crate) struct Dense {
     /// Likeness to homogeneous muscle along the rays, 0..=1; blobs left out.
     pub(crate) muscle: Costs,
-    /// Likeness to gland along the rays, 0..=1.
-    pub(crate) gland: Costs,
+    /// Likeness to gland along the rays, in 255ths: a byte each, for all are kept.
+    pub(crate) gland: Vec<u8>,
     /// The voxels that lie in homogeneous muscle, blobs included; in order of memory.
     pub(crate) voxels: Vec<Run>,
 }
@@ -84,10 +84,10 @@ impl Dense {
     ) -> Self {
         let (frame, n_levels) = (scan.frame, band.levels());
         let mut muscle = Costs::new(frame.size[2], n_levels, |_, _| ());
-        let mut gland = Costs::new(frame.size[2], n_levels, |_, _| ());
         let size = RAYS * n_levels;
-        let rays = muscle.values.par_chunks_mut(size).zip(gland.values.par_chunks_mut(size));
-        let slice = |(k, (muscle, gland)): (usize, (&mut [f32], &mut [f32]))| {
+        let mut gland = vec![0; frame.size[2] * size];
+        let rays = muscle.values.par_chunks_mut(size).zip(gland.par_chunks_mut(size));
+        let slice = |(k, (muscle, gland)): (usize, (&mut [f32], &mut [u8]))| {
             let image = dense_mean(scan, k, levels);
             scan.along(k, shell, heights(n_levels), muscle, |at| {
                 bilinear(&image, frame.size[0], at, |v| v)
@@ -99,7 +99,8 @@ impl Dense {
                 let known = !hu.is_nan() && !mean.is_nan() && depth > DEPTH_MM;
                 let dense = if known { levels.likeness(hu) } else { 0.0 };
                 *muscle = if known { dense * levels.true_muscle(mean, below) } else { 0.0 };
-                *gland = if known { dense * levels.gland(mean, below) } else { 0.0 };
+                let share = if known { dense * levels.gland(mean, below) } else { 0.0 };
+                *gland = (255.0 * share).round() as u8;
             }
             homogeneous(scan, k, &image, levels, below)
         };

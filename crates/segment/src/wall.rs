@@ -59,8 +59,8 @@ pub(crate) struct Search {
     muscle: Vec<Run>,
     /// Costs of the levels of each ray, but for the expected thickness.
     costs: Costs,
-    /// Likeness to gland along the rays in front, over the ribs.
-    gland: Costs,
+    /// Likeness to gland along the rays in front, over the ribs, in 255ths.
+    gland: Vec<u8>,
     /// The expected height, mm.
     expected: RadialMap,
     /// The height of the surface without seeds, to the step, mm.
@@ -84,8 +84,8 @@ impl Search {
             Dense::find(scan, &band, shell, levels, weights.muscle_hu);
         // There is none at the back, where muscle may be as soft, nor below the ribs.
         let none = |n: usize| scan.rays.to_back[n % RAYS] >= FRONT || below_ribs.values[n] > 0.0;
-        let rays = gland.values.par_chunks_mut(band.levels()).enumerate();
-        rays.filter(|(n, _)| none(*n)).for_each(|(_, ray)| ray.fill(0.0));
+        let rays = gland.par_chunks_mut(band.levels()).enumerate();
+        rays.filter(|(n, _)| none(*n)).for_each(|(_, ray)| ray.fill(0));
         progress.at(0.5)?;
         let lung = |k: usize, p: usize| {
             let r = shell.at(k, p);
@@ -179,12 +179,12 @@ impl Search {
             out.copy_from_slice(&self.costs.values[k * RAYS * levels..(k + 1) * RAYS * levels]);
             for (p, out) in out.chunks_exact_mut(levels).enumerate() {
                 let goal = self.expected.at(k, p);
-                let gland = self.gland.ray(k, p);
+                let gland = &self.gland[(k * RAYS + p) * levels..][..levels];
                 let mut enclosed = 0.0;
                 for (level, cost) in out.iter_mut().enumerate() {
                     let above = height(level) - goal;
                     if above > GLAND_SLACK_MM {
-                        enclosed += gland[level] * STEP_MM;
+                        enclosed += f32::from(gland[level]) / 255.0 * STEP_MM;
                     }
                     let off = above.abs() - THICKNESS_SLACK_MM;
                     *cost += THICKNESS * off.clamp(0.0, THICKNESS_CAP_MM) + GLAND * enclosed;
