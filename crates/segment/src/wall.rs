@@ -128,8 +128,7 @@ impl Search {
 
     /// What was found of muscle.
     pub(crate) fn found(&self) -> Found<'_> {
-        let Self { hu, levels, muscle, weights, .. } = self;
-        Found { muscle, hu, levels: *levels, below: weights.muscle_hu }
+        Found { muscle: &self.muscle, hu: &self.hu, levels: self.levels }
     }
 
     /// The cheapest surface, to the step.
