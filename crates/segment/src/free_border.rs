@@ -37,6 +37,11 @@ const RIM_MM: f32 = 2.5;
 const TIP_MM: f32 = 10.0;
 /// Such a border has fat this near, mm: gland is thicker. Chosen, not measured.
 const THIN_MM: f32 = 4.0;
+/// Its very edge has fat this near, and most of it lies over so much fat, mm. Chosen, not measured.
+const THINNER_MM: f32 = 2.0;
+const OVER_FAT_MM: f32 = 2.0;
+/// It is longer along the body than this, mm; a strand of gland that touches the wall is not. Chosen, not measured.
+const TIP_LONG_MM: f32 = 12.0;
 /// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm.
 const SHARP_MM: f32 = 0.7;
 
@@ -63,8 +68,15 @@ pub(crate) fn add_beyond(
     let joined = |part: usize| under[part] as f64 * frame.voxel_cm3() > JOINED_CM3;
     let outside = parts.part.iter().zip(outside).filter(|(part, _)| joined(**part));
     let core = long(outside.flat_map(|(_, runs)| runs).collect(), frame);
-    let slices = labels.data_mut().par_chunks_mut(frame.plane()).zip(&core);
-    slices.enumerate().for_each(|(k, (out, core))| border.paint(k, core, out));
+    let plane = frame.plane();
+    let slices = labels.data_mut().par_chunks_mut(plane).zip(&core).enumerate();
+    let tips: Vec<Vec<Run>> = slices.map(|(k, (out, core))| border.paint(k, core, out)).collect();
+    let tips = Parts::of_runs(frame.size, tips.concat());
+    let lengths = lengths(&tips, frame);
+    for (run, _) in tips.iter().filter(|(_, part)| lengths[*part] <= TIP_LONG_MM) {
+        labels.data_mut()[run.voxels()].fill(label::SOFT_TISSUE);
+    }
+    labels.data_mut().par_chunks_mut(plane).for_each(|out| fill_wall(out, frame.size[0]));
 }
 
 /// The surroundings of steep places of the surface, where muscle may go on beyond it.
@@ -117,6 +129,22 @@ impl<'a> Border<'a> {
         (free && (-UNDER_MM..BEYOND_MM).contains(&beyond) && !far(beyond)).then_some(beyond)
     }
 
+    /// The pixels of those parts of a slice most of which lie over fat: a border that thins out to an edge is partial volume of
+    /// muscle and fat, and not told from gland by its mean; but gland lies on the wall.
+    fn overhanging(&self, k: usize, parts: &Parts) -> Vec<Run> {
+        let over_fat = |n: usize| {
+            let (ray, beyond) = self.outline.seen(k, self.scan.frame.position(n));
+            let wall = self.outline.radius().values[ray] - self.shell.values[ray];
+            beyond > 0.0 && self.fat(ray, wall, beyond) > OVER_FAT_MM
+        };
+        let mut over = vec![0usize; parts.voxels.len()];
+        for (run, part) in parts.iter() {
+            over[part] += run.voxels().filter(|&n| over_fat(n)).count();
+        }
+        let most = |part: usize| 2 * over[part] >= parts.voxels[part];
+        parts.iter().filter(|(_, part)| most(*part)).map(|(run, _)| run).collect()
+    }
+
     /// Fat on a ray from the height of the wall on, mm.
     fn fat(&self, ray: usize, wall: f32, beyond: f32) -> f32 {
         let hu = self.found.hu.ray(ray / RAYS, ray % RAYS);
@@ -129,13 +157,14 @@ impl<'a> Border<'a> {
         STEP_MM * fat.sum::<f32>()
     }
 
-    /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge.
-    fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) {
-        let (frame, levels) = (self.scan.frame, self.found.levels);
+    /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge; gives
+    /// the voxels of the very edges.
+    fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) -> Vec<Run> {
+        let (frame, Found { levels, below, .. }) = (self.scan.frame, *self.found);
         let (plane, ni) = (frame.plane(), frame.size[0]);
         let rays = &self.near.values[k * RAYS..(k + 1) * RAYS];
         if core.is_empty() && !rays.contains(&1.0) {
-            return;
+            return Vec::new();
         }
         let (spacing, sigma) =
             ([frame.spacing[0], frame.spacing[1]], SHARP_MM.max(0.5 * frame.pixel()));
@@ -152,20 +181,21 @@ impl<'a> Border<'a> {
         let sides = near(&on, ni, spacing, RIM_MM);
         let free = |n: usize| out[n] == label::CHEST_WALL && dense[n];
         let from: Vec<bool> = (0..plane).map(|n| on[n] || free(n)).collect();
-        // A border that thins out to an edge is partial volume of muscle and fat: that dense tissue lies around must do.
         let mean = dense_mean(self.scan, k, levels);
-        let mut edge: Vec<bool> = (0..plane)
-            .map(|n| {
-                let deep = self.scan.body.depth_mm(k * plane + n) > DEPTH_MM;
-                let muscle = deep && thin[n] && !mean[n].is_nan();
-                dense[n] && (from[n] || muscle)
-            })
-            .collect();
+        let muscle = |n: usize| thin[n] && levels.true_muscle(mean[n], below) > 0.5;
+        let deep = |n: usize| self.scan.body.depth_mm(k * plane + n) > DEPTH_MM;
+        let mut edge: Vec<bool> =
+            (0..plane).map(|n| dense[n] && (from[n] || deep(n) && muscle(n))).collect();
+        let thinner = near(&soft, ni, spacing, THINNER_MM);
+        let tip = |n: usize| dense[n] && !edge[n] && deep(n) && thinner[n] && !mean[n].is_nan();
+        let tips = self.overhanging(k, &Parts::new([ni, plane / ni, 1], tip));
+        tips.iter().for_each(|run| edge[run.voxels()].fill(true));
         keep_joined(&mut edge, &from, ni, spacing, TIP_MM);
         for n in (0..plane).filter(|&n| dense[n] && (sides[n] || edge[n])) {
             out[n] = label::CHEST_WALL;
         }
-        fill_wall(out, ni);
+        let kept = tips.iter().flat_map(|run| Run::within(run.voxels(), |n| edge[n]));
+        kept.map(|run| Run { start: k * plane + run.start, ..run }).collect()
     }
 }
 
@@ -184,19 +214,23 @@ fn fill_wall(out: &mut [u8], ni: usize) {
 fn long(runs: Vec<Run>, frame: &Frame) -> Vec<Vec<usize>> {
     let plane = frame.plane();
     let parts = Parts::of_runs(frame.size, runs);
-    let mut ends = vec![(usize::MAX, 0); parts.voxels.len()];
-    for (run, part) in parts.iter() {
-        let k = run.start / plane;
-        ends[part] = (k.min(ends[part].0), k.max(ends[part].1));
-    }
+    let lengths = lengths(&parts, frame);
     let mut pixels = vec![Vec::new(); frame.size[2]];
-    for (run, part) in parts.iter() {
-        let (first, last) = ends[part];
-        if (last + 1 - first) as f32 * frame.spacing[2] > LONG_MM {
-            pixels[run.start / plane].extend(run.voxels().map(|n| n % plane));
-        }
+    for (run, _) in parts.iter().filter(|(_, part)| lengths[*part] > LONG_MM) {
+        pixels[run.start / plane].extend(run.voxels().map(|n| n % plane));
     }
     pixels
+}
+
+/// Length of parts along the body, mm.
+fn lengths(parts: &Parts, frame: &Frame) -> Vec<f32> {
+    let mut ends = vec![(usize::MAX, 0); parts.voxels.len()];
+    for (run, part) in parts.iter() {
+        let k = run.start / frame.plane();
+        ends[part] = (k.min(ends[part].0), k.max(ends[part].1));
+    }
+    let slices = ends.into_iter().map(|(first, last)| (last + 1).saturating_sub(first));
+    slices.map(|slices| slices as f32 * frame.spacing[2]).collect()
 }
 
 /// 1 on the rays near to a place where the surface is steep, in front and at the sides.

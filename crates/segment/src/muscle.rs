@@ -159,6 +159,8 @@ pub(crate) struct Found<'a> {
     /// HU along the rays.
     pub(crate) hu: &'a Costs,
     pub(crate) levels: Levels,
+    /// How far below its level the mean of muscle may lie, HU.
+    pub(crate) below: f32,
 }
 
 #[cfg(test)]

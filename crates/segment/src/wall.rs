@@ -128,7 +128,8 @@ impl Search {
 
     /// What was found of muscle.
     pub(crate) fn found(&self) -> Found<'_> {
-        Found { muscle: &self.muscle, hu: &self.hu, levels: self.levels }
+        let Self { hu, levels, muscle, weights, .. } = self;
+        Found { muscle, hu, levels: *levels, below: weights.muscle_hu }
     }
 
     /// The cheapest surface, to the step.
