@@ -13,14 +13,16 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::{BoundaryTag, Displacement, TetMesh, quality};
-use supine_segment::FieldEnd;
-use supine_space::{Grid, Warning};
+use supine_space::{Grid, Point, Warning};
 use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
+use supine_volume::Field;
 
 pub(crate) struct Mesh;
 
 /// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees: chosen, not measured.
 const POOR_DIHEDRAL_DEG: f64 = 10.0;
+/// A face this near to the end of the field belongs to it, pixels: labels end on whole pixels, which a mesh smooths.
+const NEAR_PIXELS: f64 = 1.6;
 
 #[derive(Serialize)]
 pub(crate) struct Own {
@@ -49,9 +51,11 @@ pub(crate) struct Meshed {
 }
 
 /// The skin that is none: where the CT ends, tissue goes on, and its faces are part of the cut.
-fn cut_by_field(mesh: TetMesh, end: &FieldEnd, grid: &Grid) -> TetMesh {
+fn cut_by_field(mesh: TetMesh, field: &Field, grid: &Grid) -> TetMesh {
+    let near = field.near_end(NEAR_PIXELS * field.pixel_mm());
+    let ends = |at: &Point| field.pixel(grid, at).is_none_or(|pixel| near[pixel]);
     mesh.tagged(|middle, tag| match tag {
-        BoundaryTag::Skin if end.is_near(grid, middle) => BoundaryTag::Cut,
+        BoundaryTag::Skin if ends(middle) => BoundaryTag::Cut,
         tag => tag,
     })
 }
@@ -124,8 +128,8 @@ impl Node for Mesh {
                 Some(domain.curved(&mesh)?)
             }
         };
-        let mesh = match &segmented.field_end {
-            Some(end) => cut_by_field(mesh, end, segmented.labels.grid()),
+        let mesh = match chosen.field() {
+            Some(field) => cut_by_field(mesh, &field, segmented.labels.grid()),
             None => mesh,
         };
         let mut facts = mesh_facts(&mesh, &info);
