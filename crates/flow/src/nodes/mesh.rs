@@ -85,7 +85,7 @@ impl Meshed {
 
 impl Node for Mesh {
     const ID: NodeId = NodeId::Mesh;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region);
@@ -197,4 +197,34 @@ fn poor(facts: &supine_report::Mesh) -> Option<Warning> {
     );
     (angle < POOR_DIHEDRAL_DEG)
         .then(|| Warning::new("poor-dihedral-angle", text).value("degrees", angle))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_mesh::BoundaryFace;
+    use supine_space::{Matrix, Vector};
+    use supine_volume::Volume;
+
+    #[test]
+    fn skin_at_the_circle_is_cut_and_elsewhere_stays() {
+        let grid =
+            Grid::new([101, 101, 4], Vector::repeat(1.0), Point::origin(), Matrix::identity());
+        let hu = |[i, j, k]: [usize; 3]| match (i as f64 - 50.0).hypot(j as f64 - 50.0) {
+            r if r > 40.0 => -1024,
+            _ => -1000 + ((7 * i + 13 * j + 29 * k) % 31) as i16,
+        };
+        let ct = Volume::from_fn(grid.unwrap(), hu);
+        let field = Field::found(&ct);
+        // Four faces, of which one lies at the circle.
+        let at = [[90.0, 47.0, 0.0], [90.0, 53.0, 0.0], [90.0, 50.0, 3.0], [60.0, 50.0, 1.0]];
+        let points = at.map(Point::from).to_vec();
+        let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+        let tag = BoundaryTag::Skin;
+        let faces = faces.map(|points| BoundaryFace { points, tag }).to_vec();
+        let mesh = TetMesh::new(points, vec![[0, 2, 1, 3]], faces).unwrap();
+        let tags: Vec<_> =
+            cut_by_field(mesh, &field, ct.grid()).boundary().iter().map(|face| face.tag).collect();
+        assert_eq!(tags, [BoundaryTag::Cut, tag, tag, tag]);
+    }
 }

@@ -24,7 +24,7 @@ pub(crate) struct Warped {
 
 impl Node for Warp {
     const ID: NodeId = NodeId::Warp;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     /// Made again in less time than it is read.
     const KEPT: bool = false;
     /// The interpolation.
