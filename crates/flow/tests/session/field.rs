@@ -10,7 +10,7 @@ use supine_space::{Grid, Point, Progress, Vector};
 use supine_volume::{Ct, Field};
 
 /// A circle about a place before the patient's middle cuts her flank and not her breast, mm.
-const RADIUS_MM: f64 = 212.0;
+const RADIUS_MM: f64 = 216.0;
 /// Rows before the patient that nothing was measured of.
 const ROWS: usize = 85;
 /// A region at the flank.
@@ -86,9 +86,10 @@ fn a_mesh_is_cut_where_the_field_ends_and_what_comes_from_beyond_is_told() {
     let middle = middle(ct.grid());
     let [is_cut, is_skin] =
         [BoundaryTag::Cut, BoundaryTag::Skin].map(|tag| at_circle_cm2(&mesh, &middle, tag));
-    assert!(is_cut > 1.0 && is_skin < 0.1 * is_cut, "{is_cut} {is_skin} cm²");
+    assert!(is_cut > 5.0 && is_skin < 0.3 * is_cut, "{is_cut} {is_skin} cm²");
     let told = beyond_cm3(dir.path(), &mesh, -4.0);
-    assert!((0.5..1.5).contains(&(told / (0.4 * is_cut))), "{told} cm³ of {is_cut} cm²");
+    // Obliquely to the circle, before which the mesh ends by up to a pixel.
+    assert!((0.2..1.0).contains(&(told / (0.4 * is_cut))), "{told} cm³ of {is_cut} cm²");
     assert_eq!(beyond_cm3(dir.path(), &mesh, 0.0), 0.0);
 }
 
