@@ -21,11 +21,12 @@ fn main() -> Result<()> {
     let import = Instant::now();
     let input = supine_flow::read_ct(Path::new(&path), &Default::default(), Progress::none())?;
     let import = import.elapsed();
+    let field = input.field();
     let ct = Arc::new(input.ct);
     let after_import = peak_mb()?;
     let params = Params::default();
     let whole = Instant::now();
-    let segmenter = Segmenter::new(ct.clone(), &params, Progress::none())?;
+    let segmenter = Segmenter::new(ct.clone(), &field, &params, Progress::none())?;
     let (made, _) = segmenter.segment(&Seeds::default(), Progress::none())?;
     let whole = whole.elapsed();
     let found = peak_mb()?;

@@ -15,8 +15,8 @@ use supine_volume::Seeds;
 fn main() -> Result<()> {
     let given: Vec<String> = std::env::args().skip(1).collect();
     let [ct, out, rest @ ..] = &given[..] else { anyhow::bail!("bench-walls CT OUT ...") };
-    let ct = supine_flow::read_ct(Path::new(ct), &Default::default(), Progress::none())?.ct;
-    let (ct, out) = (Arc::new(ct), Path::new(out));
+    let input = supine_flow::read_ct(Path::new(ct), &Default::default(), Progress::none())?;
+    let (field, ct, out) = (input.field(), Arc::new(input.ct), Path::new(out));
     let (mut wanted, mut seeds) = (Vec::new(), Seeds::default());
     for text in rest {
         let (name, value) = text.split_once(':').context("NAME:VALUES")?;
@@ -30,7 +30,7 @@ fn main() -> Result<()> {
     }
     for (name, weights) in wanted {
         let params = Params { weights, ..Params::default() };
-        let segmenter = Segmenter::new(ct.clone(), &params, Progress::none())?;
+        let segmenter = Segmenter::new(ct.clone(), &field, &params, Progress::none())?;
         let (made, _) = segmenter.segment(&seeds, Progress::none())?;
         write_labels(&made.labels, &out.join(format!("{name}.nrrd")), Progress::none())?;
         let error = segmenter.uncertainty(&made);

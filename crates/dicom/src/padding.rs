@@ -1,6 +1,7 @@
 //! Voxels that hold no measurement: outside the reconstruction circle, or marked as padding.
 
 use rayon::prelude::*;
+use std::ops::Range;
 use supine_volume::Ct;
 
 /// What such voxels are in the volume: air, HU.
@@ -52,6 +53,11 @@ impl Padding {
     /// The padding of consecutive slices together.
     pub(crate) fn join(parts: impl IntoIterator<Item = Self>) -> Self {
         Self { runs: parts.into_iter().flat_map(|p| p.runs).collect() }
+    }
+
+    /// Runs of voxels that hold no measurement, and the HU that the files have for them.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (Range<usize>, i16)> {
+        self.runs.iter().map(|run| (run.start..run.start + run.length, run.hu))
     }
 
     /// Number of voxels.

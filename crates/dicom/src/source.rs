@@ -5,6 +5,8 @@ use crate::data_set::DataSet;
 use crate::padding::Padding;
 use crate::slice::Slice;
 use dicom_dictionary_std::tags;
+use supine_space::Grid;
+use supine_volume::Field;
 
 /// What an export inherits from the series a volume was read from.
 ///
@@ -51,6 +53,11 @@ impl Source {
             date: text(dates, 8).unwrap_or_else(|| "19000101".to_owned()),
             time: text(times, 6).unwrap_or_else(|| "000000".to_owned()),
         }
+    }
+
+    /// What was measured of the CT on `grid` that was read from this series, when its padding tells.
+    pub fn field(&self, grid: &Grid) -> Option<Field> {
+        Field::of_padding(grid, self.padding.runs())
     }
 
     /// Series Instance UID of the source.

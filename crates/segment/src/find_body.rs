@@ -1,14 +1,13 @@
 //! The patient without table, gown and wire, and her lungs.
 
 use crate::body::{Body, flag};
-use crate::field::Field;
 use crate::foreign;
 use crate::frame::Frame;
 use crate::plane::{fill_holes, keep_joined, near};
 use crate::{Error, Params, tubes};
 use rayon::prelude::*;
 use supine_space::Progress;
-use supine_volume::{Ct, Parts};
+use supine_volume::{Ct, Field, Parts};
 
 // Volumes and the level of lung were chosen, not measured.
 /// Lung: air enclosed by the body of at least this volume, cm³ ...
@@ -26,11 +25,11 @@ const WAY: f32 = 1.1;
 /// Finds the body.
 pub(crate) fn find_body(
     ct: &Ct,
-    frame: &Frame,
-    params: &Params,
+    field: &Field,
+    (frame, params): (&Frame, &Params),
     progress: Progress<'_>,
 ) -> Result<Body, Error> {
-    let field = Field::within(ct, frame).into_seen();
+    let field = field.seen().to_vec();
     let mut flags = vec![0u8; ct.data().len()];
     let lung_l = mark_air(ct, frame, params, &field, &mut flags);
     progress.at(0.15)?;

@@ -20,7 +20,6 @@ mod breast;
 mod confidence;
 mod contents;
 mod error;
-mod field;
 mod find_body;
 mod foreign;
 mod frame;
@@ -72,7 +71,6 @@ mod tests;
 pub use breast::Breast;
 pub use confidence::PER_MM as UNCERTAINTY_PER_MM;
 pub use error::Error;
-pub use field::{Field, FieldEnd};
 pub use info::Info;
 pub use labels_error::LabelsError;
 pub use nipple::Nipple;
@@ -90,21 +88,22 @@ pub use weights::Weights;
 
 use std::sync::Arc;
 use supine_space::Progress;
-use supine_volume::Ct;
+use supine_volume::{Ct, Field};
 
-/// Soft tissue and chest wall of a supine chest CT: [`Segmenter::new`] and
-/// [`Segmenter::segment`] in a row; the segmenter gives their surfaces and their uncertainty too.
+/// Soft tissue and chest wall of a supine chest CT that does not say what was measured: [`Field::found`],
+/// [`Segmenter::new`] and [`Segmenter::segment`] in a row; the segmenter gives their surfaces and their uncertainty too.
 ///
 /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
 /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
 ///
 /// # Errors
-/// As these two.
+/// As the segmenter's.
 pub fn segment(
     ct: Arc<Ct>,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Segmentation, Info), Error> {
-    let segmenter = Segmenter::new(ct, params, progress.part(0.0, 0.85))?;
+    let field = Field::found(&ct);
+    let segmenter = Segmenter::new(ct, &field, params, progress.part(0.0, 0.85))?;
     segmenter.segment(&params.seeds, progress.part(0.85, 1.0))
 }

@@ -1,13 +1,11 @@
 //! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
 
-use crate::field::Field;
-use crate::frame::Frame;
 use crate::quality_check::QualityCheck;
 use crate::uncertainty::WallUncertainty;
 use crate::{Breast, Error, UNCERTAIN_MM};
 use rayon::prelude::*;
 use supine_space::{Point, Side, Sphere, Warning};
-use supine_volume::{Ct, LabelMap, Volume, distance_mm, label};
+use supine_volume::{Ct, Field, LabelMap, Volume, distance_mm, label};
 
 /// Soft tissue denser than this, this far off the chest wall, is bone or the like. Measured: none
 /// in the breasts of six patients, two of them with contrast.
@@ -23,6 +21,8 @@ const BONE_REFUSES_CM3: f64 = 15.0;
 /// of the sphere's great circle that refuses. Measured: 0.16 where the field clips a flank.
 const CUT_WARNS_CM2: f64 = 1.0;
 const CUT_REFUSES: f64 = 0.3;
+/// The last pixels of the field lie this near to its end, pixels: beside what was not measured, but not across a corner.
+const LAST: f64 = 1.01;
 /// Area of a breast's thickest part at the end of the field that refuses, cm². Measured: 22 on breast-rider0109's left,
 /// 0.4 on p2-full, where the field grazes the skin.
 const BREAST_CUT_CM2: f64 = 3.0;
@@ -63,19 +63,21 @@ pub struct BreastPlace<'a> {
     pub middle: Point,
 }
 
-/// Checks a breast within its region; gives what the user should look at. Labels and CT are on one grid.
+/// Checks a breast within its region; gives what the user should look at. Labels and CT are on one grid; `field` is that of
+/// the CT.
 ///
 /// # Errors
 /// [`Error::BoneInBreast`] and [`Error::BreastCut`].
 pub fn check_region(
     ct: &Ct,
+    field: &Field,
     labels: &LabelMap,
     place: &BreastPlace<'_>,
 ) -> Result<RegionCheck, Error> {
     let mut out = RegionCheck::default();
     let bone_cm3 = bone_cm3(ct, labels, place.region);
     out.warnings.extend(bone(bone_cm3, &mut out.checks)?);
-    out.warnings.extend(cut_by_field(ct, labels, place, &mut out.checks)?);
+    out.warnings.extend(cut_by_field(field, labels, place, &mut out.checks)?);
     // A side without a breast has nothing to cut.
     if let Some(breast) = place.breast {
         out.warnings.extend(cut_by_end(breast, &mut out.checks)?);
@@ -129,23 +131,17 @@ fn bone(bone_cm3: f64, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>
 }
 
 fn cut_by_field(
-    ct: &Ct,
+    field: &Field,
     labels: &LabelMap,
     &BreastPlace { region, side, breast, .. }: &BreastPlace<'_>,
     checks: &mut Vec<QualityCheck>,
 ) -> Result<Option<Warning>, Error> {
-    // Supplied labels may belong to a CT in another direction: its field is not known.
-    let Ok(frame) = Frame::new(ct.grid()) else { return Ok(None) };
-    let (grid, field) = (labels.grid(), Field::within(ct, &frame));
-    let seen = field.seen();
-    let [ni, nj, _] = frame.size;
-    let at_end = |i: usize, j: usize| {
-        let n = j * ni + i;
-        let border = i == 0 || j == 0 || i + 1 == ni || j + 1 == nj;
-        seen[n] && (border || [n - 1, n + 1, n - ni, n + ni].iter().any(|&m| !seen[m]))
-    };
-    let ends: Vec<[usize; 2]> =
-        (0..ni * nj).map(|n| [n % ni, n / ni]).filter(|&[i, j]| at_end(i, j)).collect();
+    let grid = labels.grid();
+    let ([ni, _, nk], spacing) = (grid.size(), grid.spacing());
+    // The last pixels that were measured.
+    let near = field.near_end(LAST * spacing[0].max(spacing[1]));
+    let last = |n: &usize| near[*n] && field.seen()[*n];
+    let ends: Vec<[usize; 2]> = (0..near.len()).filter(last).map(|n| [n % ni, n / ni]).collect();
     // In the region, and where the breast is as thick as anywhere.
     let cut = |k: usize| {
         ends.iter().fold([0usize; 2], |[region_cut, breast_cut], &[i, j]| {
@@ -158,8 +154,8 @@ fn cut_by_field(
         })
     };
     let add = |a: [usize; 2], b: [usize; 2]| [a[0] + b[0], a[1] + b[1]];
-    let voxels = (0..frame.size[2]).into_par_iter().map(cut).reduce(|| [0; 2], add);
-    let voxel_cm2 = f64::from(frame.pixel() * frame.spacing[2]) / 100.0;
+    let voxels = (0..nk).into_par_iter().map(cut).reduce(|| [0; 2], add);
+    let voxel_cm2 = field.pixel_mm() * spacing[2] / 100.0;
     let [cm2, breast_cm2] = voxels.map(|voxels| voxels as f64 * voxel_cm2);
     let great_circle = std::f64::consts::PI * (region.radius() / 10.0).powi(2);
     let limit = CUT_REFUSES * great_circle;

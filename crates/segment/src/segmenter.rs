@@ -22,7 +22,7 @@ use crate::{
 };
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
-use supine_volume::{Ct, LabelMap, SeedKind, Surfaces, Volume, label};
+use supine_volume::{Ct, Field, LabelMap, SeedKind, Surfaces, Volume, label};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter {
@@ -50,17 +50,22 @@ impl Segmenter {
     /// Makes a CT ready. The seeds among the parameters are not looked at.
     ///
     /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
-    /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.
+    /// direction. Values are HU; padding may have any value below -1024. `field` is that of the CT. Do not crop the CT before.
     ///
     /// # Errors
     /// When the slices are not axial, no body, lungs or ribs are found, half of the chest is missing, fat and muscle cannot be
     /// told apart, a parameter is out of range, or the callback asked to stop.
-    pub fn new(ct: Arc<Ct>, params: &Params, progress: Progress<'_>) -> Result<Self, Error> {
+    pub fn new(
+        ct: Arc<Ct>,
+        field: &Field,
+        params: &Params,
+        progress: Progress<'_>,
+    ) -> Result<Self, Error> {
         params.check()?;
         let frame = Frame::new(ct.grid())?;
         let mut checks = hounsfield::check(&ct, &frame)?;
-        let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
-        checks.extend([whole_chest::check(&frame, &body)?]);
+        let mut body = find_body(&ct, field, (&frame, params), progress.part(0.0, 0.4))?;
+        checks.extend([whole_chest::check(&frame, &body, field)?]);
         let posture = Posture::check(&ct, &frame, &body)?;
         let orientation = Orientation::check(&ct, &frame, &body)?;
         checks.extend(posture.checks().into_iter().chain(orientation.checks()));

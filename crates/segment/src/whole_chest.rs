@@ -3,14 +3,14 @@
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
-use crate::plane::near;
 use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
 use supine_space::Side;
+use supine_volume::Field;
 
 /// The field ends so near to the lung where it cuts the chest, mm: there is no room for a wall. Measured: more than 20 in
 /// four real CTs, two of which cut the flanks.
-const BESIDE_MM: f32 = 10.0;
+const BESIDE_MM: f64 = 10.0;
 /// Share of the slices with lung that refuses. Measured on four real CTs: 0.0; on halves of them cut at the middle 0.30 to 1.0,
 /// but 0.02 where the end cuts off so little of the other lung that it does not count as lung.
 const REFUSES: f64 = 0.2;
@@ -19,8 +19,8 @@ const REFUSES: f64 = 0.2;
 ///
 /// # Errors
 /// [`Error::HalfChest`].
-pub(crate) fn check(frame: &Frame, body: &Body) -> Result<QualityCheck, Error> {
-    let near = near_end(frame, body);
+pub(crate) fn check(frame: &Frame, body: &Body, field: &Field) -> Result<QualityCheck, Error> {
+    let near = field.near_end(BESIDE_MM);
     let slices: Vec<Option<(usize, f32)>> =
         (0..frame.size[2]).into_par_iter().map(|k| beside(frame, body, &near, k)).collect();
     let all = slices.iter().flatten().count();
@@ -33,17 +33,6 @@ pub(crate) fn check(frame: &Frame, body: &Body) -> Result<QualityCheck, Error> {
     }
     let what = "field that ends beside the lung, share of the slices";
     Ok(QualityCheck::at_most(what, 100.0 * share, "%").refuses(100.0 * REFUSES))
-}
-
-/// The pixels near to the end of the field.
-fn near_end(frame: &Frame, body: &Body) -> Vec<bool> {
-    let [ni, nj, _] = frame.size;
-    let end = |n: usize| {
-        let (i, j) = (n % ni, n / ni);
-        !body.field[n] || i == 0 || j == 0 || i + 1 == ni || j + 1 == nj
-    };
-    let end: Vec<bool> = (0..frame.plane()).map(end).collect();
-    near(&end, ni, [frame.spacing[0], frame.spacing[1]], BESIDE_MM)
 }
 
 /// How many of a slice's voxels of lung are near the end of the field, and how far these lie to the left of the others

@@ -13,9 +13,10 @@
 //! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
 //! `labels`, `masks` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
 //! fields against each other; `resampling` crops fields to what moves and leads them on into the air that the tissue
-//! left, for other programs; `dense` keeps clips and wires whole.
+//! left, for other programs; `dense` keeps clips and wires whole; `beyond` counts what was never measured.
 
 mod batch;
+mod beyond;
 mod collar;
 mod consistency;
 mod contours;
@@ -56,6 +57,7 @@ mod undeformed;
 #[cfg(test)]
 mod tests;
 
+pub use beyond::beyond_field_mm3;
 pub use consistency::{Consistency, consistency, interpolation_error};
 pub use contours::carry_contours;
 pub use dense::{Dense, DenseFate, keep_dense};

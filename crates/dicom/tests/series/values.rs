@@ -5,7 +5,7 @@ use dicom_core::{PrimitiveValue, VR};
 use dicom_dictionary_std::tags;
 use supine_dicom::{Accept, ReadParams, read_series};
 use supine_space::{Progress, Warning};
-use supine_volume::Ct;
+use supine_volume::{Ct, Field};
 
 /// The HU of the unchanged six slices and of changed ones.
 fn both(change: impl Fn(usize, &mut Slice, Vec<u16>)) -> (Ct, Ct, Vec<Warning>) {
@@ -132,6 +132,27 @@ fn padding_is_air_in_the_volume() {
     assert_eq!(ct.data()[70..65536], plain.data()[70..65536]);
     let told = warnings.iter().any(|w| w.to_string().starts_with("420 voxels hold no measurement"));
     assert!(told, "{warnings:?}");
+}
+
+#[test]
+fn padding_tells_what_was_measured_after_it_became_air() {
+    let mut slices = six();
+    let stored = stored(&slices);
+    for (n, (slice, mut samples)) in slices.iter_mut().zip(stored).enumerate() {
+        encode(slice, 16, 1, "0");
+        samples.iter_mut().for_each(|v| *v = (*v as i16 - 1024) as u16);
+        // The last columns of all slices, and one column more of all but the first.
+        let from = if n == 0 { 201 } else { 200 };
+        samples.chunks_mut(256).for_each(|row| row[from..].fill(-2000i16 as u16));
+        put_samples(slice, samples);
+    }
+    let (ct, source, _) = read(folder(&slices).path()).unwrap();
+    let field = source.field(ct.grid()).unwrap();
+    assert!(field.seen().iter().enumerate().all(|(n, &seen)| seen == (n % 256 < 201)));
+    // The values alone do not tell.
+    assert!(Field::found(&ct).seen().iter().all(|&seen| seen));
+    let (ct, source, _) = read(folder(&six()).path()).unwrap();
+    assert_eq!(source.field(ct.grid()), None);
 }
 
 #[test]

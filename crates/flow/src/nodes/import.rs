@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_dicom::{Accept, ReadInfo, ReadParams, Source};
 use supine_report::{CtFacts, LeftOut};
-use supine_volume::Ct;
+use supine_volume::{Ct, Field};
 
 pub(crate) struct Import;
 
@@ -28,6 +28,8 @@ pub(crate) struct Own {
 pub(crate) struct Imported {
     /// HU.
     pub(crate) ct: Arc<Ct>,
+    /// What was measured of it.
+    pub(crate) field: Field,
     /// The series it came from; `None` for NRRD and NIfTI, which carry no patient.
     pub(crate) source: Option<Source>,
     pub(crate) facts: CtFacts,
@@ -57,11 +59,13 @@ impl Node for Import {
         let params = ReadParams { series, exclude, accept };
         let read = read_ct(&own.ct.path, &params, work.progress)?;
         own.ct.check_unchanged()?;
-        let CtInput { ct, dicom, .. } = read.not_deformed(&own.ct.path)?;
+        let read = read.not_deformed(&own.ct.path)?;
+        let field = read.field();
+        let CtInput { ct, dicom, .. } = read;
         let (source, info) = dicom.unzip();
         work.warn_all(info.iter().flat_map(|info| info.warnings.clone()));
         let facts = facts(&ct, info.as_ref());
-        Ok(Imported { ct: Arc::new(ct), source, facts, origin: own.ct.told("ct") })
+        Ok(Imported { ct: Arc::new(ct), field, source, facts, origin: own.ct.told("ct") })
     }
 
     fn bytes(out: &Imported) -> usize {

@@ -13,14 +13,16 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
 use supine_mesh::{BoundaryTag, Displacement, TetMesh, quality};
-use supine_segment::FieldEnd;
-use supine_space::{Grid, Warning};
+use supine_space::{Grid, Point, Warning};
 use supine_tetrahedralise::{Curving, Domain, Info, Near, Params, Piece};
+use supine_volume::Field;
 
 pub(crate) struct Mesh;
 
 /// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees: chosen, not measured.
 const POOR_DIHEDRAL_DEG: f64 = 10.0;
+/// A face this near to the end of the field belongs to it, pixels: labels end on whole pixels, which a mesh smooths.
+const NEAR_PIXELS: f64 = 1.6;
 
 #[derive(Serialize)]
 pub(crate) struct Own {
@@ -49,9 +51,11 @@ pub(crate) struct Meshed {
 }
 
 /// The skin that is none: where the CT ends, tissue goes on, and its faces are part of the cut.
-fn cut_by_field(mesh: TetMesh, end: &FieldEnd, grid: &Grid) -> TetMesh {
+fn cut_by_field(mesh: TetMesh, field: &Field, grid: &Grid) -> TetMesh {
+    let near = field.near_end(NEAR_PIXELS * field.pixel_mm());
+    let ends = |at: &Point| field.pixel(grid, at).is_none_or(|pixel| near[pixel]);
     mesh.tagged(|middle, tag| match tag {
-        BoundaryTag::Skin if end.is_near(grid, middle) => BoundaryTag::Cut,
+        BoundaryTag::Skin if ends(middle) => BoundaryTag::Cut,
         tag => tag,
     })
 }
@@ -81,7 +85,7 @@ impl Meshed {
 
 impl Node for Mesh {
     const ID: NodeId = NodeId::Mesh;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region);
@@ -124,8 +128,8 @@ impl Node for Mesh {
                 Some(domain.curved(&mesh)?)
             }
         };
-        let mesh = match &segmented.field_end {
-            Some(end) => cut_by_field(mesh, end, segmented.labels.grid()),
+        let mesh = match chosen.field() {
+            Some(field) => cut_by_field(mesh, &field, segmented.labels.grid()),
             None => mesh,
         };
         let mut facts = mesh_facts(&mesh, &info);
@@ -193,4 +197,34 @@ fn poor(facts: &supine_report::Mesh) -> Option<Warning> {
     );
     (angle < POOR_DIHEDRAL_DEG)
         .then(|| Warning::new("poor-dihedral-angle", text).value("degrees", angle))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_mesh::BoundaryFace;
+    use supine_space::{Matrix, Vector};
+    use supine_volume::Volume;
+
+    #[test]
+    fn skin_at_the_circle_is_cut_and_elsewhere_stays() {
+        let grid =
+            Grid::new([101, 101, 4], Vector::repeat(1.0), Point::origin(), Matrix::identity());
+        let hu = |[i, j, k]: [usize; 3]| match (i as f64 - 50.0).hypot(j as f64 - 50.0) {
+            r if r > 40.0 => -1024,
+            _ => -1000 + ((7 * i + 13 * j + 29 * k) % 31) as i16,
+        };
+        let ct = Volume::from_fn(grid.unwrap(), hu);
+        let field = Field::found(&ct);
+        // Four faces, of which one lies at the circle.
+        let at = [[90.0, 47.0, 0.0], [90.0, 53.0, 0.0], [90.0, 50.0, 3.0], [60.0, 50.0, 1.0]];
+        let points = at.map(Point::from).to_vec();
+        let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+        let tag = BoundaryTag::Skin;
+        let faces = faces.map(|points| BoundaryFace { points, tag }).to_vec();
+        let mesh = TetMesh::new(points, vec![[0, 2, 1, 3]], faces).unwrap();
+        let tags: Vec<_> =
+            cut_by_field(mesh, &field, ct.grid()).boundary().iter().map(|face| face.tag).collect();
+        assert_eq!(tags, [BoundaryTag::Cut, tag, tag, tag]);
+    }
 }

@@ -46,7 +46,7 @@ pub(crate) use source::Source;
 pub(crate) use structures::Structures;
 pub(crate) use tissues::Tissues;
 pub(crate) use tumour::Tumour;
-pub(crate) use warp::{Warp, warp_facts};
+pub(crate) use warp::{Warp, beyond_field, warp_facts};
 
 use crate::graph::Entry;
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
 use supine_space::{Point, Side, Sphere, Warning};
-use supine_volume::{Ct, LabelMap, label};
+use supine_volume::{Ct, Field, LabelMap, label};
 
 /// A tumour of less density lies in lung, HU: lungs are -900 to -700, fat is -100.
 const LUNG_HU: f64 = -400.0;
@@ -64,6 +64,23 @@ pub(crate) struct Chosen {
     pub(crate) uncertainty: Option<WallUncertainty>,
     /// What the region was judged by.
     pub(crate) checks: Vec<QualityCheck>,
+    /// What was measured of the CT, for the mesh, which needs no CT else; `None` without one.
+    field: Option<KeptField>,
+}
+
+/// A field as records hold it.
+#[derive(Serialize, Deserialize, Clone, Debug)]
+struct KeptField {
+    size: [usize; 2],
+    spacing_mm: [f64; 2],
+    /// [`Field::runs`].
+    runs: Vec<usize>,
+}
+
+impl From<&Field> for KeptField {
+    fn from(field: &Field) -> Self {
+        Self { size: field.size(), spacing_mm: field.spacing(), runs: field.runs() }
+    }
 }
 
 impl Chosen {
@@ -77,7 +94,14 @@ impl Chosen {
             nipple: None,
             uncertainty: None,
             checks: vec![],
+            field: None,
         }
+    }
+
+    /// What was measured of the CT, where that is known.
+    pub(crate) fn field(&self) -> Option<Field> {
+        let KeptField { size, spacing_mm, runs } = self.field.as_ref()?;
+        Field::of_runs(*size, *spacing_mm, runs)
     }
 
     pub(crate) fn sphere(&self) -> Result<Sphere, Error> {
@@ -91,7 +115,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 6;
+    const METHOD: u32 = 7;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
@@ -138,7 +162,7 @@ impl Node for Region {
             uncertainty: found.as_ref(),
             middle,
         };
-        let checked = supine_segment::check_region(ct, map, &place)?;
+        let checked = supine_segment::check_region(ct, &input.field, map, &place)?;
         work.warn_all(checked.warnings);
         progress.at(0.8)?;
         Ok(Chosen {
@@ -149,6 +173,7 @@ impl Node for Region {
             nipple: nipple.map(|nipple| nipple.coords.into()),
             checks: checked.checks.iter().map(quality_check).collect(),
             region: sphere.into(),
+            field: Some((&input.field).into()),
         })
     }
 

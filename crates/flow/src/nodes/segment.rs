@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
-use supine_segment::{Field, FieldEnd, Params, Segmenter};
+use supine_segment::{Params, Segmenter};
 use supine_space::{Point, Progress};
-use supine_volume::{Ct, LabelMap, SeedKind, Seeds, Surfaces, Volume};
+use supine_volume::{LabelMap, SeedKind, Seeds, Surfaces, Volume};
 
 pub(crate) struct Segment;
 
@@ -39,8 +39,6 @@ pub(crate) struct Segmented {
     pub(crate) uncertainty: Option<Arc<Volume<u8>>>,
     /// The implants that were found, if any.
     pub(crate) implants: Option<Lazy<LabelMap>>,
-    /// Where the field of the CT ends, if that is known.
-    pub(crate) field_end: Option<FieldEnd>,
     pub(crate) facts: Facts,
 }
 
@@ -53,9 +51,8 @@ impl Segmented {
             muscle_hu: None,
             checks: vec![],
             inputs: vec![],
-            field_end: vec![],
         };
-        Self { labels, surfaces, uncertainty: None, implants: None, field_end: None, facts }
+        Self { labels, surfaces, uncertainty: None, implants: None, facts }
     }
 }
 
@@ -69,13 +66,11 @@ pub(crate) struct Facts {
     pub(crate) checks: Vec<QualityCheck>,
     /// Files of the case that went in: labels or seeds.
     pub(crate) inputs: Vec<Input>,
-    /// [`FieldEnd::runs`], nothing where it is not known.
-    field_end: Vec<u32>,
 }
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 6;
+    const METHOD: u32 = 7;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import,);
@@ -142,10 +137,8 @@ impl Node for Segment {
         let implants = there("implants").map(|path| {
             Lazy::read(move || read_labels(&path, Progress::none()).map_err(Error::product))
         });
-        let [ni, nj, _] = labels.grid().size();
-        let field_end = FieldEnd::of_runs(&facts.field_end, [ni, nj]);
         let uncertainty = uncertainty.map(Arc::new);
-        Ok(Segmented { labels, surfaces, uncertainty, implants, field_end, facts })
+        Ok(Segmented { labels, surfaces, uncertainty, implants, facts })
     }
 
     fn bytes(out: &Segmented) -> usize {
@@ -176,8 +169,6 @@ fn supplied(
     work.warn_all(warnings);
     let mut segmented = Segmented::given(Arc::new(labels), None);
     segmented.facts.inputs.push(file.told("labels"));
-    segmented.field_end = field_end(&input.ct);
-    segmented.facts.field_end = segmented.field_end.as_ref().map_or(vec![], FieldEnd::runs);
     Ok(segmented)
 }
 
@@ -203,35 +194,28 @@ fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
     Ok(seeds)
 }
 
-/// Where the field of a CT ends; not known when its slices are not axial, as those of labels that were brought along may be.
-fn field_end(ct: &Ct) -> Option<FieldEnd> {
-    Some(Field::of(ct).ok()?.end())
-}
-
 fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Error> {
     let progress = work.progress;
     let params = Params { seeds: seeds(own, progress.part(0.0, 0.05))?, ..Params::default() };
-    let segmenter = Segmenter::new(Arc::clone(&input.ct), &params, progress.part(0.05, 0.75))?;
+    let (ct, ready) = (Arc::clone(&input.ct), progress.part(0.05, 0.75));
+    let segmenter = Segmenter::new(ct, &input.field, &params, ready)?;
     let (made, info) = segmenter.segment(&params.seeds, progress.part(0.75, 0.85))?;
     let (uncertainty, implants) = (segmenter.uncertainty(&made), segmenter.implants());
     let surfaces = segmenter.into_surfaces(&made, progress.part(0.85, 1.0))?;
     work.warn_all(info.warnings);
     let automatic = own.seed_files.is_empty() && own.seed_points.is_empty();
-    let field_end = field_end(&input.ct);
     let facts = Facts {
         origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
         fat_hu: Some(info.fat_hu),
         muscle_hu: Some(info.muscle_hu),
         checks: info.checks.iter().map(quality_check).collect(),
         inputs: own.seed_files.iter().map(|file| file.told("seeds")).collect(),
-        field_end: field_end.as_ref().map_or(vec![], FieldEnd::runs),
     };
     Ok(Segmented {
         labels: made.labels,
         surfaces: Some(Lazy::held(surfaces)),
         uncertainty: Some(Arc::new(uncertainty)),
         implants: implants.map(Lazy::held),
-        field_end,
         facts,
     })
 }

@@ -1,13 +1,14 @@
 //! The CT on the table.
 
-use super::{Import, Segment, Solve};
+use super::{Import, Imported, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use std::sync::Arc;
+use supine_mesh::Deformation;
 use supine_report::{DenseThing, Jacobian};
-use supine_space::Warning;
+use supine_space::{Progress, Warning};
 use supine_volume::Ct;
 use supine_warp::{Dense, DenseFate, Info, Interpolation, Params};
 
@@ -23,7 +24,7 @@ pub(crate) struct Warped {
 
 impl Node for Warp {
     const ID: NodeId = NodeId::Warp;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     /// Made again in less time than it is read.
     const KEPT: bool = false;
     /// The interpolation.
@@ -42,19 +43,45 @@ impl Node for Warp {
     ) -> Result<Warped, Error> {
         let named = Interpolation::ALL.into_iter().find(|i| i.name() == *own);
         let params = Params { interpolation: named.unwrap_or_default(), ..Params::default() };
-        let (deformation, part) = (&solved.deformation, work.progress.part(0.0, 0.95));
+        let (deformation, part) = (&solved.deformation, work.progress.part(0.0, 0.9));
         let (mut ct, info) = supine_warp::warp(&input.ct, deformation, &params, part)?;
         let labels = &segmented.labels;
         let dense = supine_warp::keep_dense(&input.ct, labels, &mut ct, deformation, &params)?;
         let facts = supine_report::Warp { dense: things(&dense), ..warp_facts(&info) };
         work.warn_all(info.warnings);
         work.warn_all(dense_warnings(&dense));
+        let part = work.progress.part(0.9, 1.0);
+        work.warn_all(beyond_field(&input, deformation, &params, part)?);
         Ok(Warped { ct: Arc::new(ct), facts })
     }
 
     fn bytes(out: &Warped) -> usize {
         2 * out.ct.grid().len()
     }
+}
+
+/// Tissue from beyond what was measured that is worth a word, cm³: less than a tumour's worth. Chosen, not measured.
+const BEYOND_CM3: f64 = 0.1;
+
+/// What a planner has to know of tissue that was never measured.
+///
+/// # Errors
+/// As the warp's.
+pub(crate) fn beyond_field(
+    input: &Imported,
+    deformation: &Deformation,
+    params: &Params,
+    progress: Progress<'_>,
+) -> Result<Option<Warning>, Error> {
+    let (ct, field) = (&input.ct, &input.field);
+    let mm3 = supine_warp::beyond_field_mm3(ct, field, deformation, params, progress)?;
+    let cm3 = mm3 / 1000.0;
+    let text = format!(
+        "{cm3:.1} cm³ of soft tissue come from beyond the field that the scanner reconstructed: nothing was measured \
+         there, and air stands in their place; make the region smaller or use a CT with a larger field"
+    );
+    let told = || Warning::new("tissue-beyond-field", text).value("volume_cm3", cm3);
+    Ok((cm3 > BEYOND_CM3).then(told))
 }
 
 fn things(dense: &[Dense]) -> Vec<DenseThing> {

@@ -4,7 +4,7 @@ use crate::Error;
 use std::path::Path;
 use supine_dicom::{ReadInfo, ReadParams, Source, tells_deformation};
 use supine_space::Progress;
-use supine_volume::Ct;
+use supine_volume::{Ct, Field};
 
 /// A CT and, when it came from DICOM, what an export inherits.
 #[derive(Debug)]
@@ -18,6 +18,12 @@ pub struct CtInput {
 }
 
 impl CtInput {
+    /// What was measured: as the padding of a series tells, else as it is found in the values.
+    pub fn field(&self) -> Field {
+        let told = self.dicom.as_ref().and_then(|(source, _)| source.field(self.ct.grid()));
+        told.unwrap_or_else(|| Field::found(&self.ct))
+    }
+
     /// Refuses a result of this program.
     ///
     /// # Errors

@@ -7,6 +7,7 @@
 )]
 
 mod edits;
+mod field;
 mod methods;
 mod support;
 mod table;

@@ -10,17 +10,22 @@ mod seeds;
 mod surfaces;
 mod uncertainty;
 
-use crate::{Breast, Error, Params, segment};
+use crate::{Breast, Error, Params, Segmenter, segment};
 use phantom::{Thorax, Truth};
 use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Side, Sphere, Vector};
-use supine_volume::{Ct, LabelMap, label};
+use supine_volume::{Ct, Field, LabelMap, label};
 
 /// A server keeps these.
 const _: fn() = || {
     fn keeps<T: Send + Sync + 'static>() {}
-    keeps::<(crate::Segmenter, crate::Segmentation)>();
+    keeps::<(Segmenter, crate::Segmentation)>();
 };
+
+fn ready(ct: &Ct) -> Segmenter {
+    let field = Field::found(ct);
+    Segmenter::new(Arc::new(ct.clone()), &field, &Params::default(), Progress::none()).unwrap()
+}
 
 fn run(ct: &Ct) -> (Arc<LabelMap>, crate::Info) {
     let (made, info) = segment(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();

@@ -1,10 +1,9 @@
 //! Thoraxes with something in or on them that is no tissue.
 
 use super::phantom::{APEX, Thorax};
-use super::{at, dice, run};
-use crate::{Params, Segmenter};
+use super::{at, dice, ready, run};
 use std::sync::Arc;
-use supine_space::{Matrix, Point, Progress};
+use supine_space::{Matrix, Point};
 use supine_volume::{LabelMap, label};
 
 /// The labels, the facts, and the Dice of soft tissue and wall.
@@ -59,8 +58,7 @@ fn the_implants_voxels_are_told() {
     let object: fn(&Point) -> Option<f64> = |p| in_implant(p).then_some(105.0);
     let thorax = Thorax { object: Some(object), ..Thorax::default() };
     let ct = thorax.ct(Matrix::identity());
-    let segmenter =
-        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let segmenter = ready(&ct);
     let implants = segmenter.implants().unwrap();
     let grid = ct.grid();
     let [mut both, mut found, mut there] = [0usize; 3];
@@ -74,8 +72,7 @@ fn the_implants_voxels_are_told() {
     let dice = 2.0 * both as f64 / (found + there) as f64;
     assert!(dice > 0.85, "{dice}");
     let plain = Thorax::default().ct(Matrix::identity());
-    let none =
-        Segmenter::new(Arc::new(plain.clone()), &Params::default(), Progress::none()).unwrap();
+    let none = ready(&plain);
     assert!(none.implants().is_none());
 }
 

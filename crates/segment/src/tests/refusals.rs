@@ -1,10 +1,10 @@
 //! What is refused, with its reason; and what must not be.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Bound, Breast, BreastPlace, Error, Info, Params, QualityCheck, check_region, segment};
+use crate::{Bound, Breast, BreastPlace, Error, Info, Params, QualityCheck, RegionCheck, segment};
 use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Side, Sphere};
-use supine_volume::{Ct, LabelMap, label};
+use supine_volume::{Ct, Field, LabelMap, label};
 
 /// The thorax with the voxels changed by `f`.
 fn changed(f: impl Fn(&Point, i16) -> i16) -> Ct {
@@ -116,6 +116,10 @@ fn truth() -> (LabelMap, Sphere) {
 fn place(region: Sphere, breast: Option<&Breast>) -> BreastPlace<'_> {
     let middle = region.centre();
     BreastPlace { region, side: Side::Left, breast, uncertainty: None, middle }
+}
+
+fn check_region(ct: &Ct, labels: &LabelMap, of: &BreastPlace<'_>) -> Result<RegionCheck, Error> {
+    crate::check_region(ct, &Field::found(ct), labels, of)
 }
 
 fn check(ct: &Ct, region: Sphere) -> Result<Vec<supine_space::Warning>, Error> {

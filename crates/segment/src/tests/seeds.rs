@@ -1,15 +1,11 @@
 //! What the user says is never overruled.
 
-use super::at;
 use super::phantom::{APEX, Thorax, Truth};
-use crate::{Error, Params, SeedKind, Seeds, Segmenter};
+use super::{at, ready};
+use crate::{Error, SeedKind, Seeds, Segmenter};
 use std::sync::Arc;
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
-use supine_volume::{Ct, LabelMap, Volume, label};
-
-fn ready(ct: &Ct) -> Segmenter {
-    Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap()
-}
+use supine_volume::{LabelMap, Volume, label};
 
 fn run(of: &Segmenter, seeds: &Seeds) -> Result<Arc<LabelMap>, Error> {
     Ok(of.segment(seeds, Progress::none())?.0.labels)

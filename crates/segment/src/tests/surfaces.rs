@@ -1,14 +1,14 @@
 //! Skin and chest wall between the voxels.
 
 use super::phantom::{Thorax, Truth};
-use crate::{Params, Seeds, Segmenter};
+use super::ready;
+use crate::Seeds;
 use std::sync::Arc;
 use supine_space::{Matrix, Point, Progress, Vector};
 use supine_volume::{Ct, LabelMap, Surfaces, label};
 
 fn run(ct: &Ct, seeds: &Seeds) -> (Arc<LabelMap>, Surfaces) {
-    let segmenter =
-        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let segmenter = ready(ct);
     let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
     let surfaces = segmenter.into_surfaces(&made, Progress::none()).unwrap();
     (made.labels, surfaces)

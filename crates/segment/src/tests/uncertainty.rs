@@ -1,9 +1,8 @@
 //! How sure the boundary is said to be.
 
 use super::phantom::{Thorax, Truth};
-use super::run;
-use crate::{Params, Seeds, Segmenter, UNCERTAIN_MM, wall_uncertainty};
-use std::sync::Arc;
+use super::{ready, run};
+use crate::{Seeds, UNCERTAIN_MM, wall_uncertainty};
 use supine_space::{Matrix, Point, Progress, Sphere};
 use supine_volume::label;
 
@@ -11,8 +10,7 @@ use supine_volume::label;
 fn the_map_lies_along_the_boundary_and_holds_the_error() {
     let thorax = Thorax::default();
     let ct = thorax.ct(Matrix::identity());
-    let segmenter =
-        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let segmenter = ready(&ct);
     let (made, _) = segmenter.segment(&Seeds::default(), Progress::none()).unwrap();
     let map = segmenter.uncertainty(&made);
     let region = Sphere::new(Point::new(75.0, -75.0, 0.0), 75.0).unwrap();
@@ -49,8 +47,7 @@ fn a_boundary_without_an_edge_is_uncertain_until_the_seeds_that_are_proposed_mak
         }
     }
     let region = Sphere::new(middle, 60.0).unwrap();
-    let segmenter =
-        Segmenter::new(Arc::new(ct.clone()), &Params::default(), Progress::none()).unwrap();
+    let segmenter = ready(&ct);
     let with = |seeds: &Seeds| {
         let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
         (segmenter.uncertainty(&made), made.labels)

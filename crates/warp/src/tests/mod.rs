@@ -1,5 +1,6 @@
 //! Tests of the whole crate.
 
+mod beyond;
 mod carry;
 mod contours;
 pub(crate) mod fixture;

@@ -7,7 +7,7 @@ pub use grid::OutputGrid;
 use super::{Gather, ends, given_deformation, messages, session, usage};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
-    warp_facts,
+    beyond_field, warp_facts,
 };
 use crate::session::{Request, Session, Start};
 use crate::shared::{ExportSource, IMAGE_COMMENTS, RegisteredSeries, write_registration};
@@ -174,10 +174,12 @@ fn warped(
     let interpolation = session.case().interpolation;
     let params = Params { interpolation, ..Params::default() };
     let gather = Gather::new(request.observer, &[]);
-    let (ct, info) = gather.work(NodeId::Warp, |progress| {
-        Ok(supine_warp::warp_onto(&grid, &input.ct, deformation, &params, progress)?)
+    let ((ct, info), beyond) = gather.work(NodeId::Warp, |progress| {
+        let part = progress.part(0.0, 0.9);
+        let made = supine_warp::warp_onto(&grid, &input.ct, deformation, &params, part)?;
+        Ok((made, beyond_field(&input, deformation, &params, progress.part(0.9, 1.0))?))
     })?;
-    gather.warn_all(NodeId::Warp, info.warnings.clone());
+    gather.warn_all(NodeId::Warp, info.warnings.iter().cloned().chain(beyond));
     Ok((Arc::new(ct), warp_facts(&info)))
 }
 
