@@ -71,14 +71,14 @@ pub enum Error {
     HeadFeetReversed,
     /// One side of the chest is not in the CT.
     #[error(
-        "only half of the chest is in the CT: on the {side} the field ends within 10 mm of the lung in {percent:.0} % of the \
-         slices, so that ribs and skin are missing there; give a CT that holds both sides and is not cropped"
+        "only half of the chest is in the CT: on the {side} {why}, so that ribs and skin are missing there; give a CT that \
+         holds both sides and is not cropped"
     )]
     HalfChest {
         /// The side that is cut off.
         side: Side,
-        /// Share of the slices with lung, %.
-        percent: f64,
+        /// What shows it.
+        why: String,
     },
     /// Lung outside the chest wall that was found.
     #[error(

@@ -60,7 +60,7 @@ impl Segmenter {
         let frame = Frame::new(ct.grid())?;
         let mut checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, &frame, params, progress.part(0.0, 0.4))?;
-        checks.extend([whole_chest::check(&frame, &body)?]);
+        checks.extend(whole_chest::check(&frame, &body)?);
         let posture = Posture::check(&ct, &frame, &body)?;
         let orientation = Orientation::check(&ct, &frame, &body)?;
         checks.extend(posture.checks().into_iter().chain(orientation.checks()));
