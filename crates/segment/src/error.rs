@@ -204,6 +204,22 @@ pub enum Error {
         /// What is missing.
         why: &'static str,
     },
+    /// A breast on the other side only.
+    #[error(
+        "there is no {side} breast: about {at:.0?} mm (LPS), opposite the other breast, the soft tissue in front of the chest \
+         wall is {own_mm:.0} mm thick, {other_mm:.0} mm there, as after a mastectomy; check the side, or, if this one is meant, \
+         give the region; the other side can be simulated"
+    )]
+    BreastMissing {
+        /// The side.
+        side: Side,
+        /// Thickness of the soft tissue on this side, mm.
+        own_mm: f64,
+        /// That on the other side, mm.
+        other_mm: f64,
+        /// Where the breast should be, LPS, mm.
+        at: [f64; 3],
+    },
     /// No sphere within the CT can hold the breast's tumour.
     #[error("no region can be proposed for the {side} breast: {why}")]
     NoRegion {

@@ -220,6 +220,38 @@ fn a_thin_breast_is_told_and_a_flat_chest_has_none() {
 }
 
 #[test]
+fn a_breast_on_the_other_side_only_is_refused_by_name_and_half_of_one_is_told() {
+    let (labels, region) = truth();
+    let ct = changed(|_, v| v);
+    // After a mastectomy of the left: 8 mm over the muscle, and so much more of a mound as is left.
+    let with_mound = |mm: f64| {
+        let skin = |p: &Point| {
+            let away = (p.x - 75.0).hypot(p.z);
+            Thorax::muscle_mm(p) + 8.0 + mm * (-away * away / 1800.0).exp()
+        };
+        let grid = labels.grid().clone();
+        LabelMap::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let off = p.x > 0.0 && p.y < 0.0 && Thorax::above_ribs(&p) > skin(&p);
+            if off { label::OUTSIDE } else { labels.at(v) }
+        })
+    };
+    let found = |mm: f64| {
+        let labels = with_mound(mm);
+        assert!(Breast::find(&labels, Side::Right, None).is_ok(), "{mm}");
+        let breast = Breast::find(&labels, Side::Left, None)?;
+        let checked = check_region(&ct, &labels, &place(region, Some(&breast)))?;
+        Ok::<_, Error>(checked.warnings.iter().any(|w| w.to_string().contains("other breast")))
+    };
+    let error = found(0.0).unwrap_err();
+    assert!(matches!(error, Error::BreastMissing { side: Side::Left, .. }), "{error}");
+    assert!(error.to_string().contains("mastectomy"), "{error}");
+    let told: Vec<bool> = (0..10).filter_map(|step| found(4.0 * f64::from(step)).ok()).collect();
+    assert!(told.first() == Some(&true) && told.last() == Some(&false), "{told:?}");
+    assert!(told.is_sorted_by(|a, b| a >= b), "{told:?}");
+}
+
+#[test]
 fn the_figures_of_a_sound_case_lie_within_their_limits_and_those_of_a_bad_one_near_them() {
     let check = |checks: &[QualityCheck], what: &str| {
         checks.iter().find(|g| g.what.contains(what)).unwrap_or_else(|| panic!("{what}")).clone()
