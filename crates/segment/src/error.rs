@@ -71,14 +71,14 @@ pub enum Error {
     HeadFeetReversed,
     /// One side of the chest is not in the CT.
     #[error(
-        "only half of the chest is in the CT: on the {side} the field ends within 10 mm of the lung in {percent:.0} % of the \
-         slices, so that ribs and skin are missing there; give a CT that holds both sides and is not cropped"
+        "only half of the chest is in the CT: on the {side} {why}, so that ribs and skin are missing there; give a CT that \
+         holds both sides and is not cropped"
     )]
     HalfChest {
         /// The side that is cut off.
         side: Side,
-        /// Share of the slices with lung, %.
-        percent: f64,
+        /// What shows it.
+        why: String,
     },
     /// Lung outside the chest wall that was found.
     #[error(
@@ -203,6 +203,22 @@ pub enum Error {
         side: Side,
         /// What is missing.
         why: &'static str,
+    },
+    /// A breast on the other side only.
+    #[error(
+        "there is no {side} breast: about {at:.0?} mm (LPS), opposite the other breast, the soft tissue in front of the chest \
+         wall is {own_mm:.0} mm thick, {other_mm:.0} mm there, as after a mastectomy; check the side, or, if this one is meant, \
+         give the region; the other side can be simulated"
+    )]
+    BreastMissing {
+        /// The side.
+        side: Side,
+        /// Thickness of the soft tissue on this side, mm.
+        own_mm: f64,
+        /// That on the other side, mm.
+        other_mm: f64,
+        /// Where the breast should be, LPS, mm.
+        at: [f64; 3],
     },
     /// No sphere within the CT can hold the breast's tumour.
     #[error("no region can be proposed for the {side} breast: {why}")]

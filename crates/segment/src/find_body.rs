@@ -4,7 +4,7 @@ use crate::body::{Body, flag};
 use crate::foreign;
 use crate::frame::Frame;
 use crate::plane::{fill_holes, keep_joined, near};
-use crate::{Error, Params, tubes};
+use crate::{Error, Params, tubes, whole_chest};
 use rayon::prelude::*;
 use supine_space::Progress;
 use supine_volume::{Ct, Field, Parts};
@@ -33,12 +33,15 @@ pub(crate) fn find_body(
     let mut flags = vec![0u8; ct.data().len()];
     let lung_l = mark_air(ct, frame, params, &field, &mut flags);
     progress.at(0.15)?;
-    if lung_l < LUNGS_L {
-        return Err(Error::NoLungs { lung_l });
-    }
     open(ct, frame, params, &mut flags, OPENING_MM);
     progress.at(0.4)?;
-    keep_largest(frame, params, &mut flags)?;
+    let core = keep_largest(frame, params, &mut flags);
+    if lung_l < LUNGS_L {
+        // A cut through the chest opens the lungs to the outside, and what is left may be little.
+        whole_chest::flat_side(frame, |n| flags[n] & flag::CORE != 0)?;
+        return Err(Error::NoLungs { lung_l });
+    }
+    core?;
     progress.at(0.5)?;
     grow_back(ct, frame, params, &mut flags, OPENING_MM + frame.pixel());
     progress.at(0.75)?;

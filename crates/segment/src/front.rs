@@ -42,6 +42,11 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
+    /// The point on the other side of the chest.
+    pub(crate) fn mirrored(&self, p: Point) -> Point {
+        Point::new(2.0 * self.x - p.x, p.y, p.z)
+    }
+
     /// The share to which a point faces the front.
     pub(crate) fn facing(&self, p: &Point) -> f64 {
         let degrees = (p.x - self.x).abs().atan2(self.y - p.y).to_degrees();

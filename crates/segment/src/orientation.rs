@@ -3,17 +3,19 @@
 //! Measured on four real CTs, one with a consolidated lung and effusion (rider0109), and four synthetic patients, as shares of
 //! the tissue or bone compared; of a CT reversed or mirrored each has the other sign:
 //!
-//! | | ribs | mass | aorta | heart |
-//! |---|---|---|---|---|
-//! | real | 0.06 to 0.10 | 0.26 to 0.44 | 0.49 to 0.79 | 0.37 to 0.73 |
-//! | rider0109 | 0.09 | -0.19 | -0.02 | -0.02 |
-//! | synthetic | 0.32 to 0.40 | 0.35 to 0.45 | 0.55 to 0.81 | 0.40 to 0.49 |
+//! | | ribs | mass | aorta | heart | liver |
+//! |---|---|---|---|---|---|
+//! | real | 0.06 to 0.10 | 0.26 to 0.44 | 0.49 to 0.79 | 0.37 to 0.73 | 0.50 and 0.98 (0 on a CT that ends above it) |
+//! | rider0109 | 0.09 | -0.19 | -0.02 | -0.02 | 0.81 |
+//! | synthetic | 0.32 to 0.40 | 0.35 to 0.45 | 0.55 to 0.81 | 0.40 to 0.49 | 0.82 to 1.00 |
 
 use crate::Error;
 use crate::body::{Body, flag};
 use crate::frame::Frame;
+use crate::plane::near;
 use crate::quality_check::QualityCheck;
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 use supine_space::Warning;
 use supine_volume::{Ct, median};
 
@@ -27,6 +29,16 @@ const MASS: f64 = -0.15;
 /// Aorta and heart on the right contradict together: one alone may be pushed aside.
 const AORTA: f64 = -0.25;
 const HEART: f64 = -0.15;
+/// So does a liver on the left where neither aorta nor heart lies clearly on the left, by their limits of the other sign: a
+/// sick lung beside them takes their evidence, but hardly the liver's.
+const LIVER: f64 = -0.4;
+/// The liver is looked for below this share of the lungs' length and down to this far below them, mm ...
+const LOW: f32 = 0.15;
+const BELOW_MM: f32 = 60.0;
+/// ... as tissue without gas and fat this far around within the slice and across it, mm, up to so far from the midline, mm:
+/// bowel, stomach and spleen are smaller or mixed with them.
+const SOLID_MM: [f32; 2] = [14.0, 10.0];
+const LIVER_MM: f32 = 120.0;
 /// The chest is looked at on points this far apart within the slices, mm.
 const STEP_MM: f32 = 3.0;
 /// Denser is bone, less dense is fat, HU.
@@ -85,6 +97,8 @@ pub(crate) struct Orientation {
     aorta: f64,
     /// Tissue between the lungs left of the midline (the heart) against right.
     heart: f64,
+    /// Large solid tissue under the lungs right of the midline (the liver) against left.
+    liver: f64,
 }
 
 impl Orientation {
@@ -109,13 +123,15 @@ impl Orientation {
         if chest.slices.len() as f32 * chest.slice_mm < LENGTH_MM {
             return Self::default();
         }
-        let (aorta, heart) = chest.aorta_and_heart();
-        Self { ribs: chest.ribs(), mass: chest.mass(), aorta, heart }
+        let (ribs, mass) = (chest.ribs(), chest.mass());
+        let Some(midline) = chest.midline() else { return Self { ribs, mass, ..Self::default() } };
+        let (aorta, heart) = chest.aorta_and_heart(midline);
+        Self { ribs, mass, aorta, heart, liver: chest.liver(midline) }
     }
 
-    /// What was measured. Ribs and tissue refuse together only, aorta and heart warn together only; tissue alone does not warn,
-    /// for disease of a lung moves it.
-    pub(crate) fn checks(&self) -> [QualityCheck; 4] {
+    /// What was measured. Ribs and tissue refuse together only, aorta, heart and liver warn together only; tissue alone does not
+    /// warn, for disease of a lung moves it.
+    pub(crate) fn checks(&self) -> [QualityCheck; 5] {
         let least = |what, share: f64| QualityCheck::at_least(what, 100.0 * share, "%");
         [
             least("ribs that run down towards the front, against up", self.ribs)
@@ -125,6 +141,7 @@ impl Orientation {
                 .refuses_jointly(100.0 * MASS),
             least("tissue left of the spine's front (the aorta), against right", self.aorta),
             least("tissue left between the lungs (the heart), against right", self.heart),
+            least("solid tissue right under the lungs (the liver), against left", self.liver),
         ]
     }
 
@@ -136,6 +153,11 @@ impl Orientation {
         }
         if self.aorta < AORTA && self.heart < HEART {
             contrary.push(("left and right", "heart and aorta lie on the right"));
+        } else if self.liver < LIVER && self.aorta < -AORTA && self.heart < -HEART {
+            contrary.push((
+                "left and right",
+                "the liver lies on the left, and neither heart nor aorta clearly does",
+            ));
         }
         let warning = |(what, why): (&str, &str)| {
             let text = format!(
@@ -152,6 +174,8 @@ impl Orientation {
 struct Chest {
     size: [usize; 2],
     slices: Vec<Vec<Kind>>,
+    /// Those below them, as far as the liver is looked for.
+    below: Vec<Vec<Kind>>,
     slice_mm: f32,
 }
 
@@ -186,8 +210,11 @@ impl Chest {
         let mut slices: Vec<Vec<Kind>> = (0..nk).into_par_iter().map(slice).collect();
         let with_lung = |s: &Vec<Kind>| lung_mm2(s) > LUNG_MM2;
         slices.truncate(slices.iter().rposition(with_lung).map_or(0, |k| k + 1));
-        slices.drain(..slices.iter().position(with_lung).unwrap_or(0));
-        Self { size, slices, slice_mm: frame.spacing[2] }
+        let mut below: Vec<Vec<Kind>> =
+            slices.drain(..slices.iter().position(with_lung).unwrap_or(0)).collect();
+        let slice_mm = frame.spacing[2];
+        below.drain(..below.len().saturating_sub((BELOW_MM / slice_mm) as usize));
+        Self { size, slices, below, slice_mm }
     }
 
     /// Rows of a slice from the front to the back.
@@ -235,6 +262,12 @@ impl Chest {
 
     /// The middle of the lungs' box, points.
     fn middle(&self) -> Option<[f32; 2]> {
+        let [low, high] = self.lungs()?;
+        Some([0, 1].map(|a| 0.5 * (low[a] + high[a]) as f32))
+    }
+
+    /// Two corners of the lungs' box, points.
+    fn lungs(&self) -> Option<[[usize; 2]; 2]> {
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
         for slice in &self.slices {
             for (n, _) in slice.iter().enumerate().filter(|(_, k)| **k == Kind::Lung) {
@@ -243,20 +276,47 @@ impl Chest {
                 high = [0, 1].map(|a| high[a].max(at[a]));
             }
         }
-        (low[0] <= high[0]).then(|| [0, 1].map(|a| 0.5 * (low[a] + high[a]) as f32))
+        (low[0] <= high[0]).then_some([low, high])
+    }
+
+    /// Points from the right to the middle of the spine.
+    fn midline(&self) -> Option<f32> {
+        let spine = |s: &Vec<Kind>| self.lungs_back(s).and_then(|back| self.spine(s, back));
+        median(&mut self.slices.iter().filter_map(spine).collect::<Vec<f32>>())
+    }
+
+    fn liver(&self, midline: f32) -> f64 {
+        let across = (SOLID_MM[1] / self.slice_mm).round() as usize;
+        let Some([front, back]) = self.lungs().map(|corners| corners.map(|[_, j]| j)) else {
+            return 0.0;
+        };
+        let low = (LOW * self.slices.len() as f32) as usize + across;
+        let low = self.below.iter().chain(&self.slices[..low.min(self.slices.len())]);
+        let solid: Vec<Vec<bool>> = low.map(|slice| self.solid(slice, front..=back)).collect();
+        let mut sides = [0.0; 2];
+        for about in solid.windows(2 * across + 1) {
+            let inner = (0..about[0].len()).filter(|&n| about.iter().all(|slice| slice[n]));
+            beside(inner.map(|n| n % self.size[0]), midline, LIVER_MM, &mut sides);
+        }
+        share(sides[1], sides[0])
+    }
+
+    /// The points of these rows of a slice with nothing but tissue around.
+    fn solid(&self, slice: &[Kind], rows: RangeInclusive<usize>) -> Vec<bool> {
+        let other: Vec<bool> = slice.iter().map(|kind| *kind != Kind::Tissue).collect();
+        let near = near(&other, self.size[0], [STEP_MM; 2], SOLID_MM[0]);
+        let within = |n: usize| rows.contains(&(n / self.size[0]));
+        near.iter().enumerate().map(|(n, near)| !near && within(n)).collect()
     }
 
     /// The aorta runs at the left before the spine, about 35 to 75 mm before the lungs' back, up to 50 mm from the middle;
     /// the heart lies before that, in the lower half.
-    fn aorta_and_heart(&self) -> (f64, f64) {
-        let backs: Vec<Option<usize>> = self.slices.iter().map(|s| self.lungs_back(s)).collect();
-        let spines = self.slices.iter().zip(&backs).filter_map(|(s, b)| self.spine(s, (*b)?));
-        let Some(middle) = median(&mut spines.collect::<Vec<f32>>()) else { return (0.0, 0.0) };
+    fn aorta_and_heart(&self, midline: f32) -> (f64, f64) {
         let points = |mm: f32| (mm / STEP_MM) as usize;
         let length = self.slices.len() as f64;
         let (mut aorta, mut heart) = ([0.0; 2], [0.0; 2]);
-        for (k, (slice, back)) in self.slices.iter().zip(backs).enumerate() {
-            let Some(back) = back else { continue };
+        for (k, slice) in self.slices.iter().enumerate() {
+            let Some(back) = self.lungs_back(slice) else { continue };
             let height = k as f64 / length;
             for (j, row) in self.rows(slice).enumerate() {
                 let spine =
@@ -264,10 +324,10 @@ impl Chest {
                 let front = j < back.saturating_sub(points(70.0));
                 if spine && (0.25..0.7).contains(&height) {
                     let dense = (0..row.len()).filter(|&i| row[i].is_dense());
-                    beside(dense, middle, 50.0, &mut aorta);
+                    beside(dense, midline, 50.0, &mut aorta);
                 }
                 if front && (0.2..0.5).contains(&height) {
-                    beside(between(row), middle, 90.0, &mut heart);
+                    beside(between(row), midline, 90.0, &mut heart);
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
 
+use crate::breast::MISSING_SHARE;
 use crate::quality_check::QualityCheck;
 use crate::uncertainty::WallUncertainty;
 use crate::{Breast, Error, UNCERTAIN_MM};
@@ -34,6 +35,9 @@ const END_REFUSES: f64 = 0.9;
 /// A breast lower than this over the tissue around it is hardly one, mm. Measured: 17 and more at breasts of seven CTs,
 /// 9 and 13 on chest-cmb01068.
 const THIN_MM: f64 = 14.0;
+/// A breast with less than this share of the other's thickness is told. Chosen between what is measured of whole breasts and
+/// of missing ones (see [`MISSING_SHARE`]).
+const UNEVEN_SHARE: f64 = 0.6;
 /// Share of the boundary, or area of one place, that may be uncertain before a look is asked for. Chosen, not
 /// measured (reference, section 8, proposed 10 cm²).
 const UNCERTAIN_SHARE: f64 = 0.1;
@@ -82,6 +86,7 @@ pub fn check_region(
     if let Some(breast) = place.breast {
         out.warnings.extend(cut_by_end(breast, &mut out.checks)?);
         out.warnings.extend(thin(breast, &mut out.checks));
+        out.warnings.extend(uneven(breast, &mut out.checks));
     }
     let uncertain = place.uncertainty.and_then(|found| uncertain(found, place, &mut out.checks));
     out.warnings.extend(uncertain);
@@ -194,6 +199,19 @@ fn thin(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Option<Warning> {
          uncertain; look at the region, give another one where it is wrong, and check the side"
     );
     (mm < THIN_MM).then(|| Warning::new("thin-breast", text).value("height_mm", mm))
+}
+
+/// Much less of a breast than on the other side.
+fn uneven(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Option<Warning> {
+    let (side, percent) = (breast.side, 100.0 * breast.share_of_other?);
+    let what = "thickness about the breast's place, against the other side";
+    let (warns, refuses) = (100.0 * UNEVEN_SHARE, 100.0 * MISSING_SHARE);
+    checks.push(QualityCheck::at_least(what, percent, "%").warns(warns).refuses(refuses));
+    let text = format!(
+        "the soft tissue of the {side} side has only {percent:.0} % of the thickness of the other breast, as after an operation \
+         that took much of the breast: check the side, and look at the region"
+    );
+    (percent < warns).then(|| Warning::new("uneven-breasts", text).value("percent", percent))
 }
 
 fn cut_by_end(breast: &Breast, checks: &mut Vec<QualityCheck>) -> Result<Option<Warning>, Error> {

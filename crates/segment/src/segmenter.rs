@@ -65,7 +65,7 @@ impl Segmenter {
         let frame = Frame::new(ct.grid())?;
         let mut checks = hounsfield::check(&ct, &frame)?;
         let mut body = find_body(&ct, field, (&frame, params), progress.part(0.0, 0.4))?;
-        checks.extend([whole_chest::check(&frame, &body, field)?]);
+        checks.extend(whole_chest::check(&frame, &body, field)?);
         let posture = Posture::check(&ct, &frame, &body)?;
         let orientation = Orientation::check(&ct, &frame, &body)?;
         checks.extend(posture.checks().into_iter().chain(orientation.checks()));

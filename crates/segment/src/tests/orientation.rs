@@ -13,9 +13,15 @@ fn heart(p: &Point) -> Option<f64> {
     (heart || aorta).then_some(45.0)
 }
 
+/// A liver under the right lung, and neither heart nor aorta.
+fn liver(p: &Point) -> Option<f64> {
+    let inner = Thorax::above_ribs(p) < -11.0 && p.y.abs() < 55.0;
+    (inner && p.x < -10.0 && p.z < -40.0).then_some(60.0)
+}
+
 /// The CT with its voxels exchanged along i and k, and the header as it was.
-fn run(exchanged: [bool; 2]) -> Result<Info, Error> {
-    let ct = Thorax { object: Some(heart), ..Thorax::default() }.ct(Matrix::identity());
+fn run(organs: fn(&Point) -> Option<f64>, exchanged: [bool; 2]) -> Result<Info, Error> {
+    let ct = Thorax { object: Some(organs), ..Thorax::default() }.ct(Matrix::identity());
     let [ni, _, nk] = ct.grid().size();
     let from = |[i, j, k]: [usize; 3]| {
         let i = if exchanged[0] { ni - 1 - i } else { i };
@@ -32,18 +38,32 @@ fn doubts(info: &Info) -> Vec<String> {
 
 #[test]
 fn head_and_feet_exchanged_are_refused_and_sides_are_told() {
-    let info = run([false, false]).unwrap();
+    let info = run(heart, [false, false]).unwrap();
     assert!(doubts(&info).is_empty(), "{:?}", doubts(&info));
     for what in ["ribs that run down", "towards the feet", "(the aorta)", "(the heart)"] {
         let check = info.checks.iter().find(|check| check.what.contains(what)).unwrap();
         assert!(check.value > 15.0, "{check:?}");
     }
-    let told = doubts(&run([true, false]).unwrap());
+    let told = doubts(&run(heart, [true, false]).unwrap());
     assert!(told.len() == 1 && told[0].contains("left and right"), "{told:?}");
     for sides in [false, true] {
-        let error = run([sides, true]).unwrap_err();
+        let error = run(heart, [sides, true]).unwrap_err();
         assert!(matches!(error, Error::HeadFeetReversed), "{error}");
     }
+}
+
+#[test]
+fn a_liver_on_the_left_is_told_where_heart_and_aorta_say_nothing() {
+    let info = run(liver, [false, false]).unwrap();
+    assert!(doubts(&info).is_empty(), "{:?}", doubts(&info));
+    let check = info.checks.iter().find(|check| check.what.contains("(the liver)")).unwrap();
+    assert!(check.value > 90.0, "{check:?}");
+    let told = doubts(&run(liver, [true, false]).unwrap());
+    assert!(told.len() == 1 && told[0].contains("the liver lies on the left"), "{told:?}");
+    // Where heart and aorta lie as they should, it is another organ or an effusion.
+    let both = |p: &Point| heart(p).or(liver(&Point::new(-p.x, p.y, p.z)));
+    let told = doubts(&run(both, [false, false]).unwrap());
+    assert!(told.is_empty(), "{told:?}");
 }
 
 #[test]

@@ -8,7 +8,12 @@ use supine_volume::{Ct, Field, LabelMap, label};
 
 /// The thorax with the voxels changed by `f`.
 fn changed(f: impl Fn(&Point, i16) -> i16) -> Ct {
-    let mut ct = Thorax::default().ct(Matrix::identity());
+    changed_along(Matrix::identity(), f)
+}
+
+/// The same on a grid with these directions.
+fn changed_along(direction: Matrix, f: impl Fn(&Point, i16) -> i16) -> Ct {
+    let mut ct = Thorax::default().ct(direction);
     let grid = ct.grid().clone();
     for (n, v) in ct.data_mut().iter_mut().enumerate() {
         *v = f(&grid.centre(grid.voxel(n)), *v);
@@ -75,12 +80,31 @@ fn prone_and_decubitus_are_refused_and_a_sick_lung_is_not() {
     );
 }
 
+/// How far a point is beyond a cut, mm.
+type Off = fn(&Point) -> f64;
+
 #[test]
 fn half_a_chest_is_refused_with_the_side_that_is_missing() {
+    // Cut at the middle by the field, filled with air, through a lung that is open then, and through the chest askew.
     for (side, sign) in [(Side::Left, 1.0), (Side::Right, -1.0)] {
-        let error = run(&changed(|p, v| if sign * p.x > -2.0 { -2048 } else { v })).unwrap_err();
-        assert!(matches!(error, Error::HalfChest { side: s, .. } if s == side), "{side}: {error}");
+        let beyond: [(Off, i16, &str); 4] = [
+            (|p| p.x + 2.0, -2048, "flat cut"),
+            (|p| p.x + 2.0, -1000, "flat cut"),
+            (|p| p.x + 62.0, -1000, "flat cut"),
+            (|p| p.x + 0.12 * p.y + 2.0, -2048, "within 10 mm of the lung"),
+        ];
+        for (off, fill, why) in beyond {
+            let mirrored = |p: &Point| off(&Point::new(sign * p.x, p.y, p.z));
+            let error = run(&changed(|p, v| if mirrored(p) > 0.0 { fill } else { v })).unwrap_err();
+            assert!(matches!(error, Error::HalfChest { side: s, .. } if s == side), "{error}");
+            assert!(error.to_string().contains(why), "{side} {fill}: {error}");
+        }
     }
+    // i to the back, j to the right, k to the feet.
+    let turned = Matrix::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
+    let cut = changed_along(turned, |p, v| if p.x > -2.0 { -1000 } else { v });
+    let error = run(&cut).unwrap_err();
+    assert!(matches!(error, Error::HalfChest { side: Side::Left, .. }), "{error}");
     // A flank is no half.
     assert!(run(&changed(|p, v| if p.x > 140.0 { -2048 } else { v })).is_ok());
 }
@@ -197,6 +221,38 @@ fn a_thin_breast_is_told_and_a_flat_chest_has_none() {
     };
     assert!(matches!(told(0.0), Err(Error::NoBreast { .. })));
     assert!(told(10.0).unwrap() && !told(35.0).unwrap());
+}
+
+#[test]
+fn a_breast_on_the_other_side_only_is_refused_by_name_and_half_of_one_is_told() {
+    let (labels, region) = truth();
+    let ct = changed(|_, v| v);
+    // After a mastectomy of the left: 8 mm over the muscle, and so much more of a mound as is left.
+    let with_mound = |mm: f64| {
+        let skin = |p: &Point| {
+            let away = (p.x - 75.0).hypot(p.z);
+            Thorax::muscle_mm(p) + 8.0 + mm * (-away * away / 1800.0).exp()
+        };
+        let grid = labels.grid().clone();
+        LabelMap::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let off = p.x > 0.0 && p.y < 0.0 && Thorax::above_ribs(&p) > skin(&p);
+            if off { label::OUTSIDE } else { labels.at(v) }
+        })
+    };
+    let found = |mm: f64| {
+        let labels = with_mound(mm);
+        assert!(Breast::find(&labels, Side::Right, None).is_ok(), "{mm}");
+        let breast = Breast::find(&labels, Side::Left, None)?;
+        let checked = check_region(&ct, &labels, &place(region, Some(&breast)))?;
+        Ok::<_, Error>(checked.warnings.iter().any(|w| w.to_string().contains("other breast")))
+    };
+    let error = found(0.0).unwrap_err();
+    assert!(matches!(error, Error::BreastMissing { side: Side::Left, .. }), "{error}");
+    assert!(error.to_string().contains("mastectomy"), "{error}");
+    let told: Vec<bool> = (0..10).filter_map(|step| found(4.0 * f64::from(step)).ok()).collect();
+    assert!(told.first() == Some(&true) && told.last() == Some(&false), "{told:?}");
+    assert!(told.is_sorted_by(|a, b| a >= b), "{told:?}");
 }
 
 #[test]
