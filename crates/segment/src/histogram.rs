@@ -7,6 +7,8 @@ use supine_volume::slice_kernel;
 /// Width of a bin, HU, and smoothing (sigma) before the highest is taken, bins.
 const BIN_HU: f32 = 2.0;
 const SMOOTH_BINS: f32 = 3.0;
+/// The top holds this share of the highest bin and more. Chosen, not measured.
+const TOP: f32 = 0.9;
 /// Values that one thread counts at a time.
 const CHUNK: usize = 1 << 16;
 
@@ -59,7 +61,8 @@ impl Histogram {
         self
     }
 
-    /// Centre of the highest bin after smoothing, HU.
+    /// Middle of the top after smoothing, HU: of the bins about the highest that hold nearly as much. The highest one alone
+    /// jumps about where the top is flat (measured: by 10 HU on a real CT of fatty muscle).
     pub(crate) fn mode(&self) -> f32 {
         let kernel = slice_kernel(SMOOTH_BINS);
         let last = self.counts.len() as isize - 1;
@@ -68,14 +71,17 @@ impl Histogram {
             let sides = kernel.iter().zip(0..).skip(1);
             sides.fold(kernel[0] * at(n), |sum, (w, d)| sum + w * (at(n - d) + at(n + d)))
         };
-        let mut best = (0, f32::NEG_INFINITY);
-        for n in 0..=last {
-            let value = smooth(n);
-            if value > best.1 {
-                best = (n, value);
+        let smoothed: Vec<f32> = (0..=last).map(smooth).collect();
+        let mut best = 0;
+        for (n, value) in smoothed.iter().enumerate() {
+            if *value > smoothed[best] {
+                best = n;
             }
         }
-        self.from + BIN_HU * (best.0 as f32 + 0.5)
+        let low = |n: &&f32| **n < TOP * smoothed[best];
+        let before = smoothed[..best].iter().rev().take_while(|n| !low(n)).count();
+        let after = smoothed[best..].iter().take_while(|n| !low(n)).count();
+        self.from + BIN_HU * 0.5 * (2 * best + after - before) as f32
     }
 }
 
@@ -92,6 +98,18 @@ mod tests {
             .collect();
         let mode = Histogram { from: -160.0, counts }.mode();
         assert!((mode + 103.0).abs() < 3.0, "{mode}");
+    }
+
+    #[test]
+    fn the_middle_of_a_flat_top_does_not_follow_its_ripples() {
+        let with = |ripple: usize| {
+            let height = |n: usize| if (20..31).contains(&n) { 100.0 } else { 30.0 };
+            let counts = (0..50).map(|n| height(n) + if n == ripple { 8.0 } else { 0.0 });
+            Histogram { from: 0.0, counts: counts.collect() }.mode()
+        };
+        for ripple in [22, 25, 28] {
+            assert!((with(ripple) - 51.0).abs() <= 1.0, "{ripple}: {}", with(ripple));
+        }
     }
 
     #[test]

@@ -136,7 +136,10 @@ impl Node for Region {
         let found = Breast::find(map, side, Some(tumour.centre()));
         let (breast, sphere) = match (found, own.region) {
             // Labels that were supplied need not hold a whole breast when the region is given.
-            (breast, Some(ball)) => (breast.ok(), ball.sphere()?),
+            (breast, Some(ball)) => {
+                work.warn_all(breast.as_ref().err().and_then(missing));
+                (breast.ok(), ball.sphere()?)
+            }
             (breast, None) => {
                 let breast = breast?;
                 let (sphere, told) = breast.region(map, Some(tumour))?;
@@ -192,6 +195,12 @@ impl Segmented {
         let surfaces = self.surfaces.as_ref().map(Lazy::get).transpose()?;
         Ok(supine_volume::Region::new(Arc::clone(&self.labels), sphere)?.with_surfaces(surfaces)?)
     }
+}
+
+/// A region that was given holds where a breast should be, and the other side bears one.
+fn missing(error: &supine_segment::Error) -> Option<Warning> {
+    matches!(error, supine_segment::Error::BreastMissing { .. })
+        .then(|| Warning::new("breast-missing", error.to_string()))
 }
 
 fn guessed(nipple: Nipple) -> Option<Warning> {
@@ -298,4 +307,20 @@ fn volume_ml(labels: &LabelMap, sphere: Sphere, kind: fn(u8) -> bool) -> f64 {
     let counts = |v: [usize; 3]| kind(labels.at(v)) && sphere.contains(&grid.centre(v));
     let voxels = (0..part.len()).into_par_iter().filter(|&n| counts(whole(n))).count();
     voxels as f64 * grid.voxel_volume() / 1000.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_segment::Error;
+
+    #[test]
+    fn a_region_in_place_of_a_breast_is_told_and_labels_without_any_are_not() {
+        let side = Side::Left;
+        let at = [75.0, -60.0, 0.0];
+        let told = missing(&Error::BreastMissing { side, own_mm: 9.0, other_mm: 40.0, at });
+        let text = told.unwrap().to_string();
+        assert!(text.contains("left") && text.contains("9 mm") && text.contains("40 mm"), "{text}");
+        assert!(missing(&Error::NoBreast { side, why: "none" }).is_none());
+    }
 }
