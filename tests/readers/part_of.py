@@ -25,7 +25,10 @@ for name, part in {"around": around, "axial": axial}.items():
     check(np.allclose(part.GetSpacing(), whole.GetSpacing()), f"{name}: spacing {part.GetSpacing()}")
     check(part.GetNumberOfPixels() < whole.GetNumberOfPixels() / 2, f"{name}: {part.GetSize()}")
 
-    check(np.abs(values(part) - of_whole(part)).max() < 1e-3, f"{name}: not the values of the whole")
+    # A place is counted from another corner: where a value lies half-way between two whole HU it may be rounded the other way.
+    off = np.abs(values(part) - of_whole(part))
+    check(off.max() < 1.001, f"{name}: {off.max()} HU off the values of the whole")
+    check((off > 1e-3).mean() < 1e-5, f"{name}: {(off > 1e-3).sum()} values differ from the whole's")
 
 ends = [axial.TransformIndexToPhysicalPoint([0, 0, k])[2] for k in (0, axial.GetSize()[2] - 1)]
 away = np.abs(np.sort(ends) - [-620, -560])

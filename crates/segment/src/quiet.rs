@@ -4,6 +4,7 @@ use crate::body::Body;
 use crate::frame::Frame;
 use crate::noise::noise_hu;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 use supine_volume::Ct;
 
@@ -54,26 +55,29 @@ fn rows_around<'a>(
     near(k, 2).into_iter().flat_map(move |k| near(j, 1).map(|j| row(ct, frame, k, j)))
 }
 
-/// Adds the pixels of a row and those to both sides of them, weighted by how little they differ from the pixels of `here`.
+/// Adds the pixels of a row and those to both sides of them, weighted by how little they differ from the pixels of `here`; at
+/// the ends of the row, the last one again.
 fn add(here: &[i16], neighbour: &[i16], other_hu: f32, sum: &mut [f32], weight: &mut [f32]) {
-    let (last, scale) = (here.len() - 1, 1.0 / other_hu);
-    let mut one = |n: usize, m: usize| {
-        let (value, at) = (f32::from(neighbour[m]), f32::from(here[n]));
-        let off = (value - at) * scale;
-        let like = (1.0 - off * off).max(0.0);
-        let like = like * like;
-        sum[n] += like * value;
-        weight[n] += like;
+    let scale = 1.0 / other_hu;
+    // Slices of one length each: they are added eight at once.
+    let mut shifted = |to: Range<usize>, from: Range<usize>| {
+        let pairs = here[to.clone()].iter().zip(&neighbour[from]);
+        let sums = sum[to.clone()].iter_mut().zip(&mut weight[to]);
+        for ((at, value), (sum, weight)) in pairs.zip(sums) {
+            let (value, at) = (f32::from(*value), f32::from(*at));
+            let off = (value - at) * scale;
+            let like = (1.0 - off * off).max(0.0);
+            let like = like * like;
+            *sum += like * value;
+            *weight += like;
+        }
     };
-    for n in 0..=last {
-        one(n, n);
-    }
-    for n in 0..last {
-        one(n, n + 1);
-        one(n + 1, n);
-    }
-    one(0, 0);
-    one(last, last);
+    let n = here.len();
+    shifted(0..n, 0..n);
+    shifted(1..n, 0..n - 1);
+    shifted(0..n - 1, 1..n);
+    shifted(0..1, 0..1);
+    shifted(n - 1..n, n - 1..n);
 }
 
 #[cfg(test)]
