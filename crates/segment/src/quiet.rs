@@ -112,7 +112,7 @@ mod tests {
     }
 
     /// Mean difference to the truth over the pixels i of all rows, and its deviation.
-    fn off(ct: &Ct, truth: &[f32], i: std::ops::Range<usize>) -> (f32, f32) {
+    fn off(ct: &Ct, truth: &[f32], i: Range<usize>) -> (f32, f32) {
         let of = |n: usize| f32::from(ct.data()[n]) - truth[n];
         let off: Vec<f32> = (0..truth.len()).filter(|n| i.contains(&(n % 80))).map(of).collect();
         let mean = off.iter().sum::<f32>() / off.len() as f32;
