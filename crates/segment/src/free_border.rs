@@ -122,10 +122,8 @@ impl<'a> Border<'a> {
         if self.near.values[ray] == 0.0 {
             return None;
         }
-        let wall = self.outline.radius().values[ray] - self.shell.values[ray];
-        let free = self.seeds.bound(ray).cost(wall + beyond) == 0.0;
-        let far =
-            |beyond: f32| beyond > CLOSE_MM && beyond - self.fat(ray, wall, beyond) > CLOSE_MM;
+        let free = self.seeds.bound(ray).cost(self.wall(ray) + beyond) == 0.0;
+        let far = |beyond: f32| beyond > CLOSE_MM && beyond - self.fat(ray, beyond) > CLOSE_MM;
         (free && (-UNDER_MM..BEYOND_MM).contains(&beyond) && !far(beyond)).then_some(beyond)
     }
 
@@ -134,8 +132,7 @@ impl<'a> Border<'a> {
     fn overhanging(&self, k: usize, parts: &Parts) -> Vec<Run> {
         let over_fat = |n: usize| {
             let (ray, beyond) = self.outline.seen(k, self.scan.frame.position(n));
-            let wall = self.outline.radius().values[ray] - self.shell.values[ray];
-            beyond > 0.0 && self.fat(ray, wall, beyond) > OVER_FAT_MM
+            beyond > 0.0 && self.fat(ray, beyond) > OVER_FAT_MM
         };
         let mut over = vec![0usize; parts.voxels.len()];
         for (run, part) in parts.iter() {
@@ -145,8 +142,14 @@ impl<'a> Border<'a> {
         parts.iter().filter(|(_, part)| most(*part)).map(|(run, _)| run).collect()
     }
 
-    /// Fat on a ray from the height of the wall on, mm.
-    fn fat(&self, ray: usize, wall: f32, beyond: f32) -> f32 {
+    /// Height of the wall over the shell on a ray, mm.
+    fn wall(&self, ray: usize) -> f32 {
+        self.outline.radius().values[ray] - self.shell.values[ray]
+    }
+
+    /// Fat on a ray within so far from the wall on, mm.
+    fn fat(&self, ray: usize, beyond: f32) -> f32 {
+        let wall = self.wall(ray);
         let hu = self.found.hu.ray(ray / RAYS, ray % RAYS);
         let level = |h: f32| (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(hu.len());
         let between = &hu[level(wall)..level(wall + beyond)];
