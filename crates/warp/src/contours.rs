@@ -3,13 +3,12 @@
 mod shear;
 mod unmoved;
 
-use crate::isosurface::{Layers, isosurface};
 use crate::outline::{Pixels, signed_distance};
 use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
 use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress};
-use supine_volume::ContourError;
+use supine_volume::{ContourError, Layers, isosurface};
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
 /// [`supine_volume::fill_contours`].

@@ -30,7 +30,6 @@ mod fade;
 mod fields;
 mod filter;
 mod frames;
-mod isosurface;
 mod kernel;
 mod labels;
 mod map;

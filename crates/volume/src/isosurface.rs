@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use supine_space::Point;
 
 /// Values on a box of points: i fastest, then j, then layers.
-pub(crate) struct Layers<'a> {
-    pub(crate) size: [usize; 2],
+#[derive(Clone, Copy, Debug)]
+pub struct Layers<'a> {
+    /// Points along i and j.
+    pub size: [usize; 2],
     /// One plane of values per layer, negative inside.
-    pub(crate) values: &'a [Vec<f32>],
+    pub values: &'a [Vec<f32>],
 }
 
 /// Corners of a cube, as bits i, j, k, on the six ways from one corner to the opposite one. Each is a
@@ -20,7 +22,10 @@ const TETRAHEDRA: [[usize; 4]; 6] =
 ///
 /// Marching tetrahedra on cubes cut the same way everywhere, so that the surface is closed when the outer
 /// values are all positive. Source: Doi and Koide, IEICE Trans. E74, 1991.
-pub(crate) fn isosurface(
+///
+/// # Panics
+/// When a layer has fewer values than `size` says.
+pub fn isosurface(
     layers: &Layers<'_>,
     place: impl Fn([usize; 3]) -> Point,
 ) -> (Vec<Point>, Vec<[u32; 3]>) {
@@ -105,5 +110,40 @@ impl<P: Fn([usize; 3]) -> Point> Surface<P> {
             self.points.push(p + (q - p) * share);
             (self.points.len() - 1) as u32
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_is_closed_and_winds_counter_clockwise_from_outside() {
+        let from_centre = |n: usize, k: usize| {
+            let from =
+                Point::new((n % 13) as f64, (n / 13) as f64, k as f64) - Point::from([6.0; 3]);
+            from.norm() as f32 - 4.5
+        };
+        let values: Vec<Vec<f32>> =
+            (0..13).map(|k| (0..169).map(|n| from_centre(n, k)).collect()).collect();
+        let layers = Layers { size: [13, 13], values: &values };
+        let (points, triangles) = isosurface(&layers, |ijk| ijk.map(|c| 2.0 * c as f64).into());
+        assert!(points.iter().all(|p| ((p - Point::from([12.0; 3])).norm() - 9.0).abs() < 0.2));
+        let mut edges = HashMap::new();
+        for [a, b, c] in &triangles {
+            for (p, q) in [(a, b), (b, c), (c, a)] {
+                *edges.entry((p.min(q), p.max(q))).or_insert(0) += if p < q { 1 } else { -1 };
+            }
+        }
+        assert!(edges.values().all(|&turns| turns == 0));
+        let part = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|p| points[p as usize].coords);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        let volume: f64 = triangles.iter().map(part).sum();
+        assert!(
+            (volume / (4.0 / 3.0 * std::f64::consts::PI * 729.0) - 1.0).abs() < 0.04,
+            "{volume}"
+        );
     }
 }
