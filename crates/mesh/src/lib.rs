@@ -8,6 +8,7 @@ mod edges;
 mod embedding;
 mod locate;
 mod motion;
+mod point_tree;
 mod quality;
 mod section;
 mod surface_distance;
@@ -21,6 +22,7 @@ pub use edges::{Edges, TET_EDGES};
 pub use embedding::{Beside, Embedding, Place};
 pub use locate::{Located, Locator};
 pub use motion::{Motion, Surround};
+pub use point_tree::PointTree;
 pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,
