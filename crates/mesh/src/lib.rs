@@ -7,9 +7,11 @@ mod displacement;
 mod edges;
 mod embedding;
 mod locate;
+mod merge;
 mod motion;
 mod point_tree;
 mod quality;
+mod scan;
 mod section;
 mod surface_distance;
 mod tet_mesh;
@@ -27,6 +29,7 @@ pub use quality::{
     DIHEDRAL_CLASS_DEG, Quality, RADIUS_RATIO_CLASS, Spread, TetQuality, quality, spread,
     tet_quality,
 };
+pub use scan::{NormalSource, Scan, ScanError, ScanInfo};
 pub use section::{Below, FaceCut, Faces, below, det_f};
 pub use surface_distance::SurfaceDistance;
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, MeshId, TET_FACES, TetMesh};

@@ -1,5 +1,6 @@
 //! Closed surfaces of triangles.
 
+use crate::merge::merged;
 use supine_space::{Failure, Point};
 
 /// A closed surface of triangles that wind counter-clockwise seen from outside; points in LPS, mm.
@@ -168,34 +169,6 @@ impl TriSurface {
         let start = (self.points[0], self.points[0]);
         self.points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
     }
-}
-
-/// The points without those at the place of another, and where each of the given ones is among them.
-fn merged(points: &[Point]) -> (Vec<Point>, Vec<u32>) {
-    // Adding 0 makes -0 the same as 0.
-    let key = |n: &u32| points[*n as usize].coords.map(|c| c + 0.0);
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    let compare = |a: &u32, b: &u32| {
-        let (p, q) = (key(a), key(b));
-        let coordinates = (0..3).map(|c| p[c].total_cmp(&q[c])).find(|o| o.is_ne());
-        coordinates.unwrap_or_else(|| a.cmp(b))
-    };
-    order.sort_unstable_by(compare);
-    // The first of each place stands for it, so that the order of the points is kept.
-    let mut stands: Vec<u32> = (0..points.len() as u32).collect();
-    for same in order.chunk_by(|a, b| key(a) == key(b)) {
-        same.iter().for_each(|&n| stands[n as usize] = same[0]);
-    }
-    let (mut kept, mut place) = (Vec::new(), vec![0; points.len()]);
-    for (n, &first) in stands.iter().enumerate() {
-        if first as usize == n {
-            place[n] = kept.len() as u32;
-            kept.push(points[n]);
-        } else {
-            place[n] = place[first as usize];
-        }
-    }
-    (kept, place)
 }
 
 #[cfg(test)]
