@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, u8); 19] = [
+const LAYERS: [(&str, u8); 20] = [
     ("supine-space", 0),
     ("supine-volume", 1),
     ("supine-mesh", 1),
@@ -16,6 +16,7 @@ const LAYERS: [(&str, u8); 19] = [
     ("supine-tetrahedralise-tetgen", 2),
     ("supine-fem", 2),
     ("supine-warp", 2),
+    ("supine-register", 2),
     ("supine-personalise", 3),
     ("supine-report", 3),
     ("supine-dicom-network", 3),

@@ -1,0 +1,111 @@
+//! Surfaces that may have parameters.
+
+use rayon::prelude::*;
+use supine_mesh::PointTree;
+use supine_space::{Point, Vector};
+
+/// What is known of a parameter before the scan is looked at: normally distributed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Its mean.
+    pub mean: f64,
+    /// Its standard deviation; infinite where nothing is known.
+    pub deviation: f64,
+    /// It is not followed beyond these two.
+    pub range: [f64; 2],
+    /// It changes by at most so much in one iteration.
+    pub step: f64,
+}
+
+/// A surface of triangles whose points move with parameters.
+pub trait Shape: Sync {
+    /// Triangles, counter-clockwise seen from outside.
+    fn triangles(&self) -> &[[u32; 3]];
+
+    /// How much a scan's point counts whose nearest is each of the surface's points: 0 where the surface says nothing.
+    fn weights(&self) -> &[f64];
+
+    /// What is known of each parameter.
+    fn priors(&self) -> &[Prior] {
+        &[]
+    }
+
+    /// The points at values of the parameters, LPS, mm.
+    fn points(&self, values: &[f64]) -> Vec<Point>;
+
+    /// How the points move with each parameter, mm per unit of it.
+    fn slopes(&self, _values: &[f64]) -> Vec<Vec<Vector>> {
+        Vec::new()
+    }
+}
+
+/// A surface without parameters.
+#[derive(Clone, Debug)]
+pub struct Rigid {
+    /// LPS, mm.
+    pub points: Vec<Point>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// As of [`Shape::weights`].
+    pub weights: Vec<f64>,
+}
+
+impl Shape for Rigid {
+    fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    fn points(&self, _: &[f64]) -> Vec<Point> {
+        self.points.clone()
+    }
+}
+
+/// A shape at values of its parameters, prepared to be searched.
+#[derive(Debug)]
+pub struct Posed {
+    pub(crate) points: Vec<Point>,
+    pub(crate) normals: Vec<Vector>,
+    pub(crate) tree: PointTree,
+    /// How the points move with each parameter, mm per unit of it.
+    pub(crate) slopes: Vec<Vec<Vector>>,
+}
+
+impl Posed {
+    /// The shape at these values.
+    pub fn new(shape: &dyn Shape, values: &[f64]) -> Self {
+        let points = shape.points(values);
+        let normals = vertex_normals(&points, shape.triangles());
+        let tree = PointTree::new(&points);
+        Self { normals, tree, slopes: shape.slopes(values), points }
+    }
+
+    /// Its points, LPS, mm.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Unit normals at them, outwards.
+    pub fn normals(&self) -> &[Vector] {
+        &self.normals
+    }
+}
+
+/// Unit normals of the points of a surface: the sum of the triangles around each, weighted by area.
+pub(crate) fn vertex_normals(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Vector> {
+    let twice: Vec<Vector> = triangles
+        .par_iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|p| points[p as usize]);
+            (b - a).cross(&(c - a))
+        })
+        .collect();
+    let mut normals = vec![Vector::zeros(); points.len()];
+    for (triangle, twice) in triangles.iter().zip(twice) {
+        triangle.iter().for_each(|&p| normals[p as usize] += twice);
+    }
+    normals.into_iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vector::zeros)).collect()
+}
