@@ -1,7 +1,7 @@
 //! What can go wrong with a file.
 
 use std::{io, path::PathBuf};
-use supine_mesh::{DisplacementError, MeshError, SurfaceError};
+use supine_mesh::{DisplacementError, MeshError, ScanError, SurfaceError};
 use supine_space::{Failure, GridError, Stopped};
 
 /// A file that cannot be used or written.
@@ -144,6 +144,19 @@ pub enum Problem {
     /// The surface bounds nothing.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// The scan is none of a body.
+    #[error(transparent)]
+    Scan(#[from] ScanError),
+    /// The size of a scan does not tell in which unit it is.
+    #[error(
+        "the unit of the scan is not sure: from corner to corner it measures {}, which would be {} mm in centimetres, \
+         {} mm in inches and {} mm in metres, where a torso has 150 to 1500 mm; say whether its unit is mm, cm, m or inch",
+        figures(*size), figures(size * 10.0), figures(size * 25.4), figures(size * 1000.0)
+    )]
+    Unit {
+        /// Diagonal of the box around the points, in the unit of the file.
+        size: f64,
+    },
     /// The displacement makes no sense.
     #[error(transparent)]
     Displacement(#[from] DisplacementError),
@@ -166,6 +179,9 @@ pub enum Problem {
     /// Malformed JSON, or JSON that is not a list of markups.
     #[error("not a usable markups file: {0}")]
     Json(String),
+    /// Malformed JSON, or JSON that is not landmarks.
+    #[error("no usable landmarks: {0}")]
+    Landmarks(String),
     /// A control point that cannot be taken.
     #[error("point {number} (`{name}`): {reason}")]
     Point {
@@ -184,6 +200,16 @@ pub enum Problem {
 /// Three decimals at most.
 fn short(value: f64) -> f64 {
     if value.abs() < 1e9 { (value * 1e3).round() / 1e3 } else { value }
+}
+
+/// Three figures, as far as that is readable.
+fn figures(value: f64) -> String {
+    match value.abs() {
+        v if v >= 1e7 || (v > 0.0 && v < 1e-3) => format!("{value:.2e}"),
+        v if v >= 100.0 => format!("{value:.0}"),
+        v if v >= 1.0 => format!("{value:.1}"),
+        _ => format!("{value:.3}"),
+    }
 }
 
 fn named(name: &Option<String>) -> String {

@@ -1,7 +1,8 @@
 //! File formats beside DICOM: NRRD, NIfTI, MetaImage, meshes, Slicer markups and point lists.
 //!
 //! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file
-//! that does not say which way its axes point is refused, for left and right cannot be guessed.
+//! that does not say which way its axes point is refused, for left and right cannot be guessed. Only scans and their
+//! landmarks stay in the frame of the scanner.
 //! What is written goes to a temporary name in the same folder first and then takes its final
 //! name, so that nothing half-written is ever found. The same input gives the same bytes.
 //!
@@ -16,6 +17,8 @@
 //! | Gmsh MSH 4.1 (`.msh`) | [`read_mesh`] | [`write_mesh`] |
 //! | FEBio 4 (`.feb`), Abaqus and CalculiX (`.inp`) | | [`write_problem`] |
 //! | Closed surfaces: STL, PLY, OBJ | [`read_surface`] | [`write_surface`] |
+//! | Surface scans: STL, PLY, OBJ | [`read_scan`] | |
+//! | Landmarks of scans and CT (`.json`) | [`read_landmarks`] | |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `structure,contour,x,y,z` | [`read_contours`] | [`write_contours`] |
@@ -31,6 +34,7 @@ mod file;
 mod inp;
 mod itk;
 mod labels;
+mod landmarks;
 mod markups;
 mod meshes;
 mod mha;
@@ -52,13 +56,14 @@ pub use contours::{NamedContours, is_contours, read_contours, write_contours};
 pub use error::{Error, Problem};
 pub use itk::write_transform;
 pub use labels::{Segments, SuppliedLabels, read_labels, read_supplied_labels, write_labels};
+pub use landmarks::{Landmarks, read_landmarks};
 pub use meshes::{
     MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,
 };
 pub use points::{NamedPoint, read_points, write_points};
 pub use raster_file::{is_volume_name, volume_files};
 pub use seeds::read_seeds;
-pub use surfaces::{SurfaceFrame, read_surface, write_surface};
+pub use surfaces::{LengthUnit, ScanFile, SurfaceFrame, read_scan, read_surface, write_surface};
 pub use volumes::{
     FieldKind, read_ct, read_ct_and_note, read_signed_distance, read_tenths, write_ct,
     write_ct_nifti, write_ct_nrrd, write_field, write_scalar, write_signed_distance, write_tenths,

@@ -1,20 +1,22 @@
-//! Closed surfaces: STL, PLY, OBJ.
+//! Closed surfaces and surface scans: STL, PLY, OBJ.
 //!
 //! None of the three formats says its frame. 3D Slicer writes `SPACE=LPS` or `SPACE=RAS` into a comment,
 //! which counts; without it whoever reads the file has to say. Polygons are cut into triangles.
-//! Lengths must be mm.
+//! Lengths of a closed surface must be mm. A scan has a frame and a unit of its own.
 
 mod obj;
 mod ply;
+mod scan;
 mod stl;
 mod write;
 
+pub use scan::{LengthUnit, ScanFile, read_scan};
 pub use write::write_surface;
 
 use crate::{Error, Problem, file};
 use std::path::Path;
 use supine_mesh::TriSurface;
-use supine_space::Point;
+use supine_space::{Point, Vector};
 
 /// Which way the axes of a surface's coordinates point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +37,14 @@ impl SurfaceFrame {
     }
 }
 
-/// Points and triangles as a file has them.
-type Parts = (Vec<Point>, Vec<[u32; 3]>);
+/// What a file holds, in its own frame and unit.
+#[derive(Debug, Default)]
+struct Parts {
+    points: Vec<Point>,
+    /// One for each point, of any length, zero where there is none; or none at all.
+    normals: Vec<Vector>,
+    triangles: Vec<[u32; 3]>,
+}
 
 /// So much of a file is searched for its frame: any header, little else.
 const HEADER: usize = 4096;
@@ -52,23 +60,27 @@ pub fn read_surface(
     frame: SurfaceFrame,
 ) -> Result<(TriSurface, Option<SurfaceFrame>), Error> {
     let bytes = file::read(path)?;
-    let parse = if file::has_suffix(path, ".stl") {
-        stl::parse
-    } else if file::has_suffix(path, ".ply") {
-        ply::parse
-    } else if file::has_suffix(path, ".obj") {
-        obj::parse
-    } else {
-        return Err(Problem::Format("a surface as .stl, .ply or .obj").of(path));
-    };
     let surface = said(&bytes).and_then(|said| {
-        let (mut points, triangles) = parse(&bytes)?;
+        let Parts { mut points, triangles, .. } = parse(path, &bytes)?;
         if said.unwrap_or(frame) == SurfaceFrame::Ras {
             points.iter_mut().for_each(|p| (p.x, p.y) = (-p.x, -p.y));
         }
         Ok((TriSurface::new(points, triangles)?, said))
     });
     surface.map_err(|p| p.of(path))
+}
+
+/// What a file holds, by the ending of its name.
+fn parse(path: &Path, bytes: &[u8]) -> Result<Parts, Problem> {
+    if file::has_suffix(path, ".stl") {
+        stl::parse(bytes)
+    } else if file::has_suffix(path, ".ply") {
+        ply::parse(bytes)
+    } else if file::has_suffix(path, ".obj") {
+        obj::parse(bytes)
+    } else {
+        Err(Problem::Format("a surface as .stl, .ply or .obj"))
+    }
 }
 
 /// The frame that the file says it is in.

@@ -1,39 +1,76 @@
-//! Wavefront OBJ: vertices and faces; texture, normals, groups and materials are passed over.
+//! Wavefront OBJ: vertices, normals and faces; texture, colours, groups and materials are passed over.
 
 use super::{Parts, coordinate, fan};
 use crate::Problem;
-use supine_space::Point;
+use supine_space::{Point, Vector};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let text = String::from_utf8_lossy(bytes);
-    let (mut points, mut triangles, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut parts, mut corners) = (Parts::default(), Vec::new());
+    let mut normals = Normals::default();
     for (at, line) in text.lines().enumerate() {
         let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("v") => {
-                let mut next = || coordinate(words.next(), at + 1);
-                points.push(Point::new(next()?, next()?, next()?));
-            }
+        let kind = words.next();
+        let mut next = || coordinate(words.next(), at + 1);
+        match kind {
+            Some("v") => parts.points.push(Point::new(next()?, next()?, next()?)),
+            Some("vn") => normals.listed.push(Vector::new(next()?, next()?, next()?)),
             Some("f") => {
                 corners.clear();
                 for word in words.take_while(|word| !word.starts_with('#')) {
-                    corners.push(index(word, points.len()).ok_or_else(|| {
+                    let count = parts.points.len();
+                    let corner = index(word.split('/').next(), count).ok_or_else(|| {
                         let shown: String = word.chars().take(20).collect();
-                        let reason = format!("`{shown}` is not one of {} vertices", points.len());
+                        let reason = format!("`{shown}` is not one of {count} vertices");
                         Problem::Line { line: at as u64 + 1, reason }
-                    })?);
+                    })?;
+                    corners.push(corner);
+                    normals.add(corner, word.split('/').nth(2), count);
                 }
-                fan(&corners, &mut triangles);
+                fan(&corners, &mut parts.triangles);
             }
             _ => {}
         }
     }
-    Ok((points, triangles))
+    parts.normals = normals.of_vertices(parts.points.len());
+    Ok(parts)
 }
 
-/// The vertex of a corner, which is counted from 1, or backwards from the last one before it.
-fn index(word: &str, vertices: usize) -> Option<u32> {
-    let number: i64 = word.split('/').next()?.parse().ok()?;
-    let place = if number < 0 { vertices as i64 + number } else { number - 1 };
-    u32::try_from(place).ok().filter(|&p| (p as usize) < vertices)
+/// Normals as the file lists them, and what the corners of its faces make of them at the vertices.
+#[derive(Default)]
+struct Normals {
+    listed: Vec<Vector>,
+    at_vertices: Vec<Vector>,
+}
+
+impl Normals {
+    /// Adds the normal that a corner names; one that is not there is missing, for a surface does without.
+    fn add(&mut self, corner: u32, number: Option<&str>, vertices: usize) {
+        if let Some(normal) = index(number, self.listed.len()) {
+            if self.at_vertices.len() < vertices {
+                self.at_vertices.resize(vertices, Vector::zeros());
+            }
+            self.at_vertices[corner as usize] += self.listed[normal as usize];
+        }
+    }
+
+    /// One for each vertex, or none at all.
+    fn of_vertices(mut self, vertices: usize) -> Vec<Vector> {
+        if !self.at_vertices.is_empty() {
+            self.at_vertices.resize(vertices, Vector::zeros());
+            self.at_vertices
+        } else if self.listed.len() == vertices {
+            self.listed
+        } else {
+            vec![]
+        }
+    }
+}
+
+/// The vertex or normal of a corner, which is counted from 1, or backwards from the last one before it.
+fn index(number: Option<&str>, count: usize) -> Option<u32> {
+    let number: i64 = number?.parse().ok()?;
+    // A number below all others leads nowhere.
+    let place = if number < 0 { (count as i64).checked_add(number)? } else { number - 1 };
+    u32::try_from(place).ok().filter(|&p| (p as usize) < count)
 }

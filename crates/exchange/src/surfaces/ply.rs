@@ -2,13 +2,25 @@
 
 use super::{Parts, fan};
 use crate::{Problem, scalar::Scalar};
-use supine_space::Point;
+use supine_space::{Point, Vector};
 
 /// What a row of an element holds.
 enum Property {
-    One(String, Scalar),
+    One(Meaning, Scalar),
     /// The type of its count, then that of its values.
-    List(String, Scalar, Scalar),
+    List(Meaning, Scalar, Scalar),
+}
+
+/// What a value is for, by the name of its property.
+#[derive(Clone, Copy, PartialEq)]
+enum Meaning {
+    /// A coordinate, by its axis.
+    Place(usize),
+    Normal(usize),
+    /// Corners of a face.
+    Corners,
+    /// Colours, quality and the like.
+    Other,
 }
 
 struct Element {
@@ -17,40 +29,77 @@ struct Element {
     properties: Vec<Property>,
 }
 
+impl Element {
+    fn has(&self, meaning: Meaning) -> bool {
+        self.properties.iter().any(|p| matches!(p, Property::One(m, _) if *m == meaning))
+    }
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let (elements, mut values) = header(bytes)?;
-    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let (mut parts, mut corners) = (Parts::default(), Vec::new());
     for element in &elements {
+        let (vertex, face) = (element.name == "vertex", element.name == "face");
+        let normals = vertex && (0..3).all(|axis| element.has(Meaning::Normal(axis)));
+        if element.name == "tristrips" && element.rows > 0 {
+            let what = "a PLY of triangle strips".into();
+            return Err(Problem::Unsupported { what, advice: "save it with single triangles" });
+        }
         // A row without properties takes no bytes: nothing would bound their number.
         let rows = if element.properties.is_empty() { 0 } else { element.rows };
         for _ in 0..rows {
-            let (mut position, mut corners) = ([f64::NAN; 3], Vec::new());
+            let (mut position, mut normal) = ([f64::NAN; 3], [0.0; 3]);
+            corners.clear();
             for property in &element.properties {
-                match property {
-                    Property::One(name, kind) => {
-                        let value = values.next(*kind)?;
-                        let axis = ["x", "y", "z"].iter().position(|axis| axis == name);
-                        axis.into_iter().for_each(|axis| position[axis] = value);
+                match *property {
+                    Property::One(meaning, kind) => {
+                        let value = values.next(kind)?;
+                        match meaning {
+                            Meaning::Place(axis) => position[axis] = value,
+                            Meaning::Normal(axis) => normal[axis] = value,
+                            Meaning::Corners | Meaning::Other => {}
+                        }
                     }
-                    Property::List(name, count, kind) => {
-                        let indices = matches!(name.as_str(), "vertex_indices" | "vertex_index");
-                        for _ in 0..values.next(*count)?.max(0.0) as u64 {
-                            let value = values.next(*kind)?;
-                            if indices {
+                    Property::List(meaning, count, kind) => {
+                        for _ in 0..values.next(count)?.max(0.0) as u64 {
+                            let value = values.next(kind)?;
+                            if meaning == Meaning::Corners {
                                 corners.push(index(value)?);
                             }
                         }
                     }
                 }
             }
-            match element.name.as_str() {
-                "vertex" => points.push(Point::from(position)),
-                "face" => fan(&corners, &mut triangles),
-                _ => {}
+            if vertex {
+                parts.points.push(Point::from(position));
+            }
+            if normals {
+                parts.normals.push(Vector::from(normal));
+            }
+            if face {
+                fan(&corners, &mut parts.triangles);
             }
         }
     }
-    Ok((points, triangles))
+    // Two elements of vertices, one of them with normals.
+    if parts.normals.len() != parts.points.len() {
+        parts.normals.clear();
+    }
+    Ok(parts)
+}
+
+/// What the values of a property are for.
+fn meaning(name: &str) -> Meaning {
+    match name {
+        "x" => Meaning::Place(0),
+        "y" => Meaning::Place(1),
+        "z" => Meaning::Place(2),
+        "nx" => Meaning::Normal(0),
+        "ny" => Meaning::Normal(1),
+        "nz" => Meaning::Normal(2),
+        "vertex_indices" | "vertex_index" => Meaning::Corners,
+        _ => Meaning::Other,
+    }
 }
 
 fn index(value: f64) -> Result<u32, Problem> {
@@ -86,9 +135,9 @@ fn header(bytes: &[u8]) -> Result<(Vec<Element>, Values<'_>), Problem> {
                 let kind = |word: &str| scalar(word).ok_or_else(|| wrong("has an unknown type"));
                 let property = match words[..] {
                     ["list", count, value, name] => {
-                        Property::List(name.into(), kind(count)?, kind(value)?)
+                        Property::List(meaning(name), kind(count)?, kind(value)?)
                     }
-                    [value, name] => Property::One(name.into(), kind(value)?),
+                    [value, name] => Property::One(meaning(name), kind(value)?),
                     _ => return Err(wrong("is not a property")),
                 };
                 let element = elements.last_mut().ok_or_else(|| wrong("belongs to no element"))?;

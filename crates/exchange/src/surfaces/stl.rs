@@ -28,7 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
         None => return Err(Problem::Format("STL")),
     };
     let triangles = (0..soup.len() / 3).map(|n| [0, 1, 2].map(|c| (3 * n + c) as u32)).collect();
-    Ok((soup, triangles))
+    Ok(Parts { points: soup, triangles, ..Parts::default() })
 }
 
 /// The corners of binary triangles, three by three.

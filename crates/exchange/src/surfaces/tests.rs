@@ -111,8 +111,8 @@ fn every_format_gives_the_same_surface_in_lps() {
         assert_eq!(surface.bounds(), ([-3.0, -3.0, 0.0].into(), [1.5, 0.0, 4.0].into()), "{name}");
         assert!(!surface.was_inside_out(), "half a turn keeps the winding");
     }
-    let (_, quads) = obj::parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
-    assert_eq!(quads, [[0, 1, 2], [0, 2, 3]]);
+    let quads = obj::parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    assert_eq!(quads.triangles, [[0, 1, 2], [0, 2, 3]]);
 }
 
 #[test]
@@ -145,7 +145,7 @@ proptest! {
             spoiled.truncate((cut * 1.3 * bytes.len() as f64) as usize);
             for parse in [stl::parse, ply::parse, obj::parse] {
                 let parts = parse(&spoiled);
-                if let Ok(Ok(surface)) = parts.map(|(p, t)| TriSurface::new(p, t)) {
+                if let Ok(Ok(surface)) = parts.map(|p| TriSurface::new(p.points, p.triangles)) {
                     prop_assert!(surface.triangles().len() >= 2);
                 }
             }
@@ -157,7 +157,7 @@ proptest! {
         for head in [&b""[..], b"solid\nvertex ", b"ply\nformat ascii 1.0\nelement face 9\n", b"f "] {
             let bytes = [head, &noise].concat();
             for parse in [stl::parse, ply::parse, obj::parse] {
-                prop_assert!(parse(&bytes).map_or(true, |(p, t)| p.len() + t.len() <= bytes.len()));
+                prop_assert!(parse(&bytes).map_or(true, |p| p.points.len() + p.triangles.len() <= bytes.len()));
             }
         }
     }
