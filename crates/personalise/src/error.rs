@@ -26,6 +26,28 @@ pub enum Error {
         /// The interval, kPa.
         young_kpa: [f64; 2],
     },
+    /// The modulus that fits best lies where no more can be solved.
+    #[error(
+        "the modulus that fits the scan best in the rest state `{}` lies at the end of those that can be solved, {young_kpa:.3} \
+         kPa: the scans do not determine it", rest.name()
+    )]
+    AtEnd {
+        /// The rest state.
+        rest: supine_fem::RestState,
+        /// That modulus, kPa.
+        young_kpa: f64,
+    },
+    /// No modulus has a solution.
+    #[error("no modulus has a solution in the rest state `{}`: {why}", rest.name())]
+    NoPath {
+        /// The rest state.
+        rest: supine_fem::RestState,
+        /// What the mechanics said.
+        why: String,
+    },
+    /// The scan could not be brought onto the skin.
+    #[error(transparent)]
+    Scan(#[from] supine_register::Error),
     /// The mechanics failed.
     #[error(transparent)]
     Mechanics(#[from] supine_fem::Error),
@@ -39,7 +61,8 @@ impl Error {
     pub fn kind(&self) -> Failure {
         match self {
             Self::Interval { .. } => Failure::Input,
-            Self::NoSolution { .. } => Failure::Method,
+            Self::NoSolution { .. } | Self::AtEnd { .. } | Self::NoPath { .. } => Failure::Method,
+            Self::Scan(error) => error.kind(),
             Self::Mechanics(error) => error.kind(),
             Self::Stopped(_) => Failure::Stopped,
         }

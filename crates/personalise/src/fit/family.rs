@@ -1,0 +1,109 @@
+//! The carried skin over the modulus.
+//!
+//! With x = 1/E the product w(x) = E u is nearly constant: exactly so for small displacements. Through values and slopes
+//! of w at the moduli that were solved goes a cubic in x between each two; dw/dx = −E² (u + E du/dE).
+
+use super::carried::Carried;
+use rayon::prelude::*;
+use supine_mesh::Displacement;
+use supine_register::{Prior, Shape};
+use supine_space::{Point, Vector};
+
+/// The logarithm of the modulus changes by at most so much in one iteration.
+const STEP: f64 = 0.25;
+
+/// The skin at all moduli between the softest and the stiffest that were solved; its parameter is ln E, E in kPa.
+#[derive(Debug)]
+pub(crate) struct Family<'a> {
+    carried: &'a Carried,
+    /// From soft to stiff.
+    nodes: Vec<Node>,
+    priors: [Prior; 1],
+}
+
+/// The carried points at one modulus.
+#[derive(Debug)]
+struct Node {
+    /// 1/E, per kPa.
+    x: f64,
+    /// E u, kPa mm.
+    w: Vec<Vector>,
+    /// dw/dx, kPa² mm.
+    slope: Vec<Vector>,
+}
+
+impl<'a> Family<'a> {
+    pub(crate) fn new(carried: &'a Carried) -> Self {
+        let prior = Prior { mean: 0.0, deviation: f64::INFINITY, range: [0.0; 2], step: STEP };
+        Self { carried, nodes: Vec::new(), priors: [prior] }
+    }
+
+    /// Adds what was solved at a modulus: displacement, mm, and its derivative by the modulus, mm/kPa.
+    pub(crate) fn add(&mut self, kpa: f64, displacement: &Displacement, by_kpa: &Displacement) {
+        let (u, du) = (self.carried.carry(displacement), self.carried.carry(by_kpa));
+        let slope = u.iter().zip(du).map(|(u, du)| (u + du * kpa) * (-kpa * kpa)).collect();
+        let node = Node { x: 1.0 / kpa, w: u.into_iter().map(|u| u * kpa).collect(), slope };
+        let place = self.nodes.partition_point(|other| other.x > node.x);
+        self.nodes.insert(place, node);
+        let ends = [&self.nodes[0], &self.nodes[self.nodes.len() - 1]];
+        self.priors[0].range = ends.map(|node| -node.x.ln());
+    }
+
+    /// Lets the modulus go beyond those that were solved by a share.
+    pub(crate) fn widen(&mut self, share: f64) {
+        let [low, high] = self.priors[0].range;
+        self.priors[0].range = [low - share, high + share];
+    }
+
+    /// w and dw/dx of each carried point.
+    fn at(&self, x: f64) -> Vec<(Vector, Vector)> {
+        let after = self.nodes.partition_point(|node| node.x > x);
+        let (a, b) = match (after.checked_sub(1).map(|n| &self.nodes[n]), self.nodes.get(after)) {
+            (Some(a), Some(b)) => (a, b),
+            (Some(node), None) | (None, Some(node)) => {
+                let pairs = node.w.iter().zip(&node.slope);
+                return pairs.map(|(w, s)| (w + s * (x - node.x), *s)).collect();
+            }
+            (None, None) => return Vec::new(),
+        };
+        let way = b.x - a.x;
+        let (t, s) = ((x - a.x) / way, (b.x - x) / way);
+        let of = |n: usize| {
+            let (p, q) = (a.w[n], b.w[n]);
+            let (m, k) = (a.slope[n] * way, b.slope[n] * way);
+            let value =
+                (p * (1.0 + 2.0 * t) + m * t) * (s * s) + (q * (3.0 - 2.0 * t) - k * s) * (t * t);
+            let slope =
+                (q - p) * (6.0 * t * s) + m * (s * (1.0 - 3.0 * t)) + k * (t * (3.0 * t - 2.0));
+            (value, slope / way)
+        };
+        (0..a.w.len()).into_par_iter().map(of).collect()
+    }
+}
+
+impl Shape for Family<'_> {
+    fn triangles(&self) -> &[[u32; 3]] {
+        &self.carried.triangles
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.carried.weights
+    }
+
+    fn priors(&self) -> &[Prior] {
+        &self.priors
+    }
+
+    fn points(&self, values: &[f64]) -> Vec<Point> {
+        let x = (-values[0]).exp();
+        let u: Vec<Vector> = self.at(x).into_iter().map(|(w, _)| w * x).collect();
+        self.carried.displaced(&u)
+    }
+
+    fn slopes(&self, values: &[f64]) -> Vec<Vec<Vector>> {
+        let x = (-values[0]).exp();
+        let by_ln: Vec<Vector> =
+            self.at(x).into_iter().map(|(w, slope)| (w + slope * x) * -x).collect();
+        vec![self.carried.spread(&by_ln)]
+    }
+}

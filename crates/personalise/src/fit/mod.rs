@@ -1,0 +1,101 @@
+//! Young's modulus of one patient from a scan in which gravity pulls another way than in the CT.
+//!
+//! The CT's own skin, carried by the mechanics ([`Carried`]), is laid onto the scan: pose and ln E are sought together
+//! ([`supine_register::align`]), for the torso moves too and a pose taken from it alone carries an error of millimetres into
+//! E. The modulus goes from stiff to soft along a path on a coarse mesh, each solution begun from those before, until the
+//! objective has risen again; then it is corrected on the mesh that is asked. Each rest state has its own modulus.
+
+mod bootstrap;
+mod carried;
+mod evidence;
+mod family;
+mod refined;
+mod search;
+#[cfg(test)]
+mod tests;
+
+pub use carried::{Carried, Part};
+pub use evidence::Choice;
+
+use crate::Error;
+use supine_fem::{Body, Load, Params, RestState};
+use supine_mesh::Scan;
+use supine_register::{Aligned, Skin};
+use supine_space::{Pose, Progress, Sphere, Warning};
+
+/// What is asked.
+#[derive(Clone, Copy, Debug)]
+pub struct FitQuestion<'a> {
+    /// What is deformed; its modulus does not count.
+    pub body: &'a Body,
+    /// The same on fewer tetrahedra, for the path.
+    pub coarse: &'a Body,
+    /// Gravity in the CT and in the scan.
+    pub load: &'a Load,
+    /// How it is solved; the rest state does not count.
+    pub params: &'a Params,
+    /// Rest states to be fitted.
+    pub states: &'a [RestState],
+    /// The skin of the CT.
+    pub skin: &'a Skin,
+    /// The middle of the breast, LPS, mm: what the pose turns about.
+    pub centre: supine_space::Point,
+    /// The other breast, if there is one: it moves too.
+    pub other: Option<&'a Sphere>,
+    /// The scan, in a frame of its own.
+    pub scan: &'a Scan,
+    /// Poses to begin from, from the scan's frame to the patient's.
+    pub poses: &'a [Pose],
+    /// How far the whole chest wall may be off, one standard deviation, mm.
+    pub wall_mm: f64,
+}
+
+/// The modulus that fits best in one rest state.
+#[derive(Clone, Debug)]
+pub struct StateFit {
+    /// The rest state.
+    pub rest: RestState,
+    /// Young's modulus, kPa.
+    pub young_kpa: f64,
+    /// Standard deviation of its logarithm.
+    pub deviation: f64,
+    /// Of that, what the bootstrap over patches of skin gives.
+    pub bootstrap: f64,
+    /// Pose of the scan, the points that lie on the skin, the objective.
+    pub aligned: Aligned,
+    /// Residuals of the breast, mm rms.
+    pub misfit_mm: f64,
+    /// Modulus (kPa) and objective (mm²) along the path, from stiff to soft.
+    pub path: Vec<(f64, f64)>,
+    /// Why the path ended before the objective had risen; none when it had.
+    pub ended: Option<String>,
+}
+
+/// The modulus in each rest state, and what the scan says of these.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// In the order asked.
+    pub states: Vec<StateFit>,
+    /// Which rest state the scan supports.
+    pub choice: Choice,
+    /// What a user should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The modulus in each rest state asked.
+///
+/// # Errors
+/// When the scan does not lie on the skin, shows no motion, or the best modulus lies at the end of what can be solved.
+pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Error> {
+    let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
+    let fine = Carried::new(question.skin, &question.body.mesh, question.other);
+    let mut states = Vec::new();
+    let share = 1.0 / question.states.len() as f64;
+    for (n, rest) in question.states.iter().enumerate() {
+        let progress = progress.part(n as f64 * share, (n + 1) as f64 * share);
+        let found = search::search(question, &coarse, *rest, progress.part(0.0, 0.6))?;
+        states.push(refined::refined(question, &fine, *rest, found, progress.part(0.6, 1.0))?);
+    }
+    let choice = evidence::choice(&states, &fine);
+    Ok(Fit { states, choice, warnings: vec![] })
+}

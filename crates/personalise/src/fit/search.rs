@@ -1,0 +1,139 @@
+//! The path of moduli on the coarse mesh.
+
+use super::FitQuestion;
+use super::carried::Carried;
+use super::family::Family;
+use crate::Error;
+use supine_fem::{Params, RestState, sensitivity};
+use supine_register::{Aligned, Rigid, Shape, Start, align};
+use supine_space::{Pose, Progress};
+
+/// The stiffest modulus tried at first, kPa, and the factor from each to the next softer one.
+const STIFFEST_KPA: f64 = 3.2;
+const FACTOR: f64 = 1.38;
+/// The path ends at this modulus, kPa: softer tissue than any that was measured.
+const SOFTEST_KPA: f64 = 0.12;
+/// Stiffer than this no breast moves enough to tell, kPa.
+const RIGID_KPA: f64 = 25.0;
+/// Distance of the points of the scan along the path, mm.
+const PATH_MM: f64 = 6.0;
+/// Of those for the joint fit.
+const JOINT_MM: f64 = 3.0;
+/// Most iterations of an alignment.
+const ITERATIONS: usize = 40;
+/// Iterations of Newton's method on the path: where more are needed the shape is near its end.
+const PATIENCE: usize = 25;
+
+/// What the path found.
+pub(super) struct Found {
+    pub(super) aligned: Aligned,
+    pub(super) path: Vec<(f64, f64)>,
+    pub(super) ended: Option<String>,
+}
+
+/// The best modulus and pose on the coarse mesh.
+pub(super) fn search(
+    question: &FitQuestion<'_>,
+    carried: &Carried,
+    rest: RestState,
+    progress: Progress<'_>,
+) -> Result<Found, Error> {
+    let sparse = question.scan.thinned(PATH_MM);
+    let mut family = Family::new(carried);
+    let mut path: Vec<(f64, f64)> = Vec::new();
+    let (mut best, mut ended): (Option<(f64, f64, Pose)>, Option<String>) = (None, None);
+    let mut poses = question.poses.to_vec();
+    let mut kpa = STIFFEST_KPA;
+    while kpa > SOFTEST_KPA && !risen(&path) {
+        progress.at((path.len() as f64 / 10.0).min(0.9))?;
+        if let Err(error) = solve(question, &mut family, rest, kpa) {
+            match error {
+                stopped @ supine_fem::Error::Stopped(_) => return Err(stopped.into()),
+                _ if path.is_empty() && kpa < RIGID_KPA => kpa *= FACTOR,
+                error => {
+                    ended = Some(error.to_string());
+                    break;
+                }
+            }
+            continue;
+        }
+        let reach_mm = if path.is_empty() { [20.0, 6.0] } else { [8.0, 6.0] };
+        let fixed = fixed(&family, carried, kpa);
+        let mut least = (f64::INFINITY, Pose::identity());
+        for pose in &mut poses {
+            let start = Start { pose: *pose, values: vec![] };
+            let params = question.params_of(reach_mm, ITERATIONS);
+            let found = align(&sparse, &fixed, &start, &params, progress)?;
+            *pose = found.pose;
+            if found.objective_mm2 < least.0 {
+                least = (found.objective_mm2, found.pose);
+            }
+        }
+        path.push((kpa, least.0));
+        if best.is_none_or(|(objective, ..)| least.0 < objective) {
+            best = Some((least.0, kpa, least.1));
+        }
+        kpa /= FACTOR;
+    }
+    let Some((_, kpa, pose)) = best else {
+        return Err(Error::NoPath { rest, why: ended.unwrap_or_default() });
+    };
+    let start = Start { pose, values: vec![kpa.ln()] };
+    let scan = question.scan.thinned(JOINT_MM);
+    let aligned = align(
+        &scan,
+        &family,
+        &start,
+        &question.params_of([6.0, 4.0], ITERATIONS),
+        progress.part(0.9, 1.0),
+    )?;
+    Ok(Found { aligned, path, ended })
+}
+
+/// Adds what the mechanics gives at a modulus.
+fn solve(
+    question: &FitQuestion<'_>,
+    family: &mut Family<'_>,
+    rest: RestState,
+    kpa: f64,
+) -> Result<(), supine_fem::Error> {
+    let params = Params { rest, max_iterations: PATIENCE, ..*question.params };
+    let body = question.coarse.with_mean(kpa);
+    let (deformation, slope, _) = sensitivity(&body, question.load, &params, Progress::none())?;
+    family.add(kpa, deformation.displacement(), &slope);
+    Ok(())
+}
+
+/// The skin at one modulus.
+fn fixed(family: &Family<'_>, carried: &Carried, kpa: f64) -> Rigid {
+    Rigid {
+        points: family.points(&[kpa.ln()]),
+        triangles: carried.triangles.clone(),
+        weights: carried.weights.clone(),
+    }
+}
+
+/// Whether the objective has risen twice since its least.
+fn risen(path: &[(f64, f64)]) -> bool {
+    let least = path.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+    let at = path.iter().position(|p| p.1 <= least).unwrap_or(0);
+    path.len() > at + 2
+}
+
+impl FitQuestion<'_> {
+    /// How poses and moduli are sought.
+    pub(super) fn params_of(
+        &self,
+        reach_mm: [f64; 2],
+        iterations: usize,
+    ) -> supine_register::Params<'_> {
+        supine_register::Params {
+            centre: self.centre,
+            reach_mm,
+            iterations,
+            pose: true,
+            prior_mm2: 0.0,
+            counts: None,
+        }
+    }
+}

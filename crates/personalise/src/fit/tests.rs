@@ -1,0 +1,128 @@
+//! A breast on a round chest, whose scan is the skin that the mechanics itself moves.
+
+use super::*;
+use std::sync::Arc;
+use supine_fem::{Tissue, solve};
+use supine_mesh::TetMesh;
+use supine_register::{Rigid, Shape};
+use supine_space::{Grid, Matrix, Point, Vector};
+use supine_tetrahedralise::Domain;
+use supine_volume::{LabelMap, Region, SignedDistance, label};
+
+/// Radius of the breast about the origin, mm.
+const RADIUS_MM: f64 = 42.0;
+/// Radius of the chest, whose skin passes through the origin, and the depth of its wall, mm.
+const CHEST_MM: [f64; 2] = [130.0, 10.0];
+
+/// Distance from the axis of the chest, mm.
+fn from_axis(p: &Point) -> f64 {
+    p.x.hypot(p.y - CHEST_MM[0])
+}
+
+/// Negative inside the body: a cylinder and a dome on it.
+fn body(p: &Point) -> f64 {
+    let chest = from_axis(p) - CHEST_MM[0];
+    let dome = p.coords.component_div(&Vector::new(1.0, 0.8, 1.0)).norm() - RADIUS_MM;
+    let h = (0.5 + 0.5 * (chest - dome) / 10.0).clamp(0.0, 1.0);
+    dome * h + chest * (1.0 - h) - 10.0 * h * (1.0 - h)
+}
+
+fn grid() -> Grid {
+    let origin = Point::new(-120.0, -51.0, -99.0);
+    Grid::new([81, 45, 67], Vector::repeat(3.0), origin, Matrix::identity()).unwrap()
+}
+
+fn labels() -> Arc<LabelMap> {
+    let grid = grid();
+    let at = |n: usize| {
+        let p = grid.centre(grid.voxel(n));
+        match (body(&p) < 0.0, from_axis(&p) < CHEST_MM[0] - CHEST_MM[1]) {
+            (false, _) => label::OUTSIDE,
+            (true, true) => label::CHEST_WALL,
+            (true, false) => label::SOFT_TISSUE,
+        }
+    };
+    let data = (0..grid.len()).map(at).collect();
+    Arc::new(LabelMap::new(grid.clone(), data).unwrap())
+}
+
+fn skin() -> Skin {
+    let grid = grid();
+    let at = |n: usize| body(&grid.centre(grid.voxel(n)));
+    let share = |n: usize, m: usize| (at(n) / (at(n) - at(m))) as f32;
+    Skin::of(&SignedDistance::new(&grid, 12.0, |n| at(n) < 0.0, share))
+}
+
+fn meshes() -> [Arc<TetMesh>; 2] {
+    let sphere = Sphere::new(Point::new(0.0, 0.0, 0.0), 70.0).unwrap();
+    let region = Region::new(labels(), sphere).unwrap();
+    let params = supine_tetrahedralise::Params::default();
+    let domain = Domain::new(&region, &params, Progress::none()).unwrap();
+    [1500, 600].map(|count| Arc::new(domain.mesh(count, Progress::none()).unwrap().0))
+}
+
+fn load() -> Load {
+    Load { ct: supine_space::supine(), target: supine_space::sitting() }
+}
+
+/// The front of the skin that a body moves, in a frame of its own, with noise.
+fn scan(carried: &Carried, body: &Body, rest: RestState, from_scan: &Pose) -> Scan {
+    let params = Params { rest, ..Params::default() };
+    let (deformation, _) = solve(body, &load(), &params, Progress::none()).unwrap();
+    let moved = carried.displaced(&carried.carry(deformation.displacement()));
+    let shape = Rigid {
+        points: moved,
+        triangles: carried.triangles.clone(),
+        weights: carried.weights.clone(),
+    };
+    let posed = supine_register::Posed::new(&shape, &[]);
+    let front = |n: &usize| posed.normals()[*n].y < -0.05 && shape.weights()[*n] > 0.0;
+    let (mut points, mut normals) = (Vec::new(), Vec::new());
+    for n in (0..posed.points().len()).filter(front) {
+        let noise = 0.3 * (12.9898 * n as f64).sin();
+        points.push(from_scan.inverse() * (posed.points()[n] + posed.normals()[n] * noise));
+        normals.push(from_scan.rotation.inverse() * posed.normals()[n]);
+    }
+    Scan::new(points, Some(normals), vec![]).unwrap().0
+}
+
+/// What is fitted to the scan of a breast of a modulus in one state.
+fn fitted(young_kpa: f64, truth: RestState, start: &Pose) -> Result<Fit, Error> {
+    let (skin, [mesh, coarse]) = (skin(), meshes());
+    let tissue = Tissue::default();
+    let (body, coarse) = (Body::new(mesh, tissue), Body::new(coarse, tissue));
+    let from_scan = Pose::translation(30.0, -20.0, 10.0);
+    let carried = Carried::new(&skin, &body.mesh, None);
+    let scan = scan(&carried, &body.with_mean(young_kpa), truth, &from_scan);
+    let question = FitQuestion {
+        body: &body,
+        coarse: &coarse,
+        load: &load(),
+        params: &Params::default(),
+        states: &RestState::ALL,
+        skin: &skin,
+        centre: Point::origin(),
+        other: None,
+        scan: &scan,
+        poses: &[start * from_scan],
+        wall_mm: 0.0,
+    };
+    fit(&question, Progress::none())
+}
+
+#[test]
+fn the_modulus_and_the_rest_state_of_a_scan_come_back() {
+    let start = Pose::translation(3.0, -2.0, 4.0);
+    for (kpa, truth) in [(0.9, RestState::Net), (1.1, RestState::Unloaded)] {
+        let found = fitted(kpa, truth, &start).unwrap();
+        assert_eq!(found.choice.rest(), truth, "{:?}", found.choice);
+        assert!(matches!(found.choice, Choice::Decided { .. }), "{:?}", found.choice);
+        let own = found.states.iter().find(|state| state.rest == truth).unwrap();
+        let error = own.young_kpa / kpa - 1.0;
+        assert!(error.abs() < 0.01, "{truth:?}: {} kPa", own.young_kpa);
+        assert!(error.abs() < 1.96 * own.deviation && own.deviation < 0.02, "{own:?}");
+        assert!(own.misfit_mm < 0.35, "{}", own.misfit_mm);
+        let shift = own.aligned.pose.translation.vector - Vector::new(30.0, -20.0, 10.0);
+        assert!(shift.norm() < 0.3, "{shift}");
+    }
+}
