@@ -66,6 +66,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Run the whole flow of a case file
     Run(Run),
+    /// Fit Young's modulus to the surface scans of a case
+    Fit(Fit),
     /// Label chest wall and soft tissue
     Segment(Segment),
     /// Divide the soft tissue within a sphere into tetrahedra
@@ -232,6 +234,18 @@ pub(crate) struct Run {
     /// End with exit code 4 unless the verdict is green
     #[arg(long)]
     pub(crate) deny_warnings: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Fit {
+    /// The case file, or the summary.json of a run; it names scans = { sitting = … }
+    pub(crate) case: PathBuf,
+    /// Where the results go: a folder in which `run` goes on
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Another value for a key of the case, as for `run`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) changes: Vec<Change>,
 }
 
 #[derive(Args, Debug)]

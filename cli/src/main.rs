@@ -70,6 +70,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         Command::Init(args) => init::init(args, screen),
         Command::Check(args) => stages::check(args, screen),
         Command::Run(args) => run::run(args, screen),
+        Command::Fit(args) => run::fit(args, screen),
         Command::Segment(args) => stages::segment(args, screen),
         Command::Mesh(args) => stages::mesh(args, screen),
         Command::Coarsen(args) => stages::coarsen(args, screen),

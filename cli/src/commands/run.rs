@@ -7,6 +7,7 @@ use crate::screen::Screen;
 use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
+use supine_flow::commands::fit::{self, Fit};
 use supine_flow::commands::run::{self, Run};
 use supine_flow::{Options, Summary, directions, headline, held, moves};
 use supine_space::Failure as Kind;
@@ -17,6 +18,32 @@ pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
     let (options, start) = (Options { until, force }, Some(start()?));
     let given = Run { case, changes, anonymise, out, options, start };
     case_into(&given, worst, screen)
+}
+
+pub(crate) fn fit(args: args::Fit, screen: &Screen) -> Result<End, Failure> {
+    let args::Fit { case, out, changes } = args;
+    let done = fit::fit(&Fit { case, changes, out, start: Some(start()?) }, screen)?;
+    let mut lines = Vec::new();
+    for state in &done.fit.states {
+        let [low, high] = state.interval_kpa;
+        lines.push(format!(
+            "{}: {:.3} kPa (95 %: {low:.3} to {high:.3}), scan {:.2} mm rms off on the breast",
+            state.rest, state.young_kpa, state.misfit_mm
+        ));
+    }
+    let first = done.fit.states.first().map_or("", |state| state.rest.as_str());
+    lines.push(match (done.fit.decided, done.fit.evidence) {
+        (true, None) => format!("rest state: {first}, as the case says"),
+        (true, Some(evidence)) => {
+            format!("rest state: {first} by the scan (evidence {evidence:.0}, above 10 decides)")
+        }
+        (false, evidence) => format!(
+            "rest state: not decided by the scan (evidence {:.1}, above 10 decides)",
+            evidence.unwrap_or(0.0)
+        ),
+    });
+    screen.result(&done, &lines.join("\n"));
+    Ok(End::Done)
 }
 
 /// Runs a case and says how it ended: well if its verdict is not worse than `worst`.

@@ -112,6 +112,20 @@ pub enum Error {
     /// How sure the tumour's place is.
     #[error("interval of the tumour's displacement: {0}")]
     Interval(#[from] supine_personalise::Error),
+    /// The modulus could not be fitted to the scans.
+    #[error("fit of the modulus to the scans: {0}")]
+    Fit(supine_personalise::Error),
+    /// Landmarks of a scan that are not those of the CT.
+    #[error(
+        "the landmarks of the scan {frame:?} cannot be brought onto those of the CT: {rms_mm:.0} mm rms are left; one of them is \
+         of another point, left and right are exchanged, or their unit is another"
+    )]
+    Landmarks {
+        /// The scan.
+        frame: String,
+        /// What is left, mm rms.
+        rms_mm: f64,
+    },
     /// Warping.
     #[error("warping: {0}")]
     Warp(supine_warp::Error),
@@ -298,7 +312,8 @@ impl Error {
             Self::Segment(error) => error.kind(),
             Self::Mesh(error) => error.kind(),
             Self::Solve(error) => error.kind(),
-            Self::Interval(error) => error.kind(),
+            Self::Interval(error) | Self::Fit(error) => error.kind(),
+            Self::Landmarks { .. } => Failure::Input,
             Self::Carried(error) | Self::Dicom(error) => error.kind(),
             Self::Refused { kind, .. } => *kind,
             Self::Export(error) | Self::DicomLabels(error) => error.kind(),

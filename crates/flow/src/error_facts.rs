@@ -67,6 +67,8 @@ impl Error {
             Self::Tetgen(_) => "meshing-failed",
             Self::Solve(_) => "mechanics-failed",
             Self::Interval(_) => "interval-failed",
+            Self::Fit(_) => "fit-failed",
+            Self::Landmarks { .. } => "landmarks-apart",
             Self::Warp(_) | Self::Structure { .. } => "warping-failed",
             Self::Export(_) | Self::DicomLabels(_) => "export-failed",
             Self::Carried(_) | Self::OtherFrame { .. } | Self::OtherRegistration { .. } => {
@@ -109,6 +111,8 @@ impl Error {
             Self::Mesh(_) | Self::NotBuilt { .. } | Self::NotRefined { .. } => Place::stage("mesh"),
             Self::Solve(_) => Place::stage("solve"),
             Self::Interval(_) => Place::stage("interval"),
+            Self::Fit(_) => Place::stage("fit"),
+            Self::Landmarks { .. } => Place::key("scans.landmarks"),
             Self::Warp(_) => Place::stage("warp"),
             Self::Export(_) => Place::stage("export"),
             Self::Report(_) => Place::stage("report"),

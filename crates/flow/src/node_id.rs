@@ -23,6 +23,8 @@ pub enum NodeId {
     Mesh,
     /// A modulus for each tetrahedron, when the case asks for it.
     Moduli,
+    /// The modulus that fits the scans, when the case names some.
+    Fit,
     /// Their displacement under the table's gravity.
     Solve,
     /// Where the tumour comes to within an interval of moduli, when the case asks for it.
@@ -51,7 +53,7 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -62,6 +64,7 @@ impl NodeId {
         Self::Tissues,
         Self::Mesh,
         Self::Moduli,
+        Self::Fit,
         Self::Solve,
         Self::Interval,
         Self::Warp,
@@ -89,6 +92,7 @@ impl NodeId {
             Self::Tissues => "tissues",
             Self::Mesh => "mesh",
             Self::Moduli => "moduli",
+            Self::Fit => "fit",
             Self::Solve => "solve",
             Self::Interval => "interval",
             Self::Warp => "warp",

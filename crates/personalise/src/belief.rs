@@ -16,43 +16,22 @@ pub enum Origin {
     Literature,
     /// An interval that was given.
     Given,
+    /// Scans of the patient.
+    Scans,
 }
 
-/// What is known of the mean modulus: its logarithm is normally distributed.
+/// A modulus whose logarithm is normally distributed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belief {
+pub struct LogNormal {
     median_kpa: f64,
     /// Standard deviation of the logarithm.
     spread: f64,
-    origin: Origin,
 }
 
-impl Belief {
-    /// That of a patient of whom nothing was measured: mean and standard deviation of the logarithms of
-    /// [`LITERATURE_KPA`].
-    pub fn literature() -> Self {
-        let n = LITERATURE_KPA.len() as f64;
-        let mean = LITERATURE_KPA.iter().map(|e| e.ln()).sum::<f64>() / n;
-        let squares = LITERATURE_KPA.iter().map(|e| (e.ln() - mean).powi(2)).sum::<f64>();
-        let spread = (squares / (n - 1.0)).sqrt();
-        Self { median_kpa: mean.exp(), spread, origin: Origin::Literature }
-    }
-
-    /// That of an interval (kPa) which holds the modulus with 95 % probability.
-    ///
-    /// # Errors
-    /// [`Error::Interval`] when the ends are not positive, finite and in ascending order.
-    pub fn given([low, high]: [f64; 2]) -> Result<Self, Error> {
-        if !(low > 0.0 && high > low && high.is_finite()) {
-            return Err(Error::Interval { low, high });
-        }
-        let spread = (high / low).ln() / (2.0 * NORMAL_95);
-        Ok(Self { median_kpa: (low * high).sqrt(), spread, origin: Origin::Given })
-    }
-
-    /// Where it comes from.
-    pub fn origin(&self) -> Origin {
-        self.origin
+impl LogNormal {
+    /// With this median (kPa) and standard deviation of the logarithm.
+    pub fn new(median_kpa: f64, spread: f64) -> Self {
+        Self { median_kpa, spread }
     }
 
     /// The modulus that is as often exceeded as not, kPa.
@@ -71,6 +50,60 @@ impl Belief {
     }
 }
 
+/// What is known of the mean modulus in the run's rest state, and in the other where that is possible too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Belief {
+    known: LogNormal,
+    other: Option<LogNormal>,
+    origin: Origin,
+}
+
+impl Belief {
+    /// That of a patient of whom nothing was measured: mean and standard deviation of the logarithms of
+    /// [`LITERATURE_KPA`], in either rest state.
+    pub fn literature() -> Self {
+        let n = LITERATURE_KPA.len() as f64;
+        let mean = LITERATURE_KPA.iter().map(|e| e.ln()).sum::<f64>() / n;
+        let squares = LITERATURE_KPA.iter().map(|e| (e.ln() - mean).powi(2)).sum::<f64>();
+        let spread = (squares / (n - 1.0)).sqrt();
+        let known = LogNormal { median_kpa: mean.exp(), spread };
+        Self { known, other: Some(known), origin: Origin::Literature }
+    }
+
+    /// That of an interval (kPa) which holds the modulus with 95 % probability.
+    ///
+    /// # Errors
+    /// [`Error::Interval`] when the ends are not positive, finite and in ascending order.
+    pub fn given([low, high]: [f64; 2]) -> Result<Self, Error> {
+        if !(low > 0.0 && high > low && high.is_finite()) {
+            return Err(Error::Interval { low, high });
+        }
+        let spread = (high / low).ln() / (2.0 * NORMAL_95);
+        let known = LogNormal { median_kpa: (low * high).sqrt(), spread };
+        Ok(Self { known, other: None, origin: Origin::Given })
+    }
+
+    /// That of a fit to scans, with that in the other rest state where the scans do not tell which holds.
+    pub fn fitted(known: LogNormal, other: Option<LogNormal>) -> Self {
+        Self { known, other, origin: Origin::Scans }
+    }
+
+    /// Where it comes from.
+    pub fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// What is known in the run's rest state.
+    pub fn known(&self) -> &LogNormal {
+        &self.known
+    }
+
+    /// What is known in the other one; `None` where that is no possibility.
+    pub fn other(&self) -> Option<&LogNormal> {
+        self.other.as_ref()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,8 +111,8 @@ mod tests {
     #[test]
     fn nine_patients_make_a_wide_belief() {
         let belief = Belief::literature();
-        assert!((belief.median_kpa() - 0.749).abs() < 1e-3, "{belief:?}");
-        let [low, high] = belief.interval_kpa();
+        assert!((belief.known().median_kpa() - 0.749).abs() < 1e-3, "{belief:?}");
+        let [low, high] = belief.known().interval_kpa();
         assert!((low - 0.231).abs() < 2e-3 && (high - 2.43).abs() < 0.02, "{low} {high}");
         let inside = LITERATURE_KPA.iter().filter(|e| (low..=high).contains(e)).count();
         assert_eq!(inside, 9);
@@ -87,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_given_interval_comes_back() {
-        let [low, high] = Belief::given([0.8, 1.1]).unwrap().interval_kpa();
+        let [low, high] = Belief::given([0.8, 1.1]).unwrap().known().interval_kpa();
         assert!((low - 0.8).abs() < 1e-12 && (high - 1.1).abs() < 1e-12);
         for bad in [[0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [0.5, f64::INFINITY], [f64::NAN, 1.0]] {
             assert!(Belief::given(bad).is_err(), "{bad:?}");

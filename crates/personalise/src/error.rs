@@ -37,6 +37,17 @@ pub enum Error {
         /// That modulus, kPa.
         young_kpa: f64,
     },
+    /// The breast hardly moved.
+    #[error(
+        "the breast hardly moves between CT and scan: in the rest state `{}` the stiffest modulus tried, {young_kpa:.1} kPa, \
+         fits best, so that the scan does not determine it; is it the scan of the sitting patient?", rest.name()
+    )]
+    Still {
+        /// The rest state.
+        rest: supine_fem::RestState,
+        /// That modulus, kPa.
+        young_kpa: f64,
+    },
     /// No modulus has a solution.
     #[error("no modulus has a solution in the rest state `{}`: {why}", rest.name())]
     NoPath {
@@ -61,7 +72,10 @@ impl Error {
     pub fn kind(&self) -> Failure {
         match self {
             Self::Interval { .. } => Failure::Input,
-            Self::NoSolution { .. } | Self::AtEnd { .. } | Self::NoPath { .. } => Failure::Method,
+            Self::NoSolution { .. }
+            | Self::AtEnd { .. }
+            | Self::Still { .. }
+            | Self::NoPath { .. } => Failure::Method,
             Self::Scan(error) => error.kind(),
             Self::Mechanics(error) => error.kind(),
             Self::Stopped(_) => Failure::Stopped,

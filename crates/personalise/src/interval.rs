@@ -1,11 +1,11 @@
 //! How far the tumour moves, and how sure that is.
 
+use crate::Error;
 use crate::belief::Belief;
 use crate::curve::{Curve, Solver};
 use crate::ellipsoid::Ellipsoid;
 use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
 use crate::wall::{Patch, PatchEffect, Wall};
-use crate::{Error, Origin};
 use supine_fem::{Body, GoalErrors, Load, Params, RestState, goal_errors};
 use supine_mesh::{BoundaryTag, Deformation, Edges, Locator, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector, Warning};
@@ -70,7 +70,7 @@ pub struct Share {
     pub within_mm: f64,
 }
 
-/// The displacement with the run's modulus in the other rest state.
+/// The displacement in the other rest state, with the run's modulus, or with the one fitted there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherState {
     /// That state.
@@ -121,16 +121,23 @@ pub fn tumour_interval(
     let Question { body, load, params, tumour, belief, .. } = *question;
     let centre = tumour.centre();
     let solver = Solver { body: question.coarse, load, params, place: &centre };
-    let both = belief.origin() == Origin::Literature;
-    let [low, high] = belief.interval_kpa();
+    let both = belief.other().is_some();
     let wanted = |rest: RestState| both || params.rest == rest;
+    let range = |rest: RestState| {
+        let other = belief.other().filter(|_| params.rest != rest);
+        other.unwrap_or(belief.known()).interval_kpa()
+    };
     let errors = goal_errors(body, load, params, &tumour, progress.part(0.0, 0.2))?;
     let net = match wanted(RestState::Net) {
-        true => Curve::through(solver, RestState::Net, &[low, high], progress.part(0.2, 0.4))?,
+        true => {
+            let moduli = range(RestState::Net);
+            Curve::through(solver, RestState::Net, &moduli, progress.part(0.2, 0.4))?
+        }
         false => None,
     };
     let unloaded = match wanted(RestState::Unloaded) {
         true => {
+            let [low, high] = range(RestState::Unloaded);
             let soft = if both { low.max(slack_kpa(body)) } else { low };
             let moduli: &[f64] = if soft < high { &[soft, high] } else { &[high] };
             Curve::through(solver, RestState::Unloaded, moduli, progress.part(0.4, 1.0))?
@@ -142,7 +149,7 @@ pub fn tumour_interval(
         RestState::Unloaded => &unloaded,
     };
     if own.is_none() {
-        return Err(Error::NoSolution { rest: params.rest, young_kpa: [low, high] });
+        return Err(Error::NoSolution { rest: params.rest, young_kpa: range(params.rest) });
     }
     let nominal = Nominal {
         kpa: body.mean_young_kpa(),
@@ -188,7 +195,9 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         RestState::Net => RestState::Unloaded,
         RestState::Unloaded => RestState::Net,
     };
-    let other = rests.both.then(|| OtherState { rest, displacement: rests.at(nominal.kpa, rest) });
+    let other = rests
+        .both
+        .then(|| OtherState { rest, displacement: rests.at(rests.nominal_kpa(rest), rest) });
     Ok(TumourInterval {
         displacement: nominal.displacement,
         within_mm: within(&cloud, &nominal.displacement),

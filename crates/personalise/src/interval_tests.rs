@@ -120,7 +120,7 @@ fn a_guess_makes_a_wide_interval_and_a_measurement_a_narrow_one() {
     assert!(guess.length_mm[0] < nominal / 3.0 && guess.length_mm[1] > nominal * 2.0, "{guess:?}");
     // In proportion to 1/E, nearly.
     let modulus = guess.shares[0].length_mm;
-    let [low, high] = Belief::literature().interval_kpa();
+    let [low, high] = Belief::literature().known().interval_kpa();
     assert!((modulus[0] / (nominal * 0.609 / high) - 1.0).abs() < 0.05, "{modulus:?}");
     assert!((modulus[1] / (nominal * 0.609 / low) - 1.0).abs() < 0.05, "{modulus:?}");
     let other = guess.other.unwrap();

@@ -13,9 +13,9 @@ mod interval;
 mod spread;
 mod wall;
 
-pub use belief::{Belief, LITERATURE_KPA, Origin};
+pub use belief::{Belief, LITERATURE_KPA, LogNormal, Origin};
 pub use ellipsoid::Ellipsoid;
 pub use error::Error;
-pub use fit::{Carried, Choice, Fit, FitQuestion, Part, StateFit, fit};
+pub use fit::{BACK_SHARE, Carried, Choice, Fit, FitQuestion, Part, StateFit, fit};
 pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
 pub use wall::{Patch, PatchEffect};

@@ -1,7 +1,7 @@
 //! Draws of what is not known, and the displacement with each.
 
 use crate::Error;
-use crate::belief::Belief;
+use crate::belief::{Belief, LogNormal, Origin};
 use crate::curve::Curve;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -68,6 +68,20 @@ impl Rests<'_> {
         Some(curve.at(kpa) + self.off(own, state, displacement) * (own / kpa))
     }
 
+    /// What is known of the modulus in a rest state.
+    fn known(&self, rest: RestState) -> &LogNormal {
+        let other = self.belief.other().filter(|_| rest != self.nominal.rest);
+        other.unwrap_or(self.belief.known())
+    }
+
+    /// The modulus of a rest state when it is not drawn: the run's, but a fitted one belongs to its state.
+    pub(crate) fn nominal_kpa(&self, rest: RestState) -> f64 {
+        match self.belief.origin() == Origin::Scans && rest != self.nominal.rest {
+            true => self.known(rest).median_kpa(),
+            false => self.nominal.kpa,
+        }
+    }
+
     /// What the curve of the run's state lacks to the run's displacement. It grows with 1/E as the displacement does, and
     /// the other state's curve, on the same mesh, lacks as much.
     fn off(&self, own: f64, state: RestState, displacement: Vector) -> Vector {
@@ -92,16 +106,19 @@ impl Rests<'_> {
         while cloud.len() < DRAWS {
             tried += 1;
             if tried > ATTEMPTS * DRAWS {
-                let young_kpa = self.belief.interval_kpa();
+                let young_kpa = self.belief.known().interval_kpa();
                 return Err(Error::NoSolution { rest: self.nominal.rest, young_kpa });
             }
             // All are drawn each time: what one of them does is then seen beside the same others.
             let numbers: [f64; 8] = std::array::from_fn(|_| normal());
-            let kpa = if drawn.modulus { self.belief.at(numbers[0]) } else { self.nominal.kpa };
             let rest = match (drawn.rest && self.both, numbers[1] < 0.0) {
                 (false, _) => self.nominal.rest,
                 (true, true) => RestState::Unloaded,
                 (true, false) => RestState::Net,
+            };
+            let kpa = match drawn.modulus {
+                true => self.known(rest).at(numbers[0]),
+                false => self.nominal_kpa(rest),
             };
             let Some(u) = self.at(kpa, rest) else { continue };
             let wall = self.wall * Vector::new(numbers[2], numbers[3], numbers[4]);

@@ -89,31 +89,25 @@ pub fn align(
     params: &Params<'_>,
     progress: Progress<'_>,
 ) -> Result<Aligned, Error> {
-    let mut search = Search { scan, shape, params, pose: start.pose, values: start.values.clone() };
-    let mut posed = Posed::new(shape, &search.values);
-    let [mut reach, last] = params.reach_mm;
-    let (mut best, mut since, mut iterations) = (f64::INFINITY, 0, 0);
-    while iterations < params.iterations {
-        progress.at(iterations as f64 / params.iterations as f64)?;
-        iterations += 1;
-        let matches = search.matches(&posed, reach);
-        let sums = search.sums(&posed, &matches, reach)?;
-        let step = search.step(&sums)?;
-        if search.take(&step) {
-            posed = Posed::new(shape, &search.values);
-        }
-        if reach > last {
-            reach = (reach * NARROWER).max(last);
-            continue;
-        }
-        let objective = sums.loss / sums.weight;
-        since = if objective < best * (1.0 - FLAT.0) { 0 } else { since + 1 };
-        best = best.min(objective);
-        if search.length(&step) < STEP_MM || since >= FLAT.1 {
-            break;
-        }
-    }
-    search.end(&posed, last, iterations)
+    let posed = Posed::new(shape, &start.values);
+    let search = Search { scan, shape, params, pose: start.pose, values: start.values.clone() };
+    search.run(posed, false, progress)
+}
+
+/// As [`align`], from a shape at the start's values that is known, for parameters that hardly change: its points move along
+/// their slopes, and which of them is nearest and the normals stay.
+///
+/// # Errors
+/// As [`align`].
+pub fn align_near(
+    scan: &Scan,
+    shape: &dyn Shape,
+    posed: &Posed,
+    start: &Start,
+    params: &Params<'_>,
+) -> Result<Aligned, Error> {
+    let search = Search { scan, shape, params, pose: start.pose, values: start.values.clone() };
+    search.run(posed.clone(), true, Progress::none())
 }
 
 /// What changes from iteration to iteration.
@@ -138,6 +132,44 @@ struct Sums {
 }
 
 impl Search<'_> {
+    /// Iterates from where it stands; `near` as of [`align_near`].
+    fn run(
+        mut self,
+        mut posed: Posed,
+        near: bool,
+        progress: Progress<'_>,
+    ) -> Result<Aligned, Error> {
+        let [mut reach, last] = self.params.reach_mm;
+        let (mut best, mut since, mut iterations) = (f64::INFINITY, 0, 0);
+        while iterations < self.params.iterations {
+            progress.at(iterations as f64 / self.params.iterations as f64)?;
+            iterations += 1;
+            let matches = self.matches(&posed, reach);
+            let sums = self.sums(&posed, &matches, reach)?;
+            let step = self.step(&sums)?;
+            let before = self.values.clone();
+            match (self.take(&step), near) {
+                (false, _) => {}
+                (true, false) => posed = Posed::new(self.shape, &self.values),
+                (true, true) => {
+                    let pairs = self.values.iter().zip(&before);
+                    posed.shift(&pairs.map(|(new, old)| new - old).collect::<Vec<_>>());
+                }
+            }
+            if reach > last {
+                reach = (reach * NARROWER).max(last);
+                continue;
+            }
+            let objective = sums.loss / sums.weight;
+            since = if objective < best * (1.0 - FLAT.0) { 0 } else { since + 1 };
+            best = best.min(objective);
+            if self.length(&step) < STEP_MM || since >= FLAT.1 {
+                break;
+            }
+        }
+        self.end(&posed, last, iterations)
+    }
+
     /// Sought numbers: turn, shift, parameters.
     fn unknowns(&self) -> usize {
         6 + self.values.len()
@@ -181,7 +213,7 @@ impl Search<'_> {
             let pose = f64::from(u8::from(self.params.pose));
             (row[a], row[3 + a]) = (pose * turn[a], pose * normal[a]);
         }
-        for (slot, slopes) in row[6..].iter_mut().zip(&posed.slopes) {
+        for (slot, slopes) in row[6..].iter_mut().zip(posed.slopes.iter()) {
             *slot = -normal.dot(&slopes[nearest]);
         }
     }

@@ -110,7 +110,7 @@ struct Front {
 impl Front {
     fn of(posed: &Posed, weights: &[f64]) -> Self {
         let (mut middle, mut towards, mut sum) = (Vector::zeros(), Vector::zeros(), 0.0);
-        for ((p, n), w) in posed.points.iter().zip(&posed.normals).zip(weights) {
+        for ((p, n), w) in posed.points.iter().zip(posed.normals.iter()).zip(weights) {
             middle += p.coords * *w;
             towards += n * *w;
             sum += w;

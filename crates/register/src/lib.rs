@@ -16,7 +16,7 @@ mod skin;
 #[cfg(test)]
 mod tests;
 
-pub use align::{Aligned, Params, Start, align};
+pub use align::{Aligned, Params, Start, align, align_near};
 pub use candidates::candidates;
 pub use error::Error;
 pub use landmarks::{Fitted, by_landmarks};

@@ -32,7 +32,7 @@ impl Matches {
     pub fn new(scan: &Scan, pose: &Pose, surface: &Posed, weights: &[f64], within_mm: f64) -> Self {
         let at = |n: usize| {
             let place = pose * scan.points()[n];
-            let (nearest, _) = surface.tree.nearest(&place, within_mm)?;
+            let nearest = surface.nearest(&place, within_mm)?;
             let normal: &Vector = &surface.normals[nearest];
             let weight = weights[nearest];
             let faces = (pose.rotation * scan.normals()[n]).dot(normal);

@@ -1,6 +1,7 @@
 //! Surfaces that may have parameters.
 
 use rayon::prelude::*;
+use std::sync::Arc;
 use supine_mesh::PointTree;
 use supine_space::{Point, Vector};
 
@@ -65,13 +66,15 @@ impl Shape for Rigid {
 }
 
 /// A shape at values of its parameters, prepared to be searched.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Posed {
     pub(crate) points: Vec<Point>,
-    pub(crate) normals: Vec<Vector>,
-    pub(crate) tree: PointTree,
+    pub(crate) normals: Arc<Vec<Vector>>,
+    /// Those of the points that count.
+    tree: Arc<PointTree>,
+    counting: Arc<Vec<u32>>,
     /// How the points move with each parameter, mm per unit of it.
-    pub(crate) slopes: Vec<Vec<Vector>>,
+    pub(crate) slopes: Arc<Vec<Vec<Vector>>>,
 }
 
 impl Posed {
@@ -79,8 +82,31 @@ impl Posed {
     pub fn new(shape: &dyn Shape, values: &[f64]) -> Self {
         let points = shape.points(values);
         let normals = vertex_normals(&points, shape.triangles());
-        let tree = PointTree::new(&points);
-        Self { normals, tree, slopes: shape.slopes(values), points }
+        let weights = shape.weights().iter().enumerate();
+        let counting: Vec<u32> =
+            weights.filter(|(_, w)| **w > 0.0).map(|(n, _)| n as u32).collect();
+        let counted: Vec<Point> = counting.iter().map(|n| points[*n as usize]).collect();
+        Self {
+            normals: Arc::new(normals),
+            tree: Arc::new(PointTree::new(&counted)),
+            counting: Arc::new(counting),
+            slopes: Arc::new(shape.slopes(values)),
+            points,
+        }
+    }
+
+    /// The nearest of the points that count, no farther than `within_mm`.
+    pub(crate) fn nearest(&self, place: &Point, within_mm: f64) -> Option<usize> {
+        let (found, _) = self.tree.nearest(place, within_mm)?;
+        Some(self.counting[found] as usize)
+    }
+
+    /// Moves the points along their slopes by changes of the parameters; which is nearest, and the normals, stay as they
+    /// were.
+    pub(crate) fn shift(&mut self, changes: &[f64]) {
+        for (slopes, change) in self.slopes.iter().zip(changes) {
+            self.points.iter_mut().zip(slopes).for_each(|(p, slope)| *p += slope * *change);
+        }
     }
 
     /// Its points, LPS, mm.

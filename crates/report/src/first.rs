@@ -155,6 +155,7 @@ fn shares(s: &Summary) -> Option<Table> {
             ("modulus", "literature") => {
                 format!("Modulus: a guess, {low} to {high} kPa as in nine published patients")
             }
+            ("modulus", "scans") => format!("Modulus: {low} to {high} kPa by the scans"),
             ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),
             ("rest_state", _) => rest_state(interval),
             ("chest_wall", _) => "Chest wall: its place in the CT".into(),
@@ -168,7 +169,10 @@ fn shares(s: &Summary) -> Option<Table> {
 
 fn rest_state(interval: &TumourInterval) -> String {
     let Some(other) = &interval.other_rest else {
-        return "Rest state: as given with the modulus".into();
+        return match interval.modulus.origin.as_str() {
+            "scans" => "Rest state: by the scans, or as the case says".into(),
+            _ => "Rest state: as given with the modulus".into(),
+        };
     };
     if other.displacement_mm.is_some() {
         return "Rest state: net or unloaded".into();

@@ -5,18 +5,20 @@
 //! lies in [`Run`] alone; all else is reproducible to the byte.
 
 mod agreement;
+mod fit;
 mod interval;
 mod moved;
 mod run;
 mod verdict;
 
 pub use agreement::{Agreement, SkinAgreement};
+pub use fit::{FitStep, ScanFit, StateFit, TissueFit};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
     CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, DoseVolumeCurve,
     DoseVolumeHistogram, Jacobian, Movement, VolumeChange, Warp,
 };
-pub use run::{Run, SourceSeries, StageTime};
+pub use run::{Link, Run, SourceSeries, StageTime};
 pub use verdict::{Colour, Reason, Status, Verdict};
 
 use schemars::JsonSchema;
@@ -59,6 +61,9 @@ pub struct Summary {
     pub segmentation: Segmentation,
     /// Result of the mesher.
     pub mesh: Mesh,
+    /// The tissue that was fitted to scans; absent when the case names none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit: Option<TissueFit>,
     /// Result of the mechanics.
     pub solve: Solve,
     /// Result of the warp.
@@ -546,21 +551,6 @@ pub struct Output {
     pub path: String,
     /// BLAKE3 of the content, hexadecimal; of a folder: over its files in order.
     pub blake3: String,
-}
-
-/// A result of a stage, and what it was made from.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Link {
-    /// Name of the stage.
-    pub stage: String,
-    /// Hash (BLAKE3, hexadecimal) of its name, of the version of its method, of its own parameters and input files, and
-    /// of the keys of the results that it was made from.
-    pub key: String,
-    /// Hash of what it made, where the results that were made from it are known by that; else absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub value: Option<String>,
-    /// Those keys, or values.
-    pub parents: Vec<String>,
 }
 
 /// What a simulated volume must not be used for: the entries of

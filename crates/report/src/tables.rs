@@ -164,6 +164,24 @@ fn tissue(s: &Summary) -> Table {
     let mut t = Table::facts("Tissue and region");
     let p = &s.parameters;
     t.row("Young's modulus", kpa(p.tissue.young_kpa));
+    for state in s.fit.iter().flat_map(|fit| &fit.states) {
+        let [low, high] = state.interval_kpa.map(|e| fixed(e, 3));
+        let text = format!(
+            "{} kPa (95 %: {low} to {high}); scan {} mm rms off on the breast",
+            fixed(state.young_kpa, 3),
+            fixed(state.misfit_mm, 2)
+        );
+        t.row(&format!("Fitted to the scans, {}", state.rest), text);
+    }
+    if let Some(evidence) = s.fit.as_ref().and_then(|fit| fit.evidence) {
+        t.row(
+            "Evidence for the first of them",
+            format!("{} (above 10 decides)", fixed(evidence, 1)),
+        );
+    }
+    if let Some(supine) = s.fit.as_ref().and_then(|fit| fit.supine.as_ref()) {
+        t.row("Scan lying, off the skin of the CT", format!("{} mm rms", fixed(supine.rms_mm, 2)));
+    }
     if let Some(m) = &p.tissue.moduli {
         let [fat, gland, skin, tumour] =
             [m.fat_kpa, m.gland_kpa, m.skin_kpa, m.tumour_kpa].map(|e| fixed(e, 2));

@@ -1,6 +1,6 @@
 //! Whether a result may be used: what a planner reads first.
 
-use crate::summary::{Colour, Reason, Summary, Verdict, Warning};
+use crate::summary::{Colour, Reason, Summary, TissueFit, Verdict, Warning};
 use crate::words::{count, fixed};
 
 /// How far off the tumour's place may be for green unless another distance is asked for, mm.
@@ -14,8 +14,16 @@ const HELD_MM: f64 = 0.005;
 /// Uncertain places of the wall that move the tumour by less are not told one by one, mm.
 const LITTLE_MM: f64 = 0.1;
 /// Warnings whose reason the verdict gives in words of its own.
-const TOLD: [&str; 4] =
-    ["tumour-in-chest-wall", "tumour-in-lung", "squeezed-tissue", "overlapping-voxels"];
+const TOLD: [&str; 6] = [
+    "tumour-in-chest-wall",
+    "tumour-in-lung",
+    "squeezed-tissue",
+    "overlapping-voxels",
+    "fit-misfit",
+    "rest-state-open",
+];
+/// Residuals on the breast above which one modulus does not describe it, mm rms.
+const MISFIT_MM: f64 = 0.7;
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
 const NOTES: [&str; 12] = [
     "dose-not-computed-anew",
@@ -171,6 +179,7 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         let effect_mm = of("modulus");
         reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "tissue-is-a-guess", text) });
     }
+    reasons.extend(summary.fit.iter().flat_map(fit));
     if interval.within_mm > tolerance_mm {
         let text = format!(
             "The tumour's place is known to {} mm only; {} mm are asked for.",
@@ -179,6 +188,30 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         );
         let effect_mm = Some(interval.within_mm);
         reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "interval-too-wide", text) });
+    }
+    reasons
+}
+
+/// What speaks against a modulus that was fitted.
+fn fit(fit: &TissueFit) -> Vec<Reason> {
+    let best = fit.best();
+    let mut reasons = Vec::new();
+    if best.misfit_mm > MISFIT_MM {
+        let text = format!(
+            "The model's skin lies {} mm rms off the scan of the sitting patient: one modulus does not describe this breast.",
+            fixed(best.misfit_mm, 1)
+        );
+        reasons.push(reason(Colour::Amber, "fit-misfit", text));
+    }
+    if let (Some(other), false) = (fit.states.get(1), fit.decided) {
+        let text = format!(
+            "The scan does not tell the rest state: {} with {} kPa and {} with {} kPa fit about as well.",
+            best.rest,
+            fixed(best.young_kpa, 2),
+            other.rest,
+            fixed(other.young_kpa, 2)
+        );
+        reasons.push(reason(Colour::Amber, "rest-state-open", text));
     }
     reasons
 }
@@ -336,6 +369,21 @@ mod tests {
         let mut summary = example();
         summary.warnings = vec![warning("uncertain-wall", "8 cm² may be off")];
         assert_eq!(codes(&summary), ["interval-too-wide", "tissue-is-a-guess", "uncertain-place"]);
+    }
+
+    #[test]
+    fn a_fit_that_is_poor_or_open_is_amber() {
+        let told = |change: fn(&mut TissueFit)| {
+            let mut fit = example().fit.expect("a fit");
+            change(&mut fit);
+            super::fit(&fit).into_iter().map(|r| (r.colour, r.code)).collect::<Vec<_>>()
+        };
+        assert!(told(|_| {}).is_empty());
+        assert_eq!(
+            told(|fit| fit.states[0].misfit_mm = 0.8),
+            [(Colour::Amber, "fit-misfit".into())]
+        );
+        assert_eq!(told(|fit| fit.decided = false), [(Colour::Amber, "rest-state-open".into())]);
     }
 
     #[test]

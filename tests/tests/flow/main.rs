@@ -9,6 +9,7 @@ mod apart;
 mod by_hand;
 mod carry;
 mod check;
+mod fit;
 mod formats;
 mod hazards;
 mod init;

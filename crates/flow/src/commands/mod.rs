@@ -9,6 +9,7 @@ pub mod carry;
 pub mod check;
 pub mod coarsen;
 pub mod dicom;
+pub mod fit;
 mod gather;
 pub mod init;
 pub mod mesh;

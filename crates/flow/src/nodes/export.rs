@@ -1,23 +1,28 @@
 //! The series for the planning system, read back and verified.
 
-use super::{Import, Solve, Source, Warp};
+use super::{Fit, Import, Solve, Source, Warp};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::{IMAGE_COMMENTS, derivation, series_description};
+use crate::spec::Case;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use std::sync::Arc;
 use supine_dicom::{Accept, Expected, ExportParams, Original, Policy};
-use supine_report::Checks;
+use supine_report::{Checks, TissueFit};
 use supine_space::{Side, Warning};
 use supine_volume::Ct;
 
 pub(crate) struct Export;
 
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 pub(crate) struct Own {
+    /// For the texts that name a modulus which is known later.
+    #[serde(skip)]
+    typed: Arc<Case>,
     derivation: String,
     series_description: String,
     left: bool,
@@ -31,6 +36,16 @@ pub(crate) struct Own {
     /// Where the case names one; that of the run does not make a result stale.
     #[serde(skip_serializing_if = "Option::is_none")]
     clock: Option<String>,
+}
+
+impl Own {
+    /// With the texts of the modulus that was fitted.
+    fn fitted(&self, fit: Option<&TissueFit>) -> Result<Self, Error> {
+        let Some(fit) = fit else { return Ok(self.clone()) };
+        let case = self.typed.fitted(fit);
+        let (derivation, series_description) = (derivation(&case)?, series_description(&case)?);
+        Ok(Self { derivation, series_description, ..self.clone() })
+    }
 }
 
 /// What was exported.
@@ -54,13 +69,14 @@ impl Node for Export {
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
-    type Parents = (Import, Source, Solve, Warp);
+    type Parents = (Import, Source, Fit, Solve, Warp);
     type Out = Exported;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let Policy { new_study, keep_equipment, same_frame, clip_padding } = case.export.policy;
         Ok(Own {
+            typed: Arc::clone(case),
             derivation: derivation(case)?,
             series_description: series_description(case)?,
             left: case.breast()? == Side::Left,
@@ -77,9 +93,10 @@ impl Node for Export {
 
     fn run(
         own: &Own,
-        (input, named, solved, warped): Outs<Self>,
+        (input, named, fit, solved, warped): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Exported, Error> {
+        let own = &own.fitted(fit.tissue())?;
         let series_uid = named.as_ref().as_ref().map(|named| named.source.series_uid());
         let identity = identity(series_uid.as_deref(), &own.derivation, &warped.ct);
         let id = format!("{:02x}{:02x}", identity[2], identity[3]);

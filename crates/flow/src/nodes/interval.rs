@@ -1,6 +1,6 @@
 //! How sure the displacement of the tumour is.
 
-use super::{Mesh, Moduli, Region, Segment, Solve};
+use super::{Fit, Mesh, Moduli, OfMean, Region, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -11,8 +11,12 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_fem::Body;
 use supine_mesh::Locator;
-use supine_personalise::{Belief, LEVEL, Origin, Patch, Question, Source, tumour_interval};
-use supine_report::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
+use supine_personalise::{
+    Belief, LEVEL, LogNormal, Origin, Patch, Question, Source, tumour_interval,
+};
+use supine_report::{
+    Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval, UncertaintyShare,
+};
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
 use supine_space::{Failure, Point, Progress, Vector, Warning};
 use supine_volume::Volume;
@@ -48,7 +52,7 @@ impl Node for Interval {
     const METHOD: u32 = 5;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Segment, Region, Mesh, Moduli, Solve);
+    type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
     type Out = Known;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -58,15 +62,16 @@ impl Node for Interval {
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
-        let (segmented, region, meshed, moduli, solved) = parents;
+        let (segmented, region, meshed, moduli, fit, solved) = parents;
         let tumour = own.tumour.sphere()?;
         if Locator::new(solved.deformation.mesh().clone()).locate(&tumour.centre()).is_none() {
             // What takes no part does not move, and nothing is unsure about that.
             return Ok(Known::default());
         }
-        let body = own.law.body(&meshed, moduli.as_ref().as_ref());
-        let (load, params) = (own.law.load(), own.law.solver());
-        let coarse = coarser(&body, work.progress.part(0.0, 0.4))?;
+        let law = own.law.fitted(fit.tissue());
+        let body = law.body(&meshed, moduli.as_ref().as_ref()).of_mean(fit.tissue());
+        let (load, params) = (law.load(), law.solver());
+        let coarse = coarser(&body, COARSE, work.progress.part(0.0, 0.4))?;
         let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
         let map = segmented.uncertainty.as_deref();
         let question = Question {
@@ -76,7 +81,7 @@ impl Node for Interval {
             params: &params,
             solved: &solved.deformation,
             tumour,
-            belief: own.young_kpa.map_or_else(|| Ok(Belief::literature()), Belief::given)?,
+            belief: belief(own.young_kpa, fit.tissue())?,
             wall_error_mm: &|place| map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)),
             patches: &patches,
         };
@@ -100,13 +105,23 @@ impl Node for Interval {
     }
 }
 
+/// What is known of the modulus: what was fitted, what the case says, or what the literature has.
+fn belief(given: Option<[f64; 2]>, fit: Option<&TissueFit>) -> Result<Belief, Error> {
+    let Some(fit) = fit else {
+        return Ok(given.map_or_else(|| Ok(Belief::literature()), Belief::given)?);
+    };
+    let known = |state: &StateFit| LogNormal::new(state.young_kpa, state.deviation);
+    let other = fit.states.get(1).filter(|_| !fit.decided);
+    Ok(Belief::fitted(known(fit.best()), other.map(known)))
+}
+
 /// The same tissue on fewer tetrahedra, where that saves time: the curves over the modulus hardly depend on the mesh.
-fn coarser(body: &Body, progress: Progress<'_>) -> Result<Body, Error> {
+pub(crate) fn coarser(body: &Body, count: usize, progress: Progress<'_>) -> Result<Body, Error> {
     // Moduli that differ belong to the tetrahedra that they were found for.
-    if body.mesh.tets().len() < 2 * COARSE || body.young_kpa.is_some() {
+    if body.mesh.tets().len() < 2 * count || body.young_kpa.is_some() {
         return Ok(body.clone());
     }
-    match supine_tetrahedralise::coarsen(&body.mesh, COARSE, progress) {
+    match supine_tetrahedralise::coarsen(&body.mesh, count, progress) {
         Ok((mesh, _)) => Ok(Body::new(Arc::new(mesh), body.tissue)),
         Err(error) if error.kind() == Failure::Stopped => Err(Error::Mesh(error)),
         // A shape that wants more tetrahedra has them: slower, not worse.
@@ -126,7 +141,7 @@ fn patch(patch: &supine_report::UncertainPatch) -> Patch {
 
 /// The error at a place of the wall, mm: that of the voxels around that know one, at most [`WALL_MM`] away; [`UNCERTAIN_MM`]
 /// where none does.
-fn wall_error_mm(map: &Volume<u8>, place: &Point) -> f64 {
+pub(crate) fn wall_error_mm(map: &Volume<u8>, place: &Point) -> f64 {
     let Ok(around) = supine_space::Sphere::new(*place, WALL_MM) else { return UNCERTAIN_MM };
     let Some((start, part)) = map.grid().around(&around) else { return UNCERTAIN_MM };
     let whole = |n: usize| {
@@ -150,11 +165,12 @@ fn told(
     let centre = question.tumour.centre();
     let belief = question.belief;
     let modulus = ModulusKnown {
-        young_kpa: belief.interval_kpa(),
-        median_kpa: belief.median_kpa(),
+        young_kpa: belief.known().interval_kpa(),
+        median_kpa: belief.known().median_kpa(),
         origin: match belief.origin() {
             Origin::Literature => "literature",
             Origin::Given => "given",
+            Origin::Scans => "scans",
         }
         .into(),
         softest_unloaded_kpa: found.softest_unloaded_kpa,

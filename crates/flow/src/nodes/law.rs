@@ -6,6 +6,7 @@ use crate::spec::Case;
 use serde::Serialize;
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
 use supine_mesh::Order;
+use supine_report::TissueFit;
 use supine_space::Vector;
 
 /// The tissue, its load and how it is solved.
@@ -40,6 +41,13 @@ impl Law {
             order: case.mesh.order.number(),
             gravity: [load.ct.into(), load.target.into()],
         }
+    }
+
+    /// The law with the modulus and rest state that were fitted, where they were.
+    pub(crate) fn fitted(&self, fit: Option<&TissueFit>) -> Self {
+        let Some(best) = fit.map(TissueFit::best) else { return *self };
+        let rest = if best.rest == "net" { "net" } else { "unloaded" };
+        Self { young_kpa: best.young_kpa, rest, ..*self }
     }
 
     pub(crate) fn tissue(&self) -> Tissue {

@@ -3,6 +3,7 @@
 mod carry;
 mod export;
 mod fields;
+mod fit;
 mod import;
 mod interval;
 mod labels_object;
@@ -27,6 +28,7 @@ mod warp;
 pub(crate) use carry::Carry;
 pub(crate) use export::Export;
 pub(crate) use fields::Fields;
+pub(crate) use fit::{Fit, OfMean, Scans};
 pub(crate) use import::{Import, Imported};
 pub(crate) use interval::Interval;
 pub(crate) use labels_object::LabelsObject;
@@ -62,6 +64,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Tissues>(),
     Entry::of::<Mesh>(),
     Entry::of::<Moduli>(),
+    Entry::of::<Fit>(),
     Entry::of::<Solve>(),
     Entry::of::<Interval>(),
     Entry::of::<Warp>(),

@@ -1,7 +1,7 @@
 //! The report and the summary that it shows.
 
 use super::{
-    Carry, Export, Fields, Import, Interval, Moduli, Pictures, Points, Region, Registration,
+    Carry, Export, Fields, Fit, Import, Interval, Moduli, Pictures, Points, Region, Registration,
     Segment, Solve, Structures, Warp,
 };
 use crate::graph::{Node, Outs};
@@ -44,6 +44,7 @@ impl Node for Report {
         Segment,
         Region,
         Moduli,
+        Fit,
         Solve,
         Interval,
         Warp,
@@ -95,6 +96,7 @@ fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
     if matches!(nameless.tumour, Some(TumourSpec::Structure { .. })) {
         nameless.tumour = None;
     }
+    nameless.scans = None;
     nameless.seeds.files.clear();
     nameless.points.clear();
     nameless.carried.clear();
@@ -108,6 +110,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         segmented,
         region,
         moduli,
+        fit,
         solved,
         known,
         warped,
@@ -119,7 +122,8 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         carried,
         drawn,
     ) = parents;
-    let case = &own.typed;
+    let fitted = fit.tissue().map(|fit| own.typed.fitted(fit));
+    let case = fitted.as_ref().unwrap_or(&own.typed);
     let mut warp = warped.facts.clone();
     warp.forward_then_backward.clone_from(&fields.consistency);
     let mut export = exported.facts.export.clone();
@@ -143,6 +147,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         inputs: inputs(&[
             std::slice::from_ref(&input.origin),
             &segmented.facts.inputs,
+            fit.inputs(),
             &points.inputs,
             &carried.inputs,
         ]),
@@ -161,6 +166,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         ct,
         segmentation: drawn.segmentation.clone(),
         mesh: drawn.mesh.clone(),
+        fit: fit.tissue().cloned(),
         solve: solved.facts.solve.clone(),
         warp,
         volumes: drawn.volumes.clone(),
@@ -214,7 +220,10 @@ fn inputs(all: &[&[Input]]) -> Vec<Input> {
 
 fn tissue(case: &Case, moduli: Option<supine_report::Moduli>) -> Tissue {
     Tissue {
-        young_kpa: moduli.as_ref().map_or(case.tissue.young_kpa, |m| m.mean_kpa),
+        young_kpa: match (&moduli, &case.scans) {
+            (Some(moduli), None) => moduli.mean_kpa,
+            _ => case.tissue.young_kpa,
+        },
         moduli,
         poisson: case.tissue.poisson,
         density_kg_m3: case.tissue.density_kg_m3,

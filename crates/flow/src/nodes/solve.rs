@@ -1,6 +1,6 @@
 //! The displacement under the table's gravity.
 
-use super::{Mesh, Moduli};
+use super::{Fit, Mesh, Moduli, OfMean};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -62,15 +62,16 @@ impl Node for Solve {
     const METHOD: u32 = 1;
     const KEPT: bool = true;
     type Own = Law;
-    type Parents = (Mesh, Moduli);
+    type Parents = (Mesh, Moduli, Fit);
     type Out = Solved;
 
     fn own(ground: &Ground) -> Result<Law, Error> {
         Law::of(&ground.case)
     }
 
-    fn run(own: &Law, (meshed, moduli): Outs<Self>, work: &Work<'_>) -> Result<Solved, Error> {
-        let body = own.body(&meshed, moduli.as_ref().as_ref());
+    fn run(own: &Law, (meshed, moduli, fit): Outs<Self>, work: &Work<'_>) -> Result<Solved, Error> {
+        let own = own.fitted(fit.tissue());
+        let body = own.body(&meshed, moduli.as_ref().as_ref()).of_mean(fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &own.load(), &own.solver(), work.progress)?;
         let solve = supine_report::Solve {

@@ -11,6 +11,7 @@ mod moduli;
 mod own_regions;
 mod refine;
 mod registration;
+mod scans;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
 mod statics;
@@ -38,6 +39,7 @@ pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};
+pub(crate) use scans::read_scans;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Effort, Found, Try};
 pub use statics::statics;

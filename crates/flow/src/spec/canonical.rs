@@ -51,6 +51,7 @@ fn value(case: &Case, key: &str) -> Json {
         "carry.points" => paths(&case.points),
         _ if key.starts_with("mesh.") => mesh(case, key),
         _ if key.starts_with("tissue.") => of_tissue(case, key),
+        _ if key.starts_with("scans.") => scans(case, key),
         _ if key.starts_with("seeds.") => seeds(case, key),
         _ if key.starts_with("labels.") => labels(case, key),
         _ if key.starts_with("carry.") => carried(case, key),
@@ -101,15 +102,28 @@ fn of_tissue(case: &Case, key: &str) -> Json {
         return moduli.map(|kpa| kpa[n]).into();
     }
     match key {
-        "tissue.young" if moduli.is_some() => Json::Null,
+        "tissue.young" if moduli.is_some() || case.scans.is_some() => Json::Null,
         "tissue.young" => case.tissue.young_kpa.into(),
         "tissue.poisson" => case.tissue.poisson.into(),
         "tissue.density" => case.tissue.density_kg_m3.into(),
+        "tissue.rest" if case.scans.as_ref().is_some_and(|s| s.states.len() > 1) => Json::Null,
         "tissue.rest" => rest_name(case.rest).into(),
         "tissue.cut" => cut_name(case.cut).into(),
         "tissue.spring" => case.spring_kpa_mm.into(),
         "tissue.map" => case.stiffness.map_or("none", |s| s.map.name()).into(),
         "tissue.young_interval" => case.young_interval_kpa.map(|ends| ends.to_vec()).into(),
+        _ => Json::Null,
+    }
+}
+
+fn scans(case: &Case, key: &str) -> Json {
+    let Some(scans) = &case.scans else { return Json::Null };
+    let path = |path: &Option<PathBuf>| path.as_ref().map(|p| p.to_string_lossy()).into();
+    match key {
+        "scans.sitting" => scans.sitting.to_string_lossy().into(),
+        "scans.supine" => path(&scans.supine),
+        "scans.landmarks" => path(&scans.landmarks),
+        "scans.unit" => scans.unit.unwrap_or("auto").into(),
         _ => Json::Null,
     }
 }

@@ -14,7 +14,7 @@ use supine_volume::SeedKind;
 use supine_warp::Interpolation;
 
 pub use mesh::{MeshSpec, Refinement};
-pub use tissue::{Stiffness, StiffnessMap};
+pub use tissue::{ScansSpec, Stiffness, StiffnessMap};
 
 /// Everything that decides a result, checked. What a command does not need may be absent; who needs it asks by the
 /// methods that name what is missing.
@@ -52,6 +52,8 @@ pub struct Case {
     pub cut: Cut,
     /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when absent.
     pub spring_kpa_mm: Option<f64>,
+    /// Scans to which the modulus is fitted.
+    pub scans: Option<ScansSpec>,
     /// Seeds for the segmentation.
     pub seeds: SeedsSpec,
     /// A segmentation in place of one that is made.
@@ -159,6 +161,7 @@ impl Case {
             },
             cut: tissue::cut(given),
             spring_kpa_mm: tissue::spring(given)?,
+            scans: tissue::scans(given)?,
             seeds: seeds(given),
             labels: labels(given)?,
             interpolation: interpolation(given),
@@ -287,7 +290,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    fn file(self, key: &str) -> Option<PathBuf> {
+    pub(super) fn file(self, key: &str) -> Option<PathBuf> {
         match self.get(key) {
             Some(Value::File(path)) => Some(path.clone()),
             _ => None,

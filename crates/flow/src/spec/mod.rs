@@ -12,6 +12,7 @@ mod error;
 mod example;
 mod hint;
 mod mesh;
+mod parameter;
 mod read;
 mod schema;
 mod table;
@@ -19,7 +20,8 @@ mod tissue;
 mod value;
 
 pub use case::{
-    Case, ExportSpec, MeshSpec, Refinement, SeedsSpec, Stiffness, StiffnessMap, TumourSpec,
+    Case, ExportSpec, MeshSpec, Refinement, ScansSpec, SeedsSpec, Stiffness, StiffnessMap,
+    TumourSpec,
 };
 pub use edit::{Edit, edit};
 pub use error::CaseError;

@@ -1,95 +1,9 @@
 //! The one table of parameters. The case file, the options of the command line, `summary.json`, the guide's table and
 //! the JSON schema are made from it.
 
-/// What a value may be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
-    /// `true` or `false`.
-    Switch,
-    /// A number between two others, both allowed.
-    Number {
-        /// The smallest.
-        min: f64,
-        /// The largest.
-        max: f64,
-    },
-    /// A whole number between two others, both allowed.
-    Whole {
-        /// The smallest.
-        min: u64,
-        /// The largest.
-        max: u64,
-    },
-    /// One of some words.
-    Choice(&'static [&'static str]),
-    /// A text without meaning here.
-    Text,
-    /// A position, LPS, mm.
-    Point,
-    /// Positions, LPS, mm.
-    Points,
-    /// Two ascending numbers within a range.
-    Interval {
-        /// The smallest.
-        min: f64,
-        /// The largest.
-        max: f64,
-    },
-    /// A file or folder.
-    File,
-    /// Files or folders.
-    Files,
-    /// Names of regions in a file.
-    Names,
-}
-
-/// A parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    /// Its key in the case file: `table.key` or `key`.
-    pub key: &'static str,
-    /// What its value may be.
-    pub kind: Kind,
-    /// Unit of its numbers; empty without one.
-    pub unit: &'static str,
-    /// What holds when it is not given.
-    pub default: Preset,
-    /// Name of its option on the command line, where a command takes it: `--name`.
-    pub option: &'static str,
-    /// One line for people.
-    pub help: &'static str,
-}
-
-/// What holds when a parameter is not given.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Preset {
-    /// It has to be given.
-    Required,
-    /// It has to be given, or another key in its place.
-    RequiredOr(&'static str),
-    /// Nothing: what then happens is said in brackets.
-    Absent(&'static str),
-    /// `false`, or `true`.
-    Switch(bool),
-    /// A number.
-    Number(f64),
-    /// A whole number.
-    Whole(u64),
-    /// The word.
-    Choice(&'static str),
-}
-
+use super::parameter::row;
+pub use super::parameter::{Kind, Parameter, Preset};
 use Preset::{Absent, Required};
-
-const fn row(
-    (key, option): (&'static str, &'static str),
-    kind: Kind,
-    unit: &'static str,
-    default: Preset,
-    help: &'static str,
-) -> Parameter {
-    Parameter { key, kind, unit, default, option, help }
-}
 
 /// The choice of `export.padding` that some systems need.
 pub(crate) const CLIPPED: &str = "clipped";
@@ -339,6 +253,34 @@ pub static TABLE: &[Parameter] = &[
         "kPa",
         Absent("that of published moduli, 0.23 to 2.43"),
         "interval that holds the modulus of this patient with 95 % probability",
+    ),
+    row(
+        ("scans.sitting", "sitting"),
+        Kind::File,
+        "",
+        Absent("the modulus is not fitted"),
+        "surface scan of the patient sitting upright, arms and torso as in the CT (.ply, .stl, .obj): the modulus is fitted to it",
+    ),
+    row(
+        ("scans.supine", "supine"),
+        Kind::File,
+        "",
+        Absent("nothing"),
+        "surface scan of the patient lying as in the CT, held against the skin of the CT",
+    ),
+    row(
+        ("scans.landmarks", "landmarks"),
+        Kind::File,
+        "",
+        Absent("poses are searched"),
+        "landmarks of the scans and the CT (.json), three or more that each scan and the CT have",
+    ),
+    row(
+        ("scans.unit", "unit"),
+        Kind::Choice(&["auto", "mm", "cm", "m", "inch"]),
+        "",
+        Preset::Choice("auto"),
+        "unit of length of the scans and their landmarks; auto: mm or m, by the size of the scan",
     ),
     row(
         ("seeds.file", "seeds"),

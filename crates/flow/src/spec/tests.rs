@@ -243,6 +243,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
         "exclude = '2-01.dcm'",
+        "[scans]\nsitting = 't.ply'\nsupine = 's.ply'\nlandmarks = 'l.json'\nunit = 'm'",
         "export = { clock = '2026-03-01 12:00:00' }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];
@@ -256,4 +257,19 @@ fn the_canonical_form_says_every_key_that_applies() {
         };
         assert!(cases.iter().any(held), "`{}` is in no canonical form", p.key);
     }
+}
+
+#[test]
+fn a_modulus_is_fitted_or_given_but_not_both() {
+    let sitting = "scans = { sitting = 't.ply' }";
+    let both = with(sitting).unwrap().scans.unwrap().states;
+    assert_eq!(both.len(), 2);
+    let one = with(&format!("{sitting}\ntissue = {{ rest = 'net' }}")).unwrap().scans.unwrap();
+    assert_eq!(one.states, [supine_fem::RestState::Net]);
+    for tissue in ["young = 0.5", "young_interval = [0.4, 0.9]", "map = 'labels', fat = 0.5"] {
+        let text = format!("{sitting}\ntissue = {{ {tissue} }}");
+        assert!(with(&text).unwrap_err().to_string().contains("scans.sitting"), "{tissue}");
+    }
+    let alone = with("scans = { supine = 's.ply' }").unwrap_err().to_string();
+    assert!(alone.contains("give `scans.sitting` too"), "{alone}");
 }

@@ -3,7 +3,8 @@
 use super::case::Given;
 use super::error::{CaseError, value};
 use super::value::Value;
-use supine_fem::{Cut, Tissue};
+use std::path::PathBuf;
+use supine_fem::{Cut, RestState, Tissue};
 
 /// What a modulus that differs from place to place is read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +110,51 @@ pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError
     }
     let kpa = [0, 1, 2, 3].map(|n| moduli[n].unwrap_or(fat * PROPORTIONS[n]));
     Ok(Some(Stiffness { map, kpa, mean_kpa: None }))
+}
+
+/// Scans to which the modulus is fitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScansSpec {
+    /// The patient sitting upright.
+    pub sitting: PathBuf,
+    /// The patient lying as in the CT.
+    pub supine: Option<PathBuf>,
+    /// Landmarks of the scans and the CT.
+    pub landmarks: Option<PathBuf>,
+    /// Unit of length; found when absent.
+    pub unit: Option<&'static str>,
+    /// Rest states that are fitted: the one of the case, or both.
+    pub states: Vec<RestState>,
+}
+
+/// The scans of a case.
+///
+/// # Errors
+/// [`CaseError::Value`] when a modulus is given beside them, or scans without that of the sitting patient.
+pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
+    let [supine, landmarks] = ["scans.supine", "scans.landmarks"].map(|key| given.file(key));
+    let Some(sitting) = given.file("scans.sitting") else {
+        let reason =
+            "the modulus is fitted to a scan of the sitting patient: give `scans.sitting` too";
+        let of = |key: &'static str, on: bool| if on { Err(value(key, reason)) } else { Ok(()) };
+        of("scans.supine", supine.is_some())?;
+        of("scans.landmarks", landmarks.is_some())?;
+        of("scans.unit", given.get("scans.unit").is_some())?;
+        return Ok(None);
+    };
+    for key in ["tissue.young", "tissue.young_interval", KEYS[0]] {
+        if given.get(key).is_some() {
+            let reason = "the modulus is fitted to `scans.sitting`: leave one of the two out";
+            return Err(value(key, reason));
+        }
+    }
+    let unit = Some(given.word("scans.unit")).filter(|unit| *unit != "auto");
+    let states = match given.get("tissue.rest") {
+        None => RestState::ALL.to_vec(),
+        Some(_) if given.word("tissue.rest") == "net" => vec![RestState::Net],
+        Some(_) => vec![RestState::Unloaded],
+    };
+    Ok(Some(ScansSpec { sitting, supine, landmarks, unit, states }))
 }
 
 /// What holds the cut.

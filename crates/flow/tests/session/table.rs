@@ -108,6 +108,10 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("tumour.file", "structure sets are written there: tests/tests/flow/tumour.rs"),
     ("carry.dose", "RT objects are made in Python: tests/tests/flow/rt.rs"),
     ("carry.structures", "RT objects are made in Python: tests/tests/flow/rt.rs"),
+    ("scans.sitting", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    ("scans.supine", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    ("scans.landmarks", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    ("scans.unit", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("export.anonymise", "its key is drawn by chance: `anonymised`"),
 ];
 

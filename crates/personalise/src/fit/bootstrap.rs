@@ -13,7 +13,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use supine_mesh::Scan;
-use supine_register::{Aligned, Params, Start, align};
+use supine_register::{Aligned, Params, Posed, Start, align_near};
 use supine_space::{Pose, Progress};
 
 /// Side of a cell, mm.
@@ -39,9 +39,10 @@ pub(super) fn deviation(
     let draws: Vec<Vec<f64>> = (0..DRAWS).map(|_| counts(&scan, &best.pose, &mut random)).collect();
     progress.at(0.1)?;
     let start = Start { pose: best.pose, values: best.values.clone() };
+    let posed = Posed::new(family, &best.values);
     let once = |counts: Option<&[f64]>| {
         let params = Params { counts, ..question.params_of([REACH_MM; 2], ITERATIONS) };
-        Ok::<_, Error>(align(&scan, family, &start, &params, Progress::none())?.values[0])
+        Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values[0])
     };
     let found: Vec<f64> =
         draws.par_iter().map(|draw| once(Some(draw))).collect::<Result<_, _>>()?;

@@ -15,7 +15,7 @@ const EDGE_MM: f64 = 12.0;
 /// The torso beside the mesh counts so much: it is not rigid (see [`crate::fit`]), but fixes the pose.
 const TORSO: f64 = 0.3;
 /// The skin behind this share of the body's depth lies on a table or in the axilla.
-const BEHIND: f64 = 0.72;
+pub const BACK_SHARE: f64 = 0.72;
 
 /// What a point of the skin is to the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,5 +143,5 @@ fn rim(mesh: &TetMesh) -> Vec<Point> {
 fn back_mm(points: &[Point]) -> f64 {
     let y = points.iter().map(|p| p.y);
     let (low, high) = y.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-    low + BEHIND * (high - low)
+    low + BACK_SHARE * (high - low)
 }

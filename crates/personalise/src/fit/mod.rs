@@ -14,7 +14,7 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-pub use carried::{Carried, Part};
+pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::Choice;
 
 use crate::Error;

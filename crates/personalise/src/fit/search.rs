@@ -9,7 +9,7 @@ use supine_register::{Aligned, Rigid, Shape, Start, align};
 use supine_space::{Pose, Progress};
 
 /// The stiffest modulus tried at first, kPa, and the factor from each to the next softer one.
-const STIFFEST_KPA: f64 = 3.2;
+const STIFFEST_KPA: f64 = 4.4;
 const FACTOR: f64 = 1.38;
 /// The path ends at this modulus, kPa: softer tissue than any that was measured.
 const SOFTEST_KPA: f64 = 0.12;
@@ -78,6 +78,10 @@ pub(super) fn search(
     let Some((_, kpa, pose)) = best else {
         return Err(Error::NoPath { rest, why: ended.unwrap_or_default() });
     };
+    // Stiffer tissue moves less and less: the scan then tells that the breast hardly moved.
+    if path.len() > 1 && path[0].0 <= kpa {
+        return Err(Error::Still { rest, young_kpa: kpa });
+    }
     let start = Start { pose, values: vec![kpa.ln()] };
     let scan = question.scan.thinned(JOINT_MM);
     let aligned = align(
@@ -113,11 +117,11 @@ fn fixed(family: &Family<'_>, carried: &Carried, kpa: f64) -> Rigid {
     }
 }
 
-/// Whether the objective has risen twice since its least.
+/// Whether the objective has risen since its least: the best modulus then lies between its neighbours.
 fn risen(path: &[(f64, f64)]) -> bool {
     let least = path.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let at = path.iter().position(|p| p.1 <= least).unwrap_or(0);
-    path.len() > at + 2
+    path.len() > at + 1
 }
 
 impl FitQuestion<'_> {

@@ -43,7 +43,7 @@ pub struct ModulusKnown {
     pub young_kpa: [f64; 2],
     /// The modulus that is as often exceeded as not, kPa.
     pub median_kpa: f64,
-    /// `literature`: moduli of other patients; `given`: an interval of the case.
+    /// `literature`: moduli of other patients; `given`: an interval of the case; `scans`: fitted to scans of the patient.
     pub origin: String,
     /// The softest modulus with a usable unloaded shape, of those tried, kPa: softer tissue is no possibility in that
     /// state. Absent when that state was not asked for or has no usable shape.
@@ -51,7 +51,7 @@ pub struct ModulusKnown {
     pub softest_unloaded_kpa: Option<f64>,
 }
 
-/// The tumour with the same modulus in the other rest state.
+/// The tumour in the other rest state, with the same modulus, or with the one that was fitted there.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct OtherRest {
     /// That state: `net` or `unloaded`.

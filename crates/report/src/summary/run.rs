@@ -51,3 +51,18 @@ pub struct StageTime {
     /// tell.
     pub peak_memory_mb: Option<f64>,
 }
+
+/// A result of a stage, and what it was made from.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Name of the stage.
+    pub stage: String,
+    /// Hash (BLAKE3, hexadecimal) of its name, of the version of its method, of its own parameters and input files, and
+    /// of the keys of the results that it was made from.
+    pub key: String,
+    /// Hash of what it made, where the results that were made from it are known by that; else absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
+    /// Those keys, or values.
+    pub parents: Vec<String>,
+}

@@ -156,6 +156,7 @@ pub(crate) fn example() -> Summary {
                 radius_ratio: 0.31,
             }],
         },
+        fit: Some(fit()),
         solve: Solve {
             iterations: 6,
             indefinite: 0,
@@ -295,6 +296,31 @@ pub(crate) fn example() -> Summary {
     };
     summary.verdict = crate::verdict(&summary, crate::TOLERANCE_MM);
     summary
+}
+
+/// A modulus that was fitted in both states.
+fn fit() -> TissueFit {
+    let state = |rest: &str, young_kpa: f64, misfit_mm: f64| StateFit {
+        rest: rest.into(),
+        young_kpa,
+        interval_kpa: [young_kpa / 1.05, young_kpa * 1.05],
+        deviation: 0.025,
+        misfit_mm,
+        patient_from_scan: [
+            [1.0, 0.0, 0.0, 12.0],
+            [0.0, 1.0, 0.0, -30.0],
+            [0.0, 0.0, 1.0, 5.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ],
+        path: vec![FitStep { young_kpa: 1.2, objective_mm2: 0.3 }],
+        ended: None,
+    };
+    TissueFit {
+        states: vec![state("net", 0.6, 0.4), state("unloaded", 0.8, 0.9)],
+        decided: true,
+        evidence: Some(61.0),
+        supine: Some(ScanFit { rms_mm: 0.35 }),
+    }
 }
 
 /// An interval as wide as that of tissue that nobody measured.

@@ -1,0 +1,68 @@
+//! The tissue that was fitted to scans.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Young's modulus by a scan of the sitting patient.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct TissueFit {
+    /// The rest states that were fitted, the one that the run goes on with first.
+    pub states: Vec<StateFit>,
+    /// Whether the scan tells the rest state, or the case named it.
+    pub decided: bool,
+    /// N ln(S'/S): S the squares of the breast's residuals in the first and the second state, N of them independent; above 10
+    /// it decides. Absent when the case named the rest state.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<f64>,
+    /// The scan of the lying patient on the skin of the CT; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supine: Option<ScanFit>,
+}
+
+impl TissueFit {
+    /// What the run goes on with.
+    ///
+    /// # Panics
+    /// Without any state, which no fit is.
+    pub fn best(&self) -> &StateFit {
+        &self.states[0]
+    }
+}
+
+/// The modulus that fits best in one rest state. A modulus belongs to its rest state: those of two are not to be compared.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct StateFit {
+    /// `net` or `unloaded`.
+    pub rest: String,
+    /// Young's modulus, kPa; the mean over the mesh where it differs from tissue to tissue.
+    pub young_kpa: f64,
+    /// The interval that holds it with 95 % probability if the model describes the breast, kPa.
+    pub interval_kpa: [f64; 2],
+    /// Standard deviation of its logarithm.
+    pub deviation: f64,
+    /// Distance of the scan from the model's skin on the breast, mm rms.
+    pub misfit_mm: f64,
+    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
+    pub patient_from_scan: [[f64; 4]; 4],
+    /// The moduli that were tried, from stiff to soft.
+    pub path: Vec<FitStep>,
+    /// Why no softer modulus was tried; absent when the fit had become worse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended: Option<String>,
+}
+
+/// A modulus that was tried.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct FitStep {
+    /// Young's modulus, kPa.
+    pub young_kpa: f64,
+    /// Mean robust loss of the scan's points with it, mm².
+    pub objective_mm2: f64,
+}
+
+/// A scan on the skin of the CT.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct ScanFit {
+    /// Distance of its points from the skin within the region, mm rms.
+    pub rms_mm: f64,
+}
