@@ -216,6 +216,9 @@ mod tests {
 
     /// Keys that mean something beside others only.
     const BESIDE: &[(&str, &[&str])] = &[
+        ("scans.supine", &["scans.sitting"]),
+        ("scans.landmarks", &["scans.sitting"]),
+        ("scans.unit", &["scans.sitting"]),
         ("bed.ap", &["bed.lat"]),
         ("bed.lat", &["bed.ap"]),
         ("tumour.centre", &["tumour.radius"]),

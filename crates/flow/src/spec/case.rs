@@ -229,7 +229,7 @@ impl Case {
     }
 }
 
-fn missing(key: &'static str) -> CaseError {
+pub(super) fn missing(key: &'static str) -> CaseError {
     let what = position(key).map_or("", |n| TABLE[n].help);
     CaseError::Missing { key, what }
 }

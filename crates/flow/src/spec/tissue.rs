@@ -1,6 +1,6 @@
 //! The law of the tissue: one modulus, or moduli that differ from tissue to tissue.
 
-use super::case::Given;
+use super::case::{Given, missing};
 use super::error::{CaseError, value};
 use super::value::Value;
 use std::path::PathBuf;
@@ -130,17 +130,13 @@ pub struct ScansSpec {
 /// The scans of a case.
 ///
 /// # Errors
-/// [`CaseError::Value`] when a modulus is given beside them, or scans without that of the sitting patient.
+/// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of the sitting patient.
 pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
     let [supine, landmarks] = ["scans.supine", "scans.landmarks"].map(|key| given.file(key));
     let Some(sitting) = given.file("scans.sitting") else {
-        let reason =
-            "the modulus is fitted to a scan of the sitting patient: give `scans.sitting` too";
-        let of = |key: &'static str, on: bool| if on { Err(value(key, reason)) } else { Ok(()) };
-        of("scans.supine", supine.is_some())?;
-        of("scans.landmarks", landmarks.is_some())?;
-        of("scans.unit", given.get("scans.unit").is_some())?;
-        return Ok(None);
+        let others = ["scans.supine", "scans.landmarks", "scans.unit"];
+        let any = others.iter().any(|key| given.get(key).is_some());
+        return if any { Err(missing("scans.sitting")) } else { Ok(None) };
     };
     for key in ["tissue.young", "tissue.young_interval", KEYS[0]] {
         if given.get(key).is_some() {
