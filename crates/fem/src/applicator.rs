@@ -1,6 +1,9 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
+use crate::before::Before;
 use crate::coupling::{Coupling, Step};
+use crate::either::{Either, either};
+use crate::ground::Ground;
 use crate::outcome::Halt;
 use crate::rest::Settled;
 use crate::rigid::RigidBody;
@@ -37,21 +40,6 @@ pub struct Applicator {
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
     beside: Option<JoinHandle<Option<Responses>>>,
-}
-
-/// The same for linear and for quadratic elements.
-enum Either<L, Q> {
-    Linear(L),
-    Quadratic(Q),
-}
-
-macro_rules! either {
-    ($either:expr, $name:ident => $value:expr) => {
-        match $either {
-            Either::Linear($name) => $value,
-            Either::Quadratic($name) => $value,
-        }
-    };
 }
 
 impl Applicator {
@@ -242,14 +230,14 @@ impl Job<'_> {
         contact: Contact,
         progress: Progress<'_>,
     ) -> Result<(Coupling<N, Q>, Info), Error> {
-        let (positions, held, shape) = self.shape::<N, Q>()?;
-        let settled = self.settle(&positions, &held, shape, progress.part(0.0, 0.6))?;
+        let ground = Ground::new(self)?;
+        let settled = self.settle(&ground, &mut Before::nothing(), progress.part(0.0, 0.6))?;
         let Settled { model, load, to_ct, u, mut info, .. } = settled;
+        let Ground { positions, held, straight, .. } = ground;
         let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
         let inside = inside(rigid, &held, &rest, &u)?;
         let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
         let weight = crate::newton::norm(&gravity);
-        let straight = self.straightening::<N>(&positions);
         let mut tissue = Tissue { model, load, to_ct, straight, rest, weight };
         let (follow, sliding) = match contact {
             Contact::Tied => (inside, None),

@@ -229,8 +229,8 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             };
             let model = site.model_at(&between);
             let limits = Limits { goal, iterations: ITERATIONS };
-            let (pattern, held) = (&site.pattern, &site.held);
-            let mut newton = Newton::new(&model, pattern, held, site.weight, ITERATIONS)?;
+            let (tangent, held) = (Tangent::new(&site.pattern)?, &site.held);
+            let mut newton = Newton::new(&model, tangent, held, site.weight, ITERATIONS);
             match newton.minimise(&site.load, u, limits, progress.part(share, next)) {
                 Ok(found) => {
                     corrections += newton.effort.iterations;

@@ -5,14 +5,13 @@
 //! 2001). Both errors are taken from the gradients: what a gradient lacks to the continuous one that
 //! is recovered from the tetrahedra around each point (Zienkiewicz and Zhu 1987).
 
-use crate::element::{Elements, element_nodes, parent_map, parent_slopes, shape};
+use crate::element::{parent_map, parent_slopes, shape};
+use crate::ground::Ground;
 use crate::material::cofactor;
-use crate::model::Model;
 use crate::newton::Known;
-use crate::pattern::{Pattern, Storage};
+use crate::tangent::Tangent;
 use crate::wall_effect::WallNode;
-use crate::{Body, Error, Job, Load, Params, RestState, checked, support};
-use std::sync::Arc;
+use crate::{Body, Error, Job, Load, Params, RestState, checked};
 use supine_mesh::{Locator, Order, TetMesh};
 use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 
@@ -79,32 +78,19 @@ impl Job<'_> {
         goal: &Sphere,
         progress: Progress<'_>,
     ) -> Result<GoalErrors, Error> {
-        let positions = self.positions::<N>();
-        let held =
-            support::held_nodes(&self.body.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(&self.body.mesh, &held)?;
-        let nodes = element_nodes::<N>(&self.body.mesh, self.edges);
-        let means = self.means(goal, &nodes, positions.len())?;
-        let elements = Elements::<N, Q>::new(&positions, nodes).map_err(Error::flat)?;
-        let pattern = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
-        let materials = self.body.materials(self.stiffer);
-        let foundation = self.foundation(&materials);
-        let model = Model::new(elements, materials).on(foundation);
-        let force = (self.load.target - self.load.ct) * self.body.tissue.weight();
-        let load = model.elements.load(held.len(), force);
-        let zero = vec![Vector::zeros(); held.len()];
-        let mut newton = self.newton(&model, &pattern, &held)?;
+        let ground = Ground::<N, Q>::new(self)?;
+        let Ground { positions, held, .. } = &ground;
+        let means = self.means(goal, &ground.elements.nodes, positions.len())?;
+        let model = self.model(&ground);
+        let load = model.elements.load(held.len(), self.force());
+        let (zero, goal) = (ground.zero(), self.params.tolerance);
+        let tangent = Tangent::new(&ground.lower).map_err(|_| ground.memory())?;
+        let mut newton = self.newton(&model, tangent, held);
         let found = newton
-            .equilibrium(
-                &load,
-                &zero,
-                Known { u: &zero, load: &zero },
-                self.params.tolerance,
-                progress,
-            )
-            .map_err(|halt| self.halted(halt, newton.effort, &model, &pattern))?;
+            .equilibrium(&load, &zero, Known { u: &zero, load: &zero }, goal, progress)
+            .map_err(|halt| self.halted(halt, &newton))?;
         let lack =
-            |field: &[Vector]| missing(&positions, &model.elements.nodes, &self.body.mesh, field);
+            |field: &[Vector]| missing(positions, &model.elements.nodes, &self.body.mesh, field);
         let own = lack(&found.u);
         let means = means.each_ref().map(Vec::as_slice);
         let adjoints = newton
@@ -120,7 +106,7 @@ impl Job<'_> {
         let shares = (0..self.body.mesh.tets().len()).map(share).collect();
         let displacement =
             Vector::from(means.map(|mean| mean.iter().zip(&found.u).map(|(m, u)| m.dot(u)).sum()));
-        let wall = self.wall(&model, &positions, &found.u, &adjoints).ok_or(Error::Singular)?;
+        let wall = self.wall(&model, positions, &found.u, &adjoints).ok_or(Error::Singular)?;
         Ok(GoalErrors { displacement, shares, wall })
     }
 
@@ -222,6 +208,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::test_mesh::block;
     use crate::{Tissue, solve};
+    use std::sync::Arc;
     use supine_mesh::Edges;
 
     pub(crate) const SIDE_MM: f64 = 60.0;

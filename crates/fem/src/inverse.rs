@@ -15,7 +15,6 @@ use crate::model::{Folded, Model};
 use crate::outcome::Halt;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::tangent::Tangent;
-use std::sync::Arc;
 use supine_space::{Matrix, Progress, Vector};
 
 /// Steps are shortened at most so often.
@@ -26,6 +25,8 @@ const ITERATIONS: usize = 20;
 const STEP_GOAL: f64 = 1e-6;
 /// Steps of the linear iteration; ten to twenty are usual, a hundred near the limit of existence.
 const KRYLOV_STEPS: usize = 120;
+/// Such steps with the factor of a similar problem that cost about as much as a new factor.
+const PATIENCE: usize = 40;
 /// Relative residual of linear systems whose solution is a result.
 const LINEAR_GOAL: f64 = 1e-11;
 
@@ -46,8 +47,6 @@ pub(crate) struct Inverse<'a, const N: usize, const Q: usize> {
     pub(crate) weight: f64,
     /// Pattern of the unsymmetric derivative.
     pub(crate) full: &'a Pattern,
-    /// Pattern of the stiffness.
-    pub(crate) lower: &'a Arc<Pattern>,
 }
 
 impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
@@ -126,21 +125,26 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         Ok(Point { f, b, j: back.j, stress: (b * mu - pressure) * back.j })
     }
 
-    /// X − x (mm per node) at which the residual is at most `goal` of the load, and the number of
-    /// iterations; `None` when no such shape was found.
+    /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such shape was found.
     ///
-    /// Newton from X = x under the whole load; if that fails the load is followed in steps of at
-    /// least `smallest_step` (1: no second attempt).
+    /// Newton from where X is `expected`, if anywhere; if that fails from X = x under the whole load; if that fails
+    /// too the load is followed in steps of at least `smallest_step` (1: no such attempt).
     ///
     /// # Errors
     /// When stopped or out of memory.
     pub(crate) fn solve(
         &self,
+        solver: &mut Solver,
+        expected: Option<Vec<Vector>>,
         goal: f64,
         smallest_step: f64,
         progress: Progress<'_>,
-    ) -> Result<(Option<Vec<Vector>>, usize), Halt> {
-        let mut solver = Solver { tangent: Tangent::new(self.lower)?, iterations: 0 };
+    ) -> Result<Option<Vec<Vector>>, Halt> {
+        if let Some(expected) = expected
+            && let Some(found) = solver.newton(self, &expected, goal, progress)?
+        {
+            return Ok(Some(found));
+        }
         let mut y = vec![Vector::zeros(); self.positions.len()];
         let (mut share, mut step) = (0.0f64, 1.0);
         while share < 1.0 {
@@ -149,11 +153,11 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
             let part_goal = if next < 1.0 { STEP_GOAL.max(goal) } else { goal };
             match solver.newton(&part, &y, part_goal, progress.part(share, next))? {
                 Some(found) => (y, share, step) = (found, next, 2.0 * step),
-                None if step <= smallest_step => return Ok((None, solver.iterations)),
+                None if step <= smallest_step => return Ok(None),
                 None => step *= 0.5,
             }
         }
-        Ok((Some(y), solver.iterations))
+        Ok(Some(y))
     }
 
     /// (dR/dX)⁻¹ `q` at X = x + `y`; `None` when the iteration does not get there.
@@ -162,10 +166,10 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
     /// When there is not enough memory.
     pub(crate) fn linearised(
         &self,
+        solver: &mut Solver,
         y: &[Vector],
         q: &[Vector],
     ) -> Result<Option<Vec<Vector>>, OutOfMemory> {
-        let mut solver = Solver { tangent: Tangent::new(self.lower)?, iterations: 0 };
         let negative = solver.direction(self, y, &self.full.gather(q), LINEAR_GOAL)?;
         Ok(negative.map(|d| d.into_iter().map(|v: Vector| -v).collect()))
     }
@@ -208,12 +212,33 @@ struct Point {
     stress: Matrix,
 }
 
-struct Solver {
-    tangent: Tangent,
-    iterations: usize,
+/// The linear systems of the inverse problem.
+pub(crate) struct Solver {
+    /// Stiffness of the body on the stress-free shape, loaded.
+    pub(crate) tangent: Tangent,
+    /// Newton iterations so far.
+    pub(crate) iterations: usize,
+    /// Steps that the linear iteration may take with the factor at hand before that is renewed; `None`: it is
+    /// renewed every time.
+    patience: Option<usize>,
 }
 
 impl Solver {
+    /// That renews its factor every time.
+    pub(crate) fn new(tangent: Tangent) -> Self {
+        Self { tangent, iterations: 0, patience: None }
+    }
+
+    /// That begins with the factor at hand, if there is one, and keeps it as long as it serves.
+    pub(crate) fn patient(tangent: Tangent) -> Self {
+        Self { patience: Some(PATIENCE), ..Self::new(tangent) }
+    }
+
+    /// With a factor of this very problem.
+    pub(crate) fn ready(tangent: Tangent) -> Self {
+        Self { patience: Some(KRYLOV_STEPS), ..Self::new(tangent) }
+    }
+
     fn newton<const N: usize, const Q: usize>(
         &mut self,
         problem: &Inverse<'_, N, Q>,
@@ -264,19 +289,28 @@ impl Solver {
         if problem.derivative(y, &mut values).is_err() {
             return Ok(None);
         }
+        let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
+        let iterate = |tangent: &mut Tangent, steps: usize| {
+            gmres(
+                |x, product| problem.full.multiply(&values, x, product),
+                |x| tangent.apply_factor(x),
+                &wanted,
+                forcing,
+                steps,
+            )
+            .map(|direction| problem.full.scatter(&direction))
+        };
+        if let Some(patience) = self.patience
+            && self.tangent.is_factorised()
+            && let Some(direction) = iterate(&mut self.tangent, patience)
+        {
+            return Ok(Some(direction));
+        }
         let Some(body) = problem.body(y) else { return Ok(None) };
         let back: Vec<Vector> = y.iter().map(|y| -y).collect();
         if !self.tangent.renew(&body, &back)? {
             return Ok(None);
         }
-        let wanted: Vec<f64> = r.iter().map(|r| -r).collect();
-        let direction = gmres(
-            |x, product| problem.full.multiply(&values, x, product),
-            |x| self.tangent.apply_factor(x),
-            &wanted,
-            forcing,
-            KRYLOV_STEPS,
-        );
-        Ok(direction.map(|direction| problem.full.scatter(&direction)))
+        Ok(iterate(&mut self.tangent, KRYLOV_STEPS))
     }
 }

@@ -18,16 +18,19 @@ mod applicator;
 #[cfg(test)]
 mod applicator_kept_tests;
 mod batch;
+mod before;
 mod body;
 mod contact;
 mod coupling;
 mod curved;
+mod either;
 mod element;
 mod error;
 mod foundation;
 #[cfg(test)]
 mod foundation_tests;
 mod goal;
+mod ground;
 mod inverse;
 mod krylov;
 mod linear;
@@ -41,6 +44,7 @@ mod quasi_newton;
 mod rest;
 mod rigid;
 mod sensitivity;
+mod sequence;
 mod site;
 mod sliding;
 mod smoothed_distance;
@@ -64,13 +68,14 @@ pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unl
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
+pub use sequence::Sequence;
 pub use snap::snapped;
 pub use wall_effect::WallNode;
 
-use element::{Elements, element_nodes, node_coordinates, parent_map, parent_slopes};
-use pattern::{Pattern, Storage};
-use rest::{Free, Settled};
-use std::sync::Arc;
+use before::Before;
+use element::{element_nodes, node_coordinates, parent_map, parent_slopes};
+use ground::Ground;
+use rest::Settled;
 use supine_mesh::{Deformation, Displacement, Edges, Order};
 use supine_space::{Progress, Vector, Warning};
 
@@ -89,7 +94,7 @@ pub fn solve(
     progress: Progress<'_>,
 ) -> Result<(Deformation, Info), Error> {
     let asked = Asked { stiffer: 1.0, slope: false };
-    let Found { deformation, info, .. } = found(body, load, params, asked, progress)?;
+    let Solution { deformation, info, .. } = found(body, load, params, asked, progress)?;
     Ok((deformation, info))
 }
 
@@ -102,12 +107,15 @@ struct Asked {
     slope: bool,
 }
 
-/// What [`found`] finds.
-struct Found {
-    deformation: Deformation,
+/// A body under a load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// Displaced from its CT shape, mm.
+    pub deformation: Deformation,
     /// Derivative of the displacement per kPa of the mean modulus, mm/kPa, when asked for.
-    slope: Option<Displacement>,
-    info: Info,
+    pub slope: Option<Displacement>,
+    /// How it was found.
+    pub info: Info,
 }
 
 /// As [`solve`], for what is asked.
@@ -117,19 +125,17 @@ fn found(
     params: &Params,
     asked: Asked,
     progress: Progress<'_>,
-) -> Result<Found, Error> {
+) -> Result<Solution, Error> {
     let edges = checked(body, load, params)?;
     let Asked { stiffer, slope } = asked;
     let job = Job { stiffer, slope, ..Job::new(body, &edges, load, params) };
-    let Solved { u, slope, mut info } = match params.order {
-        Order::Linear => job.run::<4, 1>(progress)?,
-        Order::Quadratic => job.run::<10, 4>(progress)?,
+    let solved = match params.order {
+        Order::Linear => job.run::<4, 1>(&Ground::new(&job)?, &mut Before::nothing(), progress)?,
+        Order::Quadratic => {
+            job.run::<10, 4>(&Ground::new(&job)?, &mut Before::nothing(), progress)?
+        }
     };
-    let displacement = Displacement::new(&body.mesh, &edges, u)?;
-    info.max_displacement_mm = displacement.max_norm();
-    let slope = slope.map(|s| Displacement::new(&body.mesh, &edges, s)).transpose()?;
-    let deformation = Deformation::new(body.mesh.clone(), displacement)?;
-    Ok(Found { deformation, slope, info })
+    job.solution(solved)
 }
 
 /// The edges of a body, if what is asked of it is in range.
@@ -186,9 +192,6 @@ pub(crate) struct Job<'a> {
     pub(crate) slope: bool,
 }
 
-/// Positions of nodes (mm), which of them are held, and the elements on them.
-type Shape<const N: usize, const Q: usize> = (Vec<Vector>, Vec<bool>, Elements<N, Q>);
-
 impl<'a> Job<'a> {
     /// The moduli as they are, and no derivative.
     fn new(body: &'a Body, edges: &'a Edges, load: &'a Load, params: &'a Params) -> Self {
@@ -196,28 +199,41 @@ impl<'a> Job<'a> {
     }
 
     /// Solves with elements of `N` nodes and `Q` quadrature points.
-    fn run<const N: usize, const Q: usize>(&self, progress: Progress<'_>) -> Result<Solved, Error> {
-        let (positions, held, shape) = self.shape::<N, Q>()?;
-        let Settled { u, to_ct, slope, mut info, .. } =
-            self.settle(&positions, &held, shape, progress)?;
+    fn run<const N: usize, const Q: usize>(
+        &self,
+        ground: &Ground<N, Q>,
+        before: &mut Before<N, Q>,
+        progress: Progress<'_>,
+    ) -> Result<Solved, Error> {
+        let Settled { u, to_ct, slope, mut info, .. } = self.settle(ground, before, progress)?;
         let u: Vec<Vector> = u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
-        self.warn::<N>(&positions, &u, &mut info);
-        let straight = self.straightening::<N>(&positions);
+        self.warn::<N>(&ground.positions, &u, &mut info);
+        let straight = &ground.straight;
         let (u, slope) = (straight.of(&u), slope.map(|slope| straight.of(&slope)));
         Ok(Solved { u, slope, info })
+    }
+
+    /// What was found as fields on the mesh.
+    fn solution(&self, solved: Solved) -> Result<Solution, Error> {
+        let Solved { u, slope, mut info } = solved;
+        let mesh = &self.body.mesh;
+        let displacement = Displacement::new(mesh, self.edges, u)?;
+        info.max_displacement_mm = displacement.max_norm();
+        let slope = slope.map(|s| Displacement::new(mesh, self.edges, s)).transpose()?;
+        let deformation = Deformation::new(mesh.clone(), displacement)?;
+        Ok(Solution { deformation, slope, info })
     }
 
     /// The equilibrium under the target's gravity.
     pub(crate) fn settle<const N: usize, const Q: usize>(
         &self,
-        positions: &[Vector],
-        held: &[bool],
-        shape: Elements<N, Q>,
+        ground: &Ground<N, Q>,
+        before: &mut Before<N, Q>,
         progress: Progress<'_>,
     ) -> Result<Settled<N, Q>, Error> {
         match self.params.rest {
-            RestState::Net => rest::net(self, shape, held, progress),
-            RestState::Unloaded => rest::unloaded(self, positions, &shape, held, progress),
+            RestState::Net => rest::net(self, ground, before, progress),
+            RestState::Unloaded => rest::unloaded(self, ground, before, progress),
         }
     }
 
@@ -231,23 +247,10 @@ impl<'a> Job<'a> {
         &self,
         progress: Progress<'_>,
     ) -> Result<(Vec<Vector>, Unloading), Error> {
-        let (positions, held, shape) = self.shape::<N, Q>()?;
-        let pattern = Arc::new(Pattern::new(&shape.nodes, &held, Storage::Lower));
-        let free = Free { held: &held, pattern: &pattern };
-        let (rest, unloading) = rest::stress_free(self, &positions, &shape, free, progress)?;
+        let ground = Ground::<N, Q>::new(self)?;
+        let rest = rest::stress_free(self, &ground, &mut Before::nothing(), progress)?;
         let values: Vec<Vector> = rest.to_ct.iter().map(|u| -u).collect();
-        Ok((self.straightening::<N>(&positions).of(&values), unloading))
-    }
-
-    /// Positions of the nodes in the CT, which of them are held, and the elements there.
-    fn shape<const N: usize, const Q: usize>(&self) -> Result<Shape<N, Q>, Error> {
-        let positions = self.positions::<N>();
-        let held =
-            support::held_nodes(&self.body.mesh, self.edges, positions.len(), self.params.cut);
-        support::check_support(&self.body.mesh, &held)?;
-        let shape = Elements::<N, Q>::new(&positions, element_nodes(&self.body.mesh, self.edges))
-            .map_err(Error::flat)?;
-        Ok((positions, held, shape))
+        Ok((ground.straight.of(&values), rest.unloading))
     }
 
     /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges; off these

@@ -40,9 +40,13 @@ pub(crate) struct Folded(pub(crate) usize);
 
 impl<const N: usize, const Q: usize> Model<N, Q> {
     /// `elements` made of `materials`.
-    pub(crate) fn new(elements: Elements<N, Q>, materials: Vec<NeoHookean>) -> Self {
+    pub(crate) fn new(
+        elements: impl Into<Arc<Elements<N, Q>>>,
+        materials: Vec<NeoHookean>,
+    ) -> Self {
+        let elements = elements.into();
         let batches = Arc::new(Batches::new(&elements, &materials));
-        let (elements, materials) = (Arc::new(elements), materials.into());
+        let materials = materials.into();
         Self { elements, materials, foundation: None, batches, slide: None }
     }
 

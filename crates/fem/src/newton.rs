@@ -36,6 +36,8 @@ const SPARE: f64 = 0.3;
 /// the whole load at once may take.
 const STEP_ITERATIONS: usize = 20;
 const STEPS_ITERATIONS: usize = 4;
+/// Iterations from an expected equilibrium; three are usual, and with more it is not where it was expected.
+const RESUMED_ITERATIONS: usize = 12;
 
 /// An equilibrium to start from: its displacement (mm) and its load (mN per node).
 #[derive(Clone, Copy)]
@@ -69,7 +71,7 @@ pub(crate) struct Effort {
 /// Newton's method on one body.
 pub(crate) struct Newton<'a, const N: usize, const Q: usize> {
     model: &'a Model<N, Q>,
-    pattern: &'a Arc<Pattern>,
+    pattern: Arc<Pattern>,
     held: &'a [bool],
     tangent: Tangent,
     /// Norm of the nodal forces of full gravity, mN.
@@ -117,20 +119,52 @@ struct Direction {
 }
 
 impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
-    /// Prepares the method: `weight` is the norm of the nodal forces of full gravity, mN.
-    ///
-    /// # Errors
-    /// When there is not enough memory for the factor.
+    /// Prepares the method: `tangent` is room for a factor, or one of a similar stiffness; `weight` is the norm of
+    /// the nodal forces of full gravity, mN.
     pub(crate) fn new(
         model: &'a Model<N, Q>,
-        pattern: &'a Arc<Pattern>,
+        tangent: Tangent,
         held: &'a [bool],
         weight: f64,
         max_iterations: usize,
-    ) -> Result<Self, OutOfMemory> {
-        let tangent = Tangent::new(pattern)?;
+    ) -> Self {
+        let pattern = tangent.pattern().clone();
         let effort = Effort { factor_entries: tangent.factor_entries(), ..Effort::default() };
-        Ok(Self { model, pattern, held, tangent, weight, max_iterations, effort })
+        Self { model, pattern, held, tangent, weight, max_iterations, effort }
+    }
+
+    /// The factor used last.
+    pub(crate) fn into_tangent(self) -> Tangent {
+        self.tangent
+    }
+
+    /// The equilibrium under `load` (mN per node): from `expected` (mm) if that leads there, else from `known`, an
+    /// equilibrium and its load.
+    ///
+    /// # Errors
+    /// As [`Self::equilibrium`].
+    pub(crate) fn resumed(
+        &mut self,
+        load: &[Vector],
+        expected: Option<Vec<Vector>>,
+        known: Known<'_>,
+        goal: f64,
+        progress: Progress<'_>,
+    ) -> Result<Equilibrium, Halt> {
+        let Some(expected) = expected else {
+            return self.equilibrium(load, known.u, known, goal, progress);
+        };
+        let limits = Limits { goal, iterations: RESUMED_ITERATIONS.min(self.max_iterations) };
+        match self.minimise(load, expected, limits, progress.part(0.0, 0.5)) {
+            Ok(found) => {
+                self.effort.load_steps = 1;
+                Ok(found)
+            }
+            Err(Halt::Stalled(_)) => {
+                self.equilibrium(load, known.u, known, goal, progress.part(0.5, 1.0))
+            }
+            Err(other) => Err(other),
+        }
     }
 
     /// The equilibrium under `load` (mN per node): in one go from `start` (mm), and if that fails

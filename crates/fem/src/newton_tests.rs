@@ -35,7 +35,8 @@ fn problem(young_kpa: f64) -> Problem {
 
 impl Problem {
     fn newton(&self) -> Newton<'_, 10, 4> {
-        Newton::new(&self.model, &self.pattern, &self.held, norm(&self.load), 60).unwrap()
+        let tangent = Tangent::new(&self.pattern).unwrap();
+        Newton::new(&self.model, tangent, &self.held, norm(&self.load), 60)
     }
 
     fn zero(&self) -> Vec<Vector> {
@@ -102,9 +103,8 @@ fn an_indefinite_stiffness_on_the_way_is_no_failure() {
 fn a_hopeless_load_is_given_up_in_bounded_time() {
     let problem = problem(0.35);
     let heavy: Vec<Vector> = problem.load.iter().map(|l| l * 30.0).collect();
-    let mut newton =
-        Newton::new(&problem.model, &problem.pattern, &problem.held, norm(&problem.load), 12)
-            .unwrap();
+    let tangent = Tangent::new(&problem.pattern).unwrap();
+    let mut newton = Newton::new(&problem.model, tangent, &problem.held, norm(&problem.load), 12);
     let zero = problem.zero();
     let failed =
         newton.equilibrium(&heavy, &zero, Known { u: &zero, load: &zero }, 1e-10, Progress::none());

@@ -213,8 +213,9 @@ pub struct Unloading {
     pub iterations: usize,
     /// Largest distance of the stress-free shape from the CT shape, mm.
     pub max_distance_mm: f64,
-    /// Largest distance from the CT shape after a cold forward solve back to it, mm.
-    pub reload_error_mm: f64,
+    /// Largest distance from the CT shape after a cold forward solve back to it, mm; `None` when that was not tried:
+    /// see [`crate::Sequence`].
+    pub reload_error_mm: Option<f64>,
     /// Smallest det of the map from the CT shape to the stress-free shape.
     pub min_det: f64,
 }

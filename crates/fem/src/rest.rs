@@ -1,15 +1,16 @@
 //! The two rest states.
 
-use crate::element::Elements;
+use crate::before::{Before, State, Trail};
 use crate::foundation::Foundation;
-use crate::inverse::Inverse;
+use crate::ground::Ground;
+use crate::inverse::{Inverse, Solver};
 use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Effort, Known, Newton, norm};
 use crate::outcome::{Equilibrium, Halt, Stall};
-use crate::pattern::{Pattern, Storage};
+use crate::pattern::Pattern;
+use crate::tangent::Tangent;
 use crate::{Cut, Error, Info, Job, RestState, Unloading, sensitivity};
-use std::sync::Arc;
 use supine_mesh::BoundaryTag;
 use supine_space::{Point, Progress, Vector, Warning};
 
@@ -45,122 +46,148 @@ pub(crate) struct Settled<const N: usize, const Q: usize> {
 /// See [`crate::solve`].
 pub(crate) fn net<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    shape: Elements<N, Q>,
-    held: &[bool],
+    ground: &Ground<N, Q>,
+    before: &mut Before<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Settled<N, Q>, Error> {
-    let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
-    let materials = job.body.materials(job.stiffer);
-    let foundation = job.foundation(&materials);
-    let model = Model::new(shape, materials).on(foundation);
-    let load = model.elements.load(held.len(), job.force());
-    let zero = vec![Vector::zeros(); held.len()];
-    let mut newton = job.newton(&model, &pattern, held)?;
+    let model = job.model(ground);
+    let load = model.elements.load(ground.held.len(), job.force());
+    let zero = ground.zero();
+    let tangent = before.loaded.take(&ground.lower).map_err(|_| ground.memory())?;
+    let mut newton = job.newton(&model, tangent, &ground.held);
+    let known = Known { u: &zero, load: &zero };
+    let expected = job.expected(&before.equilibria);
     let found = newton
-        .equilibrium(&load, &zero, Known { u: &zero, load: &zero }, job.params.tolerance, progress)
-        .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
-    let info = job.info(&found, newton.effort, &model, &pattern)?;
+        .resumed(&load, expected, known, job.params.tolerance, progress)
+        .map_err(|halt| job.halted(halt, &newton))?;
+    let info = job.info(&found, newton.effort, &model, &ground.lower)?;
     let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
+    before.loaded.keep(newton.into_tangent());
+    before.equilibria.keep(|| job.state(job.load.target, found.u.clone(), slope.clone()));
     Ok(Settled { model, load, to_ct: zero, u: found.u, slope, info })
 }
 
 /// Equilibrium of a body whose shape without gravity is stress-free.
 ///
-/// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and a forward
-/// solve from it, begun cold, returns to the CT shape.
+/// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and, where nothing is kept
+/// `before`, a forward solve from it, begun cold, returns to the CT shape.
 ///
 /// # Errors
 /// See [`crate::solve`]; [`Error::NoUnloadedShape`] when there is none, with a modulus at which
 /// there is.
 pub(crate) fn unloaded<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    positions: &[Vector],
-    shape: &Elements<N, Q>,
-    held: &[bool],
+    ground: &Ground<N, Q>,
+    before: &mut Before<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Settled<N, Q>, Error> {
-    let pattern = Arc::new(Pattern::new(&shape.nodes, held, Storage::Lower));
-    let (Rest { model, to_ct }, unloading) =
-        stress_free(job, positions, shape, Free { held, pattern: &pattern }, progress)?;
-    let load = model.elements.load(held.len(), job.force());
-    let ct_load = model.elements.load(held.len(), job.load.ct * job.body.tissue.weight());
-    let mut newton = job.newton(&model, &pattern, held)?;
-    let goal = job.params.tolerance;
+    let mut rest = match before.take_rest(job.young_kpa()) {
+        Some(rest) => rest,
+        None => stress_free(job, ground, before, progress)?,
+    };
+    let Rest { model, to_ct, .. } = rest.clone();
+    let load = model.elements.load(ground.held.len(), job.force());
+    let ct_load = model.elements.load(ground.held.len(), job.load.ct * job.body.tissue.weight());
+    let tangent = before.loaded.take(&ground.lower).map_err(|_| ground.memory())?;
+    let mut newton = job.newton(&model, tangent, &ground.held);
+    let known = Known { u: &to_ct, load: &ct_load };
+    let from_ct = job.expected(&before.equilibria);
+    let expected = from_ct.map(|d| d.iter().zip(&to_ct).map(|(d, ct)| d + ct).collect());
     let found = newton
-        .equilibrium(
-            &load,
-            &to_ct,
-            Known { u: &to_ct, load: &ct_load },
-            goal,
-            progress.part(0.6, 1.0),
-        )
-        .map_err(|halt| job.halted(halt, newton.effort, &model, &pattern))?;
-    let mut info = job.info(&found, newton.effort, &model, &pattern)?;
-    info.unloading = Some(unloading);
-    let softness = job.body.tissue.weight() * thickness(job) / job.young_kpa();
-    if softness > SOFTNESS_LIMIT {
-        let text = format!(
-            "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
-             {SOFTNESS_LIMIT}): from the unloaded shape small tilts give large motions"
-        );
-        info.warnings.push(Warning::new("soft-tissue", text));
-    }
-    let slope = job.slope.then(|| {
-        let full = Pattern::new(&shape.nodes, held, Storage::Full);
-        let tissue =
-            Elastic { materials: &model.materials, foundation: model.foundation.as_deref() };
-        let patterns = Patterns { full: &full, lower: &pattern };
-        let inverse = job.inverse(positions, shape, tissue, patterns);
-        sensitivity::unloaded(job, &mut newton, &inverse, &to_ct, &found.u)
+        .resumed(&load, expected, known, job.params.tolerance, progress.part(0.6, 1.0))
+        .map_err(|halt| job.halted(halt, &newton))?;
+    let mut info = job.info(&found, newton.effort, &model, &ground.lower)?;
+    info.unloading = Some(rest.unloading);
+    info.warnings.extend(job.softness_warning());
+    let slope = if job.slope {
+        let of_rest = rest.slope(job, ground, before)?;
+        let inverse = job.inverse(ground, rest.tissue());
+        let parts = [to_ct.as_slice(), &of_rest];
+        Some(sensitivity::unloaded(job, &mut newton, &inverse, parts, &found.u)?)
+    } else {
+        None
+    };
+    before.loaded.keep(newton.into_tangent());
+    before.equilibria.keep(|| {
+        let from_ct = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
+        job.state(job.load.target, from_ct, slope.clone())
     });
-    let slope = slope.transpose()?;
+    before.keep_rest(rest);
     Ok(Settled { model, load, to_ct, u: found.u, slope, info })
 }
 
-/// Which nodes are held, and the pattern of the stiffness of the others.
-#[derive(Clone, Copy)]
-pub(crate) struct Free<'a> {
-    pub(crate) held: &'a [bool],
-    pub(crate) pattern: &'a Arc<Pattern>,
-}
-
 /// What resists deformation: the material of each element, and springs.
+#[derive(Clone, Copy)]
 struct Elastic<'a, const N: usize> {
     materials: &'a [NeoHookean],
     foundation: Option<&'a Foundation<N>>,
 }
 
-/// The same pattern with all entries and with the lower half.
-struct Patterns<'a> {
-    full: &'a Pattern,
-    lower: &'a Arc<Pattern>,
-}
-
 /// A stress-free shape.
+#[derive(Clone)]
 pub(crate) struct Rest<const N: usize, const Q: usize> {
+    /// The mean modulus whose shape it is, kPa.
+    pub(crate) young_kpa: f64,
     /// The body on it.
     model: Model<N, Q>,
     /// Displacement from it to the CT shape, mm.
     pub(crate) to_ct: Vec<Vector>,
+    /// How it was found.
+    pub(crate) unloading: Unloading,
+    /// −E times its derivative by the mean modulus E, mm, once asked for.
+    slope: Option<Vec<Vector>>,
+}
+
+impl<const N: usize, const Q: usize> Rest<N, Q> {
+    fn tissue(&self) -> Elastic<'_, N> {
+        let Model { materials, foundation, .. } = &self.model;
+        Elastic { materials, foundation: foundation.as_deref() }
+    }
+
+    /// −E times its derivative by the mean modulus E, mm.
+    fn slope(
+        &mut self,
+        job: &Job<'_>,
+        ground: &Ground<N, Q>,
+        before: &mut Before<N, Q>,
+    ) -> Result<Vec<Vector>, Error> {
+        if let Some(slope) = &self.slope {
+            return Ok(slope.clone());
+        }
+        let tangent = before.in_ct.take(&ground.lower).map_err(|_| ground.memory())?;
+        let mut solver = Solver::ready(tangent);
+        let inverse = job.inverse(ground, self.tissue());
+        let slope = sensitivity::of_rest(&inverse, &mut solver, &self.model, &self.to_ct)?;
+        before.in_ct.keep(solver.tangent);
+        before.shapes.keep(|| {
+            let to_rest = self.to_ct.iter().map(|ct| -ct).collect();
+            let by_modulus = slope.iter().map(|s| s / -self.young_kpa).collect();
+            job.state(job.load.ct, to_rest, Some(by_modulus))
+        });
+        self.slope = Some(slope.clone());
+        Ok(slope)
+    }
 }
 
 /// The unloaded shape; takes 0.6 of the progress.
 ///
 /// # Errors
-/// See [`crate::unload`].
+/// See [`crate::unload`]; where something is kept `before`, no modulus is searched for.
 pub(crate) fn stress_free<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    positions: &[Vector],
-    shape: &Elements<N, Q>,
-    free: Free<'_>,
+    ground: &Ground<N, Q>,
+    before: &mut Before<N, Q>,
     progress: Progress<'_>,
-) -> Result<(Rest<N, Q>, Unloading), Error> {
-    let found = unload(job, positions, shape, free, SMALLEST_STEP, progress.part(0.0, 0.6))?;
-    let problem = match found {
+) -> Result<Rest<N, Q>, Error> {
+    let problem = match unload(job, ground, before, SMALLEST_STEP, progress.part(0.0, 0.6))? {
         Ok(found) => return Ok(found),
         Err(problem) => problem,
     };
-    let exists_from_kpa = search_modulus(job, positions, shape, free, progress.part(0.6, 1.0))?;
+    let exists_from_kpa = if before.keeps() {
+        before.shapes.lowest_kpa()
+    } else {
+        search_modulus(job, ground, progress.part(0.6, 1.0))?
+    };
     let young_kpa = job.young_kpa();
     Err(Error::NoUnloadedShape { young_kpa, problem, exists_from_kpa })
 }
@@ -168,24 +195,24 @@ pub(crate) fn stress_free<const N: usize, const Q: usize>(
 /// The unloaded shape, or the reason why there is no usable one.
 fn unload<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    positions: &[Vector],
-    shape: &Elements<N, Q>,
-    free: Free<'_>,
+    ground: &Ground<N, Q>,
+    before: &mut Before<N, Q>,
     smallest_step: f64,
     progress: Progress<'_>,
-) -> Result<Result<(Rest<N, Q>, Unloading), String>, Error> {
-    let Free { held, pattern } = free;
+) -> Result<Result<Rest<N, Q>, String>, Error> {
+    let memory = |_| ground.memory();
     let materials = job.body.materials(job.stiffer);
     let foundation = job.foundation(&materials);
-    let full = Pattern::new(&shape.nodes, held, Storage::Full);
     let tissue = Elastic { materials: &materials, foundation: foundation.as_ref() };
-    let patterns = Patterns { full: &full, lower: pattern };
-    let inverse = job.inverse(positions, shape, tissue, patterns);
-    let (to_rest, iterations) =
-        match inverse.solve(job.params.tolerance, smallest_step, progress.part(0.0, 0.6)) {
+    let inverse = job.inverse(ground, tissue);
+    let mut solver = before.solver(&ground.lower).map_err(memory)?;
+    let (ct, goal) = (&job.load.ct, job.params.tolerance);
+    let expected = before.shapes.expected(ct, ct, 1.0 / job.young_kpa());
+    let to_rest =
+        match inverse.solve(&mut solver, expected, goal, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
             Err(Halt::Stopped(stopped)) => return Err(stopped.into()),
-            Err(_) => return Err(Error::Memory { unknowns: pattern.unknowns() }),
+            Err(_) => return Err(ground.memory()),
         };
     let Some(to_rest) = to_rest else {
         return Ok(Err("no shape without gravity becomes the CT shape under it".into()));
@@ -193,32 +220,53 @@ fn unload<const N: usize, const Q: usize>(
     let Some(model) = inverse.body(&to_rest) else {
         return Ok(Err("the shape without gravity is folded".into()));
     };
+    let Solver { tangent, iterations, .. } = solver;
+    before.in_ct.keep(tangent);
     let to_ct: Vec<Vector> = to_rest.iter().map(|y| -y).collect();
-    let mut newton = job.newton(&model, pattern, held)?;
-    let stable =
-        newton.is_stable(&to_ct).map_err(|_| Error::Memory { unknowns: pattern.unknowns() })?;
-    if !stable {
+    let tangent = before.in_ct.take(&ground.lower).map_err(memory)?;
+    let mut newton = job.newton(&model, tangent, &ground.held);
+    if !newton.is_stable(&to_ct).map_err(memory)? {
         return Ok(Err("the CT shape would not be a stable position of the tissue".into()));
     }
-    let back = reload(job, &mut newton, &model, progress.part(0.6, 1.0))?;
-    let error =
-        back.map(|u| u.iter().zip(&to_ct).map(|(u, ct)| (u - ct).norm()).fold(0.0, f64::max));
-    match error {
-        Some(reload_error_mm) if reload_error_mm <= RELOAD_LIMIT_MM => {
-            let unloading = Unloading {
-                iterations,
-                max_distance_mm: to_ct.iter().map(Vector::norm).fold(0.0, f64::max),
-                reload_error_mm,
-                min_det: model.volume_ratio(&to_ct).map_or(0.0, |r| 1.0 / r.max),
-            };
-            Ok(Ok((Rest { model, to_ct }, unloading)))
+    let reload_error_mm = if before.keeps() {
+        None
+    } else {
+        match reload_error(job, &mut newton, &to_ct, progress.part(0.6, 1.0))? {
+            Ok(error) => Some(error),
+            Err(problem) => return Ok(Err(problem)),
         }
-        Some(error) => Ok(Err(format!(
+    };
+    before.in_ct.keep(newton.into_tangent());
+    before.shapes.keep(|| job.state(job.load.ct, to_rest, None));
+    let unloading = Unloading {
+        iterations,
+        max_distance_mm: to_ct.iter().map(Vector::norm).fold(0.0, f64::max),
+        reload_error_mm,
+        min_det: model.volume_ratio(&to_ct).map_or(0.0, |r| 1.0 / r.max),
+    };
+    let young_kpa = job.young_kpa();
+    Ok(Ok(Rest { young_kpa, model, to_ct, unloading, slope: None }))
+}
+
+/// How far from the CT shape a cold forward solve from the stress-free shape ends, mm, or why it does not return.
+fn reload_error<const N: usize, const Q: usize>(
+    job: &Job<'_>,
+    newton: &mut Newton<'_, N, Q>,
+    to_ct: &[Vector],
+    progress: Progress<'_>,
+) -> Result<Result<f64, String>, Error> {
+    let Some(back) = reload(job, newton, progress)? else {
+        return Ok(Err("supine gravity does not bring the shape without gravity to rest".into()));
+    };
+    let error = back.iter().zip(to_ct).map(|(u, ct)| (u - ct).norm()).fold(0.0, f64::max);
+    Ok(if error <= RELOAD_LIMIT_MM {
+        Ok(error)
+    } else {
+        Err(format!(
             "supine gravity brings the shape without gravity to another position, {error:.2} mm \
              off the CT shape"
-        ))),
-        None => Ok(Err("supine gravity does not bring the shape without gravity to rest".into())),
-    }
+        ))
+    })
 }
 
 /// Displacement from the stress-free shape under the CT's gravity, begun cold; `None` when none is
@@ -226,10 +274,9 @@ fn unload<const N: usize, const Q: usize>(
 fn reload<const N: usize, const Q: usize>(
     job: &Job<'_>,
     newton: &mut Newton<'_, N, Q>,
-    model: &Model<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Option<Vec<Vector>>, Error> {
-    let load = model.elements.load(newton.nodes(), job.load.ct * job.body.tissue.weight());
+    let load = newton.model().elements.load(newton.nodes(), job.load.ct * job.body.tissue.weight());
     let zero = vec![Vector::zeros(); newton.nodes()];
     match newton.equilibrium(
         &load,
@@ -248,9 +295,7 @@ fn reload<const N: usize, const Q: usize>(
 /// The first of some higher moduli at which an unloaded shape exists, kPa.
 fn search_modulus<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    positions: &[Vector],
-    shape: &Elements<N, Q>,
-    free: Free<'_>,
+    ground: &Ground<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Option<f64>, Error> {
     let (factor, trials) = SEARCH;
@@ -258,8 +303,8 @@ fn search_modulus<const N: usize, const Q: usize>(
     for trial in 0..trials {
         stiffer *= factor;
         let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
-        let trial = Job { stiffer, ..*job };
-        if unload(&trial, positions, shape, free, 1.0, progress.part(from, to))?.is_ok() {
+        let (trial, mut cold) = (Job { stiffer, ..*job }, Before::nothing());
+        if unload(&trial, ground, &mut cold, 1.0, progress.part(from, to))?.is_ok() {
             return Ok(Some(stiffer * job.body.mean_young_kpa()));
         }
     }
@@ -293,15 +338,47 @@ impl Job<'_> {
     /// The search for the shape without the CT's gravity.
     fn inverse<'m, const N: usize, const Q: usize>(
         &self,
-        positions: &'m [Vector],
-        loaded: &'m Elements<N, Q>,
+        ground: &'m Ground<N, Q>,
         tissue: Elastic<'m, N>,
-        patterns: Patterns<'m>,
     ) -> Inverse<'m, N, Q> {
-        let (Elastic { materials, foundation }, Patterns { full, lower }) = (tissue, patterns);
+        let Elastic { materials, foundation } = tissue;
+        let (loaded, positions) = (&*ground.elements, ground.positions.as_slice());
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
-        Inverse { loaded, materials, foundation, force, positions, weight, full, lower }
+        let full = ground.full();
+        Inverse { loaded, materials, foundation, force, positions, weight, full }
+    }
+
+    /// The body whose CT shape is free of stress.
+    pub(crate) fn model<const N: usize, const Q: usize>(
+        &self,
+        ground: &Ground<N, Q>,
+    ) -> Model<N, Q> {
+        let materials = self.body.materials(self.stiffer);
+        let foundation = self.foundation(&materials);
+        Model::new(ground.elements.clone(), materials).on(foundation)
+    }
+
+    /// Where equilibria found before make the displacement from the CT shape expect this one, mm.
+    fn expected(&self, equilibria: &Trail) -> Option<Vec<Vector>> {
+        equilibria.expected(&self.load.target, &self.load.ct, 1.0 / self.young_kpa())
+    }
+
+    /// What is to be kept of a displacement from the CT shape (mm) under a gravity, and of its slope (mm/kPa).
+    fn state(&self, gravity: Vector, values: Vec<Vector>, slope: Option<Vec<Vector>>) -> State {
+        State { gravity, softness: 1.0 / self.young_kpa(), values, slope }
+    }
+
+    /// Says that the tissue is too soft for its thickness, if it is.
+    fn softness_warning(&self) -> Option<Warning> {
+        let softness = self.body.tissue.weight() * thickness(self) / self.young_kpa();
+        (softness > SOFTNESS_LIMIT).then(|| {
+            let text = format!(
+                "the tissue is soft for its thickness (weight over stiffness {softness:.1}, above \
+                 {SOFTNESS_LIMIT}): from the unloaded shape small tilts give large motions"
+            );
+            Warning::new("soft-tissue", text)
+        })
     }
 
     /// The springs on the cut of a body of these materials, if there are any.
@@ -313,15 +390,15 @@ impl Job<'_> {
         springs.then(|| Foundation::new(&self.body.mesh, materials, self.params.spring_kpa_mm))
     }
 
+    /// Newton's method on a body with room for a factor, or with one of a similar stiffness.
     pub(crate) fn newton<'m, const N: usize, const Q: usize>(
         &self,
         model: &'m Model<N, Q>,
-        pattern: &'m Arc<Pattern>,
+        tangent: Tangent,
         held: &'m [bool],
-    ) -> Result<Newton<'m, N, Q>, Error> {
+    ) -> Newton<'m, N, Q> {
         let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
-        Newton::new(model, pattern, held, norm(&gravity), self.params.max_iterations)
-            .map_err(|_| Error::Memory { unknowns: pattern.unknowns() })
+        Newton::new(model, tangent, held, norm(&gravity), self.params.max_iterations)
     }
 
     fn info<const N: usize, const Q: usize>(
@@ -356,22 +433,20 @@ impl Job<'_> {
     pub(crate) fn halted<const N: usize, const Q: usize>(
         &self,
         halt: Halt,
-        effort: Effort,
-        model: &Model<N, Q>,
-        pattern: &Pattern,
+        newton: &Newton<'_, N, Q>,
     ) -> Error {
         match halt {
             Halt::Stopped(stopped) => stopped.into(),
-            Halt::Memory => Error::Memory { unknowns: pattern.unknowns() },
+            Halt::Memory => Error::Memory { unknowns: newton.unknowns() },
             Halt::Stalled(Stall { cause, residual, u, load_share }) => {
-                let (tet, volume_ratio) = match model.volume_ratio(&u) {
+                let (tet, volume_ratio) = match newton.model().volume_ratio(&u) {
                     Ok(ratio) => (ratio.worst, ratio.min),
                     Err(folded) => (folded.0, 0.0),
                 };
                 let (cause, advice) = cause.explain();
                 Error::NonConvergence {
                     cause,
-                    iterations: effort.iterations,
+                    iterations: newton.effort.iterations,
                     residual,
                     tolerance: self.params.tolerance,
                     load_share,

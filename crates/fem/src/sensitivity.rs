@@ -20,9 +20,10 @@
 //! derivative is dx/dE. Without a change of gravity A = B and it vanishes, as it must.
 
 use crate::element::Elements;
-use crate::inverse::Inverse;
+use crate::inverse::{Inverse, Solver};
+use crate::model::Model;
 use crate::newton::Newton;
-use crate::{Asked, Body, Error, Found, Info, Job, Load, Params, found};
+use crate::{Asked, Body, Error, Info, Job, Load, Params, Solution, found};
 use supine_mesh::{Deformation, Displacement};
 use supine_space::{Progress, Vector, Warning};
 
@@ -41,7 +42,7 @@ pub fn sensitivity(
     progress: Progress<'_>,
 ) -> Result<(Deformation, Displacement, Info), Error> {
     let asked = Asked { stiffer: 1.0, slope: true };
-    let Found { deformation, slope, info } = found(body, load, params, asked, progress)?;
+    let Solution { deformation, slope, info } = found(body, load, params, asked, progress)?;
     Ok((deformation, slope.ok_or(Error::Singular)?, info))
 }
 
@@ -84,7 +85,7 @@ pub fn between(
     let mut warnings = Vec::new();
     let mut end = |kpa: f64, progress| -> Result<(Deformation, Vec<Vector>), Error> {
         let asked = Asked { stiffer: kpa / mean, slope: true };
-        let Found { deformation, slope, info } = found(body, load, params, asked, progress)?;
+        let Solution { deformation, slope, info } = found(body, load, params, asked, progress)?;
         warnings.extend(info.warnings.into_iter().map(|w| w.of(format!("at {kpa:.3} kPa: "))));
         // Slopes are per kPa of the mean modulus; by 1/E they are −E² times those.
         let slope = slope.ok_or(Error::Singular)?;
@@ -136,30 +137,43 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     stable_solution(newton, u, &forces, job.young_kpa())
 }
 
+/// −E dX/dE of the stress-free shape that `inverse` found, mm: A⁻¹ f(X, x_CT).
+///
+/// `model` is the body on it, `to_ct` the displacement from it to the CT shape.
+pub(crate) fn of_rest<const N: usize, const Q: usize>(
+    inverse: &Inverse<'_, N, Q>,
+    solver: &mut Solver,
+    model: &Model<N, Q>,
+    to_ct: &[Vector],
+) -> Result<Vec<Vector>, Error> {
+    let to_rest: Vec<Vector> = to_ct.iter().map(|v| -v).collect();
+    let at_ct = model.forces_by_modulus(to_ct).ok_or(Error::Singular)?;
+    let unknowns = inverse.full.unknowns();
+    let found = inverse.linearised(solver, &to_rest, &at_ct);
+    found.map_err(|_| Error::Memory { unknowns })?.ok_or(Error::Singular)
+}
+
 /// dx/dE at the equilibrium `u` from the stress-free shape that `inverse` found, mm/kPa.
 ///
-/// `to_ct` and `u` are displacements from that shape: to the CT shape and to the equilibrium.
+/// `to_ct` and `u` are displacements from that shape, to the CT shape and to the equilibrium; `rest` is as by
+/// [`of_rest`].
 pub(crate) fn unloaded<const N: usize, const Q: usize>(
     job: &Job<'_>,
     newton: &mut Newton<'_, N, Q>,
     inverse: &Inverse<'_, N, Q>,
-    to_ct: &[Vector],
+    [to_ct, rest]: [&[Vector]; 2],
     u: &[Vector],
 ) -> Result<Vec<Vector>, Error> {
     let model = newton.model();
-    let to_rest: Vec<Vector> = to_ct.iter().map(|v| -v).collect();
     let unknowns = newton.unknowns();
     let memory = |_| Error::Memory { unknowns };
-    // E dX/dE, negative.
-    let at_ct = model.forces_by_modulus(to_ct).ok_or(Error::Singular)?;
-    let rest = inverse.linearised(&to_rest, &at_ct).map_err(memory)?.ok_or(Error::Singular)?;
     let moved: Vec<Vector> =
         inverse.positions.iter().zip(to_ct).zip(u).map(|((x, ct), u)| x - ct + u).collect();
     let shape = Elements::new(&moved, inverse.loaded.nodes.clone()).map_err(Error::flat)?;
     let force = job.load.target * job.body.tissue.weight();
     let there = Inverse { loaded: &shape, positions: &moved, force, ..*inverse };
     let back: Vec<Vector> = u.iter().map(|u| -u).collect();
-    let carried = there.times_derivative(&back, &rest).map_err(memory)?.ok_or(Error::Singular)?;
+    let carried = there.times_derivative(&back, rest).map_err(memory)?.ok_or(Error::Singular)?;
     let forces = model.forces_by_modulus(u).ok_or(Error::Singular)?;
     let right: Vec<Vector> = forces.iter().zip(&carried).map(|(f, c)| f - c).collect();
     stable_solution(newton, u, &right, job.young_kpa())

@@ -64,6 +64,16 @@ impl Tangent {
         Ok(Self { pattern: pattern.clone(), blocks, preconditioner, factorised: false })
     }
 
+    /// The pattern of the stiffness.
+    pub(crate) fn pattern(&self) -> &Arc<Pattern> {
+        &self.pattern
+    }
+
+    /// Whether there is a factor.
+    pub(crate) fn is_factorised(&self) -> bool {
+        self.factorised
+    }
+
     /// Entries of the triangular factor.
     pub(crate) fn factor_entries(&self) -> usize {
         self.pattern.analysis().map_or(0, Analysis::entries)

@@ -1,0 +1,57 @@
+//! What depends on neither the moduli of a body nor its load.
+
+use crate::curved::Straightening;
+use crate::element::{Elements, element_nodes};
+use crate::pattern::{Pattern, Storage};
+use crate::{Error, Job, support};
+use std::sync::{Arc, OnceLock};
+use supine_space::Vector;
+
+/// A body in the CT.
+pub(crate) struct Ground<const N: usize, const Q: usize> {
+    /// Positions of its nodes, mm.
+    pub(crate) positions: Vec<Vector>,
+    /// Which of them are held.
+    pub(crate) held: Vec<bool>,
+    /// The elements there.
+    pub(crate) elements: Arc<Elements<N, Q>>,
+    /// Pattern of the stiffness.
+    pub(crate) lower: Arc<Pattern>,
+    /// The same with all entries.
+    full: OnceLock<Pattern>,
+    /// To the nodes of the mesh of straight elements.
+    pub(crate) straight: Straightening<N>,
+}
+
+impl<const N: usize, const Q: usize> Ground<N, Q> {
+    /// The body of `job`, with its cut held or not.
+    ///
+    /// # Errors
+    /// When nothing holds the tissue, nothing is free, or a tetrahedron is flat.
+    pub(crate) fn new(job: &Job<'_>) -> Result<Self, Error> {
+        let positions = job.positions::<N>();
+        let held = support::held_nodes(&job.body.mesh, job.edges, positions.len(), job.params.cut);
+        support::check_support(&job.body.mesh, &held)?;
+        let elements = Elements::new(&positions, element_nodes(&job.body.mesh, job.edges))
+            .map_err(Error::flat)?;
+        let lower = Arc::new(Pattern::new(&elements.nodes, &held, Storage::Lower));
+        let straight = job.straightening::<N>(&positions);
+        let elements = Arc::new(elements);
+        Ok(Self { positions, held, elements, lower, full: OnceLock::new(), straight })
+    }
+
+    /// The pattern of the unsymmetric derivative, found when first asked for.
+    pub(crate) fn full(&self) -> &Pattern {
+        self.full.get_or_init(|| Pattern::new(&self.elements.nodes, &self.held, Storage::Full))
+    }
+
+    /// Zero at every node.
+    pub(crate) fn zero(&self) -> Vec<Vector> {
+        vec![Vector::zeros(); self.held.len()]
+    }
+
+    /// Not enough memory for its factor.
+    pub(crate) fn memory(&self) -> Error {
+        Error::Memory { unknowns: self.lower.unknowns() }
+    }
+}
