@@ -2,10 +2,10 @@
 
 use super::carried::{Carried, Part};
 use super::family::Family;
-use super::search::Found;
+use super::search::{Found, solve};
 use super::{FitQuestion, StateFit, bootstrap};
 use crate::Error;
-use supine_fem::{Params, RestState, sensitivity};
+use supine_fem::{Params, RestState, Sequence};
 use supine_register::{Aligned, Start, align};
 use supine_space::Progress;
 
@@ -31,15 +31,15 @@ pub(super) fn refined(
     progress: Progress<'_>,
 ) -> Result<StateFit, Error> {
     let Found { mut aligned, path, ended } = found;
+    let params = Params { rest, ..*question.params };
+    let mut sequence = Sequence::new(question.body, question.load.ct, &params)?;
     for attempt in 0..ATTEMPTS {
         let kpa = aligned.values[0].exp();
         let mut family = Family::new(carried);
         for side in [1.0 + ASIDE, 1.0 - ASIDE] {
-            let params = Params { rest, ..*question.params };
-            let body = question.body.with_mean(kpa * side);
-            let part = progress.part(attempt as f64 * 0.2, attempt as f64 * 0.2 + 0.2);
-            let (deformation, slope, _) = sensitivity(&body, question.load, &params, part)?;
-            family.add(kpa * side, deformation.displacement(), &slope);
+            let part = attempt as f64 * 0.2 + if side > 1.0 { 0.0 } else { 0.1 };
+            progress.at(part)?;
+            solve(question, &mut sequence, &mut family, kpa * side)?;
         }
         family.widen(BEYOND);
         let start = Start { pose: aligned.pose, values: aligned.values.clone() };

@@ -4,7 +4,7 @@ use super::FitQuestion;
 use super::carried::Carried;
 use super::family::Family;
 use crate::Error;
-use supine_fem::{Params, RestState, sensitivity};
+use supine_fem::{Params, RestState, Sequence};
 use supine_register::{Aligned, Rigid, Shape, Start, align};
 use supine_space::{Pose, Progress};
 
@@ -39,6 +39,8 @@ pub(super) fn search(
     progress: Progress<'_>,
 ) -> Result<Found, Error> {
     let sparse = question.scan.thinned(PATH_MM);
+    let params = Params { rest, max_iterations: PATIENCE, ..*question.params };
+    let mut sequence = Sequence::new(question.coarse, question.load.ct, &params)?;
     let mut family = Family::new(carried);
     let mut path: Vec<(f64, f64)> = Vec::new();
     let (mut best, mut ended): (Option<(f64, f64, Pose)>, Option<String>) = (None, None);
@@ -46,7 +48,7 @@ pub(super) fn search(
     let mut kpa = STIFFEST_KPA;
     while kpa > SOFTEST_KPA && !risen(&path) {
         progress.at((path.len() as f64 / 10.0).min(0.9))?;
-        if let Err(error) = solve(question, &mut family, rest, kpa) {
+        if let Err(error) = solve(question, &mut sequence, &mut family, kpa) {
             match error {
                 stopped @ supine_fem::Error::Stopped(_) => return Err(stopped.into()),
                 _ if path.is_empty() && kpa < RIGID_KPA => kpa *= FACTOR,
@@ -95,16 +97,15 @@ pub(super) fn search(
 }
 
 /// Adds what the mechanics gives at a modulus.
-fn solve(
+pub(super) fn solve(
     question: &FitQuestion<'_>,
+    sequence: &mut Sequence,
     family: &mut Family<'_>,
-    rest: RestState,
     kpa: f64,
 ) -> Result<(), supine_fem::Error> {
-    let params = Params { rest, max_iterations: PATIENCE, ..*question.params };
-    let body = question.coarse.with_mean(kpa);
-    let (deformation, slope, _) = sensitivity(&body, question.load, &params, Progress::none())?;
-    family.add(kpa, deformation.displacement(), &slope);
+    let found = sequence.at(kpa, question.load.target, true, Progress::none())?;
+    let slope = found.slope.ok_or(supine_fem::Error::Singular)?;
+    family.add(kpa, found.deformation.displacement(), &slope);
     Ok(())
 }
 
