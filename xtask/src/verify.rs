@@ -8,6 +8,7 @@ mod agreement;
 mod applicator;
 mod cut;
 mod dicom;
+mod fit;
 mod flow;
 mod fuzz;
 mod image;
@@ -114,6 +115,8 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
 pub(crate) enum Part {
     /// The tumour's displacement with tissue that nobody measured, and how often its interval holds the truth.
     Interval,
+    /// The modulus by surface scans, and how often its interval holds the truth.
+    Fit,
     /// The synthetic patients, whole runs against their truth; writes docs/pictures too.
     Patients,
     /// Real CTs, whole runs.
@@ -149,6 +152,7 @@ impl Part {
     fn measure(self, bench: &Bench<'_>) -> Result<String> {
         match self {
             Self::Interval => interval::section(bench),
+            Self::Fit => fit::section(bench),
             Self::Patients => {
                 let patients = patients::all(bench)?;
                 pictures(bench)?;

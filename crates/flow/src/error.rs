@@ -126,6 +126,12 @@ pub enum Error {
         /// What is left, mm rms.
         rms_mm: f64,
     },
+    /// A scan that is a mirror image.
+    #[error(
+        "the scan of the lying patient is mirrored: its mirror image lies far nearer to the skin of the CT; have left and right \
+         of the scans exchanged"
+    )]
+    Mirrored,
     /// Warping.
     #[error("warping: {0}")]
     Warp(supine_warp::Error),
@@ -313,7 +319,7 @@ impl Error {
             Self::Mesh(error) => error.kind(),
             Self::Solve(error) => error.kind(),
             Self::Interval(error) | Self::Fit(error) => error.kind(),
-            Self::Landmarks { .. } => Failure::Input,
+            Self::Landmarks { .. } | Self::Mirrored => Failure::Input,
             Self::Carried(error) | Self::Dicom(error) => error.kind(),
             Self::Refused { kind, .. } => *kind,
             Self::Export(error) | Self::DicomLabels(error) => error.kind(),

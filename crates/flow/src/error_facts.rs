@@ -69,6 +69,7 @@ impl Error {
             Self::Interval(_) => "interval-failed",
             Self::Fit(_) => "fit-failed",
             Self::Landmarks { .. } => "landmarks-apart",
+            Self::Mirrored => "scan-mirrored",
             Self::Warp(_) | Self::Structure { .. } => "warping-failed",
             Self::Export(_) | Self::DicomLabels(_) => "export-failed",
             Self::Carried(_) | Self::OtherFrame { .. } | Self::OtherRegistration { .. } => {
@@ -113,6 +114,7 @@ impl Error {
             Self::Interval(_) => Place::stage("interval"),
             Self::Fit(_) => Place::stage("fit"),
             Self::Landmarks { .. } => Place::key("scans.landmarks"),
+            Self::Mirrored => Place::key("scans.supine"),
             Self::Warp(_) => Place::stage("warp"),
             Self::Export(_) => Place::stage("export"),
             Self::Report(_) => Place::stage("report"),

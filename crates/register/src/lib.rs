@@ -22,6 +22,6 @@ pub use error::Error;
 pub use landmarks::{Fitted, by_landmarks};
 pub use matches::{Match, Matches};
 pub use robust::Tukey;
-pub use shape::{Posed, Prior, Rigid, Shape};
+pub use shape::{Posed, Prior, Rigid, Scaled, Shape};
 pub use signed_distances::{Distances, Spread, signed_distances};
 pub use skin::{SKIN_SPACING_MM, Skin};

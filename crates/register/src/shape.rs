@@ -65,6 +65,45 @@ impl Shape for Rigid {
     }
 }
 
+/// A surface that is larger or smaller than it should be: its parameter is the scale about a place, less 1.
+#[derive(Debug)]
+pub struct Scaled<'a> {
+    surface: &'a Rigid,
+    about: Point,
+    priors: [Prior; 1],
+}
+
+impl<'a> Scaled<'a> {
+    /// The surface scaled about a place (LPS, mm) by no more than a tenth.
+    pub fn new(surface: &'a Rigid, about: Point) -> Self {
+        let prior = Prior { mean: 0.0, deviation: f64::INFINITY, range: [-0.1, 0.1], step: 0.02 };
+        Self { surface, about, priors: [prior] }
+    }
+}
+
+impl Shape for Scaled<'_> {
+    fn triangles(&self) -> &[[u32; 3]] {
+        &self.surface.triangles
+    }
+
+    fn weights(&self) -> &[f64] {
+        &self.surface.weights
+    }
+
+    fn priors(&self) -> &[Prior] {
+        &self.priors
+    }
+
+    fn points(&self, values: &[f64]) -> Vec<Point> {
+        let at = |p: &Point| self.about + (p - self.about) * (1.0 + values[0]);
+        self.surface.points.iter().map(at).collect()
+    }
+
+    fn slopes(&self, _: &[f64]) -> Vec<Vec<Vector>> {
+        vec![self.surface.points.iter().map(|p| p - self.about).collect()]
+    }
+}
+
 /// A shape at values of its parameters, prepared to be searched.
 #[derive(Clone, Debug)]
 pub struct Posed {

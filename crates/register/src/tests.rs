@@ -115,16 +115,16 @@ fn a_scan_of_something_else_is_refused() {
     assert!(matches!(found, Err(Error::Apart { matched: 0, .. })), "{found:?}");
 }
 
-/// The surface scaled about the middle of the breast; its parameter is the scale less 1.
-struct Scaled(Rigid, [Prior; 1]);
+/// A scaled surface of which it is known that its scale is right.
+struct Held<'a>(Scaled<'a>, [Prior; 1]);
 
-impl Shape for Scaled {
+impl Shape for Held<'_> {
     fn triangles(&self) -> &[[u32; 3]] {
-        &self.0.triangles
+        self.0.triangles()
     }
 
     fn weights(&self) -> &[f64] {
-        &self.0.weights
+        self.0.weights()
     }
 
     fn priors(&self) -> &[Prior] {
@@ -132,12 +132,11 @@ impl Shape for Scaled {
     }
 
     fn points(&self, values: &[f64]) -> Vec<Point> {
-        let about = params().centre;
-        self.0.points.iter().map(|p| about + (p - about) * (1.0 + values[0])).collect()
+        self.0.points(values)
     }
 
-    fn slopes(&self, _: &[f64]) -> Vec<Vec<Vector>> {
-        vec![self.0.points.iter().map(|p| p - params().centre).collect()]
+    fn slopes(&self, values: &[f64]) -> Vec<Vec<Vector>> {
+        self.0.slopes(values)
     }
 }
 
@@ -149,17 +148,15 @@ fn a_parameter_is_found_with_the_pose_and_a_prior_pulls_it() {
         |p: &Point| truth.inverse() * (params().centre + (truth * p - params().centre) * 1.02);
     let points = larger.points().iter().map(scaled).collect();
     let larger = Scan::new(points, Some(larger.normals().to_vec()), vec![]).unwrap().0;
-    let found = |deviation: f64, prior_mm2: f64| {
-        let prior = Prior { mean: 0.0, deviation, range: [-0.1, 0.1], step: 0.05 };
-        let start = Start { pose: Pose::identity(), values: vec![0.0] };
-        let shape = Scaled(surface(&skin()), [prior]);
-        align(&larger, &shape, &start, &Params { prior_mm2, ..params() }, Progress::none()).unwrap()
-    };
-    let free = found(f64::INFINITY, 1.0);
+    let (surface, start) = (surface(&skin()), Start { pose: Pose::identity(), values: vec![0.0] });
+    let scaled = || Scaled::new(&surface, params().centre);
+    let free = align(&larger, &scaled(), &start, &params(), Progress::none()).unwrap();
     assert!((free.values[0] - 0.02).abs() < 1e-3 && !free.at_end[0], "{:?}", free.values);
     let (mm, degrees) = apart(&free.pose, &truth);
     assert!(mm < 0.3 && degrees < 0.15, "{mm} mm, {degrees} degrees");
-    let held = found(1e-4, 1e-2);
+    let prior = Prior { mean: 0.0, deviation: 1e-4, range: [-0.1, 0.1], step: 0.05 };
+    let held = Params { prior_mm2: 1e-2, ..params() };
+    let held = align(&larger, &Held(scaled(), [prior]), &start, &held, Progress::none()).unwrap();
     assert!(held.values[0].abs() < 2e-3, "{:?}", held.values);
 }
 

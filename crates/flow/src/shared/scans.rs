@@ -7,7 +7,7 @@ use crate::work::Work;
 use supine_exchange::{Landmarks, LengthUnit, read_landmarks, read_scan};
 use supine_mesh::Scan;
 use supine_register::{
-    Params, Rigid, Skin, Start, align, by_landmarks, candidates, signed_distances,
+    Aligned, Params, Rigid, Scaled, Skin, Start, align, by_landmarks, candidates, signed_distances,
 };
 use supine_report::ScanFit;
 use supine_space::{Pose, Progress, Sphere, Warning};
@@ -18,6 +18,10 @@ const LANDMARKS_MM: f64 = 20.0;
 const POSES: usize = 3;
 /// A scan of a patient who lies as in the CT lies this near to its skin, mm rms; 0.35 mm on synthetic patients.
 const SUPINE_MM: f64 = 1.5;
+/// A scanner that measures so much too large or too small is told: 0.1 % is what a right one comes to.
+const SCALE: f64 = 0.005;
+/// The mirror image of a mirrored scan fits the skin so much better, as a share of the objective.
+const MIRRORED: f64 = 0.5;
 /// Reach of the loss, mm.
 const REACH_MM: [f64; 2] = [20.0, 4.0];
 /// Distance up to which the lying scan is held against the skin, mm.
@@ -134,7 +138,49 @@ impl Onto<'_> {
             );
             work.warn(Warning::new("supine-scan-apart", text));
         }
-        Ok(ScanFit { rms_mm })
+        self.check_side(&scan, &found, &params)?;
+        let scale = self.scale(&scan, &found, &params)?;
+        if (scale - 1.0).abs() > SCALE {
+            let text = format!(
+                "the scan of the lying patient is {:.1} % {} than the skin of the CT: if the scanner measures so, the modulus is off \
+                 by several times as much; state the right unit or have the scanner calibrated",
+                100.0 * (scale - 1.0).abs(),
+                if scale > 1.0 { "larger" } else { "smaller" }
+            );
+            work.warn(Warning::new("scan-scale", text));
+        }
+        Ok(ScanFit { rms_mm, scale })
+    }
+}
+
+impl Onto<'_> {
+    /// How many times as large as the skin of the CT a scan is.
+    fn scale(&self, scan: &Scan, found: &Aligned, params: &Params<'_>) -> Result<f64, Error> {
+        let shape = Scaled::new(self.shape, self.region.centre());
+        let start = Start { pose: found.pose, values: vec![0.0] };
+        let params = Params { reach_mm: [REACH_MM[1]; 2], ..*params };
+        let found = align(scan, &shape, &start, &params, Progress::none());
+        Ok(1.0 + found.map_err(|e| Error::Fit(e.into()))?.values[0])
+    }
+
+    /// That a scan is not the mirror image of the patient.
+    fn check_side(&self, scan: &Scan, found: &Aligned, params: &Params<'_>) -> Result<(), Error> {
+        let posed = scan.moved(&found.pose);
+        let (low, high) = posed.bounds();
+        let middle = low.x + high.x;
+        let over = |x: f64, y: f64, z: f64| supine_space::Point::new(middle - x, y, z);
+        let points = posed.points().iter().map(|p| over(p.x, p.y, p.z)).collect();
+        let turned = posed.normals().iter().map(|n| supine_space::Vector::new(-n.x, n.y, n.z));
+        let Ok((mirrored, _)) = Scan::new(points, Some(turned.collect()), vec![]) else {
+            return Ok(());
+        };
+        let start = Start { pose: Pose::identity(), values: vec![] };
+        match align(&mirrored, self.shape, &start, params, Progress::none()) {
+            Ok(other) if other.objective_mm2 < MIRRORED * found.objective_mm2 => {
+                Err(Error::Mirrored)
+            }
+            _ => Ok(()),
+        }
     }
 }
 

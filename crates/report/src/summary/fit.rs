@@ -65,4 +65,6 @@ pub struct FitStep {
 pub struct ScanFit {
     /// Distance of its points from the skin within the region, mm rms.
     pub rms_mm: f64,
+    /// How many times as large as the skin of the CT it is.
+    pub scale: f64,
 }
