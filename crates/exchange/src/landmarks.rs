@@ -1,29 +1,41 @@
-//! Landmarks: places on the body that someone picked in each scan and in the CT.
+//! Landmarks: places on the body that someone picked in each scan and in the CT, or where a scan lies.
 
 use crate::{Error, Problem, file};
-use serde::de::{self, Deserialize, Deserializer, IgnoredAny, MapAccess, Visitor};
+use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
+use serde::de::{self, Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::{collections::BTreeMap, fmt, path::Path};
-use supine_space::Point;
+use supine_space::{Point, Pose};
 
-/// Named points by frame: those of the scans, each in the frame of its scan, and those of the CT, LPS; mm.
+/// Named points by frame: those of the scans, each in the frame of its scan, and those of the CT, LPS; mm. Of a scan whose pose
+/// is known that instead.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Landmarks(BTreeMap<String, BTreeMap<String, Point>>);
+pub struct Landmarks {
+    points: BTreeMap<String, BTreeMap<String, Point>>,
+    poses: BTreeMap<String, Pose>,
+}
 
 /// The frame of the CT.
 const CT: &str = "ct";
 /// Members of a file: frames, and a note for people.
 const FRAMES: [&str; 4] = ["supine", "sitting", "intraop", CT];
 const NOTE: &str = "note";
+/// The rows of a pose are unit vectors at right angles to each other to within this.
+const RIGID: f64 = 1e-3;
 
 impl Landmarks {
     /// The frames that have points, by name: `ct`, `intraop`, `sitting`, `supine`.
     pub fn frames(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
+        self.points.keys().map(String::as_str)
     }
 
     /// The points of a frame by name, mm.
     pub fn points(&self, frame: &str) -> Option<&BTreeMap<String, Point>> {
-        self.0.get(frame)
+        self.points.get(frame)
+    }
+
+    /// The pose of a scan that the file gives: from its frame to that of the CT (LPS), mm.
+    pub fn pose(&self, frame: &str) -> Option<Pose> {
+        self.poses.get(frame).copied()
     }
 
     /// The points that a frame and the CT have in common, by name: where each lies in the frame, and in the CT (LPS); mm.
@@ -34,7 +46,8 @@ impl Landmarks {
 }
 
 /// Reads landmarks (`.json`): an object with an object `name: [x, y, z]` for each of `supine`, `sitting`, `intraop` and `ct`, as far
-/// as there are; mm. A member `note` says something to people.
+/// as there are; mm. For a scan a matrix of 4 rows of 4 numbers may stand instead, which takes its coordinates to those of the
+/// CT. A member `note` says something to people.
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be read or is malformed, a member has another name, a name
@@ -71,60 +84,96 @@ impl<'de> Visitor<'de> for Frames {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, mut members: M) -> Result<Landmarks, M::Error> {
-        let mut frames = BTreeMap::new();
+        let mut all = Landmarks::default();
         while let Some(name) = members.next_key::<String>()? {
             if name == NOTE {
                 members.next_value::<IgnoredAny>()?;
             } else if FRAMES.contains(&name.as_str()) {
-                let Points(points) = members.next_value()?;
-                insert(&mut frames, name, points)?;
+                if all.poses.contains_key(&name) || all.points.contains_key(&name) {
+                    return Err(twice(&name));
+                }
+                match members.next_value()? {
+                    Placed::Pose(_) if name == CT => {
+                        return Err(de::Error::custom(
+                            "`ct` has points, not a pose: it is the frame",
+                        ));
+                    }
+                    Placed::Pose(pose) => drop(all.poses.insert(name, pose)),
+                    Placed::Points(points) => drop(all.points.insert(name, points)),
+                }
             } else {
                 return Err(unknown(&name));
             }
         }
-        Ok(Landmarks(frames))
+        Ok(all)
     }
 }
 
-/// The points of a frame.
-struct Points(BTreeMap<String, Point>);
+/// What stands for a frame.
+enum Placed {
+    Points(BTreeMap<String, Point>),
+    Pose(Pose),
+}
 
-impl<'de> Deserialize<'de> for Points {
+impl<'de> Deserialize<'de> for Placed {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(Names).map(Self)
+        deserializer.deserialize_any(Names)
     }
 }
 
-/// Takes the points of a frame.
+/// The pose of a matrix.
+fn pose(rows: &[Vec<f64>]) -> Option<Pose> {
+    let rows: Vec<[f64; 4]> =
+        rows.iter().map(|row| row.as_slice().try_into().ok()).collect::<Option<_>>()?;
+    let [a, b, c, [0.0, 0.0, 0.0, 1.0]] = rows.as_slice() else { return None };
+    let turn = Matrix3::from_fn(|row, column| [a, b, c][row][column]);
+    let rigid = (turn.transpose() * turn - Matrix3::identity()).amax() < RIGID;
+    let shift = Translation3::new(a[3], b[3], c[3]);
+    let finite = turn.iter().chain(shift.vector.iter()).all(|x| x.is_finite());
+    (finite && rigid && turn.determinant() > 0.0).then(|| {
+        let turn = Rotation3::from_matrix_eps(&turn, 1e-12, 100, Rotation3::identity());
+        Pose::from_parts(shift, UnitQuaternion::from_rotation_matrix(&turn))
+    })
+}
+
+/// Takes the points of a frame, or its pose.
 struct Names;
 
 impl<'de> Visitor<'de> for Names {
-    type Value = BTreeMap<String, Point>;
+    type Value = Placed;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("an object `name: [x, y, z]`")
+        f.write_str("an object `name: [x, y, z]` or a matrix of 4 rows")
     }
 
-    fn visit_map<M: MapAccess<'de>>(self, mut members: M) -> Result<Self::Value, M::Error> {
+    fn visit_seq<S: SeqAccess<'de>>(self, mut members: S) -> Result<Placed, S::Error> {
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        while let Some(row) = members.next_element()? {
+            rows.push(row);
+        }
+        let text = "a pose is 4 rows of 4 numbers, the last 0 0 0 1: a turn without scale or mirror, and a shift in mm";
+        pose(&rows).map(Placed::Pose).ok_or_else(|| de::Error::custom(text))
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut members: M) -> Result<Placed, M::Error> {
         let mut points = BTreeMap::new();
         while let Some((name, position)) = members.next_entry::<String, Vec<f64>>()? {
             let Ok(position) = <[f64; 3]>::try_from(position) else {
                 let text = format!("the position of `{}` is not three numbers", shown(&name));
                 return Err(de::Error::custom(text));
             };
-            insert(&mut points, name, position.into())?;
+            if points.contains_key(&name) {
+                return Err(twice(&name));
+            }
+            points.insert(name, position.into());
         }
-        Ok(points)
+        Ok(Placed::Points(points))
     }
 }
 
 /// JSON lets a name occur twice, and most readers then forget the first.
-fn insert<T, E: de::Error>(map: &mut BTreeMap<String, T>, name: String, value: T) -> Result<(), E> {
-    if map.contains_key(&name) {
-        return Err(E::custom(format!("`{}` occurs twice", shown(&name))));
-    }
-    map.insert(name, value);
-    Ok(())
+fn twice<E: de::Error>(name: &str) -> E {
+    E::custom(format!("`{}` occurs twice", shown(name)))
 }
 
 /// The error of a member that is no frame.
@@ -181,9 +230,25 @@ mod tests {
         assert!(refused(r#"{"ct": {"a": [1, 2, 3, 4]}}"#).contains("`a` is not three"));
         assert!(refused(r#"{"ct": {"a": [1, 2, 1e999]}}"#).contains("out of range"));
         assert!(refused(r#"{"ct": {"a": [1, 2, NaN]}}"#).contains("line 1"));
-        assert!(refused(r#"{"ct": [1, 2, 3]}"#).contains("object `name: [x, y, z]`"));
+        assert!(refused(r#"{"ct": 1}"#).contains("object `name: [x, y, z]`"));
+        assert!(refused(r#"{"ct": [[1], [2]]}"#).contains("4 rows of 4 numbers"));
         assert!(refused("[]").contains("for each frame"));
         assert!(refused("").contains("landmarks"));
+    }
+
+    #[test]
+    fn a_pose_stands_for_landmarks_when_it_is_one() {
+        let turned = "[[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]";
+        let of = |frame: &str, rows: &str| parse(format!("{{\"{frame}\": {rows}}}").as_bytes());
+        let read = of("sitting", turned).unwrap();
+        let found = read.pose("sitting").unwrap() * Point::new(1.0, 2.0, 3.0);
+        assert!((found - Point::new(3.0, 7.0, 10.0)).norm() < 1e-9, "{found}");
+        assert!(read.points("sitting").is_none() && read.pose("supine").is_none());
+        assert!(of("ct", turned).unwrap_err().to_string().contains("not a pose"));
+        for wrong in ["[[0, 1", "[[0, -2", "[[0, -1.01", "[[1e999, -1"] {
+            let rows = turned.replace("[[0, -1", wrong);
+            assert!(of("sitting", &rows).is_err(), "{rows}");
+        }
     }
 
     #[test]

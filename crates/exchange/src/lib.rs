@@ -20,6 +20,7 @@
 //! | Surface scans: STL, PLY, OBJ | [`read_scan`] | |
 //! | Landmarks of scans and CT (`.json`) | [`read_landmarks`] | |
 //! | Slicer markups (`.mrk.json`) | [`read_points`], [`read_seeds`] | [`write_points`] |
+//! | CSV of a scan's distances | [`read_scan_distances`] | [`write_scan_distances`] |
 //! | CSV `name,x,y,z` | [`read_points`], [`read_seeds`] | [`write_points`] |
 //! | CSV `structure,contour,x,y,z` | [`read_contours`] | [`write_contours`] |
 
@@ -46,6 +47,7 @@ mod points;
 mod raster;
 mod raster_file;
 mod scalar;
+mod scan_distances;
 mod seeds;
 mod surfaces;
 mod volumes;
@@ -62,6 +64,7 @@ pub use meshes::{
 };
 pub use points::{NamedPoint, read_points, write_points};
 pub use raster_file::{is_volume_name, volume_files};
+pub use scan_distances::{read_scan_distances, write_scan_distances};
 pub use seeds::read_seeds;
 pub use surfaces::{LengthUnit, ScanFile, SurfaceFrame, read_scan, read_surface, write_surface};
 pub use volumes::{

@@ -115,6 +115,9 @@ pub enum Error {
     /// The modulus could not be fitted to the scans.
     #[error("fit of the modulus to the scans: {0}")]
     Fit(supine_personalise::Error),
+    /// The scan on the operating table could not be held against the result.
+    #[error("the scan on the operating table: {0}")]
+    Evaluation(supine_personalise::Error),
     /// Landmarks of a scan that are not those of the CT.
     #[error(
         "the landmarks of the scan {frame:?} cannot be brought onto those of the CT: {rms_mm:.0} mm rms are left; one of them is \
@@ -318,7 +321,7 @@ impl Error {
             Self::Segment(error) => error.kind(),
             Self::Mesh(error) => error.kind(),
             Self::Solve(error) => error.kind(),
-            Self::Interval(error) | Self::Fit(error) => error.kind(),
+            Self::Interval(error) | Self::Fit(error) | Self::Evaluation(error) => error.kind(),
             Self::Landmarks { .. } | Self::Mirrored => Failure::Input,
             Self::Carried(error) | Self::Dicom(error) => error.kind(),
             Self::Refused { kind, .. } => *kind,

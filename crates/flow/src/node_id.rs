@@ -33,6 +33,8 @@ pub enum NodeId {
     Warp,
     /// Points carried along.
     Points,
+    /// A scan on the operating table held against the result, when the case names one.
+    Evaluation,
     /// The exported series.
     Export,
     /// The map as fields on the voxels of the CT around what moves.
@@ -53,7 +55,7 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -69,6 +71,7 @@ impl NodeId {
         Self::Interval,
         Self::Warp,
         Self::Points,
+        Self::Evaluation,
         Self::Export,
         Self::Fields,
         Self::Pictures,
@@ -99,6 +102,7 @@ impl NodeId {
             Self::Export => "export",
             Self::Fields => "fields",
             Self::Points => "points",
+            Self::Evaluation => "evaluation",
             Self::Pictures => "pictures",
             Self::Registration => "registration",
             Self::Structures => "structures",

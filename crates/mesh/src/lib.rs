@@ -12,6 +12,7 @@ mod motion;
 mod point_tree;
 mod quality;
 mod scan;
+mod scan_distances;
 mod section;
 mod surface_distance;
 mod tet_mesh;
@@ -30,6 +31,7 @@ pub use quality::{
     tet_quality,
 };
 pub use scan::{NormalSource, Scan, ScanError, ScanInfo};
+pub use scan_distances::{ScanDistances, SurfaceDistances};
 pub use section::{Below, FaceCut, Faces, below, det_f};
 pub use surface_distance::SurfaceDistance;
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, MeshId, TET_FACES, TetMesh};

@@ -6,8 +6,10 @@
 
 mod belief;
 mod curve;
+mod distances;
 mod ellipsoid;
 mod error;
+mod evaluation;
 mod fit;
 mod interval;
 mod spread;
@@ -16,6 +18,7 @@ mod wall;
 pub use belief::{Belief, LITERATURE_KPA, LogNormal, Origin};
 pub use ellipsoid::Ellipsoid;
 pub use error::Error;
+pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{BACK_SHARE, Carried, Choice, Fit, FitQuestion, Part, StateFit, fit};
 pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
 pub use wall::{Patch, PatchEffect};

@@ -108,6 +108,41 @@ impl Camera {
         self.averaged(&shown)
     }
 
+    /// The spot of a position (LPS, mm) in pixels.
+    pub(crate) fn spot(&self, p: &Point) -> Spot {
+        self.seen(p).0.map(|x| x / FINE as f64)
+    }
+
+    /// A picture of points (LPS, mm) with their outward normals and colours, as discs of a radius (mm); those that are turned
+    /// away are left out.
+    pub(crate) fn dotted(
+        &self,
+        points: impl Iterator<Item = (Point, Vector, Rgb)>,
+        radius_mm: f64,
+    ) -> Canvas {
+        let across = FINE * self.size;
+        let radius = radius_mm * FINE as f64 / self.pixel_mm;
+        let mut near = vec![f64::NEG_INFINITY; across * across];
+        let mut shown = vec![[f64::NAN; 3]; across * across];
+        let lamp = (self.side.towards() - 0.5 * self.side.right() + 0.6 * Vector::z()).normalize();
+        for (place, normal, rgb) in points.filter(|(_, n, _)| n.dot(&self.side.towards()) > 0.0) {
+            let light = LIGHT[0] + (LIGHT[1] - LIGHT[0]) * (0.5 + 0.5 * normal.dot(&lamp));
+            let ([x, y], depth) = self.seen(&place);
+            let range = |at: f64| {
+                let end = |at: f64| at.clamp(0.0, across as f64) as usize;
+                end((at - radius).ceil())..end((at + radius).floor() + 1.0)
+            };
+            for (i, j) in range(y).flat_map(|j| range(x).map(move |i| (i, j))) {
+                let n = j * across + i;
+                if (i as f64 - x).hypot(j as f64 - y) <= radius && depth > near[n] {
+                    near[n] = depth;
+                    shown[n] = rgb.map(|c| f64::from(c) * light);
+                }
+            }
+        }
+        self.averaged(&shown)
+    }
+
     /// The samples that a triangle covers: number, distance towards who looks, whether near an edge.
     fn covered(&self, corners: &[(Spot, f64); 3]) -> Vec<(usize, f64, bool)> {
         let across = FINE * self.size;

@@ -23,6 +23,7 @@ mod pdf;
 mod phantom;
 mod pictures;
 mod place;
+mod scan_tables;
 mod scene;
 #[cfg(test)]
 mod section_tests;
@@ -41,6 +42,7 @@ pub use error::Error;
 pub use files::write_summary;
 pub use first::{headline, moves};
 pub use pdf::pdf;
+pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown};
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, held, verdict};

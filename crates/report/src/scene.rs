@@ -1,7 +1,9 @@
 //! What the pictures show, and what is told of it.
 
-use crate::{Ellipsoid, Mesh, Movement, Segmentation, Summary, VolumeChange};
-use supine_mesh::{Deformation, Displacement, TetMesh};
+use crate::{
+    Ellipsoid, Evaluation, Mesh, Movement, Segmentation, Summary, TissueFit, VolumeChange,
+};
+use supine_mesh::{Deformation, Displacement, ScanDistances, TetMesh};
 use supine_space::{Point, Side, Sphere, Vector};
 use supine_volume::{Ct, LabelMap, Volume};
 
@@ -52,6 +54,10 @@ pub struct Shown<'a> {
     pub volumes: &'a [VolumeChange],
     /// The nipple before and after.
     pub nipple: Option<&'a Movement>,
+    /// What was fitted to the scan of the sitting patient, and that scan.
+    pub sitting: Option<(&'a TissueFit, &'a ScanDistances)>,
+    /// How far the scan on the operating table lies off, and that scan.
+    pub intraop: Option<(&'a Evaluation, &'a ScanDistances)>,
 }
 
 impl<'a> Scene<'a> {
@@ -93,6 +99,8 @@ impl<'a> From<&'a Summary> for Shown<'a> {
             mesh: &summary.mesh,
             volumes: &summary.volumes,
             nipple: summary.nipple.as_ref(),
+            sitting: None,
+            intraop: None,
         }
     }
 }

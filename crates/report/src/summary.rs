@@ -5,6 +5,7 @@
 //! lies in [`Run`] alone; all else is reproducible to the byte.
 
 mod agreement;
+mod evaluation;
 mod fit;
 mod interval;
 mod moved;
@@ -12,6 +13,7 @@ mod run;
 mod verdict;
 
 pub use agreement::{Agreement, SkinAgreement};
+pub use evaluation::{EvaluatedSurface, Evaluation, SkinDistances};
 pub use fit::{FitStep, ScanFit, StateFit, TissueFit};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
@@ -78,6 +80,9 @@ pub struct Summary {
     pub tumour: Option<Movement>,
     /// How sure that is; `None` where the tumour does not lie in the tissue that was modelled.
     pub tumour_interval: Option<TumourInterval>,
+    /// A scan on the operating table held against the result; absent when the case names none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evaluation: Option<Evaluation>,
     /// The nipple before and after; `None` when it was not found.
     pub nipple: Option<Movement>,
     /// Further points that were carried along.

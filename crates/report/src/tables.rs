@@ -167,9 +167,10 @@ fn tissue(s: &Summary) -> Table {
     for state in s.fit.iter().flat_map(|fit| &fit.states) {
         let [low, high] = state.interval_kpa.map(|e| fixed(e, 3));
         let text = format!(
-            "{} kPa (95 %: {low} to {high}); scan {} mm rms off on the breast",
+            "{} kPa (95 %: {low} to {high}); scan {} mm rms off on the breast, leaning {}°",
             fixed(state.young_kpa, 3),
-            fixed(state.misfit_mm, 2)
+            fixed(state.misfit_mm, 2),
+            fixed(state.lean_deg, 1)
         );
         t.row(&format!("Fitted to the scans, {}", state.rest), text);
     }

@@ -14,7 +14,7 @@ fn case(folder: &Path, scans: &str) -> PathBuf {
 
 fn copy_scans(folder: &Path) {
     let from = root().join("fixtures/patient/scans");
-    for name in ["sitting.ply", "supine.ply", "landmarks.json"] {
+    for name in ["sitting.ply", "supine.ply", "intraop.ply", "landmarks.json"] {
         std::fs::copy(from.join(name), folder.join(name)).expect("a copy");
     }
 }
@@ -34,15 +34,55 @@ fn json(said: Outcome) -> Value {
     serde_json::from_str(&said.success("supine fit").stdout).expect("JSON")
 }
 
-const ALL: &str =
-    "{ sitting = \"sitting.ply\", supine = \"supine.ply\", landmarks = \"landmarks.json\" }";
+const ALL: &str = "{ sitting = \"sitting.ply\", supine = \"supine.ply\", intraop = \"intraop.ply\", \
+                   landmarks = \"landmarks.json\" }";
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// Changes the first six numbers of each point of the fixture's binary scans: place and normal.
+fn change_scan(path: &Path, change: impl Fn([f32; 6]) -> [f32; 6]) {
+    let mut bytes = std::fs::read(path).expect("a scan");
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").expect("a header") + 11;
+    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    assert!(head.contains("binary_little_endian") && head.contains("float nz"), "{head}");
+    for row in bytes[end..].chunks_exact_mut(24) {
+        let read =
+            |n: usize| f32::from_le_bytes(row[4 * n..4 * n + 4].try_into().expect("4 bytes"));
+        let new = change([0, 1, 2, 3, 4, 5].map(read));
+        let words = row.chunks_exact_mut(4).zip(new);
+        words.for_each(|(word, x)| word.copy_from_slice(&x.to_le_bytes()));
+    }
+    std::fs::write(path, bytes).expect("a scan");
+}
+
+/// Changes the landmarks of a scan in the same way.
+fn change_landmarks(path: &Path, frame: &str, change: impl Fn([f64; 3]) -> [f64; 3]) {
+    let text = std::fs::read_to_string(path).expect("landmarks");
+    let mut all: Value = serde_json::from_str(&text).expect("JSON");
+    for (_, point) in all[frame].as_object_mut().expect("points") {
+        let new = change([0, 1, 2].map(|a| number(&point[a])));
+        *point = new.to_vec().into();
+    }
+    std::fs::write(path, all.to_string()).expect("landmarks");
+}
+
+/// Linear elements in one rest state: quick.
+const QUICK: [&str; 4] = ["--set", "tissue.rest=net", "--set", "mesh={tetrahedra=1000,order=1}"];
+
+fn quick(case: &Path, out: &Path) -> Outcome {
+    let mut arguments: Vec<&dyn AsRef<OsStr>> =
+        vec![&"fit", &case, &"--out", &out, &"--quiet", &"--json"];
+    arguments.extend(QUICK.iter().map(|s| s as &dyn AsRef<OsStr>));
+    supine(&arguments)
+}
 
 #[test]
 fn the_modulus_and_the_rest_state_come_from_the_scans_and_the_run_goes_on_with_them() {
     let folder = scratch();
     let (case, out) = (case(folder.path(), ALL), folder.path().join("out"));
     let found = json(fit(&case, &out));
-    let number = |value: &Value| value.as_f64().expect("a number");
     let states = found["fit"]["states"].as_array().expect("a list");
     assert_eq!((states.len(), &states[0]["rest"]), (2, &Value::from("unloaded")), "{found}");
     assert_eq!(found["fit"]["decided"], true, "{found}");
@@ -64,9 +104,34 @@ fn the_modulus_and_the_rest_state_come_from_the_scans_and_the_run_goes_on_with_t
     let off = moved.zip([1.56, 0.78, -2.33]).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     assert!(off < 0.2 && off < number(&interval["within_mm"]), "{off} mm, {interval}");
     let inputs = summary["inputs"].as_array().expect("a list");
-    for key in ["scans.sitting", "scans.supine", "scans.landmarks"] {
+    for key in ["scans.sitting", "scans.supine", "scans.landmarks", "scans.intraop"] {
         assert!(inputs.iter().any(|input| input["role"] == key), "{key}: {inputs:?}");
     }
+    // The scan on the operating table lies nearer to the result than to the CT.
+    let held = summary["evaluation"]["surfaces"].as_array().expect("a list");
+    let names: Vec<&str> = held.iter().filter_map(|surface| surface["name"].as_str()).collect();
+    assert_eq!(names, ["ct", "default", "run"]);
+    let breast = |n: usize| number(&held[n]["breast"]["rms_mm"]);
+    assert!(breast(2) < 0.5 && breast(2) < breast(1) && breast(1) < breast(0), "{held:?}");
+    assert!(number(&held[2]["near"]["points"]) > 100.0, "{held:?}");
+    assert!(number(&summary["evaluation"]["torso_mm"]) < 0.6, "{summary}");
+    for name in ["sitting.csv", "modulus.csv", "intraop.csv", "evaluation.csv"] {
+        assert!(out.join("scans").join(name).is_file(), "{name}");
+    }
+    // Another scan on the operating table is held anew, as in a cold run; what was fitted stays.
+    change_scan(&folder.path().join("intraop.ply"), |p| {
+        [p[0] * 1.002, p[1], p[2], p[3], p[4], p[5]]
+    });
+    let run = |out: &Path| -> Value {
+        let said = supine(&[&"run", &case, &"--out", &out, &"--quiet", &"--json"]);
+        serde_json::from_str(&said.stdout).expect("JSON")
+    };
+    let (changed, cold) = (run(&out), run(&folder.path().join("cold")));
+    assert_eq!(changed["evaluation"], cold["evaluation"]);
+    assert_ne!(changed["evaluation"], summary["evaluation"]);
+    assert_eq!((&changed["fit"], &cold["fit"]), (&summary["fit"], &summary["fit"]));
+    let picture = |out: &Path| std::fs::read(out.join("report/scan_intraop_run.png")).expect("one");
+    assert_eq!(picture(&out), picture(&folder.path().join("cold")));
     // The summary repeats the run.
     let again = supine(&[&"fit", &out.join("summary.json"), &"--out", &out, &"--quiet", &"--json"]);
     assert_eq!(json(again)["fit"], found["fit"]);
@@ -76,14 +141,9 @@ fn the_modulus_and_the_rest_state_come_from_the_scans_and_the_run_goes_on_with_t
 fn what_changes_in_the_scans_is_fitted_anew_as_a_cold_run_does() {
     let folder = scratch();
     let out = folder.path().join("out");
-    let linear = "mesh={tetrahedra=1000,order=1}";
     let run = |scans: &str, out: &Path| {
         let case = case_of(folder.path(), scans);
-        let set = ["--set", "tissue.rest=net", "--set", linear];
-        let mut arguments: Vec<&dyn AsRef<OsStr>> =
-            vec![&"fit", &case, &"--out", &out, &"--quiet", &"--json"];
-        arguments.extend(set.iter().map(|s| s as &dyn AsRef<OsStr>));
-        json(supine(&arguments))["fit"].clone()
+        json(quick(&case, out))["fit"].clone()
     };
     copy_scans(folder.path());
     let first = run(ALL, &out);
@@ -136,4 +196,40 @@ fn scans_that_cannot_be_used_give_one_clear_error() {
     std::fs::write(folder.path().join("l.json"), all.to_string()).expect("landmarks");
     let said = fit(&still, &folder.path().join("still"));
     assert!(matches!(said.code, Some(1 | 3)), "{said:?}");
+}
+
+#[test]
+fn a_mirrored_scan_is_refused_and_one_that_is_too_large_is_told() {
+    let folder = scratch();
+    let case = case(folder.path(), ALL);
+    let (scan, marks) = (folder.path().join("supine.ply"), folder.path().join("landmarks.json"));
+    change_scan(&scan, |p| [p[0] * 1.01, p[1] * 1.01, p[2] * 1.01, p[3], p[4], p[5]]);
+    change_landmarks(&marks, "supine", |p| p.map(|x| x * 1.01));
+    let found = json(quick(&case, &folder.path().join("large")));
+    let scale = number(&found["fit"]["supine"]["scale"]);
+    assert!((scale - 1.01).abs() < 0.002, "{scale}");
+    assert!(found["warnings"].to_string().contains("1.0 % larger"), "{}", found["warnings"]);
+
+    copy_scans(folder.path());
+    change_scan(&scan, |p| [-p[0], p[1], p[2], -p[3], p[4], p[5]]);
+    // Landmarks would tell at once: they are left out.
+    let text = std::fs::read_to_string(&marks).expect("landmarks");
+    let mut all: Value = serde_json::from_str(&text).expect("JSON");
+    all.as_object_mut().expect("frames").remove("supine");
+    std::fs::write(&marks, all.to_string()).expect("landmarks");
+    let said = quick(&case, &folder.path().join("mirrored"));
+    assert!(said.code == Some(1) && said.stdout.contains("scan-mirrored"), "{said:?}");
+}
+
+#[test]
+fn a_pose_in_place_of_landmarks_gives_the_same_modulus() {
+    let folder = scratch();
+    let case = case(folder.path(), "{ sitting = \"sitting.ply\", landmarks = \"landmarks.json\" }");
+    let first = json(quick(&case, &folder.path().join("landmarks")));
+    let state = |found: &Value| found["fit"]["states"][0].clone();
+    let pose = serde_json::json!({ "sitting": state(&first)["patient_from_scan"] });
+    std::fs::write(folder.path().join("landmarks.json"), pose.to_string()).expect("a pose");
+    let second = json(quick(&case, &folder.path().join("pose")));
+    let ratio = number(&state(&second)["young_kpa"]) / number(&state(&first)["young_kpa"]);
+    assert!((ratio - 1.0).abs() < 0.005, "{ratio}");
 }

@@ -40,7 +40,7 @@ pub struct FitDone {
 pub fn fit(given: &Fit, observer: &dyn Observer) -> Result<FitDone, Error> {
     let spec = spec(&given.case, &given.changes)?;
     spec.check_complete()?;
-    if spec.case()?.scans.is_none() {
+    if spec.case()?.fit_scans().is_none() {
         return Err(usage(
             "the case names no scan of the sitting patient: add scans = { sitting = \"sitting.ply\" }",
         ));

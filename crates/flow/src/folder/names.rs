@@ -38,6 +38,10 @@ pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
     (NodeId::Fields, "ct_to_deformed", "field/ct_to_deformed.nrrd"),
     (NodeId::Fields, "jacobian", "field/jacobian.nrrd"),
     (NodeId::Points, "points", "points.csv"),
+    (NodeId::Fit, "sitting", "scans/sitting.csv"),
+    (NodeId::Fit, "table", "scans/modulus.csv"),
+    (NodeId::Evaluation, "intraop", "scans/intraop.csv"),
+    (NodeId::Evaluation, "table", "scans/evaluation.csv"),
     (NodeId::Export, "series", "ct"),
     (NodeId::Export, "volume", "ct.nrrd"),
     (NodeId::Registration, "registrations", "registration"),
@@ -77,5 +81,5 @@ pub(super) fn paths_of(node: NodeId) -> impl Iterator<Item = &'static str> {
 
 /// Everything that a run may write over.
 pub(super) fn all() -> impl Iterator<Item = &'static str> {
-    ARTIFACTS.iter().map(|(_, _, path)| *path).chain(["field", "mesh", SUMMARY])
+    ARTIFACTS.iter().map(|(_, _, path)| *path).chain(["field", "mesh", "scans", SUMMARY])
 }

@@ -4,24 +4,23 @@ use super::{Import, Mesh, Moduli, Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
-use crate::nodes::import::Imported;
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::segment::Segmented;
-use crate::shared::{read_scans, rest_name};
+use crate::shared::{other_breast, read_scans, rest_name, skin_distance};
 use crate::spec::Case;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Load, RestState};
-use supine_mesh::{BoundaryTag, TetMesh};
+use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
 use supine_personalise::{Choice, FitQuestion, fit};
 use supine_register::Skin;
 use supine_report::{FitStep, Input, StateFit, TissueFit};
-use supine_segment::{Breast, UNCERTAIN_MM};
-use supine_space::{Side, Sphere, Warning};
-use supine_volume::SignedDistance;
+use supine_segment::UNCERTAIN_MM;
+use supine_space::{Side, Warning};
 
 pub(crate) struct Fit;
 
@@ -30,13 +29,15 @@ const COARSE: usize = 1600;
 /// Residuals of a breast above which the model does not describe it, mm rms: 0.4 on synthetic patients when it does, 0.9 and
 /// more in the wrong rest state or with stiff gland.
 const MISFIT_MM: f64 = 0.7;
+/// Another pose of the scan that fits so nearly as well, as a factor of the objective, is told.
+const OTHER_POSE: f64 = 1.3;
+/// Who leans more is told so, degrees: upright patients come to 1.
+const LEAN_DEG: f64 = 4.0;
 /// The chest wall as a whole is off by this much, one standard deviation, mm: on four real CTs the mean offset was 0.05, 0.51,
 /// 0.05 and 0.01 mm.
 const WALL_MM: f64 = 0.3;
 /// Of the uncertainty of its places so much is common to all. Chosen, not measured.
 const WALL_SHARE: f64 = 0.4;
-/// HU between air and skin.
-const SKIN_HU: f64 = -400.0;
 /// Standard deviations on each side of the median that hold 95 %.
 const NORMAL_95: f64 = 1.96;
 
@@ -63,6 +64,9 @@ pub(crate) struct Scans {
 pub(crate) struct Fitted {
     tissue: Option<TissueFit>,
     inputs: Vec<Input>,
+    /// Of the sitting scan from the skin of the CT, and from the model's with what was fitted.
+    #[serde(skip)]
+    distances: Option<Arc<ScanDistances>>,
 }
 
 impl Fitted {
@@ -72,6 +76,10 @@ impl Fitted {
 
     pub(crate) fn inputs(&self) -> &[Input] {
         &self.inputs
+    }
+
+    pub(crate) fn distances(&self) -> Option<&ScanDistances> {
+        self.distances.as_deref()
     }
 }
 
@@ -114,16 +122,17 @@ impl Node for Fit {
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let load = Load { ct: supine_space::supine(), target: supine_space::sitting() };
-        let scans = case.scans.as_ref().map(|scans| {
+        let of_case = case.scans.as_ref().and_then(|scans| Some((scans, scans.fit.as_ref()?)));
+        let scans = of_case.map(|(scans, fit)| {
             let file = |key, path: &Option<std::path::PathBuf>| {
                 path.as_ref().map(|path| ground.file(key, path)).transpose()
             };
             Ok::<_, Error>(Scans {
-                sitting: ground.file("scans.sitting", &scans.sitting)?,
-                supine: file("scans.supine", &scans.supine)?,
+                sitting: ground.file("scans.sitting", &fit.sitting)?,
+                supine: file("scans.supine", &fit.supine)?,
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
                 unit: scans.unit,
-                states: scans.states.iter().map(|rest| rest_name(*rest)).collect(),
+                states: fit.states.iter().map(|rest| rest_name(*rest)).collect(),
             })
         });
         let left = case.breast == Some(Side::Left);
@@ -164,44 +173,30 @@ impl Node for Fit {
         warn(&tissue, work);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
-        Ok(Fitted { tissue: Some(tissue), inputs })
+        let chosen =
+            found.states.into_iter().find(|state| rest_name(state.rest) == tissue.best().rest);
+        let distances = chosen.map(|state| Arc::new(state.distances));
+        Ok(Fitted { tissue: Some(tissue), inputs, distances })
+    }
+
+    fn save(out: &Fitted, work: &Work<'_>) -> Result<(), Error> {
+        let (Some(tissue), Some(distances)) = (&out.tissue, &out.distances) else { return Ok(()) };
+        write_scan_distances(distances, &work.place("sitting")?).map_err(Error::product)?;
+        supine_report::write_fit_table(tissue, &work.place("table")?).map_err(Error::Report)
     }
 
     fn facts(out: &Fitted) -> Result<serde_json::Value, Error> {
         Ok(serde_json::to_value(out)?)
     }
 
-    fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Fitted, Error> {
-        Ok(serde_json::from_value(facts)?)
+    fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Fitted, Error> {
+        let mut fitted: Fitted = serde_json::from_value(facts)?;
+        if fitted.tissue.is_some() {
+            let read = read_scan_distances(&work.place("sitting")?).map_err(Error::product)?;
+            fitted.distances = Some(Arc::new(read));
+        }
+        Ok(fitted)
     }
-}
-
-/// The skin between the voxels: as segmented, or where labels were supplied by the CT along their border.
-fn skin_distance(input: &Imported, segmented: &Segmented) -> Result<Arc<SignedDistance>, Error> {
-    if let Some(surfaces) = &segmented.surfaces {
-        return Ok(Arc::new(surfaces.get()?.skin.clone()));
-    }
-    let (labels, ct) = (&segmented.labels, &input.ct);
-    let inside = |n: usize| labels.data()[n] != supine_volume::label::OUTSIDE;
-    let share = |n: usize, m: usize| {
-        let [a, b] = [n, m].map(|n| f64::from(ct.data()[n]));
-        if a > SKIN_HU && b < SKIN_HU { ((a - SKIN_HU) / (a - b)) as f32 } else { 0.5 }
-    };
-    Ok(Arc::new(SignedDistance::new(labels.grid(), SignedDistance::WIDEST_MM, inside, share)))
-}
-
-/// The sphere of the other breast; without one in the labels the region's own, mirrored.
-fn other_breast(left: bool, segmented: &Segmented, skin: &Skin, region: Sphere) -> Option<Sphere> {
-    let side = if left { Side::Right } else { Side::Left };
-    let found = Breast::find(&segmented.labels, side, None);
-    if let Ok((sphere, _)) = found.and_then(|breast| breast.region(&segmented.labels, None)) {
-        return Some(sphere);
-    }
-    let x = skin.points().iter().map(|p| p.x);
-    let (low, high) = x.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
-    let mut centre = region.centre();
-    centre.x = low + high - centre.x;
-    Sphere::new(centre, region.radius()).ok()
 }
 
 /// How far the chest wall as a whole may be off, one standard deviation, mm.
@@ -237,7 +232,9 @@ fn state(state: &supine_personalise::StateFit) -> StateFit {
         young_kpa: state.young_kpa,
         interval_kpa: [end(-1.0), end(1.0)],
         deviation: state.deviation,
+        lean_deg: state.lean_deg,
         misfit_mm: state.misfit_mm,
+        other_pose: state.other_pose,
         patient_from_scan: state.aligned.pose.to_homogeneous().transpose().into(),
         path: path
             .map(|&(young_kpa, objective_mm2)| FitStep { young_kpa, objective_mm2 })
@@ -256,6 +253,22 @@ fn warn(fit: &TissueFit, work: &Work<'_>) {
             best.misfit_mm
         );
         work.warn(Warning::new("fit-misfit", text));
+    }
+    if let Some(times) = best.other_pose.filter(|times| *times < OTHER_POSE) {
+        let text = format!(
+            "the pose of the scan of the sitting patient is open: another one fits nearly as well ({times:.2} times the objective); \
+             give landmarks, or a scan of more of the torso"
+        );
+        work.warn(Warning::new("scan-pose-open", text));
+    }
+    if best.lean_deg.abs() > LEAN_DEG {
+        let text = format!(
+            "the patient seems to lean {} by {:.0} degrees in the scan of the sitting patient: the modulus is fitted with that; have \
+             her sit upright, her torso as in the CT",
+            if best.lean_deg > 0.0 { "back" } else { "forward" },
+            best.lean_deg.abs()
+        );
+        work.warn(Warning::new("scan-leaning", text));
     }
     if let ([one, other, ..], false) = (fit.states.as_slice(), fit.decided) {
         let text = format!(

@@ -1,6 +1,7 @@
 //! The whole flow: the list of nodes, one file each, in an order in which they can be made.
 
 mod carry;
+mod evaluation;
 mod export;
 mod fields;
 mod fit;
@@ -26,6 +27,7 @@ mod tumour;
 mod warp;
 
 pub(crate) use carry::Carry;
+pub(crate) use evaluation::Evaluation;
 pub(crate) use export::Export;
 pub(crate) use fields::Fields;
 pub(crate) use fit::{Fit, OfMean, Scans};
@@ -69,6 +71,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Interval>(),
     Entry::of::<Warp>(),
     Entry::of::<Points>(),
+    Entry::of::<Evaluation>(),
     Entry::of::<Export>(),
     Entry::of::<Fields>(),
     Entry::of::<Pictures>(),

@@ -1,7 +1,9 @@
 //! The pictures of the report, and what is measured on what they show. Nothing that is exported is in them, so that they
 //! are drawn while the export is written.
 
-use super::{Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp};
+use super::{
+    Evaluation, Fit, Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp,
+};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::region::Ball;
@@ -34,7 +36,8 @@ impl Node for Pictures {
     const METHOD: u32 = 6;
     const KEPT: bool = false;
     type Own = Own;
-    type Parents = (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval);
+    type Parents =
+        (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval, Fit, Evaluation);
     type Out = Drawn;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -43,7 +46,19 @@ impl Node for Pictures {
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {
-        let (input, segmented, region, tissues, meshed, solved, warped, points, known) = parents;
+        let (
+            input,
+            segmented,
+            region,
+            tissues,
+            meshed,
+            solved,
+            warped,
+            points,
+            known,
+            fit,
+            evaluated,
+        ) = parents;
         let params = supine_warp::Params::default();
         let faded = supine_warp::fade(&solved.deformation, &params)?.deformation;
         let scene = Scene {
@@ -76,7 +91,14 @@ impl Node for Pictures {
         let volumes = supine_report::volume_changes(&scene, progress.part(0.0, 0.1))?;
         let agreement = supine_report::agreement(&scene);
         let (nipple, told) = (points.nipple.as_ref(), &segmentation);
-        let shown = Shown { segmentation: told, mesh: &mesh, volumes: &volumes, nipple };
+        let shown = Shown {
+            segmentation: told,
+            mesh: &mesh,
+            volumes: &volumes,
+            nipple,
+            sitting: fit.tissue().zip(fit.distances()),
+            intraop: evaluated.facts.as_ref().zip(evaluated.distances()),
+        };
         let pictures = supine_report::draw(&shown, &scene, progress.part(0.1, 1.0))?;
         work.warn_all(pictures.warnings.clone());
         Ok(Drawn { pictures, segmentation, mesh, volumes, agreement })

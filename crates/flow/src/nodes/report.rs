@@ -1,8 +1,8 @@
 //! The report and the summary that it shows.
 
 use super::{
-    Carry, Export, Fields, Fit, Import, Interval, Moduli, Pictures, Points, Region, Registration,
-    Segment, Solve, Structures, Warp,
+    Carry, Evaluation, Export, Fields, Fit, Import, Interval, Moduli, Pictures, Points, Region,
+    Registration, Segment, Solve, Structures, Warp,
 };
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
@@ -35,7 +35,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 10;
+    const METHOD: u32 = 11;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -51,6 +51,7 @@ impl Node for Report {
         Export,
         Fields,
         Points,
+        Evaluation,
         Registration,
         Structures,
         Carry,
@@ -117,6 +118,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         exported,
         fields,
         points,
+        evaluated,
         registered,
         _,
         carried,
@@ -149,15 +151,12 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             &segmented.facts.inputs,
             fit.inputs(),
             &points.inputs,
+            &evaluated.inputs,
             &carried.inputs,
         ]),
         parameters: Parameters {
             tissue: tissue(case, moduli.as_ref().as_ref().map(|by| by.facts.clone())),
-            mesh: MeshParameters {
-                tetrahedra: case.mesh.tetrahedra,
-                mesher: case.mesh.mesher.name().into(),
-                refine: case.mesh.refine.name().into(),
-            },
+            mesh: mesh_parameters(case),
             region: region_parameters(region)?,
             interpolation: case.interpolation.name().into(),
             fade_mm: warp.fade_mm,
@@ -173,6 +172,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         agreement: Some(drawn.agreement.clone()),
         tumour: Some(points.tumour.clone()),
         tumour_interval: known.interval.clone(),
+        evaluation: evaluated.facts.clone(),
         nipple: points.nipple.clone(),
         points: points.points.clone(),
         carried: carried.objects.clone(),
@@ -186,6 +186,14 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
     summary.status = summary.verdict.status();
     Ok(summary)
+}
+
+fn mesh_parameters(case: &Case) -> MeshParameters {
+    MeshParameters {
+        tetrahedra: case.mesh.tetrahedra,
+        mesher: case.mesh.mesher.name().into(),
+        refine: case.mesh.refine.name().into(),
+    }
 }
 
 fn source_series(source: &supine_dicom::Source) -> SourceSeries {
@@ -220,7 +228,7 @@ fn inputs(all: &[&[Input]]) -> Vec<Input> {
 
 fn tissue(case: &Case, moduli: Option<supine_report::Moduli>) -> Tissue {
     Tissue {
-        young_kpa: match (&moduli, &case.scans) {
+        young_kpa: match (&moduli, case.fit_scans()) {
             (Some(moduli), None) => moduli.mean_kpa,
             _ => case.tissue.young_kpa,
         },

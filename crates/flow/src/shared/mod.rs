@@ -14,6 +14,7 @@ mod registration;
 mod scans;
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
+mod skin;
 mod statics;
 mod surfaces;
 mod texts;
@@ -39,9 +40,10 @@ pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};
-pub(crate) use scans::read_scans;
+pub(crate) use scans::{PosedScan, landmarks, read_scans};
 #[cfg(any(feature = "cgal", feature = "tetgen", test))]
 pub use search::{Effort, Found, Try};
+pub(crate) use skin::{other_breast, skin_distance};
 pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};

@@ -46,75 +46,90 @@ pub(crate) fn read_scans(
     region: Sphere,
     work: &Work<'_>,
 ) -> Result<ReadScans, Error> {
-    let landmarks = scans.landmarks.as_ref().map(|file| {
-        let read = read_landmarks(&file.path).map_err(|e| Error::file("scans.landmarks", e))?;
-        file.check_unchanged()?;
-        Ok::<_, Error>(read)
-    });
-    let landmarks = landmarks.transpose()?;
+    let landmarks = landmarks(scans.landmarks.as_ref())?;
     let shape = Rigid {
         points: skin.points().to_vec(),
         triangles: skin.triangles().to_vec(),
         weights: front(skin),
     };
-    let on = Onto { scans, landmarks: landmarks.as_ref(), shape: &shape, region };
+    let on = Onto { unit: scans.unit, landmarks: &landmarks, shape: &shape, region };
     let supine = match &scans.supine {
         Some(file) => Some(on.supine(file, work)?),
         None => None,
     };
-    let (sitting, unit) = on.read("scans.sitting", &scans.sitting, work)?;
-    let poses = on.poses("sitting", &sitting, unit, work.progress.part(0.15, 0.3))?;
-    Ok(ReadScans { sitting, poses, supine })
+    let read = PosedScan::read(&scans.sitting, ("sitting", scans.unit), &landmarks, work)?;
+    let poses = on.poses(&read, work.progress.part(0.15, 0.3))?;
+    Ok(ReadScans { sitting: read.scan, poses, supine })
+}
+
+/// The landmarks of a case; none without a file.
+pub(crate) fn landmarks(file: Option<&InputFile>) -> Result<Landmarks, Error> {
+    let Some(file) = file else { return Ok(Landmarks::default()) };
+    let read = read_landmarks(&file.path).map_err(|e| Error::file("scans.landmarks", e))?;
+    file.check_unchanged()?;
+    Ok(read)
+}
+
+/// A scan in a frame of its own, mm.
+pub(crate) struct PosedScan {
+    pub(crate) scan: Scan,
+    /// Its pose as the landmarks' file gives it, or as the landmarks say roughly; none without.
+    pub(crate) pose: Option<Pose>,
+}
+
+impl PosedScan {
+    /// Reads a scan by its name among the landmarks and the unit of its file, where that is stated.
+    ///
+    /// # Errors
+    /// When it cannot be read, or its landmarks contradict those of the CT.
+    pub(crate) fn read(
+        file: &InputFile,
+        (frame, unit): (&str, Option<&'static str>),
+        landmarks: &Landmarks,
+        work: &Work<'_>,
+    ) -> Result<Self, Error> {
+        let unit = LengthUnit::ALL.into_iter().find(|u| Some(u.name()) == unit);
+        let (scan, found) = read_scan(&file.path, unit).map_err(|e| Error::file(file.key, e))?;
+        file.check_unchanged()?;
+        work.warn_all(found.info.warnings);
+        if let Some(pose) = landmarks.pose(frame) {
+            return Ok(Self { scan, pose: Some(pose) });
+        }
+        if landmarks.points(frame).is_none() {
+            return Ok(Self { scan, pose: None });
+        }
+        let pairs = landmarks.pairs(frame).into_iter();
+        let pairs: Vec<_> = pairs.map(|(own, ct)| (own * found.unit.mm(), ct)).collect();
+        let fitted = by_landmarks(&pairs).map_err(|e| Error::Fit(e.into()))?;
+        if fitted.rms_mm > LANDMARKS_MM {
+            return Err(Error::Landmarks { frame: frame.into(), rms_mm: fitted.rms_mm });
+        }
+        Ok(Self { scan, pose: Some(fitted.pose) })
+    }
 }
 
 /// What scans are brought onto.
 struct Onto<'a> {
-    scans: &'a Scans,
-    landmarks: Option<&'a Landmarks>,
+    unit: Option<&'static str>,
+    landmarks: &'a Landmarks,
     shape: &'a Rigid,
     region: Sphere,
 }
 
 impl Onto<'_> {
-    /// A scan, mm, and the unit of its file in mm.
-    fn read(
-        &self,
-        key: &'static str,
-        file: &InputFile,
-        work: &Work<'_>,
-    ) -> Result<(Scan, f64), Error> {
-        let unit = LengthUnit::ALL.into_iter().find(|u| Some(u.name()) == self.scans.unit);
-        let (scan, found) = read_scan(&file.path, unit).map_err(|e| Error::file(key, e))?;
-        file.check_unchanged()?;
-        work.warn_all(found.info.warnings);
-        Ok((scan, found.unit.mm()))
-    }
-
-    /// Poses to begin from: that of the landmarks, or those that a search finds.
-    fn poses(
-        &self,
-        frame: &str,
-        scan: &Scan,
-        unit_mm: f64,
-        progress: Progress<'_>,
-    ) -> Result<Vec<Pose>, Error> {
-        let Some(landmarks) = self.landmarks else {
-            let found = candidates(scan, self.shape, &[], progress)?;
-            return Ok(found.into_iter().take(POSES).map(|(_, pose)| pose).collect());
-        };
-        let pairs: Vec<_> = landmarks.pairs(frame);
-        let pairs: Vec<_> = pairs.into_iter().map(|(own, ct)| (own * unit_mm, ct)).collect();
-        let fitted = by_landmarks(&pairs).map_err(|e| Error::Fit(e.into()))?;
-        if fitted.rms_mm > LANDMARKS_MM {
-            return Err(Error::Landmarks { frame: frame.into(), rms_mm: fitted.rms_mm });
+    /// Poses to begin from: the one that is known, or those that a search finds.
+    fn poses(&self, read: &PosedScan, progress: Progress<'_>) -> Result<Vec<Pose>, Error> {
+        if let Some(pose) = read.pose {
+            return Ok(vec![pose]);
         }
-        Ok(vec![fitted.pose])
+        let found = candidates(&read.scan, self.shape, &[], progress)?;
+        Ok(found.into_iter().take(POSES).map(|(_, pose)| pose).collect())
     }
 
     /// The lying scan on the skin.
     fn supine(&self, file: &InputFile, work: &Work<'_>) -> Result<ScanFit, Error> {
-        let (scan, unit) = self.read("scans.supine", file, work)?;
-        let poses = self.poses("supine", &scan, unit, work.progress.part(0.0, 0.15))?;
+        let read = PosedScan::read(file, ("supine", self.unit), self.landmarks, work)?;
+        let (poses, scan) = (self.poses(&read, work.progress.part(0.0, 0.15))?, &read.scan);
         let params = Params {
             centre: self.region.centre(),
             reach_mm: REACH_MM,
@@ -125,11 +140,10 @@ impl Onto<'_> {
         };
         let pose = poses.first().copied().unwrap_or_else(Pose::identity);
         let start = Start { pose, values: vec![] };
-        let found = align(&scan, self.shape, &start, &params, Progress::none());
+        let found = align(scan, self.shape, &start, &params, Progress::none());
         let found = found.map_err(|e| Error::Fit(e.into()))?;
         let posed = supine_register::Posed::new(self.shape, &[]);
-        let distances =
-            signed_distances(&scan, &found.pose, &posed, &self.shape.weights, WITHIN_MM);
+        let distances = signed_distances(scan, &found.pose, &posed, &self.shape.weights, WITHIN_MM);
         let rms_mm = distances.within(&self.region).spread().rms_mm;
         if rms_mm > SUPINE_MM {
             let text = format!(
@@ -138,8 +152,8 @@ impl Onto<'_> {
             );
             work.warn(Warning::new("supine-scan-apart", text));
         }
-        self.check_side(&scan, &found, &params)?;
-        let scale = self.scale(&scan, &found, &params)?;
+        self.check_side(scan, &found, &params)?;
+        let scale = self.scale(scan, &found, &params)?;
         if (scale - 1.0).abs() > SCALE {
             let text = format!(
                 "the scan of the lying patient is {:.1} % {} than the skin of the CT: if the scanner measures so, the modulus is off \

@@ -102,11 +102,11 @@ fn of_tissue(case: &Case, key: &str) -> Json {
         return moduli.map(|kpa| kpa[n]).into();
     }
     match key {
-        "tissue.young" if moduli.is_some() || case.scans.is_some() => Json::Null,
+        "tissue.young" if moduli.is_some() || case.fit_scans().is_some() => Json::Null,
         "tissue.young" => case.tissue.young_kpa.into(),
         "tissue.poisson" => case.tissue.poisson.into(),
         "tissue.density" => case.tissue.density_kg_m3.into(),
-        "tissue.rest" if case.scans.as_ref().is_some_and(|s| s.states.len() > 1) => Json::Null,
+        "tissue.rest" if case.fit_scans().is_some_and(|s| s.states.len() > 1) => Json::Null,
         "tissue.rest" => rest_name(case.rest).into(),
         "tissue.cut" => cut_name(case.cut).into(),
         "tissue.spring" => case.spring_kpa_mm.into(),
@@ -120,8 +120,9 @@ fn scans(case: &Case, key: &str) -> Json {
     let Some(scans) = &case.scans else { return Json::Null };
     let path = |path: &Option<PathBuf>| path.as_ref().map(|p| p.to_string_lossy()).into();
     match key {
-        "scans.sitting" => scans.sitting.to_string_lossy().into(),
-        "scans.supine" => path(&scans.supine),
+        "scans.sitting" => path(&scans.fit.as_ref().map(|fit| fit.sitting.clone())),
+        "scans.supine" => path(&scans.fit.as_ref().and_then(|fit| fit.supine.clone())),
+        "scans.intraop" => path(&scans.intraop),
         "scans.landmarks" => path(&scans.landmarks),
         "scans.unit" => scans.unit.unwrap_or("auto").into(),
         _ => Json::Null,

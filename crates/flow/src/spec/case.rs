@@ -14,7 +14,7 @@ use supine_volume::SeedKind;
 use supine_warp::Interpolation;
 
 pub use mesh::{MeshSpec, Refinement};
-pub use tissue::{ScansSpec, Stiffness, StiffnessMap};
+pub use tissue::{FitScans, ScansSpec, Stiffness, StiffnessMap};
 
 /// Everything that decides a result, checked. What a command does not need may be absent; who needs it asks by the
 /// methods that name what is missing.
@@ -52,7 +52,7 @@ pub struct Case {
     pub cut: Cut,
     /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when absent.
     pub spring_kpa_mm: Option<f64>,
-    /// Scans to which the modulus is fitted.
+    /// Surface scans: to fit the modulus, and to hold the result against.
     pub scans: Option<ScansSpec>,
     /// Seeds for the segmentation.
     pub seeds: SeedsSpec,
@@ -128,6 +128,11 @@ pub struct ExportSpec {
 }
 
 impl Case {
+    /// The scans to which the modulus is fitted.
+    pub fn fit_scans(&self) -> Option<&FitScans> {
+        self.scans.as_ref()?.fit.as_ref()
+    }
+
     /// The case of a specification's values.
     ///
     /// # Errors

@@ -20,8 +20,8 @@ mod tissue;
 mod value;
 
 pub use case::{
-    Case, ExportSpec, MeshSpec, Refinement, ScansSpec, SeedsSpec, Stiffness, StiffnessMap,
-    TumourSpec,
+    Case, ExportSpec, FitScans, MeshSpec, Refinement, ScansSpec, SeedsSpec, Stiffness,
+    StiffnessMap, TumourSpec,
 };
 pub use edit::{Edit, edit};
 pub use error::CaseError;

@@ -15,7 +15,7 @@ const RENAMED: &[(&str, &str)] = &[("mesh.sides", "mesh.geometry")];
 
 /// Keys of the case file's format that a later version will understand. They are refused rather
 /// than ignored: a planner who asks for a thing must not believe that it was done.
-const LATER: &[&str] = &["scans.intraop", "export.spacing"];
+const LATER: &[&str] = &["export.spacing"];
 
 /// Values by the place of their parameter in the table.
 pub(super) type Values = BTreeMap<usize, Value>;
@@ -140,7 +140,6 @@ mod tests {
     fn what_is_renamed_or_not_built_is_refused_and_not_ignored() {
         let text = complaint_about("mesh = { sides = 'curved' }").unwrap();
         assert_eq!(text, "the key `mesh.sides` is called `mesh.geometry` now");
-        assert!(complaint_about("[scans]\nintraop = 's.ply'").unwrap().contains("not supported"));
         assert!(complaint_about("[export]\nspacing = 1.0").unwrap().contains("not supported"));
         assert_eq!(complaint_about("[export]\nregistration = false"), None);
     }

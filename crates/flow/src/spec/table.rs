@@ -269,6 +269,13 @@ pub static TABLE: &[Parameter] = &[
         "surface scan of the patient lying as in the CT, held against the skin of the CT",
     ),
     row(
+        ("scans.intraop", "intraop"),
+        Kind::File,
+        "",
+        Absent("nothing"),
+        "surface scan of the patient on the operating table: the CT's skin, the default tissue's and the result's are held against it",
+    ),
+    row(
         ("scans.landmarks", "landmarks"),
         Kind::File,
         "",

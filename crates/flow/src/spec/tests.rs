@@ -243,7 +243,7 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
         "exclude = '2-01.dcm'",
-        "[scans]\nsitting = 't.ply'\nsupine = 's.ply'\nlandmarks = 'l.json'\nunit = 'm'",
+        "[scans]\nsitting = 't.ply'\nsupine = 's.ply'\nintraop = 'i.ply'\nlandmarks = 'l.json'\nunit = 'm'",
         "export = { clock = '2026-03-01 12:00:00' }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",
     ];
@@ -262,14 +262,20 @@ fn the_canonical_form_says_every_key_that_applies() {
 #[test]
 fn a_modulus_is_fitted_or_given_but_not_both() {
     let sitting = "scans = { sitting = 't.ply' }";
-    let both = with(sitting).unwrap().scans.unwrap().states;
+    let both = with(sitting).unwrap().fit_scans().unwrap().states.clone();
     assert_eq!(both.len(), 2);
-    let one = with(&format!("{sitting}\ntissue = {{ rest = 'net' }}")).unwrap().scans.unwrap();
-    assert_eq!(one.states, [supine_fem::RestState::Net]);
+    let one = with(&format!("{sitting}\ntissue = {{ rest = 'net' }}")).unwrap();
+    assert_eq!(one.fit_scans().unwrap().states, [supine_fem::RestState::Net]);
     for tissue in ["young = 0.5", "young_interval = [0.4, 0.9]", "map = 'labels', fat = 0.5"] {
         let text = format!("{sitting}\ntissue = {{ {tissue} }}");
         assert!(with(&text).unwrap_err().to_string().contains("scans.sitting"), "{tissue}");
     }
-    let alone = with("scans = { supine = 's.ply' }").unwrap_err().to_string();
-    assert!(alone.contains("scans.sitting"), "{alone}");
+    for alone in ["supine = 's.ply'", "landmarks = 'l.json'", "intraop = 'i.ply', supine = 's.ply'"]
+    {
+        let told = with(&format!("scans = {{ {alone} }}")).unwrap_err().to_string();
+        assert!(told.contains("scans.sitting"), "{told}");
+    }
+    // A scan of the result says nothing of the modulus.
+    let held = with("scans = { intraop = 'i.ply' }\ntissue = { young = 0.5 }").unwrap();
+    assert!(held.fit_scans().is_none() && held.tissue.young_kpa == 0.5);
 }

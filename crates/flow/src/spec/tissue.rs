@@ -112,17 +112,26 @@ pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError
     Ok(Some(Stiffness { map, kpa, mean_kpa: None }))
 }
 
-/// Scans to which the modulus is fitted.
+/// Surface scans of the patient.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScansSpec {
-    /// The patient sitting upright.
-    pub sitting: PathBuf,
-    /// The patient lying as in the CT.
-    pub supine: Option<PathBuf>,
+    /// Those to which the modulus is fitted.
+    pub fit: Option<FitScans>,
+    /// The patient on the operating table.
+    pub intraop: Option<PathBuf>,
     /// Landmarks of the scans and the CT.
     pub landmarks: Option<PathBuf>,
     /// Unit of length; found when absent.
     pub unit: Option<&'static str>,
+}
+
+/// Scans to which the modulus is fitted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FitScans {
+    /// The patient sitting upright.
+    pub sitting: PathBuf,
+    /// The patient lying as in the CT.
+    pub supine: Option<PathBuf>,
     /// Rest states that are fitted: the one of the case, or both.
     pub states: Vec<RestState>,
 }
@@ -130,13 +139,25 @@ pub struct ScansSpec {
 /// The scans of a case.
 ///
 /// # Errors
-/// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of the sitting patient.
+/// [`CaseError::Missing`] without any scan where landmarks or a unit are given, and as [`fit_scans`].
 pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
-    let [supine, landmarks] = ["scans.supine", "scans.landmarks"].map(|key| given.file(key));
-    let Some(sitting) = given.file("scans.sitting") else {
-        let others = ["scans.supine", "scans.landmarks", "scans.unit"];
-        let any = others.iter().any(|key| given.get(key).is_some());
+    let (intraop, fit) = (given.file("scans.intraop"), fit_scans(given)?);
+    if fit.is_none() && intraop.is_none() {
+        let any = ["scans.landmarks", "scans.unit"].iter().any(|key| given.get(key).is_some());
         return if any { Err(missing("scans.sitting")) } else { Ok(None) };
+    }
+    let unit = Some(given.word("scans.unit")).filter(|unit| *unit != "auto");
+    Ok(Some(ScansSpec { fit, intraop, landmarks: given.file("scans.landmarks"), unit }))
+}
+
+/// The scans to which the modulus is fitted.
+///
+/// # Errors
+/// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of the sitting patient.
+fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
+    let supine = given.file("scans.supine");
+    let Some(sitting) = given.file("scans.sitting") else {
+        return if supine.is_some() { Err(missing("scans.sitting")) } else { Ok(None) };
     };
     for key in ["tissue.young", "tissue.young_interval", KEYS[0]] {
         if given.get(key).is_some() {
@@ -144,13 +165,12 @@ pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
             return Err(value(key, reason));
         }
     }
-    let unit = Some(given.word("scans.unit")).filter(|unit| *unit != "auto");
     let states = match given.get("tissue.rest") {
         None => RestState::ALL.to_vec(),
         Some(_) if given.word("tissue.rest") == "net" => vec![RestState::Net],
         Some(_) => vec![RestState::Unloaded],
     };
-    Ok(Some(ScansSpec { sitting, supine, landmarks, unit, states }))
+    Ok(Some(FitScans { sitting, supine, states }))
 }
 
 /// What holds the cut.

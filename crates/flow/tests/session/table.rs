@@ -110,6 +110,10 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("carry.structures", "RT objects are made in Python: tests/tests/flow/rt.rs"),
     ("scans.sitting", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("scans.supine", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
+    (
+        "scans.intraop",
+        "a scan is held against the result there, and changed: tests/tests/flow/fit.rs",
+    ),
     ("scans.landmarks", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("scans.unit", "scans are fitted there, and changed: tests/tests/flow/fit.rs"),
     ("export.anonymise", "its key is drawn by chance: `anonymised`"),

@@ -41,7 +41,11 @@ pub(super) fn deviation(
     let start = Start { pose: best.pose, values: best.values.clone() };
     let posed = Posed::new(family, &best.values);
     let once = |counts: Option<&[f64]>| {
-        let params = Params { counts, ..question.params_of([REACH_MM; 2], ITERATIONS) };
+        let params = Params {
+            counts,
+            prior_mm2: super::refined::PRIOR_MM2,
+            ..question.params_of([REACH_MM; 2], ITERATIONS)
+        };
         Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values[0])
     };
     let found: Vec<f64> =

@@ -9,16 +9,21 @@ use supine_mesh::Displacement;
 use supine_register::{Prior, Shape};
 use supine_space::{Point, Vector};
 
+/// How upright a patient sits, degrees: chosen.
+const TURN: Prior = Prior { mean: 0.0, deviation: 4.0, range: [-25.0, 25.0], step: 5.0 };
+/// The deviation of those who do not sit upright, degrees: chosen.
+const LEANING_DEG: f64 = 12.0;
 /// The logarithm of the modulus changes by at most so much in one iteration.
 const STEP: f64 = 0.25;
 
-/// The skin at all moduli between the softest and the stiffest that were solved; its parameter is ln E, E in kPa.
+/// The skin at all moduli between the softest and the stiffest that were solved. Its parameters are ln E, E in kPa, and
+/// where that was solved too how far gravity turned from where it was said to pull, degrees.
 #[derive(Debug)]
 pub(crate) struct Family<'a> {
     carried: &'a Carried,
     /// From soft to stiff.
     nodes: Vec<Node>,
-    priors: [Prior; 1],
+    priors: Vec<Prior>,
 }
 
 /// The carried points at one modulus.
@@ -30,19 +35,36 @@ struct Node {
     w: Vec<Vector>,
     /// dw/dx, kPa² mm.
     slope: Vec<Vector>,
+    /// E times the change of u with the turn, kPa mm per degree; empty where it was not solved.
+    turn: Vec<Vector>,
 }
 
 impl<'a> Family<'a> {
     pub(crate) fn new(carried: &'a Carried) -> Self {
         let prior = Prior { mean: 0.0, deviation: f64::INFINITY, range: [0.0; 2], step: STEP };
-        Self { carried, nodes: Vec::new(), priors: [prior] }
+        Self { carried, nodes: Vec::new(), priors: vec![prior] }
     }
 
     /// Adds what was solved at a modulus: displacement, mm, and its derivative by the modulus, mm/kPa.
-    pub(crate) fn add(&mut self, kpa: f64, displacement: &Displacement, by_kpa: &Displacement) {
+    pub(crate) fn add(
+        &mut self,
+        kpa: f64,
+        displacement: &Displacement,
+        by_kpa: &Displacement,
+        turned: Option<(&Displacement, f64)>,
+    ) {
         let (u, du) = (self.carried.carry(displacement), self.carried.carry(by_kpa));
-        let slope = u.iter().zip(du).map(|(u, du)| (u + du * kpa) * (-kpa * kpa)).collect();
-        let node = Node { x: 1.0 / kpa, w: u.into_iter().map(|u| u * kpa).collect(), slope };
+        let slope: Vec<Vector> =
+            u.iter().zip(du).map(|(u, du)| (u + du * kpa) * (-kpa * kpa)).collect();
+        let by_degree = |(there, degrees): (&Displacement, f64)| -> Vec<Vector> {
+            let there = self.carried.carry(there);
+            u.iter().zip(there).map(|(u, v)| (v - u) * (kpa / degrees)).collect()
+        };
+        let turn = turned.map_or_else(Vec::new, by_degree);
+        if !turn.is_empty() && self.priors.len() == 1 {
+            self.priors.push(TURN);
+        }
+        let node = Node { x: 1.0 / kpa, w: u.iter().map(|u| u * kpa).collect(), slope, turn };
         let place = self.nodes.partition_point(|other| other.x > node.x);
         self.nodes.insert(place, node);
         let ends = [&self.nodes[0], &self.nodes[self.nodes.len() - 1]];
@@ -53,6 +75,18 @@ impl<'a> Family<'a> {
     pub(crate) fn widen(&mut self, share: f64) {
         let [low, high] = self.priors[0].range;
         self.priors[0].range = [low - share, high + share];
+    }
+
+    /// Whether these values are of a patient who does not sit upright, by what was taken for likely. If so that is not taken
+    /// for likely any more.
+    pub(crate) fn leans(&mut self, values: &[f64]) -> bool {
+        match (self.priors.get_mut(1), values.get(1)) {
+            (Some(turn), Some(degrees)) if degrees.abs() > turn.deviation => {
+                turn.deviation = LEANING_DEG.max(turn.deviation);
+                true
+            }
+            _ => false,
+        }
     }
 
     /// w and dw/dx of each carried point.
@@ -81,6 +115,16 @@ impl<'a> Family<'a> {
     }
 }
 
+impl Family<'_> {
+    /// E times the change of u with the turn at each carried point, linear in x between two moduli.
+    fn turn(&self, x: f64) -> Vec<Vector> {
+        let after = self.nodes.partition_point(|node| node.x > x).clamp(1, self.nodes.len() - 1);
+        let [a, b] = [&self.nodes[after - 1], &self.nodes[after]];
+        let t = ((x - a.x) / (b.x - a.x)).clamp(0.0, 1.0);
+        a.turn.iter().zip(&b.turn).map(|(a, b)| a * (1.0 - t) + b * t).collect()
+    }
+}
+
 impl Shape for Family<'_> {
     fn triangles(&self) -> &[[u32; 3]] {
         &self.carried.triangles
@@ -96,14 +140,20 @@ impl Shape for Family<'_> {
 
     fn points(&self, values: &[f64]) -> Vec<Point> {
         let x = (-values[0]).exp();
-        let u: Vec<Vector> = self.at(x).into_iter().map(|(w, _)| w * x).collect();
+        let mut u: Vec<Vector> = self.at(x).into_iter().map(|(w, _)| w * x).collect();
+        if let Some(degrees) = values.get(1) {
+            u.iter_mut().zip(self.turn(x)).for_each(|(u, turn)| *u += turn * (x * degrees));
+        }
         self.carried.displaced(&u)
     }
 
     fn slopes(&self, values: &[f64]) -> Vec<Vec<Vector>> {
         let x = (-values[0]).exp();
-        let by_ln: Vec<Vector> =
+        let mut by_ln: Vec<Vector> =
             self.at(x).into_iter().map(|(w, slope)| (w + slope * x) * -x).collect();
-        vec![self.carried.spread(&by_ln)]
+        let Some(degrees) = values.get(1) else { return vec![self.carried.spread(&by_ln)] };
+        let turn: Vec<Vector> = self.turn(x).into_iter().map(|turn| turn * x).collect();
+        by_ln.iter_mut().zip(&turn).for_each(|(slope, turn)| *slope -= turn * *degrees);
+        vec![self.carried.spread(&by_ln), self.carried.spread(&turn)]
     }
 }

@@ -3,7 +3,8 @@
 //! The CT's own skin, carried by the mechanics ([`Carried`]), is laid onto the scan: pose and ln E are sought together
 //! ([`supine_register::align`]), for the torso moves too and a pose taken from it alone carries an error of millimetres into
 //! E. The modulus goes from stiff to soft along a path on a coarse mesh, each solution begun from those before, until the
-//! objective has risen again; then it is corrected on the mesh that is asked. Each rest state has its own modulus.
+//! objective has risen again; then it is corrected on the mesh that is asked, together with how far the patient leaned: 10
+//! degrees change the load by a tenth, and the skin tells them apart from another modulus. Each rest state has its own modulus.
 
 mod bootstrap;
 mod carried;
@@ -16,10 +17,11 @@ mod tests;
 
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::Choice;
+pub(crate) use refined::REACH_MM;
 
 use crate::Error;
 use supine_fem::{Body, Load, Params, RestState};
-use supine_mesh::Scan;
+use supine_mesh::{Scan, ScanDistances};
 use supine_register::{Aligned, Skin};
 use supine_space::{Pose, Progress, Sphere, Warning};
 
@@ -61,10 +63,17 @@ pub struct StateFit {
     pub deviation: f64,
     /// Of that, what the bootstrap over patches of skin gives.
     pub bootstrap: f64,
+    /// How far gravity pulls from where it was said to, towards that of the CT, degrees: how far the patient leans back.
+    pub lean_deg: f64,
     /// Pose of the scan, the points that lie on the skin, the objective.
     pub aligned: Aligned,
     /// Residuals of the breast, mm rms.
     pub misfit_mm: f64,
+    /// The scan's distances from the skin of the CT (`ct`), and from that of the model (`fitted`).
+    pub distances: ScanDistances,
+    /// The objective of the best pose that is another, over that of the best; none when one pose was followed, or all became
+    /// one.
+    pub other_pose: Option<f64>,
     /// Modulus (kPa) and objective (mm²) along the path, from stiff to soft.
     pub path: Vec<(f64, f64)>,
     /// Why the path ended before the objective had risen; none when it had.

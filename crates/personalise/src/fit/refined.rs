@@ -6,17 +6,20 @@ use super::search::{Found, solve};
 use super::{FitQuestion, StateFit, bootstrap};
 use crate::Error;
 use supine_fem::{Params, RestState, Sequence};
-use supine_register::{Aligned, Start, align};
+use supine_mesh::ScanDistances;
+use supine_register::{Aligned, Shape, Start, align};
 use supine_space::Progress;
 
 /// The two moduli that are solved lie this far on each side of the path's best, as a share.
 const ASIDE: f64 = 0.06;
 /// Farther outside of both the skin is not told by them.
 const BEYOND: f64 = 0.06;
+/// Variance of residuals, (0.4 mm)², over some 60 that tell on their own.
+pub(super) const PRIOR_MM2: f64 = 0.0027;
 /// Attempts before it is given up.
 const ATTEMPTS: usize = 3;
 /// Reach of the loss at the end, mm.
-pub(super) const REACH_MM: f64 = 4.0;
+pub(crate) const REACH_MM: f64 = 4.0;
 /// Mesh and weights, as a share of E: what no residual shows.
 const MODEL: f64 = 0.01;
 /// Share of E by which a wall 1 mm off changes it.
@@ -30,7 +33,7 @@ pub(super) fn refined(
     found: Found,
     progress: Progress<'_>,
 ) -> Result<StateFit, Error> {
-    let Found { mut aligned, path, ended } = found;
+    let Found { mut aligned, path, ended, other_pose } = found;
     let params = Params { rest, ..*question.params };
     let mut sequence = Sequence::new(question.body, question.load.ct, &params)?;
     for attempt in 0..ATTEMPTS {
@@ -39,22 +42,28 @@ pub(super) fn refined(
         for side in [1.0 + ASIDE, 1.0 - ASIDE] {
             let part = attempt as f64 * 0.2 + if side > 1.0 { 0.0 } else { 0.1 };
             progress.at(part)?;
-            solve(question, &mut sequence, &mut family, kpa * side)?;
+            solve(question, &mut sequence, &mut family, kpa * side, true)?;
         }
         family.widen(BEYOND);
-        let start = Start { pose: aligned.pose, values: aligned.values.clone() };
-        let params = question.params_of([REACH_MM; 2], 40);
-        aligned = align(question.scan, &family, &start, &params, Progress::none())?;
+        let turn = aligned.values.get(1).copied().unwrap_or(0.0);
+        aligned.values = vec![aligned.values[0], turn];
+        aligned = on_mesh(question, &family, &aligned)?;
+        if family.leans(&aligned.values) {
+            aligned = on_mesh(question, &family, &aligned)?;
+        }
         if !aligned.at_end[0] {
             let draws = bootstrap::deviation(question, &family, &aligned, progress.part(0.6, 1.0))?;
-            let deviation =
-                (draws.powi(2) + MODEL.powi(2) + (WALL_PER_MM * question.wall_mm).powi(2)).sqrt();
+            let shares = [draws, pulled(&aligned, &family), MODEL, WALL_PER_MM * question.wall_mm];
+            let deviation = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
             return Ok(StateFit {
                 rest,
                 young_kpa: aligned.values[0].exp(),
+                lean_deg: aligned.values.get(1).copied().unwrap_or(0.0),
                 deviation,
                 bootstrap: draws,
                 misfit_mm: misfit_mm(&aligned, carried),
+                distances: distances(question, carried, &family, &aligned),
+                other_pose,
                 aligned,
                 path,
                 ended,
@@ -62,6 +71,43 @@ pub(super) fn refined(
         }
     }
     Err(Error::AtEnd { rest, young_kpa: aligned.values[0].exp() })
+}
+
+/// The best pose, modulus and turn from those before.
+fn on_mesh(
+    question: &FitQuestion<'_>,
+    family: &Family<'_>,
+    before: &Aligned,
+) -> Result<Aligned, Error> {
+    let start = Start { pose: before.pose, values: before.values.clone() };
+    let params =
+        supine_register::Params { prior_mm2: PRIOR_MM2, ..question.params_of([REACH_MM; 2], 40) };
+    Ok(align(question.scan, family, &start, &params, Progress::none())?)
+}
+
+/// Standard deviation of ln E because what is taken for likely of the turn, and draws it along, is known no better than its
+/// prior says: draws of patches do not show that. With the information H and the prior's weights P it is (H + P)⁻¹ P times
+/// the prior's deviation.
+fn pulled(aligned: &Aligned, family: &Family<'_>) -> f64 {
+    let [_, turn] = family.priors() else { return 0.0 };
+    let weight = PRIOR_MM2 / turn.deviation.powi(2);
+    let mut information = aligned.information.clone();
+    information[(7, 7)] += weight;
+    let inverse = information.cholesky().map(|factor| factor.inverse());
+    inverse.map_or(f64::INFINITY, |inverse| (inverse[(6, 7)] * weight * turn.deviation).abs())
+}
+
+/// Distances of the scan from the skin of the CT, and from that of the model.
+fn distances(
+    question: &FitQuestion<'_>,
+    carried: &Carried,
+    family: &Family<'_>,
+    aligned: &Aligned,
+) -> ScanDistances {
+    let skin = |name, points| (name, points);
+    let surfaces =
+        [skin("ct", carried.points.clone()), skin("fitted", family.points(&aligned.values))];
+    crate::distances::distances(question.scan, &aligned.pose, carried, &surfaces)
 }
 
 /// Residuals of the breast within the reach, mm rms.

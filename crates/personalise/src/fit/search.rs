@@ -4,9 +4,10 @@ use super::FitQuestion;
 use super::carried::Carried;
 use super::family::Family;
 use crate::Error;
+use nalgebra::{Rotation3, Unit};
 use supine_fem::{Params, RestState, Sequence};
 use supine_register::{Aligned, Rigid, Shape, Start, align};
-use supine_space::{Pose, Progress};
+use supine_space::{Pose, Progress, Vector};
 
 /// The stiffest modulus tried at first, kPa, and the factor from each to the next softer one.
 const STIFFEST_KPA: f64 = 4.4;
@@ -19,6 +20,10 @@ const RIGID_KPA: f64 = 25.0;
 const PATH_MM: f64 = 6.0;
 /// Of those for the joint fit.
 const JOINT_MM: f64 = 3.0;
+/// Moduli that are tried before the stiffest of them is said to fit best.
+const FIRST: usize = 5;
+/// The turn of gravity that is solved, degrees.
+const TURN_DEG: f64 = 5.0;
 /// Most iterations of an alignment.
 const ITERATIONS: usize = 40;
 /// Iterations of Newton's method on the path: where more are needed the shape is near its end.
@@ -29,6 +34,20 @@ pub(super) struct Found {
     pub(super) aligned: Aligned,
     pub(super) path: Vec<(f64, f64)>,
     pub(super) ended: Option<String>,
+    /// As of [`super::StateFit::other_pose`].
+    pub(super) other_pose: Option<f64>,
+}
+
+/// Poses nearer than this are one: mm at the breast, and degrees.
+const SAME: (f64, f64) = (10.0, 8.0);
+
+/// The best of a path.
+struct Best {
+    objective: f64,
+    kpa: f64,
+    pose: Pose,
+    /// The objective of the next pose that is another, over that of the best.
+    other: Option<f64>,
 }
 
 /// The best modulus and pose on the coarse mesh.
@@ -43,12 +62,12 @@ pub(super) fn search(
     let mut sequence = Sequence::new(question.coarse, question.load.ct, &params)?;
     let mut family = Family::new(carried);
     let mut path: Vec<(f64, f64)> = Vec::new();
-    let (mut best, mut ended): (Option<(f64, f64, Pose)>, Option<String>) = (None, None);
+    let (mut best, mut ended): (Option<Best>, Option<String>) = (None, None);
     let mut poses = question.poses.to_vec();
     let mut kpa = STIFFEST_KPA;
     while kpa > SOFTEST_KPA && !risen(&path) {
         progress.at((path.len() as f64 / 10.0).min(0.9))?;
-        if let Err(error) = solve(question, &mut sequence, &mut family, kpa) {
+        if let Err(error) = solve(question, &mut sequence, &mut family, kpa, false) {
             match error {
                 stopped @ supine_fem::Error::Stopped(_) => return Err(stopped.into()),
                 _ if path.is_empty() && kpa < RIGID_KPA => kpa *= FACTOR,
@@ -61,23 +80,24 @@ pub(super) fn search(
         }
         let reach_mm = if path.is_empty() { [20.0, 6.0] } else { [8.0, 6.0] };
         let fixed = fixed(&family, carried, kpa);
-        let mut least = (f64::INFINITY, Pose::identity());
+        let mut found: Vec<(f64, Pose)> = Vec::new();
         for pose in &mut poses {
             let start = Start { pose: *pose, values: vec![] };
             let params = question.params_of(reach_mm, ITERATIONS);
-            let found = align(&sparse, &fixed, &start, &params, progress)?;
-            *pose = found.pose;
-            if found.objective_mm2 < least.0 {
-                least = (found.objective_mm2, found.pose);
-            }
+            let aligned = align(&sparse, &fixed, &start, &params, progress)?;
+            *pose = aligned.pose;
+            found.push((aligned.objective_mm2, aligned.pose));
         }
-        path.push((kpa, least.0));
-        if best.is_none_or(|(objective, ..)| least.0 < objective) {
-            best = Some((least.0, kpa, least.1));
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(&(objective, pose)) = found.first() else { break };
+        path.push((kpa, objective));
+        if best.as_ref().is_none_or(|best| objective < best.objective) {
+            let other = question.other_than(&pose, &found).map(|other| other / objective);
+            best = Some(Best { objective, kpa, pose, other });
         }
         kpa /= FACTOR;
     }
-    let Some((_, kpa, pose)) = best else {
+    let Some(Best { kpa, pose, other: other_pose, .. }) = best else {
         return Err(Error::NoPath { rest, why: ended.unwrap_or_default() });
     };
     // Stiffer tissue moves less and less: the scan then tells that the breast hardly moved.
@@ -93,7 +113,7 @@ pub(super) fn search(
         &question.params_of([6.0, 4.0], ITERATIONS),
         progress.part(0.9, 1.0),
     )?;
-    Ok(Found { aligned, path, ended })
+    Ok(Found { aligned, path, ended, other_pose })
 }
 
 /// Adds what the mechanics gives at a modulus.
@@ -102,10 +122,16 @@ pub(super) fn solve(
     sequence: &mut Sequence,
     family: &mut Family<'_>,
     kpa: f64,
+    turned: bool,
 ) -> Result<(), supine_fem::Error> {
     let found = sequence.at(kpa, question.load.target, true, Progress::none())?;
     let slope = found.slope.ok_or(supine_fem::Error::Singular)?;
-    family.add(kpa, found.deformation.displacement(), &slope);
+    let there = match turned {
+        true => Some(sequence.at(kpa, question.turned(TURN_DEG), false, Progress::none())?),
+        false => None,
+    };
+    let there = there.as_ref().map(|there| (there.deformation.displacement(), TURN_DEG));
+    family.add(kpa, found.deformation.displacement(), &slope, there);
     Ok(())
 }
 
@@ -118,14 +144,32 @@ fn fixed(family: &Family<'_>, carried: &Carried, kpa: f64) -> Rigid {
     }
 }
 
-/// Whether the objective has risen since its least: the best modulus then lies between its neighbours.
+/// Whether the objective has risen since its least: the best modulus then lies between its neighbours. That of the first is
+/// not believed at once: the pose is still rough there.
 fn risen(path: &[(f64, f64)]) -> bool {
     let least = path.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let at = path.iter().position(|p| p.1 <= least).unwrap_or(0);
-    path.len() > at + 1
+    path.len() > if at == 0 { FIRST } else { at + 1 }
 }
 
 impl FitQuestion<'_> {
+    /// Gravity of the scan turned so far towards that of the CT: the patient leans back.
+    fn turned(&self, degrees: f64) -> Vector {
+        let axis = self.load.target.cross(&self.load.ct);
+        let Some(axis) = Unit::try_new(axis, 1e-9) else { return self.load.target };
+        Rotation3::from_axis_angle(&axis, degrees.to_radians()) * self.load.target
+    }
+
+    /// The least objective of those of another pose.
+    fn other_than(&self, pose: &Pose, found: &[(f64, Pose)]) -> Option<f64> {
+        let apart = |other: &Pose| {
+            let moved = (other * (pose.inverse() * self.centre) - self.centre).norm();
+            let turn = other.rotation.angle_to(&pose.rotation).to_degrees();
+            moved > SAME.0 || turn > SAME.1
+        };
+        found.iter().find(|(_, other)| apart(other)).map(|(objective, _)| *objective)
+    }
+
     /// How poses and moduli are sought.
     pub(super) fn params_of(
         &self,

@@ -66,9 +66,16 @@ fn load() -> Load {
 }
 
 /// The front of the skin that a body moves, in a frame of its own, with noise.
-fn scan(carried: &Carried, body: &Body, rest: RestState, from_scan: &Pose) -> Scan {
+fn scan(
+    carried: &Carried,
+    body: &Body,
+    (rest, lean_deg): (RestState, f64),
+    from_scan: &Pose,
+) -> Scan {
     let params = Params { rest, ..Params::default() };
-    let (deformation, _) = solve(body, &load(), &params, Progress::none()).unwrap();
+    let lean = lean_deg.to_radians();
+    let load = Load { target: Vector::new(0.0, lean.sin(), -lean.cos()), ..load() };
+    let (deformation, _) = solve(body, &load, &params, Progress::none()).unwrap();
     let moved = carried.displaced(&carried.carry(deformation.displacement()));
     let shape = Rigid {
         points: moved,
@@ -87,7 +94,7 @@ fn scan(carried: &Carried, body: &Body, rest: RestState, from_scan: &Pose) -> Sc
 }
 
 /// What is fitted to the scan of a breast of a modulus in one state.
-fn fitted(young_kpa: f64, truth: RestState, start: &Pose) -> Result<Fit, Error> {
+fn fitted(young_kpa: f64, truth: (RestState, f64), start: &Pose) -> Result<Fit, Error> {
     let (skin, [mesh, coarse]) = (skin(), meshes());
     let tissue = Tissue::default();
     let (body, coarse) = (Body::new(mesh, tissue), Body::new(coarse, tissue));
@@ -114,15 +121,27 @@ fn fitted(young_kpa: f64, truth: RestState, start: &Pose) -> Result<Fit, Error> 
 fn the_modulus_and_the_rest_state_of_a_scan_come_back() {
     let start = Pose::translation(3.0, -2.0, 4.0);
     for (kpa, truth) in [(0.9, RestState::Net), (1.1, RestState::Unloaded)] {
-        let found = fitted(kpa, truth, &start).unwrap();
+        let found = fitted(kpa, (truth, 0.0), &start).unwrap();
         assert_eq!(found.choice.rest(), truth, "{:?}", found.choice);
         assert!(matches!(found.choice, Choice::Decided { .. }), "{:?}", found.choice);
         let own = found.states.iter().find(|state| state.rest == truth).unwrap();
         let error = own.young_kpa / kpa - 1.0;
         assert!(error.abs() < 0.01, "{truth:?}: {} kPa", own.young_kpa);
-        assert!(error.abs() < 1.96 * own.deviation && own.deviation < 0.02, "{own:?}");
+        assert!(error.abs() < 1.96 * own.deviation && own.deviation < 0.02, "{}", own.deviation);
         assert!(own.misfit_mm < 0.35, "{}", own.misfit_mm);
         let shift = own.aligned.pose.translation.vector - Vector::new(30.0, -20.0, 10.0);
         assert!(shift.norm() < 0.3, "{shift}");
     }
+}
+
+#[test]
+fn a_patient_who_leans_has_her_modulus_all_the_same() {
+    let start = Pose::translation(3.0, -2.0, 4.0);
+    let found = fitted(0.9, (RestState::Net, 9.0), &start).unwrap();
+    assert_eq!(found.choice.rest(), RestState::Net, "{:?}", found.choice);
+    let own = found.states.iter().find(|state| state.rest == RestState::Net).unwrap();
+    // A small breast tells little: that she sits upright is taken for likely.
+    assert!((4.0..11.0).contains(&own.lean_deg), "{}", own.lean_deg);
+    let error = own.young_kpa / 0.9 - 1.0;
+    assert!(error.abs() < 1.96 * own.deviation, "{error} of {}", own.deviation);
 }

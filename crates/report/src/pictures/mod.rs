@@ -9,6 +9,7 @@ mod labels;
 mod mesh;
 mod motion;
 mod moving;
+mod scans;
 mod shape;
 mod tissues;
 pub(crate) mod uncertainty;
@@ -176,13 +177,14 @@ pub(crate) fn rows(
     progress: Progress<'_>,
 ) -> Result<Vec<Row>, Error> {
     let studio = Studio::new(scene, uncertain_mm(shown));
-    let groups: [Group<'_>; 4] = [
+    let groups: [Group<'_>; 5] = [
         &|progress| compare::rows(&studio, shown, progress),
         &|progress| segmentation(&studio, shown, progress),
         &|progress| of_model(&studio, shown, progress),
         &|progress| of_motion(&studio, shown, progress),
+        &|progress| of_scans(&studio, shown, progress),
     ];
-    let part = |n: usize| progress.part(n as f64 / 4.0, (n + 1) as f64 / 4.0);
+    let part = |n: usize| progress.part(n as f64 / 5.0, (n + 1) as f64 / 5.0);
     let drawn: Vec<Vec<Row>> =
         groups.par_iter().enumerate().map(|(n, group)| group(part(n))).collect::<Result<_, _>>()?;
     Ok(drawn.into_iter().flatten().collect())
@@ -219,6 +221,22 @@ fn of_model(
     let mut rows = mesh::rows(studio, progress.part(0.0, 0.5))?;
     let part = progress.part(0.5, 1.0);
     rows.extend(of_mesh(studio.scene.mesh(), shown.mesh, &studio.focus, part)?);
+    Ok(rows)
+}
+
+/// Scans to which the modulus was fitted, and that on the operating table.
+fn of_scans(
+    studio: &Studio<'_>,
+    shown: &Shown<'_>,
+    progress: Progress<'_>,
+) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    if let Some(sitting) = shown.sitting {
+        rows.push(scans::sitting(studio, sitting, progress.part(0.0, 0.5))?);
+    }
+    if let Some(intraop) = shown.intraop {
+        rows.push(scans::intraop(studio, intraop, progress.part(0.5, 1.0))?);
+    }
     Ok(rows)
 }
 
@@ -281,7 +299,7 @@ fn dress(canvas: &mut Canvas, plane: &Plane, what: &str) {
     let title = format!("{} {}", plane.view.name(), plane.position());
     canvas.text(&title, [EDGE, EDGE + small], Align::Left, small, colour::TEXT);
     canvas.text(what, [w - EDGE, EDGE + small], Align::Right, small, colour::TEXT);
-    scale_bar(canvas, plane);
+    scale_bar(canvas, plane.pixel_mm);
 }
 
 /// Letters of the patient's directions at the left, right, upper and lower edge.
@@ -295,10 +313,10 @@ fn letter(canvas: &mut Canvas, [left, right, top, bottom]: [&str; 4]) {
 }
 
 /// A bar at the lower right: 50 mm, or 20 mm where that would reach the middle.
-fn scale_bar(canvas: &mut Canvas, plane: &Plane) {
-    let (w, h) = (plane.width as f64, plane.height as f64);
-    let mm = if 50.0 < 0.4 * w * plane.pixel_mm { 50.0 } else { 20.0 };
-    let length = mm / plane.pixel_mm;
+fn scale_bar(canvas: &mut Canvas, pixel_mm: f64) {
+    let (w, h) = (canvas.width() as f64, canvas.height() as f64);
+    let mm = if 50.0 < 0.4 * w * pixel_mm { 50.0 } else { 20.0 };
+    let length = mm / pixel_mm;
     let (left, right, y) = (w - EDGE - length, w - EDGE, h - EDGE - 4.0);
     let corner = [(left - 8.0).max(0.0) as usize, (y - 28.0).max(0.0) as usize];
     canvas.rectangle(corner, [length as usize + 12, 37], colour::PANEL, PANEL);

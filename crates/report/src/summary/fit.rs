@@ -40,8 +40,15 @@ pub struct StateFit {
     pub interval_kpa: [f64; 2],
     /// Standard deviation of its logarithm.
     pub deviation: f64,
+    /// How far the patient leaned back in the scan, degrees; negative: forward. Fitted with the modulus, upright within 4 degrees
+    /// taken for likely.
+    pub lean_deg: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,
+    /// The objective in the best pose of the scan that is another one, over that in the best; absent when one pose was
+    /// followed, or all became one. Near 1 the pose is open.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_pose: Option<f64>,
     /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
     pub patient_from_scan: [[f64; 4]; 4],
     /// The moduli that were tried, from stiff to soft.

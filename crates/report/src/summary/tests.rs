@@ -212,6 +212,7 @@ pub(crate) fn example() -> Summary {
             .to_vec(),
         tumour: Some(Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0])),
         tumour_interval: Some(interval()),
+        evaluation: None,
         nipple: Some(Movement::new([42.0, -52.0, 8.0], [45.0, -50.0, 4.0])),
         points: vec![CarriedPoint {
             name: "clip <1>".into(),
@@ -305,7 +306,9 @@ fn fit() -> TissueFit {
         young_kpa,
         interval_kpa: [young_kpa / 1.05, young_kpa * 1.05],
         deviation: 0.025,
+        lean_deg: 0.6,
         misfit_mm,
+        other_pose: None,
         patient_from_scan: [
             [1.0, 0.0, 0.0, 12.0],
             [0.0, 1.0, 0.0, -30.0],

@@ -1,0 +1,57 @@
+//! A scan on the operating table held against the result.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How far a scan of the patient on the operating table lies off the skin of the CT and of models. Its pose comes from the torso
+/// beside the breasts. Distances of skin are not the error of the tumour: skin that slides, and what happens below it, is not
+/// seen.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The skin of the CT as it lies (`ct`), of the default tissue where that is not the run's (`default`), and of the run
+    /// (`run`).
+    pub surfaces: Vec<EvaluatedSurface>,
+    /// The point of the run's skin nearest to the tumour, LPS, mm.
+    pub near_mm: [f64; 3],
+    /// Residuals of the torso, which the pose rests on, mm rms.
+    pub torso_mm: f64,
+    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
+    pub patient_from_scan: [[f64; 4]; 4],
+}
+
+/// How far the scan lies off one surface.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct EvaluatedSurface {
+    /// `ct`, `default` or `run`.
+    pub name: String,
+    /// Within 20 mm of the point nearest to the tumour.
+    pub near: SkinDistances,
+    /// On the whole breast, less 12 mm along the edge of the model.
+    pub breast: SkinDistances,
+}
+
+/// Signed distances of a scan's points from a surface, positive outside.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct SkinDistances {
+    /// Points.
+    pub points: usize,
+    /// Mean, mm.
+    pub mean_mm: f64,
+    /// Root mean square, mm.
+    pub rms_mm: f64,
+    /// What 95 % of their sizes do not exceed, mm.
+    pub p95_mm: f64,
+    /// The largest size, mm.
+    pub max_mm: f64,
+}
+
+impl Evaluation {
+    /// What a surface is, in words.
+    pub fn words(name: &str) -> &'static str {
+        match name {
+            "ct" => "CT, not deformed",
+            "default" => "default tissue",
+            _ => "this result",
+        }
+    }
+}
