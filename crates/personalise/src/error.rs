@@ -48,6 +48,28 @@ pub enum Error {
         /// That modulus, kPa.
         young_kpa: f64,
     },
+    /// The scan hardly shows the breast.
+    #[error(
+        "the scan shows {:.0} % of the breast's skin: too little for a modulus; scan the whole breast from the front and the side",
+        100.0 * share
+    )]
+    NotSeen {
+        /// The share that it shows.
+        share: f64,
+    },
+    /// Only a posture that none has explains the scan.
+    #[error(
+        "the scan fits best to a patient who leans {} by {:.0} degrees or more, and even then lies {misfit_mm:.1} mm rms off the model's \
+         skin: she did not sit upright, something holds or covers the breast, or the scan is of another patient; no modulus can be \
+         told from it",
+        if *lean_deg > 0.0 { "back" } else { "forward" }, lean_deg.abs()
+    )]
+    Posture {
+        /// How far she would lean back, degrees.
+        lean_deg: f64,
+        /// What is left on the breast, mm rms.
+        misfit_mm: f64,
+    },
     /// No modulus has a solution.
     #[error("no modulus has a solution in the rest state `{}`: {why}", rest.name())]
     NoPath {
@@ -76,6 +98,7 @@ impl Error {
             | Self::AtEnd { .. }
             | Self::Still { .. }
             | Self::NoPath { .. } => Failure::Method,
+            Self::NotSeen { .. } | Self::Posture { .. } => Failure::Input,
             Self::Scan(error) => error.kind(),
             Self::Mechanics(error) => error.kind(),
             Self::Stopped(_) => Failure::Stopped,

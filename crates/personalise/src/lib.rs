@@ -19,6 +19,8 @@ pub use belief::{Belief, LITERATURE_KPA, LogNormal, Origin};
 pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
-pub use fit::{BACK_SHARE, Carried, Choice, Fit, FitQuestion, Part, StateFit, fit};
+pub use fit::{
+    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, Part, StateFit, compare, fit,
+};
 pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
 pub use wall::{Patch, PatchEffect};

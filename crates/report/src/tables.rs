@@ -174,6 +174,14 @@ fn tissue(s: &Summary) -> Table {
         );
         t.row(&format!("Fitted to the scans, {}", state.rest), text);
     }
+    if let Some(one) = s.fit.as_ref().and_then(|fit| fit.one_modulus.as_ref()) {
+        let [kpa, mm] = [fixed(one.young_kpa, 3), fixed(one.misfit_mm, 2)];
+        let text = format!(
+            "{kpa} kPa; scan {mm} mm rms off on the breast; evidence {} (above 10: for one modulus, below -10: for those by tissue)",
+            fixed(one.evidence, 1)
+        );
+        t.row("One modulus instead", text);
+    }
     if let Some(evidence) = s.fit.as_ref().and_then(|fit| fit.evidence) {
         t.row(
             "Evidence for the first of them",

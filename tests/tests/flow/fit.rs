@@ -233,3 +233,20 @@ fn a_pose_in_place_of_landmarks_gives_the_same_modulus() {
     let ratio = number(&state(&second)["young_kpa"]) / number(&state(&first)["young_kpa"]);
     assert!((ratio - 1.0).abs() < 0.005, "{ratio}");
 }
+
+#[test]
+fn moduli_by_tissue_that_the_scan_speaks_against_are_told() {
+    let folder = scratch();
+    copy_scans(folder.path());
+    let case = Case::small()
+        .with("mesh", "{ tetrahedra = 1600, order = 2 }")
+        .with("tissue", "{ map = \"labels\", rest = \"unloaded\" }")
+        .with("scans", "{ sitting = \"sitting.ply\", landmarks = \"landmarks.json\" }")
+        .write(folder.path());
+    let found = json(fit(&case, &folder.path().join("out")));
+    // The patient was made of one tissue.
+    let one = &found["fit"]["one_modulus"];
+    assert!((number(&one["young_kpa"]) / 0.9 - 1.0).abs() < 0.05, "{one}");
+    assert!(number(&one["evidence"]) > 10.0, "{one}");
+    assert!(found["warnings"].to_string().contains("against the moduli by tissue"), "{found}");
+}

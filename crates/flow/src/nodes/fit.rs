@@ -16,11 +16,11 @@ use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Load, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
-use supine_personalise::{Choice, FitQuestion, fit};
+use supine_personalise::{Choice, DECIDES, FitQuestion, compare, fit};
 use supine_register::Skin;
-use supine_report::{FitStep, Input, StateFit, TissueFit};
+use supine_report::{FitStep, Input, OneModulus, StateFit, TissueFit};
 use supine_segment::UNCERTAIN_MM;
-use supine_space::{Side, Warning};
+use supine_space::{Failure, Progress, Side, Warning};
 
 pub(crate) struct Fit;
 
@@ -168,8 +168,9 @@ impl Node for Fit {
             poses: &read.poses,
             wall_mm: wall_mm(&segmented, &meshed.mesh),
         };
-        let found = fit(&question, work.progress.part(0.4, 1.0)).map_err(Error::Fit)?;
-        let tissue = told(&found, read.supine);
+        let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
+        let mut tissue = told(&found, read.supine);
+        tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
         warn(&tissue, work);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
@@ -199,6 +200,32 @@ impl Node for Fit {
     }
 }
 
+/// One modulus for all tissues where the case has one for each: whether the scan speaks for it. None too where it has no
+/// solution.
+fn one_modulus(
+    question: &FitQuestion<'_>,
+    found: &supine_personalise::Fit,
+    progress: Progress<'_>,
+) -> Result<Option<OneModulus>, Error> {
+    let rest = found.choice.rest();
+    let by_tissue = found.states.iter().find(|state| state.rest == rest);
+    let (Some(_), Some(by_tissue)) = (&question.body.young_kpa, by_tissue) else { return Ok(None) };
+    let body = Body { young_kpa: None, ..question.body.clone() };
+    let coarse = coarser(&body, COARSE, progress.part(0.0, 0.2))?;
+    let alone = FitQuestion { body: &body, coarse: &coarse, states: &[rest], ..*question };
+    let fitted = match fit(&alone, progress.part(0.2, 1.0)) {
+        Ok(fitted) => fitted,
+        Err(error) if error.kind() == Failure::Stopped => return Err(Error::Fit(error)),
+        Err(_) => return Ok(None),
+    };
+    let one = fitted.states.first();
+    Ok(one.map(|one| OneModulus {
+        young_kpa: one.young_kpa,
+        misfit_mm: one.misfit_mm,
+        evidence: compare(question, one, by_tissue),
+    }))
+}
+
 /// How far the chest wall as a whole may be off, one standard deviation, mm.
 fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> f64 {
     let nodes = mesh.points_on(BoundaryTag::ChestWall);
@@ -221,7 +248,7 @@ fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>)
         Choice::Decided { evidence, .. } => (true, Some(evidence)),
         Choice::Open { evidence, .. } => (false, Some(evidence)),
     };
-    TissueFit { states, decided, evidence, supine }
+    TissueFit { states, decided, evidence, one_modulus: None, supine }
 }
 
 fn state(state: &supine_personalise::StateFit) -> StateFit {
@@ -260,6 +287,14 @@ fn warn(fit: &TissueFit, work: &Work<'_>) {
              give landmarks, or a scan of more of the torso"
         );
         work.warn(Warning::new("scan-pose-open", text));
+    }
+    if let Some(one) = fit.one_modulus.as_ref().filter(|one| one.evidence > DECIDES) {
+        let text = format!(
+            "the scan of the sitting patient speaks against the moduli by tissue: one modulus of {:.3} kPa lies {:.2} mm rms off it, \
+             those by tissue {:.2} mm; leave tissue.map out",
+            one.young_kpa, one.misfit_mm, best.misfit_mm
+        );
+        work.warn(Warning::new("scan-against-map", text));
     }
     if best.lean_deg.abs() > LEAN_DEG {
         let text = format!(

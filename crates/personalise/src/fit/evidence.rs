@@ -8,7 +8,7 @@ use supine_register::Match;
 use supine_space::Point;
 
 /// Evidence from which on one of the two is taken.
-const DECIDES: f64 = 10.0;
+pub const DECIDES: f64 = 10.0;
 /// Width of a class of distances, mm, and their number.
 const CLASS_MM: f64 = 3.0;
 const CLASSES: usize = 25;
@@ -49,12 +49,18 @@ impl Choice {
     }
 }
 
+/// N ln(S'/S) for one fit (S) against another on the same mesh, S the squares of the breast's residuals, N of them
+/// independent in the better one; negative when the other is better.
+pub(super) fn evidence(one: &StateFit, other: &StateFit, carried: &Carried) -> f64 {
+    let better = if one.misfit_mm <= other.misfit_mm { one } else { other };
+    independent(&breast(better, carried)) * 2.0 * (other.misfit_mm / one.misfit_mm).ln()
+}
+
 /// Compares the squares of the breast's residuals.
 pub(super) fn choice(states: &[StateFit], carried: &Carried) -> Choice {
     let [a, b] = states else { return Choice::Asked(states[0].rest) };
     let (better, worse) = if a.misfit_mm <= b.misfit_mm { (a, b) } else { (b, a) };
-    let independent = independent(&breast(better, carried));
-    let evidence = independent * 2.0 * (worse.misfit_mm / better.misfit_mm).ln();
+    let evidence = evidence(better, worse, carried);
     match evidence > DECIDES {
         true => Choice::Decided { rest: better.rest, evidence },
         false => Choice::Open { better: better.rest, evidence },

@@ -16,7 +16,7 @@ mod search;
 mod tests;
 
 pub use carried::{BACK_SHARE, Carried, Part};
-pub use evidence::Choice;
+pub use evidence::{Choice, DECIDES};
 pub(crate) use refined::REACH_MM;
 
 use crate::Error;
@@ -24,6 +24,9 @@ use supine_fem::{Body, Load, Params, RestState};
 use supine_mesh::{Scan, ScanDistances};
 use supine_register::{Aligned, Skin};
 use supine_space::{Pose, Progress, Sphere, Warning};
+
+/// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front shows nine tenths.
+const SEEN: f64 = 0.35;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +72,8 @@ pub struct StateFit {
     pub aligned: Aligned,
     /// Residuals of the breast, mm rms.
     pub misfit_mm: f64,
+    /// Share of the breast's skin that the scan shows.
+    pub seen: f64,
     /// The scan's distances from the skin of the CT (`ct`), and from that of the model (`fitted`).
     pub distances: ScanDistances,
     /// The objective of the best pose that is another, over that of the best; none when one pose was followed, or all became
@@ -91,10 +96,29 @@ pub struct Fit {
     pub warnings: Vec<Warning>,
 }
 
+/// That the scan shows the breast, of a patient who sits.
+fn check(state: &StateFit) -> Result<(), Error> {
+    if state.seen < SEEN {
+        return Err(Error::NotSeen { share: state.seen });
+    }
+    if state.aligned.at_end.get(1) == Some(&true) {
+        return Err(Error::Posture { lean_deg: state.lean_deg, misfit_mm: state.misfit_mm });
+    }
+    Ok(())
+}
+
+/// How much better one fit describes the breast than another on the same mesh: N ln(S'/S), S the squares of the breast's
+/// residuals, N of them independent. Above [`DECIDES`] the one is to be taken, below its negative the other.
+pub fn compare(question: &FitQuestion<'_>, one: &StateFit, other: &StateFit) -> f64 {
+    let carried = Carried::new(question.skin, &question.body.mesh, question.other);
+    evidence::evidence(one, other, &carried)
+}
+
 /// The modulus in each rest state asked.
 ///
 /// # Errors
-/// When the scan does not lie on the skin, shows no motion, or the best modulus lies at the end of what can be solved.
+/// When the scan does not lie on the skin, shows no motion or hardly any of the breast, fits a patient who lies rather than
+/// sits, or the best modulus lies at the end of what can be solved.
 pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Error> {
     let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
     let fine = Carried::new(question.skin, &question.body.mesh, question.other);
@@ -106,5 +130,7 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
         states.push(refined::refined(question, &fine, *rest, found, progress.part(0.6, 1.0))?);
     }
     let choice = evidence::choice(&states, &fine);
+    let chosen = states.iter().find(|state| state.rest == choice.rest());
+    chosen.map_or(Ok(()), check)?;
     Ok(Fit { states, choice, warnings: vec![] })
 }

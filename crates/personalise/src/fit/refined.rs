@@ -6,9 +6,9 @@ use super::search::{Found, solve};
 use super::{FitQuestion, StateFit, bootstrap};
 use crate::Error;
 use supine_fem::{Params, RestState, Sequence};
-use supine_mesh::ScanDistances;
+use supine_mesh::{PointTree, ScanDistances};
 use supine_register::{Aligned, Shape, Start, align};
-use supine_space::Progress;
+use supine_space::{Point, Progress};
 
 /// The two moduli that are solved lie this far on each side of the path's best, as a share.
 const ASIDE: f64 = 0.06;
@@ -20,8 +20,14 @@ pub(super) const PRIOR_MM2: f64 = 0.0027;
 const ATTEMPTS: usize = 3;
 /// Reach of the loss at the end, mm.
 pub(crate) const REACH_MM: f64 = 4.0;
+/// A point of the skin is seen where a point of the scan lies this near, mm.
+const SEEN_MM: f64 = 6.0;
 /// Mesh and weights, as a share of E: what no residual shows.
 const MODEL: f64 = 0.01;
+/// Residuals of the breast that noise and surfaces alone leave, mm rms, and by what share of E the modulus that moves the
+/// tumour may differ for each mm beyond: one modulus then does not describe the breast. Chosen on one such patient.
+const MISFIT_MM: f64 = 0.45;
+const MISFIT_PER_MM: f64 = 0.25;
 /// Share of E by which a wall 1 mm off changes it.
 const WALL_PER_MM: f64 = 0.035;
 
@@ -53,7 +59,10 @@ pub(super) fn refined(
         }
         if !aligned.at_end[0] {
             let draws = bootstrap::deviation(question, &family, &aligned, progress.part(0.6, 1.0))?;
-            let shares = [draws, pulled(&aligned, &family), MODEL, WALL_PER_MM * question.wall_mm];
+            let misfit_mm = misfit_mm(&aligned, carried);
+            let wrong = MISFIT_PER_MM * (misfit_mm - MISFIT_MM).max(0.0);
+            let wall = WALL_PER_MM * question.wall_mm;
+            let shares = [draws, pulled(&aligned, &family), MODEL, wall, wrong];
             let deviation = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
             return Ok(StateFit {
                 rest,
@@ -61,7 +70,8 @@ pub(super) fn refined(
                 lean_deg: aligned.values.get(1).copied().unwrap_or(0.0),
                 deviation,
                 bootstrap: draws,
-                misfit_mm: misfit_mm(&aligned, carried),
+                misfit_mm,
+                seen: seen(&aligned, carried, &family.points(&aligned.values)),
                 distances: distances(question, carried, &family, &aligned),
                 other_pose,
                 aligned,
@@ -108,6 +118,19 @@ fn distances(
     let surfaces =
         [skin("ct", carried.points.clone()), skin("fitted", family.points(&aligned.values))];
     crate::distances::distances(question.scan, &aligned.pose, carried, &surfaces)
+}
+
+/// Share of the breast's skin that the scan shows.
+fn seen(aligned: &Aligned, carried: &Carried, skin: &[Point]) -> f64 {
+    let near = aligned.matches.0.iter().filter(|m| m.residual_mm.abs() < REACH_MM);
+    let tree = PointTree::new(&near.map(|m| m.place).collect::<Vec<_>>());
+    let breast = carried.parts.iter().zip(skin).filter(|(part, _)| **part == Part::Breast);
+    let (mut all, mut shown) = (0usize, 0usize);
+    for (_, point) in breast {
+        all += 1;
+        shown += usize::from(tree.nearest(point, SEEN_MM).is_some());
+    }
+    shown as f64 / all.max(1) as f64
 }
 
 /// Residuals of the breast within the reach, mm rms.

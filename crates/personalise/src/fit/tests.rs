@@ -95,12 +95,25 @@ fn scan(
 
 /// What is fitted to the scan of a breast of a modulus in one state.
 fn fitted(young_kpa: f64, truth: (RestState, f64), start: &Pose) -> Result<Fit, Error> {
+    fitted_where(young_kpa, truth, start, |_| true)
+}
+
+/// The same to a part of the scan.
+fn fitted_where(
+    young_kpa: f64,
+    truth: (RestState, f64),
+    start: &Pose,
+    shown: impl Fn(&Point) -> bool,
+) -> Result<Fit, Error> {
     let (skin, [mesh, coarse]) = (skin(), meshes());
     let tissue = Tissue::default();
     let (body, coarse) = (Body::new(mesh, tissue), Body::new(coarse, tissue));
     let from_scan = Pose::translation(30.0, -20.0, 10.0);
     let carried = Carried::new(&skin, &body.mesh, None);
     let scan = scan(&carried, &body.with_mean(young_kpa), truth, &from_scan);
+    let all = scan.points().iter().zip(scan.normals());
+    let (points, normals) = all.filter(|(p, _)| shown(&(from_scan * *p))).unzip();
+    let scan = Scan::new(points, Some(normals), vec![]).unwrap().0;
     let question = FitQuestion {
         body: &body,
         coarse: &coarse,
@@ -144,4 +157,14 @@ fn a_patient_who_leans_has_her_modulus_all_the_same() {
     assert!((4.0..11.0).contains(&own.lean_deg), "{}", own.lean_deg);
     let error = own.young_kpa / 0.9 - 1.0;
     assert!(error.abs() < 1.96 * own.deviation, "{error} of {}", own.deviation);
+}
+
+#[test]
+fn a_scan_without_the_breast_or_of_a_patient_who_lies_is_refused() {
+    let start = Pose::identity();
+    let torso = |p: &Point| (p - Point::origin()).norm() > 62.0;
+    let error = fitted_where(0.9, (RestState::Net, 0.0), &start, torso).unwrap_err();
+    assert!(matches!(error, Error::NotSeen { share } if share < 0.35), "{error}");
+    let error = fitted(0.9, (RestState::Net, 38.0), &start).unwrap_err();
+    assert!(matches!(error, Error::Posture { .. } | Error::AtEnd { .. }), "{error}");
 }

@@ -14,9 +14,24 @@ pub struct TissueFit {
     /// it decides. Absent when the case named the rest state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<f64>,
+    /// One modulus for all tissues beside those of the case; absent when the case has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub one_modulus: Option<OneModulus>,
     /// The scan of the lying patient on the skin of the CT; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supine: Option<ScanFit>,
+}
+
+/// One modulus for all tissues, fitted to the same scan in the rest state that the run goes on with.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct OneModulus {
+    /// Young's modulus, kPa.
+    pub young_kpa: f64,
+    /// Distance of the scan from the model's skin on the breast, mm rms.
+    pub misfit_mm: f64,
+    /// N ln(S'/S), S the squares of the breast's residuals with one modulus, S' with those by tissue: above 10 the scan speaks
+    /// for one modulus, below -10 for those by tissue.
+    pub evidence: f64,
 }
 
 impl TissueFit {

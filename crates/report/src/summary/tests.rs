@@ -322,6 +322,7 @@ fn fit() -> TissueFit {
         states: vec![state("net", 0.6, 0.4), state("unloaded", 0.8, 0.9)],
         decided: true,
         evidence: Some(61.0),
+        one_modulus: None,
         supine: Some(ScanFit { rms_mm: 0.35, scale: 1.0005 }),
     }
 }
