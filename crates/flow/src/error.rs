@@ -257,8 +257,8 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
-    /// A record that cannot be written as JSON (a number that is not finite).
-    #[error("the record of a stage cannot be written: {0}")]
+    /// A record that cannot be written as JSON (a number that is not finite), or not read (somebody changed it).
+    #[error("the record of a stage cannot be written or read: {0}; run into a new folder")]
     Record(#[from] serde_json::Error),
     /// The user stopped it.
     #[error("interrupted; what was finished is kept and a second run continues from there")]

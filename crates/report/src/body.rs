@@ -75,6 +75,33 @@ pub(crate) struct Camera {
     pub(crate) size: usize,
 }
 
+/// What is seen in each sample of a picture, the nearest on top.
+struct Samples {
+    /// Distance towards who looks, mm.
+    near: Vec<f64>,
+    /// Colour in the light; not a number where nothing is.
+    shown: Vec<[f64; 3]>,
+}
+
+impl Samples {
+    fn new(camera: &Camera) -> Self {
+        let count = (FINE * camera.size).pow(2);
+        Self { near: vec![f64::NEG_INFINITY; count], shown: vec![[f64::NAN; 3]; count] }
+    }
+
+    fn put(&mut self, n: usize, depth: f64, rgb: Rgb, light: f64) {
+        if depth > self.near[n] {
+            self.near[n] = depth;
+            self.shown[n] = rgb.map(|c| f64::from(c) * light);
+        }
+    }
+}
+
+/// Light on a surface by the cosine between its normal and the lamp.
+fn light(cosine: f64) -> f64 {
+    LIGHT[0] + (LIGHT[1] - LIGHT[0]) * (0.5 + 0.5 * cosine)
+}
+
 impl Camera {
     /// The spot of a position (LPS, mm) in samples, and its distance towards who looks, mm.
     fn seen(&self, p: &Point) -> (Spot, f64) {
@@ -87,25 +114,23 @@ impl Camera {
 
     /// A picture of triangles (corners anticlockwise as seen from outside; LPS, mm) with their colours.
     pub(crate) fn picture(&self, faces: impl Iterator<Item = ([Point; 3], Rgb)>) -> Canvas {
-        let across = FINE * self.size;
-        let mut near = vec![f64::NEG_INFINITY; across * across];
-        let mut shown = vec![[f64::NAN; 3]; across * across];
-        let lamp = (self.side.towards() - 0.5 * self.side.right() + 0.6 * Vector::z()).normalize();
+        let (mut samples, lamp) = (Samples::new(self), self.lamp());
         for (corners, rgb) in faces {
             let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
             // The lamp's side of a face that is seen from behind is its back.
             let facing = normal.dot(&self.side.towards()).signum();
-            let share = 0.5 + 0.5 * facing * normal.dot(&lamp);
-            let light = LIGHT[0] + (LIGHT[1] - LIGHT[0]) * share;
+            let light = light(facing * normal.dot(&lamp));
             for (n, depth, edge) in self.covered(&corners.map(|c| self.seen(&c))) {
-                if depth > near[n] {
-                    near[n] = depth;
-                    let light = if edge { light * EDGE_LIGHT } else { light };
-                    shown[n] = rgb.map(|c| f64::from(c) * light);
-                }
+                let light = if edge { light * EDGE_LIGHT } else { light };
+                samples.put(n, depth, rgb, light);
             }
         }
-        self.averaged(&shown)
+        self.averaged(&samples.shown)
+    }
+
+    /// Direction to the lamp.
+    fn lamp(&self) -> Vector {
+        (self.side.towards() - 0.5 * self.side.right() + 0.6 * Vector::z()).normalize()
     }
 
     /// The spot of a position (LPS, mm) in pixels.
@@ -122,25 +147,21 @@ impl Camera {
     ) -> Canvas {
         let across = FINE * self.size;
         let radius = radius_mm * FINE as f64 / self.pixel_mm;
-        let mut near = vec![f64::NEG_INFINITY; across * across];
-        let mut shown = vec![[f64::NAN; 3]; across * across];
-        let lamp = (self.side.towards() - 0.5 * self.side.right() + 0.6 * Vector::z()).normalize();
+        let (mut samples, lamp) = (Samples::new(self), self.lamp());
         for (place, normal, rgb) in points.filter(|(_, n, _)| n.dot(&self.side.towards()) > 0.0) {
-            let light = LIGHT[0] + (LIGHT[1] - LIGHT[0]) * (0.5 + 0.5 * normal.dot(&lamp));
+            let light = light(normal.dot(&lamp));
             let ([x, y], depth) = self.seen(&place);
             let range = |at: f64| {
                 let end = |at: f64| at.clamp(0.0, across as f64) as usize;
                 end((at - radius).ceil())..end((at + radius).floor() + 1.0)
             };
             for (i, j) in range(y).flat_map(|j| range(x).map(move |i| (i, j))) {
-                let n = j * across + i;
-                if (i as f64 - x).hypot(j as f64 - y) <= radius && depth > near[n] {
-                    near[n] = depth;
-                    shown[n] = rgb.map(|c| f64::from(c) * light);
+                if (i as f64 - x).hypot(j as f64 - y) <= radius {
+                    samples.put(j * across + i, depth, rgb, light);
                 }
             }
         }
-        self.averaged(&shown)
+        self.averaged(&samples.shown)
     }
 
     /// The samples that a triangle covers: number, distance towards who looks, whether near an edge.
@@ -243,5 +264,22 @@ mod tests {
             assert!(head[1] < 35.0);
             assert!((camera(side).seen(&Point::from(side.towards())).1 - 1.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn the_nearer_point_hides_the_other_and_what_is_turned_away_is_left_out() {
+        let camera = Camera { side: Side::Front, centre: Point::origin(), pixel_mm: 1.0, size: 41 };
+        let front = -Vector::y();
+        let points = [
+            (Point::new(0.0, -10.0, 0.0), front, [200, 0, 0]),
+            (Point::new(0.0, 5.0, 0.0), front, [0, 0, 200]),
+            (Point::new(0.0, -20.0, 12.0), -front, [0, 200, 0]),
+        ];
+        let canvas = camera.dotted(points.into_iter(), 3.0);
+        let [x, y] = camera.spot(&points[0].0).map(|c| c as usize);
+        let seen = canvas.at(x, y);
+        assert!(seen[0] > 80 && seen[2] == 0, "{seen:?}");
+        assert_eq!(canvas.at(x, y - 12), colour::NOTHING);
+        assert_eq!(canvas.at(x + 5, y), colour::NOTHING);
     }
 }

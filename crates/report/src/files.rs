@@ -9,10 +9,15 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Write`] when the folder does not exist or cannot be written.
 pub fn write_summary(summary: &Summary, path: &Path) -> Result<(), Error> {
+    write_text(&summary.to_json(), path)
+}
+
+/// Writes text to `path`; an existing file is replaced whole.
+pub(crate) fn write_text(text: &str, path: &Path) -> Result<(), Error> {
     let fail = |source| Error::Write { path: path.to_path_buf(), source };
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = builder(0o666).tempfile_in(folder).map_err(fail)?;
-    file.write_all(summary.to_json().as_bytes()).map_err(fail)?;
+    file.write_all(text.as_bytes()).map_err(fail)?;
     file.persist(path).map_err(|e| fail(e.error))?;
     Ok(())
 }

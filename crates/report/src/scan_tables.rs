@@ -1,8 +1,7 @@
 //! What was fitted to scans, and how far one lies off, as files for spreadsheets.
 
-use crate::files::builder;
+use crate::files::write_text;
 use crate::{Error, Evaluation, SkinDistances, TissueFit};
-use std::io::Write;
 use std::path::Path;
 
 /// Writes what was fitted (`.csv`), one row for each rest state.
@@ -29,7 +28,7 @@ pub fn write_fit_table(fit: &TissueFit, path: &Path) -> Result<(), Error> {
             }
         );
     }
-    write(&text, path)
+    write_text(&text, path)
 }
 
 /// Writes how far a scan lies off each surface (`.csv`), one row for each surface and part.
@@ -47,14 +46,27 @@ pub fn write_evaluation_table(evaluation: &Evaluation, path: &Path) -> Result<()
             );
         }
     }
-    write(&text, path)
+    write_text(&text, path)
 }
 
-fn write(text: &str, path: &Path) -> Result<(), Error> {
-    let fail = |source| Error::Write { path: path.to_path_buf(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = builder(0o666).tempfile_in(folder).map_err(fail)?;
-    file.write_all(text.as_bytes()).map_err(fail)?;
-    file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::summary::tests::{evaluation, fit};
+
+    #[test]
+    fn tables_have_a_row_for_each_state_and_each_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        let read = || std::fs::read_to_string(&path).unwrap();
+        write_evaluation_table(&evaluation(), &path).unwrap();
+        let text = read();
+        assert_eq!(text.lines().count(), 7, "{text}");
+        assert!(text.contains("ct,near tumour,180,-0.500,0.500,0.900,1.250\n"), "{text}");
+        write_fit_table(&fit(), &path).unwrap();
+        let (text, best) = (read(), fit());
+        assert_eq!(text.lines().count(), 1 + best.states.len(), "{text}");
+        let row = format!("{},{:.4},", best.best().rest, best.best().young_kpa);
+        assert!(text.lines().nth(1).unwrap().starts_with(&row), "{text}");
+    }
 }

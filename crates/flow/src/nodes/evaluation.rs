@@ -4,6 +4,7 @@ use super::{Import, Mesh, Points, Region, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
+use crate::nodes::Meshed;
 use crate::nodes::law::Law;
 use crate::shared::{PosedScan, landmarks, other_breast, skin_distance};
 use crate::work::Work;
@@ -12,11 +13,11 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{RestState, Tissue};
-use supine_mesh::ScanDistances;
-use supine_personalise::{Carried, EvaluationQuestion, evaluate};
+use supine_mesh::{Deformation, ScanDistances};
+use supine_personalise::{Carried, EvaluationQuestion, NEAR_MM, evaluate};
 use supine_register::{Skin, Spread};
 use supine_report::{EvaluatedSurface, Evaluation as Told, Input, SkinDistances};
-use supine_space::{Point, Side, Warning};
+use supine_space::{Failure, Point, Side, Warning};
 
 pub(crate) struct Evaluation;
 
@@ -55,7 +56,7 @@ impl Evaluated {
 
 impl Node for Evaluation {
     const ID: NodeId = NodeId::Evaluation;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Segment, Region, Mesh, Solve, Points);
@@ -99,11 +100,10 @@ impl Node for Evaluation {
         let skin = Skin::of(&*skin_distance(&input, &segmented)?);
         let other = other_breast(own.left, &segmented, &skin, sphere);
         let carried = Carried::new(&skin, &meshed.mesh, other.as_ref());
-        let default = own.default.as_ref().map(|law| {
-            let body = law.body(&meshed, None);
-            supine_fem::solve(&body, &law.load(), &law.solver(), progress.part(0.1, 0.5))
-        });
-        let default = default.transpose()?.map(|(deformation, _)| deformation);
+        let default = match &own.default {
+            Some(law) => by_default(law, &meshed, work)?,
+            None => None,
+        };
         let marks = landmarks(scans.landmarks.as_ref())?;
         let read = PosedScan::read(&scans.intraop, ("intraop", scans.unit), &marks, work)?;
         let mut models = Vec::new();
@@ -145,6 +145,22 @@ impl Node for Evaluation {
     }
 }
 
+/// How the default tissue deforms; none, and told, where it has no solution: the result does not rest on it.
+fn by_default(law: &Law, meshed: &Meshed, work: &Work<'_>) -> Result<Option<Deformation>, Error> {
+    let (body, part) = (law.body(meshed, None), work.progress.part(0.1, 0.5));
+    match supine_fem::solve(&body, &law.load(), &law.solver(), part) {
+        Ok((deformation, _)) => Ok(Some(deformation)),
+        Err(error) if error.kind() == Failure::Stopped => Err(error.into()),
+        Err(error) => {
+            let text = format!(
+                "the scan on the operating table is not held against the default tissue: {error}"
+            );
+            work.warn(Warning::new("default-without-solution", text));
+            Ok(None)
+        }
+    }
+}
+
 fn told(found: &supine_personalise::Evaluation) -> Told {
     let of = |spread: Spread| SkinDistances {
         points: spread.count,
@@ -161,6 +177,7 @@ fn told(found: &supine_personalise::Evaluation) -> Told {
     Told {
         surfaces: found.spreads().map(surface).collect(),
         near_mm: found.near.coords.into(),
+        near_radius_mm: NEAR_MM,
         torso_mm: found.torso_mm,
         patient_from_scan: found.pose.to_homogeneous().transpose().into(),
     }

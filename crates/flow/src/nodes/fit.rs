@@ -16,7 +16,7 @@ use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Load, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
-use supine_personalise::{Choice, DECIDES, FitQuestion, compare, fit};
+use supine_personalise::{Choice, DECIDES, FitQuestion, UPRIGHT_DEG, compare, fit};
 use supine_register::Skin;
 use supine_report::{FitStep, Input, OneModulus, StateFit, TissueFit};
 use supine_segment::UNCERTAIN_MM;
@@ -31,8 +31,6 @@ const COARSE: usize = 1600;
 const MISFIT_MM: f64 = 0.7;
 /// Another pose of the scan that fits so nearly as well, as a factor of the objective, is told.
 const OTHER_POSE: f64 = 1.3;
-/// Who leans more is told so, degrees: upright patients come to 1.
-const LEAN_DEG: f64 = 4.0;
 /// The chest wall as a whole is off by this much, one standard deviation, mm: on four real CTs the mean offset was 0.05, 0.51,
 /// 0.05 and 0.01 mm.
 const WALL_MM: f64 = 0.3;
@@ -113,7 +111,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Segment, Region, Mesh, Moduli);
@@ -174,9 +172,7 @@ impl Node for Fit {
         warn(&tissue, work);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
-        let chosen =
-            found.states.into_iter().find(|state| rest_name(state.rest) == tissue.best().rest);
-        let distances = chosen.map(|state| Arc::new(state.distances));
+        let distances = Some(Arc::new(found.distances));
         Ok(Fitted { tissue: Some(tissue), inputs, distances })
     }
 
@@ -296,7 +292,7 @@ fn warn(fit: &TissueFit, work: &Work<'_>) {
         );
         work.warn(Warning::new("scan-against-map", text));
     }
-    if best.lean_deg.abs() > LEAN_DEG {
+    if best.lean_deg.abs() > UPRIGHT_DEG {
         let text = format!(
             "the patient seems to lean {} by {:.0} degrees in the scan of the sitting patient: the modulus is fitted with that; have \
              her sit upright, her torso as in the CT",

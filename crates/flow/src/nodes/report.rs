@@ -222,8 +222,15 @@ fn ball(OwnBall { centre_mm, radius_mm }: OwnBall) -> Ball {
     Ball { centre_mm, radius_mm }
 }
 
+/// Each once: two stages may read one file.
 fn inputs(all: &[&[Input]]) -> Vec<Input> {
-    all.concat()
+    let mut once: Vec<Input> = Vec::new();
+    for input in all.iter().copied().flatten() {
+        if !once.contains(input) {
+            once.push(input.clone());
+        }
+    }
+    once
 }
 
 fn tissue(case: &Case, moduli: Option<supine_report::Moduli>) -> Tissue {

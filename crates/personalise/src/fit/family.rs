@@ -9,8 +9,9 @@ use supine_mesh::Displacement;
 use supine_register::{Prior, Shape};
 use supine_space::{Point, Vector};
 
-/// How upright a patient sits, degrees: chosen.
-const TURN: Prior = Prior { mean: 0.0, deviation: 4.0, range: [-25.0, 25.0], step: 5.0 };
+/// How upright a patient sits, one standard deviation, degrees: chosen.
+pub const UPRIGHT_DEG: f64 = 4.0;
+const TURN: Prior = Prior { mean: 0.0, deviation: UPRIGHT_DEG, range: [-25.0, 25.0], step: 5.0 };
 /// The deviation of those who do not sit upright, degrees: chosen.
 const LEANING_DEG: f64 = 12.0;
 /// The logarithm of the modulus changes by at most so much in one iteration.

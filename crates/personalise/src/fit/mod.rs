@@ -17,13 +17,14 @@ mod tests;
 
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
+pub use family::UPRIGHT_DEG;
 pub(crate) use refined::REACH_MM;
 
 use crate::Error;
 use supine_fem::{Body, Load, Params, RestState};
 use supine_mesh::{Scan, ScanDistances};
 use supine_register::{Aligned, Skin};
-use supine_space::{Pose, Progress, Sphere, Warning};
+use supine_space::{Point, Pose, Progress, Sphere};
 
 /// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front shows nine tenths.
 const SEEN: f64 = 0.35;
@@ -44,7 +45,7 @@ pub struct FitQuestion<'a> {
     /// The skin of the CT.
     pub skin: &'a Skin,
     /// The middle of the breast, LPS, mm: what the pose turns about.
-    pub centre: supine_space::Point,
+    pub centre: Point,
     /// The other breast, if there is one: it moves too.
     pub other: Option<&'a Sphere>,
     /// The scan, in a frame of its own.
@@ -74,8 +75,8 @@ pub struct StateFit {
     pub misfit_mm: f64,
     /// Share of the breast's skin that the scan shows.
     pub seen: f64,
-    /// The scan's distances from the skin of the CT (`ct`), and from that of the model (`fitted`).
-    pub distances: ScanDistances,
+    /// The skin of the model with what was fitted, its points in the order of the CT's, LPS, mm.
+    pub skin: Vec<Point>,
     /// The objective of the best pose that is another, over that of the best; none when one pose was followed, or all became
     /// one.
     pub other_pose: Option<f64>,
@@ -92,8 +93,9 @@ pub struct Fit {
     pub states: Vec<StateFit>,
     /// Which rest state the scan supports.
     pub choice: Choice,
-    /// What a user should know.
-    pub warnings: Vec<Warning>,
+    /// The scan's distances from the skin of the CT (`ct`), and from that of the model in the rest state to go on with
+    /// (`fitted`).
+    pub distances: ScanDistances,
 }
 
 /// That the scan shows the breast, of a patient who sits.
@@ -130,7 +132,12 @@ pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Er
         states.push(refined::refined(question, &fine, *rest, found, progress.part(0.6, 1.0))?);
     }
     let choice = evidence::choice(&states, &fine);
-    let chosen = states.iter().find(|state| state.rest == choice.rest());
-    chosen.map_or(Ok(()), check)?;
-    Ok(Fit { states, choice, warnings: vec![] })
+    let mut distances = ScanDistances::default();
+    if let Some(chosen) = states.iter().find(|state| state.rest == choice.rest()) {
+        check(chosen)?;
+        let surfaces = [("ct", fine.points.clone()), ("fitted", chosen.skin.clone())];
+        distances =
+            crate::distances::distances(question.scan, &chosen.aligned.pose, &fine, &surfaces);
+    }
+    Ok(Fit { states, choice, distances })
 }

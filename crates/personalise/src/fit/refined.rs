@@ -6,7 +6,7 @@ use super::search::{Found, solve};
 use super::{FitQuestion, StateFit, bootstrap};
 use crate::Error;
 use supine_fem::{Params, RestState, Sequence};
-use supine_mesh::{PointTree, ScanDistances};
+use supine_mesh::PointTree;
 use supine_register::{Aligned, Shape, Start, align};
 use supine_space::{Point, Progress};
 
@@ -59,6 +59,7 @@ pub(super) fn refined(
         }
         if !aligned.at_end[0] {
             let draws = bootstrap::deviation(question, &family, &aligned, progress.part(0.6, 1.0))?;
+            let skin = family.points(&aligned.values);
             let misfit_mm = misfit_mm(&aligned, carried);
             let wrong = MISFIT_PER_MM * (misfit_mm - MISFIT_MM).max(0.0);
             let wall = WALL_PER_MM * question.wall_mm;
@@ -71,8 +72,8 @@ pub(super) fn refined(
                 deviation,
                 bootstrap: draws,
                 misfit_mm,
-                seen: seen(&aligned, carried, &family.points(&aligned.values)),
-                distances: distances(question, carried, &family, &aligned),
+                seen: seen(&aligned, carried, &skin),
+                skin,
                 other_pose,
                 aligned,
                 path,
@@ -105,19 +106,6 @@ fn pulled(aligned: &Aligned, family: &Family<'_>) -> f64 {
     information[(7, 7)] += weight;
     let inverse = information.cholesky().map(|factor| factor.inverse());
     inverse.map_or(f64::INFINITY, |inverse| (inverse[(6, 7)] * weight * turn.deviation).abs())
-}
-
-/// Distances of the scan from the skin of the CT, and from that of the model.
-fn distances(
-    question: &FitQuestion<'_>,
-    carried: &Carried,
-    family: &Family<'_>,
-    aligned: &Aligned,
-) -> ScanDistances {
-    let skin = |name, points| (name, points);
-    let surfaces =
-        [skin("ct", carried.points.clone()), skin("fitted", family.points(&aligned.values))];
-    crate::distances::distances(question.scan, &aligned.pose, carried, &surfaces)
 }
 
 /// Share of the breast's skin that the scan shows.

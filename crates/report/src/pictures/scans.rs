@@ -19,8 +19,6 @@ const FULL_MM: f64 = 3.0;
 const DOT_MM: f64 = 2.6;
 /// Points that belong to no surface.
 const UNKNOWN: Rgb = [92, 96, 106];
-/// Radius of the skin near the tumour, mm.
-const NEAR_MM: f64 = 20.0;
 
 /// The scan of the sitting patient before and after the fit, and the fit itself.
 pub(super) fn sitting(
@@ -52,13 +50,14 @@ pub(super) fn intraop(
     (told, scan): (&Evaluation, &ScanDistances),
     progress: Progress<'_>,
 ) -> Result<Row, Error> {
-    let near = Point::from(told.near_mm);
+    let near = (Point::from(told.near_mm), told.near_radius_mm);
     let named = ("intraop", &Evaluation::words as &dyn Fn(&str) -> &'static str);
-    let pictures = views(studio, scan, named, Some(&near), progress)?;
+    let pictures = views(studio, scan, named, Some(near), progress)?;
     let text = format!(
         "The scan of the patient on the operating table, coloured by its distance from the skin; its pose comes from the torso alone. \
-         Blue: inside, red: outside; the colours end at {FULL_MM} mm. The circle holds the skin within {NEAR_MM} mm of the point \
-         nearest to the tumour. Distances of skin are not the error of the tumour: a wrong tissue may lie as near."
+         Blue: inside, red: outside; the colours end at {FULL_MM} mm. The circle holds the skin within {} mm of the point \
+         nearest to the tumour. Distances of skin are not the error of the tumour: a wrong tissue may lie as near.",
+        words::trimmed(told.near_radius_mm)
     );
     Ok(row("Scan on the operating table", text, pictures, Some(table(told))))
 }
@@ -87,7 +86,7 @@ fn views(
     studio: &Studio<'_>,
     scan: &ScanDistances,
     (name, words): (&str, &dyn Fn(&str) -> &'static str),
-    near: Option<&Point>,
+    near: Option<(Point, f64)>,
     progress: Progress<'_>,
 ) -> Result<Vec<Picture>, Error> {
     let sphere = studio.scene.sphere;
@@ -100,9 +99,9 @@ fn views(
         letter(&mut canvas, camera.side.letters());
         let spot = [SIZE as f64 - EDGE, EDGE + 0.8 * LETTER];
         canvas.text(words(&surface.name), spot, Align::Right, 0.8 * LETTER, colour::TEXT);
-        if let Some(near) = near {
+        if let Some((near, radius_mm)) = near {
             let pen = Pen::new(1.8, colour::TEXT);
-            canvas.circle(camera.spot(near), NEAR_MM / pixel_mm, 0, pen);
+            canvas.circle(camera.spot(&near), radius_mm / pixel_mm, 0, pen);
         }
         let (low, high) = (format!("-{FULL_MM}"), format!("+{FULL_MM}"));
         let ticks = [low, "0".into(), high];
@@ -151,9 +150,10 @@ fn objective(fit: &TissueFit) -> Canvas {
     let x = |kpa: f64| left + (right - left) * (kpa.ln() - low) / (high - low).max(1e-9);
     let y = |mm2: f64| base - (base - upper) * (mm2 / top).clamp(0.0, 1.0);
     axes(&mut canvas, (&x, [low.exp(), high.exp()]), (&y, top));
-    for (n, state) in fit.states.iter().enumerate() {
+    // The one that the run goes on with lies on top.
+    for (n, state) in fit.states.iter().enumerate().rev() {
         let rgb = if n == 0 { colour::AFTER } else { colour::BEFORE };
-        curve(&mut canvas, state, (&x, &y), rgb);
+        curve(&mut canvas, state, (&x, &y), (rgb, if n == 0 { 0.4 } else { 0.15 }));
         let text = format!(
             "{}: {} kPa{}",
             state.rest,
@@ -177,12 +177,12 @@ fn curve(
     canvas: &mut Canvas,
     state: &StateFit,
     (x, y): (&dyn Fn(f64) -> f64, &dyn Fn(f64) -> f64),
-    rgb: Rgb,
+    (rgb, band): (Rgb, f64),
 ) {
     let [_, _, upper, base] = FRAME;
     let [from, to] = state.interval_kpa.map(x);
     let size = [(to - from).max(2.0) as usize, (base - upper) as usize];
-    canvas.rectangle([from as usize, upper as usize], size, rgb, 0.3);
+    canvas.rectangle([from as usize, upper as usize], size, rgb, band);
     let middle = x(state.young_kpa);
     canvas.stroke(&[[[middle, upper], [middle, base]]], Pen::new(1.2, rgb));
     let spot = |n: usize| [x(state.path[n].young_kpa), y(state.path[n].objective_mm2)];

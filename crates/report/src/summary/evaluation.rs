@@ -13,6 +13,8 @@ pub struct Evaluation {
     pub surfaces: Vec<EvaluatedSurface>,
     /// The point of the run's skin nearest to the tumour, LPS, mm.
     pub near_mm: [f64; 3],
+    /// What lies this near to it counts as near the tumour, mm.
+    pub near_radius_mm: f64,
     /// Residuals of the torso, which the pose rests on, mm rms.
     pub torso_mm: f64,
     /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
@@ -24,7 +26,7 @@ pub struct Evaluation {
 pub struct EvaluatedSurface {
     /// `ct`, `default` or `run`.
     pub name: String,
-    /// Within 20 mm of the point nearest to the tumour.
+    /// Near the tumour.
     pub near: SkinDistances,
     /// On the whole breast, less 12 mm along the edge of the model.
     pub breast: SkinDistances,

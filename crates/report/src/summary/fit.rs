@@ -1,12 +1,13 @@
 //! The tissue that was fitted to scans.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Young's modulus by a scan of the sitting patient.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TissueFit {
-    /// The rest states that were fitted, the one that the run goes on with first.
+    /// The rest states that were fitted, one at least, the one that the run goes on with first.
+    #[serde(deserialize_with = "some")]
     pub states: Vec<StateFit>,
     /// Whether the scan tells the rest state, or the case named it.
     pub decided: bool,
@@ -20,6 +21,15 @@ pub struct TissueFit {
     /// The scan of the lying patient on the skin of the CT; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub supine: Option<ScanFit>,
+}
+
+/// A list that is not empty.
+fn some<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<StateFit>, D::Error> {
+    let states = Vec::deserialize(from)?;
+    match states.is_empty() {
+        true => Err(serde::de::Error::custom("a fit has one rest state at least")),
+        false => Ok(states),
+    }
 }
 
 /// One modulus for all tissues, fitted to the same scan in the rest state that the run goes on with.
@@ -38,7 +48,7 @@ impl TissueFit {
     /// What the run goes on with.
     ///
     /// # Panics
-    /// Without any state, which no fit is.
+    /// Without any state: neither a fit nor a file that is read gives none.
     pub fn best(&self) -> &StateFit {
         &self.states[0]
     }

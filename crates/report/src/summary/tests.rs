@@ -212,7 +212,7 @@ pub(crate) fn example() -> Summary {
             .to_vec(),
         tumour: Some(Movement::new([40.0, -30.0, 10.0], [42.0, -29.0, 7.0])),
         tumour_interval: Some(interval()),
-        evaluation: None,
+        evaluation: Some(evaluation()),
         nipple: Some(Movement::new([42.0, -52.0, 8.0], [45.0, -50.0, 4.0])),
         points: vec![CarriedPoint {
             name: "clip <1>".into(),
@@ -300,7 +300,24 @@ pub(crate) fn example() -> Summary {
 }
 
 /// A modulus that was fitted in both states.
-fn fit() -> TissueFit {
+pub(crate) fn evaluation() -> Evaluation {
+    let of =
+        |points, mean_mm| SkinDistances { points, mean_mm, rms_mm: 0.5, p95_mm: 0.9, max_mm: 1.25 };
+    let surface = |name: &str, mean_mm| EvaluatedSurface {
+        name: name.into(),
+        near: of(180, mean_mm),
+        breast: of(4000, 0.0),
+    };
+    Evaluation {
+        surfaces: vec![surface("ct", -0.5), surface("default", -0.25), surface("run", 0.125)],
+        near_mm: [50.0, -60.0, 0.0],
+        near_radius_mm: 20.0,
+        torso_mm: 0.4,
+        patient_from_scan: fit().best().patient_from_scan,
+    }
+}
+
+pub(crate) fn fit() -> TissueFit {
     let state = |rest: &str, young_kpa: f64, misfit_mm: f64| StateFit {
         rest: rest.into(),
         young_kpa,
