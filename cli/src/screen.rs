@@ -34,7 +34,9 @@ impl Screen {
         if common.quiet || common.no_progress {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
-        let style = ProgressStyle::with_template("{msg:>13} [{bar:32}] {percent:>3} %  {elapsed}");
+        let style = ProgressStyle::with_template(
+            "{msg:>13} [{bar:32}] {percent:>3} %  {elapsed}  {prefix}",
+        );
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }
@@ -155,6 +157,7 @@ impl Screen {
         change(&mut running);
         if let Some(last) = running.last() {
             self.bar.set_message(last.name());
+            self.bar.set_prefix("");
             self.bar.set_position(0);
         }
     }
@@ -185,6 +188,17 @@ impl Observer for Screen {
         let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         if running.last() == Some(&node) {
             self.bar.set_position((share * 1000.0) as u64);
+        }
+    }
+
+    fn found(&self, node: NodeId, text: &str) {
+        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        if running.last() == Some(&node) {
+            self.bar.set_prefix(text.to_string());
+        }
+        drop(running);
+        if self.verbose {
+            self.say(&format!("{:>13}  {text}", node.name()));
         }
     }
 

@@ -304,7 +304,7 @@ fn a_stop_is_obeyed_at_every_call() {
             calls.fetch_add(1, Ordering::Relaxed);
             true
         };
-        let run = |sink: &(dyn Fn(f64) -> bool + Sync)| {
+        let run = |sink: &dyn supine_space::Watch| {
             solve(
                 &Body::new(mesh.clone(), Tissue::default()),
                 &to(sitting()),

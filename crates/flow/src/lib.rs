@@ -39,4 +39,6 @@ pub use run::{Options, run};
 pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;
 pub use spec::{Case, CaseError, Spec};
-pub use supine_report::{Reason, Summary, Warning, directions, headline, held, moves};
+pub use supine_report::{
+    Reason, Summary, UncertainPatch, Warning, directions, headline, held, moves,
+};

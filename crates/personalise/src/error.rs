@@ -59,9 +59,9 @@ pub enum Error {
     },
     /// Only a posture that none has explains the scan.
     #[error(
-        "the scan fits best to a patient who leans {} by {:.0} degrees or more, and even then lies {misfit_mm:.1} mm rms off the model's \
-         skin: she did not sit upright, something holds or covers the breast, or the scan is of another patient; no modulus can be \
-         told from it",
+        "the scan fits best to a patient who leans {} by {:.0} degrees, and then lies {misfit_mm:.1} mm rms off the model's \
+         skin: she did not sit upright, something holds or covers the breast, the scan is of another patient, or the tissue is \
+         far from uniform; no modulus can be told from it",
         if *lean_deg > 0.0 { "back" } else { "forward" }, lean_deg.abs()
     )]
     Posture {
@@ -69,6 +69,19 @@ pub enum Error {
         lean_deg: f64,
         /// What is left on the breast, mm rms.
         misfit_mm: f64,
+    },
+    /// The moduli of the tissues ran on.
+    #[error(
+        "the moduli of the tissues do not settle in the rest state `{}` (gland {gland:.1} and skin {skin:.1} times as stiff as fat at \
+         last): the scan does not determine them; leave `tissue.map` out, or give their proportions", rest.name()
+    )]
+    Unsettled {
+        /// The rest state.
+        rest: supine_fem::RestState,
+        /// Modulus of gland over that of fat, where it was given up.
+        gland: f64,
+        /// Of skin.
+        skin: f64,
     },
     /// No modulus has a solution.
     #[error("no modulus has a solution in the rest state `{}`: {why}", rest.name())]
@@ -97,6 +110,7 @@ impl Error {
             Self::NoSolution { .. }
             | Self::AtEnd { .. }
             | Self::Still { .. }
+            | Self::Unsettled { .. }
             | Self::NoPath { .. } => Failure::Method,
             Self::NotSeen { .. } | Self::Posture { .. } => Failure::Input,
             Self::Scan(error) => error.kind(),

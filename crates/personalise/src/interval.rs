@@ -38,6 +38,8 @@ pub struct Question<'a> {
     pub wall_error_mm: &'a (dyn Fn(&Point) -> f64 + Sync),
     /// Its uncertain places.
     pub patches: &'a [Patch],
+    /// The body with each proportion of its tissues' moduli another one, by one standard deviation: independent of each other.
+    pub tissues: &'a [Body],
 }
 
 impl std::fmt::Debug for Question<'_> {
@@ -51,6 +53,8 @@ impl std::fmt::Debug for Question<'_> {
 pub enum Source {
     /// Young's modulus.
     Modulus,
+    /// The moduli of the tissues in proportion to each other.
+    Tissues,
     /// The rest state.
     RestState,
     /// The place of the chest wall.
@@ -165,6 +169,7 @@ pub fn tumour_interval(
         unloaded: unloaded.as_ref(),
         both,
         wall: root(&wall.covariance()),
+        tissues: root(&by_tissues(question)?),
         mesh_mm: mesh_mm(&errors),
     };
     let mut found = told(&rests, wall.effects(question.patches))?;
@@ -186,10 +191,14 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     let none = Drawn::default();
     let mut shares = vec![
         share(Source::Modulus, Drawn { modulus: true, ..none })?,
+        share(Source::Tissues, Drawn { tissues: true, ..none })?,
         share(Source::RestState, Drawn { rest: true, ..none })?,
         share(Source::ChestWall, Drawn { wall: true, ..none })?,
         share(Source::Mesh, Drawn { mesh: true, ..none })?,
     ];
+    if rests.tissues == Matrix::zeros() {
+        shares.retain(|share| share.source != Source::Tissues);
+    }
     shares.sort_by(|a, b| b.within_mm.total_cmp(&a.within_mm));
     let rest = match nominal.rest {
         RestState::Net => RestState::Unloaded,
@@ -234,6 +243,20 @@ const CANCEL: f64 = 5.0;
 /// Standard deviation of a component by the mesh, mm.
 fn mesh_mm(errors: &GoalErrors) -> f64 {
     errors.shares.iter().sum::<f64>() / (CANCEL * crate::belief::NORMAL_95)
+}
+
+/// Covariance of the displacement by the proportions of the tissues' moduli, mm².
+fn by_tissues(question: &Question<'_>) -> Result<Matrix, Error> {
+    let Question { load, params, solved, .. } = *question;
+    let centre = question.tumour.centre();
+    let own = at_centre(solved, &centre);
+    let mut covariance = Matrix::zeros();
+    for body in question.tissues {
+        let (other, _) = supine_fem::solve(body, load, params, Progress::none())?;
+        let change = at_centre(&other, &centre) - own;
+        covariance += change * change.transpose();
+    }
+    Ok(covariance)
 }
 
 /// The displacement of the place nearest to a point, LPS, mm.

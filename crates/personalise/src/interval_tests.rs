@@ -76,6 +76,7 @@ impl Case {
             tumour: Sphere::new(tumour(), 4.0).unwrap(),
             belief,
             wall_error_mm: &|_| wall_mm,
+            tissues: &[],
             patches: &[Patch {
                 centre: Point::new(30.0, 30.0, 0.0),
                 area_mm2: 400.0,

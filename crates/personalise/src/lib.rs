@@ -20,8 +20,8 @@ pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
 pub use fit::{
-    BACK_SHARE, Carried, Choice, DECIDES, Fit, FitQuestion, Part, StateFit, UPRIGHT_DEG, compare,
-    fit,
+    BACK_SHARE, Carried, Choice, DECIDES, DeviationParts, Fit, FitQuestion, Part, Proportions,
+    StateFit, Tissues, UPRIGHT_DEG, compare, fit, moduli,
 };
 pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
 pub use wall::{Patch, PatchEffect};

@@ -29,6 +29,8 @@ pub(crate) struct Rests<'a> {
     pub(crate) both: bool,
     /// Square root of the covariance by the chest wall, mm.
     pub(crate) wall: Matrix,
+    /// The same by the proportions of the tissues' moduli, mm.
+    pub(crate) tissues: Matrix,
     /// Standard deviation of each component by the mesh, mm.
     pub(crate) mesh_mm: f64,
 }
@@ -41,17 +43,19 @@ pub(crate) struct Nominal {
     pub(crate) displacement: Vector,
 }
 
-/// Which of the four are drawn; the others are as in the run.
+/// Which of these are drawn; the others are as in the run.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Drawn {
     pub(crate) modulus: bool,
     pub(crate) rest: bool,
     pub(crate) wall: bool,
     pub(crate) mesh: bool,
+    pub(crate) tissues: bool,
 }
 
 impl Drawn {
-    pub(crate) const ALL: Self = Self { modulus: true, rest: true, wall: true, mesh: true };
+    pub(crate) const ALL: Self =
+        Self { modulus: true, rest: true, wall: true, mesh: true, tissues: true };
 }
 
 impl Rests<'_> {
@@ -100,6 +104,7 @@ impl Rests<'_> {
     pub(crate) fn cloud(&self, drawn: Drawn) -> Result<Vec<Vector>, Error> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut of_tissues = ChaCha8Rng::seed_from_u64(SEED + 1);
         let nominal = self.nominal.displacement.norm();
         let mut cloud = Vec::with_capacity(DRAWS);
         let mut tried = 0;
@@ -123,10 +128,13 @@ impl Rests<'_> {
             let Some(u) = self.at(kpa, rest) else { continue };
             let wall = self.wall * Vector::new(numbers[2], numbers[3], numbers[4]);
             let mesh = Vector::new(numbers[5], numbers[6], numbers[7]) * self.mesh_mm;
-            // Both grow with the displacement.
+            let tissues =
+                self.tissues * Vector::from_fn(|_, _| StandardNormal.sample(&mut of_tissues));
+            // All grow with the displacement.
             let scale = if nominal > 0.0 { u.norm() / nominal } else { 1.0 };
             let by = |on: bool, v: Vector| if on { v * scale } else { Vector::zeros() };
-            cloud.push(u + by(drawn.wall, wall) + by(drawn.mesh, mesh));
+            let added = [(drawn.wall, wall), (drawn.mesh, mesh), (drawn.tissues, tissues)];
+            cloud.push(added.into_iter().fold(u, |u, (on, v)| u + by(on, v)));
         }
         Ok(cloud)
     }

@@ -10,11 +10,13 @@ use std::path::Path;
 /// [`Error::Write`] when the folder does not exist or cannot be written.
 pub fn write_fit_table(fit: &TissueFit, path: &Path) -> Result<(), Error> {
     let mut text =
-        "rest,young_kpa,young_low_kpa,young_high_kpa,lean_deg,misfit_mm,chosen\n".to_string();
+        "rest,young_kpa,young_low_kpa,young_high_kpa,lean_deg,misfit_mm,chosen,deviation_scan,\
+         deviation_posture,deviation_tissues,deviation_mesh,deviation_wall,deviation_misfit\n"
+            .to_string();
     for (n, state) in fit.states.iter().enumerate() {
         let [low, high] = state.interval_kpa;
         text += &format!(
-            "{},{:.4},{low:.4},{high:.4},{:.2},{:.3},{}\n",
+            "{},{:.4},{low:.4},{high:.4},{:.2},{:.3},{},{}\n",
             state.rest,
             state.young_kpa,
             state.lean_deg,
@@ -25,7 +27,8 @@ pub fn write_fit_table(fit: &TissueFit, path: &Path) -> Result<(), Error> {
                 "yes"
             } else {
                 "open"
-            }
+            },
+            state.parts.all().map(|part| format!("{part:.4}")).join(",")
         );
     }
     write_text(&text, path)

@@ -14,7 +14,7 @@ mod verdict;
 
 pub use agreement::{Agreement, SkinAgreement};
 pub use evaluation::{EvaluatedSurface, Evaluation, SkinDistances};
-pub use fit::{FitStep, OneModulus, ScanFit, StateFit, TissueFit};
+pub use fit::{DeviationParts, FitStep, FittedTissues, OneModulus, ScanFit, StateFit, TissueFit};
 pub use interval::{Ellipsoid, ModulusKnown, OtherRest, TumourInterval, UncertaintyShare};
 pub use moved::{
     CarriedObject, CarriedPoint, CarriedRegion, Consistency, DenseThing, DoseVolumeCurve,

@@ -173,6 +173,20 @@ fn tissue(s: &Summary) -> Table {
             fixed(state.lean_deg, 1)
         );
         t.row(&format!("Fitted to the scans, {}", state.rest), text);
+        let [scan, posture, tissues, mesh, wall, misfit] =
+            state.parts.all().map(|part| fixed(100.0 * part, 1));
+        let text = format!(
+            "scan {scan} %, posture {posture} %, tissues {tissues} %, mesh {mesh} %, chest wall {wall} %, misfit {misfit} % (standard deviations)"
+        );
+        t.row("Its interval is made of", text);
+        if let Some(by) = &state.tissues {
+            let of = |n: f64, [low, high]: [f64; 2]| {
+                format!("{} times (95 %: {} to {})", fixed(n, 2), fixed(low, 2), fixed(high, 2))
+            };
+            let (gland, skin) = (of(by.gland, by.gland_interval), of(by.skin, by.skin_interval));
+            let text = format!("gland {gland}, skin {skin} as stiff as fat");
+            t.row("Fitted moduli of the tissues", text);
+        }
     }
     if let Some(one) = s.fit.as_ref().and_then(|fit| fit.one_modulus.as_ref()) {
         let [kpa, mm] = [fixed(one.young_kpa, 3), fixed(one.misfit_mm, 2)];

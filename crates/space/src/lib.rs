@@ -18,7 +18,7 @@ pub use failure::Failure;
 pub use gravity::{BedPose, GRAVITY_M_S2, sitting, supine};
 pub use grid::{Grid, GridError};
 pub use pack::{LANES, Pack};
-pub use progress::{Progress, Stopped};
+pub use progress::{Beside, OneOf, Progress, Stopped, Watch};
 pub use sphere::{Sphere, SphereError};
 pub use view::{Plane, Spot, View};
 pub use warning::Warning;

@@ -89,6 +89,12 @@ impl Observer for Gather<'_> {
         }
     }
 
+    fn found(&self, node: NodeId, text: &str) {
+        if self.is_new(node) {
+            self.observer.found(node, text);
+        }
+    }
+
     fn warning(&self, node: NodeId, warning: &Warning) {
         if self.heard().warnings.contains(warning) {
             return;

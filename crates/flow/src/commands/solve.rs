@@ -116,7 +116,7 @@ pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error>
     };
     let law = Law::under(&case, Load { ct: supine_space::supine(), target });
     let meshed = Meshed::given(given_mesh(&given.mesh)?);
-    let body = law.body(&meshed, None);
+    let body = law.body(&meshed, None, None);
     problem(given, &law, &body)?;
     let gather = Gather::new(observer, &[]);
     let found = find(given, &law, &body, case.young_interval_kpa, &gather)?;

@@ -147,7 +147,7 @@ impl Node for Evaluation {
 
 /// How the default tissue deforms; none, and told, where it has no solution: the result does not rest on it.
 fn by_default(law: &Law, meshed: &Meshed, work: &Work<'_>) -> Result<Option<Deformation>, Error> {
-    let (body, part) = (law.body(meshed, None), work.progress.part(0.1, 0.5));
+    let (body, part) = (law.body(meshed, None, None), work.progress.part(0.1, 0.5));
     match supine_fem::solve(&body, &law.load(), &law.solver(), part) {
         Ok((deformation, _)) => Ok(Some(deformation)),
         Err(error) if error.kind() == Failure::Stopped => Err(error.into()),

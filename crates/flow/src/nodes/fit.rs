@@ -1,14 +1,15 @@
 //! The modulus that fits a scan of the sitting patient, in each rest state.
 
-use super::{Import, Mesh, Moduli, Region, Segment};
+use super::{Import, Mesh, Moduli as ModuliNode, Region, Segment, Tissues as TissuesNode};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
+use crate::nodes::moduli::{ByTissue, tissue_map};
 use crate::nodes::segment::Segmented;
-use crate::shared::{other_breast, read_scans, rest_name, skin_distance};
-use crate::spec::Case;
+use crate::shared::{TissueMap, other_breast, read_scans, shares, skin_distance};
+use crate::spec::{Case, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
@@ -16,9 +17,11 @@ use std::sync::Arc;
 use supine_exchange::{read_scan_distances, write_scan_distances};
 use supine_fem::{Body, Load, RestState};
 use supine_mesh::{BoundaryTag, ScanDistances, TetMesh};
-use supine_personalise::{Choice, DECIDES, FitQuestion, UPRIGHT_DEG, compare, fit};
+use supine_personalise::{Choice, DECIDES, FitQuestion, Tissues, UPRIGHT_DEG, compare, fit};
 use supine_register::Skin;
-use supine_report::{FitStep, Input, OneModulus, StateFit, TissueFit};
+use supine_report::{
+    DeviationParts, FitStep, FittedTissues, Input, Moduli, OneModulus, StateFit, TissueFit,
+};
 use supine_segment::UNCERTAIN_MM;
 use supine_space::{Failure, Progress, Side, Warning};
 
@@ -45,6 +48,10 @@ pub(crate) struct Own {
     /// As the patient sits.
     law: Law,
     scans: Option<Scans>,
+    /// Whether the proportions of the tissues' moduli are fitted too; those that are taken for likely.
+    tissues: Option<[f64; 4]>,
+    /// Whether labels tell fat from gland; else HU.
+    by_labels: bool,
 }
 
 /// The scans of a case.
@@ -61,6 +68,8 @@ pub(crate) struct Scans {
 #[derive(Serialize, Deserialize, Clone, Debug, Default)]
 pub(crate) struct Fitted {
     tissue: Option<TissueFit>,
+    /// Those of the tissues with what was fitted.
+    moduli: Option<Moduli>,
     inputs: Vec<Input>,
     /// Of the sitting scan from the skin of the CT, and from the model's with what was fitted.
     #[serde(skip)]
@@ -72,27 +81,16 @@ impl Fitted {
         self.tissue.as_ref()
     }
 
+    pub(crate) fn moduli(&self) -> Option<&Moduli> {
+        self.moduli.as_ref()
+    }
+
     pub(crate) fn inputs(&self) -> &[Input] {
         &self.inputs
     }
 
     pub(crate) fn distances(&self) -> Option<&ScanDistances> {
         self.distances.as_deref()
-    }
-}
-
-/// A body whose mean modulus is the one that was fitted.
-pub(crate) trait OfMean {
-    /// It.
-    fn of_mean(self, fit: Option<&TissueFit>) -> Self;
-}
-
-impl OfMean for Body {
-    fn of_mean(self, fit: Option<&TissueFit>) -> Self {
-        match fit {
-            Some(fit) if self.young_kpa.is_some() => self.with_mean(fit.best().young_kpa),
-            _ => self,
-        }
     }
 }
 
@@ -104,6 +102,8 @@ impl Case {
         case.rest = if fit.best().rest == "net" { RestState::Net } else { RestState::Unloaded };
         if let Some(stiffness) = &mut case.stiffness {
             stiffness.mean_kpa = Some(fit.best().young_kpa);
+            stiffness.kpa =
+                fit.best().tissues.as_ref().map_or(stiffness.kpa, FittedTissues::proportions);
         }
         case
     }
@@ -111,10 +111,10 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Import, Segment, Region, Mesh, Moduli);
+    type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
     type Out = Fitted;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -130,11 +130,14 @@ impl Node for Fit {
                 supine: file("scans.supine", &fit.supine)?,
                 landmarks: file("scans.landmarks", &scans.landmarks)?,
                 unit: scans.unit,
-                states: fit.states.iter().map(|rest| rest_name(*rest)).collect(),
+                states: fit.states.iter().map(|rest| rest.name()).collect(),
             })
         });
         let left = case.breast == Some(Side::Left);
-        Ok(Own { left, law: Law::under(case, load), scans: scans.transpose()? })
+        let tissues = case.stiffness.filter(|stiffness| !stiffness.given).map(|s| s.kpa);
+        let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
+        let law = Law::under(case, load);
+        Ok(Own { left, law, scans: scans.transpose()?, tissues, by_labels })
     }
 
     fn not_asked(own: &Own) -> Option<Fitted> {
@@ -142,16 +145,18 @@ impl Node for Fit {
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Fitted, Error> {
-        let (input, segmented, region, meshed, moduli) = parents;
+        let (input, segmented, region, tissues, meshed, moduli) = parents;
         let Some(scans) = &own.scans else { return Ok(Fitted::default()) };
         let sphere = region.sphere()?;
         let skin = Skin::of(&*skin_distance(&input, &segmented)?);
         let read = read_scans(scans, &skin, sphere, work)?;
-        let body = own.law.body(&meshed, moduli.as_ref().as_ref());
-        let coarse = coarser(&body, COARSE, work.progress.part(0.3, 0.4))?;
+        let moduli = moduli.as_ref().as_ref();
+        let body = own.law.body(&meshed, moduli, None);
+        let map = tissue_map(&input, &tissues, own.by_labels);
+        let (coarse, shares) = coarse(&body, moduli.zip(map), work.progress.part(0.3, 0.4))?;
         let states = RestState::ALL.into_iter();
         let states: Vec<RestState> =
-            states.filter(|rest| scans.states.contains(&rest_name(*rest))).collect();
+            states.filter(|rest| scans.states.contains(&rest.name())).collect();
         let other = other_breast(own.left, &segmented, &skin, sphere);
         let question = FitQuestion {
             body: &body,
@@ -165,15 +170,21 @@ impl Node for Fit {
             scan: &read.sitting,
             poses: &read.poses,
             wall_mm: wall_mm(&segmented, &meshed.mesh),
+            tissues: own.tissues.zip(moduli).map(|(likely, by)| Tissues {
+                shares: &by.shares,
+                coarse: &shares,
+                likely,
+            }),
         };
         let found = fit(&question, work.progress.part(0.4, 0.8)).map_err(Error::Fit)?;
         let mut tissue = told(&found, read.supine);
         tissue.one_modulus = one_modulus(&question, &found, work.progress.part(0.8, 1.0))?;
-        warn(&tissue, work);
+        warn(&tissue, moduli.is_some(), work);
+        let moduli = moduli.map(|by| by.fitted(&meshed.mesh, tissue.best()).1);
         let files = [Some(&scans.sitting), scans.supine.as_ref(), scans.landmarks.as_ref()];
         let inputs = files.into_iter().flatten().map(|file| file.told(file.key)).collect();
         let distances = Some(Arc::new(found.distances));
-        Ok(Fitted { tissue: Some(tissue), inputs, distances })
+        Ok(Fitted { tissue: Some(tissue), moduli, inputs, distances })
     }
 
     fn save(out: &Fitted, work: &Work<'_>) -> Result<(), Error> {
@@ -207,9 +218,10 @@ fn one_modulus(
     let by_tissue = found.states.iter().find(|state| state.rest == rest);
     let (Some(_), Some(by_tissue)) = (&question.body.young_kpa, by_tissue) else { return Ok(None) };
     let body = Body { young_kpa: None, ..question.body.clone() };
-    let coarse = coarser(&body, COARSE, progress.part(0.0, 0.2))?;
-    let alone = FitQuestion { body: &body, coarse: &coarse, states: &[rest], ..*question };
-    let fitted = match fit(&alone, progress.part(0.2, 1.0)) {
+    let coarse = Body { young_kpa: None, ..question.coarse.clone() };
+    let alone =
+        FitQuestion { body: &body, coarse: &coarse, states: &[rest], tissues: None, ..*question };
+    let fitted = match fit(&alone, progress) {
         Ok(fitted) => fitted,
         Err(error) if error.kind() == Failure::Stopped => return Err(Error::Fit(error)),
         Err(_) => return Ok(None),
@@ -220,6 +232,20 @@ fn one_modulus(
         misfit_mm: one.misfit_mm,
         evidence: compare(question, one, by_tissue),
     }))
+}
+
+/// The body on fewer tetrahedra, and which shares of tissues these have.
+fn coarse(
+    body: &Body,
+    by: Option<(&ByTissue, TissueMap<'_>)>,
+    progress: Progress<'_>,
+) -> Result<(Body, Vec<[f64; 4]>), Error> {
+    let bare = Body { young_kpa: None, ..body.clone() };
+    let coarse = coarser(&bare, COARSE, progress)?;
+    let Some((by, map)) = by else { return Ok((coarse, vec![])) };
+    let shares = shares(&coarse.mesh, &map);
+    let young_kpa = Some(Arc::from(supine_personalise::moduli(&shares, &by.kpa())));
+    Ok((Body { young_kpa, ..coarse }, shares))
 }
 
 /// How far the chest wall as a whole may be off, one standard deviation, mm.
@@ -238,7 +264,7 @@ fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> f64 {
 fn told(found: &supine_personalise::Fit, supine: Option<supine_report::ScanFit>) -> TissueFit {
     let chosen = found.choice.rest();
     let mut states: Vec<StateFit> = found.states.iter().map(state).collect();
-    states.sort_by_key(|state| state.rest != rest_name(chosen));
+    states.sort_by_key(|state| state.rest != chosen.name());
     let (decided, evidence) = match found.choice {
         Choice::Asked(_) => (true, None),
         Choice::Decided { evidence, .. } => (true, Some(evidence)),
@@ -251,12 +277,14 @@ fn state(state: &supine_personalise::StateFit) -> StateFit {
     let end = |side: f64| state.young_kpa * (side * NORMAL_95 * state.deviation).exp();
     let path = state.path.iter();
     StateFit {
-        rest: rest_name(state.rest).into(),
+        rest: state.rest.name().into(),
         young_kpa: state.young_kpa,
         interval_kpa: [end(-1.0), end(1.0)],
         deviation: state.deviation,
+        parts: parts(&state.parts),
         lean_deg: state.lean_deg,
         misfit_mm: state.misfit_mm,
+        tissues: state.proportions.as_ref().map(tissues),
         other_pose: state.other_pose,
         patient_from_scan: state.aligned.pose.to_homogeneous().transpose().into(),
         path: path
@@ -266,14 +294,33 @@ fn state(state: &supine_personalise::StateFit) -> StateFit {
     }
 }
 
+fn parts(parts: &supine_personalise::DeviationParts) -> DeviationParts {
+    let supine_personalise::DeviationParts { scan, posture, tissues, mesh, wall, misfit } = *parts;
+    DeviationParts { scan, posture, tissues, mesh, wall, misfit }
+}
+
+fn tissues(fitted: &supine_personalise::Proportions) -> FittedTissues {
+    let supine_personalise::Proportions { gland, skin, tumour, deviations, .. } = *fitted;
+    let interval = |median: f64, k: usize| {
+        [-NORMAL_95, NORMAL_95].map(|side| median * (side * deviations[k]).exp())
+    };
+    let [gland_interval, skin_interval] = [interval(gland, 0), interval(skin, 1)];
+    FittedTissues { gland, gland_interval, skin, skin_interval, tumour, deviations }
+}
+
 /// Says what speaks against it.
-fn warn(fit: &TissueFit, work: &Work<'_>) {
+fn warn(fit: &TissueFit, by_tissue: bool, work: &Work<'_>) {
     let best = fit.best();
     if best.misfit_mm > MISFIT_MM {
         let text = format!(
-            "the model's skin lies {:.2} mm rms off the scan of the sitting patient (above {MISFIT_MM} mm): one modulus does not \
-             describe this breast, or the scan is not of her as she was in the CT; the modulus is an average",
-            best.misfit_mm
+            "the model's skin lies {:.2} mm rms off the scan of the sitting patient (above {MISFIT_MM} mm): {}, or the scan is not of \
+             her as she was in the CT; the modulus is an average",
+            best.misfit_mm,
+            if by_tissue {
+                "these moduli of the tissues do not describe this breast"
+            } else {
+                "one modulus does not describe this breast (set tissue.map to fit one for gland and one for skin too)"
+            }
         );
         work.warn(Warning::new("fit-misfit", text));
     }

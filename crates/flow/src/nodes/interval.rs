@@ -1,6 +1,6 @@
 //! How sure the displacement of the tumour is.
 
-use super::{Fit, Mesh, Moduli, OfMean, Region, Segment, Solve};
+use super::{Fit, Mesh, Moduli, Region, Segment, Solve};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -69,7 +69,12 @@ impl Node for Interval {
             return Ok(Known::default());
         }
         let law = own.law.fitted(fit.tissue());
-        let body = law.body(&meshed, moduli.as_ref().as_ref()).of_mean(fit.tissue());
+        let moduli = moduli.as_ref().as_ref();
+        let body = law.body(&meshed, moduli, fit.tissue());
+        let tissues: Vec<Body> = other_tissues(fit.tissue())
+            .iter()
+            .map(|fit| law.body(&meshed, moduli, Some(fit)))
+            .collect();
         let (load, params) = (law.load(), law.solver());
         let coarse = coarser(&body, COARSE, work.progress.part(0.0, 0.4))?;
         let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
@@ -84,6 +89,7 @@ impl Node for Interval {
             belief: belief(own.young_kpa, fit.tissue())?,
             wall_error_mm: &|place| map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)),
             patches: &patches,
+            tissues: &tissues,
         };
         match tumour_interval(&question, work.progress.part(0.4, 1.0)) {
             Ok(found) => Ok(told(&question, found, work)),
@@ -103,6 +109,18 @@ impl Node for Interval {
     fn load(facts: serde_json::Value, _: &Work<'_>) -> Result<Known, Error> {
         Ok(serde_json::from_value(facts)?)
     }
+}
+
+/// What was fitted with the proportion of gland, of skin, and of the tumour, another one by a standard deviation.
+fn other_tissues(fit: Option<&TissueFit>) -> Vec<TissueFit> {
+    let of = |which: usize| {
+        let mut other = fit?.clone();
+        let by = other.states.first_mut()?.tissues.as_mut()?;
+        let factor = by.deviations[which].exp();
+        *[&mut by.gland, &mut by.skin, &mut by.tumour][which] *= factor;
+        Some(other)
+    };
+    [0, 1, 2].into_iter().filter_map(of).collect()
 }
 
 /// What is known of the modulus: what was fitted, what the case says, or what the literature has.
@@ -203,6 +221,7 @@ fn told(
 fn source_name(source: Source) -> &'static str {
     match source {
         Source::Modulus => "modulus",
+        Source::Tissues => "tissues",
         Source::RestState => "rest_state",
         Source::ChestWall => "chest_wall",
         Source::Mesh => "mesh",

@@ -1,7 +1,7 @@
 //! The tissue, its load and how it is solved: what several nodes see of the case in the same way.
 
 use crate::Error;
-use crate::shared::{cut_name, rest_name};
+use crate::shared::cut_name;
 use crate::spec::Case;
 use serde::Serialize;
 use supine_fem::{Cut, Load, Params, RestState, Tissue};
@@ -35,7 +35,7 @@ impl Law {
             young_kpa,
             poisson,
             density_kg_m3,
-            rest: rest_name(case.rest),
+            rest: case.rest.name(),
             cut: cut_name(case.cut),
             spring_kpa_mm: case.spring_kpa_mm,
             order: case.mesh.order.number(),

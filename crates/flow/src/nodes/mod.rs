@@ -30,7 +30,7 @@ pub(crate) use carry::Carry;
 pub(crate) use evaluation::Evaluation;
 pub(crate) use export::Export;
 pub(crate) use fields::Fields;
-pub(crate) use fit::{Fit, OfMean, Scans};
+pub(crate) use fit::{Fit, Scans};
 pub(crate) use import::{Import, Imported};
 pub(crate) use interval::Interval;
 pub(crate) use labels_object::LabelsObject;

@@ -3,11 +3,15 @@
 use super::{Import, Mesh, Tissues};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::shared::{ModulusMap, moduli};
+use crate::nodes::import::Imported;
+use crate::nodes::tissues::Labelled;
+use crate::shared::{TissueMap, moduli, shares};
 use crate::spec::{Stiffness, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
+use supine_mesh::TetMesh;
+use supine_report::{FittedTissues, Moduli as Facts, StateFit};
 
 pub(crate) struct Moduli;
 
@@ -20,14 +24,48 @@ pub(crate) struct Own {
 /// The moduli and what a report tells of them.
 #[derive(Serialize, Deserialize, Debug, Clone)]
 pub(crate) struct ByTissue {
+    /// Shares of fat, gland, skin and tumour in each tetrahedron.
+    pub(crate) shares: Vec<[f64; 4]>,
     /// Of each tetrahedron, kPa.
     pub(crate) young_kpa: Vec<f64>,
-    pub(crate) facts: supine_report::Moduli,
+    facts: Facts,
+}
+
+/// Where tissue is read from; none where it was not looked for.
+pub(crate) fn tissue_map<'a>(
+    input: &'a Imported,
+    tissues: &'a Labelled,
+    by_labels: bool,
+) -> Option<TissueMap<'a>> {
+    let (labels, facts) = (tissues.labels.as_ref()?, tissues.facts.as_ref()?);
+    let kind = if by_labels { StiffnessMap::Labels } else { StiffnessMap::Hounsfield };
+    Some(TissueMap { labels, ct: &input.ct, levels_hu: (facts.fat_hu, facts.gland_hu), kind })
+}
+
+impl ByTissue {
+    pub(crate) fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    /// Moduli of fat, gland, skin and tumour, kPa.
+    pub(crate) fn kpa(&self) -> [f64; 4] {
+        let Facts { fat_kpa, gland_kpa, skin_kpa, tumour_kpa, .. } = self.facts;
+        [fat_kpa, gland_kpa, skin_kpa, tumour_kpa]
+    }
+
+    /// Those with what was fitted.
+    pub(crate) fn fitted(&self, mesh: &TetMesh, fit: &StateFit) -> (Vec<f64>, Facts) {
+        let fitted = fit.tissues.as_ref().map(FittedTissues::proportions);
+        let kpa = fitted.unwrap_or_else(|| self.kpa());
+        let map = StiffnessMap::named(&self.facts.map);
+        let stiffness = Stiffness { map, kpa, mean_kpa: Some(fit.young_kpa), given: true };
+        moduli(mesh, &self.shares, &stiffness)
+    }
 }
 
 impl Node for Moduli {
     const ID: NodeId = NodeId::Moduli;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Tissues, Mesh);
@@ -50,16 +88,12 @@ impl Node for Moduli {
         (input, tissues, meshed): Outs<Self>,
         _: &Work<'_>,
     ) -> Result<Self::Out, Error> {
-        let (Some((kpa, mean_kpa)), Some(labels), Some(facts)) =
-            (own.stiffness, &tissues.labels, &tissues.facts)
-        else {
-            return Ok(None);
-        };
-        let map = if own.by_labels { StiffnessMap::Labels } else { StiffnessMap::Hounsfield };
-        let levels_hu = (facts.fat_hu, facts.gland_hu);
-        let place = ModulusMap { labels, ct: &input.ct, levels_hu };
-        let (young_kpa, facts) = moduli(&meshed.mesh, &place, &Stiffness { map, kpa, mean_kpa });
-        Ok(Some(ByTissue { young_kpa, facts }))
+        let map = tissue_map(&input, &tissues, own.by_labels);
+        let (Some((kpa, mean_kpa)), Some(map)) = (own.stiffness, map) else { return Ok(None) };
+        let shares = shares(&meshed.mesh, &map);
+        let stiffness = Stiffness { map: map.kind, kpa, mean_kpa, given: true };
+        let (young_kpa, facts) = moduli(&meshed.mesh, &shares, &stiffness);
+        Ok(Some(ByTissue { shares, young_kpa, facts }))
     }
 
     fn facts(out: &Self::Out) -> Result<serde_json::Value, Error> {

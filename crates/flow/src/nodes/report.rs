@@ -6,6 +6,7 @@ use super::{
 };
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
+use crate::nodes::moduli::ByTissue;
 use crate::nodes::region::Ball as OwnBall;
 use crate::shared::whose;
 use crate::spec::{Case, TumourSpec};
@@ -155,7 +156,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             &carried.inputs,
         ]),
         parameters: Parameters {
-            tissue: tissue(case, moduli.as_ref().as_ref().map(|by| by.facts.clone())),
+            tissue: tissue(case, fit.moduli().or(moduli.as_ref().as_ref().map(ByTissue::facts))),
             mesh: mesh_parameters(case),
             region: region_parameters(region)?,
             interpolation: case.interpolation.name().into(),
@@ -233,16 +234,13 @@ fn inputs(all: &[&[Input]]) -> Vec<Input> {
     once
 }
 
-fn tissue(case: &Case, moduli: Option<supine_report::Moduli>) -> Tissue {
+fn tissue(case: &Case, moduli: Option<&supine_report::Moduli>) -> Tissue {
     Tissue {
-        young_kpa: match (&moduli, case.fit_scans()) {
-            (Some(moduli), None) => moduli.mean_kpa,
-            _ => case.tissue.young_kpa,
-        },
-        moduli,
+        young_kpa: moduli.map_or(case.tissue.young_kpa, |moduli| moduli.mean_kpa),
+        moduli: moduli.cloned(),
         poisson: case.tissue.poisson,
         density_kg_m3: case.tissue.density_kg_m3,
-        rest: crate::shared::rest_name(case.rest).into(),
+        rest: case.rest.name().into(),
         order: case.mesh.order.number(),
         cut: crate::shared::cut_name(case.cut).into(),
     }

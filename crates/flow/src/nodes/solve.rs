@@ -1,6 +1,6 @@
 //! The displacement under the table's gravity.
 
-use super::{Fit, Mesh, Moduli, OfMean};
+use super::{Fit, Mesh, Moduli};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::law::Law;
@@ -13,14 +13,24 @@ use std::sync::Arc;
 use supine_exchange::{read_vtu, write_vtu};
 use supine_fem::Body;
 use supine_mesh::Deformation;
+use supine_report::TissueFit;
 
 pub(crate) struct Solve;
 
 impl Law {
-    /// The body of a mesh.
-    pub(crate) fn body(&self, meshed: &Meshed, moduli: Option<&ByTissue>) -> Body {
+    /// The body of a mesh, with what was fitted where a modulus was.
+    pub(crate) fn body(
+        &self,
+        meshed: &Meshed,
+        moduli: Option<&ByTissue>,
+        fit: Option<&TissueFit>,
+    ) -> Body {
+        let own = |by: &ByTissue| match fit {
+            Some(fit) => Arc::from(by.fitted(&meshed.mesh, fit.best()).0),
+            None => Arc::from(by.young_kpa.as_slice()),
+        };
         Body {
-            young_kpa: moduli.map(|by| Arc::from(by.young_kpa.as_slice())),
+            young_kpa: moduli.map(own),
             curved: meshed.curved.clone(),
             ..Body::new(Arc::clone(&meshed.mesh), self.tissue())
         }
@@ -71,7 +81,7 @@ impl Node for Solve {
 
     fn run(own: &Law, (meshed, moduli, fit): Outs<Self>, work: &Work<'_>) -> Result<Solved, Error> {
         let own = own.fitted(fit.tissue());
-        let body = own.body(&meshed, moduli.as_ref().as_ref()).of_mean(fit.tissue());
+        let body = own.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
         let (deformation, info) =
             supine_fem::solve(&body, &own.load(), &own.solver(), work.progress)?;
         let solve = supine_report::Solve {

@@ -228,6 +228,10 @@ impl Observer for Newest<'_> {
         self.observer.share(node, share);
     }
 
+    fn found(&self, node: NodeId, text: &str) {
+        self.observer.found(node, text);
+    }
+
     fn warning(&self, node: NodeId, warning: &Warning) {
         self.observer.warning(node, warning);
     }

@@ -1,6 +1,6 @@
 //! Doing the steps of a plan: two at a time where neither rests on the other.
 
-use super::observer::Observer;
+use super::observer::{Observer, Watched};
 use super::plan::{Plan, Step, entry};
 use super::{Cells, Done};
 use crate::folder::{Record, RunFolder, visible};
@@ -196,13 +196,10 @@ impl Job<'_> {
 
     fn do_step(&self, node: NodeId, before: &Before) -> Result<Stepped, Error> {
         let entry = entry(node);
-        let share = |share| {
-            self.observer.share(node, share);
-            self.observer.go_on() && !self.failed.load(Ordering::Relaxed)
-        };
+        let watch = Watched { node, observer: self.observer, failed: &self.failed };
         let shelf = self.folder.map(|folder| folder.shelf(node));
         let work =
-            Work::new(Progress::new(&share), shelf, (&before.warned, &before.written), self.clock);
+            Work::new(Progress::new(&watch), shelf, (&before.warned, &before.written), self.clock);
         let key = self.plan.keys.get(node).ok_or(Error::NotKept { node })?;
         let held = || self.cells.lock().ok().and_then(|mut cells| cells.get(node, key));
         match &self.plan.steps[&node] {

@@ -1,11 +1,12 @@
 //! Results as values, computed when they are asked for.
 
 use super::{Freshness, Request, Session};
-use crate::nodes::{Import, Mesh, Points, Segment, Solve, Warp};
+use crate::nodes::{Import, Mesh, Points, Region, Segment, Solve, Warp};
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use supine_mesh::{Deformation, TetMesh};
-use supine_report::Movement;
+use supine_report::{Movement, UncertainPatch};
+use supine_space::Sphere;
 use supine_volume::{Ct, LabelMap};
 
 impl Session {
@@ -29,6 +30,24 @@ impl Session {
     pub fn peek_labels(&self) -> Option<(Arc<LabelMap>, Freshness)> {
         let (segmented, freshness) = self.peek::<Segment>()?;
         Some((Arc::clone(&segmented.labels), freshness))
+    }
+
+    /// The deformed CT that is held, of what is given now or of what was given before; nothing is made.
+    pub fn peek_deformed_ct(&self) -> Option<(Arc<Ct>, Freshness)> {
+        let (warped, freshness) = self.peek::<Warp>()?;
+        Some((Arc::clone(&warped.ct), freshness))
+    }
+
+    /// The region that is held, LPS, mm, and the uncertain places of the chest wall in it, the largest first; nothing is
+    /// made.
+    pub fn peek_region(&self) -> Option<(Sphere, Vec<UncertainPatch>)> {
+        let (chosen, _) = self.peek::<Region>()?;
+        Some((chosen.sphere().ok()?, chosen.patches().to_vec()))
+    }
+
+    /// The tumour as the case gives it, LPS, mm; of one named by a structure, once its file was read.
+    pub fn tumour_sphere(&self) -> Option<Sphere> {
+        self.ground().tumour().ok().map(|placed| placed.sphere)
     }
 
     /// The mesh in the CT shape; points LPS, mm.

@@ -35,7 +35,7 @@ pub use mesher::by_cgal;
 pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
 #[cfg(feature = "tetgen")]
 pub use mesher::{by_tetgen, tetgen_work};
-pub(crate) use moduli::{Map as ModulusMap, moduli};
+pub(crate) use moduli::{Map as TissueMap, moduli, shares};
 pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
@@ -47,5 +47,5 @@ pub(crate) use skin::{other_breast, skin_distance};
 pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
-pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, rest_name, series_description};
+pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, series_description};
 pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};

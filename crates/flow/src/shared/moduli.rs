@@ -1,4 +1,4 @@
-//! The modulus of each tetrahedron from what tissue lies in it.
+//! What tissue lies in each tetrahedron, and its modulus.
 
 use crate::spec::{Stiffness, StiffnessMap};
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use supine_volume::{Ct, LabelMap, label};
 const PER_VOXEL: f64 = 8.0;
 const SAMPLES: (u32, u32) = (64, 4096);
 
-/// What a modulus is read from.
+/// What tissue is read from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Map<'a> {
     /// The finer labels.
@@ -20,34 +20,49 @@ pub(crate) struct Map<'a> {
     pub(crate) ct: &'a Ct,
     /// Levels of fat and gland, HU; without gland all of it counts as fat.
     pub(crate) levels_hu: (f64, Option<f64>),
+    /// Whether labels or HU tell fat from gland.
+    pub(crate) kind: StiffnessMap,
+}
+
+/// Shares of fat, gland, skin and tumour in the soft tissue of each tetrahedron.
+///
+/// It is looked at in more places than it has voxels. What is not soft tissue does not count; soft tissue that is none of
+/// these (implants) counts as fat, and a tetrahedron with nothing else takes the mean of all.
+pub(crate) fn shares(mesh: &TetMesh, map: &Map<'_>) -> Vec<[f64; 4]> {
+    let count = mesh.tets().len();
+    let found: Vec<Option<[f64; 4]>> =
+        (0..count).into_par_iter().map(|t| mean(&mesh.corners(t), map)).collect();
+    let (mut sum, mut whole) = ([0.0; 4], 0.0);
+    for (tet, of) in found.iter().enumerate() {
+        let Some(of) = of else { continue };
+        let volume = mesh.volume(tet);
+        (0..4).for_each(|k| sum[k] += of[k] * volume);
+        whole += volume;
+    }
+    let all = if whole > 0.0 { sum.map(|part| part / whole) } else { [1.0, 0.0, 0.0, 0.0] };
+    found.into_iter().map(|of| of.unwrap_or(all)).collect()
 }
 
 /// The moduli of the tetrahedra, kPa, and what a report tells of them.
 ///
-/// A tetrahedron has the mean over its volume of the moduli of the tissues in it, looked at in more places than
-/// it has voxels. The arithmetic mean, because the energy is linear in the moduli: where the
-/// strain is uniform within the tetrahedron, as in a linear one, it stores exactly what its tissues store.
-/// Soft tissue that is neither fat, gland, skin nor tumour (implants) counts as fat; what is not soft
-/// tissue does not count, and a tetrahedron with nothing else takes the mean of all.
-pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, stiffness: &Stiffness) -> (Vec<f64>, Moduli) {
-    let found: Vec<Option<f64>> = (0..mesh.tets().len())
-        .into_par_iter()
-        .map(|t| mean(&mesh.corners(t), map, stiffness))
-        .collect();
-    let over = |known: &dyn Fn(usize) -> Option<f64>| {
-        let (mut sum, mut whole) = (0.0, 0.0);
-        for tet in 0..mesh.tets().len() {
-            if let Some(e) = known(tet) {
-                sum += e * mesh.volume(tet);
-                whole += mesh.volume(tet);
-            }
-        }
-        if whole > 0.0 { sum / whole } else { stiffness.kpa[0] }
-    };
-    let all = over(&|tet| found[tet]);
-    // A tetrahedron without soft tissue has the mean, so that the mean of all stays.
+/// A tetrahedron has the mean over its volume of the moduli of the tissues in it. The arithmetic mean, because the energy
+/// is linear in the moduli: where the strain is uniform within the tetrahedron, as in a linear one, it stores exactly what
+/// its tissues store.
+pub(crate) fn moduli(
+    mesh: &TetMesh,
+    shares: &[[f64; 4]],
+    stiffness: &Stiffness,
+) -> (Vec<f64>, Moduli) {
+    let found = supine_personalise::moduli(shares, &stiffness.kpa);
+    let (mut sum, mut whole) = (0.0, 0.0);
+    for (tet, e) in found.iter().enumerate() {
+        let volume = mesh.volume(tet);
+        sum += e * volume;
+        whole += volume;
+    }
+    let all = sum / whole;
     let scale = stiffness.mean_kpa.map_or(1.0, |wanted| wanted / all);
-    let moduli: Vec<f64> = found.into_iter().map(|e| scale * e.unwrap_or(all)).collect();
+    let moduli: Vec<f64> = found.into_iter().map(|e| scale * e).collect();
     let [fat_kpa, gland_kpa, skin_kpa, tumour_kpa] = stiffness.kpa.map(|e| e * scale);
     let told = Moduli {
         map: stiffness.map.name().into(),
@@ -62,33 +77,34 @@ pub(crate) fn moduli(mesh: &TetMesh, map: &Map<'_>, stiffness: &Stiffness) -> (V
     (moduli, told)
 }
 
-/// Mean modulus over the soft tissue in a tetrahedron.
-fn mean(corners: &[Point; 4], map: &Map<'_>, stiffness: &Stiffness) -> Option<f64> {
-    let (mut sum, mut count) = (0.0, 0.0);
+/// Shares of the tissues in a tetrahedron.
+fn mean(corners: &[Point; 4], map: &Map<'_>) -> Option<[f64; 4]> {
+    let (mut sum, mut count) = ([0.0; 4], 0.0);
     for p in samples(corners, map.labels.grid()) {
         let Some(voxel) = map.labels.grid().voxel_at(&p) else { continue };
         let label = map.labels.at(voxel);
         if label::is_soft_tissue(label) {
-            sum += modulus(label, map, voxel, stiffness);
+            let of = tissue(label, map, voxel);
+            (0..4).for_each(|k| sum[k] += of[k]);
             count += 1.0;
         }
     }
-    (count > 0.0).then(|| sum / count)
+    (count > 0.0).then(|| sum.map(|part| part / count))
 }
 
-fn modulus(label: u8, map: &Map<'_>, voxel: [usize; 3], stiffness: &Stiffness) -> f64 {
-    let [fat, gland, skin, tumour] = stiffness.kpa;
-    match (label, stiffness.map) {
-        (label::SKIN, _) => skin,
-        (label::TUMOUR, _) => tumour,
-        (label::GLAND, StiffnessMap::Labels) => gland,
+/// Shares of fat, gland, skin and tumour in a voxel.
+fn tissue(label: u8, map: &Map<'_>, voxel: [usize; 3]) -> [f64; 4] {
+    match (label, map.kind) {
+        (label::SKIN, _) => [0.0, 0.0, 1.0, 0.0],
+        (label::TUMOUR, _) => [0.0, 0.0, 0.0, 1.0],
+        (label::GLAND, StiffnessMap::Labels) => [0.0, 1.0, 0.0, 0.0],
         (label::FAT | label::GLAND, StiffnessMap::Hounsfield) => {
             let (low, high) = map.levels_hu;
             let hu = f64::from(map.ct.at(voxel));
-            let share = high.map_or(0.0, |high| ((hu - low) / (high - low)).clamp(0.0, 1.0));
-            fat + share * (gland - fat)
+            let gland = high.map_or(0.0, |high| ((hu - low) / (high - low)).clamp(0.0, 1.0));
+            [1.0 - gland, gland, 0.0, 0.0]
         }
-        _ => fat,
+        _ => [1.0, 0.0, 0.0, 0.0],
     }
 }
 
@@ -138,7 +154,12 @@ mod tests {
     }
 
     fn stiffness(map: StiffnessMap) -> Stiffness {
-        Stiffness { map, kpa: [1.0, 3.0, 20.0, 7.0], mean_kpa: None }
+        Stiffness { map, kpa: [1.0, 3.0, 20.0, 7.0], mean_kpa: None, given: true }
+    }
+
+    fn of(map: &Map<'_>, stiffness: &Stiffness) -> (Vec<f64>, Moduli) {
+        let map = Map { kind: stiffness.map, ..*map };
+        moduli(&corner(), &shares(&corner(), &map), stiffness)
     }
 
     /// Of the tetrahedron with its right corner at the origin the share (1 − t)³ lies beyond x = 12 t.
@@ -147,23 +168,26 @@ mod tests {
         let labels = |of: &dyn Fn(&Point) -> u8| Volume::from_fn(grid(), |v| of(&grid().centre(v)));
         let ct = Volume::from_fn(grid(), |v| if grid().centre(v).x < 3.0 { -100 } else { 40 });
         let mixed = labels(&|p| if p.x < 3.5 { label::FAT } else { label::GLAND });
-        let map = Map { labels: &mixed, ct: &ct, levels_hu: (-100.0, Some(60.0)) };
+        let map = Map {
+            labels: &mixed,
+            ct: &ct,
+            levels_hu: (-100.0, Some(60.0)),
+            kind: StiffnessMap::Labels,
+        };
         let beyond = (1.0f64 - 3.5 / 12.0).powi(3);
-        let (found, told) = moduli(&corner(), &map, &stiffness(StiffnessMap::Labels));
+        let (found, told) = of(&map, &stiffness(StiffnessMap::Labels));
         assert!((found[0] - (1.0 + 2.0 * beyond)).abs() < 0.01, "{found:?}");
         assert_eq!((told.min_kpa, told.max_kpa), (found[0], found[0]));
-        let (found, _) = moduli(&corner(), &map, &stiffness(StiffnessMap::Hounsfield));
+        let (found, _) = of(&map, &stiffness(StiffnessMap::Hounsfield));
         let beyond = (1.0f64 - 2.5 / 12.0).powi(3);
         assert!((found[0] - (1.0 + 2.0 * 140.0 / 160.0 * beyond)).abs() < 0.01, "{found:?}");
         // Bone does not count, and where there is nothing else the mean stands in.
         let bony = labels(&|p| if p.x < 3.5 { label::BONE } else { label::TUMOUR });
         let map = Map { labels: &bony, ..map };
-        assert!(
-            (moduli(&corner(), &map, &stiffness(StiffnessMap::Labels)).0[0] - 7.0).abs() < 1e-12
-        );
+        assert!((of(&map, &stiffness(StiffnessMap::Labels)).0[0] - 7.0).abs() < 1e-12);
         let bone = labels(&|_| label::BONE);
         let map = Map { labels: &bone, ..map };
-        assert_eq!(moduli(&corner(), &map, &stiffness(StiffnessMap::Labels)).0, [1.0]);
+        assert_eq!(of(&map, &stiffness(StiffnessMap::Labels)).0, [1.0]);
     }
 
     #[test]
@@ -187,14 +211,15 @@ mod tests {
     fn proportions_are_kept_under_a_wanted_mean() {
         let labels = Volume::from_fn(grid(), |v| if v[0] < 6 { label::FAT } else { label::SKIN });
         let ct = Volume::from_fn(grid(), |_| 0);
-        let map = Map { labels: &labels, ct: &ct, levels_hu: (-100.0, None) };
+        let map =
+            Map { labels: &labels, ct: &ct, levels_hu: (-100.0, None), kind: StiffnessMap::Labels };
         let wanted = Stiffness { mean_kpa: Some(0.609), ..stiffness(StiffnessMap::Labels) };
-        let (found, told) = moduli(&corner(), &map, &wanted);
+        let (found, told) = of(&map, &wanted);
         assert!((found[0] - 0.609).abs() < 1e-12 && (told.mean_kpa - 0.609).abs() < 1e-12);
         assert!((told.skin_kpa / told.fat_kpa - 20.0).abs() < 1e-12, "{told:?}");
         // No gland was found: grey values say nothing.
         let fat = Volume::from_fn(grid(), |_| label::GLAND);
         let map = Map { labels: &fat, ..map };
-        assert_eq!(moduli(&corner(), &map, &stiffness(StiffnessMap::Hounsfield)).0, [1.0]);
+        assert_eq!(of(&map, &stiffness(StiffnessMap::Hounsfield)).0, [1.0]);
     }
 }

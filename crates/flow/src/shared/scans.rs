@@ -163,7 +163,8 @@ impl Onto<'_> {
             );
             work.warn(Warning::new("scan-scale", text));
         }
-        Ok(ScanFit { rms_mm, scale })
+        let patient_from_scan = found.pose.to_homogeneous().transpose().into();
+        Ok(ScanFit { rms_mm, scale, patient_from_scan })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The fixed texts that say what a product is.
 
 use crate::spec::{Case, CaseError, Stiffness};
-use supine_fem::{Cut, RestState};
+use supine_fem::Cut;
 
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
@@ -16,7 +16,7 @@ pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
         None => format!("E {} kPa", short(case.tissue.young_kpa, 3)),
         Some(_) => "E by tissue".into(),
     };
-    Ok(format!("DEFORMED{frame} AP {ap} LAT {lat} {young} {}", rest_name(case.rest)))
+    Ok(format!("DEFORMED{frame} AP {ap} LAT {lat} {young} {}", case.rest.name()))
 }
 
 /// A number in at most so many decimals, none from 100 on, and its order of magnitude from 10,000 on.
@@ -28,14 +28,6 @@ fn short(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
     let text = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.into()
-}
-
-/// Name of a rest state in files and reports.
-pub(crate) fn rest_name(rest: RestState) -> &'static str {
-    match rest {
-        RestState::Net => "net",
-        RestState::Unloaded => "unloaded",
-    }
 }
 
 /// Name of what holds the cut.
@@ -63,7 +55,7 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
         stiffness(case),
         case.tissue.poisson,
         case.tissue.density_kg_m3,
-        rest_name(case.rest),
+        case.rest.name(),
         cut_name(case.cut),
         case.interpolation.name(),
     ))
@@ -71,7 +63,8 @@ pub(crate) fn derivation(case: &Case) -> Result<String, CaseError> {
 
 /// The moduli in words.
 fn stiffness(case: &Case) -> String {
-    let Some(Stiffness { map, kpa: [fat, gland, skin, tumour], mean_kpa }) = case.stiffness else {
+    let Some(Stiffness { map, kpa: [fat, gland, skin, tumour], mean_kpa, .. }) = case.stiffness
+    else {
         return format!("{} kPa", case.tissue.young_kpa);
     };
     let by = format!("fat {fat}, gland {gland}, skin {skin}, tumour {tumour}");

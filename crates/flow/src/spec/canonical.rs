@@ -3,7 +3,7 @@
 use super::case::{Case, Refinement, TumourSpec};
 use super::table::{CLIPPED, SAME_FRAME, TABLE};
 use super::tissue;
-use crate::shared::{CarriedKind, cut_name, rest_name};
+use crate::shared::{CarriedKind, cut_name};
 use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_space::Sphere;
@@ -97,7 +97,7 @@ fn mesh(case: &Case, key: &str) -> Json {
 
 fn of_tissue(case: &Case, key: &str) -> Json {
     // Proportions are those of the method: what was asked is their mean alone.
-    let moduli = case.stiffness.filter(|s| s.mean_kpa.is_none()).map(|s| s.kpa);
+    let moduli = case.stiffness.filter(|s| s.given).map(|s| s.kpa);
     if let Some(n) = tissue::KEYS.iter().position(|k| *k == key) {
         return moduli.map(|kpa| kpa[n]).into();
     }
@@ -107,7 +107,7 @@ fn of_tissue(case: &Case, key: &str) -> Json {
         "tissue.poisson" => case.tissue.poisson.into(),
         "tissue.density" => case.tissue.density_kg_m3.into(),
         "tissue.rest" if case.fit_scans().is_some_and(|s| s.states.len() > 1) => Json::Null,
-        "tissue.rest" => rest_name(case.rest).into(),
+        "tissue.rest" => case.rest.name().into(),
         "tissue.cut" => cut_name(case.cut).into(),
         "tissue.spring" => case.spring_kpa_mm.into(),
         "tissue.map" => case.stiffness.map_or("none", |s| s.map.name()).into(),

@@ -224,7 +224,7 @@ pub static TABLE: &[Parameter] = &[
         MODULUS,
         "kPa",
         Absent("in proportion"),
-        "Young's modulus of fat, with a map",
+        "Young's modulus of fat, with a map; with `scans.sitting` the moduli say proportions, and are fitted if none is given",
     ),
     row(
         ("tissue.gland", "gland"),

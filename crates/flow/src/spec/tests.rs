@@ -266,7 +266,7 @@ fn a_modulus_is_fitted_or_given_but_not_both() {
     assert_eq!(both.len(), 2);
     let one = with(&format!("{sitting}\ntissue = {{ rest = 'net' }}")).unwrap();
     assert_eq!(one.fit_scans().unwrap().states, [supine_fem::RestState::Net]);
-    for tissue in ["young = 0.5", "young_interval = [0.4, 0.9]", "map = 'labels', fat = 0.5"] {
+    for tissue in ["young = 0.5", "young_interval = [0.4, 0.9]"] {
         let text = format!("{sitting}\ntissue = {{ {tissue} }}");
         assert!(with(&text).unwrap_err().to_string().contains("scans.sitting"), "{tissue}");
     }
@@ -275,6 +275,14 @@ fn a_modulus_is_fitted_or_given_but_not_both() {
         let told = with(&format!("scans = {{ {alone} }}")).unwrap_err().to_string();
         assert!(told.contains("scans.sitting"), "{told}");
     }
+    // Moduli of tissues are proportions then.
+    let by = |keys: &str| {
+        let case = with(&format!("{sitting}\ntissue = {{ map = 'labels'{keys} }}")).unwrap();
+        case.stiffness.unwrap()
+    };
+    let given = by(", fat = 0.5, gland = 2.0");
+    assert!(given.given && given.mean_kpa == Some(0.609) && given.kpa[1] / given.kpa[0] == 4.0);
+    assert!(!by("").given);
     // A scan of the result says nothing of the modulus.
     let held = with("scans = { intraop = 'i.ply' }\ntissue = { young = 0.5 }").unwrap();
     assert!(held.fit_scans().is_none() && held.tissue.young_kpa == 0.5);

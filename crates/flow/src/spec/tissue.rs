@@ -23,6 +23,11 @@ impl StiffnessMap {
             Self::Hounsfield => "hu",
         }
     }
+
+    /// The one of this name.
+    pub(crate) fn named(name: &str) -> Self {
+        if name == Self::Hounsfield.name() { Self::Hounsfield } else { Self::Labels }
+    }
 }
 
 /// Moduli that differ from tissue to tissue.
@@ -34,6 +39,8 @@ pub struct Stiffness {
     pub kpa: [f64; 4],
     /// The mean over the mesh to which the proportions are scaled, kPa.
     pub mean_kpa: Option<f64>,
+    /// Whether the case gives them; else they are [`PROPORTIONS`].
+    pub given: bool,
 }
 
 /// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is said.
@@ -101,7 +108,7 @@ pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError
             return Err(value(KEYS[0], "give the modulus of fat too (kPa), or none of them"));
         }
         let mean_kpa = Some(law(given).young_kpa);
-        return Ok(Some(Stiffness { map, kpa: PROPORTIONS, mean_kpa }));
+        return Ok(Some(Stiffness { map, kpa: PROPORTIONS, mean_kpa, given: false }));
     };
     if alone {
         let reason = "leave it out where the moduli of the tissues are given, or give it alone: then \
@@ -109,7 +116,10 @@ pub(super) fn stiffness(given: Given<'_>) -> Result<Option<Stiffness>, CaseError
         return Err(value("tissue.young", reason));
     }
     let kpa = [0, 1, 2, 3].map(|n| moduli[n].unwrap_or(fat * PROPORTIONS[n]));
-    Ok(Some(Stiffness { map, kpa, mean_kpa: None }))
+    // A modulus that is fitted is the mean: those of the tissues then say their proportions.
+    let fitted = given.file("scans.sitting").is_some();
+    let mean_kpa = fitted.then_some(law(given).young_kpa);
+    Ok(Some(Stiffness { map, kpa, mean_kpa, given: true }))
 }
 
 /// Surface scans of the patient.
@@ -159,7 +169,7 @@ fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
     let Some(sitting) = given.file("scans.sitting") else {
         return if supine.is_some() { Err(missing("scans.sitting")) } else { Ok(None) };
     };
-    for key in ["tissue.young", "tissue.young_interval", KEYS[0]] {
+    for key in ["tissue.young", "tissue.young_interval"] {
         if given.get(key).is_some() {
             let reason = "the modulus is fitted to `scans.sitting`: leave one of the two out";
             return Err(value(key, reason));

@@ -27,13 +27,13 @@ const ITERATIONS: usize = 5;
 /// Start of the draws: the same each time.
 const SEED: u64 = 30;
 
-/// Standard deviation of ln E over the draws.
-pub(super) fn deviation(
+/// Standard deviation of each parameter over the draws.
+pub(super) fn deviations(
     question: &FitQuestion<'_>,
     family: &Family<'_>,
     best: &Aligned,
     progress: Progress<'_>,
-) -> Result<f64, Error> {
+) -> Result<Vec<f64>, Error> {
     let scan = question.scan.thinned(SPACING_MM);
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let draws: Vec<Vec<f64>> = (0..DRAWS).map(|_| counts(&scan, &best.pose, &mut random)).collect();
@@ -46,14 +46,17 @@ pub(super) fn deviation(
             prior_mm2: super::refined::PRIOR_MM2,
             ..question.params_of([REACH_MM; 2], ITERATIONS)
         };
-        Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values[0])
+        Ok::<_, Error>(align_near(&scan, family, &posed, &start, &params)?.values)
     };
-    let found: Vec<f64> =
+    let found: Vec<Vec<f64>> =
         draws.par_iter().map(|draw| once(Some(draw))).collect::<Result<_, _>>()?;
     progress.at(1.0)?;
-    let mean = found.iter().sum::<f64>() / found.len() as f64;
-    let squares = found.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
-    Ok((squares / (found.len() - 1) as f64).sqrt())
+    let deviation = |k: usize| {
+        let mean = found.iter().map(|v| v[k]).sum::<f64>() / found.len() as f64;
+        let squares = found.iter().map(|v| (v[k] - mean).powi(2)).sum::<f64>();
+        (squares / (found.len() - 1) as f64).sqrt()
+    };
+    Ok((0..best.values.len()).map(deviation).collect())
 }
 
 /// How often each point of a scan counts in one draw of cells.

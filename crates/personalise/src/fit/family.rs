@@ -18,13 +18,25 @@ const LEANING_DEG: f64 = 12.0;
 const STEP: f64 = 0.25;
 
 /// The skin at all moduli between the softest and the stiffest that were solved. Its parameters are ln E, E in kPa, and
-/// where that was solved too how far gravity turned from where it was said to pull, degrees.
+/// where that was solved too how far gravity turned from where it was said to pull, degrees, and further ones, each linear
+/// about where it was solved.
 #[derive(Debug)]
 pub(crate) struct Family<'a> {
     carried: &'a Carried,
     /// From soft to stiff.
     nodes: Vec<Node>,
     priors: Vec<Prior>,
+    /// Parameters after the turn.
+    further: Vec<Further>,
+}
+
+/// A parameter on which the skin depends linearly.
+#[derive(Debug)]
+struct Further {
+    /// Where it was solved.
+    about: f64,
+    /// E times the change of u with it, kPa mm.
+    slope: Vec<Vector>,
 }
 
 /// The carried points at one modulus.
@@ -43,7 +55,7 @@ struct Node {
 impl<'a> Family<'a> {
     pub(crate) fn new(carried: &'a Carried) -> Self {
         let prior = Prior { mean: 0.0, deviation: f64::INFINITY, range: [0.0; 2], step: STEP };
-        Self { carried, nodes: Vec::new(), priors: vec![prior] }
+        Self { carried, nodes: Vec::new(), priors: vec![prior], further: Vec::new() }
     }
 
     /// Adds what was solved at a modulus: displacement, mm, and its derivative by the modulus, mm/kPa.
@@ -70,6 +82,23 @@ impl<'a> Family<'a> {
         self.nodes.insert(place, node);
         let ends = [&self.nodes[0], &self.nodes[self.nodes.len() - 1]];
         self.priors[0].range = ends.map(|node| -node.x.ln());
+    }
+
+    /// Adds a further parameter: the displacement, mm, at the first modulus that was solved, a step from where all others
+    /// were.
+    pub(crate) fn add_further(
+        &mut self,
+        prior: Prior,
+        about: f64,
+        there: &Displacement,
+        step: f64,
+    ) {
+        let node = &self.nodes[0];
+        let there = self.carried.carry(there);
+        let pairs = node.w.iter().zip(there);
+        let slope = pairs.map(|(w, there)| (there / node.x - w) / step).collect();
+        self.priors.push(prior);
+        self.further.push(Further { about, slope });
     }
 
     /// Lets the modulus go beyond those that were solved by a share.
@@ -145,6 +174,10 @@ impl Shape for Family<'_> {
         if let Some(degrees) = values.get(1) {
             u.iter_mut().zip(self.turn(x)).for_each(|(u, turn)| *u += turn * (x * degrees));
         }
+        for (further, value) in self.further.iter().zip(values.iter().skip(2)) {
+            let by = x * (value - further.about);
+            u.iter_mut().zip(&further.slope).for_each(|(u, slope)| *u += slope * by);
+        }
         self.carried.displaced(&u)
     }
 
@@ -155,6 +188,13 @@ impl Shape for Family<'_> {
         let Some(degrees) = values.get(1) else { return vec![self.carried.spread(&by_ln)] };
         let turn: Vec<Vector> = self.turn(x).into_iter().map(|turn| turn * x).collect();
         by_ln.iter_mut().zip(&turn).for_each(|(slope, turn)| *slope -= turn * *degrees);
-        vec![self.carried.spread(&by_ln), self.carried.spread(&turn)]
+        let mut slopes = vec![turn];
+        for (further, value) in self.further.iter().zip(values.iter().skip(2)) {
+            let slope: Vec<Vector> = further.slope.iter().map(|slope| slope * x).collect();
+            let by = value - further.about;
+            by_ln.iter_mut().zip(&slope).for_each(|(of, slope)| *of -= slope * by);
+            slopes.push(slope);
+        }
+        std::iter::once(by_ln).chain(slopes).map(|slope| self.carried.spread(&slope)).collect()
     }
 }

@@ -14,20 +14,27 @@ mod refined;
 mod search;
 #[cfg(test)]
 mod tests;
+mod tissues;
 
 pub use carried::{BACK_SHARE, Carried, Part};
 pub use evidence::{Choice, DECIDES};
 pub use family::UPRIGHT_DEG;
 pub(crate) use refined::REACH_MM;
+pub use tissues::{Proportions, Tissues, moduli};
 
 use crate::Error;
+use rayon::prelude::*;
 use supine_fem::{Body, Load, Params, RestState};
 use supine_mesh::{Scan, ScanDistances};
 use supine_register::{Aligned, Skin};
-use supine_space::{Point, Pose, Progress, Sphere};
+use supine_space::{Beside, Point, Pose, Progress, Sphere};
 
 /// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front shows nine tenths.
 const SEEN: f64 = 0.35;
+/// A patient who seems to lean more than this, degrees, did not sit: of one who leaned 10 a lean of 8 to 9 is found, of a
+/// gland four times as stiff as fat one of up to 16, and one who lay half, at 38, was taken for one who leans 21 in the other
+/// rest state, with another modulus.
+const LEANS_DEG: f64 = 20.0;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +61,8 @@ pub struct FitQuestion<'a> {
     pub poses: &'a [Pose],
     /// How far the whole chest wall may be off, one standard deviation, mm.
     pub wall_mm: f64,
+    /// What the bodies are made of, when the moduli of the tissues are sought too.
+    pub tissues: Option<Tissues<'a>>,
 }
 
 /// The modulus that fits best in one rest state.
@@ -65,10 +74,12 @@ pub struct StateFit {
     pub young_kpa: f64,
     /// Standard deviation of its logarithm.
     pub deviation: f64,
-    /// Of that, what the bootstrap over patches of skin gives.
-    pub bootstrap: f64,
+    /// What it is made of.
+    pub parts: DeviationParts,
     /// How far gravity pulls from where it was said to, towards that of the CT, degrees: how far the patient leans back.
     pub lean_deg: f64,
+    /// Moduli of the tissues, where they were sought.
+    pub proportions: Option<Proportions>,
     /// Pose of the scan, the points that lie on the skin, the objective.
     pub aligned: Aligned,
     /// Residuals of the breast, mm rms.
@@ -84,6 +95,31 @@ pub struct StateFit {
     pub path: Vec<(f64, f64)>,
     /// Why the path ended before the objective had risen; none when it had.
     pub ended: Option<String>,
+}
+
+/// What the deviation of ln E is made of: independent of each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviationParts {
+    /// Other patches of skin, by bootstrap.
+    pub scan: f64,
+    /// That how far the patient leaned is known no better than its prior says.
+    pub posture: f64,
+    /// That the moduli of the tissues are known no better than their priors say.
+    pub tissues: f64,
+    /// Mesh and weights.
+    pub mesh: f64,
+    /// The chest wall as a whole is off.
+    pub wall: f64,
+    /// One modulus does not describe the breast.
+    pub misfit: f64,
+}
+
+impl DeviationParts {
+    /// All of them together.
+    pub fn whole(&self) -> f64 {
+        let parts = [self.scan, self.posture, self.tissues, self.mesh, self.wall, self.misfit];
+        parts.iter().map(|part| part * part).sum::<f64>().sqrt()
+    }
 }
 
 /// The modulus in each rest state, and what the scan says of these.
@@ -103,10 +139,15 @@ fn check(state: &StateFit) -> Result<(), Error> {
     if state.seen < SEEN {
         return Err(Error::NotSeen { share: state.seen });
     }
-    if state.aligned.at_end.get(1) == Some(&true) {
+    if state.lean_deg.abs() > LEANS_DEG {
         return Err(Error::Posture { lean_deg: state.lean_deg, misfit_mm: state.misfit_mm });
     }
-    Ok(())
+    match state.proportions {
+        Some(Proportions { gland, skin, still: false, .. }) => {
+            Err(Error::Unsettled { rest: state.rest, gland, skin })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// How much better one fit describes the breast than another on the same mesh: N ln(S'/S), S the squares of the breast's
@@ -124,13 +165,17 @@ pub fn compare(question: &FitQuestion<'_>, one: &StateFit, other: &StateFit) -> 
 pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Error> {
     let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
     let fine = Carried::new(question.skin, &question.body.mesh, question.other);
-    let mut states = Vec::new();
-    let share = 1.0 / question.states.len() as f64;
-    for (n, rest) in question.states.iter().enumerate() {
-        let progress = progress.part(n as f64 * share, (n + 1) as f64 * share);
+    // Side by side: one alone does not keep two processors busy.
+    let beside = Beside::new(progress, question.states.len());
+    let one = |(n, rest): (usize, &RestState)| {
+        let watch = beside.one(n);
+        let progress = Progress::new(&watch);
         let found = search::search(question, &coarse, *rest, progress.part(0.0, 0.6))?;
-        states.push(refined::refined(question, &fine, *rest, found, progress.part(0.6, 1.0))?);
-    }
+        refined::refined(question, [&coarse, &fine], *rest, found, progress.part(0.6, 1.0))
+    };
+    let states: Vec<Result<StateFit, Error>> =
+        question.states.par_iter().enumerate().map(one).collect();
+    let states = states.into_iter().collect::<Result<Vec<_>, _>>()?;
     let choice = evidence::choice(&states, &fine);
     let mut distances = ScanDistances::default();
     if let Some(chosen) = states.iter().find(|state| state.rest == choice.rest()) {

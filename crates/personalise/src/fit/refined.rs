@@ -3,9 +3,11 @@
 use super::carried::{Carried, Part};
 use super::family::Family;
 use super::search::{Found, solve};
-use super::{FitQuestion, StateFit, bootstrap};
+use super::tissues::{self, Tissues, settled};
+use super::{DeviationParts, FitQuestion, StateFit, bootstrap};
 use crate::Error;
-use supine_fem::{Params, RestState, Sequence};
+use nalgebra::DMatrix;
+use supine_fem::{Body, Params, RestState, Sequence};
 use supine_mesh::PointTree;
 use supine_register::{Aligned, Shape, Start, align};
 use supine_space::{Point, Progress};
@@ -17,13 +19,14 @@ const BEYOND: f64 = 0.06;
 /// Variance of residuals, (0.4 mm)², over some 60 that tell on their own.
 pub(super) const PRIOR_MM2: f64 = 0.0027;
 /// Attempts before it is given up.
-const ATTEMPTS: usize = 3;
+const ATTEMPTS: usize = 4;
+const ATTEMPTS_BY_TISSUE: usize = 10;
 /// Reach of the loss at the end, mm.
 pub(crate) const REACH_MM: f64 = 4.0;
 /// A point of the skin is seen where a point of the scan lies this near, mm.
 const SEEN_MM: f64 = 6.0;
 /// Mesh and weights, as a share of E: what no residual shows.
-const MODEL: f64 = 0.01;
+const MESH: f64 = 0.01;
 /// Residuals of the breast that noise and surfaces alone leave, mm rms, and by what share of E the modulus that moves the
 /// tumour may differ for each mm beyond: one modulus then does not describe the breast. Chosen on one such patient.
 const MISFIT_MM: f64 = 0.45;
@@ -34,54 +37,148 @@ const WALL_PER_MM: f64 = 0.035;
 /// Corrects what the path found.
 pub(super) fn refined(
     question: &FitQuestion<'_>,
-    carried: &Carried,
+    [coarse, fine]: [&Carried; 2],
     rest: RestState,
     found: Found,
     progress: Progress<'_>,
 ) -> Result<StateFit, Error> {
-    let Found { mut aligned, path, ended, other_pose } = found;
-    let params = Params { rest, ..*question.params };
-    let mut sequence = Sequence::new(question.body, question.load.ct, &params)?;
-    for attempt in 0..ATTEMPTS {
-        let kpa = aligned.values[0].exp();
-        let mut family = Family::new(carried);
-        for side in [1.0 + ASIDE, 1.0 - ASIDE] {
-            let part = attempt as f64 * 0.2 + if side > 1.0 { 0.0 } else { 0.1 };
-            progress.at(part)?;
-            solve(question, &mut sequence, &mut family, kpa * side, true)?;
+    let Found { aligned, path, ended, other_pose } = found;
+    let level = |body, carried, tissues| Level { question, body, carried, tissues, rest };
+    let (mut start, mut from) = (Settled { aligned, about: None, still: true }, 0.0);
+    if let Some(tissues) = question.tissues {
+        from = 0.4;
+        let tissues = Tissues { shares: tissues.coarse, ..tissues };
+        start.about = Some(tissues.start());
+        let level = level(question.coarse, coarse, Some(tissues));
+        start = level.settle(start, ATTEMPTS_BY_TISSUE, progress.part(0.0, from))?.0;
+    }
+    let level = level(question.body, fine, question.tissues);
+    let (settled, family) = level.settle(start, ATTEMPTS, progress.part(from, 0.8))?;
+    let Settled { aligned, still, .. } = settled;
+    let draws = bootstrap::deviations(question, &family, &aligned, progress.part(0.8, 1.0))?;
+    let (pulls, misfit_mm) = (Pulls::new(&aligned, &family), misfit_mm(&aligned, fine));
+    let parts = DeviationParts {
+        scan: draws[0],
+        posture: pulls.of(0, 1..2),
+        tissues: pulls.of(0, 2..4),
+        mesh: MESH,
+        wall: WALL_PER_MM * question.wall_mm,
+        misfit: MISFIT_PER_MM * (misfit_mm - MISFIT_MM).max(0.0),
+    };
+    let proportions = question.tissues.map(|tissues| {
+        let deviations = [2, 3].map(|k: usize| draws[k].hypot(pulls.of(k, 1..4)));
+        tissues.proportions([aligned.values[2], aligned.values[3]], deviations, still)
+    });
+    let skin = family.points(&aligned.values);
+    Ok(StateFit {
+        rest,
+        young_kpa: aligned.values[0].exp(),
+        lean_deg: aligned.values[1],
+        deviation: parts.whole(),
+        parts,
+        misfit_mm,
+        seen: seen(&aligned, fine, &skin),
+        skin,
+        proportions,
+        other_pose,
+        aligned,
+        path,
+        ended,
+    })
+}
+
+/// Where the fit stands.
+struct Settled {
+    aligned: Aligned,
+    /// Logarithms of the tissues' proportions about which is solved, where these are sought.
+    about: Option<[f64; 2]>,
+    /// Whether these stayed where they were solved.
+    still: bool,
+}
+
+/// A mesh on which is solved.
+struct Level<'a> {
+    question: &'a FitQuestion<'a>,
+    body: &'a Body,
+    carried: &'a Carried,
+    tissues: Option<Tissues<'a>>,
+    rest: RestState,
+}
+
+impl<'a> Level<'a> {
+    /// Solves and aligns until the modulus lies within those that were solved, and the tissues stay.
+    fn settle(
+        &self,
+        start: Settled,
+        attempts: usize,
+        progress: Progress<'_>,
+    ) -> Result<(Settled, Family<'a>), Error> {
+        let (rest, Settled { mut aligned, mut about, .. }) = (self.rest, start);
+        let mut kept = None;
+        for attempt in 1..=attempts {
+            let [from, to] = [attempt - 1, attempt].map(|n| n as f64 / attempts as f64);
+            let kpa = aligned.values[0].exp();
+            let mut family = self.family(&mut kept, kpa, about, progress.part(from, to))?;
+            let turn = aligned.values.get(1).copied().unwrap_or(0.0);
+            aligned.values = vec![aligned.values[0], turn];
+            aligned.values.extend(about.iter().flatten());
+            aligned = on_mesh(self.question, &family, &aligned)?;
+            if family.leans(&aligned.values) {
+                aligned = on_mesh(self.question, &family, &aligned)?;
+            }
+            let (kpa, off_mm) = (aligned.values[0].exp(), misfit_mm(&aligned, self.carried));
+            progress.found(&format!("{}: {kpa:.3} kPa, scan {off_mm:.2} mm off", rest.name()));
+            let before = about;
+            about = about.map(|_| [aligned.values[2], aligned.values[3]]);
+            let still = about.zip(before).is_none_or(|(now, before)| settled(now, before));
+            if !aligned.at_end[0] && (still || attempt == attempts) {
+                return Ok((Settled { aligned, about, still }, family));
+            }
+        }
+        Err(Error::AtEnd { rest, young_kpa: aligned.values[0].exp() })
+    }
+
+    /// The skin near a modulus, and near logarithms of the tissues' proportions where these are sought. What is solved is
+    /// kept as long as the tissues stay.
+    fn family(
+        &self,
+        kept: &mut Option<Sequence>,
+        kpa: f64,
+        about: Option<[f64; 2]>,
+        progress: Progress<'_>,
+    ) -> Result<Family<'a>, Error> {
+        let tissues = about.zip(self.tissues);
+        let mut sequence = match (kept.take(), tissues) {
+            (Some(kept), None) => kept,
+            (None, None) => self.sequence(self.body)?,
+            (_, Some((about, tissues))) => self.sequence(&tissues.body(self.body, about))?,
+        };
+        let mut family = Family::new(self.carried);
+        for (n, side) in [1.0 + ASIDE, 1.0 - ASIDE].into_iter().enumerate() {
+            progress.at(n as f64 * 0.25)?;
+            solve(self.question, &mut sequence, &mut family, kpa * side, true)?;
         }
         family.widen(BEYOND);
-        let turn = aligned.values.get(1).copied().unwrap_or(0.0);
-        aligned.values = vec![aligned.values[0], turn];
-        aligned = on_mesh(question, &family, &aligned)?;
-        if family.leans(&aligned.values) {
-            aligned = on_mesh(question, &family, &aligned)?;
+        for which in 0..2 {
+            let Some((about, tissues)) = tissues else { break };
+            progress.at(0.5 + which as f64 * 0.25)?;
+            let mut there = about;
+            there[which] += tissues::ASIDE;
+            let mut aside = self.sequence(&tissues.body(self.body, there))?;
+            let target = self.question.load.target;
+            let moved = aside.at(kpa * (1.0 - ASIDE), target, false, Progress::none())?;
+            let prior = tissues.prior(which, about[which]);
+            let moved = moved.deformation.displacement();
+            family.add_further(prior, about[which], moved, tissues::ASIDE);
         }
-        if !aligned.at_end[0] {
-            let draws = bootstrap::deviation(question, &family, &aligned, progress.part(0.6, 1.0))?;
-            let skin = family.points(&aligned.values);
-            let misfit_mm = misfit_mm(&aligned, carried);
-            let wrong = MISFIT_PER_MM * (misfit_mm - MISFIT_MM).max(0.0);
-            let wall = WALL_PER_MM * question.wall_mm;
-            let shares = [draws, pulled(&aligned, &family), MODEL, wall, wrong];
-            let deviation = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
-            return Ok(StateFit {
-                rest,
-                young_kpa: aligned.values[0].exp(),
-                lean_deg: aligned.values.get(1).copied().unwrap_or(0.0),
-                deviation,
-                bootstrap: draws,
-                misfit_mm,
-                seen: seen(&aligned, carried, &skin),
-                skin,
-                other_pose,
-                aligned,
-                path,
-                ended,
-            });
-        }
+        *kept = Some(sequence);
+        Ok(family)
     }
-    Err(Error::AtEnd { rest, young_kpa: aligned.values[0].exp() })
+
+    fn sequence(&self, body: &Body) -> Result<Sequence, Error> {
+        let params = Params { rest: self.rest, ..*self.question.params };
+        Ok(Sequence::new(body, self.question.load.ct, &params)?)
+    }
 }
 
 /// The best pose, modulus and turn from those before.
@@ -96,16 +193,35 @@ fn on_mesh(
     Ok(align(question.scan, family, &start, &params, Progress::none())?)
 }
 
-/// Standard deviation of ln E because what is taken for likely of the turn, and draws it along, is known no better than its
-/// prior says: draws of patches do not show that. With the information H and the prior's weights P it is (H + P)⁻¹ P times
-/// the prior's deviation.
-fn pulled(aligned: &Aligned, family: &Family<'_>) -> f64 {
-    let [_, turn] = family.priors() else { return 0.0 };
-    let weight = PRIOR_MM2 / turn.deviation.powi(2);
-    let mut information = aligned.information.clone();
-    information[(7, 7)] += weight;
-    let inverse = information.cholesky().map(|factor| factor.inverse());
-    inverse.map_or(f64::INFINITY, |inverse| (inverse[(6, 7)] * weight * turn.deviation).abs())
+/// What is taken for likely of parameters draws each other one along.
+struct Pulls {
+    /// (H + P)⁻¹ with the information H and the priors' weights P.
+    inverse: Option<DMatrix<f64>>,
+    /// Weight times deviation of each parameter's prior; 0 without one.
+    priors: Vec<f64>,
+}
+
+impl Pulls {
+    fn new(aligned: &Aligned, family: &Family<'_>) -> Self {
+        let mut information = aligned.information.clone();
+        let mut priors = Vec::new();
+        for (k, prior) in family.priors().iter().enumerate() {
+            information[(6 + k, 6 + k)] += PRIOR_MM2 / prior.deviation.powi(2);
+            let known = prior.deviation.is_finite();
+            priors.push(if known { PRIOR_MM2 / prior.deviation } else { 0.0 });
+        }
+        let inverse = information.cholesky().map(|factor| factor.inverse());
+        Self { inverse, priors }
+    }
+
+    /// Standard deviation of a parameter because these others are known no better than their priors say, which draws of
+    /// patches do not show: (H + P)⁻¹ P times the priors' deviations.
+    fn of(&self, which: usize, others: std::ops::Range<usize>) -> f64 {
+        let Some(inverse) = &self.inverse else { return f64::INFINITY };
+        let known = others.filter(|other| *other < self.priors.len());
+        let pulls = known.map(|other| inverse[(6 + which, 6 + other)] * self.priors[other]);
+        pulls.map(|pull| pull * pull).sum::<f64>().sqrt()
+    }
 }
 
 /// Share of the breast's skin that the scan shows.

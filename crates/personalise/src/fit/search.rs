@@ -91,6 +91,9 @@ pub(super) fn search(
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let Some(&(objective, pose)) = found.first() else { break };
         path.push((kpa, objective));
+        // The loss of a small residual r is r²/2.
+        let off_mm = (2.0 * objective).sqrt();
+        progress.found(&format!("{}: {kpa:.3} kPa, scan {off_mm:.2} mm off", rest.name()));
         if best.as_ref().is_none_or(|best| objective < best.objective) {
             let other = question.other_than(&pose, &found).map(|other| other / objective);
             best = Some(Best { objective, kpa, pose, other });

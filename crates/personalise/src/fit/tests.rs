@@ -126,6 +126,7 @@ fn fitted_where(
         scan: &scan,
         poses: &[start * from_scan],
         wall_mm: 0.0,
+        tissues: None,
     };
     fit(&question, Progress::none())
 }
@@ -163,8 +164,61 @@ fn a_patient_who_leans_has_her_modulus_all_the_same() {
 fn a_scan_without_the_breast_or_of_a_patient_who_lies_is_refused() {
     let start = Pose::identity();
     let torso = |p: &Point| (p - Point::origin()).norm() > 62.0;
-    let error = fitted_where(0.9, (RestState::Net, 0.0), &start, torso).unwrap_err();
+    let error =
+        fitted_where(0.9, (RestState::Net, 0.0), &start, torso).map(|fit| fit.choice).unwrap_err();
     assert!(matches!(error, Error::NotSeen { share } if share < 0.35), "{error}");
-    let error = fitted(0.9, (RestState::Net, 38.0), &start).unwrap_err();
+    let error = fitted(0.9, (RestState::Net, 38.0), &start).map(|fit| fit.choice).unwrap_err();
     assert!(matches!(error, Error::Posture { .. } | Error::AtEnd { .. }), "{error}");
+}
+
+/// Shares of tissues: gland in the middle of the breast, fat around it.
+fn gland(mesh: &TetMesh) -> Vec<[f64; 4]> {
+    let of = |t: usize| {
+        let middle = mesh.corners(t).iter().map(|p| p.coords).sum::<Vector>() / 4.0;
+        if middle.norm() < 30.0 { [0.0, 1.0, 0.0, 0.0] } else { [1.0, 0.0, 0.0, 0.0] }
+    };
+    (0..mesh.tets().len()).map(of).collect()
+}
+
+#[test]
+fn the_proportion_of_gland_to_fat_comes_back_and_one_modulus_is_found_worse() {
+    let (skin, [mesh, coarse]) = (skin(), meshes());
+    let [shares, of_coarse] = [&mesh, &coarse].map(|mesh| gland(mesh));
+    let tissue = Tissue::default();
+    let body = |mesh: &Arc<TetMesh>, shares: &[[f64; 4]], ratio: f64| Body {
+        young_kpa: Some(Arc::from(moduli(shares, &[1.0, ratio, 1.0, 1.0]))),
+        ..Body::new(Arc::clone(mesh), tissue)
+    };
+    let carried = Carried::new(&skin, &mesh, None);
+    let truth = body(&mesh, &shares, 4.0).with_mean(1.0);
+    let from_scan = Pose::translation(30.0, -20.0, 10.0);
+    let scan = scan(&carried, &truth, (RestState::Net, 0.0), &from_scan);
+    let likely = [1.0, 1.5, 16.0, 6.0];
+    let question = FitQuestion {
+        body: &body(&mesh, &shares, 1.5),
+        coarse: &body(&coarse, &of_coarse, 1.5),
+        load: &load(),
+        params: &Params::default(),
+        states: &[RestState::Net],
+        skin: &skin,
+        centre: Point::origin(),
+        other: None,
+        scan: &scan,
+        poses: &[from_scan],
+        wall_mm: 0.0,
+        tissues: Some(Tissues { shares: &shares, coarse: &of_coarse, likely }),
+    };
+    let found = fit(&question, Progress::none()).unwrap();
+    let by_tissue = &found.states[0];
+    let of = by_tissue.proportions.unwrap();
+    let error = (of.gland / 4.0).ln();
+    assert!(error.abs() < 0.1 && error.abs() < 1.96 * of.deviations[0], "{of:?}");
+    assert!((by_tissue.young_kpa - 1.0).abs() < 1.96 * by_tissue.deviation, "{by_tissue:?}");
+    // There is no skin: what is taken for likely stays, and is said to be no better known.
+    assert!((of.skin / 16.0).ln().abs() < 0.01 && of.deviations[1] > 1.0, "{of:?}");
+    let bare = |body: &Body| Body { young_kpa: None, ..body.clone() };
+    let (one, coarse) = (bare(question.body), bare(question.coarse));
+    let alone = FitQuestion { body: &one, coarse: &coarse, tissues: None, ..question };
+    let alone = fit(&alone, Progress::none()).unwrap();
+    assert!(compare(&question, by_tissue, &alone.states[0]) > DECIDES);
 }

@@ -65,11 +65,16 @@ pub struct StateFit {
     pub interval_kpa: [f64; 2],
     /// Standard deviation of its logarithm.
     pub deviation: f64,
+    /// What that is made of.
+    pub parts: DeviationParts,
     /// How far the patient leaned back in the scan, degrees; negative: forward. Fitted with the modulus, upright within 4 degrees
     /// taken for likely.
     pub lean_deg: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,
+    /// Moduli of the tissues in proportion to that of fat, where they were fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tissues: Option<FittedTissues>,
     /// The objective in the best pose of the scan that is another one, over that in the best; absent when one pose was
     /// followed, or all became one. Near 1 the pose is open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,6 +86,54 @@ pub struct StateFit {
     /// Why no softer modulus was tried; absent when the fit had become worse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<String>,
+}
+
+/// Standard deviations of the modulus's logarithm, independent of each other.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct DeviationParts {
+    /// By the scan: noise, holes, which patches of skin it shows.
+    pub scan: f64,
+    /// By how upright the patient sat.
+    pub posture: f64,
+    /// By the moduli of the tissues in proportion to each other, where they were fitted.
+    pub tissues: f64,
+    /// By the mesh and the weights of the fit.
+    pub mesh: f64,
+    /// By where the chest wall lies.
+    pub wall: f64,
+    /// By tissue that one modulus does not describe.
+    pub misfit: f64,
+}
+
+impl DeviationParts {
+    /// Scan, posture, tissues, mesh, wall, misfit.
+    pub(crate) fn all(&self) -> [f64; 6] {
+        [self.scan, self.posture, self.tissues, self.mesh, self.wall, self.misfit]
+    }
+}
+
+/// Young's moduli of tissues over that of fat.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+pub struct FittedTissues {
+    /// Of gland.
+    pub gland: f64,
+    /// The interval that holds it with 95 % probability.
+    pub gland_interval: [f64; 2],
+    /// Of skin.
+    pub skin: f64,
+    /// The interval that holds it with 95 % probability.
+    pub skin_interval: [f64; 2],
+    /// Of the tumour; not fitted.
+    pub tumour: f64,
+    /// Standard deviations of the logarithms of gland's, skin's and the tumour's.
+    pub deviations: [f64; 3],
+}
+
+impl FittedTissues {
+    /// Fat, gland, skin, tumour.
+    pub fn proportions(&self) -> [f64; 4] {
+        [1.0, self.gland, self.skin, self.tumour]
+    }
 }
 
 /// A modulus that was tried.
@@ -99,4 +152,6 @@ pub struct ScanFit {
     pub rms_mm: f64,
     /// How many times as large as the skin of the CT it is.
     pub scale: f64,
+    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
+    pub patient_from_scan: [[f64; 4]; 4],
 }

@@ -63,7 +63,7 @@ pub struct OtherRest {
 /// What one source of uncertainty does while the others stay as in the run.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct UncertaintyShare {
-    /// `modulus`, `rest_state`, `chest_wall` or `mesh`.
+    /// `modulus`, `tissues`, `rest_state`, `chest_wall` or `mesh`.
     pub source: String,
     /// The length of the displacement, mm.
     pub length_mm: [f64; 2],

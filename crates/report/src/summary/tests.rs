@@ -317,21 +317,28 @@ pub(crate) fn evaluation() -> Evaluation {
     }
 }
 
+const POSE: [[f64; 4]; 4] =
+    [[1.0, 0.0, 0.0, 12.0], [0.0, 1.0, 0.0, -30.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]];
+
 pub(crate) fn fit() -> TissueFit {
     let state = |rest: &str, young_kpa: f64, misfit_mm: f64| StateFit {
         rest: rest.into(),
         young_kpa,
         interval_kpa: [young_kpa / 1.05, young_kpa * 1.05],
         deviation: 0.025,
+        parts: DeviationParts {
+            scan: 0.015,
+            posture: 0.0,
+            tissues: 0.0,
+            mesh: 0.0,
+            wall: 0.02,
+            misfit: 0.0,
+        },
         lean_deg: 0.6,
         misfit_mm,
+        tissues: None,
         other_pose: None,
-        patient_from_scan: [
-            [1.0, 0.0, 0.0, 12.0],
-            [0.0, 1.0, 0.0, -30.0],
-            [0.0, 0.0, 1.0, 5.0],
-            [0.0, 0.0, 0.0, 1.0],
-        ],
+        patient_from_scan: POSE,
         path: vec![FitStep { young_kpa: 1.2, objective_mm2: 0.3 }],
         ended: None,
     };
@@ -340,7 +347,7 @@ pub(crate) fn fit() -> TissueFit {
         decided: true,
         evidence: Some(61.0),
         one_modulus: None,
-        supine: Some(ScanFit { rms_mm: 0.35, scale: 1.0005 }),
+        supine: Some(ScanFit { rms_mm: 0.35, scale: 1.0005, patient_from_scan: POSE }),
     }
 }
 
