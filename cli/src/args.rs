@@ -58,6 +58,8 @@ pub(crate) struct Common {
 pub(crate) enum Command {
     /// Run the whole flow on the patient that comes with the program
     Demo(Demo),
+    /// Open a page in the browser: look at a CT, its segmentation and the deformed CT
+    Open(Open),
     /// Tell what is in a folder of DICOM, and whether it can be used
     Inspect(Inspect),
     /// Write a commented case file for a CT
@@ -149,6 +151,23 @@ keys!(
 keys!(SolveKeys, commands::solve::KEYS, BED = true);
 keys!(WarpKeys, commands::warp::KEYS, REQUIRED = &["ct"]);
 keys!(CarryKeys, commands::carry::KEYS);
+
+/// The page is served on this machine alone (127.0.0.1), and its address bears a key: who has the address sees the patient,
+/// so hand it to nobody. Of the disk it sees what lies in the folder, or beside the file. Ctrl-C ends it, as do twelve hours
+/// without a page. From another machine: `ssh -L 9000:127.0.0.1:PORT HOST` with `--port PORT --no-browser`, then the address
+/// with 9000 for the port.
+#[derive(Args, Debug)]
+pub(crate) struct Open {
+    /// A folder of DICOM, a case file, or the folder of a run
+    #[arg(default_value = ".")]
+    pub(crate) path: PathBuf,
+    /// The port [default: any that is free]
+    #[arg(long, value_name = "N")]
+    pub(crate) port: Option<std::num::NonZeroU16>,
+    /// Print the address and open no browser
+    #[arg(long)]
+    pub(crate) no_browser: bool,
+}
 
 #[derive(Args, Debug)]
 pub(crate) struct Demo {

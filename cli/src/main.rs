@@ -15,7 +15,7 @@ mod words;
 
 use args::{Cli, Command};
 use clap::Parser;
-use commands::{carry, demo, fetch, init, inspect, manual, run, send, stages};
+use commands::{carry, demo, fetch, init, inspect, manual, open, run, send, stages};
 use failure::Failure;
 use screen::{Screen, data};
 use std::process::ExitCode;
@@ -66,6 +66,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
     screen.catch_interrupts()?;
     match cli.command {
         Command::Demo(args) => demo::demo(&args, screen),
+        Command::Open(args) => open::open(&args, screen),
         Command::Inspect(args) => inspect::inspect(args, screen),
         Command::Init(args) => init::init(args, screen),
         Command::Check(args) => stages::check(args, screen),

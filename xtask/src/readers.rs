@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 13] = [
+const BINARIES: [(&str, &str); 14] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
@@ -23,6 +23,7 @@ const BINARIES: [(&str, &str); 13] = [
     ("plastimatch", "plastimatch"),
     ("python3", "python3"),
     ("zstd", "zstd"),
+    ("chromium", "chromium"),
 ];
 
 /// Installs what is missing.

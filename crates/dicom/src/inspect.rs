@@ -13,7 +13,7 @@ use crate::warnings::distinct;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_space::{Progress, Warning};
 
@@ -56,6 +56,9 @@ pub struct KindCount {
 pub struct SeriesReport {
     /// Series Instance UID.
     pub uid: String,
+    /// The innermost folder that holds all its files. It is not told: folders may be named after patients.
+    #[serde(skip)]
+    pub folder: PathBuf,
     /// Series Description.
     pub description: String,
     /// Series Number as written.
@@ -192,6 +195,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
         .collect();
     SeriesReport {
         uid: series.head.uid.clone(),
+        folder: innermost(series),
         description: series.head.description.clone(),
         number: series.head.number.clone(),
         slices: series.files.len(),
@@ -205,6 +209,16 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
         warnings: distinct(warnings),
         pixels: None,
     }
+}
+
+/// The innermost folder that holds all files of a series.
+fn innermost(series: &Series) -> PathBuf {
+    let mut folders = series.files.iter().filter_map(|file| file.path.parent());
+    let mut all = folders.next().unwrap_or(Path::new("")).to_path_buf();
+    for folder in folders {
+        while !folder.starts_with(&all) && all.pop() {}
+    }
+    all
 }
 
 /// Decodes every slice of a series: one that cannot be, or values that are no HU, make it unusable.

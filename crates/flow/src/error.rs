@@ -16,6 +16,18 @@ pub enum Error {
     /// The CT.
     #[error("the CT cannot be used: {0}")]
     Ct(supine_dicom::Error),
+    /// Somebody else changed the case file while it was edited.
+    #[error("{path} was changed by another program: nothing was written; open it anew")]
+    CaseChanged {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A new case would take the place of a file.
+    #[error("{path} is there already; name another file")]
+    CaseThere {
+        /// The path.
+        path: PathBuf,
+    },
     /// A CT that is a result of this program.
     #[error("`ct` {path} is {}", supine_dicom::DEFORMED_ALREADY)]
     Deformed {
@@ -297,6 +309,8 @@ impl Error {
             | Self::Missing { .. }
             | Self::Unread { .. }
             | Self::Deformed { .. }
+            | Self::CaseChanged { .. }
+            | Self::CaseThere { .. }
             | Self::Overlap { .. }
             | Self::Unfinished { .. }
             | Self::LabelsObject(_)

@@ -44,6 +44,8 @@ impl Error {
             Self::Case(error) => error.code(),
             Self::Ct(_) => "ct-unusable",
             Self::Deformed { .. } => "ct-already-deformed",
+            Self::CaseChanged { .. } => "case-changed",
+            Self::CaseThere { .. } => "case-there-already",
             Self::File { source, .. } | Self::Product(source) => of_exchange(source),
             Self::Missing { .. } | Self::Unread { .. } => "input-missing",
             Self::Random(_) => "no-random-numbers",
@@ -98,6 +100,7 @@ impl Error {
             Self::Case(error) => error.place(),
             Self::Ct(_) => Place { key: Some("ct"), ..Place::stage("import") },
             Self::Deformed { path } => Place::of_file("ct", path),
+            Self::CaseChanged { path } | Self::CaseThere { path } => Place::file(path),
             Self::File { key, source } => Place { key: Some(key), ..place_of_exchange(source) },
             Self::Product(source) => place_of_exchange(source),
             Self::Missing { key, path, .. }

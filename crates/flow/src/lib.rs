@@ -11,6 +11,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
 
+mod case_file;
 pub mod commands;
 mod error;
 mod error_facts;
@@ -30,6 +31,7 @@ mod shared;
 pub mod spec;
 mod work;
 
+pub use case_file::CaseFile;
 pub use error::Error;
 pub use error_facts::Place;
 pub use folder::{FinishedRun, RunFolder};

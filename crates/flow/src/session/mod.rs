@@ -218,6 +218,31 @@ impl Session {
         Ok(NodeId::ALL.into_iter().filter(|node| self.is_stale(*node)).collect())
     }
 
+    /// Changes all parameters at once; the nodes whose results are stale now.
+    ///
+    /// # Errors
+    /// When values contradict each other; all stays as it was then.
+    pub fn set_all(&self, spec: Spec) -> Result<Vec<NodeId>, Error> {
+        self.change(|ground| {
+            ground.case = Arc::new(spec.case()?);
+            ground.spec = Arc::new(spec);
+            Ok::<_, Error>(())
+        })?;
+        Ok(NodeId::ALL.into_iter().filter(|node| self.is_stale(*node)).collect())
+    }
+
+    /// Keeps results in a folder from now on; in memory alone without one.
+    ///
+    /// # Errors
+    /// When an input lies where results are written.
+    pub fn keep_in(&self, folder: Option<RunFolder>) -> Result<(), Error> {
+        if let Some(folder) = &folder {
+            self.refuse_overlap(folder.root())?;
+        }
+        *lock(&self.folder) = folder;
+        Ok(())
+    }
+
     /// The values that are given now.
     pub fn spec(&self) -> Arc<Spec> {
         Arc::clone(&self.ground().spec)

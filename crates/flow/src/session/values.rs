@@ -1,11 +1,11 @@
 //! Results as values, computed when they are asked for.
 
 use super::{Freshness, Request, Session};
-use crate::nodes::{Import, Mesh, Points, Region, Segment, Solve, Warp};
+use crate::nodes::{Import, Interval, Mesh, Points, Region, Segment, Solve, Warp};
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use supine_mesh::{Deformation, TetMesh};
-use supine_report::{Movement, UncertainPatch};
+use supine_report::{Movement, TumourInterval, UncertainPatch};
 use supine_space::Sphere;
 use supine_volume::{Ct, LabelMap};
 
@@ -36,6 +36,21 @@ impl Session {
     pub fn peek_deformed_ct(&self) -> Option<(Arc<Ct>, Freshness)> {
         let (warped, freshness) = self.peek::<Warp>()?;
         Some((Arc::clone(&warped.ct), freshness))
+    }
+
+    /// The mesh that is held, in the CT shape, of what is given now or of what was given before; nothing is made.
+    pub fn peek_mesh(&self) -> Option<(Arc<TetMesh>, Freshness)> {
+        let (meshed, freshness) = self.peek::<Mesh>()?;
+        Some((Arc::clone(&meshed.mesh), freshness))
+    }
+
+    /// The tumour before and after that is held, LPS, mm, with the interval of its displacement where that could be found;
+    /// nothing is made. Nothing either while one of the two is of what was given before.
+    pub fn peek_tumour(&self) -> Option<(Movement, Option<TumourInterval>)> {
+        let (points, of_points) = self.peek::<Points>()?;
+        let (known, of_interval) = self.peek::<Interval>()?;
+        let fresh = of_points == Freshness::Fresh && of_interval == Freshness::Fresh;
+        fresh.then(|| (points.tumour.clone(), known.interval.clone()))
     }
 
     /// The region that is held, LPS, mm, and the uncertain places of the chest wall in it, the largest first; nothing is

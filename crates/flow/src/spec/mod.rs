@@ -169,6 +169,15 @@ impl Spec {
         complete::check(&self.values)
     }
 
+    /// The changes that make an empty case file say the same.
+    pub fn edits(&self) -> Vec<Edit> {
+        let edit = |(place, value): (&usize, &Value)| Edit {
+            key: TABLE[*place].key.into(),
+            value: value.json(),
+        };
+        self.values.iter().map(edit).collect()
+    }
+
     /// The values checked together.
     ///
     /// # Errors

@@ -39,7 +39,7 @@ pub struct Stiffness {
     pub kpa: [f64; 4],
     /// The mean over the mesh to which the proportions are scaled, kPa.
     pub mean_kpa: Option<f64>,
-    /// Whether the case gives them; else they are [`PROPORTIONS`].
+    /// Whether the case gives them; else they are those of the method.
     pub given: bool,
 }
 

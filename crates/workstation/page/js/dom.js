@@ -1,0 +1,58 @@
+// Making and renewing elements. All text goes in as text nodes: what the server sends is never read as HTML.
+
+/**
+ * @param {string} tag
+ * @param {Record<string, any>} [properties] attributes; `on…` are listeners; false, null and undefined are left out
+ * @param {...(Node|string)} children
+ * @returns {any}
+ */
+export function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === undefined || value === null || value === false) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else made.setAttribute(name, value === true ? "" : String(value));
+  }
+  made.append(...children);
+  return made;
+}
+
+/** @type {WeakMap<Element, string>} */
+const shown = new WeakMap();
+
+/**
+ * Makes the children of `root` anew when `data` differs from what they were made of; the focus stays on the element
+ * with the same `data-key`.
+ * @template T
+ * @param {HTMLElement} root
+ * @param {T} data
+ * @param {(data: T) => (Node|string)[]} make
+ */
+export function remake(root, data, make) {
+  const text = JSON.stringify(data) ?? "";
+  if (shown.get(root) === text) return;
+  shown.set(root, text);
+  const active = /** @type {HTMLElement|null} */ (document.activeElement);
+  const key = active && root.contains(active) ? active.dataset.key : undefined;
+  root.replaceChildren(...make(data));
+  if (key === undefined) return;
+  /** @type {HTMLElement|null} */ (root.querySelector(`[data-key="${CSS.escape(key)}"]`))?.focus();
+}
+
+/** Sets a text only when it differs, so that screen readers and the layout are left alone.
+ * @param {Element} place @param {string} text */
+export function say(place, text) {
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** Sets a field's value unless the user is typing in it.
+ * @param {HTMLInputElement|HTMLSelectElement} field @param {string} value */
+export function show(field, value) {
+  if (document.activeElement !== field && field.value !== value) field.value = value;
+}
+
+/** A number with a true minus sign. @param {number} x @param {number} [digits] */
+export function fixed(x, digits = 1) {
+  const text = x.toFixed(digits);
+  return /^-0(\.0*)?$/.test(text) ? text.slice(1) : text.replace("-", "\u2212");
+}

@@ -1,0 +1,153 @@
+// The only module that talks to the server.
+import { change, now } from "./state.js";
+
+const pause = (/** @type {number} */ ms) => new Promise((done) => setTimeout(done, ms));
+const kept = "supine-token";
+
+/** Takes the key out of the address, where history and shoulders would read it. A reload comes without one. */
+export function takeToken() {
+  const token = location.hash.slice(1);
+  if (token) sessionStorage.setItem(kept, token);
+  if (location.hash) history.replaceState(null, "", location.pathname);
+}
+
+const token = () => sessionStorage.getItem(kept) ?? "";
+
+/**
+ * @param {string} path
+ * @param {{body?: any, signal?: AbortSignal}} [options]
+ */
+function ask(path, { body, signal } = {}) {
+  /** @type {Record<string, string>} */
+  const headers = { Authorization: `Bearer ${token()}` };
+  if (body !== undefined) headers["Content-Type"] = "application/json";
+  const method = body === undefined ? "GET" : "POST";
+  return fetch(path, { method, headers, signal, cache: "no-store", body: body && JSON.stringify(body) });
+}
+
+/** What a refused request says, as a problem. @param {Response} answer */
+async function refusal(answer) {
+  if (answer.status === 401) change({ link: "refused" });
+  const told = await answer.json().catch(() => null);
+  return { message: told?.error?.message ?? `The program refused this (${answer.status}).`, advice: told?.error?.advice ?? null };
+}
+
+/** Sends a command; what goes wrong is shown. @param {string} name @param {object} [body] @returns {Promise<boolean>} */
+export async function send(name, body = {}) {
+  try {
+    const answer = await ask(`/api/${name}`, { body });
+    if (!answer.ok) change({ problem: await refusal(answer) });
+    return answer.ok;
+  } catch {
+    change({ problem: { message: "The program does not answer.", advice: "See whether it still runs." } });
+    return false;
+  }
+}
+
+const revision = () => now().server?.revision ?? 0;
+/** @param {{key: string, value: any}[]} edits */
+export const edit = (edits) => send("edit", { revision: revision(), edits });
+export const undo = () => send("undo", { revision: revision() });
+export const redo = () => send("redo", { revision: revision() });
+/** @param {string|null} until */
+export const run = (until) => send("run", { until });
+/** The whole run, written into a folder. @param {string} dir @param {string} name */
+export const runInto = (dir, name) => send("run", { until: null, out: { dir, name } });
+/** @param {string} dir @param {string} name */
+export const saveAs = (dir, name) => send("save", { dir, name });
+export const cancel = () => send("cancel");
+
+/** Lists a folder into the state. @param {string|null} dir */
+export async function list(dir) {
+  try {
+    const answer = await ask(dir === null ? "/api/list" : `/api/list?dir=${encodeURIComponent(dir)}`);
+    change(answer.ok ? { list: await answer.json() } : { problem: await refusal(answer) });
+  } catch {
+    change({ problem: { message: "The folder cannot be listed: the program does not answer.", advice: null } });
+  }
+}
+
+/** The picture of a series as an address that an image can show. @param {string} series @returns {Promise<string|null>} */
+export async function picture(series) {
+  const answer = await ask(`/api/picture/${encodeURIComponent(series)}`).catch(() => null);
+  return answer?.ok ? URL.createObjectURL(await answer.blob()) : null;
+}
+
+/**
+ * Reads a volume piece by piece. An outdated key gives false, and the newest state is fetched.
+ * @param {string} id @param {string} key @param {Uint8Array} into
+ * @param {(arrived: number) => void} told @param {AbortSignal} signal
+ */
+export async function readVolume(id, key, into, told, signal) {
+  const answer = await ask(`/api/volume/${encodeURIComponent(id)}/${encodeURIComponent(key)}`, { signal });
+  if (!answer.ok || !answer.body) {
+    if (answer.status === 404) await poll();
+    return false;
+  }
+  const reader = answer.body.getReader();
+  let arrived = 0;
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    if (arrived + value.length > into.length) throw new Error("the volume is longer than its grid");
+    into.set(value, arrived);
+    arrived += value.length;
+    told(arrived);
+  }
+  if (arrived !== into.length) throw new Error("the volume is shorter than its grid");
+  return true;
+}
+
+/** @param {string} part @param {string} key @returns {Promise<ArrayBuffer|null>} */
+export async function readSurface(part, key) {
+  const answer = await ask(`/api/surface/${encodeURIComponent(part)}/${encodeURIComponent(key)}`).catch(() => null);
+  return answer?.ok ? answer.arrayBuffer() : null;
+}
+
+export const refresh = () => poll();
+
+/** Asks for the state once. @returns {Promise<"live"|"gone"|"refused">} */
+async function poll() {
+  try {
+    const answer = await ask("/api/state");
+    if (answer.status === 401) return "refused";
+    if (!answer.ok) return "gone";
+    change({ server: await answer.json(), link: "live" });
+    return "live";
+  } catch {
+    return "gone";
+  }
+}
+
+/** Follows the server's events until the socket closes; tells whether any came. @returns {Promise<boolean>} */
+function listen() {
+  return new Promise((done) => {
+    let heard = false;
+    const socket = new WebSocket(`ws://${location.host}/api/link`);
+    const ping = setInterval(() => socket.readyState === WebSocket.OPEN && socket.send('{"ping":1}'), 20_000);
+    socket.onopen = () => socket.send(JSON.stringify({ token: token() }));
+    socket.onmessage = (event) => {
+      const told = JSON.parse(event.data);
+      if (!told.state) return;
+      heard = true;
+      change({ server: told.state, link: "live" });
+    };
+    socket.onclose = () => {
+      clearInterval(ping);
+      done(heard);
+    };
+  });
+}
+
+/** Keeps the state up to date for as long as the page lives: by the socket, or by asking every second where none can be had. */
+export async function follow() {
+  let heard = true;
+  for (let round = 0; ; round++) {
+    if (heard || round % 10 === 0) heard = await listen();
+    const link = await poll();
+    change({ link });
+    if (link === "refused") return;
+    if (link === "gone") heard = true;
+    await pause(link === "gone" ? 2_000 : 1_000);
+  }
+}

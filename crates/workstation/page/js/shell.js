@@ -1,0 +1,163 @@
+// Header, problem bar, readout and command line: what stays through all steps.
+import { chooseStep, steps, toggle } from "./actions.js";
+import { element, fixed, remake, say } from "./dom.js";
+import { hint } from "./keys.js";
+import { send } from "./link.js";
+import { change, now, shownVolume } from "./state.js";
+import { readAt } from "./views/overlay.js";
+
+/** @typedef {import("./state.js").State} State */
+
+const at = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
+
+/** @param {State} state */
+function drawCase(state) {
+  const opened = state.server?.case ?? null;
+  remake(at("case"), opened && [opened.name, opened.saved], () => opened
+    ? [element("span", { class: "name" }, opened.name), element("span", { class: "saved" }, opened.saved ? "\u25cf saved" : "\u25cb not saved")]
+    : [element("span", { class: "saved" }, "no case")]);
+}
+
+/** @param {State} state */
+function drawSteps(state) {
+  const opened = Boolean(state.server?.case);
+  remake(at("steps"), [state.step, opened], () => steps.map((step, n) => element("button", {
+    type: "button", class: "step", "data-key": step, disabled: n > 0 && !opened, title: `Alt+${n + 1}`,
+    "aria-current": step === state.step && "step", onclick: () => chooseStep(step),
+  }, element("span", { class: "step-number" }, String(n + 1)), " ", step[0].toUpperCase() + step.slice(1))));
+}
+
+/** The colours go round: as the system has them, the other way. */
+function toggleTheme() {
+  const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
+  useTheme(dark ? "light" : "dark");
+}
+
+/** @param {string|null} theme */
+export function useTheme(theme) {
+  if (!theme) return;
+  document.documentElement.dataset.theme = theme;
+  sessionStorage.setItem("supine-theme", theme);
+}
+
+/** @param {() => void} help */
+export function makeHeader(help) {
+  const warnings = element("button", { type: "button", id: "warnings", onclick: () => chooseStep("check") });
+  at("head-tools").append(warnings,
+    element("button", { type: "button", title: "light or dark", "aria-label": "Light or dark", onclick: toggleTheme }, "\u25d0"),
+    element("button", { type: "button", title: hint("panel"), "aria-label": "Panel on or off", id: "fold", onclick: () => toggle("panel") }, "\u2630"),
+    element("button", { type: "button", title: "keys and mouse (?)", "aria-label": "Help", onclick: help }, "?"));
+}
+
+/** @param {State} state */
+function drawWarnings(state) {
+  const count = state.server?.warnings.length ?? 0;
+  const button = /** @type {HTMLButtonElement} */ (at("warnings"));
+  button.hidden = count === 0;
+  say(button, `\u26a0 ${count}`);
+  button.setAttribute("aria-label", `${count} ${count === 1 ? "warning" : "warnings"}: go to Check`);
+  at("fold").setAttribute("aria-expanded", String(state.panel));
+}
+
+/** @param {State} state */
+function drawProblems(state) {
+  const problems = [];
+  if (state.problem) problems.push({ ...state.problem, own: true });
+  const told = state.server?.problem;
+  // A refused command may be told twice: as its answer and in the state.
+  if (told && told.message !== state.problem?.message) problems.push({ ...told, own: false });
+  remake(at("problems"), problems, (all) => all.map(({ message, advice, own }) => element("div", { class: "problem" },
+    element("p", {}, element("strong", {}, message), advice ? ` ${advice}` : ""),
+    element("button", {
+      type: "button", "aria-label": "Dismiss", onclick: () => (own ? change({ problem: null }) : send("dismiss")),
+    }, "\u2715"))));
+}
+
+/** @param {State} state */
+function drawCurtain(state) {
+  const saved = state.server?.case?.name;
+  const text = state.link === "refused"
+    ? "This page\u2019s key is not valid any more. Open the address that the program printed anew."
+    : state.link === "gone" ? `The program was closed.${saved ? ` The case is saved in ${saved}.` : ""}` : "";
+  let curtain = document.getElementById("curtain");
+  if (!text) return curtain?.remove();
+  if (!curtain) {
+    curtain = element("div", { id: "curtain", class: "curtain", role: "alertdialog", "aria-label": "Connection" });
+    document.body.append(/** @type {HTMLElement} */ (curtain));
+  }
+  say(/** @type {HTMLElement} */ (curtain), text);
+}
+
+/** @param {import("./geometry.js").Triple} place */
+export function placeText(place) {
+  return `${place.map((x, a) => `${"LPS"[a]} ${fixed(x)}`).join("  ")} mm`;
+}
+
+/** @param {State} state */
+function reading(state) {
+  const held = shownVolume(state);
+  const place = state.cursor ?? state.crosshair;
+  if (!held || !place) return null;
+  const { hu, label } = readAt(state, held, place);
+  return {
+    who: state.cursor ? "Pointer" : "Crosshair", place: placeText(place),
+    hu: hu === null ? "\u2026" : `${fixed(hu, 0)} HU`, label: label ?? "",
+  };
+}
+
+/** @param {State} state */
+function drawReadout(state) {
+  const read = reading(state);
+  const { width, level } = state.window;
+  remake(at("readout"), [read, width, level, state.tool], () => [
+    ...(read ? [
+      element("span", { class: "who" }, read.who), element("span", { class: "place" }, read.place),
+      element("span", { class: "hu" }, read.hu), element("span", { class: "label" }, read.label),
+    ] : [element("span", { class: "who" }, "No images")]),
+    element("span", {}, `W ${width}  L ${fixed(level, 0)}`),
+    ...(state.tool === "crosshair" ? [] : [element("span", { class: "tool" }, `Tool: ${state.tool}`)]),
+  ]);
+}
+
+/** @param {State} state */
+function drawCommand(state) {
+  const command = state.server?.command ?? "";
+  remake(at("command"), command, () => (command ? [
+    element("code", { title: command }, `$ ${command}`),
+    element("button", {
+      type: "button", "data-key": "copy", onclick: (/** @type {Event} */ event) => copy(/** @type {HTMLElement} */ (event.currentTarget), command),
+    }, "Copy"),
+  ] : []));
+}
+
+/** @param {HTMLElement} button @param {string} text */
+async function copy(button, text) {
+  const done = await navigator.clipboard.writeText(text).then(() => true, () => false);
+  button.textContent = done ? "Copied" : "Not allowed";
+  setTimeout(() => { button.textContent = "Copy"; }, 1500);
+}
+
+let speaking = 0;
+/** Speaks the crosshair when it has come to rest; the pointer's readout would never be silent.
+ * @param {State} state @param {State} before */
+export function speak(state, before) {
+  if (state.crosshair === before.crosshair || !state.crosshair) return;
+  clearTimeout(speaking);
+  speaking = window.setTimeout(() => {
+    const { crosshair } = now();
+    const read = crosshair && reading({ ...now(), cursor: null });
+    if (read) say(at("spoken"), `${read.place}, ${read.hu}${read.label ? `, ${read.label}` : ""}`);
+  }, 400);
+}
+
+/** @param {State} state */
+export function drawShell(state) {
+  document.body.classList.toggle("folded", !state.panel);
+  drawCase(state);
+  drawSteps(state);
+  drawWarnings(state);
+  drawProblems(state);
+  drawCurtain(state);
+  drawReadout(state);
+  drawCommand(state);
+}

@@ -1,0 +1,101 @@
+// Parts that the panels of several steps share.
+import { element, fixed, remake } from "../dom.js";
+import { cancel } from "../link.js";
+import { goTo } from "../actions.js";
+
+/** @typedef {import("../state.js").State} State */
+/** @typedef {{root: HTMLElement, draw: (state: State) => void}} Part */
+
+/**
+ * A part that is made anew when its data changes.
+ * @template T
+ * @param {string} kind class of the part @param {(state: State) => T} data @param {(data: T) => (Node|string)[]} make
+ * @returns {Part}
+ */
+export function part(kind, data, make) {
+  const root = element("div", { class: kind });
+  return { root, draw: (state) => remake(root, data(state), make) };
+}
+
+/** @param {string} kind @param {string} title @param {Part[]} parts @returns {Part} */
+export function panel(kind, title, parts) {
+  const root = element("section", { class: `step-panel ${kind}`, "aria-label": title }, element("h2", {}, title), ...parts.map((one) => one.root));
+  return { root, draw: (state) => parts.forEach((one) => one.draw(state)) };
+}
+
+/** @param {number|null} share */
+const percent = (share) => (share === null ? "" : `${Math.round(100 * share)}\u202f%`);
+
+/** The job under way, with a button that stops it. @returns {Part} */
+export function progress() {
+  return part("job", (state) => state.server?.job ?? null, (job) => (job ? [
+    element("p", {}, element("span", { id: "job-name" }, job.what), element("span", { class: "share" }, percent(job.share))),
+    element("div", { class: "bar" },
+      element("progress", { max: "1", value: job.share ?? undefined, "aria-labelledby": "job-name" }),
+      job.can_cancel ? element("button", { type: "button", "data-key": "cancel", onclick: cancel }, "Cancel") : ""),
+  ] : []));
+}
+
+const states = { none: ["\u25cb", "not yet"], running: ["\u25d4", "running"], done: ["\u25cf", "done"], stale: ["\u25d0", "out of date"] };
+
+/** @param {import("../state.js").Stage} stage */
+function stageRow({ name, state, share, seconds, found }) {
+  const [sign, word] = /** @type {Record<string, string[]>} */ (states)[state] ?? ["?", state];
+  const time = seconds === null || seconds < 0.05 ? "" : `${fixed(seconds)} s`;
+  return element("li", { class: `stage ${state}` },
+    element("span", { class: "sign", "aria-hidden": "true" }, sign), element("span", { class: "stage-name" }, name),
+    element("span", { class: "stage-state" }, [word, percent(share), time].filter(Boolean).join(" \u00b7 ")),
+    found ? element("span", { class: "found" }, found) : "");
+}
+
+/** Stages with their state in words, time and finding; those that have not begun are only counted. @returns {Part} */
+export function stages() {
+  return part("stages", (state) => (state.server?.case ? state.server.stages : []), (all) => {
+    const begun = all.filter(({ state }) => state !== "none");
+    const rest = all.length - begun.length;
+    if (begun.length === 0) return [];
+    return [element("h3", {}, "Stages"), element("ul", { class: "plain" }, ...begun.map(stageRow)),
+      rest > 0 ? element("p", { class: "quiet", title: all.filter(({ state }) => state === "none").map(({ name }) => name).join(", ") },
+        `${rest} not yet`) : ""];
+  });
+}
+
+/** A button to a place, or a text where there is none. @param {string} key @param {string} text
+ * @param {import("../geometry.js").Triple|null} place */
+export function jump(key, text, place) {
+  if (!place) return element("span", {}, text);
+  return element("button", { type: "button", class: "jump", "data-key": key, title: "go there", onclick: () => goTo(place) }, text, " \u25b8");
+}
+
+/** @param {string} [stage] of this stage only @returns {Part} */
+export function warnings(stage) {
+  const wanted = (/** @type {State} */ state) => (state.server?.warnings ?? []).filter((one) => !stage || one.stage === stage);
+  return part("warnings", wanted, (all) => (all.length === 0 ? [] : [
+    element("h3", {}, "Warnings"),
+    element("ul", { class: "plain" }, ...all.map((one, n) => element("li", {}, element("span", { class: "sign", "aria-hidden": "true" }, "\u26a0"),
+      jump(`warning ${n}`, one.message, one.place_mm)))),
+  ]));
+}
+
+/** How far the tumour moves, never without how sure that is. @returns {Part} */
+export function way() {
+  return part("way", (state) => state.server?.tumour ?? null, (told) => {
+    if (!told) return [];
+    const { distance_mm: far, length_mm: length, within_mm: within, level } = told;
+    const sure = length && within !== null && level !== null
+      ? `${Math.round(100 * level)}\u202f%: ${fixed(length[0])} to ${fixed(length[1])} mm, and within ${fixed(within)} mm of the place shown.`
+      : "How sure that is, is not known.";
+    return [element("h3", {}, "The tumour\u2019s way"), element("p", {}, element("strong", {}, `${fixed(far)} mm`), ` ${sure}`)];
+  });
+}
+
+/** @param {string} label @param {{id: string, unit?: string, min?: number, max?: number, step?: number,
+ *   onchange: (value: number) => void}} options @returns {{root: HTMLElement, field: HTMLInputElement}} */
+export function numberField(label, { id, unit = "", min, max, step = 1, onchange }) {
+  const field = element("input", {
+    type: "number", id, min, max, step,
+    onchange: () => field.value !== "" && field.checkValidity() && onchange(Number(field.value)),
+  });
+  const root = element("p", { class: "field" }, element("label", { for: id }, label), field, element("span", { class: "unit" }, unit));
+  return { root, field };
+}

@@ -1,0 +1,54 @@
+// Lines and words that can be read on any grey: each has a dark rim.
+
+export const colours = {
+  wall: "#ff7a2a", skin: "#40d4ff", region: "#ececec", tumour: "#ffdd33", crosshair: "#f0f0f0", ruler: "#8cff9a",
+  text: "#f0f0f0", simulated: "#ff8c1a", old: "#a8a8a8", uncertain: "#ffffff",
+};
+
+/** @typedef {CanvasRenderingContext2D} Pen */
+
+let size = 0;
+addEventListener("resize", () => { size = 0; });
+
+/** The size of the page's letters, CSS pixels: the canvas writes as large as the page. */
+export function letter() {
+  if (size === 0) size = parseFloat(getComputedStyle(document.documentElement).fontSize);
+  return size;
+}
+
+/** How much wider than on a small screen lines are. */
+export const swell = () => letter() / 13.5;
+
+/**
+ * @param {Pen} pen @param {string} colour @param {number} width @param {number[]} dashes
+ * @param {Path2D|(() => void)} what a path, or a function that traces one
+ */
+export function stroke(pen, colour, width, dashes, what) {
+  pen.lineJoin = "round";
+  for (const [style, wide] of /** @type {[string, number][]} */ ([["rgba(0, 0, 0, 0.55)", width * 2.2], [colour, width]])) {
+    pen.strokeStyle = style;
+    pen.lineWidth = wide;
+    pen.setLineDash(dashes);
+    if (typeof what === "function") {
+      pen.beginPath();
+      what();
+      pen.stroke();
+    } else {
+      pen.stroke(what);
+    }
+  }
+  pen.setLineDash([]);
+}
+
+/** @param {Pen} pen @param {string} text @param {number} x @param {number} y
+ * @param {CanvasTextAlign} align @param {string} [colour] */
+export function write(pen, text, x, y, align, colour = colours.text) {
+  pen.textAlign = align;
+  pen.lineWidth = 3;
+  pen.lineJoin = "round";
+  pen.strokeStyle = "rgba(0, 0, 0, 0.8)";
+  pen.fillStyle = colour;
+  pen.strokeText(text, x, y);
+  pen.fillText(text, x, y);
+}
+

@@ -1,0 +1,84 @@
+//! Why a request cannot be answered.
+
+use std::path::Path;
+use supine_space::Failure;
+
+/// Why the page cannot be served, or a request of it not be answered.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A stage of the flow failed, or a case cannot be used.
+    #[error(transparent)]
+    Flow(#[from] supine_flow::Error),
+    /// A file or folder cannot be read.
+    #[error("{name} cannot be read: {source}")]
+    Unreadable {
+        /// Its name, without its folders.
+        name: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// What was asked for does not lie below the folder that was opened.
+    #[error("this is not below the folder that was opened")]
+    NotBelow,
+    /// No server could be started.
+    #[error(
+        "no page can be served on port {port}: {source}. Leave --port out, or name another one"
+    )]
+    Port {
+        /// The port that was asked for; 0: any.
+        port: u16,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Something is worked on.
+    #[error("the work before is not done yet: wait for it, or cancel it")]
+    Busy,
+    /// Nothing is open that this could be asked of.
+    #[error("no CT is open")]
+    Nothing,
+    /// The request says something that it may not.
+    #[error("the request cannot be understood: {0}")]
+    Request(String),
+    /// The work ended in a way that nobody foresaw.
+    #[error("the work ended by an error of the program; the terminal says more")]
+    Broken,
+    /// The system has no random numbers.
+    #[error("the system gives no random numbers for the key of the page: {0}")]
+    Random(String),
+    /// Somebody else changed the case since.
+    #[error("the case was changed in another window: this change was not made")]
+    Old,
+}
+
+impl Error {
+    pub(crate) fn unreadable(path: &Path, source: std::io::Error) -> Self {
+        Self::Unreadable { name: crate::roots::name_of(path), source }
+    }
+
+    /// What kind of failure it is.
+    pub fn kind(&self) -> Failure {
+        match self {
+            Self::Flow(error) => error.kind(),
+            Self::Port { .. } => Failure::Usage,
+            Self::Busy => Failure::Retry,
+            _ => Failure::Input,
+        }
+    }
+
+    /// The status of an answer.
+    pub(crate) fn status(&self) -> u16 {
+        match self {
+            Self::NotBelow => 403,
+            Self::Busy | Self::Old => 409,
+            Self::Nothing => 404,
+            _ => 400,
+        }
+    }
+}
+
+impl From<supine_flow::CaseError> for Error {
+    fn from(error: supine_flow::CaseError) -> Self {
+        Self::Flow(error.into())
+    }
+}

@@ -1,0 +1,143 @@
+//! Who may ask: nothing else decides.
+//!
+//! The address is loopback, which all users of a machine share, and pages of other programs on it can post to any port of it
+//! and open sockets there. So a request must name loopback as its host (a name that leads elsewhere and was bound to
+//! loopback later fails here), come from this page (`Origin`, `Sec-Fetch-Site`: another port fails here), and, below `/api`,
+//! bear the token.
+
+/// What a request says of where it comes from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Asked<'a> {
+    pub(crate) path: &'a str,
+    /// Of `Host`, `Origin`, `Sec-Fetch-Site`, `Authorization`, as they are sent.
+    pub(crate) host: Option<&'a str>,
+    pub(crate) origin: Option<&'a str>,
+    pub(crate) site: Option<&'a str>,
+    pub(crate) authorization: Option<&'a str>,
+}
+
+/// Why a request is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    /// Its host is not loopback, or there is none.
+    Host,
+    /// It comes from another page, or a socket does not say from which.
+    Origin,
+    /// It bears no token, or another one.
+    Token,
+}
+
+/// Below this the state and the data are.
+const API: &str = "/api/";
+/// The socket, whose token is its first message: a browser sends no header of the page's choice with it.
+const LINK: &str = "/api/link";
+
+/// Whether a request may pass.
+///
+/// # Errors
+/// Why not.
+pub(crate) fn admit(asked: &Asked<'_>, token: &str) -> Result<(), Refusal> {
+    let host = asked.host.filter(|host| is_loopback(host)).ok_or(Refusal::Host)?;
+    let own = asked.origin.map(|origin| origin.strip_prefix("http://") == Some(host));
+    match own {
+        Some(false) => return Err(Refusal::Origin),
+        None if asked.path == LINK => return Err(Refusal::Origin),
+        _ => {}
+    }
+    if !asked.path.starts_with(API) {
+        return Ok(());
+    }
+    if asked.site.is_some_and(|site| site != "same-origin") {
+        return Err(Refusal::Origin);
+    }
+    if asked.path == LINK {
+        return Ok(());
+    }
+    let given = asked.authorization.and_then(|text| text.strip_prefix("Bearer "));
+    match given.is_some_and(|given| is_same(given, token)) {
+        true => Ok(()),
+        false => Err(Refusal::Token),
+    }
+}
+
+/// Whether a token is this one; how long that takes tells nothing of where they differ.
+pub(crate) fn is_same(given: &str, token: &str) -> bool {
+    let differ = given.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+    given.len() == token.len() && differ == 0
+}
+
+/// Whether a host is this machine by a name that no resolver decides; any port, for a tunnel has its own.
+fn is_loopback(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.parse::<u16>().is_ok() => name,
+        _ => host,
+    };
+    ["127.0.0.1", "localhost", "[::1]"].contains(&name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOKEN: &str = "0123456789abcdef";
+
+    fn page() -> Asked<'static> {
+        Asked { path: "/", host: Some("127.0.0.1:4711"), ..Asked::default() }
+    }
+
+    fn api() -> Asked<'static> {
+        let authorization = Some("Bearer 0123456789abcdef");
+        Asked {
+            path: "/api/state",
+            authorization,
+            site: Some("same-origin"),
+            origin: Some("http://127.0.0.1:4711"),
+            ..page()
+        }
+    }
+
+    #[test]
+    fn the_page_and_its_own_requests_pass() {
+        let tunnel =
+            Asked { host: Some("localhost:9000"), origin: Some("http://localhost:9000"), ..api() };
+        let old_browser = Asked { site: None, origin: None, ..api() };
+        let redirected = Asked { site: Some("cross-site"), ..page() };
+        let six = Asked { host: Some("[::1]:80"), ..page() };
+        let socket = Asked { path: LINK, authorization: None, site: None, ..api() };
+        for asked in [page(), api(), tunnel, old_browser, redirected, six, socket] {
+            assert_eq!(admit(&asked, TOKEN), Ok(()), "{asked:?}");
+        }
+    }
+
+    #[test]
+    fn the_table_of_refused_requests() {
+        let table = [
+            (Asked { host: None, ..api() }, Refusal::Host),
+            (Asked { host: Some("evil.example:4711"), origin: None, ..api() }, Refusal::Host),
+            // A name that was bound anew: host and origin agree.
+            (
+                Asked { host: Some("evil.example"), origin: Some("http://evil.example"), ..api() },
+                Refusal::Host,
+            ),
+            (Asked { host: Some("127.0.0.1.evil.example"), ..page() }, Refusal::Host),
+            (Asked { host: Some("192.168.0.7:4711"), ..page() }, Refusal::Host),
+            // Another program on the machine.
+            (Asked { origin: Some("http://127.0.0.1:5000"), ..api() }, Refusal::Origin),
+            (Asked { origin: Some("http://localhost:4711"), ..api() }, Refusal::Origin),
+            (Asked { origin: Some("https://127.0.0.1:4711"), ..api() }, Refusal::Origin),
+            (Asked { origin: Some("null"), ..page() }, Refusal::Origin),
+            (Asked { site: Some("same-site"), ..api() }, Refusal::Origin),
+            (Asked { site: Some("none"), ..api() }, Refusal::Origin),
+            (Asked { path: LINK, origin: None, ..api() }, Refusal::Origin),
+            (Asked { path: LINK, origin: Some("http://127.0.0.1:5000"), ..api() }, Refusal::Origin),
+            (Asked { authorization: None, ..api() }, Refusal::Token),
+            (Asked { authorization: Some("Bearer "), ..api() }, Refusal::Token),
+            (Asked { authorization: Some("0123456789abcdef"), ..api() }, Refusal::Token),
+            (Asked { authorization: Some("Bearer 0123456789abcdeg"), ..api() }, Refusal::Token),
+            (Asked { authorization: Some("Bearer 0123456789abcdef0"), ..api() }, Refusal::Token),
+        ];
+        for (asked, why) in table {
+            assert_eq!(admit(&asked, TOKEN), Err(why), "{asked:?}");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Work of the session as the page sees it.
+
+use crate::desk::Desk;
+use crate::state::{StageShown, WarningShown};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use supine_flow::{NodeId, Observer, Warning};
+
+/// Tells the page of the stages, and answers whether the work may go on.
+pub(crate) struct Watching {
+    desk: Arc<Desk>,
+    cancel: Arc<AtomicBool>,
+}
+
+impl Watching {
+    pub(crate) fn new(desk: Arc<Desk>, cancel: Arc<AtomicBool>) -> Self {
+        Self { desk, cancel }
+    }
+
+    /// Changes a stage that is shown; what others do is shown by the work as a whole.
+    fn stage(&self, node: NodeId, change: impl FnOnce(&mut StageShown), often: bool) {
+        let change = |held: &mut crate::desk::Held| {
+            let stages = &mut held.state.stages;
+            stages.iter_mut().find(|stage| stage.name == node.name()).map(change);
+        };
+        if often { self.desk.change_often(change) } else { self.desk.change(change) }
+    }
+}
+
+impl Observer for Watching {
+    fn begin(&self, node: NodeId) {
+        // What it says is said anew.
+        self.desk.change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
+        let begin = |stage: &mut StageShown| {
+            (stage.state, stage.share, stage.seconds, stage.found) =
+                ("running", Some(0.0), None, None);
+        };
+        self.stage(node, begin, false);
+    }
+
+    fn share(&self, node: NodeId, share: f64) {
+        self.stage(node, |stage| stage.share = Some(share), true);
+        self.desk.change_often(|held| {
+            if let Some(job) = &mut held.state.job {
+                job.share = share;
+            }
+        });
+    }
+
+    fn found(&self, node: NodeId, text: &str) {
+        self.stage(node, |stage| stage.found = Some(text.into()), true);
+    }
+
+    fn warning(&self, node: NodeId, warning: &Warning) {
+        let place = ["x_mm", "y_mm", "z_mm"].map(|name| warning.values.get(name).copied());
+        let place_mm = match place {
+            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+            _ => None,
+        };
+        let shown = WarningShown {
+            stage: node.name().into(),
+            code: warning.code.clone(),
+            message: warning.message.clone(),
+            place_mm,
+        };
+        self.desk.change(|held| {
+            if !held.state.warnings.contains(&shown) {
+                held.state.warnings.push(shown);
+            }
+        });
+    }
+
+    fn end(&self, node: NodeId, seconds: f64, _: bool) {
+        let end = |stage: &mut StageShown| {
+            (stage.state, stage.share, stage.seconds) = ("done", None, Some(seconds));
+        };
+        self.stage(node, end, false);
+    }
+
+    fn go_on(&self) -> bool {
+        !self.cancel.load(Ordering::SeqCst)
+    }
+}

@@ -1,0 +1,125 @@
+//! The page in the browser: a folder of DICOM, a case or a run is opened, looked at and worked on, on one's own machine.
+//!
+//! A server on loopback hands out the page and the voxels, and tells of each change; the page cuts the slices. Who may ask
+//! is decided in `guard` alone; `desk` owns what is open; the method lies in the flow's session.
+
+#![expect(
+    clippy::disallowed_methods,
+    reason = "edge crate: files, sockets and the clock of the page"
+)]
+
+mod browser;
+mod bytes;
+mod desk;
+mod edit;
+mod error;
+mod guard;
+mod job;
+mod link;
+mod open;
+mod picture;
+mod roots;
+mod routes;
+mod state;
+mod surface;
+
+pub use error::Error;
+
+use desk::Desk;
+use routes::{App, router};
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use supine_flow::Start;
+use tokio::net::TcpListener;
+
+/// How often is asked whether the program may go on.
+const LOOK: Duration = Duration::from_millis(200);
+/// Without a page for so long the program ends.
+const ALONE: Duration = Duration::from_secs(12 * 3600);
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Open {
+    /// A folder, a case file, or the folder of a run. All that the page may see lies in this folder, or beside this file.
+    pub path: PathBuf,
+    /// The port on loopback; 0: any that is free.
+    pub port: u16,
+    /// Whether the browser is opened.
+    pub browser: bool,
+    /// Threads of the work; 0: all cores.
+    pub threads: usize,
+    /// When and by which command it began: exported objects bear it.
+    pub start: Option<Start>,
+}
+
+/// Who started it.
+pub trait Host {
+    /// The page is there: at this address, which bears its key.
+    fn address(&self, address: &str);
+    /// The browser could not be opened.
+    fn no_browser(&self, why: &str);
+    /// Whether to go on.
+    fn go_on(&self) -> bool;
+}
+
+/// Serves the page until the host ends it, or nobody has looked for twelve hours.
+///
+/// # Errors
+/// When there is nothing at the path, or no port.
+pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
+    let path = given.path.canonicalize().map_err(|e| Error::unreadable(&given.path, e))?;
+    let desk = Desk::new(root(&path), given.threads, given.start.clone())?;
+    let port = |source| Error::Port { port: given.port, source };
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(port)?;
+    let served = runtime.block_on(async {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, given.port)).await.map_err(port)?;
+        let token = token()?;
+        let address =
+            format!("http://127.0.0.1:{}/#{token}", listener.local_addr().map_err(port)?.port());
+        let links = Arc::<AtomicUsize>::default();
+        let app = App { desk: Arc::clone(&desk), token: token.into(), links: Arc::clone(&links) };
+        desk.start(&path)?;
+        host.address(&address);
+        // The file is there as long as the page.
+        let _page = given.browser.then(|| browser::open(&address)).transpose();
+        if let Err(why) = &_page {
+            host.no_browser(&why.to_string());
+        }
+        tokio::select! {
+            served = async { axum::serve(listener, router(app)).await } => served.map_err(port),
+            () = ended(host, &links) => Ok(()),
+        }
+    });
+    desk.close();
+    // What still reads for a page that is gone is not waited for.
+    runtime.shutdown_timeout(LOOK);
+    served
+}
+
+/// The folder below which the page may see files.
+fn root(path: &Path) -> &Path {
+    if path.is_dir() { path } else { path.parent().unwrap_or(path) }
+}
+
+/// 32 bytes that nobody guesses, in hexadecimal digits.
+fn token() -> Result<String, Error> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).map_err(|e| Error::Random(e.to_string()))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+async fn ended(host: &dyn Host, links: &AtomicUsize) {
+    let mut seen = Instant::now();
+    while host.go_on() {
+        if links.load(Ordering::SeqCst) > 0 {
+            seen = Instant::now();
+        } else if seen.elapsed() > ALONE {
+            return;
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}

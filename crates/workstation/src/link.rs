@@ -1,0 +1,62 @@
+//! The socket by which the page is told of each change.
+
+use crate::guard::is_same;
+use crate::routes::App;
+use axum::extract::State;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::response::Response;
+use serde::Deserialize;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// How long a socket may say nothing before it has said the token.
+const TOKEN_WITHIN: Duration = Duration::from_secs(10);
+/// What the page says is short, bytes.
+const MOST: usize = 4096;
+
+#[derive(Deserialize)]
+struct First {
+    token: String,
+}
+
+pub(crate) async fn link(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade.max_message_size(MOST).on_upgrade(move |socket| serve(app, socket))
+}
+
+async fn serve(app: App, mut socket: WebSocket) {
+    let first = tokio::time::timeout(TOKEN_WITHIN, socket.recv()).await;
+    let Ok(Some(Ok(Message::Text(text)))) = first else { return };
+    let known =
+        serde_json::from_str(&text).is_ok_and(|first: First| is_same(&first.token, &app.token));
+    if !known {
+        return;
+    }
+    app.links.fetch_add(1, Ordering::SeqCst);
+    tell(&app, &mut socket).await;
+    app.links.fetch_sub(1, Ordering::SeqCst);
+}
+
+/// Tells the newest state until the page goes. Never more than one is under way: what changes meanwhile is told at once
+/// after.
+async fn tell(app: &App, socket: &mut WebSocket) {
+    let mut states = app.desk.watched();
+    loop {
+        let state = states.borrow_and_update().clone();
+        let text = format!("{{\"state\":{state}}}");
+        if socket.send(Message::Text(text.into())).await.is_err() {
+            return;
+        }
+        loop {
+            tokio::select! {
+                changed = states.changed() => match changed {
+                    Ok(()) => break,
+                    Err(_) => return,
+                },
+                said = socket.recv() => match said {
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                    Some(Ok(_)) => {}
+                },
+            }
+        }
+    }
+}

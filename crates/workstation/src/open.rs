@@ -1,0 +1,325 @@
+//! Opening a folder, a series, a case or a run, and bringing stages up to date.
+
+use crate::Error;
+use crate::bytes::Voxels;
+use crate::desk::{Desk, Held};
+use crate::roots::{is_case, is_run, name_of};
+use crate::state::{
+    Ball, CaseShown, InspectionShown, PatchShown, Phase, ResultShown, TumourShown, stages, views,
+};
+use crate::surface::Surface;
+use serde::Deserialize;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use supine_flow::commands::dicom::{Inspect, inspect};
+use supine_flow::spec::edit;
+use supine_flow::{
+    CaseFile, Freshness, Lane, NodeId, Options, Request, RunFolder, Session, Spec, Summary,
+    headline,
+};
+use supine_mesh::BoundaryTag;
+use supine_space::Sphere;
+
+/// What the page opens, by the numbers that it was given.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub(crate) enum Asked {
+    /// A series of the folder that was looked through.
+    Series(String),
+    /// A case file.
+    Case(String),
+    /// The folder of a run.
+    Run(String),
+}
+
+/// What is opened.
+enum Opened {
+    Series { dir: PathBuf, uid: String },
+    Case(PathBuf),
+    Run(PathBuf),
+}
+
+impl Desk {
+    /// Opens what the program was started with: a folder is looked through.
+    ///
+    /// # Errors
+    /// When work goes on.
+    pub(crate) fn start(self: &Arc<Self>, path: &Path) -> Result<(), Error> {
+        if path.is_dir() && is_run(path) {
+            return self.open_it(Opened::Run(path.into()));
+        }
+        if path.is_file() && is_case(path) {
+            return self.open_it(Opened::Case(path.into()));
+        }
+        self.look_through(path.into())
+    }
+
+    /// Looks through a folder by its number.
+    ///
+    /// # Errors
+    /// When it was not given out, or work goes on.
+    pub(crate) fn inspect(self: &Arc<Self>, dir: &str) -> Result<(), Error> {
+        let path = self.held().roots.path(dir)?;
+        self.look_through(path)
+    }
+
+    fn look_through(self: &Arc<Self>, path: PathBuf) -> Result<(), Error> {
+        self.begin("looking through the folder", move |desk, watching| {
+            let spec = Spec::new("");
+            let found = inspect(&Inspect { spec, path: path.clone(), pixels: false }, watching)?;
+            desk.change(|held| {
+                let dir = held.roots.name(&path);
+                let first = held.series.len();
+                let series = found.series.iter().map(|s| (s.folder.clone(), s.uid.clone()));
+                held.series.extend(series);
+                held.state.inspection =
+                    Some(InspectionShown::of(dir, &found, |n| (first + n).to_string()));
+            });
+            Ok(())
+        })
+    }
+
+    /// Opens what the page asks for.
+    ///
+    /// # Errors
+    /// When it was not given out, or work goes on.
+    pub(crate) fn open(self: &Arc<Self>, asked: &Asked) -> Result<(), Error> {
+        let opened = {
+            let held = self.held();
+            match asked {
+                Asked::Series(id) => {
+                    let (dir, uid) = held.series(id)?.clone();
+                    Opened::Series { dir, uid }
+                }
+                Asked::Case(id) => Opened::Case(held.roots.path(id)?),
+                Asked::Run(id) => Opened::Run(held.roots.path(id)?),
+            }
+        };
+        self.open_it(opened)
+    }
+
+    fn open_it(self: &Arc<Self>, opened: Opened) -> Result<(), Error> {
+        self.begin("reading the CT", move |desk, watching| {
+            let case = opened.case()?;
+            let session = Session::new(case.spec()?, desk.threads)?.with_start(desk.start.clone());
+            let session = Arc::new(session);
+            desk.change(|held| {
+                held.clear();
+                held.state.stages = stages(&session.case());
+                held.state.command = opened.command();
+                held.state.case = Some(shown_case(&session, &case));
+            });
+            let request = Request { observer: watching, ..Request::default() };
+            let ct = session.ct(&request)?;
+            desk.change(|held| {
+                held.state.views = views(ct.grid());
+                held.show("ct", Voxels::Hu(ct, false), true);
+                held.state.phase = Phase::Ready;
+                held.show_results(&session);
+                (held.session, held.case) = (Some(session), Some(case));
+            });
+            Ok(())
+        })
+    }
+
+    /// Brings the stages up to one of them up to date, in memory.
+    ///
+    /// # Errors
+    /// When nothing is open, or work goes on.
+    pub(crate) fn run(self: &Arc<Self>, until: Option<NodeId>) -> Result<(), Error> {
+        let session = self.held().session.clone().ok_or(Error::Nothing)?;
+        // The deformed CT is shown before it is known how sure the tumour's place is.
+        let parts: Vec<Vec<NodeId>> = match until {
+            Some(until) => vec![vec![until]],
+            None => vec![vec![NodeId::Warp], vec![NodeId::Points, NodeId::Interval]],
+        };
+        self.begin(until.map_or("simulating", NodeId::name), move |desk, watching| {
+            let request = Request { observer: watching, lane: Lane::Final, ..Request::default() };
+            for part in parts {
+                let done = session.update(&part, &request);
+                // What was finished before it failed is shown all the same.
+                desk.change(|held| held.show_results(&session));
+                done?;
+            }
+            Ok(())
+        })
+    }
+}
+
+impl Desk {
+    /// Runs the whole case into a folder.
+    ///
+    /// # Errors
+    /// When nothing is open, the name is none, or work goes on.
+    pub(crate) fn run_into(self: &Arc<Self>, dir: &str, name: &str) -> Result<(), Error> {
+        let session = self.held().session.clone().ok_or(Error::Nothing)?;
+        let path = self.held().roots.path(dir)?.join(name);
+        if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
+            return Err(Error::Request("this is no name of a folder".into()));
+        }
+        self.begin("the whole run", move |desk, watching| {
+            // The deformed CT is shown before its files are written.
+            let request = Request { observer: watching, ..Request::default() };
+            session.update(&[NodeId::Warp], &request)?;
+            desk.change(|held| held.show_results(&session));
+            session.keep_in(Some(RunFolder::open(&path)?))?;
+            let done = supine_flow::run(&session, Options::default(), watching);
+            session.keep_in(None)?;
+            desk.change(|held| held.show_results(&session));
+            if let Some(summary) = done? {
+                desk.change(|held| held.state.result = Some(result(&path, &summary)));
+            }
+            Ok(())
+        })
+    }
+}
+
+fn result(path: &Path, summary: &Summary) -> ResultShown {
+    ResultShown {
+        name: name_of(path),
+        verdict: summary.verdict.colour,
+        headline: headline(summary),
+        reasons: summary.verdict.reasons.iter().map(|reason| reason.message.clone()).collect(),
+        outputs: summary.outputs.iter().map(|output| output.path.clone()).collect(),
+    }
+}
+
+impl Held {
+    /// A series that was found: its folder and its UID.
+    pub(crate) fn series(&self, id: &str) -> Result<&(PathBuf, String), Error> {
+        let series = id.parse().ok().and_then(|n: usize| self.series.get(n));
+        series.ok_or(Error::NotBelow)
+    }
+
+    /// Shows what the session holds.
+    pub(crate) fn show_results(&mut self, session: &Session) {
+        if let Some((labels, freshness)) = session.peek_labels() {
+            self.show("labels", Voxels::Labels(labels), freshness == Freshness::Fresh);
+        }
+        if let Some((ct, freshness)) = session.peek_deformed_ct() {
+            self.show("deformed", Voxels::Hu(ct, true), freshness == Freshness::Fresh);
+        }
+        if let Some((mesh, _)) = session.peek_mesh() {
+            for (part, tag) in [
+                ("skin", BoundaryTag::Skin),
+                ("wall", BoundaryTag::ChestWall),
+                ("cut", BoundaryTag::Cut),
+            ] {
+                self.show_surface(part, Surface::of(&mesh, tag));
+            }
+        }
+        if let Some(tumour) = session.tumour_sphere() {
+            self.show_surface("tumour", Surface::ball(&tumour));
+        }
+        self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
+            distance_mm: movement.distance_mm,
+            length_mm: interval.as_ref().map(|interval| interval.length_mm),
+            within_mm: interval.as_ref().map(|interval| interval.within_mm),
+            level: interval.as_ref().map(|interval| interval.level),
+        });
+        let Some(case) = &mut self.state.case else { return };
+        case.tumour = session.tumour_sphere().map(ball);
+        if let Some((sphere, patches)) = session.peek_region() {
+            case.region = Some(ball(sphere));
+            self.state.patches = patches.into_iter().map(patch).collect();
+        }
+    }
+}
+
+impl Opened {
+    /// The case; of a series and of a run no file holds it.
+    fn case(&self) -> Result<CaseFile, Error> {
+        let text = |spec: &Spec| -> Result<String, Error> {
+            let edits = spec.edits();
+            Ok(edit("", &edits)?)
+        };
+        match self {
+            Self::Series { dir, uid } => {
+                let mut spec = Spec::new("");
+                spec.set("ct", &json!(dir))?;
+                spec.set("series", &json!(uid))?;
+                Ok(CaseFile::new(text(&spec)?, PathBuf::new()))
+            }
+            Self::Case(path) => Ok(CaseFile::open(path)?),
+            Self::Run(path) => {
+                let spec = Spec::read(&path.join("summary.json"))?;
+                Ok(CaseFile::new(text(&spec)?, spec.folder().into()))
+            }
+        }
+    }
+
+    /// The command line that goes on from here.
+    fn command(&self) -> String {
+        match self {
+            Self::Series { uid, .. } => format!("supine init FOLDER --series {uid}"),
+            Self::Case(path) => format!("supine run {} --out result", quoted(&name_of(path))),
+            Self::Run(path) => {
+                format!("supine run {}/summary.json --out result", quoted(&name_of(path)))
+            }
+        }
+    }
+}
+
+/// A name as a shell takes it.
+pub(crate) fn quoted(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
+    match name.chars().all(plain) {
+        true => name.into(),
+        false => format!("'{}'", name.replace('\'', r"'\''")),
+    }
+}
+
+/// A case as the page shows it.
+pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
+    let case = session.case();
+    let mut values = serde_json::Map::new();
+    flatten(&mut values, "", &serde_json::Value::Object(case.canonical()));
+    let [can_undo, can_redo] = file.can_undo_redo();
+    CaseShown {
+        name: file.path().map_or_else(|| "new case".into(), name_of),
+        saved: file.path().is_some(),
+        can_undo,
+        can_redo,
+        values,
+        tumour: session.tumour_sphere().map(ball),
+        region: case.region.map(ball),
+    }
+}
+
+/// Values by key, tables joined by dots.
+fn flatten(
+    into: &mut serde_json::Map<String, serde_json::Value>,
+    key: &str,
+    value: &serde_json::Value,
+) {
+    match value {
+        serde_json::Value::Object(table) => {
+            for (name, value) in table {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                flatten(into, &key, value);
+            }
+        }
+        value => drop(into.insert(key.into(), value.clone())),
+    }
+}
+
+fn ball(sphere: Sphere) -> Ball {
+    Ball { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
+}
+
+fn patch(patch: supine_flow::UncertainPatch) -> PatchShown {
+    let supine_flow::UncertainPatch { centre_mm, area_cm2, error_mm, place, .. } = patch;
+    PatchShown { centre_mm, area_cm2, error_mm, name: place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(quoted("case.toml"), "case.toml");
+        assert_eq!(quoted("Mrs X's case.toml"), r"'Mrs X'\''s case.toml'");
+    }
+}

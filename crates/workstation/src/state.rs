@@ -1,0 +1,367 @@
+//! What the page is told: one object, whole, after each change.
+
+use crate::roots::Named;
+use serde::Serialize;
+use supine_flow::{Case, NodeId};
+use supine_space::{Grid, View};
+
+/// All that the page shows, but the voxels.
+#[derive(Clone, Debug, Serialize, Default)]
+pub(crate) struct State {
+    /// Counts the changes of the case.
+    pub(crate) revision: u64,
+    pub(crate) version: &'static str,
+    pub(crate) case: Option<CaseShown>,
+    pub(crate) phase: Phase,
+    pub(crate) problem: Option<Problem>,
+    pub(crate) volumes: Vec<VolumeShown>,
+    pub(crate) views: Vec<ViewShown>,
+    pub(crate) surfaces: Vec<SurfaceShown>,
+    pub(crate) stages: Vec<StageShown>,
+    pub(crate) job: Option<Job>,
+    pub(crate) warnings: Vec<WarningShown>,
+    pub(crate) patches: Vec<PatchShown>,
+    pub(crate) inspection: Option<InspectionShown>,
+    /// How far the tumour moves; nothing that is of what was given before.
+    pub(crate) tumour: Option<TumourShown>,
+    /// What a run left in a folder.
+    pub(crate) result: Option<ResultShown>,
+    /// The command line that does the same.
+    pub(crate) command: String,
+}
+
+/// How far the opening is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Phase {
+    #[default]
+    Empty,
+    Reading,
+    Ready,
+}
+
+/// The case that is open.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct CaseShown {
+    pub(crate) name: String,
+    /// Whether a file holds what is shown.
+    pub(crate) saved: bool,
+    /// Whether a change can be taken back, and made again.
+    pub(crate) can_undo: bool,
+    pub(crate) can_redo: bool,
+    /// Values by key, as they are given or by default.
+    pub(crate) values: serde_json::Map<String, serde_json::Value>,
+    pub(crate) tumour: Option<Ball>,
+    pub(crate) region: Option<Ball>,
+}
+
+/// A sphere, LPS, mm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct Ball {
+    pub(crate) centre_mm: [f64; 3],
+    pub(crate) radius_mm: f64,
+}
+
+/// What went wrong last.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Problem {
+    pub(crate) message: String,
+    pub(crate) advice: Option<String>,
+}
+
+/// A volume whose bytes the page may fetch.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct VolumeShown {
+    pub(crate) id: &'static str,
+    pub(crate) key: String,
+    #[serde(rename = "type")]
+    pub(crate) voxel: &'static str,
+    pub(crate) size: [usize; 3],
+    pub(crate) spacing_mm: [f64; 3],
+    pub(crate) origin_mm: [f64; 3],
+    /// Unit vectors of the grid's axes, LPS.
+    pub(crate) axes: [[f64; 3]; 3],
+    /// Whether it is no acquired CT.
+    pub(crate) simulated: bool,
+    /// Whether it is of what is given now.
+    pub(crate) fresh: bool,
+    pub(crate) names: serde_json::Map<String, serde_json::Value>,
+}
+
+/// A surface whose bytes the page may fetch.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SurfaceShown {
+    pub(crate) part: &'static str,
+    pub(crate) key: String,
+}
+
+/// How the grid's own planes are shown in a view.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct ViewShown {
+    name: &'static str,
+    /// The grid's axis at right angles to the planes.
+    normal: usize,
+    right: AxisShown,
+    down: AxisShown,
+    /// At the left, right, upper and lower edge.
+    letters: [&'static str; 4],
+}
+
+/// An axis of the grid along one side of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct AxisShown {
+    axis: usize,
+    /// Whether the index falls along it.
+    flip: bool,
+}
+
+/// A stage of the flow.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct StageShown {
+    pub(crate) name: &'static str,
+    /// `none`, `running`, `done` or `stale`.
+    pub(crate) state: &'static str,
+    pub(crate) share: Option<f64>,
+    pub(crate) seconds: Option<f64>,
+    pub(crate) found: Option<String>,
+}
+
+/// What is worked on.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Job {
+    pub(crate) what: String,
+    pub(crate) share: f64,
+    pub(crate) can_cancel: bool,
+}
+
+/// How far the tumour moves, mm, never without how sure that is.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TumourShown {
+    pub(crate) distance_mm: f64,
+    /// Interval of that distance, and how far off its place may be; nothing where they could not be found.
+    pub(crate) length_mm: Option<[f64; 2]>,
+    pub(crate) within_mm: Option<f64>,
+    /// Probability of both.
+    pub(crate) level: Option<f64>,
+}
+
+/// What a run left.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ResultShown {
+    /// The folder's name.
+    pub(crate) name: String,
+    /// `green`, `amber` or `red`.
+    pub(crate) verdict: supine_flow::commands::Colour,
+    /// What stands first in the report.
+    pub(crate) headline: String,
+    pub(crate) reasons: Vec<String>,
+    /// Files and folders, relative to it.
+    pub(crate) outputs: Vec<String>,
+}
+
+/// What the user must know.
+#[derive(Clone, Debug, Serialize, PartialEq)]
+pub(crate) struct WarningShown {
+    pub(crate) stage: String,
+    pub(crate) code: String,
+    pub(crate) message: String,
+    pub(crate) place_mm: Option<[f64; 3]>,
+}
+
+/// An uncertain place of the chest wall.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PatchShown {
+    pub(crate) centre_mm: [f64; 3],
+    pub(crate) area_cm2: f64,
+    pub(crate) error_mm: f64,
+    pub(crate) name: String,
+}
+
+/// What a folder of DICOM holds.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct InspectionShown {
+    pub(crate) dir: String,
+    pub(crate) name: String,
+    pub(crate) series: Vec<SeriesShown>,
+}
+
+/// A series of it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SeriesShown {
+    pub(crate) id: String,
+    pub(crate) description: String,
+    pub(crate) modality: &'static str,
+    pub(crate) size: Option<[usize; 3]>,
+    pub(crate) spacing_mm: Option<[f64; 3]>,
+    pub(crate) files: usize,
+    pub(crate) usable: bool,
+    pub(crate) problems: Vec<String>,
+    /// Whether there is one.
+    pub(crate) picture: bool,
+}
+
+impl Problem {
+    /// An error in words for people.
+    pub(crate) fn of(error: &crate::Error) -> Self {
+        Self { message: error.to_string(), advice: None }
+    }
+}
+
+/// Stages that a planner knows, in their order.
+const STAGES: [NodeId; 10] = [
+    NodeId::Import,
+    NodeId::Segment,
+    NodeId::Region,
+    NodeId::Mesh,
+    NodeId::Solve,
+    NodeId::Interval,
+    NodeId::Warp,
+    NodeId::Export,
+    NodeId::Pictures,
+    NodeId::Report,
+];
+
+/// The stages of a case, none done yet: those that only some cases have where this one has them.
+pub(crate) fn stages(case: &Case) -> Vec<StageShown> {
+    let some = [
+        (NodeId::Tissues, case.tissues || case.stiffness.is_some()),
+        (NodeId::Fit, case.fit_scans().is_some()),
+        (NodeId::Evaluation, case.scans.as_ref().is_some_and(|scans| scans.intraop.is_some())),
+        (NodeId::Carry, !case.carried.is_empty()),
+    ];
+    let shown = |node: &NodeId| {
+        STAGES.contains(node) || some.iter().any(|(known, has)| known == node && *has)
+    };
+    let stage = |node: NodeId| StageShown {
+        name: node.name(),
+        state: "none",
+        share: None,
+        seconds: None,
+        found: None,
+    };
+    NodeId::ALL.into_iter().filter(shown).map(stage).collect()
+}
+
+impl VolumeShown {
+    /// A volume on a grid.
+    pub(crate) fn on(grid: &Grid, id: &'static str, voxel: &'static str, key: String) -> Self {
+        let axis = |a: usize| -> [f64; 3] { grid.direction().column(a).into_owned().into() };
+        Self {
+            id,
+            key,
+            voxel,
+            size: grid.size(),
+            spacing_mm: grid.spacing().into(),
+            origin_mm: grid.origin().coords.into(),
+            axes: [axis(0), axis(1), axis(2)],
+            simulated: false,
+            fresh: true,
+            names: serde_json::Map::new(),
+        }
+    }
+}
+
+/// The views of a grid's own planes. Each direction of a picture is that axis of the grid that comes nearest to it; no two
+/// directions share one.
+pub(crate) fn views(grid: &Grid) -> Vec<ViewShown> {
+    let order = nearest_axes(grid);
+    let along = |direction: [f64; 3]| {
+        let lps = (0..3).find(|a| direction[*a] != 0.0).unwrap_or(0);
+        let axis = order[lps];
+        let same = grid.direction()[(lps, axis)] * direction[lps] > 0.0;
+        AxisShown { axis, flip: !same }
+    };
+    let shown = |view: View| ViewShown {
+        name: view.name(),
+        normal: order[view.axis()],
+        right: along(view.right().into()),
+        down: along(view.down().into()),
+        letters: view.letters(),
+    };
+    View::ALL.map(shown).into()
+}
+
+/// Which axis of the grid runs nearest along x, y and z of LPS: of the six ways to pair them the one with the largest sum of
+/// cosines.
+fn nearest_axes(grid: &Grid) -> [usize; 3] {
+    let ways = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    let fit =
+        |way: &[usize; 3]| (0..3).map(|lps| grid.direction()[(lps, way[lps])].abs()).sum::<f64>();
+    let best = ways.into_iter().max_by(|a, b| fit(a).total_cmp(&fit(b)));
+    best.unwrap_or([0, 1, 2])
+}
+
+impl InspectionShown {
+    /// Of a folder's report; `id` names each series.
+    pub(crate) fn of(
+        dir: Named,
+        found: &supine_flow::commands::dicom::Inspection,
+        id: impl Fn(usize) -> String,
+    ) -> Self {
+        let series = found.series.iter().enumerate().map(|(n, series)| SeriesShown {
+            id: id(n),
+            description: series.description.clone(),
+            modality: "CT",
+            size: series.grid.as_ref().map(|grid| grid.size),
+            spacing_mm: series.grid.as_ref().map(|grid| grid.spacing),
+            files: series.slices,
+            usable: series.usable,
+            problems: series
+                .reason
+                .iter()
+                .cloned()
+                .chain(series.warnings.iter().map(ToString::to_string))
+                .collect(),
+            picture: series.usable,
+        });
+        Self { dir: dir.id, name: dir.name, series: series.collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use supine_space::{Matrix, Point, Vector};
+
+    fn grid(columns: [[f64; 3]; 3]) -> Grid {
+        let direction = Matrix::from_columns(&columns.map(Vector::from));
+        Grid::new([4, 5, 6], Vector::new(1.0, 1.0, 2.0), Point::origin(), direction).unwrap()
+    }
+
+    /// Where a picture's upper left, upper right and lower left corners lie, LPS.
+    fn corners(grid: &Grid, view: &ViewShown) -> [Point; 3] {
+        let at = |right: bool, down: bool| {
+            let mut voxel = [0; 3];
+            for (side, far) in [(view.right, right), (view.down, down)] {
+                voxel[side.axis] = if side.flip == far { 0 } else { grid.size()[side.axis] - 1 };
+            }
+            grid.centre(voxel)
+        };
+        [at(false, false), at(true, false), at(false, true)]
+    }
+
+    #[test]
+    fn pictures_lie_as_their_letters_say_on_grids_of_all_kinds() {
+        let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        let not = |v: [f64; 3]| v.map(|c: f64| -c);
+        let tilted = [[0.995, 0.0998, 0.0], [-0.0998, 0.995, 0.0], z];
+        // Axial, flipped rows, feet first, coronal, sagittal, slightly turned.
+        for axes in [
+            [x, y, z],
+            [not(x), not(y), z],
+            [not(x), y, not(z)],
+            [x, not(z), y],
+            [y, not(z), x],
+            tilted,
+        ] {
+            let grid = grid(axes);
+            for (shown, view) in views(&grid).iter().zip(View::ALL) {
+                let [corner, right, down] = corners(&grid, shown);
+                assert!((right - corner).dot(&view.right()) > 0.0, "{axes:?} {shown:?}");
+                assert!((down - corner).dot(&view.down()) > 0.0, "{axes:?} {shown:?}");
+                let used = [shown.normal, shown.right.axis, shown.down.axis];
+                assert_eq!(used.iter().sum::<usize>(), 3, "{used:?}");
+            }
+        }
+    }
+}

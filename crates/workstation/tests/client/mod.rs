@@ -1,0 +1,208 @@
+//! A page of the server, and its requests by hand: what a browser would add must be seen.
+
+#![expect(clippy::unwrap_used, reason = "a helper of tests")]
+
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::time::Duration;
+use supine_workstation::{Host, Open, open};
+
+/// A server, and how to speak to it.
+pub(crate) struct Page {
+    pub(crate) port: u16,
+    pub(crate) token: String,
+    goes_on: Arc<AtomicBool>,
+}
+
+struct Starter {
+    address: Sender<String>,
+    goes_on: Arc<AtomicBool>,
+}
+
+impl Host for Starter {
+    fn address(&self, address: &str) {
+        self.address.send(address.into()).unwrap();
+    }
+
+    fn no_browser(&self, _: &str) {}
+
+    fn go_on(&self) -> bool {
+        self.goes_on.load(Ordering::SeqCst)
+    }
+}
+
+impl Page {
+    pub(crate) fn open(path: &Path) -> Self {
+        let (address, told) = channel();
+        let goes_on = Arc::new(AtomicBool::new(true));
+        let starter = Starter { address, goes_on: Arc::clone(&goes_on) };
+        let given = Open { path: path.into(), port: 0, browser: false, threads: 2, start: None };
+        std::thread::spawn(move || open(&given, &starter).unwrap());
+        let address = told.recv_timeout(Duration::from_secs(20)).unwrap();
+        let rest = address.strip_prefix("http://127.0.0.1:").unwrap();
+        let (port, token) = rest.split_once("/#").unwrap();
+        Self { port: port.parse().unwrap(), token: token.into(), goes_on }
+    }
+
+    pub(crate) fn ask(
+        &self,
+        first: &str,
+        host: &str,
+        headers: &[(&str, &str)],
+        body: &[u8],
+    ) -> Answer {
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        let mut text = format!("{first} HTTP/1.1\r\nHost: {host}\r\n");
+        if !headers.iter().any(|(name, _)| *name == "Connection") {
+            text += "Connection: close\r\n";
+        }
+        for (name, value) in headers {
+            text += &format!("{name}: {value}\r\n");
+        }
+        text += &format!("Content-Length: {}\r\n\r\n", body.len());
+        stream.write_all(text.as_bytes()).unwrap();
+        // One that is refused unread closes early.
+        let _refused = stream.write_all(body);
+        stream.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+        Answer::read(stream)
+    }
+
+    fn own(&self, first: &str, body: &[u8]) -> Answer {
+        let (host, bearer) = (format!("127.0.0.1:{}", self.port), format!("Bearer {}", self.token));
+        self.ask(first, &host, &[("Authorization", &bearer)], body)
+    }
+
+    pub(crate) fn get(&self, path: &str) -> Answer {
+        self.own(&format!("GET {path}"), b"")
+    }
+
+    pub(crate) fn post(&self, path: &str, body: &Value) -> Answer {
+        self.own(&format!("POST {path}"), body.to_string().as_bytes())
+    }
+
+    /// The state once nothing is worked on.
+    pub(crate) fn idle(&self) -> Value {
+        for _ in 0..3000 {
+            let state = self.get("/api/state").json();
+            if state["job"].is_null() {
+                return state;
+            }
+            std::thread::sleep(Duration::from_millis(40));
+        }
+        panic!("the work does not end");
+    }
+
+    /// A socket that said a token; none when the server closed it.
+    pub(crate) fn link(&self, token: &str) -> Option<Link> {
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        let host = format!("127.0.0.1:{}", self.port);
+        let text = format!(
+            "GET /api/link HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nConnection: Upgrade\r\n\
+             Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+             Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+        );
+        stream.write_all(text.as_bytes()).unwrap();
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            let mut byte = [0];
+            stream.read_exact(&mut byte).unwrap();
+            head.push(byte[0]);
+        }
+        assert!(head.starts_with(b"HTTP/1.1 101"));
+        let mut link = Link { stream };
+        link.say(&serde_json::json!({ "token": token }).to_string());
+        link.frame().map(|first| {
+            assert!(first.starts_with("{\"state\""));
+            Link { stream: link.stream.try_clone().unwrap() }
+        })
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        self.goes_on.store(false, Ordering::SeqCst);
+    }
+}
+
+/// An open socket.
+pub(crate) struct Link {
+    stream: TcpStream,
+}
+
+impl Link {
+    /// A text frame, masked with zeros.
+    fn say(&mut self, text: &str) {
+        let mut frame = vec![0x81, 0x80 | u8::try_from(text.len()).unwrap(), 0, 0, 0, 0];
+        frame.extend(text.as_bytes());
+        self.stream.write_all(&frame).unwrap();
+    }
+
+    /// The next text; none when the socket closes.
+    fn frame(&mut self) -> Option<String> {
+        let mut head = [0; 2];
+        self.stream.read_exact(&mut head).ok()?;
+        if head[0] != 0x81 {
+            return None;
+        }
+        let length = match head[1] {
+            126 => {
+                let mut long = [0; 2];
+                self.stream.read_exact(&mut long).ok()?;
+                u64::from(u16::from_be_bytes(long))
+            }
+            127 => {
+                let mut long = [0; 8];
+                self.stream.read_exact(&mut long).ok()?;
+                u64::from_be_bytes(long)
+            }
+            short => u64::from(short),
+        };
+        let mut text = vec![0; usize::try_from(length).unwrap()];
+        self.stream.read_exact(&mut text).ok()?;
+        String::from_utf8(text).ok()
+    }
+
+    pub(crate) fn next(&mut self) -> Value {
+        serde_json::from_str(&self.frame().unwrap()).unwrap()
+    }
+}
+
+/// An answer.
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    headers: Vec<(String, String)>,
+    pub(crate) body: Vec<u8>,
+}
+
+impl Answer {
+    pub(crate) fn read(mut from: impl Read) -> Self {
+        let mut all = Vec::new();
+        // A socket stays open: what came is looked at.
+        let _open = from.read_to_end(&mut all);
+        let end = all.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
+        let head = String::from_utf8(all[..end].to_vec()).unwrap();
+        let mut lines = head.lines();
+        let status = lines.next().unwrap().split(' ').nth(1).unwrap().parse().unwrap();
+        let headers = lines.filter_map(|line| line.split_once(": "));
+        let headers = headers.map(|(name, value)| (name.to_lowercase(), value.into())).collect();
+        Self { status, headers, body: all[end + 4..].to_vec() }
+    }
+
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
+        self.headers.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    pub(crate) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.body).into_owned()
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|_| panic!("{}", self.text()))
+    }
+}

@@ -1,0 +1,311 @@
+"""The whole job in the page, by mouse and keyboard, from a folder of DICOM to an exported series.
+
+page.py SUPINE FOLDER PICTURES TIME: FOLDER holds the series in `ct` and nothing else; `case.toml` and `result` are left there.
+Pictures of each step go to PICTURES; results bear TIME, seconds since 1970. Ends with 0 when all is as it must be.
+"""
+import json, os, signal, subprocess, sys, time
+import numpy as np
+import pydicom
+import SimpleITK as sitk
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import sync_playwright
+
+SUPINE, FOLDER, PICTURES = sys.argv[1:4]
+os.environ["SOURCE_DATE_EPOCH"] = sys.argv[4]
+TUMOUR, RADIUS = (91.37, -248.09, -594.5), 9.0
+# What a site may have named a series: it must be shown as it is, and do nothing.
+NAME = "<img src=x onerror=alert(1)>"
+WAIT = 60_000
+
+
+def start():
+    """The server and its address."""
+    server = subprocess.Popen([SUPINE, "open", FOLDER, "--no-browser", "--json"], stdout=subprocess.PIPE, text=True)
+    text = ""
+    while "}" not in text:
+        line = server.stdout.readline()
+        assert line, "the server ended"
+        text += line
+    return server, json.loads(text)["address"]
+
+
+def name_series():
+    for file in os.listdir(f"{FOLDER}/ct"):
+        one = pydicom.dcmread(f"{FOLDER}/ct/{file}")
+        one.SeriesDescription = NAME
+        one.save_as(f"{FOLDER}/ct/{file}")
+
+
+def volume(folder):
+    reader = sitk.ImageSeriesReader()
+    reader.SetFileNames(reader.GetGDCMSeriesFileNames(folder))
+    image = reader.Execute()
+    assert np.allclose(image.GetDirection(), np.eye(3).ravel())
+    return image, sitk.GetArrayFromImage(image)
+
+
+class Window:
+    def __init__(self, browser, address, size, scheme):
+        self.context = browser.new_context(viewport=size, color_scheme=scheme)
+        self.page = self.context.new_page()
+        self.wrong, self.asked = [], []
+        self.page.on("console", lambda m: m.type == "error" and self.wrong.append(m.text))
+        self.page.on("pageerror", lambda e: self.wrong.append(str(e)))
+        self.page.on("dialog", lambda d: self.wrong.append(f"a dialog: {d.message}"))
+        self.page.on("request", lambda r: self.asked.append(r.url))
+        self.page.goto(address)
+        self.origin = address.split("/#")[0]
+
+    def state(self):
+        return self.page.evaluate("""async () => (await fetch("/api/state", {headers:
+            {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()""")
+
+    def until(self, what, holds):
+        """Waits until the state is so, and the page has drawn it."""
+        end = time.time() + WAIT / 1000
+        while not holds(state := self.state()):
+            told = self.page.locator("#problems").inner_text()
+            assert time.time() < end, f"{what}: {told} {json.dumps(state)[:2000]}"
+            time.sleep(0.05)
+        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        assert state["problem"] is None, state["problem"]
+        return state
+
+    def idle(self, what="idle"):
+        return self.until(what, lambda s: s["job"] is None and s["phase"] == "ready")
+
+    def key(self, keys):
+        self.page.locator("#view-axial").focus()
+        self.page.keyboard.press(keys)
+
+    def picture(self, name):
+        time.sleep(0.3)
+        self.page.screenshot(path=f"{PICTURES}/{name}.png")
+        found = Axe().run(self.page).response["violations"]
+        serious = [(v["id"], v["nodes"][0]["html"][:200]) for v in found if v["impact"] in ("serious", "critical")]
+        assert not serious, f"{name}: {serious}"
+
+    def pixels(self, view):
+        """The grey of each voxel of a view's plane, as the canvas holds it."""
+        flat, width, height = self.page.evaluate("""(view) => {
+            const canvas = document.querySelector(`#view-${view} canvas.voxels`);
+            const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+            return [Array.from({length: data.length / 4}, (_, n) => data[4 * n]), canvas.width, canvas.height]; }""", view)
+        return np.array(flat).reshape(height, width)
+
+    def close(self):
+        assert not self.wrong, self.wrong
+        assert all(url.startswith((self.origin, "blob:" + self.origin)) for url in self.asked), self.asked
+        assert self.page.title() == "supine" and "#" not in self.page.url, self.page.url
+        assert self.page.evaluate("() => localStorage.length") == 0
+        self.context.close()
+
+
+def grey(hu, window):
+    """As the page's table: halves to even, as canvas data are rounded."""
+    width, level = window
+    return np.clip(np.rint(((hu - level) / width + 0.5) * 255), 0, 255).astype(int)
+
+
+def check_planes(window, image, data, at):
+    """Every plane through a voxel, pixel by pixel, against another reader's volume."""
+    look = window.page.evaluate("""() => [document.getElementById("window-width").value,
+        document.getElementById("window-level").value].map(Number)""")
+    i, j, k = image.TransformPhysicalPointToIndex(at)
+    planes = {"axial": data[k], "coronal": data[::-1, j], "sagittal": data[::-1, :, i]}
+    for name, plane in planes.items():
+        wanted, drawn = grey(plane.astype(float), look), window.pixels(name)
+        assert wanted.shape == drawn.shape and (wanted == drawn).all(), f"{name}: {np.sum(wanted != drawn)} pixels differ"
+
+
+def spot(window, view, image, at):
+    """Where a place lies on the screen: the whole plane is fitted into its view."""
+    size, step = np.array(image.GetSize()), np.array(image.GetSpacing())
+    voxel = np.array(image.TransformPhysicalPointToContinuousIndex(at))
+    right, down, turned = {"axial": (0, 1, False), "sagittal": (1, 2, True), "coronal": (0, 2, True)}[view]
+    box = window.page.locator(f"#view-{view}").bounding_box()
+    wide, high = size[right] * step[right], size[down] * step[down]
+    scale = min(box["width"] / wide, box["height"] / high) * 0.98
+    y = size[down] - 1 - voxel[down] if turned else voxel[down]
+    return (box["x"] + box["width"] / 2 + ((voxel[right] + 0.5) * step[right] - wide / 2) * scale,
+            box["y"] + box["height"] / 2 + ((y + 0.5) * step[down] - high / 2) * scale)
+
+
+def crosshair_to(window, at):
+    for name, value in zip("LPS", at):
+        field = window.page.locator(f"#place-{name}")
+        field.fill(str(round(value, 1)))
+        field.press("Enter")
+    window.page.evaluate("() => document.activeElement.blur()")
+    time.sleep(0.2)
+
+
+def opened(browser, address):
+    """Open: the series as the site named it, and its planes."""
+    window = Window(browser, address, {"width": 1280, "height": 800}, "dark")
+    page = window.page
+    button = page.locator(".card button", has_text="Open")
+    button.wait_for(timeout=WAIT)
+    assert page.locator(".card strong").inner_text() == NAME
+    page.wait_for_function("() => document.querySelector('.card img')?.naturalWidth > 0")
+    window.picture("open")
+    button.click()
+    window.idle("the CT")
+    page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
+    return window
+
+
+def marked(window, image, data):
+    """Look and Mark: planes, wheel, window, ruler; the tumour by a click, saved as a case."""
+    page = window.page
+    crosshair_to(window, TUMOUR)
+    check_planes(window, image, data, TUMOUR)
+    before = page.locator("#readout .place").inner_text()
+    page.mouse.move(*spot(window, "axial", image, TUMOUR))
+    page.mouse.wheel(0, -100)
+    time.sleep(0.2)
+    above = (TUMOUR[0], TUMOUR[1], TUMOUR[2] + image.GetSpacing()[2])
+    check_planes(window, image, data, above)
+    page.mouse.wheel(0, 100)
+    page.mouse.down(button="right")
+    page.mouse.move(*(np.array(spot(window, "axial", image, TUMOUR)) + (60, 30)), steps=5)
+    page.mouse.up(button="right")
+    time.sleep(0.2)
+    check_planes(window, image, data, TUMOUR)
+    window.key("1")
+    window.picture("look")
+    assert before
+    page.keyboard.press("Alt+2")
+    page.get_by_role("button", name="left", exact=True).click()
+    window.until("the side", lambda s: s["case"]["values"].get("breast") == "left")
+    window.key("t")
+    page.mouse.click(*spot(window, "axial", image, TUMOUR))
+    state = window.until("the tumour", lambda s: s["case"]["tumour"])
+    off = np.linalg.norm(np.array(state["case"]["tumour"]["centre_mm"]) - TUMOUR)
+    assert off < 2.5, state["case"]["tumour"]
+    page.locator("#tumour-radius").fill(str(RADIUS))
+    page.locator("#tumour-radius").press("Enter")
+    window.until("the radius", lambda s: s["case"]["tumour"]["radius_mm"] == RADIUS)
+    window.key("Control+z")
+    window.until("undone", lambda s: s["case"]["tumour"]["radius_mm"] != RADIUS)
+    window.key("Control+Shift+z")
+    window.until("redone", lambda s: s["case"]["tumour"]["radius_mm"] == RADIUS)
+    window.picture("mark")
+    page.keyboard.press("Alt+1")
+    page.locator("#case-name").fill("case.toml")
+    page.get_by_role("button", name="Save the case").click()
+    window.until("the case", lambda s: s["case"]["saved"])
+    assert "radius = 9.0" in open(f"{FOLDER}/case.toml").read()
+
+
+def killed(browser, server, window):
+    """The program dies: the page says so, and nothing is lost."""
+    tumour = window.state()["case"]["tumour"]
+    server.send_signal(signal.SIGKILL)
+    server.wait()
+    window.page.locator("#curtain", has_text="closed").wait_for(timeout=WAIT)
+    window.wrong.clear()  # that nobody answers is an error of the console
+    window.close()
+    server, address = start()
+    window = Window(browser, address, {"width": 1280, "height": 800}, "light")
+    window.page.get_by_role("button", name="case.toml").click()
+    state = window.idle("the case anew")
+    assert state["case"]["tumour"] == tumour and state["case"]["saved"], state["case"]
+    return server, address, window
+
+
+def segmented(window):
+    page = window.page
+    page.keyboard.press("Alt+3")
+    page.locator(".step-panel.segment .primary").wait_for()
+    page.keyboard.press("Enter")
+    window.until("labels", lambda s: s["job"] is None and any(v["id"] == "labels" for v in s["volumes"]))
+    find = page.get_by_role("button", name="Find the region")
+    find.click()
+    window.until("patches", lambda s: s["job"] is None and s["patches"])
+    window.key("x")
+    window.picture("segment")
+
+
+def tilted(browser, address, window):
+    """Bed: two windows, the slower one is told."""
+    page = window.page
+    page.keyboard.press("Alt+4")
+    second = Window(browser, address, {"width": 1280, "height": 800}, "dark")
+    second.idle()
+    for name, value in (("ap", 7.0), ("lat", 5.0)):
+        field = page.locator(f"#angle-bed-{name}")
+        field.fill(str(value))
+        field.press("Enter")
+    window.until("the table", lambda s: [s["case"]["values"].get(f"bed.{name}") for name in ("ap", "lat")] == [7, 5])
+    assert second.until("the other window", lambda s: True)["revision"] == window.state()["revision"]
+    second.close()
+    page.get_by_role("button", name="Simulate").click()
+    state = window.until("the deformed CT", lambda s: s["job"] is None and any(v["id"] == "deformed" for v in s["volumes"]))
+    way = state["tumour"]
+    assert way["length_mm"][0] < way["distance_mm"] < way["length_mm"][1], way
+    assert f"{way['distance_mm']:.1f} mm" in page.locator(".step-panel.bed .way").inner_text()
+    window.picture("bed")
+
+
+def compared(window):
+    page = window.page
+    page.keyboard.press("Alt+5")
+    page.get_by_role("button", name="Curtain").click()
+    window.picture("check")
+    page.get_by_role("button", name="Difference").click()
+    window.picture("difference")
+    page.get_by_role("button", name="One", exact=True).click()
+
+
+def exported(window):
+    page = window.page
+    page.keyboard.press("Alt+6")
+    page.locator("#out-name").fill("result")
+    page.get_by_role("button", name="Run and write").click()
+    window.until("the result", lambda s: s["job"] is None and s["result"])
+    window.picture("export")
+    image, data = volume(f"{FOLDER}/result/ct")
+    page.keyboard.press("Alt+1")
+    page.get_by_role("button", name="Simulated", exact=False).first.click()
+    crosshair_to(window, TUMOUR)
+    check_planes(window, image, data, TUMOUR)
+
+
+def large(browser, address):
+    """What a large screen shows."""
+    for scheme in ("dark", "light"):
+        window = Window(browser, address, {"width": 3840, "height": 2160}, scheme)
+        window.idle()
+        window.page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
+        window.page.keyboard.press("Alt+3")
+        window.picture(f"large-{scheme}")
+        window.close()
+
+
+def job(browser):
+    name_series()
+    image, data = volume(f"{FOLDER}/ct")
+    server, address = start()
+    try:
+        window = opened(browser, address)
+        marked(window, image, data)
+        server, address, window = killed(browser, server, window)
+        segmented(window)
+        tilted(browser, address, window)
+        compared(window)
+        exported(window)
+        large(browser, address)
+        window.close()
+        server.send_signal(signal.SIGINT)
+        assert server.wait(timeout=20) == 0
+    finally:
+        server.kill()
+
+
+if __name__ == "__main__":
+    with sync_playwright() as playwright:
+        # Without a graphics card a browser has no WebGL, but one without a screen claims to.
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis"])
+        job(browser)
+        browser.close()
