@@ -34,6 +34,12 @@ pub enum Error {
     /// Something is worked on.
     #[error("the work before is not done yet: wait for it, or cancel it")]
     Busy,
+    /// A run is opened whose results are not those of its case any more.
+    #[error(
+        "the CT is shown alone: the results in this folder were made by another version of the program, or an input changed since; \
+         run it again"
+    )]
+    OtherRun,
     /// Nothing is open that this could be asked of.
     #[error("no CT is open")]
     Nothing,

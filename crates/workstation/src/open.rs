@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::bytes::Voxels;
 use crate::desk::{Desk, Held};
+use crate::job::Watching;
 use crate::roots::{is_case, is_run, name_of};
 use crate::state::{
     Ball, CaseShown, InspectionShown, PatchShown, Phase, ResultShown, TumourShown, stages, views,
@@ -15,8 +16,8 @@ use std::sync::Arc;
 use supine_flow::commands::dicom::{Inspect, inspect};
 use supine_flow::spec::edit;
 use supine_flow::{
-    CaseFile, Freshness, Lane, NodeId, Options, Request, RunFolder, Session, Spec, Summary,
-    headline,
+    CaseFile, FinishedRun, Freshness, Lane, NodeId, Options, Request, RunFolder, Session, Spec,
+    Summary, headline,
 };
 use supine_mesh::BoundaryTag;
 use supine_space::Sphere;
@@ -117,10 +118,46 @@ impl Desk {
                 held.show("ct", Voxels::Hu(ct, false), true);
                 held.state.phase = Phase::Ready;
                 held.show_results(&session);
-                (held.session, held.case) = (Some(session), Some(case));
+                (held.session, held.case) = (Some(Arc::clone(&session)), Some(case));
             });
+            if let Opened::Run(path) = &opened {
+                desk.show_run(path, &session, watching)?;
+            }
             Ok(())
         })
+    }
+
+    /// Shows what a run left, if it is what would be made now; nothing is made anew.
+    fn show_run(
+        self: &Arc<Self>,
+        path: &Path,
+        session: &Session,
+        watching: &Watching,
+    ) -> Result<(), Error> {
+        let run = FinishedRun::open(path)?;
+        if !run.is_of(session)? {
+            return Err(Error::OtherRun);
+        }
+        let summary = run.summary()?;
+        session.keep_in(Some(RunFolder::open(path)?))?;
+        let request = Request { observer: watching, ..Request::default() };
+        // Each is asked for: what is only brought up to date in a folder is not read.
+        let read = || {
+            session.labels(&request)?;
+            session.region(&request)?;
+            session.mesh(&request)?;
+            session.deformed_ct(&request)?;
+            session.tumour(&request)?;
+            session.tumour_interval(&request)
+        };
+        let read = read();
+        session.keep_in(None)?;
+        read?;
+        self.change(|held| {
+            held.show_results(session);
+            held.state.result = Some(result(path, &summary));
+        });
+        Ok(())
     }
 
     /// Brings the stages up to one of them up to date, in memory.

@@ -264,6 +264,21 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
         state["result"]["outputs"].as_array().unwrap().len(),
         ours["outputs"].as_array().unwrap().len()
     );
+    // What the run left is opened, and nothing is made.
+    let left = Page::open(&dir.path().join("result"));
+    let state = left.idle();
+    assert_eq!(state["problem"], Value::Null);
+    assert_eq!((fresh(&state), state["result"]["verdict"].is_string()), (vec![true; 3], true));
+    assert!(summary(&dir.path().join("result")) == ours);
+    drop(left);
+    // One key of the chain is another one now.
+    let path = dir.path().join("result/summary.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let key = ours["chain"][0]["key"].as_str().unwrap();
+    std::fs::write(&path, text.replace(key, &"0".repeat(key.len()))).unwrap();
+    let other = Page::open(&dir.path().join("result")).idle();
+    let told = other["problem"]["message"].as_str().unwrap();
+    assert!(told.contains("run it again") && fresh(&other) == [true], "{told}");
     for name in ["../out", "a/b", "", ".hidden"] {
         let out = json!({ "dir": "0", "name": name });
         assert_eq!(page.post("/api/run", &json!({ "out": out })).status, 400, "{name}");
@@ -286,7 +301,10 @@ fn a_new_case_is_saved_beside_what_is_seen() {
     ]);
     let asked = json!({ "revision": state["revision"], "edits": edits });
     assert_eq!(page.post("/api/edit", &asked).status, 200);
-    assert_eq!(page.idle()["case"]["tumour"]["radius_mm"], 9.0);
+    let state = page.idle();
+    assert_eq!(state["case"]["tumour"]["radius_mm"], 9.0);
+    let import = &state["stages"][0];
+    assert_eq!((&import["name"], &import["state"]), (&json!("import"), &json!("done")));
     for name in ["case.txt", "../case.toml", ".toml", "a/b.toml"] {
         assert_eq!(
             page.post("/api/save", &json!({ "dir": "0", "name": name })).status,

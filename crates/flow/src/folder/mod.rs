@@ -336,6 +336,15 @@ impl FinishedRun {
         serde_json::from_str(&text).map_err(|_| unfinished())
     }
 
+    /// Whether what it left is what a session makes of its case, with the same inputs and methods.
+    ///
+    /// # Errors
+    /// When there is no summary, or an input cannot be read.
+    pub fn is_of(&self, session: &crate::Session) -> Result<bool, Error> {
+        let left = self.summary()?.chain;
+        Ok(session.redone(&left, self.secret()?)?.is_empty())
+    }
+
     /// The secret that took the patient out, while it is there.
     ///
     /// # Errors

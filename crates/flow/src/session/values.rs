@@ -97,6 +97,22 @@ impl Session {
         Ok(self.get::<Points>(request)?.tumour.clone())
     }
 
+    /// The sphere that is modelled, LPS, mm.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn region(&self, request: &Request<'_>) -> Result<Sphere, Error> {
+        self.get::<Region>(request)?.sphere()
+    }
+
+    /// How sure the tumour's displacement is; nothing where that could not be found.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn tumour_interval(&self, request: &Request<'_>) -> Result<Option<TumourInterval>, Error> {
+        Ok(self.get::<Interval>(request)?.interval.clone())
+    }
+
     /// Brings nodes up to date, in memory and in the folder if there is one.
     ///
     /// # Errors
