@@ -158,9 +158,8 @@ keys!(CarryKeys, commands::carry::KEYS);
 /// with 9000 for the port.
 #[derive(Args, Debug)]
 pub(crate) struct Open {
-    /// A folder of DICOM, a case file, or the folder of a run
-    #[arg(default_value = ".")]
-    pub(crate) path: PathBuf,
+    /// A folder of DICOM, which is looked through, a case file, or the folder of a run [default: the list of this folder]
+    pub(crate) path: Option<PathBuf>,
     /// The port [default: any that is free]
     #[arg(long, value_name = "N")]
     pub(crate) port: Option<std::num::NonZeroU16>,

@@ -220,8 +220,6 @@ def segmented(window):
     page.locator(".step-panel.segment .primary").wait_for()
     page.keyboard.press("Enter")
     window.until("labels", lambda s: s["job"] is None and any(v["id"] == "labels" for v in s["volumes"]))
-    find = page.get_by_role("button", name="Find the region")
-    find.click()
     window.until("patches", lambda s: s["job"] is None and s["patches"])
     window.key("x")
     window.picture("segment")

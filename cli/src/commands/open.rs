@@ -11,7 +11,8 @@ use supine_workstation::{Host, Open};
 
 pub(crate) fn open(args: &args::Open, screen: &Screen) -> Result<End, Failure> {
     let given = Open {
-        path: args.path.clone(),
+        path: args.path.clone().unwrap_or_else(|| ".".into()),
+        look_through: args.path.is_some(),
         port: args.port.map_or(0, std::num::NonZeroU16::get),
         browser: !args.no_browser,
         threads: rayon::current_num_threads(),

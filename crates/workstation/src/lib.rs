@@ -45,6 +45,8 @@ const ALONE: Duration = Duration::from_secs(12 * 3600);
 pub struct Open {
     /// A folder, a case file, or the folder of a run. All that the page may see lies in this folder, or beside this file.
     pub path: PathBuf,
+    /// Whether a folder is looked through at once; else the user chooses one below it.
+    pub look_through: bool,
     /// The port on loopback; 0: any that is free.
     pub port: u16,
     /// Whether the browser is opened.
@@ -82,7 +84,7 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
             format!("http://127.0.0.1:{}/#{token}", listener.local_addr().map_err(port)?.port());
         let links = Arc::<AtomicUsize>::default();
         let app = App { desk: Arc::clone(&desk), token: token.into(), links: Arc::clone(&links) };
-        desk.start(&path)?;
+        desk.start(&path, given.look_through)?;
         host.address(&address);
         // The file is there as long as the page.
         let _page = given.browser.then(|| browser::open(&address)).transpose();

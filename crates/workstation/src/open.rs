@@ -42,18 +42,18 @@ enum Opened {
 }
 
 impl Desk {
-    /// Opens what the program was started with: a folder is looked through.
+    /// Opens what the program was started with; a folder may be looked through.
     ///
     /// # Errors
     /// When work goes on.
-    pub(crate) fn start(self: &Arc<Self>, path: &Path) -> Result<(), Error> {
+    pub(crate) fn start(self: &Arc<Self>, path: &Path, look_through: bool) -> Result<(), Error> {
         if path.is_dir() && is_run(path) {
             return self.open_it(Opened::Run(path.into()));
         }
         if path.is_file() && is_case(path) {
             return self.open_it(Opened::Case(path.into()));
         }
-        self.look_through(path.into())
+        if look_through { self.look_through(path.into()) } else { Ok(()) }
     }
 
     /// Looks through a folder by its number.
@@ -168,6 +168,10 @@ impl Desk {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
         // The deformed CT is shown before it is known how sure the tumour's place is.
         let parts: Vec<Vec<NodeId>> = match until {
+            // Labels are looked at where they are doubted, which is known of a region.
+            Some(NodeId::Segment) if has_breast(&session) => {
+                vec![vec![NodeId::Segment], vec![NodeId::Region]]
+            }
             Some(until) => vec![vec![until]],
             None => vec![vec![NodeId::Warp], vec![NodeId::Points, NodeId::Interval]],
         };
@@ -210,6 +214,11 @@ impl Desk {
             Ok(())
         })
     }
+}
+
+/// Whether side and tumour are known, and so the region.
+fn has_breast(session: &Session) -> bool {
+    session.case().breast.is_some() && session.tumour_sphere().is_some()
 }
 
 fn result(path: &Path, summary: &Summary) -> ResultShown {

@@ -41,7 +41,14 @@ impl Page {
         let (address, told) = channel();
         let goes_on = Arc::new(AtomicBool::new(true));
         let starter = Starter { address, goes_on: Arc::clone(&goes_on) };
-        let given = Open { path: path.into(), port: 0, browser: false, threads: 2, start: None };
+        let given = Open {
+            path: path.into(),
+            look_through: true,
+            port: 0,
+            browser: false,
+            threads: 2,
+            start: None,
+        };
         std::thread::spawn(move || open(&given, &starter).unwrap());
         let address = told.recv_timeout(Duration::from_secs(20)).unwrap();
         let rest = address.strip_prefix("http://127.0.0.1:").unwrap();
