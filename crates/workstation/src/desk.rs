@@ -183,13 +183,15 @@ impl Held {
         if self.state.phase == Phase::Reading {
             self.state.phase = Phase::Empty;
         }
+        let failed = match done {
+            Ok(()) | Err(Error::Flow(supine_flow::Error::Stopped)) => None,
+            Err(error) => Some(Problem::of(&error)),
+        };
+        let state = if failed.is_some() { "failed" } else { "none" };
         for stage in self.state.stages.iter_mut().filter(|stage| stage.state == "running") {
-            (stage.state, stage.share) = ("none", None);
+            (stage.state, stage.share) = (state, None);
         }
-        match done {
-            Ok(()) | Err(Error::Flow(supine_flow::Error::Stopped)) => {}
-            Err(error) => self.state.problem = Some(Problem::of(&error)),
-        }
+        self.state.problem = failed.or(self.state.problem.take());
     }
 
     /// Shows a volume under a key of its own.

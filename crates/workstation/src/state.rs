@@ -119,7 +119,7 @@ pub(crate) struct AxisShown {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct StageShown {
     pub(crate) name: &'static str,
-    /// `none`, `running`, `done` or `stale`.
+    /// `none`, `running`, `done`, `stale` or `failed`.
     pub(crate) state: &'static str,
     pub(crate) share: Option<f64>,
     pub(crate) seconds: Option<f64>,

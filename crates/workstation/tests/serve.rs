@@ -229,6 +229,21 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
         all.iter().map(|v| v["fresh"].as_bool().unwrap()).collect::<Vec<_>>()
     };
     assert_eq!((stage(&state, "solve"), fresh(&state)), (json!("done"), vec![true; 3]));
+    // A stage that fails is marked, and all is as it was once the change is taken back.
+    let edits = json!([{ "key": "mesh.tetrahedra", "value": 100 }]);
+    page.post("/api/edit", &json!({ "revision": state["revision"], "edits": edits }));
+    page.post("/api/run", &json!({ "until": "warp" }));
+    let failed = page.idle();
+    let told = failed["problem"]["message"].as_str().unwrap();
+    assert!(told.contains("100 tetrahedra are too few"), "{told}");
+    assert_eq!(
+        (stage(&failed, "mesh"), fresh(&failed)),
+        (json!("failed"), vec![true, true, false])
+    );
+    page.post("/api/undo", &json!({ "revision": failed["revision"] }));
+    page.post("/api/run", &json!({ "until": "warp" }));
+    let state = page.idle();
+    assert_eq!((stage(&state, "mesh"), fresh(&state)), (json!("done"), vec![true; 3]));
     let revision = &state["revision"];
     let edits = json!([{ "key": "bed.ap", "value": 2.0 }]);
     page.post("/api/edit", &json!({ "revision": revision, "edits": edits }));

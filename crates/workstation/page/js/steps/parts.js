@@ -36,7 +36,8 @@ export function progress() {
   ] : []));
 }
 
-const states = { none: ["\u25cb", "not yet"], running: ["\u25d4", "running"], done: ["\u25cf", "done"], stale: ["\u25d0", "out of date"] };
+const states = { none: ["\u25cb", "not yet"], running: ["\u25d4", "running"], done: ["\u25cf", "done"], stale: ["\u25d0", "out of date"],
+  failed: ["\u2715", "failed"] };
 
 /** @param {import("../state.js").Stage} stage */
 function stageRow({ name, state, share, seconds, found }) {
