@@ -83,6 +83,8 @@ impl Desk {
             if let Some(spec) = change(held)? {
                 let stale = session.set_all(spec)?;
                 held.state.revision += 1;
+                // What was written is not of this case any more.
+                held.state.result = None;
                 held.mark(&stale);
                 held.show_results(&session);
             }

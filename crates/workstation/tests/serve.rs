@@ -211,6 +211,26 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
 }
 
+/// How far a stage is.
+fn stage(state: &Value, name: &str) -> Value {
+    let all = state["stages"].as_array().unwrap();
+    all.iter().find(|stage| stage["name"] == name).unwrap()["state"].clone()
+}
+
+/// Whether each volume is of what is given now.
+fn fresh(state: &Value) -> Vec<bool> {
+    let all = state["volumes"].as_array().unwrap();
+    all.iter().map(|v| v["fresh"].as_bool().unwrap()).collect()
+}
+
+/// The summary of a run, which names every file with its hash, without times and memory.
+fn summary(out: &Path) -> Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let mut summary: Value = serde_json::from_str(&text).unwrap();
+    summary.as_object_mut().unwrap().remove("run");
+    summary
+}
+
 #[test]
 fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let dir = tempfile::tempdir().unwrap();
@@ -220,14 +240,6 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     page.post("/api/run", &json!({ "until": "warp" }));
     let state = page.idle();
     assert_eq!(state["problem"], Value::Null);
-    let stage = |state: &Value, name: &str| {
-        let all = state["stages"].as_array().unwrap();
-        all.iter().find(|stage| stage["name"] == name).unwrap()["state"].clone()
-    };
-    let fresh = |state: &Value| {
-        let all = state["volumes"].as_array().unwrap();
-        all.iter().map(|v| v["fresh"].as_bool().unwrap()).collect::<Vec<_>>()
-    };
     assert_eq!((stage(&state, "solve"), fresh(&state)), (json!("done"), vec![true; 3]));
     // A stage that fails is marked, and all is as it was once the change is taken back.
     let edits = json!([{ "key": "mesh.tetrahedra", "value": 100 }]);
@@ -266,13 +278,6 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
         start: None,
     };
     supine_flow::commands::run::run(&run, &supine_flow::Unwatched).unwrap();
-    let summary = |out: &Path| -> Value {
-        let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
-        let mut summary: Value = serde_json::from_str(&text).unwrap();
-        // Times and memory.
-        summary.as_object_mut().unwrap().remove("run");
-        summary
-    };
     let ours = summary(&dir.path().join("result"));
     assert!(ours == summary(&cold));
     assert_eq!(
@@ -294,6 +299,11 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let other = Page::open(&dir.path().join("result")).idle();
     let told = other["problem"]["message"].as_str().unwrap();
     assert!(told.contains("run it again") && fresh(&other) == [true], "{told}");
+    // What was written is of the case before the next change.
+    let edits = json!([{ "key": "bed.ap", "value": 1.0 }]);
+    let revision = page.idle()["revision"].clone();
+    page.post("/api/edit", &json!({ "revision": revision, "edits": edits }));
+    assert_eq!(page.idle()["result"], Value::Null);
     for name in ["../out", "a/b", "", ".hidden"] {
         let out = json!({ "dir": "0", "name": name });
         assert_eq!(page.post("/api/run", &json!({ "out": out })).status, 400, "{name}");

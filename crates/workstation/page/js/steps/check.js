@@ -56,5 +56,12 @@ function share() {
   } };
 }
 
+/** What the run said, as long as the case is that of the run. @returns {Part} */
+function reasons() {
+  const data = (/** @type {State} */ { server }) => (server?.result ? { headline: server.result.headline, all: server.result.reasons } : null);
+  return part("written", data, (told) => (told ? [element("h3", {}, "Verdict of the run"), element("p", {}, told.headline),
+    element("ul", { class: "plain" }, ...told.all.map((one) => element("li", {}, one)))] : []));
+}
+
 /** @returns {Part[]} */
-export const checkParts = () => [warnings(), way(), compare(), share()];
+export const checkParts = () => [warnings(), way(), reasons(), compare(), share()];
