@@ -1,5 +1,5 @@
 // Step 4: how the operating table is turned.
-import { element, fixed, show } from "../dom.js";
+import { element, fixed, say, show } from "../dom.js";
 import { edit } from "../link.js";
 import { now } from "../state.js";
 import { runButton } from "./look.js";
@@ -50,14 +50,21 @@ function bothAngles() {
   return { root, draw: (state) => fields.forEach((one) => one.draw(state)) };
 }
 
-/** Which way the body then lies, in words. @returns {Part} */
+/** Which way an angle turns the table. @param {number|undefined} value @param {string} name @param {[string, string]} ways above and below 0 */
+function turned(value, name, [up, down]) {
+  if (typeof value !== "number") return `${name} is not given`;
+  const way = value === 0 ? "level" : value > 0 ? up : down;
+  return `${name} ${fixed(value)}\u00b0: ${way}`;
+}
+
+/** How the patient then lies, in words. @returns {Part} */
 function meaning() {
   const root = element("p", { class: "quiet" });
   return { root, draw: (state) => {
     const values = state.server?.case?.values ?? {};
-    const told = ["ap", "lat"].map((name) => values[`bed.${name}`]).map((x) => (typeof x === "number" ? `${fixed(x)}\u00b0` : "not given"));
-    const text = `Of the case: AP ${told[0]}, LAT ${told[1]}.`;
-    if (root.textContent !== text) root.textContent = text;
+    const head = turned(values["bed.ap"], "AP", ["the head is raised", "the head is lowered"]);
+    const left = turned(values["bed.lat"], "LAT", ["the patient\u2019s left side is lowered", "the patient\u2019s left side is raised"]);
+    say(root, `${head}; ${left}.`);
   } };
 }
 
