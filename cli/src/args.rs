@@ -152,7 +152,7 @@ keys!(SolveKeys, commands::solve::KEYS, BED = true);
 keys!(WarpKeys, commands::warp::KEYS, REQUIRED = &["ct"]);
 keys!(CarryKeys, commands::carry::KEYS);
 
-/// The page is served on this machine alone (127.0.0.1), and its address bears a key: who has the address sees the patient,
+/// The page is served on loopback alone (127.0.0.1), and its address bears a key: who has the address sees the patient,
 /// so hand it to nobody. Of the disk it sees what lies in the folder, or beside the file. Ctrl-C ends it, as do twelve hours
 /// without a page. From another machine: `ssh -L 9000:127.0.0.1:PORT HOST` with `--port PORT --no-browser`, then the address
 /// with 9000 for the port.

@@ -110,6 +110,13 @@ impl CaseFile {
         if path.exists() {
             return Err(Error::CaseThere { path: path.into() });
         }
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        if folder != self.folder {
+            // Its paths lead from another folder now, those of what is taken back too.
+            let moved = |text: &String| Ok(edit(text, &self.spec_of(text)?.moved())?);
+            self.texts = self.texts.iter().map(moved).collect::<Result<_, Error>>()?;
+            self.folder = folder;
+        }
         write_atomically(path, self.text().as_bytes(), USERS)?;
         self.path = Some(path.into());
         Ok(())
@@ -182,6 +189,19 @@ mod tests {
         let error = case.edit(&change("bed.ap", json!(1.0))).unwrap_err();
         assert!(matches!(error, Error::CaseChanged { .. }), "{error}");
         assert_eq!((std::fs::read_to_string(&path).unwrap(), case.text()), (theirs, TEXT));
+    }
+
+    #[test]
+    fn the_paths_of_a_case_lead_to_the_same_files_from_another_folder() {
+        let [dir, other] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+        let mut case = CaseFile::new(TEXT.into(), dir.path().into());
+        case.edit(&change("bed.ap", json!(1.0))).unwrap();
+        let path = other.path().join("case.toml");
+        case.save_as(&path).unwrap();
+        let ct = |spec: Spec| spec.case().unwrap().ct().unwrap().to_path_buf();
+        assert_eq!(ct(Spec::read(&path).unwrap()), dir.path().join("ct"));
+        assert_eq!(ct(case.undo().unwrap().unwrap()), dir.path().join("ct"));
+        assert!(std::fs::read_to_string(&path).unwrap().starts_with("# mine"));
     }
 
     #[test]

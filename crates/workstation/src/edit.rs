@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::desk::{Desk, Held};
-use crate::open::{quoted, shown_case};
+use crate::open::{run_command, shown_case};
 use crate::roots::name_of;
 use serde::Deserialize;
 use supine_flow::NodeId;
@@ -99,13 +99,11 @@ impl Desk {
     /// When the folder was not given out, the name is none, there is such a file, or it cannot be written.
     pub(crate) fn save_as(&self, asked: &SaveAs) -> Result<(), Error> {
         let SaveAs { dir, name } = asked;
-        let plain = |c: char| c.is_alphanumeric() || " ._-()".contains(c);
-        if !name.ends_with(".toml") || name.starts_with('.') || !name.chars().all(plain) {
-            let why = "a case file's name is of letters, digits, spaces and . _ - ( ), and ends with .toml";
-            return Err(Error::Request(why.into()));
+        if !name.ends_with(".toml") {
+            return Err(Error::Request("a case file's name ends with .toml".into()));
         }
         self.change(|held| {
-            let path = held.roots.path(dir)?.join(name);
+            let path = held.roots.path_of(dir, name)?;
             held.case.as_mut().ok_or(Error::Nothing)?.save_as(&path)?;
             held.show_case();
             Ok(())
@@ -122,7 +120,7 @@ impl Held {
         // What was proposed stays on the screen.
         shown.region = shown.region.or(region);
         if let Some(path) = case.path() {
-            self.state.command = format!("supine run {} --out result", quoted(&name_of(path)));
+            self.state.command = run_command(&name_of(path));
         }
         self.state.case = Some(shown);
     }

@@ -52,16 +52,10 @@ impl Observer for Watching {
     }
 
     fn warning(&self, node: NodeId, warning: &Warning) {
-        let place = ["x_mm", "y_mm", "z_mm"].map(|name| warning.values.get(name).copied());
-        let place_mm = match place {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        };
         let shown = WarningShown {
             stage: node.name().into(),
             code: warning.code.clone(),
             message: warning.message.clone(),
-            place_mm,
         };
         self.desk.change(|held| {
             if !held.state.warnings.contains(&shown) {

@@ -186,19 +186,14 @@ impl Desk {
             Ok(())
         })
     }
-}
 
-impl Desk {
     /// Runs the whole case into a folder.
     ///
     /// # Errors
     /// When nothing is open, the name is none, or work goes on.
     pub(crate) fn run_into(self: &Arc<Self>, dir: &str, name: &str) -> Result<(), Error> {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
-        let path = self.held().roots.path(dir)?.join(name);
-        if name.is_empty() || name.starts_with('.') || name.contains(['/', '\\']) {
-            return Err(Error::Request("this is no name of a folder".into()));
-        }
+        let path = self.held().roots.path_of(dir, name)?;
         self.begin("the whole run", move |desk, watching| {
             // The deformed CT is shown before its files are written.
             let request = Request { observer: watching, ..Request::default() };
@@ -282,10 +277,7 @@ impl Opened {
         };
         match self {
             Self::Series { dir, uid } => {
-                let mut spec = Spec::new("");
-                spec.set("ct", &json!(dir))?;
-                spec.set("series", &json!(uid))?;
-                Ok(CaseFile::new(text(&spec)?, PathBuf::new()))
+                Ok(CaseFile::new(text(&of_series(dir, uid)?)?, PathBuf::new()))
             }
             Self::Case(path) => Ok(CaseFile::open(path)?),
             Self::Run(path) => {
@@ -299,16 +291,27 @@ impl Opened {
     fn command(&self) -> String {
         match self {
             Self::Series { uid, .. } => format!("supine init FOLDER --series {uid}"),
-            Self::Case(path) => format!("supine run {} --out result", quoted(&name_of(path))),
-            Self::Run(path) => {
-                format!("supine run {}/summary.json --out result", quoted(&name_of(path)))
-            }
+            Self::Case(path) => run_command(&name_of(path)),
+            Self::Run(path) => run_command(&format!("{}/summary.json", name_of(path))),
         }
     }
 }
 
+/// What is known of a series alone.
+pub(crate) fn of_series(dir: &Path, uid: &str) -> Result<Spec, Error> {
+    let mut spec = Spec::new("");
+    spec.set("ct", &json!(dir))?;
+    spec.set("series", &json!(uid))?;
+    Ok(spec)
+}
+
+/// The command line of a whole run.
+pub(crate) fn run_command(case: &str) -> String {
+    format!("supine run {} --out result", quoted(case))
+}
+
 /// A name as a shell takes it.
-pub(crate) fn quoted(name: &str) -> String {
+fn quoted(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
     match name.chars().all(plain) {
         true => name.into(),

@@ -2,8 +2,8 @@
 
 use crate::Error;
 use crate::desk::Desk;
-use serde_json::json;
-use supine_flow::{Request, Session, Spec};
+use crate::open::of_series;
+use supine_flow::{Request, Session};
 use supine_space::{Grid, Point, Vector, View};
 use supine_volume::Ct;
 
@@ -19,10 +19,7 @@ impl Desk {
     /// When there is no such series, or it cannot be read.
     pub(crate) fn picture(&self, id: &str) -> Result<Vec<u8>, Error> {
         let (dir, uid) = self.held().series(id)?.clone();
-        let mut spec = Spec::new("");
-        spec.set("ct", &json!(dir))?;
-        spec.set("series", &json!(uid))?;
-        let ct = Session::new(spec, 1)?.ct(&Request::default())?;
+        let ct = Session::new(of_series(&dir, &uid)?, 1)?.ct(&Request::default())?;
         png(&middle(&ct)).map_err(|e| Error::Request(e.to_string()))
     }
 }

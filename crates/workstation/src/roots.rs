@@ -58,6 +58,21 @@ impl Roots {
         self.below(given.ok_or(Error::NotBelow)?)
     }
 
+    /// A path of a name in a folder, which need not be there yet.
+    ///
+    /// # Errors
+    /// As [`Self::path`]; [`Error::Request`] when the name is none, [`Error::NotBelow`] when a link of that name is there.
+    pub(crate) fn path_of(&self, dir: &str, name: &str) -> Result<PathBuf, Error> {
+        let path = self.path(dir)?.join(name);
+        let plain = |c: char| c.is_alphanumeric() || " ._-()".contains(c);
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
+            let why =
+                "a name is of letters, digits, spaces and . _ - ( ), and does not begin with a dot";
+            return Err(Error::Request(why.into()));
+        }
+        if path.is_symlink() { Err(Error::NotBelow) } else { Ok(path) }
+    }
+
     /// What a folder holds; the root's without a number.
     ///
     /// # Errors
@@ -185,6 +200,8 @@ mod tests {
         {
             std::os::unix::fs::symlink(other.path(), dir.path().join("link")).unwrap();
             assert!(roots.list(None).unwrap().folders.is_empty());
+            assert!(matches!(roots.path_of("0", "link"), Err(Error::NotBelow)));
+            assert!(roots.path_of("0", "new").is_ok());
             // A folder that was given out and became a link since.
             std::fs::create_dir(dir.path().join("folder")).unwrap();
             let id = roots.list(None).unwrap().folders[0].id.clone();

@@ -165,7 +165,6 @@ pub(crate) struct WarningShown {
     pub(crate) stage: String,
     pub(crate) code: String,
     pub(crate) message: String,
-    pub(crate) place_mm: Option<[f64; 3]>,
 }
 
 /// An uncertain place of the chest wall.

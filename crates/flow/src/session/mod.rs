@@ -18,7 +18,7 @@ use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::key::Key;
 use crate::memory::Meter;
-use crate::spec::{Case, Spec, TumourSpec};
+use crate::spec::{Case, CaseError, Spec, TumourSpec};
 use crate::{Error, NodeId};
 use cells::Cells;
 use plan::{Keys, ancestors};
@@ -208,22 +208,27 @@ impl Session {
     /// # Errors
     /// When the value does not fit or contradicts others; all stays as it was then.
     pub fn set(&self, key: &str, value: &serde_json::Value) -> Result<Vec<NodeId>, Error> {
-        self.change(|ground| {
-            let mut spec = (*ground.spec).clone();
-            spec.set(key, value)?;
-            ground.case = Arc::new(spec.case()?);
-            ground.spec = Arc::new(spec);
-            Ok::<_, Error>(())
-        })?;
-        Ok(NodeId::ALL.into_iter().filter(|node| self.is_stale(*node)).collect())
+        self.change_spec(|spec| spec.set(key, value))
     }
 
     /// Changes all parameters at once; the nodes whose results are stale now.
     ///
     /// # Errors
     /// When values contradict each other; all stays as it was then.
-    pub fn set_all(&self, spec: Spec) -> Result<Vec<NodeId>, Error> {
+    pub fn set_all(&self, all: Spec) -> Result<Vec<NodeId>, Error> {
+        self.change_spec(|spec| {
+            *spec = all;
+            Ok(())
+        })
+    }
+
+    fn change_spec(
+        &self,
+        change: impl FnOnce(&mut Spec) -> Result<(), CaseError>,
+    ) -> Result<Vec<NodeId>, Error> {
         self.change(|ground| {
+            let mut spec = (*ground.spec).clone();
+            change(&mut spec)?;
             ground.case = Arc::new(spec.case()?);
             ground.spec = Arc::new(spec);
             Ok::<_, Error>(())

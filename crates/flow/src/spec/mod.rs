@@ -169,13 +169,22 @@ impl Spec {
         complete::check(&self.values)
     }
 
-    /// The changes that make an empty case file say the same.
+    /// The changes that make an empty case file in the same folder say the same.
     pub fn edits(&self) -> Vec<Edit> {
         let edit = |(place, value): (&usize, &Value)| Edit {
             key: TABLE[*place].key.into(),
             value: value.json(),
         };
         self.values.iter().map(edit).collect()
+    }
+
+    /// The changes that let the paths of its text lead to the same files from any folder.
+    pub(crate) fn moved(&self) -> Vec<Edit> {
+        let edit = |(place, value): (&usize, &Value)| {
+            let moved = value.clone().within(&self.folder);
+            (moved != *value).then(|| Edit { key: TABLE[*place].key.into(), value: moved.json() })
+        };
+        self.values.iter().filter_map(edit).collect()
     }
 
     /// The values checked together.

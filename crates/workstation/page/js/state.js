@@ -8,7 +8,7 @@
  *   names?: Record<string, string>}} Volume */
 /** @typedef {{centre_mm: Triple, radius_mm: number}} Sphere */
 /** @typedef {{message: string, advice: string|null}} Problem */
-/** @typedef {{stage: string, code: string, message: string, place_mm: Triple|null}} Warning */
+/** @typedef {{stage: string, code: string, message: string}} Warning */
 /** @typedef {{centre_mm: Triple, area_cm2: number, error_mm: number, name: string}} Patch */
 /** @typedef {{what: string, share: number|null, can_cancel: boolean}} Job */
 /** @typedef {{name: string, state: string, share: number|null, seconds: number|null, found: string|null}} Stage */

@@ -1,7 +1,7 @@
 // Step 5: warnings first, each with its tick; then CT and simulated CT in one picture.
 import { element } from "../dom.js";
 import { change, now } from "../state.js";
-import { jump, part, way } from "./parts.js";
+import { part, way } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./parts.js").Part} Part */
@@ -25,7 +25,7 @@ function warnings() {
       element("ul", { class: "plain" }, ...all.map((one, n) => element("li", { class: "ticked" },
         element("input", { type: "checkbox", "data-key": `tick ${n}`, "aria-label": `Seen: ${one.message}`, checked: ticked.includes(nameOf(one)),
           onchange: (/** @type {any} */ event) => tick(nameOf(one), event.target.checked) }),
-        jump(`warning ${n}`, one.message, one.place_mm)))),
+        element("span", {}, one.message)))),
       all.length ? element("p", { class: "quiet" }, "Ticks are kept in this page only.") : "",
     ];
   });

@@ -1,7 +1,6 @@
 // Parts that the panels of several steps share.
 import { element, fixed, remake } from "../dom.js";
 import { cancel } from "../link.js";
-import { goTo } from "../actions.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {{root: HTMLElement, draw: (state: State) => void}} Part */
@@ -61,20 +60,13 @@ export function stages() {
   });
 }
 
-/** A button to a place, or a text where there is none. @param {string} key @param {string} text
- * @param {import("../geometry.js").Triple|null} place */
-export function jump(key, text, place) {
-  if (!place) return element("span", {}, text);
-  return element("button", { type: "button", class: "jump", "data-key": key, title: "go there", onclick: () => goTo(place) }, text, " \u25b8");
-}
-
 /** @param {string} [stage] of this stage only @returns {Part} */
 export function warnings(stage) {
   const wanted = (/** @type {State} */ state) => (state.server?.warnings ?? []).filter((one) => !stage || one.stage === stage);
   return part("warnings", wanted, (all) => (all.length === 0 ? [] : [
     element("h3", {}, "Warnings"),
-    element("ul", { class: "plain" }, ...all.map((one, n) => element("li", {}, element("span", { class: "sign", "aria-hidden": "true" }, "\u26a0"),
-      jump(`warning ${n}`, one.message, one.place_mm)))),
+    element("ul", { class: "plain" }, ...all.map((one) => element("li", {}, element("span", { class: "sign", "aria-hidden": "true" }, "\u26a0"),
+      element("span", {}, one.message)))),
   ]));
 }
 
