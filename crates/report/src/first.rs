@@ -158,7 +158,7 @@ fn shares(s: &Summary) -> Option<Table> {
             ("modulus", "scans") => format!("Modulus: {low} to {high} kPa by the scans"),
             ("modulus", _) => format!("Modulus: {low} to {high} kPa as given"),
             ("rest_state", _) => rest_state(interval),
-            ("tissues", _) => "Tissues: gland and skin in proportion to fat, by the scans".into(),
+            ("tissues", _) => "Tissues: gland, skin and tumour in proportion to fat".into(),
             ("chest_wall", _) => "Chest wall: its place in the CT".into(),
             _ => "Mesh: its coarseness".into(),
         };

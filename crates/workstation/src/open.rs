@@ -290,7 +290,7 @@ impl Opened {
     /// The command line that goes on from here.
     fn command(&self) -> String {
         match self {
-            Self::Series { uid, .. } => format!("supine init FOLDER --series {uid}"),
+            Self::Series { dir, .. } => format!("supine init {}", quoted(&name_of(dir))),
             Self::Case(path) => run_command(&name_of(path)),
             Self::Run(path) => run_command(&format!("{}/summary.json", name_of(path))),
         }
