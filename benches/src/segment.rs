@@ -39,7 +39,7 @@ fn main() -> Result<()> {
     }
     changes.sort_by(f64::total_cmp);
     let surfaces = Instant::now();
-    segmenter.into_surfaces(&made, Progress::none())?;
+    segmenter.surfaces(&made, Progress::none())?;
     let surfaces = surfaces.elapsed();
     let result = serde_json::json!({
         "size": ct.grid().size(),

@@ -166,6 +166,9 @@ pub(crate) struct Open {
     /// Print the address and open no browser
     #[arg(long)]
     pub(crate) no_browser: bool,
+    /// An archive that results can be sent to from the page; may be given several times
+    #[arg(long, value_name = "AET@HOST:PORT")]
+    pub(crate) node: Vec<supine_dicom_network::Node>,
 }
 
 #[derive(Args, Debug)]

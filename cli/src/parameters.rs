@@ -120,6 +120,7 @@ fn argument(parameter: &'static Parameter, required: &[&str]) -> Arg {
         Kind::Choice(_) => "WORD",
         Kind::Text => "TEXT",
         Kind::Point | Kind::Points => "X,Y,Z",
+        Kind::Strokes => "JSON",
         Kind::Interval { .. } => "LOW,HIGH",
         Kind::File | Kind::Files => "PATH",
         Kind::Names => "NAME",
@@ -264,12 +265,18 @@ mod tests {
             Kind::Text => one("1.2.3", json!("1.2.3")),
             Kind::Point => one("-1,2.5,3", json!([-1.0, 2.5, 3.0])),
             Kind::Points => one("1,2,3;4,5,6", json!([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])),
+            Kind::Strokes => one(
+                STROKE,
+                json!([{ "tissue": "erase", "radius": 6.0, "points": [[1.0, 2.0, 3.0]] }]),
+            ),
             Kind::Interval { .. } => one("0.5,2", json!([0.5, 2.0])),
             Kind::File => one("/a/b.nrrd", json!("/a/b.nrrd")),
             Kind::Files => two("/a/b.csv", "/a/c.csv"),
             Kind::Names => two("a", "b"),
         }
     }
+
+    const STROKE: &str = r#"[{"tissue":"erase","radius":6.0,"points":[[1.0,2.0,3.0]]}]"#;
 
     #[test]
     fn every_option_is_its_key_of_the_case_file() {

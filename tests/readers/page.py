@@ -13,6 +13,8 @@ from playwright.sync_api import sync_playwright
 SUPINE, FOLDER, PICTURES = sys.argv[1:4]
 os.environ["SOURCE_DATE_EPOCH"] = sys.argv[4]
 TUMOUR, RADIUS = (91.37, -248.09, -594.5), 9.0
+# In the chest wall, behind the tumour: 12 mm in front of the lung.
+PAINTED = (91.37, -217.0, -594.5)
 # What a site may have named a series: it must be shown as it is, and do nothing.
 NAME = "<img src=x onerror=alert(1)>"
 WAIT = 60_000
@@ -159,6 +161,8 @@ def marked(window, image, data):
     """Look and Mark: planes, wheel, window, ruler; the tumour by a click, saved as a case."""
     page = window.page
     crosshair_to(window, TUMOUR)
+    # At first the patient fills the views; then the whole planes, of which this test knows where everything lies.
+    window.key("0")
     check_planes(window, image, data, TUMOUR)
     before = page.locator("#readout .place").inner_text()
     page.mouse.move(*spot(window, "axial", image, TUMOUR))
@@ -225,12 +229,68 @@ def segmented(window):
     window.picture("segment")
 
 
+def painted(window, image):
+    """A stroke of the brush: the labels follow it, and go back when it is taken back."""
+    page = window.page
+    crosshair_to(window, PAINTED)
+    # The patient, then the whole plane.
+    window.key("0")
+    window.key("0")
+    label = lambda: page.locator("#readout").inner_text()
+    before, key = label(), lambda s: next(v["key"] for v in s["volumes"] if v["id"] == "labels")
+    assert "chest wall" in before, before
+    first = key(window.state())
+    window.key("b")
+    page.get_by_role("button", name="Soft tissue", exact=True).click()
+    for _ in range(3):
+        window.key("[")
+    x, y = spot(window, "axial", image, PAINTED)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 8, y, steps=4)
+    window.picture("stroke")
+    page.mouse.up()
+    follows = lambda s: not s["live"]["busy"] and all(v["fresh"] for v in s["volumes"])
+    state = window.until("the labels of the stroke", lambda s: follows(s) and key(s) != first)
+    strokes = state["case"]["values"]["seeds.strokes"]
+    assert len(strokes) == 1 and strokes[0]["tissue"] == "soft_tissue", strokes
+    window.key("b")
+    page.mouse.move(10, 10)
+    time.sleep(0.5)
+    assert "soft tissue" in label(), label()
+    window.picture("painted")
+    second = key(state)
+    window.key("Control+z")
+    window.until("the labels without it", lambda s: follows(s) and key(s) != second)
+    time.sleep(0.5)
+    assert "chest wall" in label(), label()
+
+
+def previewed(window):
+    """The slider moves the breast at once; the picture says that it is none of the planning mesh."""
+    page = window.page
+    window.until("the preview", lambda s: s["preview_bed"]["state"] == "ready")
+    slider = page.get_by_label("LAT, slider")
+    slider.focus()
+    before = window.pixels("coronal")
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => import('/js/state.js').then(({ now }) => now().preview?.lat > 10)", timeout=WAIT)
+    time.sleep(0.3)
+    assert (before != window.pixels("coronal")).any(), "the breast does not move"
+    window.picture("preview")
+
+
 def tilted(browser, address, window):
     """Bed: two windows, the slower one is told."""
     page = window.page
     page.keyboard.press("Alt+4")
     second = Window(browser, address, {"width": 1280, "height": 800}, "dark")
     second.idle()
+    for name in ("ap", "lat"):
+        page.locator(f"#angle-bed-{name}").fill("0")
+        page.locator(f"#angle-bed-{name}").press("Enter")
+    previewed(window)
     for name, value in (("ap", 7.0), ("lat", 5.0)):
         field = page.locator(f"#angle-bed-{name}")
         field.fill(str(value))
@@ -243,12 +303,16 @@ def tilted(browser, address, window):
     way = state["tumour"]
     assert way["length_mm"][0] < way["distance_mm"] < way["length_mm"][1], way
     assert f"{way['distance_mm']:.1f} mm" in page.locator(".step-panel.bed .way").inner_text()
+    assert 0 <= state["preview_bed"]["final_mm"] < 2, state["preview_bed"]
     window.picture("bed")
 
 
 def compared(window):
     page = window.page
     page.keyboard.press("Alt+5")
+    page.get_by_role("button", name="Volume change").click()
+    page.wait_for_function("() => import('/js/state.js').then(({ now }) => now().voxels.jacobian?.arrived > 0)", timeout=WAIT)
+    window.picture("change")
     page.get_by_role("button", name="Curtain").click()
     window.picture("check")
     page.get_by_role("button", name="Difference").click()
@@ -262,7 +326,16 @@ def exported(window):
     page.locator("#out-name").fill("result")
     page.get_by_role("button", name="Run and write").click()
     window.until("the result", lambda s: s["job"] is None and s["result"])
+    result = window.state()["result"]
+    assert result["verified"]["ok"] and result["confirm"] == "send although amber", result
+    # Nothing leaves without the words.
+    page.locator("#send-address").fill("ARCHIVE@127.0.0.1:1")
+    assert page.get_by_role("button", name="Send", exact=True).is_disabled()
+    page.locator("#confirm").fill(result["confirm"])
     window.picture("export")
+    page.get_by_role("button", name="Send", exact=True).click()
+    state = window.until("the sending", lambda s: s["job"] is None and s["sent"])
+    assert not state["sent"]["ok"] and "127.0.0.1" in state["sent"]["to"], state["sent"]
     image, data = volume(f"{FOLDER}/result/ct")
     page.keyboard.press("Alt+1")
     page.get_by_role("button", name="Simulated", exact=False).first.click()
@@ -290,6 +363,7 @@ def job(browser):
         marked(window, image, data)
         server, address, window = killed(browser, server, window)
         segmented(window)
+        painted(window, image)
         tilted(browser, address, window)
         compared(window)
         exported(window)

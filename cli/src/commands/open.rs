@@ -15,6 +15,7 @@ pub(crate) fn open(args: &args::Open, screen: &Screen) -> Result<End, Failure> {
         look_through: args.path.is_some(),
         port: args.port.map_or(0, std::num::NonZeroU16::get),
         browser: !args.no_browser,
+        nodes: args.node.clone(),
         threads: rayon::current_num_threads(),
         start: Some(start()?),
     };

@@ -1,6 +1,7 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
 use crate::before::Before;
+use crate::beside::Beside;
 use crate::coupling::{Coupling, Step};
 use crate::either::{Either, either};
 use crate::ground::Ground;
@@ -10,10 +11,9 @@ use crate::rigid::RigidBody;
 use crate::site::{Place, Responses, Site, Tissue, Touch, elements_of};
 use crate::sliding::{Slider, Sliding};
 use crate::smoothed_distance::SmoothedDistance;
-use crate::{Body, Contact, Error, Info, Job, Load, Params, checked};
+use crate::{Body, Contact, Error, Info, Job, Load, Params, checked, deformed, from_ct};
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
+use supine_mesh::{Deformation, Edges, Order, TetMesh};
 use supine_space::{Point, Pose, Progress, Vector};
 
 /// Nodes this close to the surface, as a share of the applicator's size, lie on it.
@@ -39,7 +39,7 @@ pub struct Applicator {
     mesh: Arc<TetMesh>,
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
-    beside: Option<JoinHandle<Option<Responses>>>,
+    beside: Beside<Responses>,
 }
 
 impl Applicator {
@@ -71,7 +71,7 @@ impl Applicator {
                 (Either::Quadratic(coupling), info)
             }
         };
-        Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: None }, info))
+        Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: Beside::idle() }, info))
     }
 
     /// Number of nodes on which the applicator acts: those that follow it and those that slide on it.
@@ -91,7 +91,7 @@ impl Applicator {
     /// found there: the applicator then stays where the last equilibrium was.
     pub fn step(&mut self, pose: &Pose) -> Result<Step, Error> {
         check(pose)?;
-        self.take_renewal(false);
+        self.take_renewal();
         let made = either!(&mut self.coupling, c => c.step(pose));
         self.told(made)
     }
@@ -131,24 +131,20 @@ impl Applicator {
     /// Begins to renew the factor and the linear responses at the present pose in another thread, unless that
     /// is under way; a later step takes them when they are there.
     pub fn renew_beside(&mut self) {
-        self.take_renewal(false);
-        if self.beside.is_some() {
+        self.take_renewal();
+        if self.beside.is_busy() {
             return;
         }
-        let thread = either!(&mut self.coupling, c => {
+        either!(&mut self.coupling, c => {
             let (site, place, spare) = (c.site.clone(), c.place.clone(), c.take_spare());
             // Without memory the old responses serve on.
-            std::thread::spawn(move || site.responses(&place, spare).ok().flatten())
+            self.beside.begin(move || site.responses(&place, spare).ok().flatten());
         });
-        self.beside = Some(thread);
     }
 
-    /// Takes what another thread renewed, if it is there or `wait` is set.
-    fn take_renewal(&mut self, wait: bool) {
-        let Some(thread) = self.beside.take_if(|thread| wait || thread.is_finished()) else {
-            return;
-        };
-        if let Ok(Some(responses)) = thread.join() {
+    /// Takes what another thread renewed, if it is there.
+    fn take_renewal(&mut self) {
+        if let Some(responses) = self.beside.take() {
             either!(&mut self.coupling, c => c.adopt(responses));
         }
     }
@@ -160,11 +156,9 @@ impl Applicator {
     /// None is known: it holds a finite vector for every node.
     pub fn deformation(&self) -> Result<Deformation, Error> {
         let values = either!(&self.coupling, c => {
-            let from_ct = c.place.u.iter().zip(&c.site.to_ct).map(|(u, ct)| u - ct);
-            c.site.straight.of(&from_ct.collect::<Vec<Vector>>())
+            c.site.straight.of(&from_ct(&c.place.u, &c.site.to_ct))
         });
-        let displacement = Displacement::new(&self.mesh, &self.edges, values)?;
-        Ok(Deformation::new(self.mesh.clone(), displacement)?)
+        deformed(&self.mesh, &self.edges, values)
     }
 
     /// Force and moment of the tissue on the applicator at the present pose.
@@ -182,12 +176,6 @@ impl std::fmt::Debug for Applicator {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let nodes = self.coupled_nodes();
         f.debug_struct("Applicator").field("pose", self.pose()).field("coupled", &nodes).finish()
-    }
-}
-
-impl Drop for Applicator {
-    fn drop(&mut self) {
-        self.take_renewal(true);
     }
 }
 
@@ -236,8 +224,7 @@ impl Job<'_> {
         let Ground { positions, held, straight, .. } = ground;
         let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
         let inside = inside(rigid, &held, &rest, &u)?;
-        let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
-        let weight = crate::newton::norm(&gravity);
+        let weight = self.gravity_norm(&model, held.len());
         let mut tissue = Tissue { model, load, to_ct, straight, rest, weight };
         let (follow, sliding) = match contact {
             Contact::Tied => (inside, None),
@@ -263,7 +250,7 @@ impl Job<'_> {
                 .map_err(|halt| stuck(halt, unknowns))?;
         }
         let Coupling { site, place, .. } = &coupling;
-        let from_ct: Vec<Vector> = place.u.iter().zip(&site.to_ct).map(|(u, ct)| u - ct).collect();
+        let from_ct = from_ct(&place.u, &site.to_ct);
         if let Ok(ratio) = site.model.volume_ratio(&place.u) {
             (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
             info.min_det_f_at = self.middle(&site.model.elements.nodes[ratio.worst]);

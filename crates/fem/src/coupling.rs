@@ -3,14 +3,12 @@
 use crate::analysis::OutOfMemory;
 use crate::newton::{Limits, Newton};
 use crate::outcome::{Cause, Halt, Stall};
-use crate::quasi_newton::Memory;
+use crate::quasi_newton::{ERROR_MM, Memory, error_mm, largest};
 use crate::site::{MOTIONS, Place, Responses, Site};
 use crate::tangent::Tangent;
 use std::sync::Arc;
 use supine_space::{Pose, Progress, Vector};
 
-/// A step ends when the error that is left is estimated below this, mm.
-const ERROR_MM: f64 = 0.004;
 /// Corrections of a step; more mean that the factor is too old.
 const CORRECTIONS: usize = 10;
 /// The first guess how much of an error a correction leaves when the rigid body has moved by its size since
@@ -54,15 +52,6 @@ pub(crate) struct Coupling<const N: usize, const Q: usize> {
     /// Share of the error that a correction leaves when the body has moved by its size since the factor was
     /// made; in between it is taken for proportional to the way.
     rate: f64,
-}
-
-/// Largest motion of a node in a vector of unknowns, mm.
-fn largest(unknowns: &[f64]) -> f64 {
-    unknowns
-        .chunks_exact(3)
-        .map(|v| v.iter().map(|v| v * v).sum::<f64>())
-        .fold(0.0, f64::max)
-        .sqrt()
 }
 
 impl<const N: usize, const Q: usize> Coupling<N, Q> {
@@ -120,7 +109,6 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         let slide = self.site.slide(pose);
         let (mut u, curvature) = self.predicted(pose, &motion)?;
         let mut memory = Memory::default();
-        let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
         let mut lack = curvature;
         let mut last = f64::INFINITY;
         let way = self.site.motion(&self.responses.pose, pose);
@@ -133,14 +121,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 slide.project(&u, &mut forces)?;
             }
             let residual = self.site.pattern.gather(&forces);
-            if let Some((step, old)) = before.take() {
-                let change = residual.iter().zip(&old).map(|(new, old)| new - old).collect();
-                memory.keep(step, change);
-            }
-            let mut step: Vec<f64> = residual.iter().map(|r| -r).collect();
-            if !memory.apply(&mut step, |x| self.responses.tangent.apply_factor(x)) {
-                return None;
-            }
+            let step = memory.step(residual, |x| self.responses.tangent.apply_factor(x))?;
             let size = largest(&step);
             if size.is_nan() || size > (GROWTH * last).min(self.site.size_mm) {
                 return None;
@@ -155,14 +136,13 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
                 self.rate = (seen / way).max(RATE_FALL * self.rate);
                 left = left.max(seen);
             }
-            let error_mm = size * left / (1.0 - left).max(0.1);
+            let error_mm = error_mm(size, left);
             if error_mm <= ERROR_MM {
                 self.lesson = Some(Lesson { motion, lack });
                 let made = Step { corrections, error_mm, by_newton: false };
                 return Some((Place { pose: *pose, u }, made));
             }
             last = size;
-            before = Some((step, residual));
         }
         None
     }

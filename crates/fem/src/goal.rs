@@ -88,7 +88,7 @@ impl Job<'_> {
         let mut newton = self.newton(&model, tangent, held);
         let found = newton
             .equilibrium(&load, &zero, Known { u: &zero, load: &zero }, goal, progress)
-            .map_err(|halt| self.halted(halt, &newton))?;
+            .map_err(|halt| newton.failed(halt, self.params.tolerance))?;
         let lack =
             |field: &[Vector]| missing(positions, &model.elements.nodes, &self.body.mesh, field);
         let own = lack(&found.u);

@@ -19,6 +19,7 @@ mod applicator;
 mod applicator_kept_tests;
 mod batch;
 mod before;
+mod beside;
 mod body;
 mod contact;
 mod coupling;
@@ -55,6 +56,7 @@ mod support;
 mod tangent;
 #[cfg(test)]
 mod test_mesh;
+mod tilt;
 mod wall_effect;
 
 pub use applicator::{Applicator, Reaction};
@@ -70,13 +72,15 @@ pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;
 pub use snap::snapped;
+pub use tilt::Tilt;
 pub use wall_effect::WallNode;
 
 use before::Before;
 use element::{element_nodes, node_coordinates, parent_map, parent_slopes};
 use ground::Ground;
 use rest::Settled;
-use supine_mesh::{Deformation, Displacement, Edges, Order};
+use std::sync::Arc;
+use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
 use supine_space::{Progress, Vector, Warning};
 
 /// `body` displaced from its CT shape when gravity turns from `load.ct` to `load.target`, mm.
@@ -175,8 +179,17 @@ pub fn unload(
         Order::Linear => job.unload::<4, 1>(progress)?,
         Order::Quadratic => job.unload::<10, 4>(progress)?,
     };
-    let displacement = Displacement::new(&body.mesh, &edges, values)?;
-    Ok((Deformation::new(body.mesh.clone(), displacement)?, unloading))
+    Ok((deformed(&body.mesh, &edges, values)?, unloading))
+}
+
+/// The mesh displaced by these vectors of its points, and with quadratic elements of its edges, mm.
+fn deformed(mesh: &Arc<TetMesh>, edges: &Edges, values: Vec<Vector>) -> Result<Deformation, Error> {
+    Ok(Deformation::new(mesh.clone(), Displacement::new(mesh, edges, values)?)?)
+}
+
+/// The displacement from the CT shape of nodes at displacement `u` from the stress-free one, mm.
+fn from_ct(u: &[Vector], to_ct: &[Vector]) -> Vec<Vector> {
+    u.iter().zip(to_ct).map(|(u, ct)| u - ct).collect()
 }
 
 /// What is asked.
@@ -206,7 +219,7 @@ impl<'a> Job<'a> {
         progress: Progress<'_>,
     ) -> Result<Solved, Error> {
         let Settled { u, to_ct, slope, mut info, .. } = self.settle(ground, before, progress)?;
-        let u: Vec<Vector> = u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
+        let u = from_ct(&u, &to_ct);
         self.warn::<N>(&ground.positions, &u, &mut info);
         let straight = &ground.straight;
         let (u, slope) = (straight.of(&u), slope.map(|slope| straight.of(&slope)));
@@ -217,10 +230,9 @@ impl<'a> Job<'a> {
     fn solution(&self, solved: Solved) -> Result<Solution, Error> {
         let Solved { u, slope, mut info } = solved;
         let mesh = &self.body.mesh;
-        let displacement = Displacement::new(mesh, self.edges, u)?;
-        info.max_displacement_mm = displacement.max_norm();
+        let deformation = deformed(mesh, self.edges, u)?;
+        info.max_displacement_mm = deformation.displacement().max_norm();
         let slope = slope.map(|s| Displacement::new(mesh, self.edges, s)).transpose()?;
-        let deformation = Deformation::new(mesh.clone(), displacement)?;
         Ok(Solution { deformation, slope, info })
     }
 
@@ -277,7 +289,12 @@ impl<'a> Job<'a> {
             corners.iter().any(|s| parent_map(&moved, element, s).determinant() <= 0.0)
         };
         let folds = nodes.iter().filter(folded).count();
-        let mut warn = |code, text| info.warnings.push(Warning::new(code, text));
+        let squeezed_at = info.min_det_f_at;
+        let mut warn = |code, text| {
+            let warning = Warning::new(code, text);
+            let placed = code == "squeezed-tissue";
+            info.warnings.push(if placed { warning.at(&squeezed_at) } else { warning });
+        };
         if folds > 0 {
             let text = format!(
                 "{folds} of {} tetrahedra fold over at a corner or mid-side: the deformed image is \

@@ -1,5 +1,6 @@
 //! Newton's method for the minimum of the potential energy.
 
+use crate::Error;
 use crate::analysis::OutOfMemory;
 use crate::batch::VolumeStrain;
 use crate::model::Model;
@@ -289,6 +290,31 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     /// Number of unknowns.
     pub(crate) fn unknowns(&self) -> usize {
         self.pattern.unknowns()
+    }
+
+    /// What a halt before a relative residual of `tolerance` means to a user.
+    pub(crate) fn failed(&self, halt: Halt, tolerance: f64) -> Error {
+        match halt {
+            Halt::Stopped(stopped) => stopped.into(),
+            Halt::Memory => Error::Memory { unknowns: self.unknowns() },
+            Halt::Stalled(Stall { cause, residual, u, load_share }) => {
+                let (tet, volume_ratio) = match self.model.volume_ratio(&u) {
+                    Ok(ratio) => (ratio.worst, ratio.min),
+                    Err(folded) => (folded.0, 0.0),
+                };
+                let (cause, advice) = cause.explain();
+                Error::NonConvergence {
+                    cause,
+                    iterations: self.effort.iterations,
+                    residual,
+                    tolerance,
+                    load_share,
+                    tet,
+                    volume_ratio,
+                    advice,
+                }
+            }
+        }
     }
 
     /// Whether the body is stable at `u`: its exact stiffness is positive definite.

@@ -7,10 +7,10 @@ use crate::inverse::{Inverse, Solver};
 use crate::material::NeoHookean;
 use crate::model::Model;
 use crate::newton::{Effort, Known, Newton, norm};
-use crate::outcome::{Equilibrium, Halt, Stall};
+use crate::outcome::{Equilibrium, Halt};
 use crate::pattern::Pattern;
 use crate::tangent::Tangent;
-use crate::{Cut, Error, Info, Job, RestState, Unloading, sensitivity};
+use crate::{Cut, Error, Info, Job, RestState, Unloading, from_ct, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_space::{Point, Progress, Vector, Warning};
 
@@ -59,7 +59,7 @@ pub(crate) fn net<const N: usize, const Q: usize>(
     let expected = job.expected(&before.equilibria);
     let found = newton
         .resumed(&load, expected, known, job.params.tolerance, progress)
-        .map_err(|halt| job.halted(halt, &newton))?;
+        .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
     let info = job.info(&found, newton.effort, &model, &ground.lower)?;
     let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
     before.loaded.keep(newton.into_tangent());
@@ -91,11 +91,11 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     let tangent = before.loaded.take(&ground.lower).map_err(|_| ground.memory())?;
     let mut newton = job.newton(&model, tangent, &ground.held);
     let known = Known { u: &to_ct, load: &ct_load };
-    let from_ct = job.expected(&before.equilibria);
-    let expected = from_ct.map(|d| d.iter().zip(&to_ct).map(|(d, ct)| d + ct).collect());
+    let off_ct = job.expected(&before.equilibria);
+    let expected = off_ct.map(|d| d.iter().zip(&to_ct).map(|(d, ct)| d + ct).collect());
     let found = newton
         .resumed(&load, expected, known, job.params.tolerance, progress.part(0.6, 1.0))
-        .map_err(|halt| job.halted(halt, &newton))?;
+        .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
     let mut info = job.info(&found, newton.effort, &model, &ground.lower)?;
     info.unloading = Some(rest.unloading);
     info.warnings.extend(job.softness_warning());
@@ -108,10 +108,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
         None
     };
     before.loaded.keep(newton.into_tangent());
-    before.equilibria.keep(|| {
-        let from_ct = found.u.iter().zip(&to_ct).map(|(u, ct)| u - ct).collect();
-        job.state(job.load.target, from_ct, slope.clone())
-    });
+    before.equilibria.keep(|| job.state(job.load.target, from_ct(&found.u, &to_ct), slope.clone()));
     before.keep_rest(rest);
     Ok(Settled { model, load, to_ct, u: found.u, slope, info })
 }
@@ -328,11 +325,15 @@ fn thickness(job: &Job<'_>) -> f64 {
 impl Job<'_> {
     /// The load on the stress-free shape, kPa/mm.
     pub(crate) fn force(&self) -> Vector {
-        let supported = match self.params.rest {
+        (self.load.target - self.borne()) * self.body.tissue.weight()
+    }
+
+    /// The gravity under which the stress-free shape stays as it is; zero, or the unit vector of the CT's.
+    pub(crate) fn borne(&self) -> Vector {
+        match self.params.rest {
             RestState::Net => self.load.ct,
             RestState::Unloaded => Vector::zeros(),
-        };
-        (self.load.target - supported) * self.body.tissue.weight()
+        }
     }
 
     /// The search for the shape without the CT's gravity.
@@ -397,8 +398,17 @@ impl Job<'_> {
         tangent: Tangent,
         held: &'m [bool],
     ) -> Newton<'m, N, Q> {
-        let gravity = model.elements.load(held.len(), self.load.ct * self.body.tissue.weight());
-        Newton::new(model, tangent, held, norm(&gravity), self.params.max_iterations)
+        let norm = self.gravity_norm(model, held.len());
+        Newton::new(model, tangent, held, norm, self.params.max_iterations)
+    }
+
+    /// Norm of the nodal forces of full gravity, mN.
+    pub(crate) fn gravity_norm<const N: usize, const Q: usize>(
+        &self,
+        model: &Model<N, Q>,
+        nodes: usize,
+    ) -> f64 {
+        norm(&model.elements.load(nodes, self.load.ct * self.body.tissue.weight()))
     }
 
     fn info<const N: usize, const Q: usize>(
@@ -428,33 +438,5 @@ impl Job<'_> {
     pub(crate) fn middle<const N: usize>(&self, element: &[u32; N]) -> Point {
         let corners = element[..4].iter().map(|n| self.body.mesh.points()[*n as usize].coords);
         Point::from(corners.sum::<Vector>() / 4.0)
-    }
-
-    pub(crate) fn halted<const N: usize, const Q: usize>(
-        &self,
-        halt: Halt,
-        newton: &Newton<'_, N, Q>,
-    ) -> Error {
-        match halt {
-            Halt::Stopped(stopped) => stopped.into(),
-            Halt::Memory => Error::Memory { unknowns: newton.unknowns() },
-            Halt::Stalled(Stall { cause, residual, u, load_share }) => {
-                let (tet, volume_ratio) = match newton.model().volume_ratio(&u) {
-                    Ok(ratio) => (ratio.worst, ratio.min),
-                    Err(folded) => (folded.0, 0.0),
-                };
-                let (cause, advice) = cause.explain();
-                Error::NonConvergence {
-                    cause,
-                    iterations: newton.effort.iterations,
-                    residual,
-                    tolerance: self.params.tolerance,
-                    load_share,
-                    tet,
-                    volume_ratio,
-                    advice,
-                }
-            }
-        }
     }
 }

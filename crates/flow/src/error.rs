@@ -207,6 +207,9 @@ pub enum Error {
         /// Why, and what to do.
         message: String,
     },
+    /// Tetrahedra too flat to be split for a picture.
+    #[error("the preview cannot be drawn: {0}")]
+    Eighths(supine_mesh::MeshError),
     /// A displacement of another mesh.
     #[error(transparent)]
     OtherMesh(#[from] supine_mesh::DisplacementError),
@@ -319,6 +322,7 @@ impl Error {
             | Self::NoSeries
             | Self::NoDisplacement { .. }
             | Self::OtherMesh(_)
+            | Self::Eighths(_)
             | Self::Regions(_)
             | Self::Labels(_)
             | Self::Region(_)

@@ -80,7 +80,7 @@ impl Error {
             }
             Self::NoSeries => "no-dicom-series",
             Self::Output { .. } | Self::Report(_) | Self::Record(_) => "output-not-written",
-            Self::NoDisplacement { .. } | Self::OtherMesh(_) => "mesh-unusable",
+            Self::NoDisplacement { .. } | Self::OtherMesh(_) | Self::Eighths(_) => "mesh-unusable",
             Self::Dicom(_) => "dicom-unusable",
             Self::Refused { .. } => "refused",
             Self::NotKept { .. } | Self::NoFolder => "result-not-kept",

@@ -15,12 +15,14 @@ mod case_file;
 pub mod commands;
 mod error;
 mod error_facts;
+mod figures;
 mod folder;
 mod graph;
 mod ground;
 mod inputs;
 mod key;
 mod lazy;
+mod live_bed;
 mod memory;
 mod nearest;
 mod node_id;
@@ -34,12 +36,17 @@ mod work;
 pub use case_file::CaseFile;
 pub use error::Error;
 pub use error_facts::Place;
+pub use figures::Figure;
 pub use folder::{FinishedRun, RunFolder};
+pub use live_bed::LiveBed;
 pub use memory::CountingAllocator;
 pub use node_id::NodeId;
 pub use run::{Options, run};
 pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;
+/// From here on the chest wall is called uncertain, tenths of mm.
+pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
+
 pub use spec::{Case, CaseError, Spec};
 pub use supine_report::{
     Reason, Summary, UncertainPatch, Warning, directions, headline, held, moves,

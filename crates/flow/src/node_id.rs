@@ -11,6 +11,8 @@ pub enum NodeId {
     Objects,
     /// The tumour, held against the CT.
     Tumour,
+    /// The CT made ready: seeds can then be set and changed without starting over.
+    Prepare,
     /// Labels of chest wall and soft tissue.
     Segment,
     /// The labels as a DICOM segmentation.
@@ -55,11 +57,12 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Import,
         Self::Source,
         Self::Objects,
         Self::Tumour,
+        Self::Prepare,
         Self::Segment,
         Self::LabelsObject,
         Self::Region,
@@ -89,6 +92,7 @@ impl NodeId {
             Self::Source => "source",
             Self::Objects => "objects",
             Self::Tumour => "tumour",
+            Self::Prepare => "prepare",
             Self::Segment => "segment",
             Self::LabelsObject => "labels-object",
             Self::Region => "region",

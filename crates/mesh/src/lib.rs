@@ -14,6 +14,7 @@ mod quality;
 mod scan;
 mod scan_distances;
 mod section;
+mod split;
 mod surface_distance;
 mod tet_mesh;
 mod transfer;
@@ -32,7 +33,8 @@ pub use quality::{
 };
 pub use scan::{NormalSource, Scan, ScanError, ScanInfo};
 pub use scan_distances::{ScanDistances, SurfaceDistances};
-pub use section::{Below, FaceCut, Faces, below, det_f};
+pub use section::{Below, FaceCut, Faces, below, cut_triangle, det_f};
+pub use split::Split;
 pub use surface_distance::SurfaceDistance;
 pub use tet_mesh::{BoundaryFace, BoundaryTag, MeshError, MeshId, TET_FACES, TetMesh};
 pub use transfer::transfer;

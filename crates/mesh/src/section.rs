@@ -106,6 +106,21 @@ impl<'a> Faces<'a> {
         displacement: Option<&Displacement>,
         plane: &Plane,
     ) -> Vec<FaceCut> {
+        let seen = |p: &Point| {
+            let [x, y] = plane.spot(p);
+            [x, y, plane.depth(p)]
+        };
+        self.cut_by(edges, displacement, &seen)
+    }
+
+    /// The same for a plane of any frame: `seen` gives a position's two coordinates in the plane, and its distance from it in
+    /// any unit.
+    pub fn cut_by(
+        &self,
+        edges: &Edges,
+        displacement: Option<&Displacement>,
+        seen: &dyn Fn(&Point) -> [f64; 3],
+    ) -> Vec<FaceCut> {
         let points = self.mesh.points();
         let moved = |p: u32| {
             let u = displacement.map_or_else(Vector::zeros, |d| d.values()[p as usize]);
@@ -122,7 +137,10 @@ impl<'a> Faces<'a> {
         for ([a, b, c], tag) in &self.faces {
             let corner = [moved(*a), moved(*b), moved(*c)];
             let mut add = |triangle: [Point; 3]| {
-                cuts.extend(cut(&triangle, plane).map(|segment| FaceCut { segment, tag: *tag }));
+                cuts.extend(
+                    cut_triangle(&triangle.map(|p| seen(&p)))
+                        .map(|segment| FaceCut { segment, tag: *tag }),
+                );
             };
             if quadratic.is_some() {
                 let [ab, bc, ca] = [side(*a, *b), side(*b, *c), side(*c, *a)];
@@ -138,13 +156,13 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// The line in which a plane cuts a triangle.
-fn cut(triangle: &[Point; 3], plane: &Plane) -> Option<[Spot; 2]> {
-    let depth = triangle.map(|p| plane.depth(&p));
+/// The line in which a plane cuts a triangle, whose corners lie at two coordinates and a distance from it.
+pub fn cut_triangle(corners: &[[f64; 3]; 3]) -> Option<[Spot; 2]> {
     let crossing = |a: usize, b: usize| {
-        ((depth[a] >= 0.0) != (depth[b] >= 0.0)).then(|| {
-            let t = depth[a] / (depth[a] - depth[b]);
-            plane.spot(&(triangle[a] + (triangle[b] - triangle[a]) * t))
+        let [from, to] = [corners[a], corners[b]];
+        ((from[2] >= 0.0) != (to[2] >= 0.0)).then(|| {
+            let t = from[2] / (from[2] - to[2]);
+            [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t]
         })
     };
     let mut ends = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(a, b)| crossing(a, b));

@@ -11,6 +11,7 @@ mod interval;
 mod moved;
 mod run;
 mod verdict;
+mod warning;
 
 pub use agreement::{Agreement, SkinAgreement};
 pub use evaluation::{EvaluatedSurface, Evaluation, SkinDistances};
@@ -22,6 +23,8 @@ pub use moved::{
 };
 pub use run::{Link, Run, SourceSeries, StageTime};
 pub use verdict::{Colour, Reason, Status, Verdict};
+pub use warning::Warning;
+pub(crate) use warning::is_not;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -532,21 +535,6 @@ pub struct Checks {
     pub passed: usize,
     /// Checks made.
     pub total: usize,
-}
-
-/// What the user must know before trusting the result.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
-pub struct Warning {
-    /// The stage that says it: `import`, `segment`, `mesh`, `solve`, `warp`, `export`, ...
-    pub stage: String,
-    /// The kind of warning, for programs: lower-case words joined by `-`, the same for every occurrence.
-    #[serde(default)]
-    pub code: String,
-    /// What it says.
-    pub message: String,
-    /// What was measured, by names with their units (`mm`, `area_cm2`, `voxels`); absent when there is nothing.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub values: BTreeMap<String, f64>,
 }
 
 /// A file or folder that was written.

@@ -51,6 +51,9 @@ pub fn verdict(summary: &Summary, tolerance_mm: f64) -> Verdict {
     let places = wall(summary);
     reasons.extend(warnings(summary, places.len()));
     reasons.extend(places);
+    for reason in &mut reasons {
+        reason.seen = summary.warnings.iter().any(|warning| warning.seen && is_of(reason, warning));
+    }
     let effect = |reason: &Reason| reason.effect_mm.unwrap_or(-1.0);
     reasons.sort_by(|a, b| b.colour.cmp(&a.colour).then(effect(b).total_cmp(&effect(a))));
     let colour = reasons.first().map_or(Colour::Green, |worst| worst.colour);
@@ -59,7 +62,13 @@ pub fn verdict(summary: &Summary, tolerance_mm: f64) -> Verdict {
 
 fn reason(colour: Colour, code: &str, message: impl Into<String>) -> Reason {
     let (code, message) = (code.into(), message.into());
-    Reason { colour, code, message, effect_mm: None, place_mm: None }
+    Reason { colour, code, message, effect_mm: None, place_mm: None, seen: false }
+}
+
+/// Whether a reason is what a warning says.
+fn is_of(reason: &Reason, warning: &Warning) -> bool {
+    let own_words = TOLD.contains(&reason.code.as_str());
+    reason.code == warning.code && (own_words || reason.message.starts_with(&warning.message))
 }
 
 /// What is wrong with the exported files or the map.
@@ -251,7 +260,10 @@ fn warnings(summary: &Summary, places: usize) -> Vec<Reason> {
         TOLD.contains(&code) || NOTES.contains(&code) || (single && code == "uncertain-wall")
     };
     let told = summary.warnings.iter().filter(|warning| !apart(&warning.code));
-    let amber = |warning: &Warning| reason(Colour::Amber, &warning.code, &warning.message);
+    let amber = |warning: &Warning| Reason {
+        place_mm: warning.place_mm,
+        ..reason(Colour::Amber, &warning.code, &warning.message)
+    };
     let with_effect = |warning: &Warning| match (warning.code.as_str(), together_mm(summary)) {
         ("uncertain-wall", Some(mm)) => {
             let text = format!(
@@ -284,7 +296,14 @@ mod tests {
 
     fn warning(code: &str, message: &str) -> Warning {
         let stage = "region".into();
-        Warning { stage, code: code.into(), message: message.into(), values: Default::default() }
+        Warning {
+            stage,
+            code: code.into(),
+            message: message.into(),
+            values: Default::default(),
+            place_mm: None,
+            seen: false,
+        }
     }
 
     /// Without anything that speaks against it.

@@ -1,15 +1,14 @@
 //! Muscle beyond the surface of the wall: free borders, which one radius per ray cannot follow.
 
 use crate::band::{LOWEST_MM, STEP_MM};
-use crate::body::flag;
-use crate::bones::smoothed_rows;
 use crate::frame::Frame;
-use crate::muscle::{DEPTH_MM, Found, dense_mean};
+use crate::muscle::{DEPTH_MM, Found};
 use crate::paint::Outline;
 use crate::plane::{fill_holes, keep_joined, near};
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::Constraints;
+use crate::slice_tissue::{SliceTissue, tissue};
 use rayon::prelude::*;
 use supine_volume::{LabelMap, Parts, Run, label};
 
@@ -35,27 +34,22 @@ const LONG_MM: f32 = 16.0;
 /// had to be that of muscle.
 const RIM_MM: f32 = 2.5;
 const TIP_MM: f32 = 10.0;
-/// Such a border has fat this near, mm: gland is thicker. Chosen, not measured.
-const THIN_MM: f32 = 4.0;
-/// Its very edge has fat this near, and most of it lies over so much fat, mm. Chosen, not measured.
-const THINNER_MM: f32 = 2.0;
+/// Most of its very edge lies over so much fat, mm. Chosen, not measured.
 const OVER_FAT_MM: f32 = 2.0;
 /// It is longer along the body than this, mm; a strand of gland that touches the wall is not. Chosen, not measured.
 const TIP_LONG_MM: f32 = 12.0;
-/// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm.
-const SHARP_MM: f32 = 0.7;
 
 /// Gives the muscle beyond the surface its label. One radius per ray cannot follow the free border
 /// of a muscle (pectoralis over the armpit, latissimus): near places where the surface is steep,
 /// homogeneous muscle that is joined to the muscle under the surface belongs to the wall.
 pub(crate) fn add_beyond(
     outline: &Outline<'_>,
-    found: &Found<'_>,
+    (found, tissue): (&Found<'_>, &SliceTissue),
     shell: &RadialMap,
     seeds: &Constraints,
     labels: &mut LabelMap,
 ) {
-    let border = Border::new(outline, found, shell, seeds);
+    let border = Border::new(outline, (found, tissue), shell, seeds);
     let frame = border.scan.frame;
     let near = |run: &Run| Run::within(run.voxels(), |n| border.beyond(n).is_some());
     let parts = Parts::of_runs(frame.size, found.muscle.par_iter().flat_map_iter(near).collect());
@@ -84,6 +78,7 @@ struct Border<'a> {
     outline: &'a Outline<'a>,
     scan: Scan<'a>,
     found: &'a Found<'a>,
+    tissue: &'a SliceTissue,
     shell: &'a RadialMap,
     seeds: &'a Constraints,
     /// 1 on the rays near to steep places.
@@ -95,7 +90,7 @@ struct Border<'a> {
 impl<'a> Border<'a> {
     fn new(
         outline: &'a Outline<'a>,
-        found: &'a Found<'a>,
+        (found, tissue): (&'a Found<'a>, &'a SliceTissue),
         shell: &'a RadialMap,
         seeds: &'a Constraints,
     ) -> Self {
@@ -106,7 +101,7 @@ impl<'a> Border<'a> {
             ((nearest - UNDER_MM).max(0.0).powi(2), (farthest + BEYOND_MM).powi(2))
         };
         let extents = (0..scan.frame.size[2]).map(extent).collect();
-        Self { outline, scan, found, shell, seeds, near, extents }
+        Self { outline, scan, found, tissue, shell, seeds, near, extents }
     }
 
     /// How far a voxel lies outside the surface, mm, where muscle is looked for.
@@ -163,34 +158,29 @@ impl<'a> Border<'a> {
     /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge; gives
     /// the voxels of the very edges.
     fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) -> Vec<Run> {
-        let (frame, Found { levels, below, .. }) = (self.scan.frame, *self.found);
+        let frame = self.scan.frame;
         let (plane, ni) = (frame.plane(), frame.size[0]);
         let rays = &self.near.values[k * RAYS..(k + 1) * RAYS];
         if core.is_empty() && !rays.contains(&1.0) {
             return Vec::new();
         }
-        let (spacing, sigma) =
-            ([frame.spacing[0], frame.spacing[1]], SHARP_MM.max(0.5 * frame.pixel()));
+        let spacing = [frame.spacing[0], frame.spacing[1]];
         let mut on = vec![false; plane];
         core.iter().for_each(|&n| on[n] = true);
-        let image = smoothed_rows(self.scan.ct, frame, (k, self.scan.body.rows(frame, k)), sigma);
-        let flags = self.scan.body.flags_slice(frame, k);
-        let soft: Vec<bool> =
-            (0..plane).map(|n| flags[n] & flag::BODY == 0 || image[n] <= levels.middle()).collect();
+        let tissue = self.tissue.of(self.scan, k);
+        let is = |n: usize, bit: u8| tissue[n] & bit != 0;
         let dense: Vec<bool> = (0..plane)
-            .map(|n| !soft[n] && (on[n] || self.beyond(k * plane + n).is_some()))
+            .map(|n| !is(n, tissue::SOFT) && (on[n] || self.beyond(k * plane + n).is_some()))
             .collect();
-        let thin = near(&soft, ni, spacing, THIN_MM);
         let sides = near(&on, ni, spacing, RIM_MM);
         let free = |n: usize| out[n] == label::CHEST_WALL && dense[n];
         let from: Vec<bool> = (0..plane).map(|n| on[n] || free(n)).collect();
-        let mean = dense_mean(self.scan, k, levels);
-        let muscle = |n: usize| thin[n] && levels.true_muscle(mean[n], below) > 0.5;
+        let muscle = |n: usize| is(n, tissue::THIN) && is(n, tissue::MUSCLE);
         let deep = |n: usize| self.scan.body.depth_mm(k * plane + n) > DEPTH_MM;
         let mut edge: Vec<bool> =
             (0..plane).map(|n| dense[n] && (from[n] || deep(n) && muscle(n))).collect();
-        let thinner = near(&soft, ni, spacing, THINNER_MM);
-        let tip = |n: usize| dense[n] && !edge[n] && deep(n) && thinner[n] && !mean[n].is_nan();
+        let thinner = |n: usize| is(n, tissue::THINNER) && is(n, tissue::DENSE_AROUND);
+        let tip = |n: usize| dense[n] && !edge[n] && deep(n) && thinner(n);
         let tips = self.overhanging(k, &Parts::new([ni, plane / ni, 1], tip));
         tips.iter().for_each(|run| edge[run.voxels()].fill(true));
         keep_joined(&mut edge, &from, ni, spacing, TIP_MM);

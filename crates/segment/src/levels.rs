@@ -33,7 +33,7 @@ const SPAN_HU: f32 = 10.0;
 const DENSE_SHARE: f32 = 0.8;
 
 /// Levels of this scan, HU.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Levels {
     pub(crate) fat: f32,
     pub(crate) muscle: f32,

@@ -53,6 +53,7 @@ mod seeds;
 mod segmentation;
 mod segmenter;
 mod shell;
+mod slice_tissue;
 mod spikes;
 mod supplied;
 mod tissues;

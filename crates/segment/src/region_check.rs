@@ -264,6 +264,7 @@ fn uncertain(
     );
     Some(
         Warning::new("uncertain-wall", text)
+            .at(&first.centre)
             .value("area_cm2", found.uncertain_cm2)
             .value("percent", 100.0 * found.share())
             .value("largest_cm2", first.area_cm2)

@@ -15,6 +15,7 @@ use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
 use crate::segmentation::Segmentation;
 use crate::shell::{self, Shell};
+use crate::slice_tissue::SliceTissue;
 use crate::wall::{Search, Wall};
 use crate::{
     Error, Info, Params, Seeds, bones, confidence, contents, free_border, hounsfield, implant,
@@ -41,6 +42,8 @@ pub struct Segmenter {
     search: Search,
     /// The wall without seeds.
     free: Wall,
+    /// What the borders of muscle rest on.
+    tissue: SliceTissue,
 }
 
 /// The search reaches at least this far beyond the highest seed, mm. Chosen, not measured.
@@ -82,8 +85,22 @@ impl Segmenter {
         let search = Search::new(scan, &shell, wide, progress.part(0.8, 0.95))?;
         let none = Constraints::new(scan, &[], &shell.radius)?;
         let free = search.solve(scan, &shell.radius, &none, progress.part(0.95, 1.0))?;
-        let params = params.clone();
-        Ok(Self { ct, quiet, params, frame, body, checks, warnings, rays, shell, search, free })
+        let (params, found) = (params.clone(), search.found());
+        let tissue = SliceTissue::new(frame.size[2], found.levels, found.below);
+        Ok(Self {
+            ct,
+            quiet,
+            params,
+            frame,
+            body,
+            checks,
+            warnings,
+            rays,
+            shell,
+            search,
+            free,
+            tissue,
+        })
     }
 
     /// Soft tissue and chest wall as the seeds want them.
@@ -117,7 +134,10 @@ impl Segmenter {
         let outline = Outline::new(scan, shell.radius.plus(&wall.height));
         let mut labels = outline.paint();
         let found = search.found();
-        free_border::add_beyond(&outline, &found, &shell.radius, &constraints, &mut labels);
+        let other = (!self.tissue.is_of(&found.levels, found.below))
+            .then(|| SliceTissue::new(self.frame.size[2], found.levels, found.below));
+        let of_ct = (&found, other.as_ref().unwrap_or(&self.tissue));
+        free_border::add_beyond(&outline, of_ct, &shell.radius, &constraints, &mut labels);
         let contents = contents::settle(&outline, &shell.ribless, &mut labels)?;
         seeds::stamp(scan, &mut labels, &marks);
         let mut error = confidence::error(scan, shell, &wall, &constraints);
@@ -156,20 +176,14 @@ impl Segmenter {
         confidence::map(self.scan(), &made.outline, &made.error)
     }
 
-    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels: their signs are its labels. The
-    /// last that is asked: what searches for the wall goes first, so that both are never held at once.
+    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels: their signs are its labels.
     ///
     /// # Errors
     /// When the callback asked to stop.
-    pub fn into_surfaces(
-        self,
-        made: &Segmentation,
-        progress: Progress<'_>,
-    ) -> Result<Surfaces, Error> {
+    pub fn surfaces(&self, made: &Segmentation, progress: Progress<'_>) -> Result<Surfaces, Error> {
         progress.at(0.0)?;
-        let Self { ct, quiet, params, frame, body, rays, shell, search, free, .. } = self;
-        drop((quiet, shell, search, free));
-        let scan = Scan { ct: &ct, frame: &frame, body: &body, rays: &rays };
+        let Self { ct, params, frame, body, rays, .. } = self;
+        let scan = Scan { ct, frame, body, rays };
         let outline = Outline::new(scan, made.outline.clone());
         let surfaces = outline.surfaces(&made.labels, params.skin_hu as f32, made.levels);
         progress.at(1.0)?;
@@ -183,6 +197,11 @@ impl Segmenter {
         let found = self.body.flags.iter().any(|f| f & flag::IMPLANT != 0);
         let map = || self.ct.with_data(self.body.flags.iter().map(|&f| implant(f)).collect());
         found.then(map).and_then(Result::ok)
+    }
+
+    /// Voxels of the CT.
+    pub fn voxels(&self) -> usize {
+        self.ct.grid().len()
     }
 
     fn scan(&self) -> Scan<'_> {

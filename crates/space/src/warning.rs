@@ -1,5 +1,7 @@
 //! What a user must know before trusting a result.
 
+use crate::Point;
+
 /// What a user must know before trusting a result: a code for programs, a text for people.
 ///
 /// The text is made of pieces, so that what a site may have named after a patient (regions, files,
@@ -9,6 +11,7 @@ pub struct Warning {
     code: &'static str,
     pieces: Vec<Piece>,
     values: Vec<(&'static str, f64)>,
+    place: Option<[f64; 3]>,
 }
 
 // Its numbers are finite.
@@ -25,7 +28,7 @@ impl Warning {
     /// A warning of a kind, with the beginning of its text. The code is stable: lower-case words joined by `-`, the
     /// same for every occurrence of the same doubt.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Self { code, pieces: vec![Piece::Text(text.into())], values: vec![] }
+        Self { code, pieces: vec![Piece::Text(text.into())], values: vec![], place: None }
     }
 
     /// Goes on with more text.
@@ -62,6 +65,13 @@ impl Warning {
         self
     }
 
+    /// Adds the place that it is about, LPS, mm in the CT.
+    #[must_use]
+    pub fn at(mut self, place: &Point) -> Self {
+        self.place = place.iter().all(|c| c.is_finite()).then(|| place.coords.into());
+        self
+    }
+
     /// Begins with more text, such as the file that it is about.
     #[must_use]
     pub fn of(mut self, text: impl Into<String>) -> Self {
@@ -77,6 +87,11 @@ impl Warning {
     /// The numbers that were measured, by name.
     pub fn values(&self) -> &[(&'static str, f64)] {
         &self.values
+    }
+
+    /// The place that it is about, LPS, mm in the CT.
+    pub fn place(&self) -> Option<[f64; 3]> {
+        self.place
     }
 
     /// The text without the names that a site chose.
@@ -112,6 +127,8 @@ mod tests {
         assert_eq!(warning.code(), "unused-regions");
         let warning = warning.value("area_cm2", 8.5).value("mm", f64::NAN);
         assert_eq!(warning.values(), [("area_cm2", 8.5)]);
+        let placed = warning.clone().at(&Point::new(1.0, 2.0, 3.0));
+        assert_eq!((placed.place(), warning.place()), (Some([1.0, 2.0, 3.0]), None));
         assert_eq!(warning.of("rt/dose-1.dcm: ").to_string().find("regions"), Some(15));
     }
 }

@@ -15,6 +15,7 @@ mod sample;
 mod seeds;
 mod signed_distance;
 mod smooth;
+mod stroke;
 mod surfaces;
 mod volume;
 
@@ -33,5 +34,6 @@ pub use sample::{Cell, sample_trilinear, sample_trilinear_at, sample_vector};
 pub use seeds::{SeedKind, Seeds};
 pub use signed_distance::SignedDistance;
 pub use smooth::{gaussian, gaussian_rows, gaussian_slice, slice_kernel};
+pub use stroke::Stroke;
 pub use surfaces::Surfaces;
 pub use volume::{Ct, LabelMap, Volume, VolumeError};

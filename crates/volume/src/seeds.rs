@@ -1,6 +1,6 @@
 //! What the user knows of the tissue at a place.
 
-use crate::Volume;
+use crate::{Stroke, Volume};
 use supine_space::Point;
 
 /// What a seed says of its place.
@@ -25,7 +25,7 @@ impl SeedKind {
     }
 }
 
-/// Places whose tissue the user knows: points (LPS, mm) and painted voxels.
+/// Places whose tissue the user knows: points (LPS, mm), painted voxels and strokes of a brush.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seeds {
     /// Points of the chest wall.
@@ -36,6 +36,8 @@ pub struct Seeds {
     pub exclude: Vec<Point>,
     /// Painted maps, each on a grid of its own; `None` where nothing is said.
     pub painted: Vec<Volume<Option<SeedKind>>>,
+    /// Strokes of a brush: a later one counts where it covers one before.
+    pub strokes: Vec<Stroke>,
 }
 
 impl Seeds {

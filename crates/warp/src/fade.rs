@@ -7,7 +7,8 @@ use parry3d_f64::math::Vec3;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 use rayon::prelude::*;
-use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges, Order, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{BoundaryTag, Deformation, Displacement, Edges, TetMesh};
 use supine_space::{Point, Warning};
 
 /// Width in units of the largest displacement on the cut from which the search starts. The fade
@@ -56,9 +57,9 @@ pub(crate) struct Prepared {
 impl Prepared {
     pub(crate) fn new(deformation: &Deformation, params: &Params) -> Result<Self, Error> {
         params.check()?;
-        let edges = Edges::new(deformation.mesh());
-        let faded = fade_towards_cut(&edges, deformation, params)?;
-        Ok(Self { edges, faded })
+        let fading = Fading::new(Arc::clone(deformation.mesh()));
+        let faded = fading.fade(deformation, params)?;
+        Ok(Self { edges: fading.edges, faded })
     }
 
     /// The mesh with its faded displacement.
@@ -69,60 +70,80 @@ impl Prepared {
     }
 }
 
-/// The displacement times s(d / w), s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the
-/// node in the CT shape to the nearest cut face, w = width.
-///
-/// Without a given width: the smallest of a geometric series, not below three times the largest
-/// displacement on the cut nor below the mean edge of the cut faces, that spoils no tetrahedron
-/// (see [`ENOUGH`]).
-fn fade_towards_cut(
-    edges: &Edges,
-    deformation: &Deformation,
-    params: &Params,
-) -> Result<Faded, Error> {
-    let (mesh, displacement) = (deformation.mesh(), deformation.displacement());
-    let left_alone =
-        Faded { deformation: deformation.clone(), width_mm: 0.0, warnings: Vec::new() };
-    let Some(cut) = cut_surface(mesh) else { return Ok(left_alone) };
-    let depths = depths(mesh, edges, displacement.order(), &cut);
-    let on_cut = depths
-        .iter()
-        .zip(displacement.values())
-        .filter(|(depth, _)| **depth < 1e-6)
-        .map(|(_, u)| u.norm())
-        .fold(0.0, f64::max);
-    let at_width = |width: f64| -> Result<Displacement, Error> {
-        let values = displacement.values().iter().zip(&depths);
-        let values = values.map(|(u, depth)| u * share(depth / width)).collect();
-        Ok(Displacement::new(mesh, edges, values)?)
-    };
-    match params.fade_mm {
-        Some(0.0) => return Ok(left_alone),
-        Some(width) => {
-            let deformation = Deformation::new(mesh.clone(), at_width(width)?)?;
-            return Ok(Faded { deformation, width_mm: width, warnings: Vec::new() });
-        }
-        None if on_cut < STILL_MM => return Ok(left_alone),
-        None => {}
+/// What fades the displacements of a mesh, as often as they change: how far its nodes lie from the cut.
+#[derive(Debug)]
+pub struct Fading {
+    mesh: Arc<TetMesh>,
+    edges: Edges,
+    /// Of the nodes of a quadratic displacement, mm; none where nothing is cut.
+    depths: Option<Vec<f64>>,
+    cut_edge_mm: f64,
+}
+
+impl Fading {
+    /// Of the displacements of a mesh.
+    pub fn new(mesh: Arc<TetMesh>) -> Self {
+        let edges = Edges::new(&mesh);
+        let depths = cut_surface(&mesh).map(|cut| depths(&mesh, &edges, &cut));
+        let cut_edge_mm = mean_cut_edge(&mesh);
+        Self { mesh, edges, depths, cut_edge_mm }
     }
-    let before = min_dets(mesh, edges, displacement);
-    let mut width = (FIRST_WIDTH * on_cut).max(mean_cut_edge(mesh)).min(WIDEST_MM);
-    let (spoiled, width_mm, displacement) = loop {
-        let faded = at_width(width)?;
-        let after = min_dets(mesh, edges, &faded);
-        let spoiled = before
+
+    /// As [`fade`]: u s(d / w) with s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the node in the CT shape to the
+    /// nearest cut face, w = width.
+    ///
+    /// Without a given width: the smallest of a geometric series, not below three times the largest displacement on the cut
+    /// nor below the mean edge of the cut faces, that spoils no tetrahedron.
+    ///
+    /// # Errors
+    /// When a parameter is out of range, or it is a displacement of another mesh.
+    pub fn fade(&self, deformation: &Deformation, params: &Params) -> Result<Faded, Error> {
+        params.check()?;
+        let Self { mesh, edges, .. } = self;
+        let displacement = deformation.displacement();
+        displacement.check(mesh)?;
+        let left_alone =
+            Faded { deformation: deformation.clone(), width_mm: 0.0, warnings: Vec::new() };
+        let Some(depths) = &self.depths else { return Ok(left_alone) };
+        let on_cut = depths
             .iter()
-            .zip(&after)
-            .filter(|(b, a)| **b > 0.0 && **a < ENOUGH.min(SHARE * **b))
-            .count();
-        if spoiled == 0 || width >= WIDEST_MM {
-            break (spoiled, width, faded);
+            .zip(displacement.values())
+            .filter(|(depth, _)| **depth < 1e-6)
+            .map(|(_, u)| u.norm())
+            .fold(0.0, f64::max);
+        let at_width = |width: f64| -> Result<Displacement, Error> {
+            let values = displacement.values().iter().zip(depths);
+            let values = values.map(|(u, depth)| u * share(depth / width)).collect();
+            Ok(Displacement::new(mesh, edges, values)?)
+        };
+        match params.fade_mm {
+            Some(0.0) => return Ok(left_alone),
+            Some(width) => {
+                let deformation = Deformation::new(mesh.clone(), at_width(width)?)?;
+                return Ok(Faded { deformation, width_mm: width, warnings: Vec::new() });
+            }
+            None if on_cut < STILL_MM => return Ok(left_alone),
+            None => {}
         }
-        width = (width * WIDER).min(WIDEST_MM);
-    };
-    let deformation = Deformation::new(mesh.clone(), displacement)?;
-    let warnings = warning(on_cut, width_mm, spoiled).into_iter().collect();
-    Ok(Faded { deformation, width_mm, warnings })
+        let before = min_dets(mesh, edges, displacement);
+        let mut width = (FIRST_WIDTH * on_cut).max(self.cut_edge_mm).min(WIDEST_MM);
+        let (spoiled, width_mm, displacement) = loop {
+            let faded = at_width(width)?;
+            let after = min_dets(mesh, edges, &faded);
+            let spoiled = before
+                .iter()
+                .zip(&after)
+                .filter(|(b, a)| **b > 0.0 && **a < ENOUGH.min(SHARE * **b))
+                .count();
+            if spoiled == 0 || width >= WIDEST_MM {
+                break (spoiled, width, faded);
+            }
+            width = (width * WIDER).min(WIDEST_MM);
+        };
+        let deformation = Deformation::new(mesh.clone(), displacement)?;
+        let warnings = warning(on_cut, width_mm, spoiled).into_iter().collect();
+        Ok(Faded { deformation, width_mm, warnings })
+    }
 }
 
 /// What to say of a fade of this width where the tissue moves by `on_cut` mm on the cut.
@@ -164,14 +185,12 @@ fn vec3(p: &Point) -> Vec3 {
 }
 
 /// Distance of every node to the cut, mm.
-fn depths(mesh: &TetMesh, edges: &Edges, order: Order, cut: &TriMesh) -> Vec<f64> {
+fn depths(mesh: &TetMesh, edges: &Edges, cut: &TriMesh) -> Vec<f64> {
     let mut nodes = mesh.points().to_vec();
-    if order == Order::Quadratic {
-        nodes.extend(edges.ends().iter().map(|e| {
-            let [a, b] = e.map(|p| mesh.points()[p as usize]);
-            midpoint(a, b)
-        }));
-    }
+    nodes.extend(edges.ends().iter().map(|e| {
+        let [a, b] = e.map(|p| mesh.points()[p as usize]);
+        midpoint(a, b)
+    }));
     nodes.par_iter().map(|p| cut.distance_to_local_point(vec3(p), true)).collect()
 }
 

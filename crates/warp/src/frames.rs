@@ -54,6 +54,16 @@ impl Frames {
         Ok(Self { ct, mesh, edges, params, pieces, skin, collar, map, resampling, written })
     }
 
+    /// The mesh in the CT.
+    pub fn mesh(&self) -> &Arc<TetMesh> {
+        &self.mesh
+    }
+
+    /// The edges of the mesh.
+    pub fn edges(&self) -> &Edges {
+        &self.edges
+    }
+
     /// Makes `frame`, which holds the CT or the frame before, the CT carried by a deformation of the mesh.
     ///
     /// The displacement is taken as it is: to let it fade towards the cut, give what [`crate::fade`] makes
@@ -94,6 +104,33 @@ impl Frames {
     /// # Errors
     /// When it is one of another mesh.
     pub fn paint(&mut self, deformation: &Deformation, frame: &mut Ct) -> Result<(), Error> {
+        self.paint_seen(deformation, None, frame)
+    }
+
+    /// Makes `frame` as [`Frames::next`] does where only planes of the grid are seen (axis, number): elsewhere it then holds
+    /// nothing of use.
+    ///
+    /// # Errors
+    /// When it is one of another mesh.
+    ///
+    /// # Panics
+    /// When `frame` has another number of voxels than the CT.
+    pub fn next_seen(
+        &mut self,
+        deformation: &Deformation,
+        planes: &[(usize, usize)],
+        frame: &mut Ct,
+    ) -> Result<(), Error> {
+        self.restore(frame);
+        self.paint_seen(deformation, Some(planes), frame)
+    }
+
+    fn paint_seen(
+        &mut self,
+        deformation: &Deformation,
+        planes: Option<&[(usize, usize)]>,
+        frame: &mut Ct,
+    ) -> Result<(), Error> {
         let displacement = deformation.displacement();
         displacement.check(&self.mesh)?;
         let same = self.follow(displacement)?;
@@ -107,7 +144,8 @@ impl Frames {
         }
         self.collar = collar;
         let (out, none) = (frame.data_mut(), Progress::none());
-        let (written, _) = self.resampling.run(source(&self.ct), &self.map, out, none)?;
+        let seen = (&self.map, planes);
+        let (written, _) = self.resampling.run_seen(source(&self.ct), seen, out, none)?;
         self.written = written;
         Ok(())
     }

@@ -63,7 +63,7 @@ pub use dense::{Dense, DenseFate, keep_dense};
 pub use dose::{DoseTotals, carry_dose, density, dose_totals};
 pub use dose_volume::DoseVolume;
 pub use error::Error;
-pub use fade::{Faded, fade};
+pub use fade::{Faded, Fading, fade};
 pub use fields::{Fields, fields};
 pub use filter::Interpolation;
 pub use frames::Frames;

@@ -38,6 +38,8 @@ pub(crate) struct Resampling {
 struct Moved<'a> {
     deformed: &'a [Index],
     raster: &'a Raster<'a>,
+    /// Which of them matter; all where that is not said.
+    seen: Option<&'a [bool]>,
 }
 
 /// What was written in each slab, and what it was.
@@ -73,8 +75,21 @@ impl Resampling {
         out: &mut [i16],
         progress: Progress<'_>,
     ) -> Result<Written, Stopped> {
+        self.run_seen(source, (map, None), out, progress)
+    }
+
+    /// The same where only planes of the grid are seen (axis, number): elsewhere `out` then holds nothing of use.
+    pub(crate) fn run_seen(
+        &self,
+        source: Source<'_>,
+        (map, planes): (&Map, Option<&[(usize, usize)]>),
+        out: &mut [i16],
+        progress: Progress<'_>,
+    ) -> Result<Written, Stopped> {
         let deformed = self.sorted.of(&map.deformed);
         let raster = Raster::new(&deformed, &self.sorted.tets, self.size);
+        let seen = planes.map(|planes| touching(&deformed, &self.sorted.tets, planes));
+        let seen = seen.as_deref();
         let [ni, nj, _] = self.size;
         let slabs = self.before.len();
         let done = AtomicUsize::new(0);
@@ -82,8 +97,8 @@ impl Resampling {
             .par_chunks_mut(ni * nj * SLAB)
             .enumerate()
             .map(|(slab, out)| {
-                let written =
-                    self.slab(source, slab, Moved { deformed: &deformed, raster: &raster }, out);
+                let moved = Moved { deformed: &deformed, raster: &raster, seen };
+                let written = self.slab(source, slab, moved, out);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 progress.at(done as f64 / slabs as f64)?;
                 Ok(written)
@@ -100,7 +115,7 @@ impl Resampling {
         moved: Moved<'_>,
         out: &mut [i16],
     ) -> (Coverage, Counts) {
-        let Moved { deformed, raster } = moved;
+        let Moved { deformed, raster, seen } = moved;
         let before = &self.before[slab];
         let window = raster.window(slab).with(before.window());
         let none = Coverage::new(window);
@@ -129,6 +144,9 @@ impl Resampling {
             counts: Counts::default(),
         };
         let members = raster.members(slab);
+        let some: Option<Vec<u32>> =
+            seen.map(|seen| members.iter().copied().filter(|&t| seen[t as usize]).collect());
+        let members = some.as_deref().unwrap_or(members);
         let collar = members.partition_point(|&tet| (tet as usize) < self.collar_from);
         let (mesh, collar) = members.split_at(collar);
         raster.scan_those(mesh, slab, &mut brush);
@@ -143,6 +161,19 @@ impl Resampling {
         raster.scan_those(collar, slab, &mut brush);
         brush.finish()
     }
+}
+
+/// Whether each tetrahedron touches one of some planes of the grid.
+fn touching(vertices: &[Index], tets: &[[u32; 4]], planes: &[(usize, usize)]) -> Vec<bool> {
+    let touches = |tet: &[u32; 4]| {
+        planes.iter().any(|&(axis, n)| {
+            let at = tet.map(|v| vertices[v as usize][axis]);
+            let (low, high) =
+                at.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+            low <= n as f64 && n as f64 <= high
+        })
+    };
+    tets.par_iter().map(touches).collect()
 }
 
 /// Samples what is owned, slab by slab; each voxel once.

@@ -2,7 +2,8 @@
 
 use crate::state::VolumeShown;
 use std::sync::Arc;
-use supine_volume::{Ct, LabelMap, label};
+use supine_space::Grid;
+use supine_volume::{Ct, LabelMap, Volume, label};
 
 /// Bytes that are made at once: the page draws as they come.
 const CHUNK: usize = 1 << 20;
@@ -14,6 +15,8 @@ pub(crate) enum Voxels {
     Hu(Arc<Ct>, bool),
     /// Labels.
     Labels(Arc<LabelMap>),
+    /// Local change of volume, thousandths: 1000 is kept.
+    Jacobian(Arc<Volume<i16>>),
 }
 
 impl Voxels {
@@ -22,6 +25,7 @@ impl Voxels {
         match (self, other) {
             (Self::Hu(a, _), Self::Hu(b, _)) => Arc::ptr_eq(a, b),
             (Self::Labels(a), Self::Labels(b)) => Arc::ptr_eq(a, b),
+            (Self::Jacobian(a), Self::Jacobian(b)) => Arc::ptr_eq(a, b),
             _ => false,
         }
     }
@@ -32,6 +36,7 @@ impl Voxels {
             Self::Hu(ct, simulated) => {
                 VolumeShown { simulated: *simulated, ..VolumeShown::on(ct.grid(), id, "i16", key) }
             }
+            Self::Jacobian(map) => VolumeShown::on(map.grid(), id, "i16", key),
             Self::Labels(labels) => {
                 let names =
                     [(label::SOFT_TISSUE, "soft tissue"), (label::CHEST_WALL, "chest wall")];
@@ -45,11 +50,21 @@ impl Voxels {
         VolumeShown { fresh, ..shown }
     }
 
+    /// Where its voxels lie.
+    pub(crate) fn grid(&self) -> &Grid {
+        match self {
+            Self::Hu(ct, _) => ct.grid(),
+            Self::Labels(labels) => labels.grid(),
+            Self::Jacobian(map) => map.grid(),
+        }
+    }
+
     /// Bytes of all voxels.
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Hu(ct, _) => 2 * ct.data().len(),
             Self::Labels(labels) => labels.data().len(),
+            Self::Jacobian(map) => 2 * map.data().len(),
         }
     }
 
@@ -65,6 +80,9 @@ impl Voxels {
             Self::Hu(ct, _) => {
                 ct.data()[from / 2..to / 2].iter().flat_map(|hu| hu.to_le_bytes()).collect()
             }
+            Self::Jacobian(map) => {
+                map.data()[from / 2..to / 2].iter().flat_map(|n| n.to_le_bytes()).collect()
+            }
             Self::Labels(labels) => labels.data()[from..to].to_vec(),
         }
     }
@@ -73,7 +91,7 @@ impl Voxels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use supine_space::{Grid, Matrix, Point, Vector};
+    use supine_space::{Matrix, Point, Vector};
 
     #[test]
     fn pieces_are_the_whole() {

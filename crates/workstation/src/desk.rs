@@ -1,16 +1,23 @@
 //! The one owner of what is open: requests change it, the page is told of each change.
 
 use crate::Error;
+use crate::bed::Previewed;
 use crate::bytes::Voxels;
 use crate::job::Watching;
+use crate::lines::{Cuttable, Line};
+use crate::live::{KeptBed, Live};
 use crate::roots::{Listing, Roots};
-use crate::state::{Job, Phase, Problem, State, SurfaceShown};
-use crate::surface::Surface;
-use std::collections::BTreeMap;
+use crate::show::Seen;
+use crate::state::{
+    Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown, VolumeShown,
+};
+use crate::surface::{Drawn, Shape};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use supine_dicom_network::Node;
 use supine_flow::{CaseFile, Session, Start};
 use tokio::sync::watch;
 
@@ -23,6 +30,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub(crate) struct Desk {
     held: Mutex<Held>,
     idle: Condvar,
+    /// What goes on beside the work.
+    pub(crate) live: Live,
+    pub(crate) kept_bed: KeptBed,
     told: watch::Sender<Arc<str>>,
     pub(crate) threads: usize,
     /// When and by which command the program began.
@@ -38,7 +48,16 @@ pub(crate) struct Held {
     /// Volumes by name, with the keys under which they are fetched.
     pub(crate) voxels: BTreeMap<&'static str, (String, Voxels)>,
     /// Surfaces by name, with their keys.
-    pub(crate) surfaces: BTreeMap<&'static str, (String, Surface)>,
+    pub(crate) surfaces: BTreeMap<&'static str, (String, Shape, Drawn)>,
+    /// What planes cut, by volume, with the keys under which it is asked for.
+    pub(crate) lines: BTreeMap<&'static str, (String, Arc<Cuttable>)>,
+    pub(crate) seen: Seen,
+    /// The folder of the run that is shown.
+    pub(crate) result: Option<PathBuf>,
+    /// What was told of the work, the newest last.
+    pub(crate) log: VecDeque<Told>,
+    /// The last picture of the table.
+    pub(crate) previewed: Option<Previewed>,
     /// The series of the folder that was looked through: where, and which Series Instance UID.
     pub(crate) series: Vec<(PathBuf, String)>,
     /// Set to end the work.
@@ -70,6 +89,11 @@ impl Desk {
             state,
             voxels: BTreeMap::new(),
             surfaces: BTreeMap::new(),
+            lines: BTreeMap::new(),
+            seen: Seen::default(),
+            result: None,
+            log: VecDeque::new(),
+            previewed: None,
             series: vec![],
             cancel: Arc::default(),
             keys: 0,
@@ -77,7 +101,8 @@ impl Desk {
             closed: false,
         };
         let told = watch::Sender::new(text(&held.state));
-        Ok(Arc::new(Self { held: Mutex::new(held), idle: Condvar::new(), told, threads, start }))
+        let (idle, live, kept_bed) = (Condvar::new(), Live::default(), KeptBed::default());
+        Ok(Arc::new(Self { held: Mutex::new(held), idle, live, kept_bed, told, threads, start }))
     }
 
     /// The state as JSON, now and after each change.
@@ -111,6 +136,16 @@ impl Desk {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Names archives for the page.
+    pub(crate) fn name_nodes(&self, nodes: &[Node]) {
+        let shown = nodes.iter().enumerate().map(|(n, node)| {
+            let (address, id) = (node.to_string(), n.to_string());
+            let name = address.split('@').next().unwrap_or_default().to_owned();
+            NodeShown { id, name, address }
+        });
+        self.change(|held| held.state.nodes = shown.collect());
+    }
+
     /// Begins work on a thread of its own; what it fails with is told.
     ///
     /// # Errors
@@ -129,12 +164,19 @@ impl Desk {
             held.state.job = Some(Job { what: what.into(), share: 0.0, can_cancel: true });
             Ok(Arc::clone(&held.cancel))
         })?;
+        self.live.make_way();
         let (desk, watching) = (Arc::clone(self), Watching::new(Arc::clone(self), cancel));
         std::thread::spawn(move || {
             // What fails here must not leave the desk busy for ever.
             let work = std::panic::AssertUnwindSafe(|| work(&desk, &watching));
             let done = std::panic::catch_unwind(work);
-            desk.change(|held| held.end(done.unwrap_or_else(|_| Err(Error::Broken))));
+            let session = desk.change(|held| {
+                held.end(done.unwrap_or_else(|_| Err(Error::Broken)));
+                held.session.clone().filter(|_| !held.closed)
+            });
+            if let Some(session) = session {
+                desk.prepare(&session);
+            }
             desk.idle.notify_all();
         });
         Ok(())
@@ -147,6 +189,7 @@ impl Desk {
 
     /// Ends all work, and waits for it.
     pub(crate) fn close(&self) {
+        self.live.end();
         let mut held = self.held();
         held.closed = true;
         held.cancel.store(true, Ordering::SeqCst);
@@ -165,8 +208,28 @@ impl Desk {
     /// The bytes of a surface under a key.
     pub(crate) fn surface(&self, part: &str, key: &str) -> Option<Vec<u8>> {
         let held = self.held();
-        let (_, (own, surface)) = held.surfaces.iter().find(|(name, _)| **name == part)?;
-        (own == key).then(|| surface.bytes())
+        let (_, (own, _, drawn)) = held.surfaces.iter().find(|(name, _)| **name == part)?;
+        (own == key).then(|| drawn.bytes())
+    }
+
+    /// What was told of the work.
+    pub(crate) fn log(&self) -> Vec<Told> {
+        self.held().log.iter().cloned().collect()
+    }
+
+    /// The lines of a plane under a key.
+    pub(crate) fn lines(
+        &self,
+        volume: &str,
+        key: &str,
+        (view, slice): (&str, usize),
+    ) -> Option<Vec<Line>> {
+        let cuttable = {
+            let held = self.held();
+            let (_, (own, cuttable)) = held.lines.iter().find(|(name, _)| **name == volume)?;
+            (own == key).then(|| Arc::clone(cuttable))?
+        };
+        cuttable.lines(view, slice)
     }
 
     /// The voxels of a volume under a key.
@@ -177,7 +240,28 @@ impl Desk {
     }
 }
 
+/// A line of the log.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct Told {
+    /// Since the work began.
+    seconds: f64,
+    stage: String,
+    text: String,
+}
+
+/// More lines are not kept.
+const LOG: usize = 500;
+
 impl Held {
+    /// Adds a line to the log.
+    pub(crate) fn tell(&mut self, began: Instant, stage: &str, text: String) {
+        if self.log.len() == LOG {
+            self.log.pop_front();
+        }
+        let seconds = began.elapsed().as_secs_f64();
+        self.log.push_back(Told { seconds, stage: stage.into(), text });
+    }
+
     fn end(&mut self, done: Result<(), Error>) {
         self.state.job = None;
         if self.state.phase == Phase::Reading {
@@ -197,11 +281,10 @@ impl Held {
     /// Shows a volume under a key of its own.
     pub(crate) fn show(&mut self, id: &'static str, voxels: Voxels, fresh: bool) {
         let known = self.voxels.get(id).filter(|(_, known)| known.is_same(&voxels));
-        let key = known.map(|(key, _)| key.clone()).unwrap_or_else(|| {
-            self.keys += 1;
-            self.keys.to_string()
-        });
-        let shown = voxels.shown(id, key.clone(), fresh);
+        let key = known.map(|(key, _)| key.clone()).unwrap_or_else(|| self.next_key());
+        let known = self.state.volumes.iter().find(|volume| volume.id == id);
+        let body = known.and_then(|volume| volume.body);
+        let shown = VolumeShown { body, ..voxels.shown(id, key.clone(), fresh) };
         match self.state.volumes.iter_mut().find(|volume| volume.id == id) {
             Some(volume) => *volume = shown,
             None => self.state.volumes.push(shown),
@@ -209,25 +292,41 @@ impl Held {
         self.voxels.insert(id, (key, voxels));
     }
 
+    /// A key that nothing had before.
+    pub(crate) fn next_key(&mut self) -> String {
+        self.keys += 1;
+        self.keys.to_string()
+    }
+
     /// Shows a surface under a key of its own.
-    pub(crate) fn show_surface(&mut self, part: &'static str, surface: Surface) {
-        if self.surfaces.get(part).is_some_and(|(_, known)| *known == surface) {
+    pub(crate) fn show_surface(&mut self, part: &'static str, shape: Shape, drawn: Drawn) {
+        if self.surfaces.get(part).is_some_and(|(.., known)| *known == drawn) {
             return;
         }
-        self.keys += 1;
-        self.surfaces.insert(part, (self.keys.to_string(), surface));
+        let key = self.next_key();
+        self.surfaces.insert(part, (key, shape, drawn));
         let shown = self.surfaces.iter();
-        let shown = shown.map(|(part, (key, _))| SurfaceShown { part, key: key.clone() });
+        let shown = shown.map(|(part, (key, shape, drawn))| {
+            let (shape, kind) = (shape.name(), drawn.kind());
+            SurfaceShown { part, key: key.clone(), shape, kind }
+        });
         self.state.surfaces = shown.collect();
     }
 
     /// Closes what is open.
     pub(crate) fn clear(&mut self) {
         (self.session, self.case, self.state.case) = (None, None, None);
-        (self.state.result, self.state.tumour) = (None, None);
+        (self.state.result, self.state.tumour, self.result) = (None, None, None);
+        self.state.sent = None;
+        self.state.figures.clear();
+        self.log.clear();
         self.state.revision += 1;
         self.voxels.clear();
         self.surfaces.clear();
+        (self.seen, self.state.live) = (Seen::default(), LiveShown::default());
+        (self.previewed, self.state.preview_bed) = (None, PreviewShown::default());
+        self.lines.clear();
+        self.state.lines.clear();
         self.state.surfaces.clear();
         self.state.volumes.clear();
         self.state.views.clear();

@@ -4,9 +4,11 @@ use crate::Error;
 use crate::desk::{Desk, Held};
 use crate::open::{run_command, shown_case};
 use crate::roots::name_of;
+use crate::state::{PreviewShown, Readiness};
 use serde::Deserialize;
-use supine_flow::NodeId;
+use std::sync::Arc;
 use supine_flow::spec::Edit;
+use supine_flow::{Freshness, NodeId};
 
 /// Changes that the page asks for, and the state that it saw.
 #[derive(Debug, Deserialize)]
@@ -21,6 +23,14 @@ pub(crate) struct Edits {
 struct OneEdit {
     key: String,
     value: serde_json::Value,
+}
+
+/// A tick of a warning.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Tick {
+    id: String,
+    on: bool,
 }
 
 /// The state that a page saw when it asked.
@@ -50,7 +60,7 @@ impl Desk {
     ///
     /// # Errors
     /// [`Error::Old`] when it was changed since the page looked; when a value does not fit, or the file cannot be written.
-    pub(crate) fn edit(&self, asked: Edits) -> Result<(), Error> {
+    pub(crate) fn edit(self: &Arc<Self>, asked: Edits) -> Result<(), Error> {
         let edit = |edit: OneEdit| Edit { key: edit.key, value: edit.value };
         let edits: Vec<Edit> = asked.edits.into_iter().map(edit).collect();
         self.change_case(asked.revision, |held| {
@@ -59,11 +69,32 @@ impl Desk {
         })
     }
 
+    /// Ticks a warning as looked at, or takes the tick away.
+    ///
+    /// # Errors
+    /// When nothing is open, there is no such warning, or the case cannot be written.
+    pub(crate) fn tick(self: &Arc<Self>, asked: &Tick) -> Result<(), Error> {
+        let Tick { id, on } = asked;
+        let (revision, mut seen) = {
+            let held = self.held();
+            if !held.state.warnings.iter().any(|warning| warning.id == *id) {
+                return Err(Error::Request("there is no such warning".into()));
+            }
+            let session = held.session.as_ref().ok_or(Error::Nothing)?;
+            (held.state.revision, session.case().seen.clone())
+        };
+        seen.retain(|known| known != id);
+        seen.extend(on.then(|| id.clone()));
+        let value = if seen.is_empty() { serde_json::Value::Null } else { seen.into() };
+        let edits = vec![OneEdit { key: "report.seen".into(), value }];
+        self.edit(Edits { revision, edits })
+    }
+
     /// Takes a change back, or makes it again.
     ///
     /// # Errors
     /// As [`Self::edit`].
-    pub(crate) fn history(&self, seen: Seen, way: Way) -> Result<(), Error> {
+    pub(crate) fn history(self: &Arc<Self>, seen: Seen, way: Way) -> Result<(), Error> {
         self.change_case(seen.revision, |held| {
             let case = held.case.as_mut().ok_or(Error::Nothing)?;
             Ok(if way == Way::Back { case.undo()? } else { case.redo()? })
@@ -71,11 +102,11 @@ impl Desk {
     }
 
     fn change_case(
-        &self,
+        self: &Arc<Self>,
         seen: u64,
         change: impl FnOnce(&mut Held) -> Result<Option<supine_flow::Spec>, Error>,
     ) -> Result<(), Error> {
-        self.change(|held| {
+        let follows = self.change(|held| {
             let session = held.session.clone().ok_or(Error::Nothing)?;
             if held.state.revision != seen {
                 return Err(Error::Old);
@@ -83,14 +114,28 @@ impl Desk {
             if let Some(spec) = change(held)? {
                 let stale = session.set_all(spec)?;
                 held.state.revision += 1;
+                // What could not be made may be possible now.
+                if held.state.preview_bed.state == Readiness::Failed {
+                    held.state.preview_bed = PreviewShown::default();
+                }
                 // What was written is not of this case any more.
-                held.state.result = None;
+                (held.state.result, held.result) = (None, None);
                 held.mark(&stale);
                 held.show_results(&session);
             }
             held.show_case();
-            Ok(())
-        })
+            // Labels that are looked at follow.
+            let stale = session.peek_labels().is_some_and(|(_, of)| of == Freshness::Stale);
+            if stale {
+                let live = &mut held.state.live;
+                (live.following, live.busy, live.problem) = (true, true, None);
+            }
+            Ok(Some(session).filter(|_| stale))
+        })?;
+        if let Some(session) = follows {
+            self.follow_seeds(&session);
+        }
+        Ok(())
     }
 
     /// Puts a new case into a file.
@@ -123,6 +168,16 @@ impl Held {
             self.state.command = run_command(&name_of(path));
         }
         self.state.case = Some(shown);
+        self.show_ticks();
+    }
+
+    /// Shows which warnings are ticked.
+    pub(crate) fn show_ticks(&mut self) {
+        let Some(session) = &self.session else { return };
+        let seen = session.case().seen.clone();
+        for warning in &mut self.state.warnings {
+            warning.ticked = seen.contains(&warning.id);
+        }
     }
 
     /// Marks the stages whose results are of what was given before.

@@ -52,6 +52,15 @@ pub enum Error {
     /// The system has no random numbers.
     #[error("the system gives no random numbers for the key of the page: {0}")]
     Random(String),
+    /// Nothing was written that could be sent.
+    #[error("no run was written yet, or the case was changed since")]
+    NoResult,
+    /// What is sent is not green.
+    #[error("the verdict is not green: type \"{0}\" to send it")]
+    Confirm(String),
+    /// The archive, or the way to it.
+    #[error(transparent)]
+    Network(#[from] supine_dicom_network::Error),
     /// Somebody else changed the case since.
     #[error("the case was changed in another window: this change was not made")]
     Old,

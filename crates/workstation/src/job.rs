@@ -4,17 +4,31 @@ use crate::desk::Desk;
 use crate::state::{StageShown, WarningShown};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 use supine_flow::{NodeId, Observer, Warning};
 
 /// Tells the page of the stages, and answers whether the work may go on.
 pub(crate) struct Watching {
     desk: Arc<Desk>,
     cancel: Arc<AtomicBool>,
+    /// Whether it goes on beside the work that was asked for.
+    beside: bool,
+    began: Instant,
 }
 
 impl Watching {
     pub(crate) fn new(desk: Arc<Desk>, cancel: Arc<AtomicBool>) -> Self {
-        Self { desk, cancel }
+        Self { desk, cancel, beside: false, began: Instant::now() }
+    }
+
+    /// The same of work that goes on beside.
+    pub(crate) fn beside(desk: Arc<Desk>, cancel: Arc<AtomicBool>) -> Self {
+        Self { desk, cancel, beside: true, began: Instant::now() }
+    }
+
+    fn log(&self, node: NodeId, text: String) {
+        let began = self.began;
+        self.desk.change_often(|held| held.tell(began, node.name(), text));
     }
 
     /// Changes a stage that is shown; what others do is shown by the work as a whole.
@@ -36,12 +50,16 @@ impl Observer for Watching {
                 ("running", Some(0.0), None, None);
         };
         self.stage(node, begin, false);
+        self.log(node, "begins".into());
     }
 
     fn share(&self, node: NodeId, share: f64) {
         self.stage(node, |stage| stage.share = Some(share), true);
         self.desk.change_often(|held| {
-            if let Some(job) = &mut held.state.job {
+            if self.beside {
+                held.state.live.share = Some(share);
+                held.state.preview_bed.share = Some(share);
+            } else if let Some(job) = &mut held.state.job {
                 job.share = share;
             }
         });
@@ -49,22 +67,30 @@ impl Observer for Watching {
 
     fn found(&self, node: NodeId, text: &str) {
         self.stage(node, |stage| stage.found = Some(text.into()), true);
+        self.log(node, text.into());
     }
 
     fn warning(&self, node: NodeId, warning: &Warning) {
+        self.log(node, format!("warning: {}", warning.message));
         let shown = WarningShown {
+            id: supine_flow::warning_id(warning),
+            ticked: false,
+            place_mm: warning.place_mm,
             stage: node.name().into(),
             code: warning.code.clone(),
             message: warning.message.clone(),
         };
         self.desk.change(|held| {
-            if !held.state.warnings.contains(&shown) {
+            if !held.state.warnings.iter().any(|known| known.id == shown.id) {
                 held.state.warnings.push(shown);
+                held.show_ticks();
             }
         });
     }
 
-    fn end(&self, node: NodeId, seconds: f64, _: bool) {
+    fn end(&self, node: NodeId, seconds: f64, cached: bool) {
+        let there = if cached { "was there" } else { "done" };
+        self.log(node, format!("{there}, {seconds:.2} s"));
         let end = |stage: &mut StageShown| {
             (stage.state, stage.share, stage.seconds) = ("done", None, Some(seconds));
         };

@@ -8,6 +8,8 @@
     reason = "edge crate: files, sockets and the clock of the page"
 )]
 
+mod bed;
+mod body;
 mod browser;
 mod bytes;
 mod desk;
@@ -15,11 +17,15 @@ mod edit;
 mod error;
 mod guard;
 mod job;
+mod lines;
 mod link;
+mod live;
 mod open;
 mod picture;
 mod roots;
 mod routes;
+mod send;
+mod show;
 mod state;
 mod surface;
 
@@ -32,6 +38,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+use supine_dicom_network::Node;
 use supine_flow::Start;
 use tokio::net::TcpListener;
 
@@ -51,6 +58,8 @@ pub struct Open {
     pub port: u16,
     /// Whether the browser is opened.
     pub browser: bool,
+    /// Archives that results may be sent to by a click: `AET@HOST:PORT`.
+    pub nodes: Vec<Node>,
     /// Threads of the work; 0: all cores.
     pub threads: usize,
     /// When and by which command it began: exported objects bear it.
@@ -84,6 +93,7 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
             format!("http://127.0.0.1:{}/#{token}", listener.local_addr().map_err(port)?.port());
         let links = Arc::<AtomicUsize>::default();
         let app = App { desk: Arc::clone(&desk), token: token.into(), links: Arc::clone(&links) };
+        desk.name_nodes(&given.nodes);
         desk.start(&path, given.look_through)?;
         host.address(&address);
         // The file is there as long as the page.

@@ -1,5 +1,6 @@
 //! The socket by which the page is told of each change.
 
+use crate::bed::{Asked, Frames};
 use crate::guard::is_same;
 use crate::routes::App;
 use axum::extract::State;
@@ -13,6 +14,14 @@ use std::time::Duration;
 const TOKEN_WITHIN: Duration = Duration::from_secs(10);
 /// What the page says is short, bytes.
 const MOST: usize = 4096;
+
+/// What the page asks for while it is open.
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Said {
+    /// The live picture of the table.
+    Bed(Asked),
+}
 
 #[derive(Deserialize)]
 struct First {
@@ -36,27 +45,41 @@ async fn serve(app: App, mut socket: WebSocket) {
     app.links.fetch_sub(1, Ordering::SeqCst);
 }
 
-/// Tells the newest state until the page goes. Never more than one is under way: what changes meanwhile is told at once
-/// after.
+/// Tells the newest state, and frames of the table, until the page goes. Never more than one is under way: what changes
+/// meanwhile is told at once after.
 async fn tell(app: &App, socket: &mut WebSocket) {
     let mut states = app.desk.watched();
+    let frames = Frames::new(None);
+    let mut pictures = frames.subscribe();
+    states.mark_changed();
     loop {
-        let state = states.borrow_and_update().clone();
-        let text = format!("{{\"state\":{state}}}");
-        if socket.send(Message::Text(text.into())).await.is_err() {
-            return;
-        }
-        loop {
-            tokio::select! {
-                changed = states.changed() => match changed {
-                    Ok(()) => break,
-                    Err(_) => return,
-                },
-                said = socket.recv() => match said {
-                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                    Some(Ok(_)) => {}
-                },
+        let message = tokio::select! {
+            changed = states.changed() => match changed {
+                Ok(()) => {
+                    let state = states.borrow_and_update().clone();
+                    Some(Message::Text(format!("{{\"state\":{state}}}").into()))
+                }
+                Err(_) => return,
+            },
+            _ = pictures.changed() => {
+                let frame = pictures.borrow_and_update().clone();
+                frame.map(|frame| Message::Binary((*frame).clone().into()))
             }
+            said = socket.recv() => match said {
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(Message::Text(text))) => {
+                    if let Ok(Said::Bed(asked)) = serde_json::from_str(&text) {
+                        app.desk.tilt(asked, &frames);
+                    }
+                    None
+                }
+                Some(Ok(_)) => None,
+            },
+        };
+        if let Some(message) = message
+            && socket.send(message).await.is_err()
+        {
+            return;
         }
     }
 }

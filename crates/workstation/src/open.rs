@@ -1,14 +1,14 @@
 //! Opening a folder, a series, a case or a run, and bringing stages up to date.
 
 use crate::Error;
+use crate::body::body;
 use crate::bytes::Voxels;
 use crate::desk::{Desk, Held};
 use crate::job::Watching;
 use crate::roots::{is_case, is_run, name_of};
-use crate::state::{
-    Ball, CaseShown, InspectionShown, PatchShown, Phase, ResultShown, TumourShown, stages, views,
-};
-use crate::surface::Surface;
+use crate::send::words;
+use crate::show::ball;
+use crate::state::{CaseShown, InspectionShown, Phase, ResultShown, VerifiedShown, stages, views};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,9 @@ use std::sync::Arc;
 use supine_flow::commands::dicom::{Inspect, inspect};
 use supine_flow::spec::edit;
 use supine_flow::{
-    CaseFile, FinishedRun, Freshness, Lane, NodeId, Options, Request, RunFolder, Session, Spec,
-    Summary, headline,
+    CaseFile, FinishedRun, Lane, NodeId, Options, Request, RunFolder, Session, Spec, Summary,
+    headline,
 };
-use supine_mesh::BoundaryTag;
-use supine_space::Sphere;
 
 /// What the page opens, by the numbers that it was given.
 #[derive(Debug, Deserialize)]
@@ -105,6 +103,8 @@ impl Desk {
             let case = opened.case()?;
             let session = Session::new(case.spec()?, desk.threads)?.with_start(desk.start.clone());
             let session = Arc::new(session);
+            desk.live.end();
+            desk.drop_preview();
             desk.change(|held| {
                 held.clear();
                 held.state.stages = stages(&session.case());
@@ -115,10 +115,14 @@ impl Desk {
             let ct = session.ct(&request)?;
             desk.change(|held| {
                 held.state.views = views(ct.grid());
-                held.show("ct", Voxels::Hu(ct, false), true);
+                held.show("ct", Voxels::Hu(Arc::clone(&ct), false), true);
                 held.state.phase = Phase::Ready;
                 held.show_results(&session);
                 (held.session, held.case) = (Some(Arc::clone(&session)), Some(case));
+            });
+            let patient = body(&ct);
+            desk.change(|held| {
+                held.state.volumes.iter_mut().for_each(|volume| volume.body = patient);
             });
             if let Opened::Run(path) = &opened {
                 desk.show_run(path, &session, watching)?;
@@ -155,7 +159,8 @@ impl Desk {
         read?;
         self.change(|held| {
             held.show_results(session);
-            held.state.result = Some(result(path, &summary));
+            held.show_result(path, &summary);
+            held.show_ticks();
         });
         Ok(())
     }
@@ -173,7 +178,11 @@ impl Desk {
                 vec![vec![NodeId::Segment], vec![NodeId::Region]]
             }
             Some(until) => vec![vec![until]],
-            None => vec![vec![NodeId::Warp], vec![NodeId::Points, NodeId::Interval]],
+            None => vec![
+                vec![NodeId::Warp],
+                vec![NodeId::Points, NodeId::Interval],
+                vec![NodeId::Fields],
+            ],
         };
         self.begin(until.map_or("simulating", NodeId::name), move |desk, watching| {
             let request = Request { observer: watching, lane: Lane::Final, ..Request::default() };
@@ -204,7 +213,7 @@ impl Desk {
             session.keep_in(None)?;
             desk.change(|held| held.show_results(&session));
             if let Some(summary) = done? {
-                desk.change(|held| held.state.result = Some(result(&path, &summary)));
+                desk.change(|held| held.show_result(&path, &summary));
             }
             Ok(())
         })
@@ -212,12 +221,29 @@ impl Desk {
 }
 
 /// Whether side and tumour are known, and so the region.
-fn has_breast(session: &Session) -> bool {
+pub(crate) fn has_breast(session: &Session) -> bool {
     session.case().breast.is_some() && session.tumour_sphere().is_some()
 }
 
+impl Held {
+    /// Shows what a run left.
+    fn show_result(&mut self, path: &Path, summary: &Summary) {
+        let shown = result(path, summary);
+        (self.result, self.state.result) = (Some(path.into()), Some(shown));
+    }
+}
+
 fn result(path: &Path, summary: &Summary) -> ResultShown {
+    let checks = summary.export.as_ref().map(|export| &export.verified);
     ResultShown {
+        verified: checks.map(|checks| VerifiedShown {
+            ok: checks.passed == checks.total && checks.total > 0,
+            text: format!(
+                "{} of {} checks of the written files passed",
+                checks.passed, checks.total
+            ),
+        }),
+        confirm: words(summary.verdict.colour),
         name: name_of(path),
         verdict: summary.verdict.colour,
         headline: headline(summary),
@@ -231,40 +257,6 @@ impl Held {
     pub(crate) fn series(&self, id: &str) -> Result<&(PathBuf, String), Error> {
         let series = id.parse().ok().and_then(|n: usize| self.series.get(n));
         series.ok_or(Error::NotBelow)
-    }
-
-    /// Shows what the session holds.
-    pub(crate) fn show_results(&mut self, session: &Session) {
-        if let Some((labels, freshness)) = session.peek_labels() {
-            self.show("labels", Voxels::Labels(labels), freshness == Freshness::Fresh);
-        }
-        if let Some((ct, freshness)) = session.peek_deformed_ct() {
-            self.show("deformed", Voxels::Hu(ct, true), freshness == Freshness::Fresh);
-        }
-        if let Some((mesh, _)) = session.peek_mesh() {
-            for (part, tag) in [
-                ("skin", BoundaryTag::Skin),
-                ("wall", BoundaryTag::ChestWall),
-                ("cut", BoundaryTag::Cut),
-            ] {
-                self.show_surface(part, Surface::of(&mesh, tag));
-            }
-        }
-        if let Some(tumour) = session.tumour_sphere() {
-            self.show_surface("tumour", Surface::ball(&tumour));
-        }
-        self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
-            distance_mm: movement.distance_mm,
-            length_mm: interval.as_ref().map(|interval| interval.length_mm),
-            within_mm: interval.as_ref().map(|interval| interval.within_mm),
-            level: interval.as_ref().map(|interval| interval.level),
-        });
-        let Some(case) = &mut self.state.case else { return };
-        case.tumour = session.tumour_sphere().map(ball);
-        if let Some((sphere, patches)) = session.peek_region() {
-            case.region = Some(ball(sphere));
-            self.state.patches = patches.into_iter().map(patch).collect();
-        }
     }
 }
 
@@ -351,15 +343,6 @@ fn flatten(
         }
         value => drop(into.insert(key.into(), value.clone())),
     }
-}
-
-fn ball(sphere: Sphere) -> Ball {
-    Ball { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
-}
-
-fn patch(patch: supine_flow::UncertainPatch) -> PatchShown {
-    let supine_flow::UncertainPatch { centre_mm, area_cm2, error_mm, place, .. } = patch;
-    PatchShown { centre_mm, area_cm2, error_mm, name: place }
 }
 
 #[cfg(test)]

@@ -21,6 +21,8 @@ use supine_flow::NodeId;
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/page");
 /// A request says no more than this, bytes.
 const MOST: usize = 1 << 16;
+/// Strokes of a brush are long, bytes.
+const MOST_EDIT: usize = 1 << 22;
 /// The page loads nothing but its own files, and stands in no other.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -41,15 +43,19 @@ pub(crate) fn router(app: App) -> Router {
         .route("/api/list", get(list))
         .route("/api/inspect", post(inspect))
         .route("/api/open", post(open_it))
-        .route("/api/edit", post(edit))
+        .route("/api/edit", post(edit).layer(DefaultBodyLimit::max(MOST_EDIT)))
         .route("/api/undo", post(undo))
         .route("/api/redo", post(redo))
         .route("/api/save", post(save))
         .route("/api/run", post(run))
         .route("/api/cancel", post(cancel))
         .route("/api/dismiss", post(dismiss))
+        .route("/api/tick", post(tick))
+        .route("/api/send", post(send))
+        .route("/api/log", get(log))
         .route("/api/volume/{id}/{key}", get(volume))
         .route("/api/surface/{part}/{key}", get(surface))
+        .route("/api/lines/{volume}/{key}/{view}/{slice}", get(lines))
         .route("/api/picture/{id}", get(picture))
         .fallback(get(file))
         .layer(DefaultBodyLimit::max(MOST))
@@ -195,6 +201,18 @@ async fn dismiss(State(app): State<App>) -> Told {
     told(Ok(()))
 }
 
+async fn tick(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.tick(&read(&body)?))
+}
+
+async fn send(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.send(read(&body)?))
+}
+
+async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {
+    axum::Json(json!({ "lines": app.desk.log() }))
+}
+
 async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>) -> Response {
     let Some(voxels) = app.desk.voxels(&id, &key) else {
         return refused(StatusCode::NOT_FOUND, "this volume is not there any more");
@@ -215,6 +233,18 @@ async fn surface(State(app): State<App>, Path((part, key)): Path<(String, String
         }
         None => refused(StatusCode::NOT_FOUND, "this surface is not there any more"),
     }
+}
+
+async fn lines(
+    State(app): State<App>,
+    Path((volume, key, view, slice)): Path<(String, String, String, usize)>,
+) -> Result<Response, Error> {
+    let work = move || app.desk.lines(&volume, &key, (&view, slice));
+    let lines = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)?;
+    Ok(match lines {
+        Some(lines) => axum::Json(json!({ "lines": lines })).into_response(),
+        None => refused(StatusCode::NOT_FOUND, "these lines are not there any more"),
+    })
 }
 
 async fn picture(State(app): State<App>, Path(id): Path<String>) -> Result<Response, Error> {

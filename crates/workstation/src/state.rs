@@ -17,6 +17,10 @@ pub(crate) struct State {
     pub(crate) volumes: Vec<VolumeShown>,
     pub(crate) views: Vec<ViewShown>,
     pub(crate) surfaces: Vec<SurfaceShown>,
+    /// Volumes whose planes have lines between the voxels.
+    pub(crate) lines: Vec<LinesShown>,
+    pub(crate) live: LiveShown,
+    pub(crate) preview_bed: PreviewShown,
     pub(crate) stages: Vec<StageShown>,
     pub(crate) job: Option<Job>,
     pub(crate) warnings: Vec<WarningShown>,
@@ -26,6 +30,11 @@ pub(crate) struct State {
     pub(crate) tumour: Option<TumourShown>,
     /// What a run left in a folder.
     pub(crate) result: Option<ResultShown>,
+    /// Mesh, mechanics and map in a few figures.
+    pub(crate) figures: Vec<supine_flow::Figure>,
+    /// Archives that were named at the start.
+    pub(crate) nodes: Vec<NodeShown>,
+    pub(crate) sent: Option<SentShown>,
     /// The command line that does the same.
     pub(crate) command: String,
 }
@@ -83,6 +92,8 @@ pub(crate) struct VolumeShown {
     pub(crate) axes: [[f64; 3]; 3],
     /// Whether it is no acquired CT.
     pub(crate) simulated: bool,
+    /// First and last voxel of the patient along each axis, where that was looked for.
+    pub(crate) body: Option<[[usize; 3]; 2]>,
     /// Whether it is of what is given now.
     pub(crate) fresh: bool,
     pub(crate) names: serde_json::Map<String, serde_json::Value>,
@@ -93,6 +104,52 @@ pub(crate) struct VolumeShown {
 pub(crate) struct SurfaceShown {
     pub(crate) part: &'static str,
     pub(crate) key: String,
+    /// `ct`, `deformed` or `both`.
+    pub(crate) shape: &'static str,
+    /// `triangles` or `arrows`.
+    pub(crate) kind: &'static str,
+}
+
+/// A volume whose planes have lines.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct LinesShown {
+    pub(crate) volume: &'static str,
+    pub(crate) key: String,
+}
+
+/// What goes on beside the work that was asked for.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct LiveShown {
+    /// `none`, `preparing` or `ready`: whether labels can follow a brush.
+    pub(crate) segmenter: Readiness,
+    pub(crate) share: Option<f64>,
+    /// Labels are being made anew.
+    pub(crate) following: bool,
+    /// Labels, or what is known of their border, are being made anew.
+    pub(crate) busy: bool,
+    pub(crate) problem: Option<Problem>,
+}
+
+/// The live picture of the table.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct PreviewShown {
+    pub(crate) state: Readiness,
+    pub(crate) share: Option<f64>,
+    pub(crate) message: Option<String>,
+    pub(crate) tetrahedra: Option<usize>,
+    /// How far off the tumour is from where the planning mesh has it, mm.
+    pub(crate) final_mm: Option<f64>,
+}
+
+/// Whether something is ready.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Readiness {
+    #[default]
+    None,
+    Preparing,
+    Ready,
+    Failed,
 }
 
 /// How the grid's own planes are shown in a view.
@@ -157,11 +214,44 @@ pub(crate) struct ResultShown {
     pub(crate) reasons: Vec<String>,
     /// Files and folders, relative to it.
     pub(crate) outputs: Vec<String>,
+    /// What the check of the written files found.
+    pub(crate) verified: Option<VerifiedShown>,
+    /// What the user types before any of it is sent, where it is not green.
+    pub(crate) confirm: Option<String>,
+}
+
+/// What the check of the written files found.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct VerifiedShown {
+    pub(crate) ok: bool,
+    pub(crate) text: String,
+}
+
+/// An archive.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct NodeShown {
+    pub(crate) id: String,
+    pub(crate) name: String,
+    /// `AET@HOST:PORT`.
+    pub(crate) address: String,
+}
+
+/// What became of what was sent.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SentShown {
+    pub(crate) to: String,
+    pub(crate) text: String,
+    pub(crate) ok: bool,
 }
 
 /// What the user must know.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub(crate) struct WarningShown {
+    /// By what the case knows it.
+    pub(crate) id: String,
+    pub(crate) ticked: bool,
+    /// LPS, mm in the CT, where there is one place.
+    pub(crate) place_mm: Option<[f64; 3]>,
     pub(crate) stage: String,
     pub(crate) code: String,
     pub(crate) message: String,
@@ -241,6 +331,23 @@ pub(crate) fn stages(case: &Case) -> Vec<StageShown> {
     NodeId::ALL.into_iter().filter(shown).map(stage).collect()
 }
 
+impl ViewShown {
+    /// Whether it has a name.
+    pub(crate) fn is(&self, name: &str) -> bool {
+        self.name == name
+    }
+
+    /// The grid's axis at right angles to its planes.
+    pub(crate) fn normal(&self) -> usize {
+        self.normal
+    }
+
+    /// The grid's axes along its right and down sides.
+    pub(crate) fn sides(&self) -> [usize; 2] {
+        [self.right.axis, self.down.axis]
+    }
+}
+
 impl VolumeShown {
     /// A volume on a grid.
     pub(crate) fn on(grid: &Grid, id: &'static str, voxel: &'static str, key: String) -> Self {
@@ -254,6 +361,7 @@ impl VolumeShown {
             origin_mm: grid.origin().coords.into(),
             axes: [axis(0), axis(1), axis(2)],
             simulated: false,
+            body: None,
             fresh: true,
             names: serde_json::Map::new(),
         }

@@ -1,12 +1,76 @@
-//! Surfaces as bytes, little-endian: u32 number of points, u32 of triangles, f32 x, y, z of each point (LPS, mm), u32 indices
-//! of each triangle.
+//! Surfaces and arrows as bytes, little-endian. A surface: u32 number of points, u32 of triangles, f32 x, y, z of each point
+//! (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0, f32 x, y, z of both ends of each (LPS, mm).
 
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryTag, TetMesh};
+use supine_mesh::{BoundaryTag, Deformation, Edges, Order, TetMesh};
 use supine_space::{Point, Sphere, Vector};
+use supine_volume::{LabelMap, Layers, isosurface, label};
 
 /// Halvings of an icosahedron's edges: 320 triangles.
 const HALVINGS: usize = 2;
+
+/// At most so many arrows are drawn.
+const ARROWS: usize = 400;
+/// The patient's skin is drawn on a grid so coarse, mm.
+const COARSE_MM: f64 = 6.0;
+
+/// In which shape of the breast something is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    Ct,
+    Deformed,
+    Both,
+}
+
+impl Shape {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Ct => "ct",
+            Self::Deformed => "deformed",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// What is drawn in space.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Drawn {
+    Triangles(Surface),
+    Arrows(Vec<[Point; 2]>),
+}
+
+impl Drawn {
+    /// The displacements of nodes of a mesh, evenly among them, from where they were.
+    pub(crate) fn arrows(carried: &Deformation) -> Self {
+        let (points, moves) = (carried.mesh().points(), carried.displacement().values());
+        let each = points.len().div_ceil(ARROWS).max(1);
+        let arrow = |n: usize| [points[n], points[n] + moves[n]];
+        Self::Arrows((0..points.len()).step_by(each).map(arrow).collect())
+    }
+
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Triangles(_) => "triangles",
+            Self::Arrows(_) => "arrows",
+        }
+    }
+
+    /// Its bytes.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        match self {
+            Self::Triangles(surface) => surface.bytes(),
+            Self::Arrows(all) => {
+                let head = [all.len() as u32, 0].into_iter().flat_map(u32::to_le_bytes);
+                head.chain(all.iter().flatten().flat_map(place)).collect()
+            }
+        }
+    }
+}
+
+/// The bytes of a position.
+fn place(p: &Point) -> impl Iterator<Item = u8> + use<> {
+    [p.x as f32, p.y as f32, p.z as f32].into_iter().flat_map(f32::to_le_bytes)
+}
 
 /// Points, LPS, mm, and triangles, counter-clockwise seen from outside.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +92,77 @@ impl Surface {
         let faces = mesh.boundary().iter().filter(|face| face.tag == tag);
         let triangles = faces.map(|face| face.points.map(&mut number)).collect();
         Self { points, triangles }
+    }
+
+    /// The same of a displaced mesh; quadratic faces as four flat ones.
+    pub(crate) fn carried(carried: &Deformation, tag: BoundaryTag) -> Self {
+        let (mesh, u) = (carried.mesh(), carried.displacement());
+        let (rest, edges) = (mesh.points(), Edges::new(mesh));
+        let (mut numbers, mut points) = (BTreeMap::new(), Vec::new());
+        // A node is known by the ends of the edge on whose middle it lies, a corner by itself twice.
+        let mut number = |a: u32, b: u32| {
+            *numbers.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let middle = rest[a as usize] + (rest[b as usize] - rest[a as usize]) / 2.0;
+                let node = match a == b {
+                    true => Some(a as usize),
+                    false => edges.between(a, b).map(|edge| rest.len() + edge as usize),
+                };
+                points.push(middle + node.map_or_else(Vector::zeros, |n| u.values()[n]));
+                points.len() as u32 - 1
+            })
+        };
+        let mut triangles = vec![];
+        for face in mesh.boundary().iter().filter(|face| face.tag == tag) {
+            let [a, b, c] = face.points;
+            let corners = [number(a, a), number(b, b), number(c, c)];
+            if u.order() == Order::Linear {
+                triangles.push(corners);
+                continue;
+            }
+            let [ab, bc, ca] = [number(a, b), number(b, c), number(c, a)];
+            let [a, b, c] = corners;
+            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        Self { points, triangles }
+    }
+
+    /// The border of all labels, coarse; nothing where there are none.
+    pub(crate) fn body(labels: &LabelMap) -> Option<Self> {
+        let grid = labels.grid();
+        let (size, spacing) = (grid.size(), grid.spacing());
+        let step = [0, 1, 2].map(|a| ((COARSE_MM / spacing[a]).round() as usize).max(1));
+        let count = [0, 1, 2].map(|a| size[a].div_ceil(step[a]));
+        let outside = |v: [usize; 3]| {
+            let at = [0, 1, 2].map(|a| (v[a] * step[a]).min(size[a] - 1));
+            if labels.at(at) == label::OUTSIDE { 1.0 } else { -1.0 }
+        };
+        let layer = |k: usize| -> Vec<f32> {
+            let rows = (0..count[1]).flat_map(|j| (0..count[0]).map(move |i| [i, j, k]));
+            rows.map(outside).collect()
+        };
+        let values: Vec<Vec<f32>> = (0..count[2]).map(layer).collect();
+        let at =
+            |v: [usize; 3]| grid.patient_from_index([0, 1, 2].map(|a| (v[a] * step[a]) as f64));
+        let (mut points, triangles) =
+            isosurface(&Layers { size: [count[0], count[1]], values: &values }, at);
+        smooth(&mut points, &triangles);
+        (!triangles.is_empty()).then_some(Self { points, triangles })
+    }
+
+    /// With each point moved; nothing where one cannot be.
+    pub(crate) fn moved(&self, by: impl Fn(&Point) -> Option<Vector>) -> Option<Self> {
+        let points = self.points.iter().map(|p| Some(p + by(p)?)).collect::<Option<_>>()?;
+        Some(Self { points, triangles: self.triangles.clone() })
+    }
+
+    /// LPS, mm.
+    pub(crate) fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Three numbers of points each.
+    pub(crate) fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
     }
 
     /// A sphere.
@@ -61,10 +196,29 @@ impl Surface {
     /// Its bytes.
     pub(crate) fn bytes(&self) -> Vec<u8> {
         let counts = [self.points.len() as u32, self.triangles.len() as u32];
-        let points = self.points.iter().flat_map(|p| [p.x as f32, p.y as f32, p.z as f32]);
         let head = counts.into_iter().flat_map(u32::to_le_bytes);
         let triangles = self.triangles.iter().flatten().flat_map(|n| n.to_le_bytes());
-        head.chain(points.flat_map(f32::to_le_bytes)).chain(triangles).collect()
+        head.chain(self.points.iter().flat_map(place)).chain(triangles).collect()
+    }
+}
+
+/// Takes the steps of the voxels away: each point moves half way to the middle of its neighbours, a few times.
+fn smooth(points: &mut [Point], triangles: &[[u32; 3]]) {
+    const ROUNDS: usize = 4;
+    for _ in 0..ROUNDS {
+        let mut sums = vec![(Vector::zeros(), 0.0); points.len()];
+        for [a, b, c] in triangles {
+            for (n, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                let (sum, count) = &mut sums[*n as usize];
+                for other in others {
+                    *sum += points[*other as usize].coords;
+                    *count += 1.0;
+                }
+            }
+        }
+        for (p, (sum, count)) in points.iter_mut().zip(sums).filter(|(_, (_, n))| *n > 0.0) {
+            *p = Point::from((p.coords + sum / count) / 2.0);
+        }
     }
 }
 

@@ -4,14 +4,10 @@
 
 mod client;
 
-use client::{Answer, Page};
+use client::{Answer, Page, patient, small};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use supine_flow::{Request, Session, Spec};
-
-fn patient() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient")
-}
 
 #[test]
 fn the_page_bears_what_keeps_others_out_and_data_stay_in_no_cache() {
@@ -159,18 +155,6 @@ fn work_is_ended_on_request_and_a_failure_is_told() {
     assert_eq!(state["phase"], "empty");
     page.post("/api/dismiss", &json!({}));
     assert_eq!(page.idle()["problem"], Value::Null);
-}
-
-/// A case that is quickly run.
-fn small(dir: &Path) -> PathBuf {
-    let text = std::fs::read_to_string(patient().join("case.toml")).unwrap();
-    let mut table: toml::Table = text.parse().unwrap();
-    table.insert("ct".into(), patient().join("ct").to_string_lossy().into_owned().into());
-    table.insert("mesh".into(), toml::toml! { tetrahedra = 900 order = 1 }.into());
-    table.remove("carry");
-    let path = dir.join("case.toml");
-    std::fs::write(&path, format!("# Looked at by nobody yet\n{table}")).unwrap();
-    path
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! `supine segment`: labels of a CT.
 
 use super::{Gather, ends, messages, session, usage};
-use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
 use crate::session::{Request, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
@@ -26,6 +25,7 @@ pub const KEYS: &[&str] = &[
     "seeds.chest_wall",
     "seeds.soft_tissue",
     "seeds.exclude",
+    "seeds.strokes",
     "tissues",
     "tumour.centre",
     "tumour.radius",
@@ -109,11 +109,12 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
             }
             None => write_labels(labels, &given.out, progress).map_err(Error::product)?,
         }
-        if let (Some(path), Some(tenths)) = (&given.uncertainty, &segmented.uncertainty) {
+        let uncertainty = segmented.uncertainty(Progress::none())?;
+        if let (Some(path), Some(tenths)) = (&given.uncertainty, &uncertainty) {
             write_tenths(tenths, path, Progress::none()).map_err(Error::product)?;
         }
         if let (Some(folder), Some(surfaces)) = (&given.surfaces, &segmented.surfaces) {
-            write_surfaces(&*Lazy::get(surfaces)?, folder, Progress::none())?;
+            write_surfaces(&*surfaces.get(progress)?, folder, Progress::none())?;
         }
         Ok(())
     })?;

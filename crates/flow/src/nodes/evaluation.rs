@@ -17,7 +17,7 @@ use supine_mesh::{Deformation, ScanDistances};
 use supine_personalise::{Carried, EvaluationQuestion, NEAR_MM, evaluate};
 use supine_register::{Skin, Spread};
 use supine_report::{EvaluatedSurface, Evaluation as Told, Input, SkinDistances};
-use supine_space::{Failure, Point, Side, Warning};
+use supine_space::{Failure, Point, Progress, Side, Warning};
 
 pub(crate) struct Evaluation;
 
@@ -97,7 +97,7 @@ impl Node for Evaluation {
         let (input, segmented, region, meshed, solved, points) = parents;
         let Some(scans) = &own.scans else { return Ok(Evaluated::default()) };
         let (sphere, progress) = (region.sphere()?, work.progress);
-        let skin = Skin::of(&*skin_distance(&input, &segmented)?);
+        let skin = Skin::of(&*skin_distance(&input, &segmented, Progress::none())?);
         let other = other_breast(own.left, &segmented, &skin, sphere);
         let carried = Carried::new(&skin, &meshed.mesh, other.as_ref());
         let default = match &own.default {

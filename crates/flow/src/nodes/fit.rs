@@ -8,7 +8,7 @@ use crate::nodes::interval::{coarser, wall_error_mm};
 use crate::nodes::law::Law;
 use crate::nodes::moduli::{ByTissue, tissue_map};
 use crate::nodes::segment::Segmented;
-use crate::shared::{TissueMap, other_breast, read_scans, shares, skin_distance};
+use crate::shared::{TissueMap, other_breast, read_scans, skin_distance};
 use crate::spec::{Case, StiffnessMap};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -148,7 +148,7 @@ impl Node for Fit {
         let (input, segmented, region, tissues, meshed, moduli) = parents;
         let Some(scans) = &own.scans else { return Ok(Fitted::default()) };
         let sphere = region.sphere()?;
-        let skin = Skin::of(&*skin_distance(&input, &segmented)?);
+        let skin = Skin::of(&*skin_distance(&input, &segmented, Progress::none())?);
         let read = read_scans(scans, &skin, sphere, work)?;
         let moduli = moduli.as_ref().as_ref();
         let body = own.law.body(&meshed, moduli, None);
@@ -169,7 +169,7 @@ impl Node for Fit {
             other: other.as_ref(),
             scan: &read.sitting,
             poses: &read.poses,
-            wall_mm: wall_mm(&segmented, &meshed.mesh),
+            wall_mm: wall_mm(&segmented, &meshed.mesh)?,
             tissues: own.tissues.zip(moduli).map(|(likely, by)| Tissues {
                 shares: &by.shares,
                 coarse: &shares,
@@ -243,21 +243,20 @@ fn coarse(
     let bare = Body { young_kpa: None, ..body.clone() };
     let coarse = coarser(&bare, COARSE, progress)?;
     let Some((by, map)) = by else { return Ok((coarse, vec![])) };
-    let shares = shares(&coarse.mesh, &map);
-    let young_kpa = Some(Arc::from(supine_personalise::moduli(&shares, &by.kpa())));
-    Ok((Body { young_kpa, ..coarse }, shares))
+    let by = by.on(&coarse.mesh, &map);
+    Ok((Body { young_kpa: Some(Arc::from(by.young_kpa)), ..coarse }, by.shares))
 }
 
 /// How far the chest wall as a whole may be off, one standard deviation, mm.
-fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> f64 {
+fn wall_mm(segmented: &Segmented, mesh: &TetMesh) -> Result<f64, Error> {
     let nodes = mesh.points_on(BoundaryTag::ChestWall);
-    let map = segmented.uncertainty.as_deref();
+    let map = segmented.uncertainty(Progress::none())?;
     let error = |n: &u32| {
         let place = &mesh.points()[*n as usize];
-        map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)) / NORMAL_95
+        map.as_deref().map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)) / NORMAL_95
     };
     let mean = nodes.iter().map(error).sum::<f64>() / nodes.len().max(1) as f64;
-    WALL_MM.hypot(WALL_SHARE * mean)
+    Ok(WALL_MM.hypot(WALL_SHARE * mean))
 }
 
 /// What was found in the words of the summary, the rest state to go on with first.

@@ -78,7 +78,7 @@ impl Node for Interval {
         let (load, params) = (law.load(), law.solver());
         let coarse = coarser(&body, COARSE, work.progress.part(0.0, 0.4))?;
         let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
-        let map = segmented.uncertainty.as_deref();
+        let map = segmented.uncertainty(Progress::none())?;
         let question = Question {
             body: &body,
             coarse: &coarse,
@@ -87,7 +87,9 @@ impl Node for Interval {
             solved: &solved.deformation,
             tumour,
             belief: belief(own.young_kpa, fit.tissue())?,
-            wall_error_mm: &|place| map.map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place)),
+            wall_error_mm: &|place| {
+                map.as_deref().map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place))
+            },
             patches: &patches,
             tissues: &tissues,
         };

@@ -113,13 +113,13 @@ impl Node for Mesh {
 
     fn run(own: &Own, (segmented, chosen): Outs<Self>, work: &Work<'_>) -> Result<Meshed, Error> {
         let progress = work.progress;
-        let region = segmented.region(chosen.sphere()?)?;
+        let region = segmented.region(chosen.sphere()?, progress.part(0.0, 0.1))?;
         let piece = if own.centre_piece { Piece::Centre } else { Piece::Largest };
         let params = Params { tetrahedra: own.tetrahedra, piece, ..Params::default() };
         let mesher = Mesher::ALL.into_iter().find(|m| m.name() == own.mesher).unwrap_or_default();
         let refine = own.refine.refine()?;
         let (mesh, info) =
-            mesh_region(&region, &params, (mesher, &refine), progress.part(0.0, 0.9))?;
+            mesh_region(&region, &params, (mesher, &refine), progress.part(0.1, 0.9))?;
         work.warn_all(info.warnings.iter().cloned());
         let bent = match own.curved {
             false => None,

@@ -14,6 +14,7 @@ mod moduli;
 mod objects;
 mod pictures;
 mod points;
+mod prepare;
 mod region;
 mod registration;
 mod report;
@@ -32,14 +33,15 @@ pub(crate) use export::Export;
 pub(crate) use fields::Fields;
 pub(crate) use fit::{Fit, Scans};
 pub(crate) use import::{Import, Imported};
-pub(crate) use interval::Interval;
+pub(crate) use interval::{Interval, coarser};
 pub(crate) use labels_object::LabelsObject;
 pub(crate) use law::Law;
 pub(crate) use mesh::{Mesh, Meshed};
-pub(crate) use moduli::Moduli;
+pub(crate) use moduli::{Moduli, tissue_map};
 pub(crate) use objects::Objects;
 pub(crate) use pictures::Pictures;
 pub(crate) use points::{Points, not_carried};
+pub(crate) use prepare::{Prepare, Prepared};
 pub(crate) use region::{Chosen, Region};
 pub(crate) use registration::Registration;
 pub(crate) use report::Report;
@@ -60,6 +62,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Source>(),
     Entry::of::<Objects>(),
     Entry::of::<Tumour>(),
+    Entry::of::<Prepare>(),
     Entry::of::<Segment>(),
     Entry::of::<LabelsObject>(),
     Entry::of::<Region>(),

@@ -53,6 +53,13 @@ impl ByTissue {
         [fat_kpa, gland_kpa, skin_kpa, tumour_kpa]
     }
 
+    /// The same tissues in the tetrahedra of another mesh of the region.
+    pub(crate) fn on(&self, mesh: &TetMesh, map: &TissueMap<'_>) -> Self {
+        let shares = shares(mesh, map);
+        let young_kpa = supine_personalise::moduli(&shares, &self.kpa());
+        Self { shares, young_kpa, facts: self.facts.clone() }
+    }
+
     /// Those with what was fitted.
     pub(crate) fn fitted(&self, mesh: &TetMesh, fit: &StateFit) -> (Vec<f64>, Facts) {
         let fitted = fit.tissues.as_ref().map(FittedTissues::proportions);

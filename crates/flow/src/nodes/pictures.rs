@@ -11,7 +11,7 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
 use supine_report::{Agreement, Scene, Segmentation, Shown, VolumeChange};
-use supine_space::{Point, Side};
+use supine_space::{Point, Progress, Side};
 
 pub(crate) struct Pictures;
 
@@ -59,15 +59,14 @@ impl Node for Pictures {
             fit,
             evaluated,
         ) = parents;
-        let params = supine_warp::Params::default();
-        let faded = supine_warp::fade(&solved.deformation, &params)?.deformation;
+        let uncertainty = segmented.uncertainty(Progress::none())?;
         let scene = Scene {
             ct: &input.ct,
             deformed: &warped.ct,
             labels: &segmented.labels,
-            uncertainty: segmented.uncertainty.as_deref(),
+            uncertainty: uncertainty.as_deref(),
             tissues: tissues.labels.as_deref(),
-            deformation: &faded,
+            deformation: &warped.carried,
             tissue: solved.deformation.displacement(),
             sphere: region.sphere()?,
             tumour: Some(own.tumour.sphere()?),

@@ -3,7 +3,6 @@
 use super::{Import, Segment, Segmented, Tumour};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::lazy::Lazy;
 use crate::shared::quality_check;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -12,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_report::{QualityCheck, UncertainPatch, WallUncertainty};
 use supine_segment::{Breast, BreastPlace, Nipple, UNCERTAIN_MM};
-use supine_space::{Point, Side, Sphere, Warning};
+use supine_space::{Point, Progress, Side, Sphere, Warning};
 use supine_volume::{Ct, Field, LabelMap, label};
 
 /// A tumour of less density lies in lung, HU: lungs are -900 to -700, fat is -100.
@@ -155,8 +154,8 @@ impl Node for Region {
         let nipple = nipple.map(|nipple| nipple.point);
         let middle = nipple.unwrap_or(sphere.centre());
         progress.at(0.5)?;
-        let uncertainty = segmented.uncertainty.as_deref();
-        let found = uncertainty.map(|tenths| supine_segment::wall_uncertainty(map, tenths, sphere));
+        let tenths = segmented.uncertainty(progress.part(0.5, 0.6))?;
+        let found = tenths.map(|tenths| supine_segment::wall_uncertainty(map, &tenths, sphere));
         progress.at(0.6)?;
         let place = BreastPlace {
             region: sphere,
@@ -191,8 +190,12 @@ impl Node for Region {
 
 impl Segmented {
     /// What is meshed.
-    pub(crate) fn region(&self, sphere: Sphere) -> Result<supine_volume::Region, Error> {
-        let surfaces = self.surfaces.as_ref().map(Lazy::get).transpose()?;
+    pub(crate) fn region(
+        &self,
+        sphere: Sphere,
+        progress: Progress<'_>,
+    ) -> Result<supine_volume::Region, Error> {
+        let surfaces = self.surfaces.as_ref().map(|all| all.get(progress)).transpose()?;
         Ok(supine_volume::Region::new(Arc::clone(&self.labels), sphere)?.with_surfaces(surfaces)?)
     }
 }
@@ -209,7 +212,7 @@ fn guessed(nipple: Nipple) -> Option<Warning> {
         "no nipple stands out on the breast: its place, {place:.0?} mm, is a guess; only the level \
          of pictures and its own displacement rest on it"
     );
-    (!nipple.seen).then(|| Warning::new("nipple-guessed", text))
+    (!nipple.seen).then(|| Warning::new("nipple-guessed", text).at(&nipple.point))
 }
 
 impl Chosen {
@@ -266,17 +269,17 @@ fn check_tumour(
     }
     if label::is_chest_wall(here) && mean_hu(ct, tumour) < LUNG_HU {
         let text = "the tumour's centre lies in lung: correct the centre or the side";
-        work.warn(Warning::new("tumour-in-lung", text));
+        work.warn(Warning::new("tumour-in-lung", text).at(&centre));
     } else if label::is_chest_wall(here) {
         let text = "the tumour's centre lies in what was segmented as chest wall, which does not move: \
                     check the segmentation there, place a soft-tissue seed or correct the centre";
-        work.warn(Warning::new("tumour-in-chest-wall", text));
+        work.warn(Warning::new("tumour-in-chest-wall", text).at(&centre));
     }
     let reach = beyond + tumour.radius();
     if reach > 0.0 {
         let text =
             format!("the tumour reaches {reach:.1} mm beyond the region; enlarge the region");
-        work.warn(Warning::new("tumour-beyond-region", text));
+        work.warn(Warning::new("tumour-beyond-region", text).at(&centre));
     }
     Ok(())
 }

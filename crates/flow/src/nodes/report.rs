@@ -8,7 +8,7 @@ use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::nodes::moduli::ByTissue;
 use crate::nodes::region::Ball as OwnBall;
-use crate::shared::whose;
+use crate::shared::{warning_id, whose};
 use crate::spec::{Case, TumourSpec};
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -16,7 +16,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use supine_report::{
     Ball, Bed, Input, LeftOut, MeshParameters, Parameters, RegionParameters, Run, SourceSeries,
-    Summary, Tissue, Tool, Verdict,
+    Summary, Tissue, Tool, Verdict, Warning,
 };
 
 pub(crate) struct Report;
@@ -179,7 +179,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         carried: carried.objects.clone(),
         dose_volume: carried.histograms.clone(),
         export,
-        warnings: work.warned.to_vec(),
+        warnings: ticked(work.warned, &own.typed.seen),
         outputs: work.written.to_vec(),
         chain: vec![],
         run: Run::default(),
@@ -187,6 +187,15 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
     summary.verdict = supine_report::verdict(&summary, case.tolerance_mm);
     summary.status = summary.verdict.status();
     Ok(summary)
+}
+
+/// Warnings with the planner's ticks.
+fn ticked(warned: &[Warning], seen: &[String]) -> Vec<Warning> {
+    let tick = |warning: &Warning| Warning {
+        seen: seen.contains(&warning_id(warning)),
+        ..warning.clone()
+    };
+    warned.iter().map(tick).collect()
 }
 
 fn mesh_parameters(case: &Case) -> MeshParameters {

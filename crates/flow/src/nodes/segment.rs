@@ -1,6 +1,6 @@
 //! Labels of chest wall and soft tissue: found, or supplied.
 
-use super::{Import, Imported};
+use super::{Import, Imported, Prepare, Prepared};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
@@ -9,15 +9,15 @@ use crate::shared::{
     LabelOrigin, RegionNames, SuppliedLabels, quality_check, read_supplied, read_surfaces,
     write_surfaces,
 };
+use crate::spec::stroke_json;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
-use supine_segment::{Params, Segmenter};
 use supine_space::{Point, Progress};
-use supine_volume::{LabelMap, SeedKind, Seeds, Surfaces, Volume};
+use supine_volume::{LabelMap, SeedKind, Seeds, Stroke, Surfaces, Volume};
 
 pub(crate) struct Segment;
 
@@ -27,6 +27,8 @@ pub(crate) struct Own {
     seed_files: Vec<InputFile>,
     /// What the places are, and where, LPS, mm.
     seed_points: Vec<(&'static str, [f64; 3])>,
+    #[serde(serialize_with = "as_written")]
+    seed_strokes: Vec<Stroke>,
 }
 
 /// Labels and what is known beside them.
@@ -36,7 +38,7 @@ pub(crate) struct Segmented {
     /// Skin and chest wall between the voxels; none of supplied labels.
     pub(crate) surfaces: Option<Lazy<Surfaces>>,
     /// How far the boundary of the chest wall may be wrong, tenths of mm; none of supplied labels.
-    pub(crate) uncertainty: Option<Arc<Volume<u8>>>,
+    uncertainty: Option<Lazy<Volume<u8>>>,
     /// The implants that were found, if any.
     pub(crate) implants: Option<Lazy<LabelMap>>,
     pub(crate) facts: Facts,
@@ -53,6 +55,22 @@ impl Segmented {
             inputs: vec![],
         };
         Self { labels, surfaces, uncertainty: None, implants: None, facts }
+    }
+
+    /// The same if it is in memory.
+    pub(crate) fn peek_uncertainty(&self) -> Option<Arc<Volume<u8>>> {
+        self.uncertainty.as_ref()?.peek().cloned()
+    }
+
+    /// How far the boundary of the chest wall may be wrong, tenths of mm; none of supplied labels.
+    ///
+    /// # Errors
+    /// When it cannot be read, or the callback asked to stop.
+    pub(crate) fn uncertainty(
+        &self,
+        progress: Progress<'_>,
+    ) -> Result<Option<Arc<Volume<u8>>>, Error> {
+        self.uncertainty.as_ref().map(|map| map.get(progress)).transpose()
     }
 }
 
@@ -73,27 +91,33 @@ impl Node for Segment {
     const METHOD: u32 = 7;
     const KEPT: bool = true;
     type Own = Own;
-    type Parents = (Import,);
+    type Parents = (Import, Prepare);
     type Out = Segmented;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         if let Some(SuppliedLabels { file, names }) = &case.labels {
             let supplied = Some((ground.file("labels.file", file)?, names.clone()));
-            return Ok(Own { supplied, seed_files: vec![], seed_points: vec![] });
+            return Ok(Own {
+                supplied,
+                seed_files: vec![],
+                seed_points: vec![],
+                seed_strokes: vec![],
+            });
         }
         let points = case.seeds.points.iter();
         Ok(Own {
             supplied: None,
             seed_files: ground.files("seeds.file", &case.seeds.files)?,
             seed_points: points.map(|(kind, at)| (name(*kind), at.coords.into())).collect(),
+            seed_strokes: case.seeds.strokes.clone(),
         })
     }
 
-    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Segmented, Error> {
+    fn run(own: &Own, (input, ready): Outs<Self>, work: &Work<'_>) -> Result<Segmented, Error> {
         match &own.supplied {
             Some((file, names)) => supplied(file, names, &input, work),
-            None => found(own, &input, work),
+            None => found(own, &ready, work),
         }
     }
 
@@ -101,14 +125,14 @@ impl Node for Segment {
         let progress = Progress::none();
         write_labels(&out.labels, &work.place("labels")?, progress).map_err(Error::product)?;
         if let Some(surfaces) = &out.surfaces {
-            write_surfaces(&*surfaces.get()?, &work.place("surfaces")?, progress)?;
+            write_surfaces(&*surfaces.get(progress)?, &work.place("surfaces")?, progress)?;
         }
-        if let Some(uncertainty) = &out.uncertainty {
-            write_tenths(uncertainty, &work.place("uncertainty")?, progress)
+        if let Some(uncertainty) = out.uncertainty(progress)? {
+            write_tenths(&uncertainty, &work.place("uncertainty")?, progress)
                 .map_err(Error::product)?;
         }
         if let Some(implants) = &out.implants {
-            write_labels(&*implants.get()?, &work.place("implants")?, progress)
+            write_labels(&*implants.get(progress)?, &work.place("implants")?, progress)
                 .map_err(Error::product)?;
         }
         Ok(())
@@ -121,30 +145,30 @@ impl Node for Segment {
     fn load(facts: serde_json::Value, work: &Work<'_>) -> Result<Segmented, Error> {
         let facts: Facts = serde_json::from_value(facts)?;
         let shelf = work.shelf.ok_or(Error::NoFolder)?;
-        let progress = work.progress;
-        let labels = read_labels(&shelf.path("labels"), progress.part(0.0, 0.8));
+        let labels = read_labels(&shelf.path("labels"), work.progress);
         let labels = Arc::new(labels.map_err(Error::product)?);
         let there = |artifact| Some(shelf.path(artifact)).filter(|path| path.exists());
-        let tenths = |path| read_tenths(path, progress.part(0.8, 1.0)).map_err(Error::product);
-        let uncertainty = there("uncertainty").as_deref().map(tenths).transpose()?;
+        let uncertainty = there("uncertainty").map(|path| {
+            Lazy::made(move |progress| read_tenths(&path, progress).map_err(Error::product))
+        });
         let surfaces = there("surfaces").map(|path| {
             let labels = Arc::clone(&labels);
-            Lazy::read(move || {
-                let read = read_surfaces(&path, &labels, Progress::none())?;
+            Lazy::made(move |progress| {
+                let read = read_surfaces(&path, &labels, progress)?;
                 read.ok_or(Error::NotKept { node: NodeId::Segment })
             })
         });
         let implants = there("implants").map(|path| {
-            Lazy::read(move || read_labels(&path, Progress::none()).map_err(Error::product))
+            Lazy::made(move |progress| read_labels(&path, progress).map_err(Error::product))
         });
-        let uncertainty = uncertainty.map(Arc::new);
         Ok(Segmented { labels, surfaces, uncertainty, implants, facts })
     }
 
     fn bytes(out: &Segmented) -> usize {
         let voxels = out.labels.grid().len();
         let surfaces = out.surfaces.as_ref().and_then(Lazy::peek).map_or(0, |_| 4 * voxels);
-        voxels + surfaces + out.uncertainty.as_ref().map_or(0, |_| voxels)
+        let uncertainty = out.uncertainty.as_ref().and_then(Lazy::peek).map_or(0, |_| voxels);
+        voxels + surfaces + uncertainty
     }
 }
 
@@ -174,7 +198,7 @@ fn supplied(
 
 /// All seeds of the case together.
 fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
-    let mut seeds = Seeds::default();
+    let mut seeds = Seeds { strokes: own.seed_strokes.clone(), ..Seeds::default() };
     for (kind, at) in &own.seed_points {
         let list = match *kind {
             "chest_wall" => &mut seeds.chest_wall,
@@ -194,16 +218,14 @@ fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
     Ok(seeds)
 }
 
-fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Error> {
+fn found(own: &Own, ready: &Prepared, work: &Work<'_>) -> Result<Segmented, Error> {
     let progress = work.progress;
-    let params = Params { seeds: seeds(own, progress.part(0.0, 0.05))?, ..Params::default() };
-    let (ct, ready) = (Arc::clone(&input.ct), progress.part(0.05, 0.75));
-    let segmenter = Segmenter::new(ct, &input.field, &params, ready)?;
-    let (made, info) = segmenter.segment(&params.seeds, progress.part(0.75, 0.85))?;
-    let (uncertainty, implants) = (segmenter.uncertainty(&made), segmenter.implants());
-    let surfaces = segmenter.into_surfaces(&made, progress.part(0.85, 1.0))?;
+    let segmenter = ready.segmenter.as_ref().ok_or(Error::NotKept { node: NodeId::Prepare })?;
+    let seeds = seeds(own, progress.part(0.0, 0.1))?;
+    let (made, info) = segmenter.segment(&seeds, progress.part(0.1, 0.4))?;
     work.warn_all(info.warnings);
-    let automatic = own.seed_files.is_empty() && own.seed_points.is_empty();
+    let automatic =
+        own.seed_files.is_empty() && own.seed_points.is_empty() && own.seed_strokes.is_empty();
     let facts = Facts {
         origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
         fat_hu: Some(info.fat_hu),
@@ -211,11 +233,26 @@ fn found(own: &Own, input: &Imported, work: &Work<'_>) -> Result<Segmented, Erro
         checks: info.checks.iter().map(quality_check).collect(),
         inputs: own.seed_files.iter().map(|file| file.told("seeds")).collect(),
     };
+    let labels = Arc::clone(&made.labels);
+    let (of, what) = (Arc::clone(segmenter), made.clone());
+    let surfaces = Lazy::made(move |progress| Ok(of.surfaces(&what, progress)?));
+    let of = Arc::clone(segmenter);
+    let uncertainty = Lazy::made(move |_| Ok(of.uncertainty(&made)));
+    // What is written is made now; else when somebody looks at it: the labels follow a brush.
+    if work.shelf.is_some() {
+        surfaces.get(progress.part(0.4, 0.9))?;
+        uncertainty.get(progress.part(0.9, 1.0))?;
+    }
     Ok(Segmented {
-        labels: made.labels,
-        surfaces: Some(Lazy::held(surfaces)),
-        uncertainty: Some(Arc::new(uncertainty)),
-        implants: implants.map(Lazy::held),
+        labels,
+        surfaces: Some(surfaces),
+        uncertainty: Some(uncertainty),
+        implants: segmenter.implants().map(Lazy::held),
         facts,
     })
+}
+
+/// Strokes in the words of a case file.
+fn as_written<S: serde::Serializer>(strokes: &[Stroke], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(strokes.iter().map(stroke_json))
 }

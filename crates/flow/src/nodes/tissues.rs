@@ -3,7 +3,6 @@
 use super::{Import, Region, Segment};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
-use crate::lazy::Lazy;
 use crate::nodes::region::Ball;
 use crate::work::Work;
 use crate::{Error, NodeId};
@@ -56,7 +55,7 @@ impl Node for Tissues {
         work: &Work<'_>,
     ) -> Result<Labelled, Error> {
         let tumour = own.tumour.map(Ball::sphere).transpose()?;
-        let implants = segmented.implants.as_ref().map(Lazy::get).transpose()?;
+        let implants = segmented.implants.as_ref().map(|map| map.get(work.progress)).transpose()?;
         let (ct, coarse) = (&input.ct, &segmented.labels);
         let (fine, info) =
             supine_segment::tissues(ct, coarse, implants.as_deref(), tumour, work.progress)?;

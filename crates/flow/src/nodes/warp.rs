@@ -19,6 +19,8 @@ pub(crate) struct Warp;
 pub(crate) struct Warped {
     /// HU.
     pub(crate) ct: Arc<Ct>,
+    /// The displacement that carried it: that of the tissue, faded towards the cut.
+    pub(crate) carried: Arc<Deformation>,
     pub(crate) facts: supine_report::Warp,
 }
 
@@ -52,7 +54,8 @@ impl Node for Warp {
         work.warn_all(dense_warnings(&dense));
         let part = work.progress.part(0.9, 1.0);
         work.warn_all(beyond_field(&input, deformation, &params, part)?);
-        Ok(Warped { ct: Arc::new(ct), facts })
+        let carried = Arc::new(supine_warp::fade(deformation, &params)?.deformation);
+        Ok(Warped { ct: Arc::new(ct), carried, facts })
     }
 
     fn bytes(out: &Warped) -> usize {

@@ -46,7 +46,7 @@ impl Session {
         let mut forced = request.force.map(descendants).unwrap_or_default();
         let mut run = Run::default();
         loop {
-            let pool = if request.lane == Lane::Live { &self.live } else { &self.pool };
+            let pool = self.pool_of(request.lane);
             let open = pool.install(|| {
                 let wanted = ancestors(&ground, targets)?;
                 let shown = |node, key: &Key| self.shown(folder, node, key);

@@ -10,6 +10,7 @@ mod observer;
 mod plan;
 mod values;
 
+pub(crate) use observer::Watched;
 pub use observer::{Observer, Unwatched};
 
 use crate::folder::{Record, RunFolder, refuse_overlap};
@@ -33,6 +34,9 @@ use supine_report::{Link, Warning};
 /// after, its labels, surfaces and fields.
 const BUDGET: usize = 4 << 30;
 
+/// Threads of the live lane: what somebody waits for goes on while all others work.
+const LIVE_THREADS: usize = 2;
+
 /// What was given, and all that was derived from it.
 pub struct Session {
     ground: RwLock<Arc<Ground>>,
@@ -40,7 +44,7 @@ pub struct Session {
     folder: Mutex<Option<RunFolder>>,
     /// All cores but one, or as many as were asked for.
     pool: rayon::ThreadPool,
-    /// One thread for what somebody waits for.
+    /// A few threads for what somebody waits for.
     live: rayon::ThreadPool,
     /// The newest question of the live lane.
     newest: AtomicU64,
@@ -58,7 +62,7 @@ impl std::fmt::Debug for Session {
 /// Who waits for the work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lane {
-    /// Somebody looks on: one thread, nothing is written, and a newer question ends an older one.
+    /// Somebody looks on: two threads, nothing is written, and a newer question ends an older one.
     Live,
     /// The result: all threads, and all of it is written to the session's folder.
     #[default]
@@ -147,7 +151,7 @@ impl Session {
             cells: Mutex::default(),
             folder: Mutex::new(None),
             pool: pool(threads)?,
-            live: pool(1)?,
+            live: pool(if threads == 1 { 1 } else { LIVE_THREADS })?,
             newest: AtomicU64::new(0),
             budget: BUDGET,
             start: None,
@@ -258,6 +262,19 @@ impl Session {
         Arc::clone(&self.ground().case)
     }
 
+    fn is_held(&self, node: NodeId) -> bool {
+        lock(&self.cells).peek(node).is_some()
+    }
+
+    /// Does work on the thread of the live lane.
+    pub fn on_live<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.live.install(work)
+    }
+
+    fn pool_of(&self, lane: Lane) -> &rayon::ThreadPool {
+        if lane == Lane::Live { &self.live } else { &self.pool }
+    }
+
     /// Whether a result is held that is not of what is given now.
     fn is_stale(&self, node: NodeId) -> bool {
         let held = lock(&self.cells).peek(node).map(|cell| cell.key.clone());
@@ -265,7 +282,7 @@ impl Session {
     }
 
     /// The key that a node's result has with what is given now, if what is held tells it.
-    fn key(&self, node: NodeId) -> Option<String> {
+    pub(crate) fn key(&self, node: NodeId) -> Option<String> {
         let ground = self.ground();
         let wanted = ancestors(&ground, &[node]).ok()?;
         let keys = Keys::of(&ground, &wanted, &|node, key| self.shown(None, node, key)).ok()?;

@@ -24,11 +24,11 @@ pub trait Observer: Sync {
 }
 
 /// A node as its observer sees it.
-pub(super) struct Watched<'a> {
-    pub(super) node: NodeId,
-    pub(super) observer: &'a dyn Observer,
+pub(crate) struct Watched<'a> {
+    pub(crate) node: NodeId,
+    pub(crate) observer: &'a dyn Observer,
     /// Set when another node failed: this one ends too.
-    pub(super) failed: &'a AtomicBool,
+    pub(crate) failed: &'a AtomicBool,
 }
 
 impl Watch for Watched<'_> {

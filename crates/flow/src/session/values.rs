@@ -1,13 +1,15 @@
 //! Results as values, computed when they are asked for.
 
+use super::observer::Watched;
 use super::{Freshness, Request, Session};
 use crate::nodes::{Import, Interval, Mesh, Points, Region, Segment, Solve, Warp};
 use crate::{Error, NodeId};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::{Movement, TumourInterval, UncertainPatch};
-use supine_space::Sphere;
-use supine_volume::{Ct, LabelMap};
+use supine_space::{Progress, Sphere};
+use supine_volume::{Ct, LabelMap, Surfaces, Volume};
 
 impl Session {
     /// The CT as it was read, HU.
@@ -36,6 +38,41 @@ impl Session {
     pub fn peek_deformed_ct(&self) -> Option<(Arc<Ct>, Freshness)> {
         let (warped, freshness) = self.peek::<Warp>()?;
         Some((Arc::clone(&warped.ct), freshness))
+    }
+
+    /// The displacement that carried the deformed CT that is held (that of the tissue, faded towards the cut), of what is
+    /// given now or of what was given before; nothing is made.
+    pub fn peek_carried(&self) -> Option<(Arc<Deformation>, Freshness)> {
+        let (warped, freshness) = self.peek::<Warp>()?;
+        Some((Arc::clone(&warped.carried), freshness))
+    }
+
+    /// Skin and chest wall between the voxels, made if they are not held; none of supplied labels.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn surfaces(&self, request: &Request<'_>) -> Result<Option<Arc<Surfaces>>, Error> {
+        let segmented = self.get::<Segment>(request)?;
+        let (node, observer, failed) = (NodeId::Segment, request.observer, &AtomicBool::new(false));
+        let watch = Watched { node, observer, failed };
+        let made =
+            || segmented.surfaces.as_ref().map(|all| all.get(Progress::new(&watch))).transpose();
+        self.pool_of(request.lane).install(made)
+    }
+
+    /// Skin and chest wall between the voxels that are held, of the labels that are held; nothing is made.
+    pub fn peek_surfaces(&self) -> Option<Arc<Surfaces>> {
+        self.peek::<Segment>()?.0.surfaces.as_ref()?.peek().cloned()
+    }
+
+    /// The map of the uncertainty of the chest wall that is held, tenths of mm, of the labels that are held; nothing is made.
+    pub fn peek_uncertainty(&self) -> Option<Arc<Volume<u8>>> {
+        self.peek::<Segment>()?.0.peek_uncertainty()
+    }
+
+    /// Whether a result is held that is of what is given now.
+    pub fn is_fresh(&self, node: NodeId) -> bool {
+        self.is_held(node) && !self.is_stale(node)
     }
 
     /// The mesh that is held, in the CT shape, of what is given now or of what was given before; nothing is made.

@@ -77,6 +77,12 @@ pub(crate) fn movement(before: Point, after: Option<Point>) -> Movement {
     Movement::new(before.coords.into(), after.unwrap_or(before).coords.into())
 }
 
+/// By what a case file knows a warning that the planner has looked at: another message is another warning.
+pub fn warning_id(warning: &supine_report::Warning) -> String {
+    let told = format!("{}\n{}\n{}", warning.stage, warning.code, warning.message);
+    format!("{}-{}", warning.code, &blake3::hash(told.as_bytes()).to_hex()[..12])
+}
+
 /// A warning as a summary holds it, without what a site named where that may be the patient.
 pub(crate) fn told(
     node: crate::NodeId,
@@ -88,5 +94,7 @@ pub(crate) fn told(
         code: warning.code().into(),
         message: if nameless { warning.without_names() } else { warning.to_string() },
         values: warning.values().iter().map(|(name, value)| ((*name).into(), *value)).collect(),
+        place_mm: warning.place(),
+        seen: false,
     }
 }

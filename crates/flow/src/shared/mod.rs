@@ -25,7 +25,7 @@ pub use coarse::coarsen_run;
 pub use ct::{CtInput, read_ct};
 pub(crate) use export_source::random;
 pub use export_source::{ExportSource, forgetful_anonymiser};
-pub use facts::mesh_facts;
+pub use facts::{mesh_facts, warning_id};
 pub(crate) use facts::{movement, quality_check, told, whose};
 pub use labels::{
     LabelOrigin, RegionNameError, RegionNames, SuppliedLabels, read_supplied, write_dicom_labels,

@@ -5,7 +5,7 @@ use crate::nodes::{Imported, Segmented};
 use std::sync::Arc;
 use supine_register::Skin;
 use supine_segment::Breast;
-use supine_space::{Side, Sphere};
+use supine_space::{Progress, Side, Sphere};
 use supine_volume::{SignedDistance, label};
 
 /// HU between air and skin.
@@ -15,9 +15,10 @@ const SKIN_HU: f64 = -400.0;
 pub(crate) fn skin_distance(
     input: &Imported,
     segmented: &Segmented,
+    progress: Progress<'_>,
 ) -> Result<Arc<SignedDistance>, Error> {
     if let Some(surfaces) = &segmented.surfaces {
-        return Ok(Arc::new(surfaces.get()?.skin.clone()));
+        return Ok(Arc::new(surfaces.get(progress)?.skin.clone()));
     }
     let (labels, ct) = (&segmented.labels, &input.ct);
     let inside = |n: usize| labels.data()[n] != label::OUTSIDE;

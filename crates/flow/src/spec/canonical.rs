@@ -1,6 +1,7 @@
 //! The canonical form of a case.
 
 use super::case::{Case, Refinement, TumourSpec};
+use super::stroke;
 use super::table::{CLIPPED, SAME_FRAME, TABLE};
 use super::tissue;
 use crate::shared::{CarriedKind, cut_name};
@@ -46,6 +47,7 @@ fn value(case: &Case, key: &str) -> Json {
         "region.centre" => centre(case.region),
         "region.radius" => case.region.map(|s| s.radius()).into(),
         "tolerance" => case.tolerance_mm.into(),
+        "report.seen" => listed(&case.seen),
         "tissues" => case.tissues.into(),
         "warp.interpolation" => case.interpolation.name().into(),
         "carry.points" => paths(&case.points),
@@ -141,6 +143,8 @@ fn seeds(case: &Case, key: &str) -> Json {
         "seeds.chest_wall" => points(SeedKind::ChestWall),
         "seeds.soft_tissue" => points(SeedKind::SoftTissue),
         "seeds.exclude" => points(SeedKind::Exclude),
+        "seeds.strokes" if case.seeds.strokes.is_empty() => Json::Null,
+        "seeds.strokes" => case.seeds.strokes.iter().map(stroke::to_json).collect(),
         _ => Json::Null,
     }
 }

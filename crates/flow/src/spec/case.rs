@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy, ReadParams};
 use supine_fem::{Cut, Load, RestState, Tissue};
 use supine_space::{BedPose, Point, Side, Sphere};
-use supine_volume::SeedKind;
+use supine_volume::{SeedKind, Stroke};
 use supine_warp::Interpolation;
 
 pub use mesh::{MeshSpec, Refinement};
@@ -46,6 +46,8 @@ pub struct Case {
     pub young_interval_kpa: Option<[f64; 2]>,
     /// How far off the tumour's place may be for a green verdict, mm.
     pub tolerance_mm: f64,
+    /// Warnings that the planner has looked at, by [`crate::warning_id`].
+    pub seen: Vec<String>,
     /// What the CT shape is taken for.
     pub rest: RestState,
     /// What holds the cut.
@@ -101,12 +103,14 @@ pub struct SeedsSpec {
     pub files: Vec<PathBuf>,
     /// Points with what they say of their place; LPS, mm.
     pub points: Vec<(SeedKind, Point)>,
+    /// Strokes of a brush.
+    pub strokes: Vec<Stroke>,
 }
 
 impl SeedsSpec {
     /// Whether there are none: the segmentation finds its own.
     pub fn is_empty(&self) -> bool {
-        self.files.is_empty() && self.points.is_empty()
+        self.files.is_empty() && self.points.is_empty() && self.strokes.is_empty()
     }
 }
 
@@ -154,6 +158,7 @@ impl Case {
             }),
             bed: bed(given)?,
             tumour: tumour(given)?,
+            seen: given.names("report.seen"),
             tolerance_mm: given.number("tolerance").unwrap_or(supine_report::TOLERANCE_MM),
             region: sphere(given, ["region.centre", "region.radius"])?,
             mesh: mesh::spec(given)?,
@@ -370,7 +375,11 @@ fn seeds(given: Given<'_>) -> SeedsSpec {
     let points = kinds
         .into_iter()
         .flat_map(|(kind, key)| given.points(key).into_iter().map(move |at| (kind, at)));
-    SeedsSpec { files: given.files("seeds.file"), points: points.collect() }
+    let strokes = match given.get("seeds.strokes") {
+        Some(Value::Strokes(all)) => all.clone(),
+        _ => Vec::new(),
+    };
+    SeedsSpec { files: given.files("seeds.file"), points: points.collect(), strokes }
 }
 
 fn labels(given: Given<'_>) -> Result<Option<SuppliedLabels>, CaseError> {

@@ -92,6 +92,16 @@ pub(super) fn toml_value(value: &Json) -> toml_edit::Value {
             None => n.as_f64().unwrap_or_default().into(),
         },
         Json::Array(all) => all.iter().map(toml_value).collect::<Array>().into(),
+        Json::Object(table) => {
+            let mut inner: Vec<_> = table.iter().collect();
+            // Long lists come last: people read the rest.
+            inner.sort_by_key(|(_, value)| value.is_array());
+            inner
+                .into_iter()
+                .map(|(key, value)| (key.as_str(), toml_value(value)))
+                .collect::<InlineTable>()
+                .into()
+        }
         other => other.as_str().unwrap_or_default().into(),
     }
 }
@@ -131,6 +141,15 @@ mod tests {
         let table: toml::Table = full.parse().unwrap();
         assert_eq!(table["seeds"]["file"].as_str(), Some("a.csv"), "{full}");
         assert_eq!(table["seeds"]["chest_wall"][0][2].as_float(), Some(3.0), "{full}");
+    }
+
+    #[test]
+    fn strokes_are_written_as_people_write_them() {
+        let strokes = json!([{ "tissue": "erase", "radius": 2.5, "points": [[1, 2, 3.5]] }]);
+        let text = changed(TEXT, "seeds.strokes", strokes);
+        let line = "seeds = { strokes = [{ tissue = \"erase\", radius = 2.5, points = [[1.0, 2.0, 3.5]] }] }";
+        assert!(text.contains(line), "{text}");
+        assert_eq!(changed(&text, "seeds.strokes", Json::Null), TEXT);
     }
 
     #[test]

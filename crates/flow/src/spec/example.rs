@@ -45,6 +45,10 @@ impl Parameter {
             (Kind::Text, _) => "\"text\"".into(),
             (Kind::Point, _) => "[91.4, -248.1, -594.5]".into(),
             (Kind::Points, _) => "[[91.4, -248.1, -594.5]]".into(),
+            (Kind::Strokes, _) => {
+                "[{ tissue = \"chest_wall\", radius = 6.0, points = [[91.4, -200.0, -594.5]] }]"
+                    .into()
+            }
             (Kind::Interval { .. }, _) => "[0.5, 2.0]".into(),
             (Kind::File | Kind::Files, _) => "'file.dcm'".into(),
             (Kind::Names, _) => "\"name\"".into(),

@@ -15,6 +15,7 @@ mod mesh;
 mod parameter;
 mod read;
 mod schema;
+mod stroke;
 mod table;
 mod tissue;
 mod value;
@@ -27,6 +28,7 @@ pub use edit::{Edit, edit};
 pub use error::CaseError;
 pub use example::quoted;
 pub use schema::{case_schema, guide_table, key_list};
+pub(crate) use stroke::to_json as stroke_json;
 pub use table::{Kind, Parameter, Preset, TABLE};
 pub use value::Value;
 

@@ -27,6 +27,8 @@ pub enum Kind {
     Point,
     /// Positions, LPS, mm.
     Points,
+    /// Strokes of a brush: tissue, radius in mm, and positions, LPS, mm.
+    Strokes,
     /// Two ascending numbers within a range.
     Interval {
         /// The smallest.

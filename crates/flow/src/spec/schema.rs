@@ -1,6 +1,7 @@
 //! The table as a JSON schema and as the guide's table.
 
 use super::read::SHORT;
+use super::stroke;
 use super::table::{Kind, Parameter, Preset, TABLE};
 use serde_json::{Map, Value as Json, json};
 
@@ -68,6 +69,18 @@ fn either() -> Vec<(&'static str, Json)> {
     tables.iter().map(|(table, ways)| (*table, branch(ways))).collect()
 }
 
+fn strokes(point: &Json) -> Json {
+    let [least, most] = stroke::RADIUS;
+    json!({ "type": "array", "items": {
+        "type": "object", "additionalProperties": false, "required": ["tissue", "radius", "points"],
+        "properties": {
+            "tissue": { "enum": stroke::words() },
+            "radius": { "type": "number", "minimum": least, "maximum": most },
+            "points": { "type": "array", "items": point, "minItems": 1 },
+        },
+    } })
+}
+
 fn property(parameter: &Parameter) -> Json {
     let text = json!({ "type": "string" });
     let point =
@@ -81,6 +94,7 @@ fn property(parameter: &Parameter) -> Json {
         Kind::Text | Kind::File => text,
         Kind::Point => point,
         Kind::Points => json!({ "type": "array", "items": point }),
+        Kind::Strokes => strokes(&point),
         Kind::Interval { min, max } => json!({
             "type": "array", "items": { "type": "number", "minimum": min, "maximum": max },
             "minItems": 2, "maxItems": 2,

@@ -100,6 +100,13 @@ pub static TABLE: &[Parameter] = &[
         "RT structure set of the CT that holds this region",
     ),
     row(
+        ("report.seen", "seen"),
+        Kind::Names,
+        "",
+        Absent("none"),
+        "warnings that the planner has looked at, as the page ticks them: the report says so",
+    ),
+    row(
         ("tolerance", "tolerance"),
         Kind::Number { min: 0.1, max: 50.0 },
         "mm",
@@ -318,6 +325,13 @@ pub static TABLE: &[Parameter] = &[
         "points on what is no part of the patient (LPS)",
     ),
     row(
+        ("seeds.strokes", "strokes"),
+        Kind::Strokes,
+        "",
+        Absent("none"),
+        "strokes of a brush, as the page paints them: tissue chest_wall, soft_tissue, exclude or erase; a later one counts",
+    ),
+    row(
         ("labels.file", "labels"),
         Kind::File,
         "",
@@ -474,6 +488,7 @@ impl Parameter {
             Kind::Text => "a text".into(),
             Kind::Point => "three numbers [x, y, z], mm".into(),
             Kind::Points => "a list of positions [[x, y, z], ...], mm".into(),
+            Kind::Strokes => "a list of { tissue, radius, points }, mm".into(),
             Kind::Interval { min, max } => {
                 format!("two ascending numbers from {min} to {max}{unit}")
             }

@@ -240,9 +240,10 @@ fn the_canonical_form_says_every_key_that_applies() {
         "[mesh]\nrefine = 'tumour'\ntumour_edge = 3.0\ntumour_growth = 0.4",
         "[tissue]\nspring = 0.01\nyoung = 0.5\nyoung_interval = [0.4, 0.9]",
         "[tissue]\nmap = 'labels'\nfat = 0.5\ngland = 1.0\nskin = 9.0\ntumour = 3.0",
-        "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]",
+        "[seeds]\nfile = 'a.csv'\nchest_wall = [[1.0, 2.0, 3.0]]\nsoft_tissue = [[1.0, 2.0, 9.0]]\nexclude = [[9.0, 2.0, 3.0]]\n\
+         strokes = [{ tissue = 'exclude', radius = 6.0, points = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]] }]",
         "[labels]\nfile = 'l.nrrd'\nbody = 'b'\nsoft_tissue = 's'\nchest_wall = 'c'",
-        "exclude = '2-01.dcm'",
+        "exclude = '2-01.dcm'\nreport = { seen = 'fade-0123' }",
         "[scans]\nsitting = 't.ply'\nsupine = 's.ply'\nintraop = 'i.ply'\nlandmarks = 'l.json'\nunit = 'm'",
         "export = { clock = '2026-03-01 12:00:00' }",
         "[carry]\npoints = 'p.csv'\ndose = 'd.dcm'\nstructures = 's.dcm'\nsegmentation = 'g.dcm'",

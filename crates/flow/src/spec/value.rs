@@ -2,9 +2,11 @@
 
 use super::error::{CaseError, unfit};
 use super::hint;
+use super::stroke;
 use super::table::{Kind, Parameter};
 use serde_json::Value as Json;
 use std::path::PathBuf;
+use supine_volume::Stroke;
 
 /// A value that is what its parameter may be.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +25,8 @@ pub enum Value {
     Point([f64; 3]),
     /// Of [`Kind::Points`].
     Points(Vec<[f64; 3]>),
+    /// Of [`Kind::Strokes`].
+    Strokes(Vec<Stroke>),
     /// Of [`Kind::Interval`].
     Interval([f64; 2]),
     /// Of [`Kind::File`].
@@ -53,6 +57,7 @@ impl Value {
             Kind::Text => given.as_str().map(|text| Self::Text(text.into())),
             Kind::Point => numbers(given).map(Self::Point),
             Kind::Points => list(given, numbers).map(Self::Points),
+            Kind::Strokes => list(given, stroke::of_json).map(Self::Strokes),
             Kind::Interval { min, max } => {
                 numbers(given).filter(|[a, b]| a < b && min <= *a && *b <= max).map(Self::Interval)
             }
@@ -100,6 +105,7 @@ impl Value {
             Self::Text(text) => text.as_str().into(),
             Self::Point(p) => p.to_vec().into(),
             Self::Points(all) => all.iter().map(|p| p.to_vec()).collect(),
+            Self::Strokes(all) => all.iter().map(stroke::to_json).collect(),
             Self::Interval(ends) => ends.to_vec().into(),
             Self::File(path) => path.to_string_lossy().into(),
             Self::Files(all) => all.iter().map(|p| p.to_string_lossy()).collect(),
@@ -128,7 +134,7 @@ fn split(text: &str, by: char, one: impl Fn(&str) -> Option<Json>) -> Option<Jso
     text.split(by).map(one).collect::<Option<Vec<Json>>>().map(Json::Array)
 }
 
-fn numbers<const N: usize>(given: &Json) -> Option<[f64; N]> {
+pub(super) fn numbers<const N: usize>(given: &Json) -> Option<[f64; N]> {
     let all: Option<Vec<f64>> = given.as_array()?.iter().map(Json::as_f64).collect();
     all?.try_into().ok()
 }
@@ -139,7 +145,7 @@ fn path(given: &Json) -> Option<PathBuf> {
     path.to_str().is_none_or(hint::usable).then_some(path)
 }
 
-fn list<T>(given: &Json, one: impl Fn(&Json) -> Option<T>) -> Option<Vec<T>> {
+pub(super) fn list<T>(given: &Json, one: impl Fn(&Json) -> Option<T>) -> Option<Vec<T>> {
     given.as_array()?.iter().map(one).collect()
 }
 

@@ -57,6 +57,11 @@ const GEOMETRY: &[Change] = &[
     ("seeds.chest_wall", "[[60.0, -190.0, -594.5]]", NOTHING),
     ("seeds.soft_tissue", "[[91.0, -250.0, -590.0]]", NOTHING),
     ("seeds.exclude", "[[150.0, -300.0, -600.0]]", NOTHING),
+    (
+        "seeds.strokes",
+        "[{ tissue = \"soft_tissue\", radius = 3.0, points = [[91.0, -250.0, -590.0], [95.0, -250.0, -590.0]] }]",
+        NOTHING,
+    ),
     ("seeds.file", "\"chest_wall.csv\"", NOTHING),
 ];
 
@@ -93,6 +98,7 @@ const RESULTS: &[Change] = &[
     ("export.structures", "false", SERIES),
     ("export.pdf", "true", SERIES),
     ("export.clock", "\"2026-03-01 12:00:00\"", SOLUTION),
+    ("report.seen", "\"poor-dihedral-angle-0123456789ab\"", SERIES),
     ("tolerance", "5.0", SERIES),
     ("labels.file", "\"labels.seg.nrrd\"", NOTHING),
     ("labels.body", "[]", NOTHING),

@@ -272,6 +272,8 @@ pub(crate) fn example() -> Summary {
             code: "inverted".into(),
             message: "det F < 0.3 in 2 tetrahedra & more".into(),
             values: [("tetrahedra".to_owned(), 2.0)].into(),
+            place_mm: None,
+            seen: false,
         }],
         outputs: vec![Output { path: "labels.seg.nrrd".into(), blake3: "ab".repeat(32) }],
         chain: vec![Link {

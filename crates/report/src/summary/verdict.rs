@@ -60,12 +60,16 @@ pub struct Reason {
     pub effect_mm: Option<f64>,
     /// Where to look in the CT, LPS, mm, where there is one place.
     pub place_mm: Option<[f64; 3]>,
+    /// Whether the planner has ticked it as looked at; absent when not.
+    #[serde(default, skip_serializing_if = "super::is_not")]
+    pub seen: bool,
 }
 
 impl Reason {
     /// What it says, after what it is worth at the tumour.
     pub fn told(&self) -> String {
         let effect = self.effect_mm.map_or(String::new(), |mm| format!("{} mm: ", fixed(mm, 1)));
-        effect + &capital(&self.message)
+        let seen = if self.seen { " (ticked as looked at)" } else { "" };
+        effect + &capital(&self.message) + seen
     }
 }

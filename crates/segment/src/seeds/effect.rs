@@ -82,7 +82,7 @@ fn told(
          look whether it lies where it should",
         kind.name()
     );
-    Some(Warning::new("seed-moves-wall", text))
+    Some(Warning::new("seed-moves-wall", text).at(point))
 }
 
 /// A place in the frame of the rays, mm.

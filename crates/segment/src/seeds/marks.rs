@@ -1,5 +1,6 @@
 //! The voxels of the seeds, and whether they can be meant.
 
+use super::brush::brushed;
 use super::resample::on_grid;
 use crate::Error;
 use crate::body::flag;
@@ -11,7 +12,7 @@ use supine_volume::{SeedKind, Seeds};
 /// A soft-tissue seed may lie this far outside the body found, mm.
 pub(super) const NEAR_SKIN_MM: f32 = 4.0;
 /// The skin itself is never chest wall, mm.
-const SKIN_MM: f32 = 2.0;
+pub(super) const SKIN_MM: f32 = 2.0;
 
 /// A voxel of the CT whose tissue the user told.
 #[derive(Clone, Copy, Debug)]
@@ -21,15 +22,15 @@ pub(crate) struct Mark {
     pub(super) voxel: usize,
     /// The point itself, or the centre of the painted voxel; LPS, mm.
     pub(super) point: Point,
-    /// Painted, or a point.
+    /// Painted, by a map or a stroke; or a point.
     pub(super) painted: bool,
 }
 
 /// All seeds as voxels of the CT, in order of memory.
 ///
 /// # Errors
-/// When a point lies outside the CT, none of a painted map lies within it, two kinds claim one
-/// voxel, a seed lies outside the body (of soft tissue: well outside), or a chest-wall seed lies in
+/// When a point lies outside the CT, none of a painted map lies within it, a stroke covers nothing of the patient, two kinds
+/// claim one voxel, a seed lies outside the body (of soft tissue: well outside), or a chest-wall seed lies in
 /// the skin.
 pub(crate) fn marks(scan: Scan<'_>, seeds: &Seeds) -> Result<Vec<Mark>, Error> {
     let grid = scan.ct.grid();
@@ -52,6 +53,10 @@ pub(crate) fn marks(scan: Scan<'_>, seeds: &Seeds) -> Result<Vec<Mark>, Error> {
             return Err(Error::SeedsElsewhere);
         }
     }
+    marks.extend(brushed(scan, &seeds.strokes)?.into_iter().map(|(voxel, kind)| {
+        let point = grid.centre(grid.voxel(voxel));
+        Mark { kind, voxel, point, painted: true }
+    }));
     marks.sort_by_key(|m| (m.voxel, m.kind));
     for pair in marks.windows(2) {
         if pair[0].voxel == pair[1].voxel && pair[0].kind != pair[1].kind {

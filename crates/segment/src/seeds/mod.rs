@@ -1,8 +1,9 @@
-//! What the user knows: its voxels ([`marks`]), what they ask of the surface of the chest wall
+//! What the user knows: its voxels ([`marks`], [`brush`]), what they ask of the surface of the chest wall
 //! ([`bend`], [`bind`], [`pull`]) and of the labels ([`stamp`]), and what they did ([`effect`]).
 
 mod bend;
 mod bind;
+mod brush;
 mod effect;
 mod marks;
 mod pull;

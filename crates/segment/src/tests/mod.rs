@@ -7,6 +7,7 @@ mod orientation;
 mod phantom;
 mod refusals;
 mod seeds;
+mod strokes;
 mod surfaces;
 mod uncertainty;
 

@@ -10,7 +10,7 @@ use supine_volume::{Ct, LabelMap, Surfaces, label};
 fn run(ct: &Ct, seeds: &Seeds) -> (Arc<LabelMap>, Surfaces) {
     let segmenter = ready(ct);
     let (made, _) = segmenter.segment(seeds, Progress::none()).unwrap();
-    let surfaces = segmenter.into_surfaces(&made, Progress::none()).unwrap();
+    let surfaces = segmenter.surfaces(&made, Progress::none()).unwrap();
     (made.labels, surfaces)
 }
 

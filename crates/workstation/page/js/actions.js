@@ -1,7 +1,7 @@
 // What the user can do to the page's state, whichever key, button or drag asks for it.
 import { clamp, inside, nearest, patientAxis, toPlace, toPlane, toVoxel } from "./geometry.js";
-import { change, now, ofOneCt, planes, shownVolume, tumourOf, turnOf, viewOf } from "./state.js";
-import { fromScreenOf, paneOf } from "./views/pane.js";
+import { allFitted, change, now, ofOneCt, planes, shownVolume, tumourOf, turnOf, viewOf } from "./state.js";
+import { bodyOf, fromScreenOf, paneOf } from "./views/pane.js";
 
 /** @typedef {import("./geometry.js").Triple} Triple */
 /** @typedef {import("./geometry.js").Pair} Pair */
@@ -31,7 +31,7 @@ export function goTo(place) {
   const cameras = { ...now().cameras };
   for (const name of planes) {
     const pane = paneOf(now(), name);
-    if (!pane || pane.camera.zoom <= 1) continue;
+    if (!pane || pane.camera.zoom <= 1 || cameras[name].body) continue;
     const [x, y] = toPlane(pane.held.grid, pane.view, place);
     cameras[name] = { ...pane.camera, middle: [(x + 0.5) / pane.plane.width, (y + 0.5) / pane.plane.height] };
   }
@@ -102,9 +102,10 @@ export function pan(name, right, down) {
   change({ cameras: { ...now().cameras, [name]: { ...camera, middle } } });
 }
 
+/** The patient in every view; once more, the whole grid. */
 export function fit() {
-  const cameras = Object.fromEntries(planes.map((name) => [name, { zoom: 1, middle: /** @type {Pair} */ ([0.5, 0.5]) }]));
-  change({ cameras, scene: { ...now().scene, zoom: 1 } });
+  const fitted = Object.values(now().cameras).every(({ body }) => body);
+  change({ cameras: allFitted(!fitted), scene: { ...now().scene, zoom: 1 } });
 }
 
 /** @param {number} width @param {number} level */
@@ -116,14 +117,14 @@ export function setWindow(width, level) {
 /** @param {string} name */
 export const toggleLarge = (name) => change({ large: now().large === name ? null : name, focus: name });
 
-/** @param {"smooth"|"overlays"|"lines"|"panel"} what */
+/** @param {"smooth"|"overlays"|"lines"|"section"|"panel"} what */
 export const toggle = (what) => change({ [what]: !now()[what] });
 
-/** @param {string} name @param {Pair} at pixels of the pane */
-export function hover(name, at) {
+/** @param {string} name @param {Pair} at pixels of the pane @param {boolean} erasing Ctrl is held, with which the brush erases */
+export function hover(name, at, erasing) {
   const pane = paneOf(now(), name);
   const place = pane && fromScreenOf(pane, at);
-  change({ cursor: pane && place && inside(pane.held.grid, place) ? place : null });
+  change({ cursor: pane && place && inside(pane.held.grid, place) ? place : null, over: name, erasing });
 }
 
 /** Goes to the next uncertain patch, or to the one that is asked for. @param {number} [n] */
@@ -132,15 +133,27 @@ export function goToPatch(n) {
   if (patches.length === 0) return;
   const patch = n ?? (now().patch + 1) % patches.length;
   // A patch is small: the views come near, and stay so.
-  const cameras = Object.fromEntries(Object.entries(now().cameras).map(([name, one]) => [name, { ...one, zoom: Math.max(one.zoom, 3) }]));
+  const cameras = Object.fromEntries(Object.entries(now().cameras).map(([name, { zoom: before, middle }]) =>
+    [name, { zoom: Math.max(before, 3), middle }]));
   change({ patch, cameras });
   goTo(patches[patch].centre_mm);
+}
+
+/** Goes to the next warning that is not ticked, or to the one that is asked for. @param {string} [id] */
+export function goToWarning(id) {
+  const all = now().server?.warnings ?? [];
+  const at = all.findIndex((one) => one.id === now().warning);
+  const next = id === undefined ? [...all.slice(at + 1), ...all.slice(0, at + 1)].find((one) => !one.ticked) : all.find((one) => one.id === id);
+  if (!next) return;
+  change({ warning: next.id });
+  if (next.place_mm) goTo(next.place_mm);
 }
 
 /** Gives up what is under way: a ruler, a drag, a tool, a large view. */
 export function giveUp() {
   const state = now();
-  if (state.ruler || state.draft || state.tool !== "crosshair") change({ ruler: null, draft: null, tool: "crosshair" });
+  if (state.stroke) change({ stroke: null });
+  else if (state.ruler || state.draft || state.tool !== "crosshair") change({ ruler: null, draft: null, tool: "crosshair" });
   else if (state.large) change({ large: null });
 }
 
@@ -160,7 +173,8 @@ export function followCase(state, before) {
 export function placeCrosshair(state) {
   const held = shownVolume(state);
   if (!held || (state.crosshair && inside(held.grid, state.crosshair))) return;
-  const middle = /** @type {Triple} */ (held.grid.size.map((n) => (n - 1) / 2));
+  const body = bodyOf(state, held);
+  const middle = /** @type {Triple} */ (held.grid.size.map((n, a) => (body ? (body[0][a] + body[1][a]) / 2 : (n - 1) / 2)));
   const tumour = tumourOf(state);
   moveCrosshair(tumour && inside(held.grid, tumour.centre_mm) ? tumour.centre_mm : toPlace(held.grid, middle));
 }

@@ -2,6 +2,7 @@
 import * as actions from "./actions.js";
 import { redo, undo } from "./link.js";
 import { change, now, planes } from "./state.js";
+import { nextTissue, resize, toggleErase } from "./tools/seeds.js";
 
 /** @typedef {{keys: string[], what: string, group: string, does: (pressed: boolean) => void, held?: boolean,
  *   fields?: boolean, id?: string}} Binding `held`: told of press and release; `fields`: also while a field has the focus */
@@ -21,6 +22,7 @@ const slices = (forward) => () => (planes.includes(focused()) ? actions.stepSlic
 const turn = (right) => () => !planes.includes(focused()) && actions.turnScene(right * 0.1, 0);
 /** @param {string} tool */
 const useTool = (tool) => () => change({ tool: now().tool === tool ? "crosshair" : tool, ruler: tool === "ruler" ? null : now().ruler });
+const painting = () => now().step === "segment";
 /** Only a button that can be seen, and only when there is no choice. */
 function primary() {
   const all = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#panel .step-panel:not([hidden]) .primary:not([disabled])"));
@@ -46,7 +48,7 @@ export const bindings = [
   { id: "large", group: "Views", keys: ["F"], what: "one view large, and back", does: () => actions.toggleLarge(focused()) },
   { id: "larger", group: "Views", keys: ["+", "="], what: "zoom in", does: () => actions.zoom(focused(), 1.25) },
   { id: "smaller", group: "Views", keys: ["-"], what: "zoom out", does: () => actions.zoom(focused(), 0.8) },
-  { id: "fit", group: "Views", keys: ["0"], what: "whole picture in all views", does: actions.fit },
+  { id: "fit", group: "Views", keys: ["0"], what: "the patient in all views; again: the whole pictures", does: actions.fit },
   {
     id: "pan", group: "Views", keys: ["Space"], held: true, what: "hold and drag: move the picture",
     does: (pressed) => change({ panning: pressed }),
@@ -57,12 +59,21 @@ export const bindings = [
   { id: "bone", group: "Window", keys: ["4"], what: "window for bone", does: () => usePreset(3) },
   { id: "overlays", group: "Display", keys: ["O"], what: "colours of the labels on or off", does: () => actions.toggle("overlays") },
   { id: "lines", group: "Display", keys: ["L"], what: "lines on or off", does: () => actions.toggle("lines") },
+  { id: "section", group: "Display", keys: ["M"], what: "section of the mesh on or off", does: () => actions.toggle("section") },
   { id: "smooth", group: "Display", keys: ["I"], what: "smooth pixels or square ones", does: () => actions.toggle("smooth") },
   { id: "flicker", group: "Display", keys: ["D"], held: true, what: "hold: the other volume", does: (pressed) => change({ flicker: pressed }) },
   { id: "panel", group: "Display", keys: ["P"], what: "panel on or off", does: () => actions.toggle("panel") },
   { id: "ruler", group: "Tools", keys: ["R"], what: "ruler: two clicks", does: useTool("ruler") },
   { id: "tumour", group: "Tools", keys: ["T"], what: "place the tumour (step 2)", does: () => now().step === "mark" && useTool("tumour")() },
+  { id: "brush", group: "Tools", keys: ["B"], what: "brush on or off (step 3)", does: () => painting() && useTool("brush")() },
+  { id: "point", group: "Tools", keys: ["N"], what: "set points, on or off (step 3)", does: () => painting() && useTool("point")() },
+  { id: "erase", group: "Tools", keys: ["E"], what: "erase, and back", does: () => painting() && toggleErase() },
+  { id: "thinner", group: "Tools", keys: ["["], what: "smaller brush", does: () => painting() && resize(-1) },
+  { id: "thicker", group: "Tools", keys: ["]"], what: "larger brush", does: () => painting() && resize(1) },
+  { id: "tissue-before", group: "Tools", keys: ["Q"], what: "tissue before", does: () => painting() && nextTissue(-1) },
+  { id: "tissue-next", group: "Tools", keys: ["W"], what: "next tissue", does: () => painting() && nextTissue(1) },
   { id: "patch", group: "Tools", keys: ["X"], what: "next uncertain patch of the chest wall", does: () => actions.goToPatch() },
+  { id: "warning", group: "Tools", keys: ["Shift+X"], what: "next warning that is not ticked (step 5)", does: () => now().step === "check" && actions.goToWarning() },
   { id: "undo", group: "Case", keys: ["Ctrl+Z"], what: "undo", does: () => now().server?.case?.can_undo !== false && undo() },
   { id: "redo", group: "Case", keys: ["Ctrl+Shift+Z", "Ctrl+Y"], what: "redo", does: () => now().server?.case?.can_redo !== false && redo() },
   ...actions.steps.map((step, n) => ({
@@ -75,7 +86,9 @@ export const bindings = [
 /** What the mouse does, for the help. @type {{keys: string[], what: string, group: string}[]} */
 export const gestures = [
   { group: "Mouse", keys: ["Wheel"], what: "slices" },
-  { group: "Mouse", keys: ["Left button"], what: "the tool: crosshair, ruler, handles" },
+  { group: "Mouse", keys: ["Left button"], what: "the tool: crosshair, ruler, handles, brush, points" },
+  { group: "Mouse", keys: ["Ctrl+Left drag"], what: "brush: erase" },
+  { group: "Mouse", keys: ["Shift+Wheel"], what: "brush: its size" },
   { group: "Mouse", keys: ["Right drag"], what: "window (across) and level (up and down)" },
   { group: "Mouse", keys: ["Middle drag", "Space+drag"], what: "move the picture" },
   { group: "Mouse", keys: ["Ctrl+Wheel"], what: "zoom at the pointer" },
@@ -89,10 +102,12 @@ function written(event) {
   const digit = /^Digit(\d)$/.exec(event.code)?.[1];
   const raw = event.key === " " ? "Space" : event.key;
   const letter = /^[a-z]$/i.test(raw);
-  const useDigit = digit && (event.altKey || event.shiftKey) && !"+-=".includes(raw);
+  const useDigit = digit && !"[]".includes(raw) && (event.altKey || event.shiftKey) && !"+-=".includes(raw);
   const key = useDigit ? digit : letter ? raw.toUpperCase() : raw;
   const shifted = event.shiftKey && (letter || useDigit || key.length > 1);
-  return [(event.ctrlKey || event.metaKey) && "Ctrl", event.altKey && "Alt", shifted && "Shift", key].filter(Boolean).join("+");
+  // AltGr, with which some keyboards write [ and ], may tell itself as Ctrl and Alt.
+  const graph = event.getModifierState("AltGraph");
+  return [!graph && (event.ctrlKey || event.metaKey) && "Ctrl", !graph && event.altKey && "Alt", shifted && "Shift", key].filter(Boolean).join("+");
 }
 
 /** Elements that need keys themselves. @param {EventTarget|null} target @param {string} key */

@@ -47,12 +47,39 @@ export async function send(name, body = {}) {
 const revision = () => now().server?.revision ?? 0;
 /** @param {{key: string, value: any}[]} edits */
 export const edit = (edits) => send("edit", { revision: revision(), edits });
+
+/** Sends edits that are made from the case's newest values: when someone else was faster they are made anew, once.
+ * @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
+export async function editNewest(edits) {
+  try {
+    for (const last of [false, true]) {
+      const answer = await ask("/api/edit", { body: { revision: revision(), edits: edits(now().server?.case?.values ?? {}) } });
+      if (answer.ok) {
+        await poll();
+        return true;
+      }
+      if (answer.status !== 409 || last) {
+        change({ problem: await refusal(answer) });
+        return false;
+      }
+      await poll();
+    }
+  } catch {
+    change({ problem: { message: "The program does not answer.", advice: "See whether it still runs." } });
+  }
+  return false;
+}
+
 export const undo = () => send("undo", { revision: revision() });
 export const redo = () => send("redo", { revision: revision() });
 /** @param {string|null} until */
 export const run = (until) => send("run", { until });
 /** The whole run, written into a folder. @param {string} dir @param {string} name */
 export const runInto = (dir, name) => send("run", { until: null, out: { dir, name } });
+/** To a DICOM node. @param {string} to @param {string|null} confirm words that were typed */
+export const sendTo = (to, confirm) => send("send", { to, confirm });
+/** @param {string} id @param {boolean} on */
+export const tick = (id, on) => send("tick", { id, on });
 /** @param {string} dir @param {string} name */
 export const saveAs = (dir, name) => send("save", { dir, name });
 export const cancel = () => send("cancel");
@@ -104,6 +131,30 @@ export async function readSurface(part, key) {
   return answer?.ok ? answer.arrayBuffer() : null;
 }
 
+/**
+ * The lines of a plane; `undefined` when the server could not be asked, null when it has none under this key.
+ * @param {string} address of the plane @param {AbortSignal} signal
+ * @returns {Promise<{name: string, points: number[][][]}[]|null|undefined>}
+ */
+export async function readLines(address, signal) {
+  try {
+    const answer = await ask(`/api/lines/${address}`, { signal });
+    if (answer.ok) return (await answer.json()).lines;
+    if (answer.status === 404) await poll();
+    return null;
+  } catch {
+    return undefined;
+  }
+}
+
+/** Reads the log into the state; a lost answer is made good by the next. */
+export async function readLog() {
+  const answer = await ask("/api/log").catch(() => null);
+  if (!answer?.ok) return;
+  const told = await answer.json().catch(() => null);
+  if (told) change({ log: told.lines });
+}
+
 export const refresh = () => poll();
 
 /** Asks for the state once. @returns {Promise<"live"|"gone"|"refused">} */
@@ -119,21 +170,37 @@ async function poll() {
   }
 }
 
+/** @type {WebSocket|null} */
+let open = null;
+/** @type {(frame: ArrayBuffer) => void} */
+let framed = () => {};
+
+/** Frames of the live picture go to one listener. @param {(frame: ArrayBuffer) => void} listener */
+export const followFrames = (listener) => { framed = listener; };
+
+/** Tells the server something by the socket, when there is one. @param {object} what */
+export const tell = (what) => open?.send(JSON.stringify(what));
+
 /** Follows the server's events until the socket closes; tells whether any came. @returns {Promise<boolean>} */
 function listen() {
   return new Promise((done) => {
     let heard = false;
     const socket = new WebSocket(`ws://${location.host}/api/link`);
     const ping = setInterval(() => socket.readyState === WebSocket.OPEN && socket.send('{"ping":1}'), 20_000);
+    socket.binaryType = "arraybuffer";
     socket.onopen = () => socket.send(JSON.stringify({ token: token() }));
     socket.onmessage = (event) => {
+      if (event.data instanceof ArrayBuffer) return framed(event.data);
       const told = JSON.parse(event.data);
       if (!told.state) return;
       heard = true;
-      change({ server: told.state, link: "live" });
+      open = socket;
+      change({ server: told.state, link: "live", socket: true });
     };
     socket.onclose = () => {
       clearInterval(ping);
+      open = null;
+      change({ socket: false });
       done(heard);
     };
   });

@@ -3,9 +3,12 @@ import { followCase, placeCrosshair } from "./actions.js";
 import { makeHelp } from "./help.js";
 import { listenKeys } from "./keys.js";
 import { follow as followLink, takeToken } from "./link.js";
+import { followBed } from "./live.js";
+import { followPlanes } from "./planes.js";
 import { drawShell, makeHeader, speak, useTheme } from "./shell.js";
 import { change, follow, now, planes } from "./state.js";
 import { makePanels } from "./steps/panels.js";
+import { followSeeds } from "./tools/seeds.js";
 import { makeScene } from "./views/scene.js";
 import { makeSlice } from "./views/slice.js";
 import { followServer } from "./volumes.js";
@@ -61,6 +64,9 @@ function start() {
   drawOnChange(views, drawPanels);
   follow(followCase);
   follow(followServer);
+  follow(followSeeds);
+  follow(followBed);
+  follow(followPlanes);
   follow((state, before) => {
     if (state.voxels !== before.voxels || state.show !== before.show) placeCrosshair(state);
     speak(state, before);

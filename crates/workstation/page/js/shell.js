@@ -4,6 +4,7 @@ import { element, fixed, remake, say } from "./dom.js";
 import { hint } from "./keys.js";
 import { send } from "./link.js";
 import { change, now, shownVolume } from "./state.js";
+import { changeText } from "./views/change.js";
 import { readAt } from "./views/overlay.js";
 
 /** @typedef {import("./state.js").State} State */
@@ -51,11 +52,11 @@ export function makeHeader(help) {
 
 /** @param {State} state */
 function drawWarnings(state) {
-  const count = state.server?.warnings.length ?? 0;
+  const count = (state.server?.warnings ?? []).filter((one) => !one.ticked).length;
   const button = /** @type {HTMLButtonElement} */ (at("warnings"));
   button.hidden = count === 0;
   say(button, `\u26a0 ${count}`);
-  button.setAttribute("aria-label", `${count} ${count === 1 ? "warning" : "warnings"}: go to Check`);
+  button.setAttribute("aria-label", `${count} ${count === 1 ? "warning" : "warnings"} not ticked: go to Check`);
   at("fold").setAttribute("aria-expanded", String(state.panel));
 }
 
@@ -99,9 +100,10 @@ function reading(state) {
   const place = state.cursor ?? state.crosshair;
   if (!held || !place) return null;
   const { hu, label } = readAt(state, held, place);
+  const changed = held.grid.id === "ct" ? changeText(state, place) : null;
   return {
     who: state.cursor ? "Pointer" : "Crosshair", place: placeText(place),
-    hu: hu === null ? "\u2026" : `${fixed(hu, 0)} HU`, label: label ?? "",
+    hu: hu === null ? "\u2026" : `${fixed(hu, 0)} HU`, label: [label, changed].filter(Boolean).join("  "),
   };
 }
 

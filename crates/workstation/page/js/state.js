@@ -5,10 +5,21 @@
 /** @typedef {import("./geometry.js").Grid} Grid */
 /** @typedef {import("./geometry.js").View} View */
 /** @typedef {Grid & {id: string, key: string, type: string, simulated?: boolean, fresh?: boolean,
- *   names?: Record<string, string>}} Volume */
+ *   names?: Record<string, string>, body?: [Triple, Triple]|null}} Volume `body`: first and last voxel of the patient */
 /** @typedef {{centre_mm: Triple, radius_mm: number}} Sphere */
+/** @typedef {Sphere & {what: "tumour"|"region"}} Draft a sphere being dragged, not sent yet */
+/** @typedef {"chest_wall"|"soft_tissue"|"exclude"|"erase"} Tissue */
+/** @typedef {{tissue: Tissue, radius: number, points: Triple[]}} Stroke balls along a line, mm */
+/** @typedef {{n: number, stroke: Stroke, state: "going"|"taken"|"failed"}} Waiting a stroke that the labels do not have yet */
+/** @typedef {{segmenter: "none"|"preparing"|"ready", share: number|null, following: boolean, problem: Problem|null}} Live */
+/** @typedef {{ap: number, lat: number}} Angles of the bed */
+/** @typedef {{slice: number, x0: number, y0: number, width: number, height: number, hu: Int16Array}} Patched a piece of a plane */
+/** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>}} Preview the CT as the bed would have it */
+/** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null,
+ *   tetrahedra: number|null, final_mm: number|null}} PreviewBed */
 /** @typedef {{message: string, advice: string|null}} Problem */
-/** @typedef {{stage: string, code: string, message: string}} Warning */
+/** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, place_mm: Triple|null}} Warning */
+/** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null}} Figure */
 /** @typedef {{centre_mm: Triple, area_cm2: number, error_mm: number, name: string}} Patch */
 /** @typedef {{what: string, share: number|null, can_cancel: boolean}} Job */
 /** @typedef {{name: string, state: string, share: number|null, seconds: number|null, found: string|null}} Stage */
@@ -18,18 +29,24 @@
  *   case: Case|null,
  *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[],
  *   inspection: null|{dir: string, name: string, series: Series[]},
- *   surfaces?: {part: string, key: string}[], tumour?: Way|null, result?: Result|null}} Server */
+ *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
+ *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
+ *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_bed?: PreviewBed|null}} Server */
+/** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
 /** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null}} Way the tumour's */
 /** @typedef {{name: string, saved: boolean, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
  *   tumour: Sphere|null, region: Sphere|null}} Case */
-/** @typedef {{name: string, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[]}} Result */
+/** @typedef {{name: string, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
+ *   verified?: {ok: boolean, text: string}|null, confirm?: string|null}} Result */
 /** @typedef {{key: string, grid: Volume, voxels: Int16Array|Uint8Array, arrived: number}} Held voxels in the page */
-/** @typedef {{key: string, points: Float32Array, triangles: Uint32Array}} Surface */
-/** @typedef {{zoom: number, middle: Pair}} Camera */
+/** @typedef {{key: string, shape: "ct"|"deformed"|"both", kind: "triangles"|"arrows"|"points", points: Float32Array,
+ *   triangles: Uint32Array, values: Float32Array}} Surface arrows: two points each; `values`: their lengths, or distances of points, mm */
+/** @typedef {{zoom: number, middle: Pair, body?: boolean}} Camera `body`: on the patient, however large the view is */
 /** @typedef {{view: string, slice: number, from: Triple, to: Triple, open: boolean}} Ruler */
 
 export const planes = ["axial", "sagittal", "coronal"];
-const camera = () => ({ zoom: 1, middle: /** @type {Pair} */ ([0.5, 0.5]) });
+/** @param {boolean} body on the patient, else the whole grid @returns {Record<string, Camera>} */
+export const allFitted = (body) => Object.fromEntries(planes.map((name) => [name, { zoom: 1, middle: [0.5, 0.5], body }]));
 
 const initial = {
   /** @type {Server|null} */ server: null,
@@ -40,33 +57,49 @@ const initial = {
   step: "open",
   /** @type {Triple|null} */ crosshair: null,
   /** @type {Triple|null} */ cursor: null,
+  /** @type {string|null} the view that the pointer is in */ over: null,
   focus: "axial",
   /** @type {string|null} */ large: null,
-  /** @type {Record<string, Camera>} */ cameras: Object.fromEntries(planes.map((name) => [name, camera()])),
+  /** @type {Record<string, Camera>} */ cameras: allFitted(true),
   /** @type {Record<string, Pair>} */ boxes: {},
   window: { width: 400, level: 40 },
-  smooth: true, overlays: true, lines: true,
+  smooth: true, overlays: true, lines: true, section: false,
+  /** How often lines of the server have come: they are kept outside, and drawn anew. */ linesCame: 0,
   /** @type {string} the volume that is shown */ show: "ct",
   flicker: false,
   compare: { way: "off", share: 0.5 },
   tool: "crosshair",
   /** @type {Ruler|null} */ ruler: null,
-  /** @type {Sphere|null} a tumour being dragged, not sent yet */ draft: null,
+  /** @type {Draft|null} */ draft: null,
+  /** `before`: the tissue to come back to from erasing. @type {{tissue: Tissue, before: Tissue, radius: number}} */
+  brush: { tissue: "chest_wall", before: "chest_wall", radius: 6 },
+  erasing: false,
+  /** @type {Stroke|null} the stroke under way */ stroke: null,
+  /** @type {Waiting[]} */ waiting: [],
+  /** @type {Angles|null} angles that are tried, sent or not */ bed: null,
+  /** A slider of the bed is held. */ turning: false,
+  /** @type {Preview|null} */ preview: null,
+  previewOn: true,
+  /** The socket is open. */ socket: false,
   patch: -1,
   panning: false,
   panel: true,
-  /** @type {string[]} surfaces that are not drawn */ hiddenParts: ["mesh"],
+  /** @type {string[]} surfaces that are not drawn */ hiddenParts: ["mesh", "displacement"],
   /** @type {{turn: number|null, lift: number, zoom: number, moving: boolean}} */
   scene: { turn: null, lift: 0.35, zoom: 1, moving: false },
   /** @type {{dir: any, up: string|null, folders: any[], cases: any[], runs: any[], dicom: number}|null} */ list: null,
   choosing: false,
-  /** @type {string[]} warnings that the user has ticked */ ticked: [],
+  /** @type {string|null} the warning that was gone to last */ warning: null,
+  /** What was typed to confirm a sending. */ typed: "",
+  logOpen: false,
+  /** @type {{seconds: number, stage: string, text: string}[]} */ log: [],
 };
 
 /** What belongs to one CT and ends with it. */
 export const ofOneCt = {
-  crosshair: initial.crosshair, cursor: null, ruler: null, draft: null, patch: -1, ticked: initial.ticked, show: "ct",
+  crosshair: initial.crosshair, cursor: null, ruler: null, draft: null, patch: -1, warning: null, typed: initial.typed, show: "ct",
   cameras: initial.cameras, scene: initial.scene, compare: initial.compare,
+  stroke: null, waiting: initial.waiting, bed: null, turning: false, preview: null,
 };
 
 /** @typedef {typeof initial} State */
@@ -106,4 +139,7 @@ export const turnOf = (s) => s.scene.turn ?? (s.server?.case?.values.breast === 
 export const viewOf = (s, name) => s.server?.views.find((view) => view.name === name) ?? null;
 
 /** @param {State} s @returns {Sphere|null} */
-export const tumourOf = (s) => s.draft ?? s.server?.case?.tumour ?? null;
+export const tumourOf = (s) => (s.draft?.what === "tumour" ? s.draft : s.server?.case?.tumour ?? null);
+
+/** @param {State} s @returns {Sphere|null} */
+export const regionOf = (s) => (s.draft?.what === "region" ? s.draft : s.server?.case?.region ?? null);

@@ -44,10 +44,14 @@ function renewGrid(volume) {
   if (held?.key === volume.key && held.grid.fresh !== volume.fresh) hold(volume.id, { grid: volume });
 }
 
+/** The change of volume is read when it is first looked at: it is as large as the CT. @param {Volume} volume */
+const wanted = ({ id }) => id !== "jacobian" || now().compare.way === "volume";
+
 /** @param {Volume[]} volumes */
 function followVolumes(volumes) {
   for (const volume of volumes) {
     renewGrid(volume);
+    if (!wanted(volume)) continue;
     const before = asked.get(volume.id);
     if (before?.key === volume.key) continue;
     before?.stop.abort();
@@ -69,25 +73,48 @@ function followVolumes(volumes) {
 /** @type {Map<string, string>} */
 const surfacesAsked = new Map();
 
-/** @param {string} part @param {string} key */
-async function loadSurface(part, key) {
+/** @typedef {Pick<import("./state.js").Surface, "points"|"triangles"|"values">} Body */
+
+const none = new Uint32Array(0);
+
+/** How the bytes of each kind are read. @type {Record<string, (buffer: ArrayBuffer) => Body>} */
+const readers = {
+  triangles(buffer) {
+    const [points, triangles] = new Uint32Array(buffer, 0, 2);
+    return {
+      points: new Float32Array(buffer, 8, 3 * points), triangles: new Uint32Array(buffer, 8 + 12 * points, 3 * triangles),
+      values: new Float32Array(0),
+    };
+  },
+  arrows(buffer) {
+    const [count] = new Uint32Array(buffer, 0, 1);
+    const points = new Float32Array(buffer, 8, 6 * count);
+    const far = (/** @type {number} */ n) => Math.hypot(...[0, 1, 2].map((a) => points[6 * n + 3 + a] - points[6 * n + a]));
+    return { points, triangles: none, values: Float32Array.from({ length: count }, (_, n) => far(n)) };
+  },
+  points(buffer) {
+    const [count] = new Uint32Array(buffer, 0, 1);
+    const all = new Float32Array(buffer, 8, 4 * count);
+    return {
+      points: Float32Array.from({ length: 3 * count }, (_, n) => all[4 * Math.floor(n / 3) + (n % 3)]), triangles: none,
+      values: Float32Array.from({ length: count }, (_, n) => all[4 * n + 3]),
+    };
+  },
+};
+
+/** A server that does not say which is one that has triangles of the CT only. @param {import("./state.js").Named} named */
+async function loadSurface({ part, key, shape = "ct", kind = "triangles" }) {
   const buffer = await readSurface(part, key);
-  if (!buffer || surfacesAsked.get(part) !== key) return;
-  const [points, triangles] = new Uint32Array(buffer, 0, 2);
-  const surface = {
-    key,
-    points: new Float32Array(buffer, 8, 3 * points),
-    triangles: new Uint32Array(buffer, 8 + 12 * points, 3 * triangles),
-  };
-  change({ surfaces: { ...now().surfaces, [part]: surface } });
+  if (!buffer || surfacesAsked.get(part) !== key || !readers[kind]) return;
+  change({ surfaces: { ...now().surfaces, [part]: { key, shape, kind, ...readers[kind](buffer) } } });
 }
 
-/** @param {{part: string, key: string}[]} surfaces */
+/** @param {import("./state.js").Named[]} surfaces */
 function followSurfaces(surfaces) {
-  for (const { part, key } of surfaces) {
-    if (surfacesAsked.get(part) === key) continue;
-    surfacesAsked.set(part, key);
-    loadSurface(part, key);
+  for (const one of surfaces) {
+    if (surfacesAsked.get(one.part) === one.key) continue;
+    surfacesAsked.set(one.part, one.key);
+    loadSurface(one);
   }
   const named = new Set(surfaces.map((surface) => surface.part));
   const held = Object.entries(now().surfaces);
@@ -97,7 +124,7 @@ function followSurfaces(surfaces) {
 
 /** @param {State} state @param {State} before */
 export function followServer(state, before) {
-  if (!state.server || state.server === before.server) return;
+  if (!state.server || (state.server === before.server && state.compare.way === before.compare.way)) return;
   followVolumes(state.server.volumes);
   followSurfaces(state.server.surfaces ?? []);
 }

@@ -5,7 +5,7 @@
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -46,6 +46,7 @@ impl Page {
             look_through: true,
             port: 0,
             browser: false,
+            nodes: vec![],
             threads: 2,
             start: None,
         };
@@ -212,4 +213,20 @@ impl Answer {
     pub(crate) fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|_| panic!("{}", self.text()))
     }
+}
+
+pub(crate) fn patient() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient")
+}
+
+/// A case that is quickly run.
+pub(crate) fn small(dir: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(patient().join("case.toml")).unwrap();
+    let mut table: toml::Table = text.parse().unwrap();
+    table.insert("ct".into(), patient().join("ct").to_string_lossy().into_owned().into());
+    table.insert("mesh".into(), toml::toml! { tetrahedra = 900 order = 1 }.into());
+    table.remove("carry");
+    let path = dir.join("case.toml");
+    std::fs::write(&path, format!("# Looked at by nobody yet\n{table}")).unwrap();
+    path
 }

@@ -1,51 +1,55 @@
-// Step 4: how the operating table is turned.
+// Step 4: how the operating table is turned, and what that does to the breast while a slider moves.
 import { element, fixed, say, show } from "../dom.js";
-import { edit } from "../link.js";
-import { now } from "../state.js";
+import { hindrance, limits, onSlider, setAngles, tryAngles } from "../live.js";
+import { change, now } from "../state.js";
 import { runButton } from "./look.js";
 import { history } from "./mark.js";
-import { numberField, way } from "./parts.js";
+import { numberField, part, percent, way } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./parts.js").Part} Part */
 
-const most = 45;
-const angles = [["bed.ap", "AP"], ["bed.lat", "LAT"]];
+/** @type {["ap"|"lat", string][]} */
+const angles = [["ap", "AP"], ["lat", "LAT"]];
 
-/** A slider and a number of one angle. @param {string} key @param {string} name @param {() => void} send */
-function angle(key, name, send) {
-  const id = `angle-${key.replace(".", "-")}`;
-  const number = numberField(name, { id, unit: "\u00b0", min: -most, max: most, step: 0.5, onchange: () => {
-    slider.value = number.field.value;
-    send();
+/** A slider and a number of one angle. @param {"ap"|"lat"} id @param {string} name
+ * @param {(held: boolean) => void} told of each change; `held`: the slider still moves */
+function angle(id, name, told) {
+  const number = numberField(name, { id: `angle-bed-${id}`, unit: "\u00b0", min: -limits.number, max: limits.number, step: 0.5, onchange: (x) => {
+    slider.value = String(onSlider(x));
+    told(false);
   } });
   const slider = element("input", {
-    type: "range", min: -most, max: most, step: 0.5, "aria-label": `${name}, slider`,
-    oninput: () => { number.field.value = slider.value; }, onchange: send,
+    type: "range", min: -limits.slider, max: limits.slider, step: 0.5, "aria-label": `${name}, slider`,
+    oninput: () => {
+      number.field.value = slider.value;
+      told(true);
+    },
+    onchange: () => told(false),
   });
   const root = element("div", { class: "angle" }, number.root, slider);
   const draw = (/** @type {State} */ state) => {
-    const value = state.server?.case?.values[key];
+    const value = state.bed?.[id] ?? state.server?.case?.values[`bed.${id}`];
     if (typeof value !== "number" || slider.matches(":active")) return;
     show(number.field, String(value));
-    show(slider, String(value));
+    show(slider, String(onSlider(value)));
   };
-  return { key, root, draw, field: number.field };
+  return { root, draw, field: number.field };
 }
 
 /** Both angles. A case without them takes both at once, and none is guessed: nothing is sent while one is missing.
  * @returns {Part} */
 function bothAngles() {
   const hint = element("p", { class: "quiet", "aria-live": "polite" });
-  const missing = () => fields.some(({ field }) => field.value === "");
-  const send = () => {
-    hint.textContent = missing() ? "Give both angles; 0 is level." : "";
-    if (missing() || fields.some(({ field }) => !field.checkValidity())) return;
-    const values = now().server?.case?.values ?? {};
-    const changed = fields.map(({ key, field }) => ({ key, value: Number(field.value) })).filter(({ key, value }) => values[key] !== value);
-    if (changed.length > 0) edit(changed);
+  const told = (/** @type {boolean} */ held) => {
+    const missing = fields.some(({ field }) => field.value === "");
+    hint.textContent = missing ? "Give both angles; 0 is level." : "";
+    if (missing || fields.some(({ field }) => !field.checkValidity())) return;
+    const [ap, lat] = fields.map(({ field }) => Number(field.value));
+    if (held) tryAngles({ ap, lat });
+    else setAngles({ ap, lat });
   };
-  const fields = angles.map(([key, name]) => angle(key, name, send));
+  const fields = angles.map(([id, name]) => angle(id, name, told));
   const root = element("div", {}, ...fields.map((one) => one.root), hint);
   return { root, draw: (state) => fields.forEach((one) => one.draw(state)) };
 }
@@ -62,11 +66,43 @@ function meaning() {
   const root = element("p", { class: "quiet" });
   return { root, draw: (state) => {
     const values = state.server?.case?.values ?? {};
-    const head = turned(values["bed.ap"], "AP", ["the head is raised", "the head is lowered"]);
-    const left = turned(values["bed.lat"], "LAT", ["the patient\u2019s left side is lowered", "the patient\u2019s left side is raised"]);
+    const head = turned(state.bed?.ap ?? values["bed.ap"], "AP", ["the head is raised", "the head is lowered"]);
+    const left = turned(state.bed?.lat ?? values["bed.lat"], "LAT",
+      ["the patient\u2019s left side is lowered", "the patient\u2019s left side is raised"]);
     say(root, `${head}; ${left}.`);
   } };
 }
 
+/** What is seen while the bed turns. @returns {Part} */
+function picture() {
+  return part("picture", ({ previewOn }) => previewOn, (on) => [
+    element("h3", {}, "While the bed turns"),
+    element("div", { class: "choices", role: "group", "aria-label": "While the bed turns" },
+      element("button", { type: "button", "data-key": "preview", "aria-pressed": String(on), onclick: () => change({ previewOn: true }) }, "Show preview"),
+      element("button", { type: "button", "data-key": "acquired", "aria-pressed": String(!on), onclick: () => change({ previewOn: false }) },
+        "CT as acquired"))]);
+}
+
+/** @param {NonNullable<import("../state.js").Server["preview_bed"]>} bed */
+function standing({ state, share, message, tetrahedra, final_mm: off }) {
+  if (state === "preparing") return `Making the preview ready (${percent(share) || "\u2026"})`;
+  if (state === "failed") return `\u26a0 No preview${message ? `: ${message}` : "."}`;
+  if (typeof off === "number") return `Preview and final differ by ${fixed(off)} mm at the tumour.`;
+  const size = typeof tetrahedra === "number" ? `${tetrahedra.toLocaleString("en-GB")} tetrahedra; t` : "T";
+  return `Preview: ${size}he planning mesh has not answered yet.`.replace("Preview: The", "The");
+}
+
+/** How good the live picture is, and what it says of the tumour. @returns {Part} */
+function goodness() {
+  const told = element("p", { class: "quiet", "aria-live": "polite" });
+  const moved = element("p", { class: "moved" });
+  return { root: element("div", { class: "goodness" }, told, moved), draw: (state) => {
+    const { server, preview, previewOn } = state;
+    say(told, previewOn ? hindrance(state) ?? (server?.preview_bed ? standing(server.preview_bed) : "") : "");
+    say(moved, typeof preview?.moved === "number" ? `PREVIEW: the tumour moves by ${fixed(preview.moved)} mm.` : "");
+    moved.hidden = moved.textContent === "";
+  } };
+}
+
 /** @returns {Part[]} */
-export const bedParts = () => [bothAngles(), meaning(), runButton("Simulate", null), way(), history()];
+export const bedParts = () => [bothAngles(), meaning(), picture(), goodness(), runButton("Simulate", null), way(), history()];

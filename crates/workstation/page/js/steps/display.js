@@ -3,6 +3,7 @@ import { goTo, presets, setWindow, toggle, zoom, fit } from "../actions.js";
 import { element, remake, show } from "../dom.js";
 import { hint } from "../keys.js";
 import { change, now } from "../state.js";
+import { baseOf } from "../views/cast.js";
 import { numberField } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -43,8 +44,8 @@ function windowFields() {
 }
 
 function switches() {
-  /** @type {["overlays"|"lines"|"smooth", string][]} */
-  const all = [["overlays", "label colours"], ["lines", "lines"], ["smooth", "smooth pixels"]];
+  /** @type {["overlays"|"lines"|"section"|"smooth", string][]} */
+  const all = [["overlays", "label colours"], ["lines", "lines"], ["section", "mesh section"], ["smooth", "smooth pixels"]];
   const boxes = all.map(([name, text]) => {
     const box = element("input", { type: "checkbox", id: `switch-${name}`, onchange: () => toggle(name) });
     return { name, box, root: element("label", { title: hint(name), for: `switch-${name}` }, box, ` ${text}`) };
@@ -73,7 +74,7 @@ function surfaceSwitches() {
     change({ hiddenParts: hiddenParts.includes(part) ? hiddenParts.filter((one) => one !== part) : [...hiddenParts, part] });
   };
   const draw = (/** @type {State} */ { surfaces, hiddenParts }) => {
-    const names = Object.keys(surfaces);
+    const names = [...new Set(Object.keys(surfaces).map(baseOf))].sort();
     root.hidden = names.length === 0;
     remake(root, [names, hiddenParts], () => ["3D: ", ...names.map((part) => element("label", {},
       element("input", { type: "checkbox", "data-key": part, checked: !hiddenParts.includes(part), onchange: () => flip(part) }), ` ${part}`))]);
@@ -87,6 +88,6 @@ export function makeDisplay() {
   const root = element("details", { class: "display", open: true }, element("summary", {}, "Display"),
     element("div", { class: "row" }, tools, zoomButtons()), window, boxes, surfaces, place,
     element("p", { class: "legend" }, element("i", { class: "solid" }), "chest wall ", element("i", { class: "dashed" }), "skin ",
-      element("i", { class: "dotted" }), "region"));
+      element("i", { class: "dotted" }), "region, cut ", element("i", { class: "hatched" }), "uncertain"));
   return { root, draw: (/** @type {State} */ state) => parts.forEach((one) => one.draw(state)) };
 }

@@ -1,10 +1,10 @@
-// Step 2: the tumour and the side of the breast.
+// Step 2: the tumour, the side of the breast, and the region that is computed.
 import { goTo } from "../actions.js";
-import { element, fixed, remake, show } from "../dom.js";
+import { element, remake, show } from "../dom.js";
 import { hint } from "../keys.js";
 import { edit, redo, undo } from "../link.js";
-import { change, now, tumourOf } from "../state.js";
-import { setTumour } from "../tools/handles.js";
+import { change, now, regionOf, tumourOf } from "../state.js";
+import { setSphere, spheres } from "../tools/handles.js";
 import { numberField, part } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -29,26 +29,27 @@ function placing() {
 
 function atCrosshair() {
   const { crosshair } = now();
-  if (crosshair) setTumour({ centre_mm: crosshair, radius_mm: tumourOf(now())?.radius_mm ?? 8 });
+  if (crosshair) setSphere("tumour", { centre_mm: crosshair, radius_mm: tumourOf(now())?.radius_mm ?? 8 });
 }
 
-/** @returns {Part} */
-function tumourFields() {
+/** Numbers of a sphere. @param {"tumour"|"region"} what @param {string} name @returns {Part} */
+function sphereFields(what, name) {
+  const { of, radii: [min, max] } = /** @type {any} */ (spheres.find((one) => one.what === what));
   const changed = (/** @type {(sphere: import("../state.js").Sphere) => import("../state.js").Sphere} */ how) => {
-    const tumour = tumourOf(now());
-    if (tumour) setTumour(how(tumour));
+    const sphere = of(now());
+    if (sphere) setSphere(what, how(sphere));
   };
-  const centre = ["L", "P", "S"].map((name, a) => numberField(name, { id: `tumour-${name}`, unit: name === "S" ? "mm" : "", step: 0.1,
+  const centre = ["L", "P", "S"].map((axis, a) => numberField(axis, { id: `${what}-${axis}`, unit: axis === "S" ? "mm" : "", step: 0.1,
     onchange: (x) => changed((one) => ({ ...one, centre_mm: /** @type {any} */ (one.centre_mm.map((old, n) => (n === a ? x : old))) })) }));
-  const radius = numberField("Radius", { id: "tumour-radius", unit: "mm", min: 1, max: 60, step: 0.1,
+  const radius = numberField("Radius", { id: `${what}-radius`, unit: "mm", min, max, step: 0.1,
     onchange: (x) => changed((one) => ({ ...one, radius_mm: x })) });
-  const root = element("div", { class: "place-fields", role: "group", "aria-label": "Tumour" }, ...centre.map((one) => one.root), radius.root);
+  const root = element("div", { class: "place-fields", role: "group", "aria-label": name }, ...centre.map((one) => one.root), radius.root);
   return { root, draw: (state) => {
-    const tumour = tumourOf(state);
-    root.hidden = !tumour;
-    if (!tumour) return;
-    centre.forEach(({ field }, a) => show(field, tumour.centre_mm[a].toFixed(1)));
-    show(radius.field, tumour.radius_mm.toFixed(1));
+    const sphere = of(state);
+    root.hidden = !sphere;
+    if (!sphere) return;
+    centre.forEach(({ field }, a) => show(field, sphere.centre_mm[a].toFixed(1)));
+    show(radius.field, sphere.radius_mm.toFixed(1));
   } };
 }
 
@@ -63,11 +64,19 @@ function side() {
   ]);
 }
 
-/** @returns {Part} */
+/** A region that the program proposed follows the breast until it is moved by hand. @returns {Part} */
 function region() {
-  return part("region", (state) => state.server?.case?.region ?? null, (sphere) => (sphere
-    ? [element("p", { class: "quiet" }, `Region (dotted): radius ${fixed(sphere.radius_mm)} mm`)] : []));
+  const data = (/** @type {State} */ state) => ({ place: regionOf(state)?.centre_mm ?? null, own: typeof state.server?.case?.values["region.radius"] === "number" });
+  return part("region", data, ({ place, own }) => (place ? [
+    element("h3", {}, "Region"),
+    element("div", { class: "choices" },
+      element("button", { type: "button", "data-key": "region-go", onclick: () => goTo(place) }, "Go there"),
+      element("button", { type: "button", "data-key": "region-anew", disabled: !own, onclick: fromBreast }, "From the breast again")),
+    element("p", { class: "quiet" }, `${own ? "Set by hand." : "Proposed from the breast."} Dotted circle: drag its squares, the middle one to move it.`),
+  ] : []));
 }
+
+const fromBreast = () => edit([{ key: "region.centre", value: null }, { key: "region.radius", value: null }]);
 
 /** @returns {Part} */
 export function history() {
@@ -78,4 +87,4 @@ export function history() {
   ]) };
 }
 
-export const markParts = () => [placing(), tumourFields(), side(), region(), history()];
+export const markParts = () => [placing(), sphereFields("tumour", "Tumour"), side(), region(), sphereFields("region", "Region"), history()];

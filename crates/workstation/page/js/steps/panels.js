@@ -3,10 +3,12 @@ import { makeDisplay } from "./display.js";
 import { bedParts } from "./bed.js";
 import { checkParts } from "./check.js";
 import { exportParts } from "./export.js";
-import { another, facts, findPatches, patches, runButton, save, switchVolume } from "./look.js";
+import { another, facts, save, switchVolume } from "./look.js";
+import { logPart } from "./log.js";
 import { markParts } from "./mark.js";
 import { openParts } from "./open.js";
-import { panel, progress, stages, warnings } from "./parts.js";
+import { panel, progress, stages } from "./parts.js";
+import { segmentParts } from "./segment.js";
 
 /** @typedef {import("../state.js").State} State */
 
@@ -17,14 +19,18 @@ export function makePanels(root) {
   const panels = {
     open: panel("open", "1 Open", [...openParts(), facts(), save(), another()]),
     mark: panel("mark", "2 Mark", markParts()),
-    segment: panel("segment", "3 Segment", [runButton("Segment", "segment"), findPatches(), patches(), warnings("segment")]),
+    segment: panel("segment", "3 Segment", segmentParts()),
     bed: panel("bed", "4 Bed", bedParts()),
     check: panel("check", "5 Check", checkParts()),
     export: panel("export", "6 Export", exportParts()),
   };
-  const [shown, all, display] = [switchVolume(), stages(), makeDisplay()];
-  root.append(job.root, ...Object.values(panels).map((one) => one.root), shown.root, all.root, display.root);
+  const [shown, all, display, log] = [switchVolume(), stages(), makeDisplay(), logPart()];
+  root.append(job.root, ...Object.values(panels).map((one) => one.root), shown.root, all.root, display.root, log.root);
+  let before = "";
   return (/** @type {State} */ state) => {
+    // Another step is read from its beginning.
+    if (state.step !== before) root.scrollTop = 0;
+    before = state.step;
     job.draw(state);
     for (const [step, one] of Object.entries(panels)) {
       one.root.hidden = step !== state.step;
@@ -33,5 +39,6 @@ export function makePanels(root) {
     shown.draw(state);
     all.draw(state);
     display.draw(state);
+    log.draw(state);
   };
 }

@@ -23,7 +23,7 @@ export function panel(kind, title, parts) {
 }
 
 /** @param {number|null} share */
-const percent = (share) => (share === null ? "" : `${Math.round(100 * share)}\u202f%`);
+export const percent = (share) => (share === null ? "" : `${Math.round(100 * share)}\u202f%`);
 
 /** The job under way, with a button that stops it. @returns {Part} */
 export function progress() {

@@ -2,6 +2,7 @@
 import { moveCrosshair } from "../actions.js";
 import { change, now } from "../state.js";
 import { fromScreenOf } from "../views/pane.js";
+import { beginStroke, clickPoint } from "./brush.js";
 import { placeTumour } from "./handles.js";
 
 /** @typedef {import("../geometry.js").Pair} Pair */
@@ -40,5 +41,5 @@ export function moveRuler(pane, at) {
   if (ruler?.open && ruler.view === pane.name && ruler.slice === pane.slice) change({ ruler: { ...ruler, to: fromScreenOf(pane, at) } });
 }
 
-/** @type {Record<string, (pane: Pane, at: Pair) => Drag|null>} */
-export const tools = { crosshair: beginCrosshair, ruler: beginRuler, tumour: placeTumour };
+/** @type {Record<string, (pane: Pane, at: Pair, event: PointerEvent) => Drag|null>} */
+export const tools = { crosshair: beginCrosshair, ruler: beginRuler, tumour: placeTumour, brush: beginStroke, point: clickPoint };

@@ -1,10 +1,12 @@
 // Two volumes of one grid in one picture: a curtain, a blend, a difference.
 import { fromScreen, planeOf, sameGrid, walk } from "../geometry.js";
+import { paintChange } from "./change.js";
 
-/** The other volume, when both are compared and lie on one grid.
+/** The other volume, when both are compared and lie on one grid; the change of volume is shown over the CT, on any grid.
  * @param {import("../state.js").State} state @param {import("./pane.js").Pane} pane */
 export function comparedWith(state, pane) {
   if (state.step !== "check" || state.compare.way === "off" || state.flicker) return null;
+  if (state.compare.way === "volume") return pane.held.grid.id === "ct" ? state.voxels.jacobian ?? null : null;
   const other = state.voxels[pane.held.grid.id === "ct" ? "deformed" : "ct"];
   return other && sameGrid(other.grid, pane.held.grid) ? other : null;
 }
@@ -22,6 +24,7 @@ function differenceColour(d, width) {
  * @param {{way: string, share: number}} compare @param {Uint8ClampedArray} greys @param {{width: number}} window
  */
 export function blendPlanes(pixels, pane, other, { way, share }, greys, window) {
+  if (way === "volume") return paintChange(pixels, pane, other);
   const { start, right, down } = walk(pane.held.grid, pane.view, pane.slice);
   const { width } = planeOf(pane.held.grid, pane.view);
   const [mine, theirs] = [pane.held.voxels, other.voxels];

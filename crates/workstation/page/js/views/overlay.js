@@ -1,11 +1,16 @@
 // What is drawn above the voxels of a slice: outlines, spheres, crosshair, ruler, letters.
 import { fixed } from "../dom.js";
 import { length, minus, nearest, patientAxis, sameGrid } from "../geometry.js";
-import { tumourOf } from "../state.js";
+import { regionOf, tumourOf } from "../state.js";
+import { handlesOf } from "../tools/handles.js";
+import { linesIn } from "../planes.js";
 import { comparedWith } from "./compare.js";
+import { drawContours } from "./contours.js";
 import { outlinePaths } from "./lines.js";
 import { depthOf, toScreenOf } from "./pane.js";
 import { colours, letter, stroke, swell, write } from "./pen.js";
+import { patchedFor, previewAt, previewWord } from "./preview.js";
+import { drawBrush, drawSeeds } from "./strokes.js";
 import { labelColour } from "./voxels.js";
 
 /** @typedef {import("./pane.js").Pane} Pane */
@@ -27,8 +32,11 @@ export function labelsFor(state, pane) {
 
 /** @param {Pen} pen @param {State} state @param {Pane} pane @param {number} fine */
 function drawLabels(pen, state, pane, fine) {
+  if (!state.lines) return;
+  const finer = linesIn(state, pane);
+  if (finer) return drawContours(pen, state, pane, finer, fine);
   const labels = labelsFor(state, pane);
-  if (!labels || !state.lines) return;
+  if (!labels) return;
   const { left, top, scale } = pane.frame;
   const names = labels.grid.names ?? {};
   // Soft tissue ends at the skin and at the wall: it has no line of its own.
@@ -56,24 +64,22 @@ function drawSphere(pen, pane, { centre_mm: centre, radius_mm: radius }, colour,
   stroke(pen, colour, 1.8 * swell(), dashes.map((x) => x * swell()), () => pen.arc(x, y, r, 0, 2 * Math.PI));
 }
 
-/** Handles of the tumour: its centre, and its radius on the right. @param {Pen} pen @param {State} state @param {Pane} pane */
+/** @param {Pen} pen @param {State} state @param {Pane} pane */
 function drawHandles(pen, state, pane) {
-  const tumour = tumourOf(state);
-  if (state.step !== "mark" || !tumour || Math.abs(depthOf(pane, tumour.centre_mm)) > tumour.radius_mm) return;
-  const [x, y] = toScreenOf(pane, tumour.centre_mm);
-  for (const dx of [0, tumour.radius_mm * pane.frame.scale]) {
-    const half = 4 * swell();
-    stroke(pen, colours.tumour, 1.6 * swell(), [], () => pen.rect(x + dx - half, y - half, 2 * half, 2 * half));
+  const half = 4 * swell();
+  for (const { what, at: [x, y] } of handlesOf(state, pane)) {
+    stroke(pen, colours[what], 1.6 * swell(), [], () => pen.rect(x - half, y - half, 2 * half, 2 * half));
   }
 }
 
 /** @param {Pen} pen @param {State} state @param {Pane} pane */
 function drawSpheres(pen, state, pane) {
-  const region = state.server?.case?.region;
+  const region = regionOf(state);
   const tumour = tumourOf(state);
   if (region) drawSphere(pen, pane, region, colours.region, [2, 5]);
   // In the deformed CT this is where the tumour was, not where it is.
-  if (tumour) drawSphere(pen, pane, tumour, colours.tumour, pane.held.grid.simulated ? [6, 5] : []);
+  const moved = pane.held.grid.simulated || patchedFor(state, pane);
+  if (tumour) drawSphere(pen, pane, tumour, colours.tumour, moved ? [6, 5] : []);
   drawHandles(pen, state, pane);
   const patch = state.server?.patches[state.patch];
   if (patch) {
@@ -131,21 +137,27 @@ function drawBar(pen, pane, size) {
   write(pen, `${bar} mm`, (start + end) / 2, level - 6 - size * 0.1, "center");
 }
 
-/** The word and the frame that keep a picture from being taken for the patient's present CT.
- * @param {State} state @param {Pane} pane */
+/** The word and the frame that keep a picture from being taken for the patient's present CT; `dashes` null: no frame.
+ * @param {State} state @param {Pane} pane @returns {{word: string, colour: string, note?: string, dashes?: number[]|null}|null} `note`: below the word */
 function standing(state, pane) {
   const other = comparedWith(state, pane);
+  if (other && state.compare.way === "volume") return { word: `VOLUME CHANGE${other.grid.fresh === false ? ", OLD" : ""}`, colour: colours.simulated };
   if (other) {
     const [mine, theirs] = [pane.held, other].map(({ grid }) => `${grid.simulated ? "SIMULATED" : "CT"}${grid.fresh === false ? ", OLD" : ""}`);
     const words = { curtain: `${mine} | ${theirs}`, blend: `${mine} + ${theirs}`, difference: `${theirs} \u2212 ${mine}` };
     return { word: /** @type {Record<string, string>} */ (words)[state.compare.way], colour: colours.simulated };
   }
+  const live = previewWord(state, pane);
+  if (live) return { ...live, colour: live.framed ? colours.simulated : colours.text, dashes: live.framed ? [14, 10] : null };
   const { simulated, fresh } = pane.held.grid;
   if (simulated && fresh === false) return { word: "SIMULATED, OLD", colour: colours.old };
   if (simulated) return { word: "SIMULATED", colour: colours.simulated };
   if (fresh === false) return { word: "OLD", colour: colours.old };
   const labels = labelsFor(state, pane);
-  if (labels?.grid.fresh === false && (state.lines || state.overlays)) return { word: "LABELS OLD", colour: colours.old };
+  if (labels?.grid.fresh === false && (state.lines || state.overlays)) {
+    // Labels that follow a stroke at once would make a frame flash.
+    return { word: "LABELS OLD", colour: colours.old, dashes: state.server?.live?.following ? null : [] };
+  }
   return null;
 }
 
@@ -168,21 +180,27 @@ function dress(pen, state, pane) {
   if (word) {
     pen.strokeStyle = word.colour;
     pen.lineWidth = 10;
-    pen.strokeRect(0, 0, width, height);
+    pen.setLineDash(word.dashes ?? []);
+    if (word.dashes !== null) pen.strokeRect(0, 0, width, height);
+    pen.setLineDash([]);
     pen.font = `bold ${size}px system-ui, sans-serif`;
     write(pen, word.word, width - 10, size * 1.3, "right", word.colour);
   }
   pen.font = `${size * 0.88}px system-ui, sans-serif`;
+  if (word?.note) write(pen, word.note, width - 10, size * 2.5, "right", word.colour);
   drawBar(pen, pane, size);
 }
 
 /** @param {Pen} pen scaled to CSS pixels @param {State} state @param {Pane} pane @param {number} fine device pixels a CSS pixel */
 export function drawOverlay(pen, state, pane, fine) {
-  drawLabels(pen, state, pane, fine);
+  // The lines are those of the CT as it was acquired.
+  if (!patchedFor(state, pane)) drawLabels(pen, state, pane, fine);
   pen.font = `${letter()}px system-ui, sans-serif`;
+  drawSeeds(pen, state, pane, fine);
   if (state.lines) drawSpheres(pen, state, pane);
   drawCrosshair(pen, state, pane);
   drawRuler(pen, state, pane);
+  drawBrush(pen, state, pane);
   dress(pen, state, pane);
 }
 
@@ -191,7 +209,9 @@ export function drawOverlay(pen, state, pane, fine) {
 export function readAt(state, held, place) {
   const at = nearest(held.grid, place);
   const n = at[0] + held.grid.size[0] * (at[1] + held.grid.size[1] * at[2]);
-  const hu = n < held.arrived ? held.voxels[n] : null;
+  const live = held.grid.id === "ct" ? previewAt(state, at) : undefined;
+  const hu = live ?? (n < held.arrived ? held.voxels[n] : null);
+  if (live !== undefined) return { hu, label: "preview" };
   const { labels } = state.voxels;
   const usable = labels && !held.grid.simulated && sameGrid(labels.grid, held.grid) && n < labels.arrived;
   const label = usable ? labels.grid.names?.[labels.voxels[n]] ?? "outside" : null;

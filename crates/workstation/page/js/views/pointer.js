@@ -4,11 +4,13 @@ import { change, now } from "../state.js";
 import { beginCurtain } from "../tools/curtain.js";
 import { beginPan, beginWindow } from "../tools/drags.js";
 import { beginHandle } from "../tools/handles.js";
+import { resize } from "../tools/seeds.js";
 import { moveRuler, tools } from "../tools/tools.js";
 import { fromScreenOf, paneOf } from "./pane.js";
 
 /** @typedef {import("../geometry.js").Pair} Pair */
-/** @typedef {{move: (at: Pair, event: PointerEvent) => void, end?: (at: Pair) => void}} Drag */
+/** @typedef {{move: (at: Pair, event: PointerEvent) => void, end?: (at: Pair) => void, cancel?: () => void}} Drag
+ * `cancel`: the system took the pointer away */
 
 /** Which drag a pressed button begins. @param {string} name @param {Pair} at @param {PointerEvent} event @returns {Drag|null} */
 function begin(name, at, event) {
@@ -16,7 +18,7 @@ function begin(name, at, event) {
   if (event.button === 2) return beginWindow(at);
   const pane = paneOf(now(), name);
   if (event.button !== 0 || !pane) return null;
-  return beginHandle(pane, at) ?? beginCurtain(pane, at) ?? tools[now().tool](pane, at);
+  return beginHandle(pane, at) ?? beginCurtain(pane, at) ?? tools[now().tool](pane, at, event);
 }
 
 /** One slice for a notch of a wheel; the small steps of a touch pad are collected. */
@@ -43,6 +45,7 @@ function listenWheel(root, name) {
     event.preventDefault();
     const box = root.getBoundingClientRect();
     if (event.ctrlKey) zoom(name, Math.exp(-event.deltaY / 500), [event.clientX - box.left, event.clientY - box.top]);
+    else if (event.shiftKey && now().tool === "brush") resize(-notchesOf(event));
     else stepSlice(name, -notchesOf(event));
   }, { passive: false });
 }
@@ -67,7 +70,7 @@ export function listenPointer(root, name) {
   });
   root.addEventListener("pointermove", (event) => {
     const at = spot(event);
-    hover(name, at);
+    hover(name, at, event.ctrlKey);
     if (drag) return drag.move(at, event);
     const pane = paneOf(now(), name);
     if (!pane) return;
@@ -78,8 +81,11 @@ export function listenPointer(root, name) {
     drag?.end?.(spot(event));
     drag = null;
   });
-  root.addEventListener("pointercancel", () => { drag = null; });
-  root.addEventListener("pointerleave", () => change({ cursor: null }));
+  root.addEventListener("pointercancel", () => {
+    drag?.cancel?.();
+    drag = null;
+  });
+  root.addEventListener("pointerleave", () => change({ cursor: null, over: null }));
   root.addEventListener("contextmenu", (event) => event.preventDefault());
   root.addEventListener("dblclick", () => {
     if (now().tool !== "crosshair") return;

@@ -6,6 +6,8 @@ import { blendPlanes, comparedWith } from "./compare.js";
 import { drawOverlay, labelsFor } from "./overlay.js";
 import { paneOf } from "./pane.js";
 import { listenPointer } from "./pointer.js";
+import { paintPatch, patchedFor } from "./preview.js";
+import { brushOf } from "./strokes.js";
 import { makeTables, paint } from "./voxels.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -33,6 +35,15 @@ export function clearCanvas(canvas, box, fine) {
   return pen;
 }
 
+/** Pieces of the live picture have no key of their own. @type {WeakMap<object, number>} */
+const numbers = new WeakMap();
+let count = 0;
+/** @param {object|null} piece */
+function numberOf(piece) {
+  if (piece && !numbers.has(piece)) numbers.set(piece, ++count);
+  return piece ? numbers.get(piece) : 0;
+}
+
 /** @param {HTMLCanvasElement} canvas */
 function makePainter(canvas) {
   /** @type {ImageData|null} */
@@ -42,8 +53,9 @@ function makePainter(canvas) {
 
   return (/** @type {State} */ state, /** @type {Pane} */ pane) => {
     const other = comparedWith(state, pane);
-    const labels = state.overlays && !other ? labelsFor(state, pane) : null;
-    const key = [pane.held.key, pane.held.arrived, pane.slice, labels?.key, labels?.arrived, state.window.width, state.window.level,
+    const labels = state.overlays && !other && !state.preview ? labelsFor(state, pane) : null;
+    const piece = other ? null : patchedFor(state, pane);
+    const key = [pane.held.key, pane.held.arrived, pane.slice, numberOf(piece), labels?.key, labels?.arrived, state.window.width, state.window.level,
       other?.key, other?.arrived, other && JSON.stringify([state.compare, pane.frame, pane.box])].join(" ");
     if (key === painted) return;
     painted = key;
@@ -56,14 +68,15 @@ function makePainter(canvas) {
     const { greys, colours } = tablesOf(state.window, state.voxels.labels?.grid.names ?? {});
     paint(pixels, pane.held, labels, pane.view, pane.slice, greys, colours);
     if (other) blendPlanes(pixels, pane, other, state.compare, greys, state.window);
+    if (piece) paintPatch(pixels, pane, piece, greys, colours);
     pen.putImageData(picture, 0, 0);
   };
 }
 
 /** What the lines of a view depend on: a new window, the pointer and the 3D view leave them alone.
  * @param {State} s @param {string} name */
-const linesOf = (s, name) => [s.voxels, s.server, s.crosshair, s.cameras[name], s.boxes[name], s.overlays, s.lines, s.ruler, s.draft,
-  s.patch, s.step, s.show, s.flicker, s.compare, window.devicePixelRatio];
+const linesOf = (s, name) => [s.voxels, s.server, s.crosshair, s.cameras[name], s.boxes[name], s.overlays, s.lines, s.section, s.linesCame, s.ruler, s.draft,
+  s.patch, s.step, s.show, s.flicker, s.compare, s.stroke, s.waiting, s.brush, s.tool, s.erasing, brushOf(s, name), s.preview, s.bed, window.devicePixelRatio];
 
 /** Pixels are square in mm: the canvas's size in the page is that of the plane. @param {HTMLCanvasElement} canvas @param {Pane} pane */
 function lay(canvas, { frame, plane }) {

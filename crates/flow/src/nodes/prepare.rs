@@ -1,0 +1,56 @@
+//! The CT made ready for the segmentation: all of it that no seed changes.
+
+use super::{Import, Imported};
+use crate::graph::{Node, Outs};
+use crate::ground::Ground;
+use crate::work::Work;
+use crate::{Error, NodeId};
+use serde::Serialize;
+use std::sync::Arc;
+use supine_segment::{Params, Segmenter};
+
+pub(crate) struct Prepare;
+
+#[derive(Serialize)]
+pub(crate) struct Own {
+    /// Labels that are supplied need nothing.
+    needed: bool,
+}
+
+/// What finds the labels.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    /// None where labels are supplied.
+    pub(crate) segmenter: Option<Arc<Segmenter>>,
+}
+
+/// Memory of what is held for each voxel of the CT, bytes: the CT with less noise, what is known of each voxel, and what
+/// the search for the wall needs.
+const PER_VOXEL: usize = 7;
+
+impl Node for Prepare {
+    const ID: NodeId = NodeId::Prepare;
+    const METHOD: u32 = 1;
+    const KEPT: bool = false;
+    type Own = Own;
+    type Parents = (Import,);
+    type Out = Prepared;
+
+    fn own(ground: &Ground) -> Result<Own, Error> {
+        Ok(Own { needed: ground.case.labels.is_none() })
+    }
+
+    fn not_asked(own: &Own) -> Option<Prepared> {
+        (!own.needed).then_some(Prepared { segmenter: None })
+    }
+
+    fn run(_: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Prepared, Error> {
+        let Imported { ct, field, .. } = &*input;
+        let segmenter = Segmenter::new(Arc::clone(ct), field, &Params::default(), work.progress)?;
+        Ok(Prepared { segmenter: Some(Arc::new(segmenter)) })
+    }
+
+    fn bytes(out: &Prepared) -> usize {
+        out.segmenter.as_ref().map_or(0, |segmenter| PER_VOXEL * segmenter.voxels())
+    }
+}

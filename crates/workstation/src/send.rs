@@ -1,0 +1,98 @@
+//! Sending what a run left to an archive.
+
+use crate::Error;
+use crate::desk::Desk;
+use crate::state::{ResultShown, SentShown};
+use serde::Deserialize;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+use supine_dicom_network::{Call, Node, SendInfo, SendParams};
+use supine_flow::commands::{Colour, usable::unusable};
+use supine_flow::{NodeId, Observer};
+use supine_space::Progress;
+
+/// Longest silence of an archive, and how often it is tried again: as on the command line.
+const TIMEOUT: Duration = Duration::from_secs(30);
+const RETRIES: u32 = 3;
+
+/// What the page asks for.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Send {
+    /// `AET@HOST:PORT`.
+    to: String,
+    /// What the user typed.
+    confirm: Option<String>,
+}
+
+/// What the user types before a result is sent; nothing where it is green.
+pub(crate) fn words(colour: Colour) -> Option<String> {
+    match colour {
+        Colour::Green => None,
+        Colour::Amber => Some("send although amber".into()),
+        Colour::Red => Some("send although red".into()),
+    }
+}
+
+impl Desk {
+    /// Sends the files of the run that is shown.
+    ///
+    /// # Errors
+    /// When no run is shown, the address is none, the words are missing, or work goes on.
+    pub(crate) fn send(self: &Arc<Self>, asked: Send) -> Result<(), Error> {
+        let Send { to, confirm } = asked;
+        let node: Node = to.trim().parse().map_err(Error::Request)?;
+        let path = {
+            let held = self.held();
+            let (Some(ResultShown { confirm: wanted, .. }), Some(path)) =
+                (&held.state.result, &held.result)
+            else {
+                return Err(Error::NoResult);
+            };
+            if let Some(words) = wanted.as_ref().filter(|words| confirm.as_ref() != Some(*words)) {
+                return Err(Error::Confirm(words.clone()));
+            }
+            path.clone()
+        };
+        self.begin("sending", move |desk, watching| {
+            desk.change(|held| held.state.sent = None);
+            let share = |share: f64| {
+                watching.share(NodeId::Export, share);
+                watching.go_on()
+            };
+            let done = send(&path, &node, Progress::new(&share));
+            let (text, ok) = match &done {
+                Ok(info) => (told(info), info.broken.is_none() && info.refused.is_empty()),
+                Err(error) => (error.to_string(), false),
+            };
+            let to = node.to_string();
+            desk.change(|held| held.state.sent = Some(SentShown { to, text, ok }));
+            done.map(drop)
+        })
+    }
+}
+
+fn send(run: &Path, node: &Node, progress: Progress<'_>) -> Result<SendInfo, Error> {
+    let paths = [run.to_path_buf()];
+    for found in unusable(&paths)? {
+        found.note_override(&node.to_string())?;
+    }
+    let own = "SUPINE".parse().map_err(Error::Request)?;
+    let call = Call { peer: node.clone(), own, tls: None, timeout: TIMEOUT, retries: RETRIES };
+    Ok(supine_dicom_network::send(&paths, &call, &SendParams::default(), progress)?)
+}
+
+fn told(info: &SendInfo) -> String {
+    let mut text = format!("{} objects stored", info.stored);
+    if info.known > 0 {
+        text += &format!(", {} were there before", info.known);
+    }
+    if let Some(first) = info.refused.first() {
+        text += &format!("; {} not stored, the first: {}", info.refused.len(), first.reason);
+    }
+    if let Some(broken) = &info.broken {
+        text += &format!("; {broken}: {} left, sending again goes on from there", info.left);
+    }
+    text
+}

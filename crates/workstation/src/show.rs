@@ -1,0 +1,212 @@
+//! What the session holds, as the page sees it.
+
+use crate::bytes::Voxels;
+use crate::desk::Held;
+use crate::lines::{Body, Cuttable};
+use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
+use crate::surface::{Drawn, Shape, Surface};
+use std::sync::Arc;
+use supine_flow::{Freshness, NodeId, Session};
+use supine_mesh::{BoundaryTag, Deformation, Edges, Embedding, Motion, Surround, TetMesh};
+use supine_space::{Point, Sphere};
+use supine_volume::{LabelMap, Surfaces};
+
+/// What is on the screen, to be known again.
+#[derive(Default)]
+pub(crate) struct Seen {
+    mesh: Option<Arc<TetMesh>>,
+    carried: Option<Arc<Deformation>>,
+    surfaces: Option<Arc<Surfaces>>,
+    labels: Option<Arc<LabelMap>>,
+    tumour: Option<Sphere>,
+    /// Whether the patient's whole skin is drawn.
+    body: bool,
+}
+
+/// The mesh's surfaces, in the CT shape and as it was carried.
+const PARTS: [(BoundaryTag, [&str; 2]); 3] = [
+    (BoundaryTag::Skin, ["skin", "skin, simulated"]),
+    (BoundaryTag::ChestWall, ["chest wall", "chest wall, simulated"]),
+    (BoundaryTag::Cut, ["cut", "cut, simulated"]),
+];
+
+impl Held {
+    /// Shows what the session holds.
+    pub(crate) fn show_results(&mut self, session: &Session) {
+        let labels = session.peek_labels();
+        if let Some((labels, freshness)) = &labels {
+            let fresh = *freshness == Freshness::Fresh;
+            self.show("labels", Voxels::Labels(Arc::clone(labels)), fresh);
+        }
+        let deformed = session.peek_deformed_ct();
+        if let Some((ct, freshness)) = deformed {
+            self.show("deformed", Voxels::Hu(ct, true), freshness == Freshness::Fresh);
+        }
+        if session.is_fresh(NodeId::Prepare) {
+            self.state.live.segmenter = Readiness::Ready;
+        }
+        self.show_shapes(session, labels.map(|(labels, _)| labels));
+        self.show_jacobian(session);
+        self.state.figures = session.figures();
+        self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
+            distance_mm: movement.distance_mm,
+            length_mm: interval.as_ref().map(|interval| interval.length_mm),
+            within_mm: interval.as_ref().map(|interval| interval.within_mm),
+            level: interval.as_ref().map(|interval| interval.level),
+        });
+        self.state.preview_bed.final_mm = preview_differs(self, session);
+        let Some(case) = &mut self.state.case else { return };
+        case.tumour = session.tumour_sphere().map(ball);
+        if let Some((sphere, patches)) = session.peek_region() {
+            case.region = Some(ball(sphere));
+            self.state.patches = patches.into_iter().map(patch).collect();
+        }
+    }
+
+    /// The local change of volume, in thousandths.
+    fn show_jacobian(&mut self, session: &Session) {
+        let fresh = session.is_fresh(NodeId::Fields);
+        if !fresh {
+            self.voxels.remove("jacobian");
+            self.state.volumes.retain(|volume| volume.id != "jacobian");
+            return;
+        }
+        if self.voxels.contains_key("jacobian") {
+            return;
+        }
+        let Some(map) = session.peek_jacobian() else { return };
+        let thousandths = |det: &f32| (det * 1000.0).round().clamp(-32767.0, 32767.0) as i16;
+        let data = map.data().iter().map(thousandths).collect();
+        if let Ok(volume) = map.with_data(data) {
+            self.show("jacobian", Voxels::Jacobian(Arc::new(volume)), true);
+        }
+    }
+
+    /// Surfaces and lines, where they are others than before.
+    fn show_shapes(&mut self, session: &Session, labels: Option<Arc<LabelMap>>) {
+        let now = Seen {
+            mesh: session.peek_mesh().map(|(mesh, _)| mesh),
+            carried: session.peek_carried().map(|(carried, _)| carried),
+            surfaces: session.peek_surfaces(),
+            labels,
+            tumour: session.tumour_sphere(),
+            body: self.seen.body,
+        };
+        let same = same(&self.seen.mesh, &now.mesh)
+            && same(&self.seen.carried, &now.carried)
+            && same(&self.seen.surfaces, &now.surfaces)
+            && same(&self.seen.labels, &now.labels)
+            && self.seen.tumour == now.tumour;
+        if same {
+            return;
+        }
+        self.seen = now;
+        self.show_tumour();
+        self.show_body();
+        self.show_mesh();
+        self.show_carried();
+        self.show_lines(session);
+    }
+
+    fn show_tumour(&mut self) {
+        if let Some(tumour) = self.seen.tumour {
+            self.show_surface("tumour", Shape::Ct, Drawn::Triangles(Surface::ball(&tumour)));
+        }
+    }
+
+    /// The patient's whole skin, for orientation: made once.
+    fn show_body(&mut self) {
+        let labels = self.seen.labels.clone().filter(|_| !self.seen.body);
+        if let Some(skin) = labels.and_then(|labels| Surface::body(&labels)) {
+            self.show_surface("body", Shape::Both, Drawn::Triangles(skin));
+            self.seen.body = true;
+        }
+    }
+
+    fn show_mesh(&mut self) {
+        let Some(mesh) = self.seen.mesh.clone() else { return };
+        for (tag, [part, _]) in PARTS {
+            self.show_surface(part, Shape::Ct, Drawn::Triangles(Surface::of(&mesh, tag)));
+        }
+    }
+
+    fn show_carried(&mut self) {
+        let Some(carried) = self.seen.carried.clone() else { return };
+        for (tag, [_, part]) in PARTS {
+            let surface = Surface::carried(&carried, tag);
+            self.show_surface(part, Shape::Deformed, Drawn::Triangles(surface));
+        }
+        self.show_surface("displacement", Shape::Ct, Drawn::arrows(&carried));
+        if let Some(tumour) = self.carried_tumour() {
+            self.show_surface("tumour, simulated", Shape::Deformed, Drawn::Triangles(tumour));
+        }
+    }
+
+    /// The tumour as the tissue carries it, if it lies in the mesh.
+    fn carried_tumour(&self) -> Option<Surface> {
+        let (carried, tumour) = (self.seen.carried.as_ref()?, self.seen.tumour?);
+        let embedding = Arc::new(Embedding::new(Arc::clone(carried.mesh())));
+        let displacement = carried.displacement().clone();
+        let motion = Motion::new(Arc::clone(&embedding), displacement, Surround::default()).ok()?;
+        Surface::ball(&tumour).moved(|p: &Point| motion.at(&embedding.place(p)))
+    }
+
+    fn show_lines(&mut self, session: &Session) {
+        let ct = self.voxels.get("ct").map(|(_, voxels)| voxels.grid().clone());
+        let Some(grid) = ct else { return };
+        let body = self.seen.mesh.clone().map(|mesh| {
+            let edges = Arc::new(Edges::new(&mesh));
+            Body { mesh, edges, displacement: None }
+        });
+        let surfaces = self.seen.surfaces.clone();
+        let uncertainty = session.peek_uncertainty();
+        if surfaces.is_some() || body.is_some() {
+            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour: None };
+            self.put_lines("ct", ct);
+        }
+        let Some(carried) = self.seen.carried.clone() else { return };
+        let body = Some(Body {
+            mesh: Arc::clone(carried.mesh()),
+            edges: Arc::new(Edges::new(carried.mesh())),
+            displacement: Some(Arc::new(carried.displacement().clone())),
+        });
+        let tumour = self.carried_tumour().map(Arc::new);
+        let deformed = Cuttable { grid, surfaces: None, uncertainty: None, body, tumour };
+        self.put_lines("deformed", deformed);
+    }
+
+    fn put_lines(&mut self, volume: &'static str, cuttable: Cuttable) {
+        let key = self.next_key();
+        self.lines.insert(volume, (key, Arc::new(cuttable)));
+        let shown = self.lines.iter();
+        let shown = shown.map(|(volume, (key, _))| LinesShown { volume, key: key.clone() });
+        self.state.lines = shown.collect();
+    }
+}
+
+/// How far off the preview has the tumour from where the planning mesh has it, mm; nothing while either is not there, or both
+/// are of different tables.
+pub(crate) fn preview_differs(held: &Held, session: &Session) -> Option<f64> {
+    let previewed = held.previewed?;
+    let bed = session.case().bed?;
+    let same = previewed.bed == [bed.ap_deg, bed.lat_deg];
+    let (movement, _) = session.peek_tumour().filter(|_| same)?;
+    Some((Point::from(movement.after_mm) - previewed.tumour?).norm())
+}
+
+fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+pub(crate) fn ball(sphere: Sphere) -> Ball {
+    Ball { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
+}
+
+fn patch(patch: supine_flow::UncertainPatch) -> PatchShown {
+    let supine_flow::UncertainPatch { centre_mm, area_cm2, error_mm, place, .. } = patch;
+    PatchShown { centre_mm, area_cm2, error_mm, name: place }
+}
