@@ -38,7 +38,7 @@ pub use error::Error;
 pub use error_facts::Place;
 pub use figures::Figure;
 pub use folder::{FinishedRun, RunFolder};
-pub use live_bed::LiveBed;
+pub use live_bed::{Applied, Held, LiveBed};
 pub use memory::CountingAllocator;
 pub use node_id::NodeId;
 pub use run::{Options, run};

@@ -1,4 +1,4 @@
-//! The breast on a table that is tilted while somebody looks on: a preview on a coarse mesh.
+//! The breast on a table that is tilted while somebody looks on, and round an applicator: previews on a coarse mesh.
 
 use crate::nodes::{Fit, Import, Law, Mesh, Meshed, Moduli, Tissues, coarser, tissue_map};
 use crate::session::{Request, Session, Watched};
@@ -6,17 +6,58 @@ use crate::spec::{Case, StiffnessMap};
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use supine_fem::{Load, Params, Tilt};
+use supine_fem::{
+    Applicator, Body, Contact, Load, Params, Reaction, RigidBody, Shaft, SphereOnShaft, Tilt,
+};
 use supine_mesh::{Deformation, Displacement, Edges, Located, Locator, Order, Split};
-use supine_space::{BedPose, Point, Progress, Vector, supine};
+use supine_space::{BedPose, Point, Pose, Progress, Vector, supine};
 use supine_volume::Ct;
 use supine_warp::{Fading, Frames, Interpolation};
 
 /// Tetrahedra of the preview, quadratic: a turn takes a few milliseconds.
 const TETRAHEDRA: usize = 1581;
-
-/// Corrections of a turn that a fresh factor needs.
+/// Corrections of a turn or step that a fresh factor needs.
 const FEW: usize = 2;
+/// The shaft of an applicator reaches out of every breast, mm.
+const SHAFT_MM: f64 = 200.0;
+
+/// An applicator as it is put in: a sphere on a shaft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Applied {
+    /// Centre of the sphere where it is put in, LPS, mm, on the table.
+    pub centre: Point,
+    /// Direction of the shaft, from the sphere outwards; any length.
+    pub axis: Vector,
+    /// Radius of the sphere, mm.
+    pub radius_mm: f64,
+    /// Radius of the shaft, mm.
+    pub shaft_mm: f64,
+    /// Whether tissue slides on it; else it follows.
+    pub slides: bool,
+}
+
+/// What the tissue does to an applicator, and where the tumour is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Force, N, LPS.
+    pub force_n: Vector,
+    /// Moment about the centre of the sphere, N mm, LPS.
+    pub moment_n_mm: Vector,
+    /// Distance of a place from the applicator's surface, mm, negative inside: of the tumour's centre.
+    pub away_mm: Option<f64>,
+}
+
+impl Applied {
+    fn body(&self) -> SphereOnShaft {
+        let (direction, radius_mm) = (self.axis, self.shaft_mm);
+        let shaft = Some(Shaft { direction, radius_mm, length_mm: SHAFT_MM });
+        SphereOnShaft { centre: self.centre, radius_mm: self.radius_mm, shaft }
+    }
+
+    fn contact(&self) -> Contact {
+        if self.slides { Contact::Frictionless } else { Contact::Tied }
+    }
+}
 
 /// The CT carried by a coarse mesh under a gravity that turns.
 ///
@@ -25,8 +66,18 @@ const FEW: usize = 2;
 #[derive(Debug)]
 pub struct LiveBed {
     made_of: MadeOf,
-    ct: Arc<Ct>,
+    body: Body,
+    params: Params,
     tilt: Tilt,
+    /// An applicator, how it was put in, and on which table.
+    applicator: Option<(Applicator, Applied, BedPose)>,
+    carrier: Carrier,
+}
+
+/// What carries the CT by the displacements of a coarse mesh.
+#[derive(Debug)]
+struct Carrier {
+    ct: Arc<Ct>,
     split: Split,
     fading: Fading,
     frames: Frames,
@@ -80,7 +131,7 @@ impl LiveBed {
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Solve, observer, failed };
         let progress = Progress::new(&watch);
-        let plain = supine_fem::Body::new(Arc::clone(&meshed.mesh), law.tissue());
+        let plain = Body::new(Arc::clone(&meshed.mesh), law.tissue());
         let mesh = coarser(&plain, TETRAHEDRA, progress.part(0.0, 0.3))?.mesh;
         let moduli = match moduli.as_ref() {
             None => None,
@@ -94,23 +145,9 @@ impl LiveBed {
         let body = law.body(&coarse, moduli.as_ref(), fit);
         let params = Params { order: Order::Quadratic, ..law.solver() };
         let (tilt, _) = Tilt::new(&body, &law.load(), &params, progress.part(0.3, 0.9))?;
-        Self::of(MadeOf::now(session)?, Arc::clone(&input.ct), tilt)
-    }
-
-    fn of(made_of: MadeOf, ct: Arc<Ct>, tilt: Tilt) -> Result<Self, Error> {
-        let deformation = tilt.deformation()?;
-        let mesh = Arc::clone(deformation.mesh());
-        let edges = Edges::new(&mesh);
-        let split = Split::new(&mesh, &edges).map_err(Error::Eighths)?;
-        let eighths = Arc::new(split.mesh.clone());
-        // Looked at for an instant; what is exported is interpolated as the case says.
-        let interpolation = Interpolation::Linear;
-        let params = supine_warp::Params { interpolation, ..supine_warp::Params::default() };
-        let fading = Fading::new(Arc::clone(&mesh));
-        let frames = Frames::new(Arc::clone(&ct), eighths, &params)?;
-        let frame = (*ct).clone();
-        let locator = Locator::new(mesh);
-        Ok(Self { made_of, ct, tilt, split, fading, frames, frame, deformation, locator, edges })
+        let carrier = Carrier::new(Arc::clone(&input.ct), tilt.deformation()?)?;
+        let made_of = MadeOf::now(session)?;
+        Ok(Self { made_of, body, params, tilt, applicator: None, carrier })
     }
 
     /// Whether it is of what is given now, but for the table.
@@ -132,7 +169,89 @@ impl LiveBed {
         if step.corrections > FEW || step.by_newton {
             self.tilt.renew_beside();
         }
-        self.deformation = self.tilt.deformation()?;
+        self.carrier.carry(self.tilt.deformation()?, seen)
+    }
+
+    /// Moves an applicator to a pose on a table (identity: where it was put in), and carries the CT as [`Self::turn`] does. It
+    /// is put in anew when it, or the table, is another than before; `tumour` is a place in the CT that is looked at.
+    ///
+    /// # Errors
+    /// When it holds no tissue, or no equilibrium is found: it then stays where it was.
+    pub fn hold(
+        &mut self,
+        (applied, bed): (&Applied, BedPose),
+        pose: &Pose,
+        tumour: Option<&Point>,
+        seen: &[(usize, usize)],
+    ) -> Result<Held, Error> {
+        if !self.applicator.as_ref().is_some_and(|(_, of, on)| of == applied && *on == bed) {
+            self.applicator = None;
+            let load = Load { ct: supine(), target: bed.gravity() };
+            let (rigid, contact) = (applied.body(), applied.contact());
+            let none = Progress::none();
+            let attached =
+                Applicator::attach(&self.body, &load, &self.params, &rigid, contact, none)?;
+            self.applicator = Some((attached.0, *applied, bed));
+        }
+        let Some((applicator, ..)) = &mut self.applicator else { return Err(Error::NoFolder) };
+        let step = applicator.step(pose)?;
+        if step.corrections > FEW || step.by_newton {
+            applicator.renew_beside();
+        }
+        let Reaction { force_n, moment_n_mm } = applicator.reaction();
+        self.carrier.carry(applicator.deformation()?, seen)?;
+        // The applicator's own frame is that in which it was put in.
+        let there = tumour.and_then(|place| self.carried(place));
+        let away = |place: Point| applied.body().distance(&pose.inverse_transform_point(&place));
+        Ok(Held { force_n, moment_n_mm, away_mm: there.map(away) })
+    }
+
+    /// Takes the applicator out.
+    pub fn take_out(&mut self) {
+        self.applicator = None;
+    }
+
+    /// The CT as it was acquired, HU.
+    pub fn acquired(&self) -> &Arc<Ct> {
+        &self.carrier.ct
+    }
+
+    /// The CT on the table, HU.
+    pub fn ct(&self) -> &Ct {
+        &self.carrier.frame
+    }
+
+    /// Tetrahedra of the coarse mesh.
+    pub fn tetrahedra(&self) -> usize {
+        self.carrier.deformation.mesh().tets().len()
+    }
+
+    /// Where the tissue at a place of the CT is now, LPS, mm; nothing where there is none of the mesh.
+    pub fn carried(&self, place: &Point) -> Option<Point> {
+        let Carrier { deformation, locator, edges, .. } = &self.carrier;
+        let Located { tet, weights, .. } = locator.locate(place)?;
+        Some(place + deformation.displacement().at(deformation.mesh(), edges, tet, weights))
+    }
+}
+
+impl Carrier {
+    fn new(ct: Arc<Ct>, deformation: Deformation) -> Result<Self, Error> {
+        let mesh = Arc::clone(deformation.mesh());
+        let edges = Edges::new(&mesh);
+        let split = Split::new(&mesh, &edges).map_err(Error::Eighths)?;
+        let eighths = Arc::new(split.mesh.clone());
+        // Looked at for an instant; what is exported is interpolated as the case says.
+        let interpolation = Interpolation::Linear;
+        let params = supine_warp::Params { interpolation, ..supine_warp::Params::default() };
+        let fading = Fading::new(Arc::clone(&mesh));
+        let frames = Frames::new(Arc::clone(&ct), eighths, &params)?;
+        let frame = (*ct).clone();
+        let locator = Locator::new(mesh);
+        Ok(Self { ct, split, fading, frames, frame, deformation, locator, edges })
+    }
+
+    fn carry(&mut self, deformation: Deformation, seen: &[(usize, usize)]) -> Result<(), Error> {
+        self.deformation = deformation;
         let faded = self.fading.fade(&self.deformation, &supine_warp::Params::default())?;
         let displacement = faded.deformation.displacement();
         let values = self.split.values(displacement.order(), displacement.values());
@@ -140,33 +259,5 @@ impl LiveBed {
         let displacement = Displacement::new(eighths, self.frames.edges(), values)?;
         let carried = Deformation::new(Arc::clone(eighths), displacement)?;
         Ok(self.frames.next_seen(&carried, seen, &mut self.frame)?)
-    }
-
-    /// The CT as it was acquired, HU.
-    pub fn acquired(&self) -> &Arc<Ct> {
-        &self.ct
-    }
-
-    /// The CT on the table, HU.
-    pub fn ct(&self) -> &Ct {
-        &self.frame
-    }
-
-    /// Tetrahedra of the coarse mesh.
-    pub fn tetrahedra(&self) -> usize {
-        self.deformation.mesh().tets().len()
-    }
-
-    /// Where the tissue at a place of the CT is on the table, LPS, mm; nothing where there is none of the mesh.
-    pub fn carried(&self, place: &Point) -> Option<Point> {
-        let Located { tet, weights, .. } = self.locator.locate(place)?;
-        let mesh = self.deformation.mesh();
-        let u: Vector = self.deformation.displacement().at(mesh, &self.edges, tet, weights);
-        Some(place + u)
-    }
-
-    /// The mesh as it lies on the table.
-    pub fn deformation(&self) -> &Deformation {
-        &self.deformation
     }
 }

@@ -28,7 +28,6 @@ pub(crate) use warning::is_not;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Everything there is to say about a run.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]

@@ -8,25 +8,62 @@ use crate::state::{Readiness, ViewShown, views};
 use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
-use supine_flow::{Lane, LiveBed, Request, Session};
-use supine_space::{BedPose, Point};
+use supine_flow::{Applied, Lane, LiveBed, Request, Session};
+use supine_space::{BedPose, Point, Pose, Vector};
 use supine_volume::Ct;
 use tokio::sync::watch;
 
 /// Where a page gets its frames; a newer one takes the place of one that was not sent yet.
 pub(crate) type Frames = watch::Sender<Option<Arc<Vec<u8>>>>;
 
-/// "SEBD", little-endian: the first bytes of a frame.
-const MAGIC: u32 = 0x4442_4553;
-
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Asked {
+pub(crate) struct Table {
     ap: f64,
     lat: f64,
     /// Views and slices that are seen.
     planes: Vec<(String, usize)>,
+}
+
+/// An applicator on the table.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Applicator {
+    ap: f64,
+    lat: f64,
+    planes: Vec<(String, usize)>,
+    /// Where its sphere is put in, LPS, mm, and where its shaft points.
+    centre: [f64; 3],
+    axis: [f64; 3],
+    /// Radii of sphere and shaft, mm.
+    radius: f64,
+    shaft: f64,
+    contact: Contact,
+    /// Where it has gone since.
+    pose: Gone,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Contact {
+    Tied,
+    Frictionless,
+}
+
+/// A shift, mm, and a turn about the centre, a rotation vector, radians.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Gone {
+    shift: [f64; 3],
+    turn: [f64; 3],
+}
+
+/// A question.
+#[derive(Clone, Debug)]
+pub(crate) enum Asked {
+    Table(Table),
+    Applicator(Box<Applicator>),
 }
 
 /// A question with where its answer goes.
@@ -45,10 +82,53 @@ pub(crate) struct Previewed {
 }
 
 impl Asked {
-    fn pose(&self) -> Option<BedPose> {
+    fn planes(&self) -> &[(String, usize)] {
+        match self {
+            Self::Table(table) => &table.planes,
+            Self::Applicator(applicator) => &applicator.planes,
+        }
+    }
+
+    fn bed(&self) -> [f64; 2] {
+        match self {
+            Self::Table(table) => [table.ap, table.lat],
+            Self::Applicator(applicator) => [applicator.ap, applicator.lat],
+        }
+    }
+
+    /// The tilt, where it is one.
+    fn pose(&self) -> Result<BedPose, Error> {
+        let [ap_deg, lat_deg] = self.bed();
         let within = |degrees: f64| (-90.0..=90.0).contains(&degrees);
-        let pose = BedPose { ap_deg: self.ap, lat_deg: self.lat };
-        (within(self.ap) && within(self.lat)).then_some(pose)
+        (within(ap_deg) && within(lat_deg))
+            .then_some(BedPose { ap_deg, lat_deg })
+            .ok_or_else(|| Error::Request("the tilt is out of range".into()))
+    }
+}
+
+impl Applicator {
+    fn applied(&self) -> Result<Applied, Error> {
+        let axis = Vector::from(self.axis);
+        let good = (1.0..=60.0).contains(&self.radius)
+            && (0.5..=30.0).contains(&self.shaft)
+            && axis.norm() > 0.0
+            && self.centre.iter().chain(&self.axis).all(|x| x.is_finite());
+        let applied = Applied {
+            centre: self.centre.into(),
+            axis,
+            radius_mm: self.radius,
+            shaft_mm: self.shaft,
+            slides: matches!(self.contact, Contact::Frictionless),
+        };
+        good.then_some(applied).ok_or_else(|| Error::Request("no such applicator".into()))
+    }
+
+    /// The motion of all space that takes it from where it was put in to where it is.
+    fn moved(&self) -> Pose {
+        let (centre, shift) = (Vector::from(self.centre), Vector::from(self.pose.shift));
+        let turn = Vector::from(self.pose.turn);
+        let turned = Pose::new(Vector::zeros(), turn) * centre;
+        Pose::new(centre + shift - turned, turn)
     }
 }
 
@@ -64,26 +144,88 @@ impl Desk {
         watching: &Watching,
     ) -> Result<(), Error> {
         let BedWish { session, asked, to } = wish;
-        let pose = asked.pose().ok_or_else(|| Error::Request("the tilt is out of range".into()))?;
+        let pose = asked.pose()?;
         let bed = self.keep_preview(kept, session, watching)?;
         let start = Instant::now();
         let grids = views(bed.ct().grid());
         let number = |(name, slice): &(String, usize)| {
             Some((grids.iter().find(|view| view.is(name))?.normal(), *slice))
         };
-        let seen: Vec<_> = asked.planes.iter().filter_map(number).collect();
-        session.on_live(|| bed.turn(pose, &seen))?;
+        let seen: Vec<_> = asked.planes().iter().filter_map(number).collect();
         let centre = session.tumour_sphere().map(|tumour| tumour.centre());
+        let held = match asked {
+            Asked::Table(_) => {
+                bed.take_out();
+                session.on_live(|| bed.turn(pose, &seen))?;
+                None
+            }
+            Asked::Applicator(applicator) => {
+                let (applied, moved) = (applicator.applied()?, applicator.moved());
+                Some(self.hold(bed, session, (&applied, pose), &moved, &seen)?)
+            }
+        };
         let after = centre.and_then(|centre| bed.carried(&centre));
         let moved = centre.zip(after).map(|(before, after)| (after - before).norm());
-        let planes = cut(bed, &asked.planes);
+        let planes = cut(bed, asked.planes());
         let ms = start.elapsed().as_secs_f64() * 1000.0;
-        to.send_replace(Some(Arc::new(frame(asked, moved, ms, &planes))));
-        self.change(|held| {
-            held.previewed = Some(Previewed { bed: [asked.ap, asked.lat], tumour: after });
-            held.state.preview_bed.final_mm = preview_differs(held, session);
-        });
+        let mut frame = Frame::default();
+        match held {
+            None => {
+                let [ap, lat] = asked.bed();
+                frame.head(TABLE, [ap, lat, moved.unwrap_or(f64::NAN), ms], &planes);
+            }
+            Some(held) => {
+                let forces = [held.force_n.norm(), held.moment_n_mm.norm()];
+                frame.head(
+                    APPLICATOR,
+                    [moved.unwrap_or(f64::NAN), forces[0], forces[1], ms],
+                    &planes,
+                );
+                let place = after.map_or([f64::NAN; 3], |p| p.coords.into());
+                let away = held.away_mm.unwrap_or(f64::NAN);
+                let radius = session.tumour_sphere().map_or(f64::NAN, |tumour| tumour.radius());
+                frame.numbers(&[place[0], place[1], place[2], away, away - radius, 0.0]);
+            }
+        }
+        to.send_replace(Some(Arc::new(frame.bytes)));
+        if held.is_none() {
+            self.change(|held| {
+                held.previewed = Some(Previewed { bed: asked.bed(), tumour: after });
+                held.state.preview_bed.final_mm = preview_differs(held, session);
+            });
+        }
         Ok(())
+    }
+
+    /// Moves the applicator; what it fails with is told.
+    fn hold(
+        &self,
+        bed: &mut LiveBed,
+        session: &Session,
+        applied: (&Applied, BedPose),
+        moved: &Pose,
+        seen: &[(usize, usize)],
+    ) -> Result<supine_flow::Held, Error> {
+        let show = |state: Readiness, message: Option<String>| {
+            self.change(|held| {
+                let shown = &mut held.state.preview_applicator;
+                (shown.state, shown.message) = (state, message);
+            });
+        };
+        if self.held().state.preview_applicator.state != Readiness::Ready {
+            show(Readiness::Preparing, None);
+        }
+        let centre = session.tumour_sphere().map(|tumour| tumour.centre());
+        match session.on_live(|| bed.hold(applied, moved, centre.as_ref(), seen)) {
+            Ok(held) => {
+                show(Readiness::Ready, None);
+                Ok(held)
+            }
+            Err(error) => {
+                show(Readiness::Failed, Some(error.to_string()));
+                Err(error.into())
+            }
+        }
     }
 
     /// The preview that is kept, or a new one where that is of something else.
@@ -180,23 +322,36 @@ fn differs(bed: &LiveBed, (view, shown): (u32, &ViewShown), slice: usize) -> Pat
     Patch { view, slice, at: low, size: [high[0] - low[0], high[1] - low[1]], hu }
 }
 
-/// Little-endian: u32 magic, 0, planes, 0; f32 AP and LAT (degrees), the tumour's way (mm; NaN: unknown), ms; for each
-/// plane u32 view (axial, sagittal, coronal), slice, first voxel right and down, how many right and down; its HU row by row
-/// as i16, with two bytes more where their number is odd.
-fn frame(asked: &Asked, moved: Option<f64>, ms: f64, planes: &[Patch]) -> Vec<u8> {
-    let mut bytes: Vec<u8> = Vec::new();
-    let whole = |bytes: &mut Vec<u8>, n: usize| {
-        bytes.extend((n as u32).to_le_bytes());
-    };
-    [MAGIC as usize, 0, planes.len(), 0].into_iter().for_each(|n| whole(&mut bytes, n));
-    for x in [asked.ap, asked.lat, moved.unwrap_or(f64::NAN), ms] {
-        bytes.extend((x as f32).to_le_bytes());
+/// "SEBD" and "AEBD", little-endian: the first bytes of a frame of the table, and of one with an applicator.
+const TABLE: u32 = 0x4442_4553;
+const APPLICATOR: u32 = 0x4442_4541;
+
+/// Little-endian: u32 magic, 0, planes, 0; four f32: of the table AP and LAT (degrees), the tumour's way (mm; NaN: unknown),
+/// ms; with an applicator the tumour's way, force (N), moment (N mm), ms. For each plane u32 view (axial, sagittal, coronal),
+/// slice, first voxel right and down, how many right and down; its HU row by row as i16, with two bytes more where their
+/// number is odd. With an applicator six f32 follow: the tumour's centre (LPS, mm), its distance and that of its surface from
+/// the applicator's (mm), 0.
+#[derive(Default)]
+struct Frame {
+    bytes: Vec<u8>,
+}
+
+impl Frame {
+    fn head(&mut self, magic: u32, numbers: [f64; 4], planes: &[Patch]) {
+        self.wholes(&[magic as usize, 0, planes.len(), 0]);
+        self.numbers(&numbers);
+        for Patch { view, slice, at, size, hu } in planes {
+            self.wholes(&[*view as usize, *slice, at[0], at[1], size[0], size[1]]);
+            self.bytes.extend(hu.iter().flat_map(|hu| hu.to_le_bytes()));
+            self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        }
     }
-    for Patch { view, slice, at, size, hu } in planes {
-        let head = [*view as usize, *slice, at[0], at[1], size[0], size[1]];
-        head.into_iter().for_each(|n| whole(&mut bytes, n));
-        bytes.extend(hu.iter().flat_map(|hu| hu.to_le_bytes()));
-        bytes.resize(bytes.len().next_multiple_of(4), 0);
+
+    fn wholes(&mut self, all: &[usize]) {
+        self.bytes.extend(all.iter().flat_map(|n| (*n as u32).to_le_bytes()));
     }
-    bytes
+
+    fn numbers(&mut self, all: &[f64]) {
+        self.bytes.extend(all.iter().flat_map(|x| (*x as f32).to_le_bytes()));
+    }
 }

@@ -324,7 +324,9 @@ impl Held {
         self.voxels.clear();
         self.surfaces.clear();
         (self.seen, self.state.live) = (Seen::default(), LiveShown::default());
-        (self.previewed, self.state.preview_bed) = (None, PreviewShown::default());
+        self.previewed = None;
+        self.state.preview_bed = PreviewShown::default();
+        self.state.preview_applicator = PreviewShown::default();
         self.lines.clear();
         self.state.lines.clear();
         self.state.surfaces.clear();

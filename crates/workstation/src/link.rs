@@ -1,6 +1,6 @@
 //! The socket by which the page is told of each change.
 
-use crate::bed::{Asked, Frames};
+use crate::bed::{Applicator, Asked, Frames, Table};
 use crate::guard::is_same;
 use crate::routes::App;
 use axum::extract::State;
@@ -20,7 +20,9 @@ const MOST: usize = 4096;
 #[serde(rename_all = "lowercase")]
 enum Said {
     /// The live picture of the table.
-    Bed(Asked),
+    Bed(Table),
+    /// The same with an applicator.
+    Applicator(Box<Applicator>),
 }
 
 #[derive(Deserialize)]
@@ -68,8 +70,12 @@ async fn tell(app: &App, socket: &mut WebSocket) {
             said = socket.recv() => match said {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
-                    if let Ok(Said::Bed(asked)) = serde_json::from_str(&text) {
-                        app.desk.tilt(asked, &frames);
+                    match serde_json::from_str(&text) {
+                        Ok(Said::Bed(asked)) => app.desk.tilt(Asked::Table(asked), &frames),
+                        Ok(Said::Applicator(asked)) => {
+                            app.desk.tilt(Asked::Applicator(asked), &frames);
+                        }
+                        Err(_) => {}
                     }
                     None
                 }

@@ -21,6 +21,7 @@ pub(crate) struct State {
     pub(crate) lines: Vec<LinesShown>,
     pub(crate) live: LiveShown,
     pub(crate) preview_bed: PreviewShown,
+    pub(crate) preview_applicator: PreviewShown,
     pub(crate) stages: Vec<StageShown>,
     pub(crate) job: Option<Job>,
     pub(crate) warnings: Vec<WarningShown>,

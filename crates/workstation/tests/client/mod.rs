@@ -145,19 +145,35 @@ pub(crate) struct Link {
 
 impl Link {
     /// A text frame, masked with zeros.
-    fn say(&mut self, text: &str) {
-        let mut frame = vec![0x81, 0x80 | u8::try_from(text.len()).unwrap(), 0, 0, 0, 0];
+    pub(crate) fn say(&mut self, text: &str) {
+        let length = u16::try_from(text.len()).unwrap();
+        let mut frame = vec![0x81, 0x80 | u8::try_from(length).unwrap_or(126).min(126)];
+        if length >= 126 {
+            frame.extend(length.to_be_bytes());
+        }
+        frame.extend([0; 4]);
         frame.extend(text.as_bytes());
         self.stream.write_all(&frame).unwrap();
     }
 
     /// The next text; none when the socket closes.
     fn frame(&mut self) -> Option<String> {
+        let (kind, bytes) = self.any()?;
+        (kind == 0x81).then(|| String::from_utf8(bytes).ok())?
+    }
+
+    /// The next picture; texts before it are passed over.
+    pub(crate) fn picture(&mut self) -> Vec<u8> {
+        loop {
+            if let (0x82, bytes) = self.any().unwrap() {
+                return bytes;
+            }
+        }
+    }
+
+    fn any(&mut self) -> Option<(u8, Vec<u8>)> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head).ok()?;
-        if head[0] != 0x81 {
-            return None;
-        }
         let length = match head[1] {
             126 => {
                 let mut long = [0; 2];
@@ -173,7 +189,7 @@ impl Link {
         };
         let mut text = vec![0; usize::try_from(length).unwrap()];
         self.stream.read_exact(&mut text).ok()?;
-        String::from_utf8(text).ok()
+        Some((head[0], text))
     }
 
     pub(crate) fn next(&mut self) -> Value {

@@ -1,0 +1,31 @@
+import "@kitware/vtk.js/Rendering/Profiles/Geometry";
+import vtkPolyData from "@kitware/vtk.js/Common/DataModel/PolyData";
+import vtkPolyDataNormals from "@kitware/vtk.js/Filters/Core/PolyDataNormals";
+import vtkActor from "@kitware/vtk.js/Rendering/Core/Actor";
+import vtkMapper from "@kitware/vtk.js/Rendering/Core/Mapper";
+import vtkGenericRenderWindow from "@kitware/vtk.js/Rendering/Misc/GenericRenderWindow";
+import { mesh, turn, views } from "./common.js";
+
+const { points, triangles } = await mesh();
+const cells = new Uint32Array((triangles.length / 3) * 4);
+for (let t = 0; t < triangles.length / 3; t++) cells.set([3, ...triangles.subarray(3 * t, 3 * t + 3)], 4 * t);
+const surface = vtkPolyData.newInstance();
+surface.getPoints().setData(points, 3);
+surface.getPolys().setData(cells);
+const normals = vtkPolyDataNormals.newInstance();
+normals.setInputData(surface);
+const mapper = vtkMapper.newInstance();
+mapper.setInputConnection(normals.getOutputPort());
+const actor = vtkActor.newInstance();
+actor.setMapper(mapper);
+actor.getProperty().setColor(0.77, 0.33, 0.12);
+const view = vtkGenericRenderWindow.newInstance({ background: [0, 0, 0], listenWindowResize: false });
+view.setContainer(views("div")[0]);
+view.getApiSpecificRenderWindow().setSize(640, 400);
+view.getRenderer().addActor(actor);
+view.getRenderer().resetCamera();
+turn(() => {
+  view.getRenderer().getActiveCamera().azimuth(0.5);
+  view.getRenderer().resetCameraClippingRange();
+  view.getRenderWindow().render();
+});

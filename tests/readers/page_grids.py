@@ -1,0 +1,210 @@
+"""The page shows the grid's own planes, voxel by voxel, on unusual grids: feet first, flipped, coronal, tilted, long.
+
+page_grids.py SUPINE FOLDER: makes small series in FOLDER, which must not exist, opens each in the page, and compares what its
+canvases hold with planes cut from SimpleITK's array; which axis is shown where follows from SimpleITK's directions and how
+radiologists look at a patient, not from the server. A leaning stack must be refused. Ends with 0 when all is as it must be.
+"""
+import json, os, signal, subprocess, sys
+import numpy as np
+import pydicom
+import SimpleITK as sitk
+from playwright.sync_api import sync_playwright
+from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
+
+SUPINE, FOLDER = sys.argv[1:3]
+X, Y, Z = np.eye(3)
+# Columns and rows, and their spacings, differ: a picture turned over its diagonal is seen.
+SIZE, SPACING, CENTRE = (64, 48, 40), (0.7, 0.9, 1.5), np.array([12.3, -45.6, -312.4])
+MARKER_HU, MARKER_MM = 3000, 4.5
+# By convention: the axis of LPS at right angles, then axis and sign to the right and downwards. From the feet, from the
+# patient's left, from the front.
+VIEWS = {"axial": (2, (0, 1), (1, 1)), "sagittal": (0, (1, 1), (2, -1)), "coronal": (1, (0, 1), (2, -1))}
+LETTERS = ("RL", "AP", "FH")
+
+
+def about(axis, degrees):
+    """A rotation (Rodrigues)."""
+    axis, angle = np.array(axis) / np.linalg.norm(axis), np.radians(degrees)
+    cross = np.cross(np.eye(3), axis).T
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+TILT, SKEW = about(X, 8), about([1, 2, 3], 25)
+# Directions of a row and of a column, Patient Position, size, and how many mm each slice is shifted along its columns.
+SERIES = {
+    "head_first": (X, Y, "HFS", SIZE, 0),
+    "feet_first": (-X, Y, "FFS", SIZE, 0),
+    "flipped_rows": (X, -Y, "HFS", SIZE, 0),
+    "turned": (-X, -Y, "HFS", SIZE, 0),
+    "swapped": (Y, X, "HFS", SIZE, 0),
+    "coronal": (X, -Z, "HFS", SIZE, 0),
+    "sagittal": (Y, -Z, "HFS", SIZE, 0),
+    "sagittal_from_behind": (-Y, -Z, "FFS", SIZE, 0),
+    "tilted": (TILT @ X, TILT @ Y, "HFS", SIZE, 0),
+    "skew_feet_first": (SKEW @ -X, SKEW @ Y, "FFS", SIZE, 0),
+    "long": (X, Y, "HFS", (64, 64, 600), 0),
+    "gantry": (TILT @ X, TILT @ Y, "HFS", SIZE, SPACING[2] * np.tan(np.radians(8))),
+}
+
+
+def places(row, column, size, shift):
+    """LPS of every voxel [k, j, i]."""
+    i, j, k = (np.arange(n) - (n - 1) / 2 for n in size)
+    step = SPACING[2] * np.cross(row, column) + shift * column
+    return CENTRE + k[:, None, None, None] * step + j[:, None, None] * SPACING[1] * column + i[:, None] * SPACING[0] * row
+
+
+def voxels(at, rng):
+    """HU that vary smoothly with some noise, but for a bright ball near the corner that lies left, front, head; its place."""
+    waves = rng.normal(size=(8, 3)) / 15
+    hu = 900 * np.cos(at @ waves.T + rng.uniform(0, 6.28, 8)).mean(-1) - 350 + rng.integers(-60, 60, at.shape[:3])
+    ends = np.array(list(np.ndindex(2, 2, 2))) * (np.array(at.shape[:3]) - 1)
+    corner = max(ends, key=lambda end: at[tuple(end)] @ (X - Y + Z))
+    place = at[tuple(np.where(corner == 0, 8, corner - 8))]
+    hu = np.clip(hu, -1000, 900).astype(int)
+    hu[np.linalg.norm(at - place, axis=-1) < MARKER_MM] = MARKER_HU
+    return hu, place
+
+
+def write(name):
+    """A series, its files in no order; the places to look at: the marker, near the opposite corner, between."""
+    row, column, position, size, shift = SERIES[name]
+    rng = np.random.default_rng(len(name))
+    at = places(row, column, size, shift)
+    hu, marker = voxels(at, rng)
+    series, study, frame = (generate_uid() for _ in range(3))
+    os.makedirs(f"{FOLDER}/{name}")
+    for k, number in enumerate(rng.permutation(size[2]).tolist()):
+        one = pydicom.Dataset()
+        one.file_meta = pydicom.dataset.FileMetaDataset()
+        one.file_meta.TransferSyntaxUID = ExplicitVRLittleEndian
+        one.SOPClassUID, one.SOPInstanceUID, one.Modality = CTImageStorage, generate_uid(), "CT"
+        one.StudyInstanceUID, one.SeriesInstanceUID, one.FrameOfReferenceUID = study, series, frame
+        one.PatientName, one.PatientID, one.SeriesDescription, one.PatientPosition = "Grid", "G", name, position
+        one.ImageType, one.InstanceNumber = ["ORIGINAL", "PRIMARY", "AXIAL"], number + 1
+        one.ImagePositionPatient = [f"{x:.6f}" for x in at[k, 0, 0]]
+        one.ImageOrientationPatient = [f"{x:.9f}" for x in (*row, *column)]
+        one.PixelSpacing = [SPACING[1], SPACING[0]]
+        one.Columns, one.Rows, one.SamplesPerPixel, one.PhotometricInterpretation = size[0], size[1], 1, "MONOCHROME2"
+        one.BitsAllocated, one.BitsStored, one.HighBit, one.PixelRepresentation = 16, 16, 15, 0
+        one.RescaleSlope, one.RescaleIntercept, one.RescaleType = 1, -1024, "HU"
+        one.PixelData = (hu[k] + 1024).astype("<u2").tobytes()
+        one.save_as(f"{FOLDER}/{name}/{number:04}.dcm", enforce_file_format=True)
+    return marker, 2 * CENTRE - marker, at[size[2] // 3, size[1] // 4, size[0] // 2 + 3]
+
+
+def turned(name):
+    """The series as SimpleITK reads it, its axes put in the order of LPS, each the nearest, and made to grow as they do."""
+    reader = sitk.ImageSeriesReader()
+    reader.SetFileNames(reader.GetGDCMSeriesFileNames(f"{FOLDER}/{name}"))
+    image = reader.Execute()
+    axes = np.abs(np.array(image.GetDirection()).reshape(3, 3)).argmax(1)
+    image = sitk.PermuteAxes(image, axes.tolist())
+    return sitk.Flip(image, (np.array(image.GetDirection())[::4] < 0).tolist())
+
+
+def plane(image, view, voxel):
+    """HU of a view's plane through a voxel of a turned image, row by row."""
+    normal, (_, right), (_, down) = VIEWS[view]
+    # The array is [z, y, x]: what is left of it has the axis downwards first in all three views.
+    return sitk.GetArrayViewFromImage(image).take(voxel[normal], 2 - normal)[::down, ::right].astype(float)
+
+
+# What is written on the lines of each view since they were cleared: word, and place as a share of the view.
+LISTEN = """(() => {
+    const written = window.written = {}, pen = CanvasRenderingContext2D.prototype, {clearRect, fillText} = pen;
+    pen.clearRect = function (...all) { written[this.canvas.parentElement?.id] = []; return clearRect.apply(this, all); };
+    pen.fillText = function (word, x, y) {
+        const {a, d} = this.getTransform(), {width, height} = this.canvas;
+        written[this.canvas.parentElement?.id]?.push([word, a * x / width, d * y / height]);
+        return fillText.call(this, word, x, y); }; })()"""
+STATE = """async () => (await fetch("/api/state", {headers:
+    {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()"""
+WHOLE = """() => import("/js/state.js").then(({now}) => {
+    const {voxels: {ct}, crosshair} = now(); return ct && ct.arrived === ct.voxels.length && crosshair !== null; })"""
+PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const canvas = document.querySelector(`#view-${view} canvas.voxels`);
+    const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    done([Array.from(data), canvas.width, canvas.height]); })))"""
+
+
+def pixels(page, view):
+    flat, width, height = page.evaluate(PIXELS, view)
+    drawn = np.array(flat).reshape(height, width, 4)
+    assert (drawn[..., :3] == drawn[..., :1]).all() and (drawn[..., 3] == 255).all(), f"{view}: not grey"
+    return drawn[..., 0]
+
+
+def check_planes(page, name, image, place, look):
+    """Each view's plane through a place, pixel by pixel; a table of greys rounds halves to even, as canvas data are rounded."""
+    wanted = [*zip(("window-width", "window-level"), look), *[(f"place-{a}", round(x, 1)) for a, x in zip("LPS", place)] * 2]
+    # Twice: the crosshair snaps to a voxel after each field, and on a tilted grid the last one moves what the first ones gave.
+    for field, value in wanted:
+        page.locator(f"#{field}").fill(str(value))
+        page.locator(f"#{field}").press("Enter")
+    at = [float(page.locator(f"#place-{a}").input_value()) for a in "LPS"]
+    voxel, asked = (np.array(image.TransformPhysicalPointToIndex(list(p))) for p in (at, place))
+    snaps = int(name in ("tilted", "skew_feet_first"))
+    assert np.abs(voxel - asked).max() <= snaps, f"{name}: the crosshair is at {at}, not {place}"
+    for view in VIEWS:
+        hu, drawn = plane(image, view, voxel.tolist()), pixels(page, view)
+        right = np.clip(np.rint(((hu - look[1]) / look[0] + 0.5) * 255), 0, 255)
+        assert right.shape == drawn.shape, f"{name} {view}: {drawn.shape} pixels, not {right.shape}"
+        assert (right == drawn).all(), f"{name} {view} at {at}: {np.sum(right != drawn)} of {right.size} pixels differ"
+
+
+def check_sides(page, name):
+    """The letters as told and as drawn; and the marker, put left, front, head without any reader, is seen on their sides."""
+    told = {view["name"]: view["letters"] for view in page.evaluate(STATE)["views"]}
+    for view, (_, *sides) in VIEWS.items():
+        letters = [letter for axis, sign in sides for letter in LETTERS[axis][::sign]]
+        assert told[view] == letters, f"{name} {view}: told are {told[view]}, not {letters}"
+        y, x = (np.mean(n) / n_of for n, n_of in zip(np.nonzero(pixels(page, view) == 255), pixels(page, view).shape))
+        seen = [letters[int(x > 0.5)], letters[2 + int(y > 0.5)]]
+        assert set(seen) <= set("LAH"), f"{name} {view}: the marker, left, front, head, is seen at {seen}"
+        short = [one for one in page.evaluate("() => window.written")[f"view-{view}"] if len(one[0]) == 1]
+        ways = [min, max], [1, 1, 2, 2]
+        drawn = [way(short, key=lambda one: one[n])[0] for way, n in zip(ways[0] * 2, ways[1])]
+        assert drawn == letters and len(short) == 4, f"{name} {view}: drawn are {short}, not {letters}"
+
+
+def check(browser, name):
+    looks = write(name)
+    server = subprocess.Popen([SUPINE, "open", f"{FOLDER}/{name}", "--no-browser", "--json"], stdout=subprocess.PIPE, text=True)
+    try:
+        text = ""
+        while "}" not in text:
+            line = server.stdout.readline()
+            assert line, f"{name}: the server ended"
+            text += line
+        page = browser.new_page()
+        page.add_init_script(LISTEN)
+        page.goto(json.loads(text)["address"])
+        card = page.locator(".card")
+        card.wait_for()
+        if name == "gantry":
+            why = card.inner_text()
+            assert "not usable" in why and "gantry tilt" in why and "8.00 degrees" in why, why
+            assert card.get_by_role("button").count() == 0
+        else:
+            card.get_by_role("button", name="Open").click()
+            page.wait_for_function(WHOLE)
+            image = turned(name)
+            # All but the marker below white, then finer steps, then the page's own.
+            for place, look in zip(looks, ((2000, 0), (700, -300), (400, 40))):
+                check_planes(page, name, image, place, look)
+                if look == (2000, 0):
+                    check_sides(page, name)
+        page.close()
+        server.send_signal(signal.SIGINT)
+        assert server.wait(timeout=20) == 0, f"{name}: the server did not end well"
+    finally:
+        server.kill()
+
+
+if __name__ == "__main__":
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis"])
+        for name in SERIES:
+            check(browser, name)
+        browser.close()
