@@ -21,5 +21,4 @@ addEventListener("DOMContentLoaded", async () => {
     const { grid } = now().voxels.ct;
     moveCrosshair(toPlace(grid, grid.size.map((n) => Math.floor(n / 2))));
   };
-  bench.ready = () => !["preparing"].includes(now().server?.live?.segmenter);
 });

@@ -15,21 +15,15 @@ SUPINE, FOLDER = sys.argv[1:3]
 X, Y, Z = np.eye(3)
 # Columns and rows, and their spacings, differ: a picture turned over its diagonal is seen.
 SIZE, SPACING, CENTRE = (64, 48, 40), (0.7, 0.9, 1.5), np.array([12.3, -45.6, -312.4])
-MARKER_HU, MARKER_MM = 3000, 4.5
 # By convention: the axis of LPS at right angles, then axis and sign to the right and downwards. From the feet, from the
 # patient's left, from the front.
 VIEWS = {"axial": (2, (0, 1), (1, 1)), "sagittal": (0, (1, 1), (2, -1)), "coronal": (1, (0, 1), (2, -1))}
 LETTERS = ("RL", "AP", "FH")
 
 
-def about(axis, degrees):
-    """A rotation (Rodrigues)."""
-    axis, angle = np.array(axis) / np.linalg.norm(axis), np.radians(degrees)
-    cross = np.cross(np.eye(3), axis).T
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-
-
-TILT, SKEW = about(X, 8), about([1, 2, 3], 25)
+# Rotations: 8 degrees about x, and 25 degrees about an axis that is none of the patient's.
+TILT, SKEW = (np.array(sitk.VersorTransform(list(about), np.radians(turn)).GetMatrix()).reshape(3, 3)
+              for about, turn in ((X, 8), (X + 2 * Y + 3 * Z, 25)))
 # Directions of a row and of a column, Patient Position, size, and how many mm each slice is shifted along its columns.
 SERIES = {
     "head_first": (X, Y, "HFS", SIZE, 0),
@@ -62,12 +56,12 @@ def voxels(at, rng):
     corner = max(ends, key=lambda end: at[tuple(end)] @ (X - Y + Z))
     place = at[tuple(np.where(corner == 0, 8, corner - 8))]
     hu = np.clip(hu, -1000, 900).astype(int)
-    hu[np.linalg.norm(at - place, axis=-1) < MARKER_MM] = MARKER_HU
+    hu[np.linalg.norm(at - place, axis=-1) < 4.5] = 3000
     return hu, place
 
 
 def write(name):
-    """A series, its files in no order; the places to look at: the marker, near the opposite corner, between."""
+    """A series, its files in no order; the places to look at: one within, near the far corner, the marker."""
     row, column, position, size, shift = SERIES[name]
     rng = np.random.default_rng(len(name))
     at = places(row, column, size, shift)
@@ -84,20 +78,17 @@ def write(name):
         one.ImageType, one.InstanceNumber = ["ORIGINAL", "PRIMARY", "AXIAL"], number + 1
         one.ImagePositionPatient = [f"{x:.6f}" for x in at[k, 0, 0]]
         one.ImageOrientationPatient = [f"{x:.9f}" for x in (*row, *column)]
-        one.PixelSpacing = [SPACING[1], SPACING[0]]
+        one.PixelSpacing, one.RescaleSlope, one.RescaleIntercept = [SPACING[1], SPACING[0]], 1, -1024
         one.Columns, one.Rows, one.SamplesPerPixel, one.PhotometricInterpretation = size[0], size[1], 1, "MONOCHROME2"
         one.BitsAllocated, one.BitsStored, one.HighBit, one.PixelRepresentation = 16, 16, 15, 0
-        one.RescaleSlope, one.RescaleIntercept, one.RescaleType = 1, -1024, "HU"
         one.PixelData = (hu[k] + 1024).astype("<u2").tobytes()
         one.save_as(f"{FOLDER}/{name}/{number:04}.dcm", enforce_file_format=True)
-    return marker, 2 * CENTRE - marker, at[size[2] // 3, size[1] // 4, size[0] // 2 + 3]
+    return at[size[2] // 3, size[1] // 4, size[0] // 2 + 3], 2 * CENTRE - marker, marker
 
 
 def turned(name):
     """The series as SimpleITK reads it, its axes put in the order of LPS, each the nearest, and made to grow as they do."""
-    reader = sitk.ImageSeriesReader()
-    reader.SetFileNames(reader.GetGDCMSeriesFileNames(f"{FOLDER}/{name}"))
-    image = reader.Execute()
+    image = sitk.ReadImage(sitk.ImageSeriesReader.GetGDCMSeriesFileNames(f"{FOLDER}/{name}"))
     axes = np.abs(np.array(image.GetDirection()).reshape(3, 3)).argmax(1)
     image = sitk.PermuteAxes(image, axes.tolist())
     return sitk.Flip(image, (np.array(image.GetDirection())[::4] < 0).tolist())
@@ -118,8 +109,7 @@ LISTEN = """(() => {
         const {a, d} = this.getTransform(), {width, height} = this.canvas;
         written[this.canvas.parentElement?.id]?.push([word, a * x / width, d * y / height]);
         return fillText.call(this, word, x, y); }; })()"""
-STATE = """async () => (await fetch("/api/state", {headers:
-    {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()"""
+VIEWS_TOLD = """() => import("/js/state.js").then(({now}) => now().server.views)"""
 WHOLE = """() => import("/js/state.js").then(({now}) => {
     const {voxels: {ct}, crosshair} = now(); return ct && ct.arrived === ct.voxels.length && crosshair !== null; })"""
 PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
@@ -155,17 +145,34 @@ def check_planes(page, name, image, place, look):
 
 def check_sides(page, name):
     """The letters as told and as drawn; and the marker, put left, front, head without any reader, is seen on their sides."""
-    told = {view["name"]: view["letters"] for view in page.evaluate(STATE)["views"]}
+    told = {view["name"]: view["letters"] for view in page.evaluate(VIEWS_TOLD)}
     for view, (_, *sides) in VIEWS.items():
         letters = [letter for axis, sign in sides for letter in LETTERS[axis][::sign]]
         assert told[view] == letters, f"{name} {view}: told are {told[view]}, not {letters}"
-        y, x = (np.mean(n) / n_of for n, n_of in zip(np.nonzero(pixels(page, view) == 255), pixels(page, view).shape))
-        seen = [letters[int(x > 0.5)], letters[2 + int(y > 0.5)]]
+        white = pixels(page, view) == 255
+        y, x = (np.mean(n) > size / 2 for n, size in zip(np.nonzero(white), white.shape))
+        seen = [letters[int(x)], letters[2 + int(y)]]
         assert set(seen) <= set("LAH"), f"{name} {view}: the marker, left, front, head, is seen at {seen}"
         short = [one for one in page.evaluate("() => window.written")[f"view-{view}"] if len(one[0]) == 1]
-        ways = [min, max], [1, 1, 2, 2]
-        drawn = [way(short, key=lambda one: one[n])[0] for way, n in zip(ways[0] * 2, ways[1])]
-        assert drawn == letters and len(short) == 4, f"{name} {view}: drawn are {short}, not {letters}"
+        drawn = [way(short, key=lambda one: one[n])[0] for n in (1, 2) for way in (min, max)]
+        assert len(short) == 4 and drawn == letters, f"{name} {view}: drawn are {short}, not {letters}"
+
+
+def check_series(page, name, looks):
+    card = page.locator(".card")
+    card.wait_for()
+    if name == "gantry":
+        why = card.inner_text()
+        assert "not usable" in why and "(gantry tilt)" in why and "8.00 degrees" in why, why
+        assert card.get_by_role("button").count() == 0, "a leaning stack can be opened"
+        return
+    card.get_by_role("button", name="Open").click()
+    page.wait_for_function(WHOLE)
+    image = turned(name)
+    # The page's own window; one of finer steps; one in which the marker alone is white.
+    for place, look in zip(looks, ((400, 40), (700, -300), (2000, 0))):
+        check_planes(page, name, image, place, look)
+    check_sides(page, name)
 
 
 def check(browser, name):
@@ -174,27 +181,11 @@ def check(browser, name):
     try:
         text = ""
         while "}" not in text:
-            line = server.stdout.readline()
-            assert line, f"{name}: the server ended"
-            text += line
+            text += server.stdout.readline() or sys.exit(f"{name}: the server ended")
         page = browser.new_page()
         page.add_init_script(LISTEN)
         page.goto(json.loads(text)["address"])
-        card = page.locator(".card")
-        card.wait_for()
-        if name == "gantry":
-            why = card.inner_text()
-            assert "not usable" in why and "gantry tilt" in why and "8.00 degrees" in why, why
-            assert card.get_by_role("button").count() == 0
-        else:
-            card.get_by_role("button", name="Open").click()
-            page.wait_for_function(WHOLE)
-            image = turned(name)
-            # All but the marker below white, then finer steps, then the page's own.
-            for place, look in zip(looks, ((2000, 0), (700, -300), (400, 40))):
-                check_planes(page, name, image, place, look)
-                if look == (2000, 0):
-                    check_sides(page, name)
+        check_series(page, name, looks)
         page.close()
         server.send_signal(signal.SIGINT)
         assert server.wait(timeout=20) == 0, f"{name}: the server did not end well"

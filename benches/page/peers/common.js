@@ -34,14 +34,16 @@ export function scroll(size, draw) {
     if (!asked) requestAnimationFrame(paint);
     asked = true;
   };
+  // Before the peer's own listener, which would move one plane alone.
   addEventListener("wheel", (event) => {
     event.preventDefault();
+    event.stopImmediatePropagation();
     const notches = -Math.round(event.deltaY / 120);
     if (notches === 0) return;
     step += notches;
     voxel = voxel.map((x, a) => Math.min(size[a] - 1, Math.max(0, x + notches)));
     ask();
-  }, { passive: false });
+  }, { passive: false, capture: true });
   bench.centre = () => { [voxel, step] = [middle, 0]; ask(); };
   ask();
 }

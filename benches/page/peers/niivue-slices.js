@@ -3,8 +3,8 @@ import { paintedAll, scroll, views, volume } from "./common.js";
 
 const { size, spacing, voxels } = await volume();
 const [canvas] = views("canvas");
-// All planes lie in one canvas, which gets the three views' place.
-document.getElementById("views").style.display = "block";
+// All planes lie in one canvas, which gets the place of all four views.
+canvas.style.gridArea = "1 / 1 / 3 / 3";
 const viewer = new Niivue({ multiplanarShowRender: SHOW_RENDER.NEVER, dragAndDropEnabled: false });
 await viewer.attachToCanvas(canvas, false);
 viewer.setSliceType(SLICE_TYPE.MULTIPLANAR);

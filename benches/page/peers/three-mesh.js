@@ -14,7 +14,7 @@ const light = new DirectionalLight(0xffffff, 3);
 light.position.set(-1, 1, 2);
 const scene = new Scene().add(body, light, new AmbientLight(0xffffff, 0.5));
 const camera = new PerspectiveCamera(30, 640 / 400, 1, 2000);
-camera.position.z = 430;
+camera.position.z = 525;
 turn((angle) => {
   body.rotation.y = angle;
   renderer.render(scene, camera);

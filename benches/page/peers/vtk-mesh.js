@@ -24,6 +24,7 @@ view.setContainer(views("div")[0]);
 view.getApiSpecificRenderWindow().setSize(640, 400);
 view.getRenderer().addActor(actor);
 view.getRenderer().resetCamera();
+view.getRenderer().getActiveCamera().zoom(1.22);
 turn(() => {
   view.getRenderer().getActiveCamera().azimuth(0.5);
   view.getRenderer().resetCameraClippingRange();

@@ -7,7 +7,8 @@ import vtkGenericRenderWindow from "@kitware/vtk.js/Rendering/Misc/GenericRender
 import { paintedAll, scroll, views, volume } from "./common.js";
 
 const { size, spacing, voxels } = await volume();
-const image = vtkImageData.newInstance({ dimensions: size, spacing });
+const image = vtkImageData.newInstance({ spacing });
+image.setDimensions(size);
 image.getPointData().setScalars(vtkDataArray.newInstance({ values: voxels, numberOfComponents: 1 }));
 /** Of each plane: the axis it is normal to, where the eye looks, what is up. */
 const planes = [[2, [0, 0, 1], [0, -1, 0]], [0, [-1, 0, 0], [0, 0, 1]], [1, [0, 1, 0], [0, 0, 1]]];
@@ -29,7 +30,9 @@ const panes = views("div", 3).map((container, n) => {
   camera.setViewUp(...up);
   view.getRenderer().addViewProp(actor);
   view.getRenderer().resetCamera();
-  camera.setParallelScale((spacing[planes[n][0] === 2 ? 1 : 2] * size[planes[n][0] === 2 ? 1 : 2]) / 2);
+  // The whole plane, as high as the view: half of its height in mm.
+  const down = axis === 2 ? 1 : 2;
+  camera.setParallelScale((spacing[down] * size[down]) / 2);
   return { axis, mapper, view };
 });
 scroll(size, (voxel) => {

@@ -187,13 +187,14 @@ impl Desk {
                 frame.numbers(&[place[0], place[1], place[2], away, away - radius, 0.0]);
             }
         }
-        to.send_replace(Some(Arc::new(frame.bytes)));
         if held.is_none() {
             self.change(|held| {
                 held.previewed = Some(Previewed { bed: asked.bed(), tumour: after });
                 held.state.preview_bed.final_mm = preview_differs(held, session);
             });
         }
+        // Last: who has the picture finds the state that goes with it.
+        to.send_replace(Some(Arc::new(frame.bytes)));
         Ok(())
     }
 

@@ -52,6 +52,8 @@ pub(crate) struct Held {
     /// What planes cut, by volume, with the keys under which it is asked for.
     pub(crate) lines: BTreeMap<&'static str, (String, Arc<Cuttable>)>,
     pub(crate) seen: Seen,
+    /// The last change of the case, as the command line takes it.
+    pub(crate) edited: Vec<String>,
     /// The folder of the run that is shown.
     pub(crate) result: Option<PathBuf>,
     /// What was told of the work, the newest last.
@@ -91,6 +93,7 @@ impl Desk {
             surfaces: BTreeMap::new(),
             lines: BTreeMap::new(),
             seen: Seen::default(),
+            edited: vec![],
             result: None,
             log: VecDeque::new(),
             previewed: None,
@@ -318,6 +321,7 @@ impl Held {
         (self.session, self.case, self.state.case) = (None, None, None);
         (self.state.result, self.state.tumour, self.result) = (None, None, None);
         self.state.sent = None;
+        self.edited.clear();
         self.state.figures.clear();
         self.log.clear();
         self.state.revision += 1;

@@ -7,7 +7,7 @@ use crate::roots::name_of;
 use crate::state::{PreviewShown, Readiness};
 use serde::Deserialize;
 use std::sync::Arc;
-use supine_flow::spec::Edit;
+use supine_flow::spec::{Edit, set_argument};
 use supine_flow::{Freshness, NodeId};
 
 /// Changes that the page asks for, and the state that it saw.
@@ -65,6 +65,7 @@ impl Desk {
         let edits: Vec<Edit> = asked.edits.into_iter().map(edit).collect();
         self.change_case(asked.revision, |held| {
             let spec = held.case.as_mut().ok_or(Error::Nothing)?.edit(&edits)?;
+            held.edited = edits.iter().filter_map(set_argument).collect();
             Ok(Some(spec))
         })
     }
@@ -96,6 +97,7 @@ impl Desk {
     /// As [`Self::edit`].
     pub(crate) fn history(self: &Arc<Self>, seen: Seen, way: Way) -> Result<(), Error> {
         self.change_case(seen.revision, |held| {
+            held.edited.clear();
             let case = held.case.as_mut().ok_or(Error::Nothing)?;
             Ok(if way == Way::Back { case.undo()? } else { case.redo()? })
         })
@@ -165,7 +167,7 @@ impl Held {
         // What was proposed stays on the screen.
         shown.region = shown.region.or(region);
         if let Some(path) = case.path() {
-            self.state.command = run_command(&name_of(path));
+            self.state.command = run_command(&name_of(path), &self.edited);
         }
         self.state.case = Some(shown);
         self.show_ticks();

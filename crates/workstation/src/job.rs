@@ -26,6 +26,10 @@ impl Watching {
         Self { desk, cancel, beside: true, began: Instant::now() }
     }
 
+    fn forget_warnings(&self, node: NodeId) {
+        self.desk.change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
+    }
+
     fn log(&self, node: NodeId, text: String) {
         let began = self.began;
         self.desk.change_often(|held| held.tell(began, node.name(), text));
@@ -43,8 +47,12 @@ impl Watching {
 
 impl Observer for Watching {
     fn begin(&self, node: NodeId) {
+        // What goes on beside may be given up at any time: it shows only what it has finished.
+        if self.beside {
+            return;
+        }
         // What it says is said anew.
-        self.desk.change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
+        self.forget_warnings(node);
         let begin = |stage: &mut StageShown| {
             (stage.state, stage.share, stage.seconds, stage.found) =
                 ("running", Some(0.0), None, None);
@@ -54,7 +62,9 @@ impl Observer for Watching {
     }
 
     fn share(&self, node: NodeId, share: f64) {
-        self.stage(node, |stage| stage.share = Some(share), true);
+        if !self.beside {
+            self.stage(node, |stage| stage.share = Some(share), true);
+        }
         self.desk.change_often(|held| {
             if self.beside {
                 held.state.live.share = Some(share);
@@ -89,6 +99,9 @@ impl Observer for Watching {
     }
 
     fn end(&self, node: NodeId, seconds: f64, cached: bool) {
+        if self.beside && !cached {
+            self.forget_warnings(node);
+        }
         let there = if cached { "was there" } else { "done" };
         self.log(node, format!("{there}, {seconds:.2} s"));
         let end = |stage: &mut StageShown| {

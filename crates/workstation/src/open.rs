@@ -185,6 +185,7 @@ impl Desk {
             ],
         };
         self.begin(until.map_or("simulating", NodeId::name), move |desk, watching| {
+            desk.change(|held| held.tell_run("result", until.or(Some(NodeId::Interval))));
             let request = Request { observer: watching, lane: Lane::Final, ..Request::default() };
             for part in parts {
                 let done = session.update(&part, &request);
@@ -203,7 +204,9 @@ impl Desk {
     pub(crate) fn run_into(self: &Arc<Self>, dir: &str, name: &str) -> Result<(), Error> {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
         let path = self.held().roots.path_of(dir, name)?;
+        let name = name.to_owned();
         self.begin("the whole run", move |desk, watching| {
+            desk.change(|held| held.tell_run(&name, None));
             // The deformed CT is shown before its files are written.
             let request = Request { observer: watching, ..Request::default() };
             session.update(&[NodeId::Warp], &request)?;
@@ -226,6 +229,14 @@ pub(crate) fn has_breast(session: &Session) -> bool {
 }
 
 impl Held {
+    /// Tells the command line of a run.
+    fn tell_run(&mut self, out: &str, until: Option<NodeId>) {
+        let Some(path) = self.case.as_ref().and_then(CaseFile::path) else { return };
+        let until = until.map_or(String::new(), |node| format!(" --until {node}"));
+        let (case, out) = (quoted(&name_of(path)), quoted(out));
+        self.state.command = format!("supine run {case} --out {out}{until}");
+    }
+
     /// Shows what a run left.
     fn show_result(&mut self, path: &Path, summary: &Summary) {
         let shown = result(path, summary);
@@ -283,8 +294,8 @@ impl Opened {
     fn command(&self) -> String {
         match self {
             Self::Series { dir, .. } => format!("supine init {}", quoted(&name_of(dir))),
-            Self::Case(path) => run_command(&name_of(path)),
-            Self::Run(path) => run_command(&format!("{}/summary.json", name_of(path))),
+            Self::Case(path) => run_command(&name_of(path), &[]),
+            Self::Run(path) => run_command(&format!("{}/summary.json", name_of(path)), &[]),
         }
     }
 }
@@ -297,14 +308,21 @@ pub(crate) fn of_series(dir: &Path, uid: &str) -> Result<Spec, Error> {
     Ok(spec)
 }
 
-/// The command line of a whole run.
-pub(crate) fn run_command(case: &str) -> String {
-    format!("supine run {} --out result", quoted(case))
+/// Longer values are not told on the command line: the case has them.
+const TELLING: usize = 60;
+
+/// The command line of a whole run, with changes of the case that it may be made with.
+pub(crate) fn run_command(case: &str, edited: &[String]) -> String {
+    let mut text = format!("supine run {} --out result", quoted(case));
+    for change in edited.iter().filter(|change| change.len() <= TELLING) {
+        text += &format!(" --set {}", quoted(change));
+    }
+    text
 }
 
 /// A name as a shell takes it.
-fn quoted(name: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
+pub(crate) fn quoted(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=".contains(c);
     match name.chars().all(plain) {
         true => name.into(),
         false => format!("'{}'", name.replace('\'', r"'\''")),

@@ -56,7 +56,11 @@ impl Desk {
             path.clone()
         };
         self.begin("sending", move |desk, watching| {
-            desk.change(|held| held.state.sent = None);
+            desk.change(|held| {
+                held.state.sent = None;
+                let name = crate::open::quoted(&crate::roots::name_of(&path));
+                held.state.command = format!("supine send {name} --to {node}");
+            });
             let share = |share: f64| {
                 watching.share(NodeId::Export, share);
                 watching.go_on()

@@ -80,6 +80,12 @@ fn put(table: &mut (impl TableLike + ?Sized), name: &str, new: Option<Item>) {
     }
 }
 
+/// A change as `--set` takes it; nothing where a key is taken away.
+pub fn set_argument(edit: &Edit) -> Option<String> {
+    let value = (!edit.value.is_null()).then(|| toml_value(&edit.value))?;
+    Some(format!("{}={value}", edit.key))
+}
+
 fn item(value: &Json) -> Item {
     Item::Value(toml_value(value))
 }
@@ -150,6 +156,14 @@ mod tests {
         let line = "seeds = { strokes = [{ tissue = \"erase\", radius = 2.5, points = [[1.0, 2.0, 3.5]] }] }";
         assert!(text.contains(line), "{text}");
         assert_eq!(changed(&text, "seeds.strokes", Json::Null), TEXT);
+    }
+
+    #[test]
+    fn a_change_is_told_as_the_command_line_takes_it() {
+        let told = |key: &str, value: Json| set_argument(&Edit { key: key.into(), value });
+        assert_eq!(told("bed.ap", json!(7.5)).as_deref(), Some("bed.ap=7.5"));
+        assert_eq!(told("breast", json!("left")).as_deref(), Some("breast=\"left\""));
+        assert_eq!(told("breast", Json::Null), None);
     }
 
     #[test]

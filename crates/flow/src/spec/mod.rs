@@ -24,7 +24,7 @@ pub use case::{
     Case, ExportSpec, FitScans, MeshSpec, Refinement, ScansSpec, SeedsSpec, Stiffness,
     StiffnessMap, TumourSpec,
 };
-pub use edit::{Edit, edit};
+pub use edit::{Edit, edit, set_argument};
 pub use error::CaseError;
 pub use example::quoted;
 pub use schema::{case_schema, guide_table, key_list};

@@ -337,6 +337,34 @@ fn each_frame_is_as_if_it_were_the_only_one() {
     assert!(matches!(frames.next(&u, &mut Ct::clone(&ct)), Err(Error::Displacement(_))));
 }
 
+/// Where planes are seen a frame is the whole one's, and the next whole frame is right everywhere.
+#[test]
+fn planes_that_are_seen_are_those_of_the_whole_frame() {
+    let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+    let ct = Arc::new(ct());
+    let params = Params { collar_mm: 2.0, ..no_fade() };
+    let mut frames = Frames::new(ct.clone(), mesh.clone(), &params).unwrap();
+    let (mut whole, mut seen) = (Ct::clone(&ct), Ct::clone(&ct));
+    let mut others = Frames::new(ct.clone(), mesh.clone(), &params).unwrap();
+    let size = ct.grid().size();
+    for share in [0.4, 1.0] {
+        let u = moved(&mesh, Order::Linear, |p| bent(p) * share);
+        frames.next(&u, &mut whole).unwrap();
+        let planes = [(0, size[0] / 2), (1, size[1] / 3), (2, size[2] / 2)];
+        others.next_seen(&u, &planes, &mut seen).unwrap();
+        for (axis, n) in planes {
+            let in_plane = |at: &usize| ct.grid().voxel(*at)[axis] == n;
+            for at in (0..ct.data().len()).filter(in_plane) {
+                assert_eq!(seen.data()[at], whole.data()[at], "{axis} {:?}", ct.grid().voxel(at));
+            }
+        }
+    }
+    let u = moved(&mesh, Order::Linear, |p| bent(p) * 0.7);
+    frames.next(&u, &mut whole).unwrap();
+    others.next(&u, &mut seen).unwrap();
+    assert_eq!(seen.data(), whole.data());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 

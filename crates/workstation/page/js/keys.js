@@ -1,5 +1,6 @@
 // The table of keys. It binds them, and makes the tooltips and the help.
 import * as actions from "./actions.js";
+import { toggleApplicator } from "./applicator.js";
 import { redo, undo } from "./link.js";
 import { change, now, planes } from "./state.js";
 import { nextTissue, resize, toggleErase } from "./tools/seeds.js";
@@ -72,6 +73,7 @@ export const bindings = [
   { id: "thicker", group: "Tools", keys: ["]"], what: "larger brush", does: () => painting() && resize(1) },
   { id: "tissue-before", group: "Tools", keys: ["Q"], what: "tissue before", does: () => painting() && nextTissue(-1) },
   { id: "tissue-next", group: "Tools", keys: ["W"], what: "next tissue", does: () => painting() && nextTissue(1) },
+  { id: "applicator", group: "Tools", keys: ["Shift+P"], what: "applicator in the preview, on or off (step 4)", does: toggleApplicator },
   { id: "patch", group: "Tools", keys: ["X"], what: "next uncertain patch of the chest wall", does: () => actions.goToPatch() },
   { id: "warning", group: "Tools", keys: ["Shift+X"], what: "next warning that is not ticked (step 5)", does: () => now().step === "check" && actions.goToWarning() },
   { id: "undo", group: "Case", keys: ["Ctrl+Z"], what: "undo", does: () => now().server?.case?.can_undo !== false && undo() },
@@ -86,7 +88,7 @@ export const bindings = [
 /** What the mouse does, for the help. @type {{keys: string[], what: string, group: string}[]} */
 export const gestures = [
   { group: "Mouse", keys: ["Wheel"], what: "slices" },
-  { group: "Mouse", keys: ["Left button"], what: "the tool: crosshair, ruler, handles, brush, points" },
+  { group: "Mouse", keys: ["Left button"], what: "the tool: crosshair, ruler, handles, brush, points; in step 4 the applicator, in a slice and in 3D" },
   { group: "Mouse", keys: ["Ctrl+Left drag"], what: "brush: erase" },
   { group: "Mouse", keys: ["Shift+Wheel"], what: "brush: its size" },
   { group: "Mouse", keys: ["Right drag"], what: "window (across) and level (up and down)" },

@@ -1,4 +1,5 @@
-// The live picture of the turned bed: what is asked for, one frame at a time, and what comes.
+// The live picture of the turned bed, with or without an applicator: what is asked for, one frame at a time, and what comes.
+import { isIn, loadFrom, questionOf, takenOut } from "./applicator.js";
 import { clamp, nearest } from "./geometry.js";
 import { editNewest, followFrames, tell } from "./link.js";
 import { change, now, planes, viewOf } from "./state.js";
@@ -7,7 +8,8 @@ import { change, now, planes, viewOf } from "./state.js";
 /** @typedef {import("./state.js").Angles} Angles */
 /** @typedef {import("./state.js").Patched} Patched */
 
-const magic = 0x44424553;
+/** The first bytes of a frame of the bed, and of one with an applicator. */
+const [ofBed, ofApplicator] = [0x44424553, 0x44424541];
 /** The server may drop a frame that is late: after this it is asked again, ms. */
 const patience = 500;
 /** What a slider gives; numbers may go further. */
@@ -30,19 +32,28 @@ export function hindrance(state) {
 
 /** Pictures can be had; the first question makes them ready. @param {State} state */
 const lane = ({ socket, server }) => socket && server?.preview_bed?.state !== "failed";
+/** This applicator cannot be put in like this; another way it may be. @param {State} state */
+const failed = (state) => isIn(state) && state.server?.preview_applicator?.state === "failed";
+/** @param {State} state */
+const shownAngles = (state) => state.bed ?? caseAngles(state);
 
 /** The picture that is wanted, as it is asked for. @param {State} state */
 function wanted(state) {
   const ct = state.voxels.ct;
-  if (state.step !== "bed" || !state.previewOn || !state.bed || !lane(state) || !ct || !state.crosshair) return null;
+  const held = isIn(state) ? state.applicator : null;
+  const bed = held ? shownAngles(state) : state.bed;
+  if (state.step !== "bed" || !state.previewOn || !bed || !lane(state) || !ct || !state.crosshair) return null;
   const voxel = nearest(ct.grid, state.crosshair);
   const seen = planes.filter((name) => (state.large ?? name) === name)
     .flatMap((name) => { const view = viewOf(state, name); return view ? [[name, voxel[view.normal]]] : []; });
-  return seen.length > 0 ? { bed: { ...state.bed, planes: seen } } : null;
+  if (seen.length === 0) return null;
+  return held ? questionOf(held, bed, seen) : { bed: { ...bed, planes: seen } };
 }
 
 let asked = "";
 let timer = 0;
+/** The angles of the question under way: a frame with an applicator does not say them. @type {Angles} */
+let tilt = { ap: 0, lat: 0 };
 
 /** Asks for the newest picture unless one is under way. */
 function ask() {
@@ -51,8 +62,11 @@ function ask() {
   if (!want) asked = "";
   if (!want || timer || text === asked) return;
   asked = text;
+  tilt = shownAngles(now()) ?? tilt;
   timer = window.setTimeout(() => {
-    [timer, asked] = [0, ""];
+    timer = 0;
+    // What has failed is not asked again until something of it is another.
+    if (!failed(now())) asked = "";
     ask();
   }, patience);
   tell(want);
@@ -61,8 +75,9 @@ function ask() {
 /** @param {ArrayBuffer} buffer @returns {import("./state.js").Preview|null} */
 export function readFrame(buffer) {
   const head = new DataView(buffer);
-  if (buffer.byteLength < 32 || head.getUint32(0, true) !== magic) return null;
-  const [ap, lat, moved, ms] = [16, 20, 24, 28].map((at) => head.getFloat32(at, true));
+  const magic = buffer.byteLength < 32 ? 0 : head.getUint32(0, true);
+  if (magic !== ofBed && magic !== ofApplicator) return null;
+  const [a, b, c, ms] = [16, 20, 24, 28].map((at) => head.getFloat32(at, true));
   /** @type {Record<string, Patched>} */
   const found = {};
   let at = 32;
@@ -71,7 +86,9 @@ export function readFrame(buffer) {
     found[planes[view]] = { slice, x0, y0, width, height, hu: new Int16Array(buffer, at + 24, width * height) };
     at += 24 + 4 * Math.ceil((width * height) / 2);
   }
-  return { ap: tidy(ap), lat: tidy(lat), moved: Number.isNaN(moved) ? null : moved, ms, planes: found };
+  const known = (/** @type {number} */ mm) => (Number.isNaN(mm) ? null : mm);
+  if (magic === ofBed) return { ap: tidy(a), lat: tidy(b), moved: known(c), ms, planes: found, load: null };
+  return { ...tilt, moved: known(a), ms, planes: found, load: loadFrom([b, c], new Float32Array(buffer, at, 6)) };
 }
 
 /** An angle that came as a short number. @param {number} x */
@@ -83,8 +100,9 @@ function take(buffer) {
   timer = 0;
   const state = now();
   const preview = readFrame(buffer);
-  // A frame that comes after the step was left is of no use. The first one turns to the CT, which it is drawn upon.
-  if (preview && wanted(state)) change(state.preview ? { preview } : { preview, show: "ct" });
+  // A frame that comes after the step was left, or the applicator was taken out, is of no use. The first one turns to the CT,
+  // which it is drawn upon.
+  if (preview && wanted(state) && Boolean(preview.load) === isIn(state)) change(state.preview ? { preview } : { preview, show: "ct" });
   ask();
 }
 
@@ -121,13 +139,24 @@ function simulated(state) {
   return told && told.fresh !== false && state.voxels.deformed?.key === told.key && sameAngles(state.bed, caseAngles(state));
 }
 
+/** The case's simulation is of the angles that are shown. @param {State} state */
+export const onTable = (state) => sameAngles(shownAngles(state), caseAngles(state))
+  && state.server?.volumes.some(({ id, fresh }) => id === "deformed" && fresh !== false);
+
 /** The picture goes when the step is left, when it is not wanted, and when the real one is there. @param {State} state */
 function settle(state) {
-  if (!state.bed && !state.preview) return;
+  const held = state.applicator?.inserted;
+  if (!state.bed && !state.preview && !held) return;
   // Without the server's live lane, or while it makes a new mesh, the old picture says nothing.
-  if (state.preview && !lane(state)) return change({ preview: null });
-  if (state.step !== "bed" || !state.previewOn) change({ preview: null, bed: null, turning: false });
-  else if (!state.turning && !sending && simulated(state)) change({ preview: null, bed: null, show: "deformed" });
+  if (state.preview && (!lane(state) || failed(state))) return change({ preview: null });
+  if (state.step !== "bed") change({ preview: null, bed: null, turning: false, carrying: false, applicator: takenOut(state.applicator) });
+  else if (!state.previewOn) return state.bed || state.preview ? change({ preview: null, bed: null, turning: false }) : undefined;
+  else if (!held && !state.turning && !sending && simulated(state)) change({ preview: null, bed: null, show: "deformed" });
+}
+
+/** Without its applicator the breast is shown as the bed alone has it. @param {State} state @param {State} before */
+function followApplicator(state, before) {
+  if (isIn(before) && !isIn(state) && state.step === "bed" && state.previewOn) change({ preview: null, bed: shownAngles(state) });
 }
 
 /** Angles that someone else has set, or an undo, are those that are shown. @param {State} state @param {State} before */
@@ -140,7 +169,8 @@ function followCase(state, before) {
 /** @param {State} state @param {State} before */
 export function followBed(state, before) {
   // A lost frame must not block the next socket.
-  if (state.socket !== before.socket) asked = "";
+  if (state.socket !== before.socket || (failed(before) && !failed(state))) asked = "";
+  followApplicator(state, before);
   if (state.server !== before.server) followCase(state, before);
   settle(now());
   ask();

@@ -14,9 +14,14 @@
 /** @typedef {{segmenter: "none"|"preparing"|"ready", share: number|null, following: boolean, problem: Problem|null}} Live */
 /** @typedef {{ap: number, lat: number}} Angles of the bed */
 /** @typedef {{slice: number, x0: number, y0: number, width: number, height: number, hu: Int16Array}} Patched a piece of a plane */
-/** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>}} Preview the CT as the bed would have it */
-/** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null,
- *   tetrahedra: number|null, final_mm: number|null}} PreviewBed */
+/** @typedef {Angles & {moved: number|null, ms: number, planes: Record<string, Patched>, load: Load|null}} Preview the CT as the bed
+ *   would have it; `load`: with an applicator */
+/** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null}} Ready */
+/** @typedef {Ready & {tetrahedra: number|null, final_mm: number|null}} PreviewBed */
+/** @typedef {{centre: Triple, axis: Triple, radius: number, shaft: number, contact: "tied"|"frictionless", shift: Triple, turn: Triple,
+ *   inserted: boolean}} Applicator put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
+/** @typedef {{force: number, moment: number, tumour: Triple|null, away: number|null, gap: number|null}} Load force in N, moment in
+ *   N mm, the tumour's place now; how far its centre and its surface are from the applicator's surface, mm */
 /** @typedef {{message: string, advice: string|null}} Problem */
 /** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, place_mm: Triple|null}} Warning */
 /** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null}} Figure */
@@ -31,7 +36,8 @@
  *   inspection: null|{dir: string, name: string, series: Series[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
  *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
- *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_bed?: PreviewBed|null}} Server */
+ *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_bed?: PreviewBed|null,
+ *   preview_applicator?: Ready|null}} Server */
 /** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
 /** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null}} Way the tumour's */
 /** @typedef {{name: string, saved: boolean, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
@@ -80,6 +86,8 @@ const initial = {
   /** A slider of the bed is held. */ turning: false,
   /** @type {Preview|null} */ preview: null,
   previewOn: true,
+  /** @type {Applicator|null} null: the section is switched off */ applicator: null,
+  /** The applicator is being dragged. */ carrying: false,
   /** The socket is open. */ socket: false,
   patch: -1,
   panning: false,
@@ -100,6 +108,7 @@ export const ofOneCt = {
   crosshair: initial.crosshair, cursor: null, ruler: null, draft: null, patch: -1, warning: null, typed: initial.typed, show: "ct",
   cameras: initial.cameras, scene: initial.scene, compare: initial.compare,
   stroke: null, waiting: initial.waiting, bed: null, turning: false, preview: null,
+  applicator: null, carrying: false,
 };
 
 /** @typedef {typeof initial} State */

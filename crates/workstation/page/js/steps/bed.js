@@ -2,6 +2,7 @@
 import { element, fixed, say, show } from "../dom.js";
 import { hindrance, limits, onSlider, setAngles, tryAngles } from "../live.js";
 import { change, now } from "../state.js";
+import { applicatorPart } from "./applicator.js";
 import { runButton } from "./look.js";
 import { history } from "./mark.js";
 import { numberField, part, percent, way } from "./parts.js";
@@ -99,10 +100,11 @@ function goodness() {
   return { root: element("div", { class: "goodness" }, told, moved), draw: (state) => {
     const { server, preview, previewOn } = state;
     say(told, previewOn ? hindrance(state) ?? (server?.preview_bed ? standing(server.preview_bed) : "") : "");
-    say(moved, typeof preview?.moved === "number" ? `PREVIEW: the tumour moves by ${fixed(preview.moved)} mm.` : "");
+    // With an applicator its own section says more.
+    say(moved, typeof preview?.moved === "number" && !preview.load ? `PREVIEW: the tumour moves by ${fixed(preview.moved)} mm.` : "");
     moved.hidden = moved.textContent === "";
   } };
 }
 
 /** @returns {Part[]} */
-export const bedParts = () => [bothAngles(), meaning(), picture(), goodness(), runButton("Simulate", null), way(), history()];
+export const bedParts = () => [bothAngles(), meaning(), picture(), goodness(), applicatorPart(), runButton("Simulate", null), way(), history()];

@@ -1,5 +1,6 @@
 // What stands in the 3D view besides the server's surfaces, and how points get to the screen.
 import { clamp, dot, minus, toPlace, toVoxel } from "../geometry.js";
+import { shaftRings } from "./applicator.js";
 
 /** @typedef {import("../geometry.js").Triple} Triple */
 /** @typedef {import("../state.js").Surface} Surface */
@@ -120,6 +121,23 @@ export function ball({ centre_mm: [cx, cy, cz], radius_mm: r }) {
   }
   return { key: "ball", shape: "ct", kind: "triangles", values: new Float32Array(0), points: new Float32Array(points),
     triangles: new Uint32Array(triangles) };
+}
+
+/** A sphere on a shaft. @param {Triple} centre @param {Triple} axis @param {number} radius @param {number} shaft its radius @returns {Surface} */
+export function applicatorBody(centre, axis, radius, shaft) {
+  const sphere = ball({ centre_mm: centre, radius_mm: radius });
+  const first = sphere.points.length / 3;
+  const [low, high] = shaftRings(centre, axis, shaft, 0);
+  const around = low.length;
+  const walls = low.flatMap((_, n) => {
+    const [a, b] = [first + n, first + ((n + 1) % around)];
+    return [a, b, a + around, b, b + around, a + around];
+  });
+  // The end has points of its own: its edge is sharp.
+  const cap = first + 2 * around;
+  const end = high.slice(2).flatMap((_, n) => [cap, cap + n + 1, cap + n + 2]);
+  return { ...sphere, key: "applicator", points: new Float32Array([...sphere.points, ...[...low, ...high, ...high].flat()]),
+    triangles: new Uint32Array([...sphere.triangles, ...walls, ...end]) };
 }
 
 /** The frame of a slice, within a box of places or, without one, of the whole volume.

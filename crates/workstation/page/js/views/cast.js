@@ -1,6 +1,8 @@
 // Who plays in the 3D view: which of the server's surfaces are drawn, and how each kind looks.
+import { axisOf, centreOf, isIn, tumourNow } from "../applicator.js";
+import { onTable } from "../live.js";
 import { shownVolume, tumourOf } from "../state.js";
-import { ball } from "./bodies.js";
+import { applicatorBody, ball } from "./bodies.js";
 import { pixelOf, veilOf } from "./blend.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -15,7 +17,7 @@ const kinds = [["", [0, 0, 0]], ["skin", [236, 204, 190]], ["chest wall", [196, 
 export const number = (kind) => kinds.findIndex(([name]) => name === kind);
 
 /** The name of a part, whichever shape it has. @param {string} part */
-export const baseOf = (part) => part.replace(/, simulated$/, "");
+export const baseOf = (part) => part.replace(/, (simulated|preview)$/, "");
 
 /** @param {string} part @param {Surface} surface */
 export function kindOf(part, { kind }) {
@@ -83,10 +85,23 @@ export const looks = {
   body: veilOf([176, 194, 216], 0.08, 0.6, 2),
 };
 
-/** The shape that is drawn: that of the volume shown, when the server has it. @param {State} state @returns {"ct"|"deformed"} */
+/** The body where there is no mesh yet: it is all there is to see. */
+export const aloneBody = veilOf([206, 220, 238], 0.42, 0.98, 1.1);
+
+/** The shape that is drawn: that of the volume shown, when the server has it, and with an applicator that on the table. @param {State} state @returns {"ct"|"deformed"} */
 export function shapeOf(state) {
   const has = Object.values(state.surfaces).some(({ shape }) => shape === "deformed");
-  return has && shownVolume(state)?.grid.simulated ? "deformed" : "ct";
+  return has && (shownVolume(state)?.grid.simulated || (isIn(state) && onTable(state))) ? "deformed" : "ct";
+}
+
+/** The applicator, and the tumour where it has been pushed to. @param {State} state @param {[string, Surface][]} all @returns {[string, Surface][]} */
+function withApplicator(state, all) {
+  const one = state.applicator;
+  if (!one) return all;
+  const tumour = tumourNow(state);
+  const rest = tumour ? all.filter(([part]) => baseOf(part) !== "tumour") : all;
+  if (tumour) rest.push(["tumour", ball(tumour)]);
+  return [...rest, ["applicator, preview", applicatorBody(centreOf(one), axisOf(one), one.radius, one.shaft)]];
 }
 
 /** @param {State} state @returns {[string, Surface][]} parts of the shape shown, also those that are switched off */
@@ -97,7 +112,7 @@ export function partsOf(state) {
     && !(shape === "ct" && baseOf(part) === "tumour"));
   const tumour = shape === "ct" ? tumourOf(state) : null;
   if (tumour) all.push(["tumour", ball(tumour)]);
-  return all;
+  return isIn(state) ? withApplicator(state, all) : all;
 }
 
 /** @param {State} state */

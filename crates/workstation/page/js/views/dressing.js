@@ -1,4 +1,5 @@
 // What is written over the 3D view: the patient's directions, scales with their numbers, and which shape it is.
+import { isIn } from "../applicator.js";
 import { shownVolume } from "../state.js";
 import { drawnParts, kindOf, rampColour, scaleEnd, shapeOf } from "./cast.js";
 import { colours, letter, write } from "./pen.js";
@@ -57,6 +58,22 @@ function drawScales(pen, state, height) {
   if (scans.length > 0) drawScale(pen, low, "scan", "Scan to skin", [`\u2212${scaleEnd(scans)}`, `+${scaleEnd(scans)} mm`]);
 }
 
+/** The applicator is drawn among surfaces that do not follow it. @param {Pen} pen @param {[number, number]} box @param {boolean} some
+ * @param {boolean} simulated as on the table */
+function markPreview(pen, box, some, simulated) {
+  const size = letter();
+  pen.strokeStyle = colours.simulated;
+  pen.lineWidth = 10;
+  pen.setLineDash([14, 10]);
+  pen.strokeRect(0, 0, ...box);
+  pen.setLineDash([]);
+  pen.font = `bold ${size}px system-ui, sans-serif`;
+  write(pen, "PREVIEW", box[0] - 10, size * 1.3, "right", colours.simulated);
+  pen.font = `${size * 0.88}px system-ui, sans-serif`;
+  const note = simulated ? "surfaces without the applicator" : "surfaces as in the CT";
+  if (some) write(pen, note, box[0] - 10, size * 2.5, "right", colours.simulated);
+}
+
 /** @param {Pen} pen @param {State} state @param {import("./bodies.js").Eye} eye @param {[number, number]} box @param {boolean} some bodies are there */
 export function dressScene(pen, state, eye, box, some) {
   const size = letter();
@@ -65,6 +82,7 @@ export function dressScene(pen, state, eye, box, some) {
   const simulated = some && shapeOf(state) === "deformed";
   pen.font = `${size * 0.88}px system-ui, sans-serif`;
   write(pen, !some ? "3D" : simulated ? "3D \u00b7 on the operating table" : "3D \u00b7 as in the CT", 8, size * 1.2, "left");
+  if (isIn(state)) return markPreview(pen, box, some, simulated);
   if (!simulated) return;
   const old = shownVolume(state)?.grid.fresh === false;
   const colour = old ? colours.old : colours.simulated;

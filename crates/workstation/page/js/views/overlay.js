@@ -4,6 +4,7 @@ import { length, minus, nearest, patientAxis, sameGrid } from "../geometry.js";
 import { regionOf, tumourOf } from "../state.js";
 import { handlesOf } from "../tools/handles.js";
 import { linesIn } from "../planes.js";
+import { drawApplicator } from "./applicator.js";
 import { comparedWith } from "./compare.js";
 import { drawContours } from "./contours.js";
 import { outlinePaths } from "./lines.js";
@@ -198,6 +199,7 @@ export function drawOverlay(pen, state, pane, fine) {
   pen.font = `${letter()}px system-ui, sans-serif`;
   drawSeeds(pen, state, pane, fine);
   if (state.lines) drawSpheres(pen, state, pane);
+  drawApplicator(pen, state, pane);
   drawCrosshair(pen, state, pane);
   drawRuler(pen, state, pane);
   drawBrush(pen, state, pane);

@@ -1,6 +1,7 @@
 // Mouse and pen on a slice view: which drag is meant, and where it is.
 import { hover, moveCrosshair, stepSlice, toggleLarge, zoom } from "../actions.js";
 import { change, now } from "../state.js";
+import { beginApplicator } from "../tools/applicator.js";
 import { beginCurtain } from "../tools/curtain.js";
 import { beginPan, beginWindow } from "../tools/drags.js";
 import { beginHandle } from "../tools/handles.js";
@@ -18,7 +19,7 @@ function begin(name, at, event) {
   if (event.button === 2) return beginWindow(at);
   const pane = paneOf(now(), name);
   if (event.button !== 0 || !pane) return null;
-  return beginHandle(pane, at) ?? beginCurtain(pane, at) ?? tools[now().tool](pane, at, event);
+  return beginApplicator(pane, at) ?? beginHandle(pane, at) ?? beginCurtain(pane, at) ?? tools[now().tool](pane, at, event);
 }
 
 /** One slice for a notch of a wheel; the small steps of a touch pad are collected. */

@@ -30,7 +30,7 @@ export function previewWord(state, pane) {
   const { preview } = state;
   if (!preview || pane.held.grid.id !== "ct") return null;
   if (!patchedFor(state, pane)) return { word: "CT \u00b7 preview follows", framed: false };
-  return { word: "PREVIEW", note: `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0`, framed: true };
+  return { word: "PREVIEW", note: `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0${preview.load ? " \u00b7 applicator" : ""}`, framed: true };
 }
 
 /** The value of the live picture at a voxel of the CT; undefined where no plane of it is, null where it is as in the CT.

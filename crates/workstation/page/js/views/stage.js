@@ -1,9 +1,10 @@
 // The painter of the 3D view: its bodies are drawn when something of them changes, the guides at every step.
+import { isIn, loadOf } from "../applicator.js";
 import { nearest, toPlace } from "../geometry.js";
 import { planes, shownVolume, tumourOf, turnOf, viewOf } from "../state.js";
 import { compose } from "./blend.js";
 import { edgesOf, eyeOf, frontOf, lit, normalsOf, project, sliceFrame, spanOf, unproject } from "./bodies.js";
-import { baseOf, drawnParts, kindOf, looks, number, scaleEnd, shapeOf } from "./cast.js";
+import { aloneBody, baseOf, drawnParts, kindOf, looks, number, scaleEnd, shapeOf } from "./cast.js";
 import { clearLayer, copyLayer, drawDots, drawLines, fillTriangles, makeLayer } from "./raster.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -20,12 +21,15 @@ const most = 800_000;
 
 /** Half as fine while something moves. @param {State} state @param {[number, number]} box */
 function finenessOf(state, box) {
-  const wanted = state.scene.moving || state.draft ? 0.5 : window.devicePixelRatio || 1;
+  const wanted = state.scene.moving || state.draft || state.carrying ? 0.5 : window.devicePixelRatio || 1;
   return Math.min(wanted, Math.sqrt(most / (box[0] * box[1])));
 }
 
 /** A tumour alone is no picture of the patient. @param {State} state */
 export const hasBodies = (state) => Object.keys(state.surfaces).some((part) => baseOf(part) !== "tumour");
+
+/** Skin or chest wall is drawn, within the body. @param {State} state */
+const hasMesh = (state) => drawnParts(state).some(([part, one]) => ["skin", "chest wall"].includes(kindOf(part, one)));
 
 /** What is looked at: the mesh in all its shapes, so that the eye stands still when the other one is shown; else all
  * there is; else the CT. @param {State} state @returns {Span|null} */
@@ -117,7 +121,8 @@ function drawSurfaces(state, drawn) {
 
 /** What the bodies are made of: turning over slices does not draw them anew. @param {State} state */
 export const madeOf = (state) => JSON.stringify([Object.entries(state.surfaces).map(([part, { key }]) => [part, key]), state.hiddenParts,
-  shapeOf(state), state.scene, turnOf(state), tumourOf(state), Boolean(state.draft), state.boxes["3d"], shownVolume(state)?.grid.key, window.devicePixelRatio]);
+  shapeOf(state), state.scene, turnOf(state), tumourOf(state), Boolean(state.draft), state.boxes["3d"], shownVolume(state)?.grid.key, window.devicePixelRatio,
+  isIn(state) && [state.applicator, loadOf(state)?.tumour, state.carrying]]);
 
 /** @param {number} width @param {number} height @param {number} fine @returns {Drawn} */
 function makeDrawn(width, height, fine) {
@@ -160,7 +165,7 @@ export function makePainter(canvas) {
     made = key;
     copyLayer(drawn.solid, drawn.bodies);
     drawGuides(state, drawn, span);
-    compose(new Uint32Array(picture.data.buffer), drawn, looks);
+    compose(new Uint32Array(picture.data.buffer), drawn, hasMesh(state) ? looks : { ...looks, body: aloneBody });
     pen.putImageData(picture, 0, 0);
     return drawn.eye;
   };
@@ -173,5 +178,14 @@ export function makePainter(canvas) {
     const layer = [bodies, skin, cut, body].find(({ id }) => id[n]);
     return layer ? unproject(eye, px + 0.5, py + 0.5, layer.depth[n]) : null;
   };
-  return { paint, pick };
+  /** The way of a drag in mm, parallel to the screen, where it begins on the applicator; else null. */
+  const grasp = (/** @type {number} */ x, /** @type {number} */ y) => {
+    if (!drawn) return null;
+    const { bodies, eye: { right, up, scale }, fine } = drawn;
+    const n = Math.floor(y * fine) * bodies.width + Math.floor(x * fine);
+    if (bodies.id[n] >>> 24 !== number("applicator")) return null;
+    const mm = fine / scale;
+    return (/** @type {number} */ dx, /** @type {number} */ dy) => /** @type {Triple} */ (right.map((r, a) => mm * (r * dx - up[a] * dy)));
+  };
+  return { paint, pick, grasp };
 }

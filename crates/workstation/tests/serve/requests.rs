@@ -1,10 +1,6 @@
-//! The server as a page and others meet it: over the wire.
+//! Requests: what is admitted, refused, opened, edited and run.
 
-#![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests of an edge crate")]
-
-mod client;
-
-use client::{Answer, Page, patient, small};
+use crate::client::{Answer, Page, patient, small};
 use serde_json::{Value, json};
 use std::path::Path;
 use supine_flow::{Request, Session, Spec};

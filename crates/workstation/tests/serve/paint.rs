@@ -1,11 +1,6 @@
 //! Labels follow the seeds, and what was edited is what a cold open finds.
 
-#![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests of an edge crate")]
-
-#[expect(dead_code, reason = "the other tests use the rest")]
-mod client;
-
-use client::{Page, patient, small};
+use crate::client::{Page, patient, small};
 use serde_json::{Value, json};
 use std::time::Duration;
 use supine_flow::{Request, Session, Spec};

@@ -1,7 +1,5 @@
 //! A page of the server, and its requests by hand: what a browser would add must be seen.
 
-#![expect(clippy::unwrap_used, reason = "a helper of tests")]
-
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::TcpStream;

@@ -1,11 +1,6 @@
 //! The live picture of the table, and of an applicator in the breast.
 
-#![expect(clippy::unwrap_used, reason = "tests of an edge crate")]
-
-#[expect(dead_code, reason = "the other tests use the rest")]
-mod client;
-
-use client::{Page, small};
+use crate::client::{Page, small};
 use serde_json::{Value, json};
 
 /// A frame: its first word, four numbers, the planes with their values, what follows.
