@@ -14,7 +14,6 @@ import prepare
 from measure import Page, measure
 
 HOUSE = prepare.HERE.parent.parent
-LABELS = {"vtk": "vtk.js", "three": "three", "niivue": "niivue", "cornerstone": "core"}
 
 
 def arguments():
@@ -36,9 +35,11 @@ def pages(supine, site):
     version = prepare.versions()
     yield Page("supine", "slices", supine.address, ours=True, served=True)
     yield Page("supine, one busy process beside", "slices", supine.address, ours=True, served=True, busy=True)
-    named = {peer: f"{'cornerstone' if peer == 'cornerstone' else label} {version[f'{label}']}" for peer, label in LABELS.items()}
+    named = {"vtk": f"vtk.js {version['vtk.js']}", "niivue": f"niivue {version['niivue']}", "three": f"three.js {version['three']}",
+             "cornerstone": f"cornerstone {version['core']}"}
     for peer in prepare.PEERS["slices"]:
         yield Page(named[peer], "slices", f"{site}/{peer}-slices.html")
+    yield Page(f"{named['cornerstone']}, its CPU viewports", "slices", f"{site}/cornerstone-slices.html?cpu")
     for mesh in prepare.MESHES:
         address = f"{site}/ours-mesh.html?mesh={mesh}"
         yield Page("supine", mesh, address, ours=True)
@@ -85,8 +86,7 @@ def report(results, facts):
     parts = [f"Slices: three planes of {size} i16 change at every step, wheel at 60 events/s, window 1280×800.\n",
              table(results, "slices", first + motion)]
     for mesh, count in facts["triangles"].items():
-        parts += [f"\n3D: {count:,} triangles turn, 640×400.\n",
-                  table(results, mesh, [("first picture, ms", "picture_ms", 0), *motion])]
+        parts += [f"\n3D: {count:,} triangles turn, 640×400.\n", table(results, mesh, [("first picture, ms", "picture_ms", 0), *motion])]
     loads = [load for one in results for load in one["load"]]
     gpus = sorted({one["gpu"] for one in results if one.get("gpu")})
     parts.append(f"\nValues of all rounds. Peers draw by WebGL of: {'; '.join(gpus) or 'none'}; supine without any. "

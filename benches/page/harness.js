@@ -2,13 +2,22 @@
 // A page tells `bench.data()` when its voxels or its mesh lie in memory and `bench.painted(view)` whenever it has painted.
 (() => {
   const raf = window.requestAnimationFrame.bind(window);
-  const contexts = [];
+  const drawing = new Set();
+  let gpu = null;
   const seen = new Set();
   let [spent, wanted, syncing] = [0, [], false];
   let [dataAt, firstAt, began, steps, slow] = [null, null, 0, [], 0];
 
   // Drawing by WebGL goes on in another process after the call: reading a pixel waits for it.
-  const wait = () => contexts.forEach((gl) => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)));
+  function wait() {
+    for (const gl of drawing) {
+      const bound = gl.getParameter(gl.READ_FRAMEBUFFER_BINDING);
+      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, bound);
+    }
+    drawing.clear();
+  }
 
   function timed(work) {
     const start = performance.now();
@@ -25,12 +34,14 @@
     listen.call(this, name, wrapped, options);
   };
 
-  for (const kind of [HTMLCanvasElement, OffscreenCanvas]) {
-    const before = kind.prototype.getContext;
-    kind.prototype.getContext = function (name, ...rest) {
-      const context = before.call(this, name, ...rest);
-      if (context && name.startsWith("webgl") && !contexts.includes(context)) contexts.push(context);
-      return context;
+  // Where the browser has no WebGL, there is nothing to be followed.
+  const drawer = window.WebGL2RenderingContext?.prototype ?? {};
+  for (const name of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced"]) {
+    const before = drawer[name];
+    drawer[name] = function (...all) {
+      drawing.add(this);
+      gpu ??= this.getParameter(this.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? this.RENDERER);
+      before.apply(this, all);
     };
   }
 
@@ -46,10 +57,6 @@
   raf(tick);
   new PerformanceObserver((list) => { slow += list.getEntries().length; }).observe({ type: "longtask" });
 
-  const gpu = () => {
-    const gl = contexts[0];
-    return gl ? gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER) : null;
-  };
   window.bench = {
     want: (views) => { wanted = views; },
     data() {
@@ -58,7 +65,7 @@
       seen.clear();
     },
     painted: (view) => seen.add(view),
-    first: () => firstAt && { data: dataAt, after: firstAt - dataAt, gpu: gpu() },
+    first: () => firstAt && { data: dataAt, after: firstAt - dataAt, gpu },
     begin(sync) { [began, steps, slow, syncing] = [performance.now(), [], 0, sync]; },
     end() {
       const seconds = (performance.now() - began) / 1000;

@@ -18,7 +18,7 @@ import pydicom
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent.parent / "crates" / "workstation" / "page"
 # Of a view of the workstation in a window of 1280x800.
-WIDE, HIGH = 484, 348
+WIDE, HIGH = 496, 357
 PEERS = {"slices": ["vtk", "niivue", "cornerstone"], "mesh": ["vtk", "three", "niivue", "ours"]}
 MESHES = {"10k": (51, 100), "100k": (159, 316)}
 

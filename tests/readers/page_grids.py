@@ -64,8 +64,7 @@ def write(name):
     """A series, its files in no order; the places to look at: one within, near the far corner, the marker."""
     row, column, position, size, shift = SERIES[name]
     rng = np.random.default_rng(len(name))
-    at = places(row, column, size, shift)
-    hu, marker = voxels(at, rng)
+    hu, marker = voxels(at := places(row, column, size, shift), rng)
     series, study, frame = (generate_uid() for _ in range(3))
     os.makedirs(f"{FOLDER}/{name}")
     for k, number in enumerate(rng.permutation(size[2]).tolist()):

@@ -30,6 +30,15 @@ fn the_whole_job_by_mouse_and_keyboard_leaves_what_the_command_line_leaves() {
     assert!(page == line, "{page}\n{line}");
 }
 
+/// Head or feet first, flipped rows, other orientations of the slices, a tilted one, and 600 slices.
+#[test]
+fn the_planes_of_grids_of_all_kinds_are_shown_voxel_by_voxel() {
+    let scratch = tempfile::tempdir().expect("a folder");
+    let binary = supine_command().get_program().to_os_string();
+    let words = [binary, scratch.path().into()];
+    readers_python("page_grids.py", words).success("planes of unusual grids");
+}
+
 /// The summary, which names every file with its hash, without times.
 fn summary(out: &Path) -> Value {
     let text = std::fs::read_to_string(out.join("summary.json")).expect("a summary");

@@ -6,6 +6,7 @@
 
 mod agreement;
 mod applicator;
+mod browser;
 mod cut;
 mod dicom;
 mod fit;
@@ -24,6 +25,7 @@ mod refine;
 mod speed;
 mod study;
 mod study_tables;
+mod table;
 mod texture;
 mod walls;
 mod warp;
@@ -83,6 +85,8 @@ pub(crate) enum Measured {
     Picture,
     /// The warp beside memcpy, VTK and SimpleITK, which it installs, and against the exact reference.
     Warp,
+    /// The workstation's page beside viewers, which npm installs; needs what `cargo xtask readers` installs.
+    Page,
 }
 
 /// `cargo xtask bench`: ours beside the peers, on stdout; all when nothing is named.
@@ -106,6 +110,9 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
     }
     if wanted(Measured::Warp) {
         print!("{}", warp::section(&Bench::open(house)?)?);
+    }
+    if measured == Some(Measured::Page) {
+        print!("{}", browser::table(&Bench::with_supine(house)?)?);
     }
     Ok(())
 }
@@ -133,15 +140,22 @@ pub(crate) enum Part {
     Refinement,
     /// Mechanics beside other programs, convergence, agreement, the applicator.
     Mechanics,
+    /// The operating table tilted live.
+    Table,
     /// What stands for the tissue beyond the sphere.
     Cut,
     /// The warp beside memcpy, VTK and SimpleITK, and against the exact reference.
     Warp,
+    /// The workstation's page beside viewers; only when named, for it needs npm.
+    Page,
     /// Folders of many files, time and finds of verify-export.
     Dicom,
     /// What the logs of `cargo xtask fuzz` say; only when named.
     Fuzz,
 }
+
+/// Parts that are measured only when they are named.
+const SELDOM: [Part; 2] = [Part::Page, Part::Fuzz];
 
 impl Part {
     fn name(self) -> String {
@@ -171,8 +185,10 @@ impl Part {
             }
             Self::Refinement => refine::table(bench),
             Self::Mechanics => mechanics(bench),
+            Self::Table => table::section(bench),
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),
+            Self::Page => browser::section(bench),
             Self::Dicom => dicom::section(bench),
             Self::Fuzz => fuzz::section(bench),
         }
@@ -184,7 +200,7 @@ pub(crate) fn verify(house: &House, parts: &[Part]) -> Result<()> {
     let bench = Bench::with_supine(house)?;
     let mut page = page::Page::read(&bench)?;
     let all: Vec<Part> =
-        Part::value_variants().iter().copied().filter(|p| *p != Part::Fuzz).collect();
+        Part::value_variants().iter().copied().filter(|p| !SELDOM.contains(p)).collect();
     let wanted = if parts.is_empty() { &all } else { parts };
     for part in wanted {
         let text = part.measure(&bench).with_context(|| part.name())?;
@@ -207,12 +223,17 @@ fn mechanics(bench: &Bench<'_>) -> Result<String> {
     .concat())
 }
 
-/// The pictures of the fixture patient's report that the documents show.
+/// The pictures of the fixture patient's report, and of the page, that the documents show.
 fn pictures(bench: &Bench<'_>) -> Result<()> {
     let shown = bench.house.root.join("docs/pictures");
     for entry in std::fs::read_dir(&shown)? {
         let name = entry?.file_name();
-        let made = bench.work.join("fixture/out/report").join(&name);
+        // Those of the page are left by the test of the page.
+        let of_page = name.to_str().and_then(|name| name.strip_prefix("page_"));
+        let made = match of_page {
+            Some(picture) => bench.house.target.join("page").join(picture),
+            None => bench.work.join("fixture/out/report").join(&name),
+        };
         std::fs::copy(&made, shown.join(&name)).with_context(|| made.display().to_string())?;
     }
     Ok(())

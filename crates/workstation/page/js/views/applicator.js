@@ -67,7 +67,7 @@ function shaftCut(pane, [low, high]) {
     spots.push([ax + t * (bx - ax), ay + t * (by - ay)]);
   }
   const middle = [0, 1].map((i) => spots.reduce((sum, spot) => sum + spot[i], 0) / (spots.length || 1));
-  const angle = ([x, y]) => Math.atan2(y - middle[1], x - middle[0]);
+  const angle = (/** @type {Pair} */ [x, y]) => Math.atan2(y - middle[1], x - middle[0]);
   return spots.sort((a, b) => angle(a) - angle(b));
 }
 
