@@ -266,6 +266,17 @@ def painted(window, image):
     assert "chest wall" in label(), label()
 
 
+def wait_for(page, asked, good=bool):
+    """What the page's own modules say, once it is good."""
+    end = time.time() + WAIT / 1000
+    while True:
+        told = page.evaluate(asked)
+        if told is not None and good(told):
+            return told
+        assert time.time() < end, f"{asked}: {told}"
+        time.sleep(0.1)
+
+
 def previewed(window):
     """The slider moves the breast at once; the picture says that it is none of the planning mesh."""
     page = window.page
@@ -275,10 +286,24 @@ def previewed(window):
     before = window.pixels("coronal")
     for _ in range(20):
         page.keyboard.press("ArrowRight")
-    page.wait_for_function("() => import('/js/state.js').then(({ now }) => now().preview?.lat > 10)", timeout=WAIT)
+    wait_for(page, "() => import('/js/state.js').then(({ now }) => now().preview?.lat ?? 0)", lambda lat: lat > 9)
     time.sleep(0.3)
     assert (before != window.pixels("coronal")).any(), "the breast does not move"
     window.picture("preview")
+    # An applicator where the tumour is: pushed, it feels the tissue.
+    window.key("Shift+P")
+    load = "() => import('/js/state.js').then(({ now }) => now().preview?.load ?? null)"
+    first = wait_for(page, load)
+    x, y = page.evaluate("""() => Promise.all([import('/js/state.js'), import('/js/views/pane.js'), import('/js/applicator.js')])
+        .then(([{ now }, { paneOf, toScreenOf }, { centreOf }]) => toScreenOf(paneOf(now(), "axial"), centreOf(now().applicator)))""")
+    box = page.locator("#view-axial").bounding_box()
+    page.mouse.move(box["x"] + x, box["y"] + y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + x + 6, box["y"] + y, steps=6)
+    page.mouse.up()
+    wait_for(page, load, lambda load: load["force"] > first["force"] + 0.005)
+    window.picture("applicator")
+    window.key("Shift+P")
 
 
 def tilted(browser, address, window):
@@ -311,7 +336,7 @@ def compared(window):
     page = window.page
     page.keyboard.press("Alt+5")
     page.get_by_role("button", name="Volume change").click()
-    page.wait_for_function("() => import('/js/state.js').then(({ now }) => now().voxels.jacobian?.arrived > 0)", timeout=WAIT)
+    wait_for(page, "() => import('/js/state.js').then(({ now }) => now().voxels.jacobian?.arrived ?? 0)")
     window.picture("change")
     page.get_by_role("button", name="Curtain").click()
     window.picture("check")
