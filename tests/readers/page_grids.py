@@ -19,8 +19,6 @@ SIZE, SPACING, CENTRE = (64, 48, 40), (0.7, 0.9, 1.5), np.array([12.3, -45.6, -3
 # patient's left, from the front.
 VIEWS = {"axial": (2, (0, 1), (1, 1)), "sagittal": (0, (1, 1), (2, -1)), "coronal": (1, (0, 1), (2, -1))}
 LETTERS = ("RL", "AP", "FH")
-
-
 # Rotations: 8 degrees about x, and 25 degrees about an axis that is none of the patient's.
 TILT, SKEW = (np.array(sitk.VersorTransform(list(about), np.radians(turn)).GetMatrix()).reshape(3, 3)
               for about, turn in ((X, 8), (X + 2 * Y + 3 * Z, 25)))
