@@ -83,7 +83,9 @@ mod tests {
         let points = vec![at(3.0, 4.0, 2.0), at(30.0, 20.0, 9.0), at(55.0, 20.0, 9.0)];
         let stroke = Stroke { kind: None, radius_mm: 4.0, points: points.clone() };
         let mut found = BTreeSet::new();
-        stroke.voxels(&grid, |n| drop(found.insert(n)));
+        stroke.voxels(&grid, |n| {
+            found.insert(n);
+        });
         for n in 0..grid.len() {
             let p = grid.centre(grid.voxel(n));
             // Sampled finely instead of by the formula.
