@@ -2,7 +2,7 @@
 
 use crate::nodes::{Fit, Import, Law, Mesh, Meshed, Moduli, Tissues, coarser, tissue_map};
 use crate::session::{Request, Session, Watched};
-use crate::spec::{Case, StiffnessMap};
+use crate::spec::{Case, Spec, StiffnessMap};
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -66,6 +66,8 @@ impl Applied {
 #[derive(Debug)]
 pub struct LiveBed {
     made_of: MadeOf,
+    /// What was given when that was last looked at.
+    spec: Arc<Spec>,
     body: Body,
     params: Params,
     tilt: Tilt,
@@ -146,16 +148,26 @@ impl LiveBed {
         let params = Params { order: Order::Quadratic, ..law.solver() };
         let (tilt, _) = Tilt::new(&body, &law.load(), &params, progress.part(0.3, 0.9))?;
         let carrier = Carrier::new(Arc::clone(&input.ct), tilt.deformation()?)?;
-        let made_of = MadeOf::now(session)?;
-        Ok(Self { made_of, body, params, tilt, applicator: None, carrier })
+        let (made_of, spec) = (MadeOf::now(session)?, session.spec());
+        Ok(Self { made_of, spec, body, params, tilt, applicator: None, carrier })
     }
 
-    /// Whether it is of what is given now, but for the table.
+    /// Whether nothing else was given since this was last looked at: cheap, for each picture.
+    pub fn is_still_of(&self, session: &Session) -> bool {
+        Arc::ptr_eq(&self.spec, &session.spec())
+    }
+
+    /// Whether it is of what is given now, but for the table. Files are looked at.
     ///
     /// # Errors
     /// When what is given contradicts itself.
-    pub fn is_of(&self, session: &Session) -> Result<bool, Error> {
-        Ok(self.made_of == MadeOf::now(session)?)
+    pub fn is_of(&mut self, session: &Session) -> Result<bool, Error> {
+        let (spec, now) = (session.spec(), MadeOf::now(session)?);
+        let same = self.made_of == now;
+        if same {
+            self.spec = spec;
+        }
+        Ok(same)
     }
 
     /// Tilts the table, and carries the CT where planes of its grid are seen (axis, number): elsewhere [`Self::ct`] then holds
@@ -184,17 +196,21 @@ impl LiveBed {
         tumour: Option<&Point>,
         seen: &[(usize, usize)],
     ) -> Result<Held, Error> {
-        if !self.applicator.as_ref().is_some_and(|(_, of, on)| of == applied && *on == bed) {
-            self.applicator = None;
+        let there = self.applicator.take().filter(|(_, of, on)| of == applied && *on == bed);
+        let mut held = if let Some(there) = there {
+            there
+        } else {
             let load = Load { ct: supine(), target: bed.gravity() };
             let (rigid, contact) = (applied.body(), applied.contact());
             let none = Progress::none();
             let attached =
                 Applicator::attach(&self.body, &load, &self.params, &rigid, contact, none)?;
-            self.applicator = Some((attached.0, *applied, bed));
-        }
-        let Some((applicator, ..)) = &mut self.applicator else { return Err(Error::NoFolder) };
-        let step = applicator.step(pose)?;
+            (attached.0, *applied, bed)
+        };
+        let step = held.0.step(pose);
+        // One that could not go there stays where it was.
+        let (applicator, ..) = self.applicator.insert(held);
+        let step = step?;
         if step.corrections > FEW || step.by_newton {
             applicator.renew_beside();
         }

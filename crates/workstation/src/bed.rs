@@ -145,7 +145,11 @@ impl Desk {
     ) -> Result<(), Error> {
         let BedWish { session, asked, to } = wish;
         let pose = asked.pose()?;
-        let bed = self.keep_preview(kept, session, watching)?;
+        let still = kept.as_ref().is_some_and(|bed| bed.is_still_of(session));
+        if !still {
+            self.keep_preview(kept, session, watching)?;
+        }
+        let bed = kept.as_mut().ok_or(Error::Broken)?;
         let start = Instant::now();
         let grids = views(bed.ct().grid());
         let number = |(name, slice): &(String, usize)| {
@@ -233,19 +237,19 @@ impl Desk {
     ///
     /// # Errors
     /// When it cannot be made, or a newer wish ends the work.
-    pub(crate) fn keep_preview<'a>(
+    pub(crate) fn keep_preview(
         &self,
-        kept: &'a mut Option<LiveBed>,
+        kept: &mut Option<LiveBed>,
         session: &Session,
         watching: &Watching,
-    ) -> Result<&'a mut LiveBed, Error> {
-        let is_of = kept.as_ref().is_some_and(|bed| bed.is_of(session).unwrap_or(false));
+    ) -> Result<(), Error> {
+        let is_of = kept.as_mut().is_some_and(|bed| bed.is_of(session).unwrap_or(false));
         if !is_of {
             // Two are never held at once.
             *kept = None;
             *kept = Some(self.new_preview(session, watching)?);
         }
-        kept.as_mut().ok_or(Error::Broken)
+        Ok(())
     }
 
     fn new_preview(&self, session: &Session, watching: &Watching) -> Result<LiveBed, Error> {
