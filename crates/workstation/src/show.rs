@@ -133,8 +133,9 @@ impl Held {
     fn show_carried(&mut self) {
         let Some(carried) = self.seen.carried.clone() else { return };
         for (tag, [_, part]) in PARTS {
-            let surface = Surface::carried(&carried, tag);
-            self.show_surface(part, Shape::Deformed, Drawn::Triangles(surface));
+            if let Some(surface) = Surface::carried(&carried, tag) {
+                self.show_surface(part, Shape::Deformed, Drawn::Triangles(surface));
+            }
         }
         self.show_surface("displacement", Shape::Ct, Drawn::arrows(&carried));
         if let Some(tumour) = self.carried_tumour() {

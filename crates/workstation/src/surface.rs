@@ -2,7 +2,7 @@
 //! (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0, f32 x, y, z of both ends of each (LPS, mm).
 
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryTag, Deformation, Edges, Order, TetMesh};
+use supine_mesh::{BoundaryTag, Deformation, Edges, Order, Split, TetMesh};
 use supine_space::{Point, Sphere, Vector};
 use supine_volume::{LabelMap, Layers, isosurface, label};
 
@@ -82,47 +82,31 @@ pub(crate) struct Surface {
 impl Surface {
     /// The faces of a mesh's boundary with a tag.
     pub(crate) fn of(mesh: &TetMesh, tag: BoundaryTag) -> Self {
+        Self::faces(mesh, tag, |point| mesh.points()[point as usize])
+    }
+
+    /// The same of a displaced mesh, quadratic faces as four flat ones; nothing where a tetrahedron is too flat to be split.
+    pub(crate) fn carried(carried: &Deformation, tag: BoundaryTag) -> Option<Self> {
+        let (mesh, u) = (carried.mesh(), carried.displacement());
+        let moved = |mesh: &TetMesh| {
+            Self::faces(mesh, tag, |n| mesh.points()[n as usize] + u.values()[n as usize])
+        };
+        match u.order() {
+            Order::Linear => Some(moved(mesh)),
+            Order::Quadratic => Some(moved(&Split::new(mesh, &Edges::new(mesh)).ok()?.mesh)),
+        }
+    }
+
+    fn faces(mesh: &TetMesh, tag: BoundaryTag, at: impl Fn(u32) -> Point) -> Self {
         let (mut numbers, mut points) = (BTreeMap::new(), Vec::new());
         let mut number = |point: u32| {
             *numbers.entry(point).or_insert_with(|| {
-                points.push(mesh.points()[point as usize]);
+                points.push(at(point));
                 points.len() as u32 - 1
             })
         };
         let faces = mesh.boundary().iter().filter(|face| face.tag == tag);
         let triangles = faces.map(|face| face.points.map(&mut number)).collect();
-        Self { points, triangles }
-    }
-
-    /// The same of a displaced mesh; quadratic faces as four flat ones.
-    pub(crate) fn carried(carried: &Deformation, tag: BoundaryTag) -> Self {
-        let (mesh, u) = (carried.mesh(), carried.displacement());
-        let (rest, edges) = (mesh.points(), Edges::new(mesh));
-        let (mut numbers, mut points) = (BTreeMap::new(), Vec::new());
-        // A node is known by the ends of the edge on whose middle it lies, a corner by itself twice.
-        let mut number = |a: u32, b: u32| {
-            *numbers.entry([a.min(b), a.max(b)]).or_insert_with(|| {
-                let middle = rest[a as usize] + (rest[b as usize] - rest[a as usize]) / 2.0;
-                let node = match a == b {
-                    true => Some(a as usize),
-                    false => edges.between(a, b).map(|edge| rest.len() + edge as usize),
-                };
-                points.push(middle + node.map_or_else(Vector::zeros, |n| u.values()[n]));
-                points.len() as u32 - 1
-            })
-        };
-        let mut triangles = vec![];
-        for face in mesh.boundary().iter().filter(|face| face.tag == tag) {
-            let [a, b, c] = face.points;
-            let corners = [number(a, a), number(b, b), number(c, c)];
-            if u.order() == Order::Linear {
-                triangles.push(corners);
-                continue;
-            }
-            let [ab, bc, ca] = [number(a, b), number(b, c), number(c, a)];
-            let [a, b, c] = corners;
-            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-        }
         Self { points, triangles }
     }
 
