@@ -99,12 +99,17 @@ struct MadeOf {
 impl MadeOf {
     fn now(session: &Session) -> Result<Self, Error> {
         let mut nodes = vec![NodeId::Import, NodeId::Mesh, NodeId::Moduli];
-        if session.is_fresh(NodeId::Fit) {
+        if fits(session) {
             nodes.push(NodeId::Fit);
         }
         let keys = nodes.into_iter().map(|node| session.key(node)).collect();
         Ok(Self { keys, law: serde_json::to_value(law(&session.case()))? })
     }
+}
+
+/// Whether the case asks for a fit to scans, and one is held.
+fn fits(session: &Session) -> bool {
+    session.case().fit_scans().is_some() && session.is_fresh(NodeId::Fit)
 }
 
 /// The tissue of a case on a level table.
@@ -123,7 +128,7 @@ impl LiveBed {
         let meshed = session.get::<Mesh>(request)?;
         let moduli = session.get::<Moduli>(request)?;
         // A fit takes long: without one that is held, the case's own values count.
-        let fit = match session.is_fresh(NodeId::Fit) {
+        let fit = match fits(session) {
             true => Some(session.get::<Fit>(request)?),
             false => None,
         };

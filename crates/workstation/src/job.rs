@@ -26,6 +26,15 @@ impl Watching {
         Self { desk, cancel, beside: true, began: Instant::now() }
     }
 
+    /// Tells how far work is that is no stage's.
+    pub(crate) fn work(&self, share: f64) {
+        self.desk.change_often(|held| {
+            if let Some(job) = &mut held.state.job {
+                job.share = share;
+            }
+        });
+    }
+
     fn forget_warnings(&self, node: NodeId) {
         self.desk.change(|held| held.state.warnings.retain(|known| known.stage != node.name()));
     }
@@ -64,14 +73,11 @@ impl Observer for Watching {
     fn share(&self, node: NodeId, share: f64) {
         if !self.beside {
             self.stage(node, |stage| stage.share = Some(share), true);
+            return self.work(share);
         }
         self.desk.change_often(|held| {
-            if self.beside {
-                held.state.live.share = Some(share);
-                held.state.preview_bed.share = Some(share);
-            } else if let Some(job) = &mut held.state.job {
-                job.share = share;
-            }
+            held.state.live.share = Some(share);
+            held.state.preview_bed.share = Some(share);
         });
     }
 

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use supine_dicom_network::{Call, Node, SendInfo, SendParams};
+use supine_flow::Observer;
 use supine_flow::commands::{Colour, usable::unusable};
-use supine_flow::{NodeId, Observer};
 use supine_space::Progress;
 
 /// Longest silence of an archive, and how often it is tried again: as on the command line.
@@ -62,7 +62,7 @@ impl Desk {
                 held.state.command = format!("supine send {name} --to {node}");
             });
             let share = |share: f64| {
-                watching.share(NodeId::Export, share);
+                watching.work(share);
                 watching.go_on()
             };
             let done = send(&path, &node, Progress::new(&share));

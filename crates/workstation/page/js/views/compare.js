@@ -11,6 +11,13 @@ export function comparedWith(state, pane) {
   return other && sameGrid(other.grid, pane.held.grid) ? other : null;
 }
 
+/** The pane as if it showed the volume that it is compared with, which has the same voxels.
+ * @param {import("../state.js").State} state @param {import("./pane.js").Pane} pane */
+export function otherPane(state, pane) {
+  const other = state.compare.way === "volume" ? null : comparedWith(state, pane);
+  return other && { ...pane, held: other };
+}
+
 /** Blue is darker in the other, red is brighter, in full from half the window. @param {number} d @param {number} width */
 function differenceColour(d, width) {
   const share = Math.max(-1, Math.min(1, d / (width / 2)));

@@ -5,7 +5,7 @@ import { regionOf, tumourOf } from "../state.js";
 import { handlesOf } from "../tools/handles.js";
 import { linesIn } from "../planes.js";
 import { drawApplicator } from "./applicator.js";
-import { comparedWith } from "./compare.js";
+import { comparedWith, otherPane } from "./compare.js";
 import { drawContours } from "./contours.js";
 import { outlinePaths } from "./lines.js";
 import { depthOf, toScreenOf } from "./pane.js";
@@ -192,13 +192,45 @@ function dress(pen, state, pane) {
   drawBar(pen, pane, size);
 }
 
-/** @param {Pen} pen scaled to CSS pixels @param {State} state @param {Pane} pane @param {number} fine device pixels a CSS pixel */
-export function drawOverlay(pen, state, pane, fine) {
+/** Outlines and spheres of one volume. @param {Pen} pen @param {State} state @param {Pane} pane @param {number} fine */
+function drawPatient(pen, state, pane, fine) {
   // The lines are those of the CT as it was acquired.
   if (!patchedFor(state, pane)) drawLabels(pen, state, pane, fine);
   pen.font = `${letter()}px system-ui, sans-serif`;
-  drawSeeds(pen, state, pane, fine);
   if (state.lines) drawSpheres(pen, state, pane);
+}
+
+/** The part of a pane between two shares of its width. @param {Pen} pen @param {Pane} pane @param {number} from @param {number} to
+ * @param {() => void} draw */
+function within(pen, { box: [width, height] }, from, to, draw) {
+  pen.save();
+  pen.beginPath();
+  pen.rect(from * width, 0, (to - from) * width, height);
+  pen.clip();
+  draw();
+  pen.restore();
+}
+
+/** Under a curtain each side has the lines of what it shows: the tumour of the CT is not that of the simulated one.
+ * @param {Pen} pen @param {State} state @param {Pane} pane @param {number} fine */
+function drawPatients(pen, state, pane, fine) {
+  const other = otherPane(state, pane);
+  if (!other) return drawPatient(pen, state, pane, fine);
+  if (state.compare.way === "curtain") {
+    within(pen, pane, 0, state.compare.share, () => drawPatient(pen, state, pane, fine));
+    return within(pen, pane, state.compare.share, 1, () => drawPatient(pen, state, other, fine));
+  }
+  drawPatient(pen, state, pane, fine);
+  // Both are one picture: where the tumour is in the other, too.
+  const lines = state.lines ? linesIn(state, other)?.filter(({ name }) => name === "tumour") : null;
+  if (lines) drawContours(pen, state, other, lines, fine);
+}
+
+/** @param {Pen} pen scaled to CSS pixels @param {State} state @param {Pane} pane @param {number} fine device pixels a CSS pixel */
+export function drawOverlay(pen, state, pane, fine) {
+  drawPatients(pen, state, pane, fine);
+  pen.font = `${letter()}px system-ui, sans-serif`;
+  drawSeeds(pen, state, pane, fine);
   drawApplicator(pen, state, pane);
   drawCrosshair(pen, state, pane);
   drawRuler(pen, state, pane);
