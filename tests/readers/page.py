@@ -1,6 +1,7 @@
 """The whole job in the page, by mouse and keyboard, from a folder of DICOM to an exported series.
 
-page.py SUPINE FOLDER PICTURES TIME: FOLDER holds the series in `ct` and nothing else; `case.toml` and `result` are left there.
+page.py SUPINE FOLDER PICTURES TIME: FOLDER holds the series in `ct`, and in `rt` what own_objects.py makes of it; `case.toml` and `result` are
+left there.
 Pictures of each step go to PICTURES; results bear TIME, seconds since 1970. Ends with 0 when all is as it must be.
 """
 import json, os, signal, subprocess, sys, time
@@ -18,6 +19,9 @@ PAINTED = (91.37, -217.0, -594.5)
 # What a site may have named a series: it must be shown as it is, and do nothing.
 NAME = "<img src=x onerror=alert(1)>"
 WAIT = 60_000
+# The lines of an axial plane.
+LINES = """async ([set, slice]) => (await (await fetch(`/api/lines/${set}/axial/${slice}`, {headers:
+    {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()).lines"""
 
 
 def start():
@@ -157,6 +161,23 @@ def opened(browser, address):
     return window
 
 
+def drawn_beside(window):
+    """Structures and dose that lie in the folder: a tumour from a region, taken back; both carried along."""
+    page = window.page
+    page.locator(".beside select").first.select_option("PTV_50.4Gy")
+    page.locator(".beside").get_by_role("button", name="Use").first.click()
+    state = window.until("the tumour from a region", lambda s: s["case"]["tumour"])
+    assert np.linalg.norm(np.array(state["case"]["tumour"]["centre_mm"]) - TUMOUR) < 0.5, state["case"]["tumour"]
+    assert abs(state["case"]["tumour"]["radius_mm"] - 12) < 0.3, state["case"]["tumour"]
+    window.key("Control+z")
+    window.until("no tumour", lambda s: not s["case"]["tumour"])
+    for name in ("structures.dcm", "dose.dcm"):
+        page.get_by_label(f"Carry along: {name}").check()
+        window.until(name, lambda s: any(one["name"] == name and one["on"] for one in s["beside"]))
+    state = window.until("structures and dose", lambda s: s["own"] and s["own"]["doses"] and s["own"]["structures"])
+    assert [one["name"] for one in state["own"]["structures"]] == ["PTV_50.4Gy", "Scar"], state["own"]["structures"]
+
+
 def marked(window, image, data):
     """Look and Mark: planes, wheel, window, ruler; the tumour by a click, saved as a case."""
     page = window.page
@@ -180,11 +201,11 @@ def marked(window, image, data):
     window.picture("look")
     assert before
     page.keyboard.press("Alt+2")
-    page.get_by_role("button", name="left", exact=True).click()
-    window.until("the side", lambda s: s["case"]["values"].get("breast") == "left")
+    drawn_beside(window)
     window.key("t")
     page.mouse.click(*spot(window, "axial", image, TUMOUR))
     state = window.until("the tumour", lambda s: s["case"]["tumour"])
+    assert state["case"]["values"]["breast"] == "left" and state["case"]["side_proposed"], state["case"]
     off = np.linalg.norm(np.array(state["case"]["tumour"]["centre_mm"]) - TUMOUR)
     assert off < 2.5, state["case"]["tumour"]
     page.locator("#tumour-radius").fill(str(RADIUS))
@@ -332,9 +353,25 @@ def tilted(browser, address, window):
     window.picture("bed")
 
 
-def compared(window):
+def dosed(window, image):
+    """Structures and dose before and after, in lines and numbers."""
+    page = window.page
+    own = window.until("what was carried", lambda s: s["own"]["fresh"] and s["own"]["histograms"])["own"]
+    before, after = own["structures"][0]["volume_ml"]
+    assert abs(before / 7.24 - 1) < 0.03 and abs(after / before - 1) < 0.05, own["structures"]
+    assert abs(own["doses"][0]["max_gy"][0] - 20) < 0.5, own["doses"]
+    slice = image.TransformPhysicalPointToIndex(TUMOUR)[2]
+    lines = lambda one: page.evaluate(LINES, [f"{one['volume']}/{one['key']}", slice])
+    names = [[line["name"] for line in lines(one)] for one in window.state()["lines"]]
+    assert len(names) == 2 and all({"structure: PTV_50.4Gy", "isodose: 16 Gy"} <= set(both) for both in names), names
+    page.locator(".own .plot").scroll_into_view_if_needed()
+    window.picture("dose")
+
+
+def compared(window, image):
     page = window.page
     page.keyboard.press("Alt+5")
+    dosed(window, image)
     page.get_by_role("button", name="Volume change").click()
     wait_for(page, "() => import('/js/state.js').then(({ now }) => now().voxels.jacobian?.arrived ?? 0)")
     window.picture("change")
@@ -390,7 +427,7 @@ def job(browser):
         segmented(window)
         painted(window, image)
         tilted(browser, address, window)
-        compared(window)
+        compared(window, image)
         exported(window)
         large(browser, address)
         window.close()

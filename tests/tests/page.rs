@@ -12,6 +12,11 @@ fn the_whole_job_by_mouse_and_keyboard_leaves_what_the_command_line_leaves() {
     let folder = scratch.path().join("patient");
     std::fs::create_dir(&folder).expect("a folder of the patient");
     copy_series(&folder);
+    let objects = folder.join("rt");
+    std::fs::create_dir(&objects).expect("a folder of dose and structures");
+    let words: [OsString; 3] =
+        [folder.join("ct").into(), objects.into(), "91.37,-248.09,-594.5".into()];
+    readers_python("own_objects.py", words).success("dose and structures");
     let pictures = target().join("page");
     std::fs::create_dir_all(&pictures).expect("a folder for pictures");
     let command = supine_command();

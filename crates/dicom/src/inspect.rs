@@ -3,13 +3,15 @@
 use crate::accept::Accept;
 use crate::deformed::DEFORMED_ALREADY;
 use crate::error::Error;
-use crate::folder::{Folder, Series};
+use crate::files::Place;
+use crate::folder::{Folder, Series, kind};
 use crate::geometry::stack;
-use crate::left_out::LeftOut;
+use crate::left_out::{LeftOut, LeftOutReason};
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
 use crate::warnings::distinct;
+use dicom_dictionary_std::uids;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,6 +28,9 @@ pub struct Inspection {
     pub series: Vec<SeriesReport>,
     /// DICOM objects of other kinds, counted.
     pub other: Vec<KindCount>,
+    /// Those of them that belong to a plan, in the order of their files. They are not told: files may be named after patients.
+    #[serde(skip)]
+    pub objects: Vec<PlanObject>,
     /// Files that are not DICOM.
     pub foreign: Vec<LeftOut>,
     /// DICOM files that cannot be read, with the reason.
@@ -39,6 +44,37 @@ impl Inspection {
     /// The series that can be read.
     pub fn usable(&self) -> impl Iterator<Item = &SeriesReport> {
         self.series.iter().filter(|s| s.usable)
+    }
+}
+
+/// An object that may go with a CT.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlanObject {
+    /// What it is.
+    pub kind: PlanObjectKind,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// Kinds of objects that may go with a CT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlanObjectKind {
+    /// An RT structure set.
+    Structures,
+    /// An RT dose.
+    Dose,
+    /// A segmentation.
+    Segmentation,
+}
+
+impl PlanObjectKind {
+    /// Its name in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Structures => "structures",
+            Self::Dose => "dose",
+            Self::Segmentation => "segmentation",
+        }
     }
 }
 
@@ -158,15 +194,32 @@ pub fn inspect(
     for object in &folder.other {
         *kinds.entry(object.reason.to_string()).or_default() += 1;
     }
+    let objects = plan_objects(&folder, &Place::of(path)?.root);
     let other = kinds.into_iter().map(|(kind, files)| KindCount { kind, files });
     Ok(Inspection {
         files: folder.files,
         other: other.collect(),
+        objects,
         series,
         foreign: folder.foreign,
         damaged: folder.damaged.iter().map(|d| d.error.to_string()).collect(),
         warnings: folder.warnings,
     })
+}
+
+/// The objects of a folder that may go with a CT.
+fn plan_objects(folder: &Folder, root: &Path) -> Vec<PlanObject> {
+    let known = [
+        (uids::RT_STRUCTURE_SET_STORAGE, PlanObjectKind::Structures),
+        (uids::RT_DOSE_STORAGE, PlanObjectKind::Dose),
+        (uids::SEGMENTATION_STORAGE, PlanObjectKind::Segmentation),
+    ]
+    .map(|(class, of)| (LeftOutReason::OtherObject(kind(class)), of));
+    let of = |left: &LeftOut| {
+        let (_, kind) = known.iter().find(|(reason, _)| *reason == left.reason)?;
+        Some(PlanObject { kind: *kind, path: root.join(&left.file) })
+    };
+    folder.other.iter().filter_map(of).collect()
 }
 
 fn report(series: &Series, accept: Accept) -> SeriesReport {

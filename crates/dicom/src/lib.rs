@@ -73,7 +73,8 @@ pub use error::Error;
 pub use export::{ExportParams, WriteInfo, write_series};
 pub use files::{source_files, source_folder};
 pub use inspect::{
-    Depth, GridReport, Inspection, KindCount, PixelReport, SeriesReport, SlicePixels, inspect,
+    Depth, GridReport, Inspection, KindCount, PixelReport, PlanObject, PlanObjectKind,
+    SeriesReport, SlicePixels, inspect,
 };
 pub use left_out::{LeftOut, LeftOutReason};
 pub use object::{RegionObject, is_dose, region_object};

@@ -27,6 +27,8 @@ mod memory;
 mod nearest;
 mod node_id;
 mod nodes;
+mod own_objects;
+mod own_scans;
 mod run;
 mod session;
 mod shared;
@@ -41,6 +43,7 @@ pub use folder::{FinishedRun, RunFolder};
 pub use live_bed::{Applied, Held, LiveBed};
 pub use memory::CountingAllocator;
 pub use node_id::NodeId;
+pub use own_objects::{Contours, OwnDose, OwnObjects, OwnStructure};
 pub use run::{Options, run};
 pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;
@@ -49,5 +52,6 @@ pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
 
 pub use spec::{Case, CaseError, Spec};
 pub use supine_report::{
-    Reason, Summary, UncertainPatch, Warning, directions, headline, held, moves,
+    DoseVolumeHistogram, Reason, Summary, UncertainPatch, Warning, directions, headline, held,
+    moves,
 };

@@ -37,6 +37,8 @@ pub enum NodeId {
     Points,
     /// A scan on the operating table held against the result, when the case names one.
     Evaluation,
+    /// The patient's own doses, structures and segmentations where the tissue carries them.
+    MovedObjects,
     /// The exported series.
     Export,
     /// The map as fields on the voxels of the CT around what moves.
@@ -57,7 +59,7 @@ pub enum NodeId {
 
 impl NodeId {
     /// All nodes, in an order in which they can be made.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Import,
         Self::Source,
         Self::Objects,
@@ -75,6 +77,7 @@ impl NodeId {
         Self::Warp,
         Self::Points,
         Self::Evaluation,
+        Self::MovedObjects,
         Self::Export,
         Self::Fields,
         Self::Pictures,
@@ -107,6 +110,7 @@ impl NodeId {
             Self::Fields => "fields",
             Self::Points => "points",
             Self::Evaluation => "evaluation",
+            Self::MovedObjects => "moved-objects",
             Self::Pictures => "pictures",
             Self::Registration => "registration",
             Self::Structures => "structures",

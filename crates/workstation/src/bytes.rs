@@ -17,6 +17,8 @@ pub(crate) enum Voxels {
     Labels(Arc<LabelMap>),
     /// Local change of volume, thousandths: 1000 is kept.
     Jacobian(Arc<Volume<i16>>),
+    /// Dose, cGy.
+    Dose(Arc<Volume<i16>>),
 }
 
 impl Voxels {
@@ -25,7 +27,9 @@ impl Voxels {
         match (self, other) {
             (Self::Hu(a, _), Self::Hu(b, _)) => Arc::ptr_eq(a, b),
             (Self::Labels(a), Self::Labels(b)) => Arc::ptr_eq(a, b),
-            (Self::Jacobian(a), Self::Jacobian(b)) => Arc::ptr_eq(a, b),
+            (Self::Jacobian(a), Self::Jacobian(b)) | (Self::Dose(a), Self::Dose(b)) => {
+                Arc::ptr_eq(a, b)
+            }
             _ => false,
         }
     }
@@ -36,7 +40,7 @@ impl Voxels {
             Self::Hu(ct, simulated) => {
                 VolumeShown { simulated: *simulated, ..VolumeShown::on(ct.grid(), id, "i16", key) }
             }
-            Self::Jacobian(map) => VolumeShown::on(map.grid(), id, "i16", key),
+            Self::Jacobian(map) | Self::Dose(map) => VolumeShown::on(map.grid(), id, "i16", key),
             Self::Labels(labels) => {
                 let names =
                     [(label::SOFT_TISSUE, "soft tissue"), (label::CHEST_WALL, "chest wall")];
@@ -55,7 +59,7 @@ impl Voxels {
         match self {
             Self::Hu(ct, _) => ct.grid(),
             Self::Labels(labels) => labels.grid(),
-            Self::Jacobian(map) => map.grid(),
+            Self::Jacobian(map) | Self::Dose(map) => map.grid(),
         }
     }
 
@@ -64,7 +68,7 @@ impl Voxels {
         match self {
             Self::Hu(ct, _) => 2 * ct.data().len(),
             Self::Labels(labels) => labels.data().len(),
-            Self::Jacobian(map) => 2 * map.data().len(),
+            Self::Jacobian(map) | Self::Dose(map) => 2 * map.data().len(),
         }
     }
 
@@ -80,7 +84,7 @@ impl Voxels {
             Self::Hu(ct, _) => {
                 ct.data()[from / 2..to / 2].iter().flat_map(|hu| hu.to_le_bytes()).collect()
             }
-            Self::Jacobian(map) => {
+            Self::Jacobian(map) | Self::Dose(map) => {
                 map.data()[from / 2..to / 2].iter().flat_map(|n| n.to_le_bytes()).collect()
             }
             Self::Labels(labels) => labels.data()[from..to].to_vec(),

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::bed::Previewed;
+use crate::beside::Beside;
 use crate::bytes::Voxels;
 use crate::job::Watching;
 use crate::lines::{Cuttable, Line};
@@ -18,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use supine_dicom_network::Node;
-use supine_flow::{CaseFile, Session, Start};
+use supine_flow::{CarriedKind, CaseFile, OwnObjects, Session, Start};
 use tokio::sync::watch;
 
 /// The page is told of progress no more often.
@@ -52,6 +53,12 @@ pub(crate) struct Held {
     /// What planes cut, by volume, with the keys under which it is asked for.
     pub(crate) lines: BTreeMap<&'static str, (String, Arc<Cuttable>)>,
     pub(crate) seen: Seen,
+    /// The patient's own structures and doses that are shown.
+    pub(crate) own: Option<OwnObjects>,
+    /// What lies beside the CT.
+    pub(crate) beside: Vec<Beside>,
+    /// The side that was proposed from the tumour's place, as long as nobody has set one.
+    pub(crate) side_proposed: bool,
     /// The last change of the case, as the command line takes it.
     pub(crate) edited: Vec<String>,
     /// The folder of the run that is shown.
@@ -62,6 +69,8 @@ pub(crate) struct Held {
     pub(crate) previewed: Option<Previewed>,
     /// The series of the folder that was looked through: where, and which Series Instance UID.
     pub(crate) series: Vec<(PathBuf, String)>,
+    /// Objects of other kinds in that folder.
+    pub(crate) objects: Vec<(CarriedKind, PathBuf)>,
     /// Set to end the work.
     cancel: Arc<AtomicBool>,
     keys: u64,
@@ -93,11 +102,15 @@ impl Desk {
             surfaces: BTreeMap::new(),
             lines: BTreeMap::new(),
             seen: Seen::default(),
+            own: None,
+            beside: vec![],
+            side_proposed: false,
             edited: vec![],
             result: None,
             log: VecDeque::new(),
             previewed: None,
             series: vec![],
+            objects: vec![],
             cancel: Arc::default(),
             keys: 0,
             told_at: None,
@@ -295,6 +308,12 @@ impl Held {
         self.voxels.insert(id, (key, voxels));
     }
 
+    /// Shows a volume no longer.
+    pub(crate) fn hide(&mut self, id: &str) {
+        self.voxels.remove(id);
+        self.state.volumes.retain(|volume| volume.id != id);
+    }
+
     /// A key that nothing had before.
     pub(crate) fn next_key(&mut self) -> String {
         self.keys += 1;
@@ -308,6 +327,17 @@ impl Held {
         }
         let key = self.next_key();
         self.surfaces.insert(part, (key, shape, drawn));
+        self.show_surfaces();
+    }
+
+    /// Shows a surface no longer.
+    pub(crate) fn hide_surface(&mut self, part: &str) {
+        if self.surfaces.remove(part).is_some() {
+            self.show_surfaces();
+        }
+    }
+
+    fn show_surfaces(&mut self) {
         let shown = self.surfaces.iter();
         let shown = shown.map(|(part, (key, shape, drawn))| {
             let (shape, kind) = (shape.name(), drawn.kind());
@@ -320,7 +350,9 @@ impl Held {
     pub(crate) fn clear(&mut self) {
         (self.session, self.case, self.state.case) = (None, None, None);
         (self.state.result, self.state.tumour, self.result) = (None, None, None);
-        self.state.sent = None;
+        (self.state.sent, self.state.own, self.own) = (None, None, None);
+        (self.side_proposed, self.beside) = (false, vec![]);
+        self.state.beside.clear();
         self.edited.clear();
         self.state.figures.clear();
         self.log.clear();

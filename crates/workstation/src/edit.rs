@@ -14,15 +14,15 @@ use supine_flow::{Freshness, NodeId};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Edits {
-    revision: u64,
-    edits: Vec<OneEdit>,
+    pub(crate) revision: u64,
+    pub(crate) edits: Vec<OneEdit>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct OneEdit {
-    key: String,
-    value: serde_json::Value,
+pub(crate) struct OneEdit {
+    pub(crate) key: String,
+    pub(crate) value: serde_json::Value,
 }
 
 /// A tick of a warning.
@@ -64,6 +64,7 @@ impl Desk {
         let edit = |edit: OneEdit| Edit { key: edit.key, value: edit.value };
         let edits: Vec<Edit> = asked.edits.into_iter().map(edit).collect();
         self.change_case(asked.revision, |held| {
+            let edits = held.with_what_follows(edits);
             let spec = held.case.as_mut().ok_or(Error::Nothing)?.edit(&edits)?;
             held.edited = edits.iter().filter_map(set_argument).collect();
             Ok(Some(spec))
@@ -132,10 +133,14 @@ impl Desk {
                 let live = &mut held.state.live;
                 (live.following, live.busy, live.problem) = (true, true, None);
             }
-            Ok(Some(session).filter(|_| stale))
+            let objects = !session.case().carried.is_empty() && !session.is_fresh(NodeId::Objects);
+            Ok((session, stale, objects))
         })?;
-        if let Some(session) = follows {
+        let (session, stale, objects) = follows;
+        if stale {
             self.follow_seeds(&session);
+        } else if objects {
+            self.prepare(&session);
         }
         Ok(())
     }
@@ -158,7 +163,37 @@ impl Desk {
     }
 }
 
+/// A tumour that is placed is no region of a structure set any more.
+const OF_A_REGION: [&str; 2] = ["tumour.structure", "tumour.file"];
+
 impl Held {
+    /// Edits with those that follow from them: the side of a tumour that is placed, as long as nobody has set one.
+    fn with_what_follows(&mut self, mut edits: Vec<Edit>) -> Vec<Edit> {
+        let sets = |edits: &[Edit], wanted: &str| edits.iter().any(|edit| edit.key == wanted);
+        if sets(&edits, "breast") {
+            self.side_proposed = false;
+        }
+        let Some(session) = &self.session else { return edits };
+        let places = edits.iter().find(|edit| edit.key == "tumour.centre" && !edit.value.is_null());
+        let Some(centre) = places.and_then(|edit| serde_json::from_value(edit.value.clone()).ok())
+        else {
+            return edits;
+        };
+        let case = session.case();
+        if session.spec().get("tumour.structure").is_some() {
+            let nothing =
+                OF_A_REGION.map(|key| Edit { key: key.into(), value: serde_json::Value::Null });
+            edits.extend(nothing);
+        }
+        let open = case.breast.is_none() || self.side_proposed;
+        let side = session.propose_side(centre).filter(|_| open && !sets(&edits, "breast"));
+        if let Some(side) = side.filter(|side| Some(*side) != case.breast) {
+            self.side_proposed = true;
+            edits.push(Edit { key: "breast".into(), value: side.to_string().into() });
+        }
+        edits
+    }
+
     /// Shows the case as it is now, and the command that does the same.
     pub(crate) fn show_case(&mut self) {
         let (Some(case), Some(session)) = (&self.case, &self.session) else { return };
@@ -166,10 +201,12 @@ impl Held {
         let mut shown = shown_case(session, case);
         // What was proposed stays on the screen.
         shown.region = shown.region.or(region);
+        shown.side_proposed = self.side_proposed && session.case().breast.is_some();
         if let Some(path) = case.path() {
             self.state.command = run_command(&name_of(path), &self.edited);
         }
         self.state.case = Some(shown);
+        self.show_beside();
         self.show_ticks();
     }
 

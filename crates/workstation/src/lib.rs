@@ -9,6 +9,7 @@
 )]
 
 mod bed;
+mod beside;
 mod body;
 mod browser;
 mod bytes;
@@ -21,6 +22,8 @@ mod lines;
 mod link;
 mod live;
 mod open;
+mod own;
+mod own_lines;
 mod picture;
 mod roots;
 mod routes;

@@ -1,21 +1,25 @@
 //! What a plane of a volume's own grid cuts, as lines between the voxels.
 
+use crate::own::levels_gy;
+use crate::own_lines;
 use crate::state::{ViewShown, views};
 use crate::surface::Surface;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use supine_flow::OwnObjects;
 use supine_mesh::{BoundaryTag, Displacement, Edges, Faces, TetMesh};
 use supine_space::{Grid, Point};
 use supine_volume::{SignedDistance, Surfaces, Volume, contour};
 
 /// A place in a plane, voxels along the view's right and down axes.
-type Spot = [f64; 2];
+pub(crate) type Spot = [f64; 2];
 
 /// The lines of one thing.
 #[derive(Debug, Serialize)]
 pub(crate) struct Line {
-    name: &'static str,
+    name: Cow<'static, str>,
     points: Vec<Vec<Spot>>,
 }
 
@@ -30,6 +34,15 @@ pub(crate) struct Cuttable {
     pub(crate) body: Option<Body>,
     /// A tumour that is no sphere any more.
     pub(crate) tumour: Option<Arc<Surface>>,
+    /// The patient's own structures and doses.
+    pub(crate) own: Option<Own>,
+}
+
+/// Structures and doses, as given or as carried.
+#[derive(Clone, Debug)]
+pub(crate) struct Own {
+    pub(crate) objects: OwnObjects,
+    pub(crate) carried: bool,
 }
 
 /// A mesh, displaced or in the CT shape.
@@ -42,10 +55,10 @@ pub(crate) struct Body {
 }
 
 /// A plane of a grid.
-struct Cut<'a> {
-    grid: &'a Grid,
-    view: ViewShown,
-    slice: usize,
+pub(crate) struct Cut<'a> {
+    pub(crate) grid: &'a Grid,
+    pub(crate) view: ViewShown,
+    pub(crate) slice: usize,
 }
 
 impl Cuttable {
@@ -60,17 +73,41 @@ impl Cuttable {
         if let Some(surfaces) = &self.surfaces {
             let wall = cut.level(&surfaces.chest_wall);
             lines.extend(self.uncertainty.as_deref().map(|map| cut.uncertain(&wall, map)));
-            lines.push(Line { name: "chest wall", points: wall });
-            lines.push(Line { name: "skin", points: cut.level(&surfaces.skin) });
+            lines.push(Line { name: "chest wall".into(), points: wall });
+            lines.push(Line { name: "skin".into(), points: cut.level(&surfaces.skin) });
         }
         if let Some(body) = &self.body {
             lines.extend(cut.mesh(body));
         }
         if let Some(tumour) = &self.tumour {
-            lines.push(Line { name: "tumour", points: cut.surface(tumour) });
+            lines.push(Line { name: "tumour".into(), points: cut.surface(tumour) });
+        }
+        if let Some(own) = &self.own {
+            lines.extend(own.lines(&cut));
         }
         lines.retain(|line| !line.points.is_empty());
         Some(lines)
+    }
+}
+
+impl Own {
+    fn lines(&self, cut: &Cut<'_>) -> Vec<Line> {
+        let structures = self.objects.structures().filter_map(|one| {
+            let contours = if self.carried { one.after? } else { one.before };
+            let name = format!("structure: {}", one.name).into();
+            Some(Line { name, points: own_lines::structure(contours, cut) })
+        });
+        let mut lines: Vec<Line> = structures.collect();
+        let dose = self.objects.doses().next();
+        let dose = dose.and_then(|dose| if self.carried { dose.after } else { Some(dose.before) });
+        if let Some(dose) = dose {
+            let levels = levels_gy(&self.objects);
+            let all = own_lines::isodoses(dose, &levels, cut);
+            let name = |gy: f64| format!("isodose: {gy} Gy").into();
+            let named = levels.into_iter().zip(all);
+            lines.extend(named.map(|(gy, points)| Line { name: name(gy), points }));
+        }
+        lines
     }
 }
 
@@ -110,7 +147,7 @@ impl Cut<'_> {
             let runs = line.chunk_by(|a, b| doubted(a) == doubted(b));
             points.extend(runs.filter(|run| run.len() > 1 && doubted(&run[0])).map(<[_]>::to_vec));
         }
-        Line { name: "uncertain", points }
+        Line { name: "uncertain".into(), points }
     }
 
     /// Skin, wall and cut of a mesh that is displaced; of one in the CT shape the cut, for the labels tell the rest; and where
@@ -119,9 +156,9 @@ impl Cut<'_> {
         let displacement = body.displacement.as_deref();
         let faces = Faces::new(&body.mesh);
         let cuts = faces.cut_by(&body.edges, displacement, &|p| self.seen(p));
-        let line = |name, tag| {
+        let line = |name: &'static str, tag| {
             let of_tag = cuts.iter().filter(|cut| cut.tag == tag);
-            Line { name, points: joined(of_tag.map(|cut| cut.segment).collect()) }
+            Line { name: name.into(), points: joined(of_tag.map(|cut| cut.segment).collect()) }
         };
         let mut lines = vec![line("cut", Some(BoundaryTag::Cut)), line("mesh", None)];
         if displacement.is_some() {
@@ -140,7 +177,7 @@ impl Cut<'_> {
 
 /// Segments joined where they meet; each line goes as far as it can without a choice that matters: any of several ways on is
 /// taken.
-fn joined(segments: Vec<[Spot; 2]>) -> Vec<Vec<Spot>> {
+pub(crate) fn joined(segments: Vec<[Spot; 2]>) -> Vec<Vec<Spot>> {
     /// Ends this near are one, voxels.
     const NEAR: f64 = 1e-4;
     let key = |spot: &Spot| spot.map(|x| (x / NEAR).round() as i64);
@@ -202,13 +239,19 @@ mod tests {
         let centre = grid.patient_from_index([20.3, 21.8, 14.6]);
         let (skin, wall) = (ball(&grid, centre, 14.0), ball(&grid, centre, 8.0));
         let surfaces = Some(Arc::new(Surfaces { skin, chest_wall: wall }));
-        let ball =
-            Cuttable { grid: grid.clone(), surfaces, uncertainty: None, body: None, tumour: None };
+        let ball = Cuttable {
+            grid: grid.clone(),
+            surfaces,
+            uncertainty: None,
+            body: None,
+            tumour: None,
+            own: None,
+        };
         for (view, slice) in [("axial", 22), ("sagittal", 19), ("coronal", 15)] {
             let shown = views(&grid).into_iter().find(|shown| shown.is(view)).unwrap();
             let lines = ball.lines(view, slice).unwrap();
             assert_eq!(
-                lines.iter().map(|line| line.name).collect::<Vec<_>>(),
+                lines.iter().map(|line| line.name.as_ref()).collect::<Vec<_>>(),
                 ["chest wall", "skin"]
             );
             for (line, radius) in lines.iter().zip([8.0, 14.0]) {

@@ -161,6 +161,7 @@ impl Desk {
     }
 
     fn make_ready(&self, session: &Session, watching: &Watching) -> Result<(), Error> {
+        self.read_objects(session, watching);
         if !session.is_fresh(NodeId::Prepare) {
             self.make_segmenter(session, watching)?;
         }

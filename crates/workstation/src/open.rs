@@ -1,6 +1,7 @@
 //! Opening a folder, a series, a case or a run, and bringing stages up to date.
 
 use crate::Error;
+use crate::beside::Beside;
 use crate::body::body;
 use crate::bytes::Voxels;
 use crate::desk::{Desk, Held};
@@ -13,11 +14,11 @@ use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use supine_flow::commands::dicom::{Inspect, inspect};
+use supine_flow::commands::dicom::{Inspect, PlanObject, PlanObjectKind, inspect};
 use supine_flow::spec::edit;
 use supine_flow::{
-    CaseFile, FinishedRun, Lane, NodeId, Options, Request, RunFolder, Session, Spec, Summary,
-    headline,
+    CarriedKind, CaseFile, FinishedRun, Lane, NodeId, Options, Request, RunFolder, Session, Spec,
+    Summary, headline,
 };
 
 /// What the page opens, by the numbers that it was given.
@@ -72,6 +73,7 @@ impl Desk {
                 let first = held.series.len();
                 let series = found.series.iter().map(|s| (s.folder.clone(), s.uid.clone()));
                 held.series.extend(series);
+                held.objects = found.objects.iter().map(beside).collect();
                 held.state.inspection =
                     Some(InspectionShown::of(dir, &found, |n| (first + n).to_string()));
             });
@@ -119,7 +121,14 @@ impl Desk {
                 held.state.phase = Phase::Ready;
                 held.show_results(&session);
                 (held.session, held.case) = (Some(Arc::clone(&session)), Some(case));
+                if let Opened::Series { .. } = &opened {
+                    let found = held.objects.iter();
+                    held.beside =
+                        found.map(|(kind, path)| Beside::new(*kind, path.clone())).collect();
+                }
+                held.show_beside();
             });
+            desk.read_objects(&session, watching);
             let patient = body(&ct);
             desk.change(|held| {
                 held.state.volumes.iter_mut().for_each(|volume| volume.body = patient);
@@ -150,6 +159,8 @@ impl Desk {
             session.labels(&request)?;
             session.region(&request)?;
             session.mesh(&request)?;
+            session.deformation(&request)?;
+            session.read_scans(&request)?;
             session.deformed_ct(&request)?;
             session.tumour(&request)?;
             session.tumour_interval(&request)
@@ -157,6 +168,7 @@ impl Desk {
         let read = read();
         session.keep_in(None)?;
         read?;
+        self.read_objects(session, watching);
         self.change(|held| {
             held.show_results(session);
             held.show_result(path, &summary);
@@ -179,8 +191,8 @@ impl Desk {
             }
             Some(until) => vec![vec![until]],
             None => vec![
-                vec![NodeId::Warp],
-                vec![NodeId::Points, NodeId::Interval],
+                vec![NodeId::Warp, NodeId::MovedObjects],
+                vec![NodeId::Points, NodeId::Interval, NodeId::Evaluation],
                 vec![NodeId::Fields],
             ],
         };
@@ -263,6 +275,16 @@ fn result(path: &Path, summary: &Summary) -> ResultShown {
     }
 }
 
+/// An object of a folder, as a case may name it.
+fn beside(found: &PlanObject) -> (CarriedKind, PathBuf) {
+    let kind = match found.kind {
+        PlanObjectKind::Structures => CarriedKind::Structures,
+        PlanObjectKind::Dose => CarriedKind::Dose,
+        PlanObjectKind::Segmentation => CarriedKind::Segmentation,
+    };
+    (kind, found.path.clone())
+}
+
 impl Held {
     /// A series that was found: its folder and its UID.
     pub(crate) fn series(&self, id: &str) -> Result<&(PathBuf, String), Error> {
@@ -343,6 +365,7 @@ pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
         values,
         tumour: session.tumour_sphere().map(ball),
         region: case.region.map(ball),
+        side_proposed: false,
     }
 }
 

@@ -44,6 +44,8 @@ pub(crate) fn router(app: App) -> Router {
         .route("/api/inspect", post(inspect))
         .route("/api/open", post(open_it))
         .route("/api/edit", post(edit).layer(DefaultBodyLimit::max(MOST_EDIT)))
+        .route("/api/carry", post(carry))
+        .route("/api/tumour", post(tumour))
         .route("/api/undo", post(undo))
         .route("/api/redo", post(redo))
         .route("/api/save", post(save))
@@ -149,6 +151,14 @@ async fn open_it(State(app): State<App>, body: Bytes) -> Told {
 
 async fn edit(State(app): State<App>, body: Bytes) -> Told {
     told(app.desk.edit(read(&body)?))
+}
+
+async fn carry(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.carry(&read(&body)?))
+}
+
+async fn tumour(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.tumour_of(read(&body)?))
 }
 
 async fn undo(State(app): State<App>, body: Bytes) -> Told {

@@ -2,11 +2,11 @@
 
 use crate::bytes::Voxels;
 use crate::desk::Held;
-use crate::lines::{Body, Cuttable};
+use crate::lines::{Body, Cuttable, Own};
 use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
 use crate::surface::{Drawn, Shape, Surface};
 use std::sync::Arc;
-use supine_flow::{Freshness, NodeId, Session};
+use supine_flow::{Freshness, NodeId, OwnObjects, Session};
 use supine_mesh::{BoundaryTag, Deformation, Edges, Embedding, Motion, Surround, TetMesh};
 use supine_space::{Point, Sphere};
 use supine_volume::{LabelMap, Surfaces};
@@ -19,6 +19,7 @@ pub(crate) struct Seen {
     surfaces: Option<Arc<Surfaces>>,
     labels: Option<Arc<LabelMap>>,
     tumour: Option<Sphere>,
+    own: Option<OwnObjects>,
     /// Whether the patient's whole skin is drawn.
     body: bool,
 }
@@ -45,7 +46,9 @@ impl Held {
         if session.is_fresh(NodeId::Prepare) {
             self.state.live.segmenter = Readiness::Ready;
         }
+        self.show_own(session);
         self.show_shapes(session, labels.map(|(labels, _)| labels));
+        self.show_scans(session);
         self.show_jacobian(session);
         self.state.figures = session.figures();
         self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
@@ -67,9 +70,7 @@ impl Held {
     fn show_jacobian(&mut self, session: &Session) {
         let fresh = session.is_fresh(NodeId::Fields);
         if !fresh {
-            self.voxels.remove("jacobian");
-            self.state.volumes.retain(|volume| volume.id != "jacobian");
-            return;
+            return self.hide("jacobian");
         }
         if self.voxels.contains_key("jacobian") {
             return;
@@ -90,12 +91,14 @@ impl Held {
             surfaces: session.peek_surfaces(),
             labels,
             tumour: session.tumour_sphere(),
+            own: self.own.clone(),
             body: self.seen.body,
         };
         let same = same(&self.seen.mesh, &now.mesh)
             && same(&self.seen.carried, &now.carried)
             && same(&self.seen.surfaces, &now.surfaces)
             && same(&self.seen.labels, &now.labels)
+            && same_own(&self.seen.own, &now.own)
             && self.seen.tumour == now.tumour;
         if same {
             return;
@@ -106,6 +109,21 @@ impl Held {
         self.show_mesh();
         self.show_carried();
         self.show_lines(session);
+    }
+
+    /// Scans of the skin, by their distance from the model: the sitting one from the fitted one, that on the table from the
+    /// result.
+    fn show_scans(&mut self, session: &Session) {
+        let scans = [
+            ("scan, sitting", Shape::Ct, session.peek_sitting_scan()),
+            ("scan, table", Shape::Deformed, session.peek_table_scan()),
+        ];
+        for (part, shape, scan) in scans {
+            match scan {
+                Some(scan) => self.show_surface(part, shape, Drawn::Scan(scan)),
+                None => self.hide_surface(part),
+            }
+        }
     }
 
     fn show_tumour(&mut self) {
@@ -161,10 +179,16 @@ impl Held {
         });
         let surfaces = self.seen.surfaces.clone();
         let uncertainty = session.peek_uncertainty();
-        if surfaces.is_some() || body.is_some() {
-            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour: None };
+        let own = |carried| self.own.clone().map(|objects| Own { objects, carried });
+        let (given, carried) = (own(false), own(true));
+        if surfaces.is_some() || body.is_some() || given.is_some() {
+            let (tumour, own) = (None, given);
+            let ct = Cuttable { grid: grid.clone(), surfaces, uncertainty, body, tumour, own };
             self.put_lines("ct", ct);
+        } else {
+            self.drop_lines("ct");
         }
+        let own = carried;
         let Some(carried) = self.seen.carried.clone() else { return };
         let body = Some(Body {
             mesh: Arc::clone(carried.mesh()),
@@ -172,13 +196,24 @@ impl Held {
             displacement: Some(Arc::new(carried.displacement().clone())),
         });
         let tumour = self.carried_tumour().map(Arc::new);
-        let deformed = Cuttable { grid, surfaces: None, uncertainty: None, body, tumour };
+        let (surfaces, uncertainty) = (None, None);
+        let deformed = Cuttable { grid, surfaces, uncertainty, body, tumour, own };
         self.put_lines("deformed", deformed);
     }
 
     fn put_lines(&mut self, volume: &'static str, cuttable: Cuttable) {
         let key = self.next_key();
         self.lines.insert(volume, (key, Arc::new(cuttable)));
+        self.show_line_keys();
+    }
+
+    fn drop_lines(&mut self, volume: &str) {
+        if self.lines.remove(volume).is_some() {
+            self.show_line_keys();
+        }
+    }
+
+    fn show_line_keys(&mut self) {
         let shown = self.lines.iter();
         let shown = shown.map(|(volume, (key, _))| LinesShown { volume, key: key.clone() });
         self.state.lines = shown.collect();
@@ -198,6 +233,15 @@ pub(crate) fn preview_differs(held: &Held, session: &Session) -> Option<f64> {
 fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
     match (one, other) {
         (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+/// Whether both are the same objects.
+pub(crate) fn same_own(one: &Option<OwnObjects>, other: &Option<OwnObjects>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => one.is_same(other),
         (None, None) => true,
         _ => false,
     }

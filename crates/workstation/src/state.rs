@@ -29,6 +29,10 @@ pub(crate) struct State {
     pub(crate) inspection: Option<InspectionShown>,
     /// How far the tumour moves; nothing that is of what was given before.
     pub(crate) tumour: Option<TumourShown>,
+    /// The patient's own structures and doses, where the case names some.
+    pub(crate) own: Option<OwnShown>,
+    /// Objects that lie in the CT's folder, or that the case names.
+    pub(crate) beside: Vec<BesideShown>,
     /// What a run left in a folder.
     pub(crate) result: Option<ResultShown>,
     /// Mesh, mechanics and map in a few figures.
@@ -63,6 +67,8 @@ pub(crate) struct CaseShown {
     pub(crate) values: serde_json::Map<String, serde_json::Value>,
     pub(crate) tumour: Option<Ball>,
     pub(crate) region: Option<Ball>,
+    /// Whether the side was proposed from the tumour's place, and nobody has set it since.
+    pub(crate) side_proposed: bool,
 }
 
 /// A sphere, LPS, mm.
@@ -203,6 +209,50 @@ pub(crate) struct TumourShown {
     pub(crate) level: Option<f64>,
 }
 
+/// The patient's own structures and doses.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct OwnShown {
+    /// Whether what was carried is of what is given now.
+    pub(crate) fresh: bool,
+    pub(crate) structures: Vec<OwnStructureShown>,
+    pub(crate) doses: Vec<OwnDoseShown>,
+    pub(crate) histograms: Vec<supine_flow::DoseVolumeHistogram>,
+    /// What the user must know.
+    pub(crate) notes: Vec<String>,
+}
+
+/// A region.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct OwnStructureShown {
+    pub(crate) name: String,
+    pub(crate) file: String,
+    /// Before and after; nothing before it was carried.
+    pub(crate) volume_ml: Option<[f64; 2]>,
+}
+
+/// A dose.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct OwnDoseShown {
+    pub(crate) file: String,
+    /// Before and after.
+    pub(crate) max_gy: [Option<f64>; 2],
+    /// Isodoses that are drawn, the highest first.
+    pub(crate) levels_gy: Vec<f64>,
+}
+
+/// An object beside the CT.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct BesideShown {
+    pub(crate) id: String,
+    /// `structures`, `dose` or `segmentation`.
+    pub(crate) kind: &'static str,
+    pub(crate) name: String,
+    /// Whether the case carries it along.
+    pub(crate) on: bool,
+    /// Regions that can be the tumour.
+    pub(crate) regions: Vec<String>,
+}
+
 /// What a run left.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct ResultShown {
@@ -273,6 +323,15 @@ pub(crate) struct InspectionShown {
     pub(crate) dir: String,
     pub(crate) name: String,
     pub(crate) series: Vec<SeriesShown>,
+    /// Structure sets, doses and segmentations.
+    pub(crate) objects: Vec<ObjectShown>,
+}
+
+/// An object that is no CT.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ObjectShown {
+    pub(crate) kind: &'static str,
+    pub(crate) name: String,
 }
 
 /// A series of it.
@@ -317,6 +376,7 @@ pub(crate) fn stages(case: &Case) -> Vec<StageShown> {
         (NodeId::Tissues, case.tissues || case.stiffness.is_some()),
         (NodeId::Fit, case.fit_scans().is_some()),
         (NodeId::Evaluation, case.scans.as_ref().is_some_and(|scans| scans.intraop.is_some())),
+        (NodeId::MovedObjects, !case.carried.is_empty()),
         (NodeId::Carry, !case.carried.is_empty()),
     ];
     let shown = |node: &NodeId| {
@@ -422,7 +482,12 @@ impl InspectionShown {
                 .collect(),
             picture: series.usable,
         });
-        Self { dir: dir.id, name: dir.name, series: series.collect() }
+        let object = |object: &supine_flow::commands::dicom::PlanObject| ObjectShown {
+            kind: object.kind.name(),
+            name: crate::roots::name_of(&object.path),
+        };
+        let objects = found.objects.iter().map(object).collect();
+        Self { dir: dir.id, name: dir.name, series: series.collect(), objects }
     }
 }
 

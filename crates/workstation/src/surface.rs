@@ -1,8 +1,10 @@
 //! Surfaces and arrows as bytes, little-endian. A surface: u32 number of points, u32 of triangles, f32 x, y, z of each point
-//! (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0, f32 x, y, z of both ends of each (LPS, mm).
+//! (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0, f32 x, y, z of both ends of each (LPS, mm). Points: u32
+//! number, u32 0, f32 x, y, z (LPS, mm) and value of each.
 
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryTag, Deformation, Edges, Order, Split, TetMesh};
+use std::sync::Arc;
+use supine_mesh::{BoundaryTag, Deformation, Edges, Order, ScanDistances, Split, TetMesh};
 use supine_space::{Point, Sphere, Vector};
 use supine_volume::{LabelMap, Layers, isosurface, label};
 
@@ -37,6 +39,8 @@ impl Shape {
 pub(crate) enum Drawn {
     Triangles(Surface),
     Arrows(Vec<[Point; 2]>),
+    /// A scan by its distances from the last of its surfaces, mm; NaN where none is known.
+    Scan(Arc<ScanDistances>),
 }
 
 impl Drawn {
@@ -52,6 +56,7 @@ impl Drawn {
         match self {
             Self::Triangles(_) => "triangles",
             Self::Arrows(_) => "arrows",
+            Self::Scan(_) => "points",
         }
     }
 
@@ -62,6 +67,14 @@ impl Drawn {
             Self::Arrows(all) => {
                 let head = [all.len() as u32, 0].into_iter().flat_map(u32::to_le_bytes);
                 head.chain(all.iter().flatten().flat_map(place)).collect()
+            }
+            Self::Scan(scan) => {
+                let far = scan.surfaces.last().map_or(&[][..], |surface| &surface.mm);
+                let head = [far.len() as u32, 0].into_iter().flat_map(u32::to_le_bytes);
+                let value = |mm: &Option<f64>| mm.map_or(f32::NAN, |mm| mm as f32);
+                let points = scan.places.iter().zip(far);
+                let one = |(p, mm)| place(p).chain(value(mm).to_le_bytes());
+                head.chain(points.flat_map(one)).collect()
             }
         }
     }

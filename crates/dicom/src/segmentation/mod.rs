@@ -71,6 +71,11 @@ impl Segmentation {
         &self.segments
     }
 
+    /// Bytes of its pixels as they are held.
+    pub fn held_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
     /// What a user must know before trusting it.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings

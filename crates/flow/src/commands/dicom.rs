@@ -5,7 +5,9 @@ use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use std::path::PathBuf;
 use supine_dicom::{Depth, Expected, Original, Policy};
-pub use supine_dicom::{Inspection, PixelReport, SeriesReport, Verification};
+pub use supine_dicom::{
+    Inspection, PixelReport, PlanObject, PlanObjectKind, SeriesReport, Verification,
+};
 
 /// Keys of the table that both take.
 pub const KEYS: &[&str] = &["assume_hu", "equalise_steps"];

@@ -1,12 +1,12 @@
 //! The patient's own doses, structures and segmentations, beside the exported series they then belong to.
 
-use super::{Export, Import, Objects, Registration, Solve};
+use super::{Export, Import, MovedObjects, Objects, Registration};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::nodes::objects::named;
 use crate::shared::CarriedKind;
-use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles, Held};
+use crate::shared::carry::{CarryContext, ExportedFiles, file_names};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
@@ -32,11 +32,11 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
-    type Parents = (Import, Objects, Solve, Export, Registration);
+    type Parents = (Import, Objects, MovedObjects, Export, Registration);
     type Out = Carried;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
@@ -50,38 +50,36 @@ impl Node for Carry {
 
     fn run(
         own: &Own,
-        (input, _, solved, exported, registered): Outs<Self>,
+        (input, given, moved, exported, registered): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Carried, Error> {
         let (series, registration) = (exported.series.clone(), registered.deformable.clone());
         let files = ExportedFiles { series, registration, secret: own.secret };
         let progress = work.progress;
-        let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.1))?;
+        let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.5))?;
         let folder = work.place("objects")?;
         let shown = work.shelf.map_or("", |shelf| shelf.name("objects"));
         std::fs::create_dir_all(&folder)
             .map_err(|source| Error::Output { path: folder.clone(), source })?;
-        let (mut carried, mut held) = (Carried::default(), Held::default());
-        for (n, (kind, file)) in own.objects.iter().enumerate() {
-            let share = |n: usize| 0.1 + 0.8 * n as f64 / own.objects.len() as f64;
-            let same = own.objects[..=n].iter().filter(|(k, _)| k == kind).count();
-            let name = format!("{}-{same}.dcm", kind.name());
-            let part = progress.part(share(n), share(n + 1));
-            let path = folder.join(&name);
+        let mut carried = Carried::default();
+        for (n, (object, name)) in given.iter().zip(file_names(&given)).enumerate() {
+            progress.at(0.5 + 0.5 * n as f64 / given.len() as f64)?;
+            let (out, file) = (folder.join(&name), format!("{shown}/{name}"));
             // The structure set of the run itself is the first of its kind.
-            let (before, deformation) = (same, &solved.deformation);
-            let job = CarryJob { context: &context, before, deformation };
-            let (from, to) = ((*kind, file.path.as_path()), format!("{shown}/{name}"));
-            let (object, warnings) = job.one(from, (&path, &to), &input.ct, &mut held, part)?;
-            file.check_unchanged()?;
-            work.warn_all(warnings.into_iter().map(|w| w.of(format!("{}: ", object.file))));
-            carried.objects.push(object);
-            carried.inputs.push(file.told(kind.name()));
+            let before = given[..=n].iter().filter(|one| one.kind == object.kind).count();
+            let place = (&context, before);
+            let (told, written) = object.write(&moved.objects[n], place, (&out, &file))?;
+            let warnings = object.warnings.iter().cloned().chain(written);
+            work.warn_all(warnings.map(|w| w.of(format!("{}: ", told.file))));
+            carried.objects.push(told);
         }
-        let part = progress.part(0.9, 1.0);
-        let (histograms, warnings) = held.histograms(input.ct.grid(), part)?;
-        work.warn_all(warnings);
-        carried.histograms = histograms;
+        carried.inputs = own.objects.iter().map(|(kind, file)| file.told(kind.name())).collect();
+        work.warn_all(moved.warnings.iter().cloned());
+        carried.histograms = moved.histograms.clone();
+        for of in &mut carried.histograms {
+            (of.dose, of.structures) =
+                (format!("{shown}/{}", of.dose), format!("{shown}/{}", of.structures));
+        }
         Ok(carried)
     }
 

@@ -52,6 +52,10 @@ impl Evaluated {
     pub(crate) fn distances(&self) -> Option<&ScanDistances> {
         self.distances.as_deref()
     }
+
+    pub(crate) fn shared_distances(&self) -> Option<Arc<ScanDistances>> {
+        self.distances.clone()
+    }
 }
 
 impl Node for Evaluation {

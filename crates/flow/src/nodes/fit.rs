@@ -92,6 +92,10 @@ impl Fitted {
     pub(crate) fn distances(&self) -> Option<&ScanDistances> {
         self.distances.as_deref()
     }
+
+    pub(crate) fn shared_distances(&self) -> Option<Arc<ScanDistances>> {
+        self.distances.clone()
+    }
 }
 
 impl Case {

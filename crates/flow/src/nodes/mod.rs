@@ -11,6 +11,7 @@ mod labels_object;
 mod law;
 mod mesh;
 mod moduli;
+mod moved_objects;
 mod objects;
 mod pictures;
 mod points;
@@ -38,6 +39,7 @@ pub(crate) use labels_object::LabelsObject;
 pub(crate) use law::Law;
 pub(crate) use mesh::{Mesh, Meshed};
 pub(crate) use moduli::{Moduli, tissue_map};
+pub(crate) use moved_objects::{Moved, MovedObjects};
 pub(crate) use objects::Objects;
 pub(crate) use pictures::Pictures;
 pub(crate) use points::{Points, not_carried};
@@ -75,6 +77,7 @@ pub(crate) static NODES: &[Entry] = &[
     Entry::of::<Warp>(),
     Entry::of::<Points>(),
     Entry::of::<Evaluation>(),
+    Entry::of::<MovedObjects>(),
     Entry::of::<Export>(),
     Entry::of::<Fields>(),
     Entry::of::<Pictures>(),

@@ -5,7 +5,7 @@ use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::inputs::InputFile;
 use crate::shared::CarriedKind;
-use crate::shared::carry::CarryContext;
+use crate::shared::carry::{CarryContext, GivenObject};
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -28,37 +28,40 @@ pub(crate) fn named(ground: &Ground) -> Result<Vec<(CarriedKind, InputFile)>, Er
 impl Node for Objects {
     const ID: NodeId = NodeId::Objects;
     const METHOD: u32 = 1;
-    const KEPT: bool = true;
+    const KEPT: bool = false;
     type Own = Own;
     type Parents = (Import, Source);
-    type Out = ();
+    /// In the order of the case.
+    type Out = Vec<GivenObject>;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         Ok(Own { objects: named(ground)? })
     }
 
-    fn not_asked(own: &Own) -> Option<()> {
-        own.objects.is_empty().then_some(())
+    fn not_asked(own: &Own) -> Option<Vec<GivenObject>> {
+        own.objects.is_empty().then(Vec::new)
     }
 
-    fn run(own: &Own, (input, export_source): Outs<Self>, _: &Work<'_>) -> Result<(), Error> {
+    fn run(
+        own: &Own,
+        (input, export_source): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Vec<GivenObject>, Error> {
         let (Some(source), Some(named)) = (&input.source, export_source.as_ref()) else {
             return Err(Error::NoSeries);
         };
         let context = CarryContext::ahead(source, named);
-        for (kind, file) in &own.objects {
-            match kind {
-                CarriedKind::Dose => context.dose(&file.path).map(drop),
-                CarriedKind::Structures => context.structures(&file.path).map(drop),
-                CarriedKind::Segmentation => {
-                    context.segmentation(&file.path, input.ct.grid()).map(drop)
-                }
-            }?;
-        }
-        Ok(())
+        let all = own.objects.len() as f64;
+        let read = own.objects.iter().enumerate().map(|(n, (kind, file))| {
+            work.progress.at(n as f64 / all)?;
+            let object = GivenObject::read(*kind, &file.path, &context, input.ct.grid())?;
+            file.check_unchanged()?;
+            Ok(object)
+        });
+        read.collect()
     }
 
-    fn load(_: serde_json::Value, _: &Work<'_>) -> Result<(), Error> {
-        Ok(())
+    fn bytes(out: &Vec<GivenObject>) -> usize {
+        out.iter().map(GivenObject::bytes).sum()
     }
 }

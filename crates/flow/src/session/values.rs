@@ -8,7 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::{Movement, TumourInterval, UncertainPatch};
-use supine_space::{Progress, Sphere};
+use supine_segment::tumour_place;
+use supine_space::{Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Surfaces, Volume};
 
 impl Session {
@@ -100,6 +101,14 @@ impl Session {
     /// The tumour as the case gives it, LPS, mm; of one named by a structure, once its file was read.
     pub fn tumour_sphere(&self) -> Option<Sphere> {
         self.ground().tumour().ok().map(|placed| placed.sphere)
+    }
+
+    /// The side of the body on which a place of the CT that is held lies (LPS, mm), where it lies in tissue and clearly on
+    /// one; nothing is read.
+    pub fn propose_side(&self, centre_mm: [f64; 3]) -> Option<Side> {
+        let (input, _) = self.peek::<Import>()?;
+        let sphere = Sphere::new(centre_mm.into(), 1.0).ok()?;
+        tumour_place(&input.ct, sphere, None).ok()?.side
     }
 
     /// The mesh in the CT shape; points LPS, mm.

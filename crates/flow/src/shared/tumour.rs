@@ -64,6 +64,19 @@ pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error>
     Ok((sphere, roi.frame_of_reference.clone()))
 }
 
+/// Names of the regions of a structure set that can be the tumour: those with contours whose name no other has.
+///
+/// # Errors
+/// When the file is no structure set.
+pub fn tumour_regions(path: &std::path::Path) -> Result<Vec<String>, Error> {
+    let structures = read_structures(path).map_err(Error::TumourFile)?;
+    let (all, same) = (structures.rois(), |name: &str| {
+        structures.rois().iter().filter(|roi| roi.name == name).count()
+    });
+    let usable = all.iter().filter(|roi| !roi.contours.is_empty() && same(&roi.name) == 1);
+    Ok(usable.map(|roi| roi.name.clone()).collect())
+}
+
 fn not_one(name: &str, times: usize, names: &[&str]) -> String {
     if times > 1 {
         return format!(

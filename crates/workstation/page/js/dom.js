@@ -1,13 +1,7 @@
 // Making and renewing elements. All text goes in as text nodes: what the server sends is never read as HTML.
 
-/**
- * @param {string} tag
- * @param {Record<string, any>} [properties] attributes; `on…` are listeners; false, null and undefined are left out
- * @param {...(Node|string)} children
- * @returns {any}
- */
-export function element(tag, properties = {}, ...children) {
-  const made = document.createElement(tag);
+/** @param {Element} made @param {Record<string, any>} properties @param {(Node|string)[]} children @returns {any} */
+function furnish(made, properties, children) {
   for (const [name, value] of Object.entries(properties)) {
     if (value === undefined || value === null || value === false) continue;
     if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
@@ -15,6 +9,21 @@ export function element(tag, properties = {}, ...children) {
   }
   made.append(...children);
   return made;
+}
+
+/**
+ * @param {string} tag
+ * @param {Record<string, any>} [properties] attributes; `on…` are listeners; false, null and undefined are left out
+ * @param {...(Node|string)} children
+ * @returns {any}
+ */
+export function element(tag, properties = {}, ...children) {
+  return furnish(document.createElement(tag), properties, children);
+}
+
+/** The same of an SVG drawing. @param {string} tag @param {Record<string, any>} [properties] @param {...(Node|string)} children @returns {any} */
+export function graphic(tag, properties = {}, ...children) {
+  return furnish(document.createElementNS("http://www.w3.org/2000/svg", tag), properties, children);
 }
 
 /** @type {WeakMap<Element, string>} */

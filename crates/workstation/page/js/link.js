@@ -70,6 +70,10 @@ export async function editNewest(edits) {
   return false;
 }
 
+/** The case carries an object along, or not. @param {string} id @param {boolean} on */
+export const carry = (id, on) => send("carry", { revision: revision(), id, on });
+/** A region of a structure set becomes the tumour. @param {string} id @param {string} region */
+export const tumourFrom = (id, region) => send("tumour", { revision: revision(), id, region });
 export const undo = () => send("undo", { revision: revision() });
 export const redo = () => send("redo", { revision: revision() });
 /** @param {string|null} until */

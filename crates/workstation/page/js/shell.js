@@ -6,6 +6,7 @@ import { send } from "./link.js";
 import { change, now, shownVolume } from "./state.js";
 import { changeText } from "./views/change.js";
 import { readAt } from "./views/overlay.js";
+import { doseText } from "./views/own.js";
 
 /** @typedef {import("./state.js").State} State */
 
@@ -103,7 +104,7 @@ function reading(state) {
   const changed = held.grid.id === "ct" ? changeText(state, place) : null;
   return {
     who: state.cursor ? "Pointer" : "Crosshair", place: placeText(place),
-    hu: hu === null ? "\u2026" : `${fixed(hu, 0)} HU`, label: [label, changed].filter(Boolean).join("  "),
+    hu: hu === null ? "\u2026" : `${fixed(hu, 0)} HU`, label: [label, changed, doseText(state, held, place)].filter(Boolean).join("  "),
   };
 }
 

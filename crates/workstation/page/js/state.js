@@ -33,15 +33,23 @@
 /** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
  *   case: Case|null,
  *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[],
- *   inspection: null|{dir: string, name: string, series: Series[]},
+ *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
  *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
  *   tumour?: Way|null, result?: Result|null, live?: Live|null, preview_bed?: PreviewBed|null,
- *   preview_applicator?: Ready|null}} Server */
+ *   preview_applicator?: Ready|null, own?: Own|null, beside?: Beside[]}} Server */
+/** @typedef {{volume_ml: number, mean_gy: number, d98_gy: number, d50_gy: number, d2_gy: number, max_gy: number,
+ *   shares: number[]}} Curve `shares`: of the volume, 0 to 1, with at least n steps of dose */
+/** @typedef {{region: string, dose: string, step_gy: number, before: Curve, after: Curve|null}} Histogram */
+/** @typedef {{fresh: boolean, structures: {name: string, file: string, volume_ml: [number, number|null]|null}[],
+ *   doses: {file: string, max_gy: [number, number|null], levels_gy: number[]}[], histograms: Histogram[], notes: string[]}} Own
+ *   structures and doses before and after; `fresh`: after is of what is given now; `levels_gy`: of isodoses, the highest first */
+/** @typedef {{id: string, kind: "structures"|"dose"|"segmentation", name: string, on: boolean, regions: string[]}} Beside an object
+ *   drawn beside the CT; `on`: the case carries it along; `regions`: those that can be a tumour */
 /** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
 /** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null}} Way the tumour's */
 /** @typedef {{name: string, saved: boolean, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
- *   tumour: Sphere|null, region: Sphere|null}} Case */
+ *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since */
 /** @typedef {{name: string, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
  *   verified?: {ok: boolean, text: string}|null, confirm?: string|null}} Result */
 /** @typedef {{key: string, grid: Volume, voxels: Int16Array|Uint8Array, arrived: number}} Held voxels in the page */
@@ -92,7 +100,8 @@ const initial = {
   patch: -1,
   panning: false,
   panel: true,
-  /** @type {string[]} surfaces that are not drawn */ hiddenParts: ["mesh", "displacement"],
+  /** @type {string[]} surfaces that are not drawn */ hiddenParts: ["mesh", "displacement", "scan, sitting", "scan, table"],
+  /** @type {string[]} lines of planes that are not drawn, by their names */ hiddenLines: [],
   /** @type {{turn: number|null, lift: number, zoom: number, moving: boolean}} */
   scene: { turn: null, lift: 0.35, zoom: 1, moving: false },
   /** @type {{dir: any, up: string|null, folders: any[], cases: any[], runs: any[], dicom: number}|null} */ list: null,
@@ -109,6 +118,8 @@ export const ofOneCt = {
   cameras: initial.cameras, scene: initial.scene, compare: initial.compare,
   stroke: null, waiting: initial.waiting, bed: null, turning: false, preview: null,
   applicator: null, carrying: false,
+  // The next patient may have a structure of the same name.
+  hiddenLines: initial.hiddenLines,
 };
 
 /** @typedef {typeof initial} State */

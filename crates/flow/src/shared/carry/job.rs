@@ -1,19 +1,16 @@
-//! One object carried: read, moved, written. The one way for a run and for the command that carries.
+//! One object carried by the command that carries: with or without a CT, into DICOM or not.
 
-use super::CarriedKind;
 use super::context::CarryContext;
 use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
 use super::dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
-use super::dose_volume::Held;
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
 use supine_dicom::{Dose, DoseInfo, Segmentation, SegmentationInfo, Structures, StructuresInfo};
 use supine_exchange::NamedContours;
 use supine_mesh::Deformation;
-use supine_report::{CarriedObject, CarriedRegion};
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::{Ct, Volume};
 use supine_warp::DoseTotals;
@@ -64,47 +61,6 @@ pub(crate) struct CarriedSegmentation {
 impl CarryJob<'_> {
     fn place(&self) -> (&CarryContext, usize) {
         (self.context, self.before)
-    }
-
-    /// Carries an object into the file `out`, shown as `file`; warnings with it. `ct` is the CT before deformation, on the grid
-    /// of the exported series. What a dose-volume histogram needs of it is added to `held`.
-    pub(crate) fn one(
-        &self,
-        (kind, path): (CarriedKind, &Path),
-        (out, file): (&Path, &str),
-        ct: &Ct,
-        held: &mut Held,
-        progress: Progress<'_>,
-    ) -> Result<(CarriedObject, Vec<Warning>), Error> {
-        let object = |instance_uid: Option<String>, regions: Vec<CarriedRegion>| CarriedObject {
-            kind: kind.name().into(),
-            file: file.into(),
-            instance_uid: instance_uid.unwrap_or_default(),
-            max_gy: None,
-            energy_mj: None,
-            regions,
-        };
-        Ok(match kind {
-            CarriedKind::Dose => {
-                let done = self.dose(path, Some(out), Some(ct), progress)?;
-                let max_gy = Some(done.max_gy());
-                let energy_mj = done.totals.energy_mj;
-                let uid = done.written.map(|info| info.object.instance_uid);
-                held.dose(file.into(), [done.given.into_volume(), done.carried]);
-                (CarriedObject { max_gy, energy_mj, ..object(uid, vec![]) }, done.warnings)
-            }
-            CarriedKind::Structures => {
-                let done = self.structures(path, Some(out), ct.grid(), progress)?;
-                let uid = done.written.map(|info| info.object.instance_uid);
-                let told = object(uid, done.carried.regions());
-                held.structures(file, done.closed, done.carried);
-                (told, done.warnings)
-            }
-            CarriedKind::Segmentation => {
-                let done = self.segmentation(path, out, ct.grid(), progress)?;
-                (object(Some(done.written.instance_uid), done.carried.regions), done.warnings)
-            }
-        })
     }
 
     /// Carries a dose, and writes it as one of the exported CT where a file is named; `ct`, before deformation, gives

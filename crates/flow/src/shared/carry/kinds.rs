@@ -27,7 +27,7 @@ impl CarriedKind {
     }
 
     /// The key of the case file.
-    pub(crate) fn key(self) -> &'static str {
+    pub fn key(self) -> &'static str {
         match self {
             Self::Dose => "carry.dose",
             Self::Structures => "carry.structures",

@@ -6,11 +6,13 @@ mod dose;
 mod dose_volume;
 mod job;
 mod kinds;
+mod object;
 mod segments;
 
 pub(crate) use context::{CarryContext, ExportedFiles};
 pub(crate) use contours::{CarriedContours, carry_named_contours};
 pub(crate) use dose::{DOSE_NOTE, carry_with_totals};
-pub(crate) use dose_volume::Held;
+pub(crate) use dose_volume::histograms;
 pub(crate) use job::{CarriedDose, CarryJob, max_gy};
 pub use kinds::{CarriedFile, CarriedKind};
+pub(crate) use object::{Given, GivenObject, MovedObject, file_names};

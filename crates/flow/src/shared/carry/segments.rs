@@ -16,9 +16,15 @@ use supine_warp::{Origins, Params, carry_mask};
 #[derive(Debug)]
 pub(crate) struct CarriedSegments {
     /// Their voxels, in the order of the segments.
-    masks: Vec<Volume<bool>>,
+    pub(crate) masks: Vec<Volume<bool>>,
     /// Their volumes.
     pub(crate) regions: Vec<CarriedRegion>,
+}
+
+impl CarriedSegments {
+    pub(crate) fn bytes(&self) -> usize {
+        self.masks.iter().map(|mask| mask.data().len()).sum()
+    }
 }
 
 /// Segments on the voxels of a CT. `deformation` as the solver gave it.

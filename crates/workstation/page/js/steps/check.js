@@ -1,9 +1,10 @@
-// Step 5: the verdict, then warnings, each with its tick; figures; CT and simulated CT in one picture.
+// Step 5: the verdict, then warnings, each with its tick; CT and simulated CT in one picture; structures and doses; figures.
 import { goToWarning } from "../actions.js";
 import { element } from "../dom.js";
 import { hint } from "../keys.js";
 import { tick } from "../link.js";
 import { change, now } from "../state.js";
+import { ownPart } from "./own.js";
 import { part, way } from "./parts.js";
 import { figureTable, verdictLines } from "./verdict.js";
 
@@ -113,4 +114,4 @@ function arrows() {
 }
 
 /** @returns {Part[]} */
-export const checkParts = () => [verdict(), warnings(), way(), compare(), share(), arrows(), figures()];
+export const checkParts = () => [verdict(), warnings(), way(), compare(), share(), arrows(), ownPart(), figures()];

@@ -5,6 +5,7 @@ import { hint } from "../keys.js";
 import { edit, redo, undo } from "../link.js";
 import { change, now, regionOf, tumourOf } from "../state.js";
 import { setSphere, spheres } from "../tools/handles.js";
+import { besidePart } from "./beside.js";
 import { numberField, part } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -55,12 +56,13 @@ function sphereFields(what, name) {
 
 /** @returns {Part} */
 function side() {
-  return part("side", (state) => state.server?.case?.values.breast ?? null, (breast) => [
+  const data = (/** @type {State} */ { server }) => ({ breast: server?.case?.values.breast ?? null, proposed: server?.case?.side_proposed === true });
+  return part("side", data, ({ breast, proposed }) => [
     element("h3", {}, "Breast"),
     element("div", { class: "choices", role: "group", "aria-label": "Breast" }, ...["left", "right"].map((name) => element("button", {
       type: "button", "data-key": name, "aria-pressed": String(breast === name),
       onclick: () => edit([{ key: "breast", value: name }]),
-    }, name))),
+    }, name)), proposed ? element("span", { class: "quiet" }, "proposed from the tumour\u2019s place") : ""),
   ]);
 }
 
@@ -87,4 +89,5 @@ export function history() {
   ]) };
 }
 
-export const markParts = () => [placing(), sphereFields("tumour", "Tumour"), side(), region(), sphereFields("region", "Region"), history()];
+export const markParts = () => [placing(), sphereFields("tumour", "Tumour"), besidePart(), side(), region(), sphereFields("region", "Region"),
+  history()];

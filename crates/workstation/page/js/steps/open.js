@@ -2,6 +2,7 @@
 import { element, fixed } from "../dom.js";
 import { list, picture, send } from "../link.js";
 import { change, follow, now } from "../state.js";
+import { kinds } from "./beside.js";
 import { part } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -75,9 +76,11 @@ function card(series) {
 /** @param {NonNullable<State["server"]>["inspection"]} inspection */
 function inspected(inspection) {
   if (!inspection) return [];
-  const { name, series } = inspection;
+  const { name, series, objects = [] } = inspection;
+  const also = objects.map((one) => `${one.name} (${kinds[one.kind] ?? one.kind})`).join(", ");
   return [element("h3", {}, `Series in ${name}`),
-    series.length ? element("ul", { class: "plain" }, ...series.map(card)) : element("p", { class: "quiet" }, "No series was found.")];
+    series.length ? element("ul", { class: "plain" }, ...series.map(card)) : element("p", { class: "quiet" }, "No series was found."),
+    also ? element("p", { class: "quiet also" }, `Also in this folder: ${also}. These can be carried along once a series is open.`) : ""];
 }
 
 /** @param {State} state */

@@ -12,7 +12,8 @@ import { pixelOf, veilOf } from "./blend.js";
 /** Kinds of parts by their number in the id buffer, with their colour. @type {[string, Triple][]} */
 const kinds = [["", [0, 0, 0]], ["skin", [236, 204, 190]], ["chest wall", [196, 84, 30]], ["cut", [150, 150, 255]], ["tumour", [255, 221, 51]],
   ["mesh", [190, 200, 215]], ["frames", [70, 84, 104]], ["crosshair", [255, 255, 255]], ["body", [150, 170, 195]],
-  ["applicator", [168, 172, 180]], ["displacement", [0, 0, 0]], ["scan", [0, 0, 0]], ["other", [150, 185, 170]]];
+  ["applicator", [168, 172, 180]], ["displacement", [0, 0, 0]], ["scan", [0, 0, 0]], ["scan elsewhere", [96, 98, 102]],
+  ["other", [150, 185, 170]]];
 /** @param {string} kind */
 export const number = (kind) => kinds.findIndex(([name]) => name === kind);
 
@@ -49,7 +50,7 @@ const reaches = new WeakMap();
 function reachOf(surface) {
   const before = reaches.get(surface);
   if (before !== undefined) return before;
-  const sizes = surface.values.map(Math.abs).sort();
+  const sizes = surface.values.filter((mm) => !Number.isNaN(mm)).map(Math.abs).sort();
   const reach = sizes[Math.floor(0.98 * (sizes.length - 1))] ?? 0;
   reaches.set(surface, reach);
   return reach;

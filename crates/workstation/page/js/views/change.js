@@ -9,8 +9,8 @@ const [nothing, kept, least, full] = [-32768, 1000, 20, 300];
 const smaller = [40, 120, 255];
 const larger = [255, 140, 26];
 
-/** @param {Held} held @param {number} i @param {number} j @param {number} k @returns {number|null} thousandths; null outside */
-function valueAt({ grid: { size }, voxels, arrived }, i, j, k) {
+/** @param {Held} held @param {number} i @param {number} j @param {number} k @returns {number|null} as it is stored; null outside */
+export function valueAt({ grid: { size }, voxels, arrived }, i, j, k) {
   if (i < 0 || j < 0 || k < 0 || i >= size[0] || j >= size[1] || k >= size[2]) return null;
   const n = i + size[0] * (j + size[1] * k);
   return n < arrived && voxels[n] !== nothing ? voxels[n] : null;

@@ -1,5 +1,6 @@
 // Draws the server's lines of a plane: each kind has its own stroke, so that colour is never the only sign.
 import { planeOf } from "../geometry.js";
+import { legendOf } from "./own.js";
 import { colours, letter, stroke, swell, write } from "./pen.js";
 
 /** @typedef {import("../planes.js").Line} Line */
@@ -9,8 +10,6 @@ import { colours, letter, stroke, swell, write } from "./pen.js";
 /** @typedef {{name: string, path: Path2D, runs: number[][]}} Traced in mm of the plane, from its corner; x and y in turn */
 
 export const cut = "#a6a6ff";
-/** Colours of structures and doses, in turn. */
-const others = ["#8cff9a", "#ff9ae0", "#9ad8ff", "#ffd36b", "#d0b3ff", "#ff9d8a"];
 
 /** @type {WeakMap<Line[], Traced[]>} */
 const traced = new WeakMap();
@@ -58,12 +57,21 @@ const strokes = {
   tumour: { colour: colours.tumour, width: 1.8, dashes: [] },
 };
 
-/** @param {string} name */
-const isNamed = (name) => /^(structure|isodose): /.test(name);
+/** The lines of the patient's own structures and doses; one that no legend has is drawn all the same.
+ * @param {State} state @param {Traced[]} all */
+function namedOf({ server }, all) {
+  const { structures, isodoses } = legendOf(server?.own ?? null);
+  const legend = [...structures, ...isodoses];
+  return all.filter(({ name }) => /^(structure|isodose): /.test(name)).map((one) => {
+    const n = legend.findIndex(({ name }) => name === one.name);
+    return { ...one, n: Math.max(n, 0), ...(legend[n] ?? { text: one.name, colour: colours.text, dashes: [] }) };
+  });
+}
 
 /** Where the word of a named line stands: on its longest run, elsewhere for each name, and along it.
- * @param {Pane} pane @param {number[][]} runs @param {number} n of the name @returns {{x: number, y: number, turn: number}|null} */
-function wordPlace({ box, frame: { left, top, scale } }, runs, n) {
+ * @param {Pane} pane @param {number[][]} runs @param {number} n of the name
+ * @param {number} wide CSS pixels of the word @returns {{x: number, y: number, turn: number}|null} */
+function wordPlace({ box, frame: { left, top, scale } }, runs, n, wide) {
   const seen = runs.map((run) => {
     const shown = [];
     for (let k = 0; k < run.length; k += 2) {
@@ -73,7 +81,9 @@ function wordPlace({ box, frame: { left, top, scale } }, runs, n) {
     return shown;
   });
   const longest = seen.reduce((best, run) => (run.length > best.length ? run : best), []);
-  if (longest.length < 2) return null;
+  // A short line bears no word: it would hide what it names.
+  const far = longest.reduce((sum, [x, y], k) => sum + (k ? Math.hypot(x - longest[k - 1][0], y - longest[k - 1][1]) : 0), 0);
+  if (longest.length < 2 || far < 3.5 * wide) return null;
   const at = Math.floor((longest.length - 1) * (0.15 + 0.618 * n) % (longest.length - 1));
   const [from, to] = [longest[Math.max(0, at - 3)], longest[Math.min(longest.length - 1, at + 3)]];
   const turn = Math.atan2(to[1] - from[1], to[0] - from[0]);
@@ -99,13 +109,14 @@ function writeTumour(pen, { frame: { left, top, scale } }, runs) {
 
 /** What is drawn: in the CT the tumour is the case's own sphere, which follows a drag.
  * @param {State} state @param {Pane} pane @param {Traced[]} all */
-const wanted = (state, pane, all) => all.filter(({ name }) => (name === "mesh" ? state.section : name !== "tumour" || pane.held.grid.simulated));
+const wanted = (state, pane, all) => all.filter(({ name }) => !state.hiddenLines.includes(name)
+  && (name === "mesh" ? state.section : name !== "tumour" || pane.held.grid.simulated));
 
 /** @param {Pen} pen @param {State} state @param {Pane} pane @param {Line[]} lines @param {number} fine device pixels a CSS pixel */
 export function drawContours(pen, state, pane, lines, fine) {
   const { left, top, scale } = pane.frame;
   const all = wanted(state, pane, trace(lines, pane));
-  const named = all.filter(({ name }) => isNamed(name)).map((one, n) => ({ ...one, n, colour: others[n % others.length] }));
+  const named = namedOf(state, all);
   const px = swell() / scale;
   pen.save();
   // The paths are in mm: widths and dashes are divided by the scale.
@@ -116,16 +127,22 @@ export function drawContours(pen, state, pane, lines, fine) {
     pen.strokeStyle = "rgba(200, 206, 214, 0.7)";
     pen.stroke(path);
   }
-  for (const { path, colour } of named) stroke(pen, colour, px, [], path);
+  for (const { path, colour, dashes } of named) stroke(pen, colour, px, dashes.map((x) => x * px), path);
   for (const { name, path } of all) {
     const how = strokes[name];
     if (how) stroke(pen, how.colour, how.width * px, how.dashes.map((x) => x * px), path);
   }
   pen.restore();
   pen.font = `${letter() * 0.84}px system-ui, sans-serif`;
-  for (const { name, runs, n, colour } of named) {
-    const place = wordPlace(pane, runs, n);
-    if (place) writeAlong(pen, name.replace(/^[a-z]+: /, ""), place, colour);
+  /** @type {{x: number, y: number, wide: number}[]} */
+  const written = [];
+  for (const { text, runs, n, colour } of named) {
+    const wide = pen.measureText(text).width;
+    const place = wordPlace(pane, runs, n, wide);
+    const free = place && written.every((one) => Math.hypot(one.x - place.x, one.y - place.y) > (one.wide + wide) / 2);
+    if (!place || !free) continue;
+    writeAlong(pen, text, place, colour);
+    written.push({ ...place, wide });
   }
   for (const { runs } of all.filter((one) => one.name === "tumour")) writeTumour(pen, pane, runs);
 }

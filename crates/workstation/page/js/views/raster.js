@@ -157,6 +157,8 @@ export function drawDots(layer, points, part, thick, nearer) {
   const { x, y, z, light } = points;
   for (let n = 0; n < x.length; n++) {
     const [px, py] = [Math.floor(x[n] - thick / 2 + 0.5), Math.floor(y[n] - thick / 2 + 0.5)];
+    // Near by a dot is large, and most of them are outside.
+    if (px <= -thick || py <= -thick || px >= layer.width || py >= layer.height) continue;
     for (let i = 0; i < thick; i++) for (let j = 0; j < thick; j++) put(layer, px + i, py + j, z[n] - nearer, light[n], part);
   }
 }

@@ -75,8 +75,9 @@ function makePainter(canvas) {
 
 /** What the lines of a view depend on: a new window, the pointer and the 3D view leave them alone.
  * @param {State} s @param {string} name */
-const linesOf = (s, name) => [s.voxels, s.server, s.crosshair, s.cameras[name], s.boxes[name], s.overlays, s.lines, s.section, s.linesCame, s.ruler, s.draft,
-  s.patch, s.step, s.show, s.flicker, s.compare, s.stroke, s.waiting, s.brush, s.tool, s.erasing, brushOf(s, name), s.preview, s.bed, s.applicator, s.previewOn, window.devicePixelRatio];
+const linesOf = (s, name) => [s.voxels, s.server, s.crosshair, s.cameras[name], s.boxes[name], s.overlays, s.lines, s.section, s.hiddenLines,
+  s.linesCame, s.ruler, s.draft, s.patch, s.step, s.show, s.flicker, s.compare, s.stroke, s.waiting, s.brush, s.tool, s.erasing,
+  brushOf(s, name), s.preview, s.bed, s.applicator, s.previewOn, window.devicePixelRatio];
 
 /** Pixels are square in mm: the canvas's size in the page is that of the plane. @param {HTMLCanvasElement} canvas @param {Pane} pane */
 function lay(canvas, { frame, plane }) {

@@ -1,6 +1,6 @@
 // The painter of the 3D view: its bodies are drawn when something of them changes, the guides at every step.
 import { isIn, loadOf } from "../applicator.js";
-import { nearest, toPlace } from "../geometry.js";
+import { clamp, nearest, toPlace } from "../geometry.js";
 import { planes, shownVolume, tumourOf, turnOf, viewOf } from "../state.js";
 import { compose } from "./blend.js";
 import { edgesOf, eyeOf, frontOf, lit, normalsOf, project, sliceFrame, spanOf, unproject } from "./bodies.js";
@@ -18,6 +18,8 @@ import { clearLayer, copyLayer, drawDots, drawLines, fillTriangles, makeLayer } 
 
 /** More pixels than this are not drawn: they cost time and show nothing. */
 const most = 800_000;
+/** How large a point of a scan is, mm. */
+const dotSize = 2.5;
 
 /** Half as fine while something moves. @param {State} state @param {[number, number]} box */
 function finenessOf(state, box) {
@@ -87,11 +89,21 @@ function drawArrows({ eye, bodies, fine }, surface) {
   drawLines(bodies, { x: hx, y: hy, z: hz, light: hl }, Uint32Array.from({ length: 4 * count }, (_, n) => n), number("displacement"), 1, 0.5);
 }
 
-/** @param {Drawn} drawn @param {Surface} surface @param {number} end mm at the end of the scale */
-function drawScan({ eye, bodies }, surface, end) {
-  const points = project(eye, surface.points);
-  const light = surface.values.map((mm) => 127.5 * (1 + Math.max(-1, Math.min(1, mm / end))));
-  drawDots(bodies, { ...points, light }, number("scan"), Math.max(2, Math.round(bodies.width / 330)), 2);
+/** Those of a scan's points whose distance from the skin is known, or the others.
+ * @param {import("./raster.js").Projected} points @param {Float32Array} values @param {boolean} known @returns {import("./raster.js").Projected} */
+function scanned({ x, y, z, light }, values, known) {
+  const chosen = (/** @type {Float32Array} */ all) => all.filter((_, n) => Number.isNaN(values[n]) !== known);
+  return { x: chosen(x), y: chosen(y), z: chosen(z), light: chosen(light) };
+}
+
+/** Points of no part of the skin that is modelled are grey.
+ * @param {Drawn} drawn @param {Surface} surface @param {number} end mm at the end of the scale */
+function drawScan({ eye, bodies }, { points, values }, end) {
+  const light = values.map((mm) => (Number.isNaN(mm) ? 255 : 127.5 * (1 + clamp(mm / end, -1, 1))));
+  const all = { ...project(eye, points), light };
+  const thick = Math.max(2, Math.round(dotSize * eye.scale));
+  drawDots(bodies, scanned(all, values, true), number("scan"), thick, 2);
+  drawDots(bodies, scanned(all, values, false), number("scan elsewhere"), thick, 2);
 }
 
 /** @param {Drawn} drawn @param {string} kind @param {Surface} surface */
