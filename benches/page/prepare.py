@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import threading
 import time
 import urllib.request
@@ -113,7 +114,8 @@ def install(work):
         for name in ("package.json", "package-lock.json"):
             shutil.copy(HERE / name, to)
         # No package's own scripts are run.
-        subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], cwd=to, check=True)
+        subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], cwd=to, check=True,
+                       stdout=sys.stderr)
         shutil.copy(lock, done)
     return to / "node_modules"
 

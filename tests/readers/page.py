@@ -169,8 +169,9 @@ def drawn_beside(window):
     state = window.until("the tumour from a region", lambda s: s["case"]["tumour"])
     assert np.linalg.norm(np.array(state["case"]["tumour"]["centre_mm"]) - TUMOUR) < 0.5, state["case"]["tumour"]
     assert abs(state["case"]["tumour"]["radius_mm"] - 12) < 0.3, state["case"]["tumour"]
+    assert state["case"]["values"]["breast"] == "left" and state["case"]["side_proposed"], state["case"]
     window.key("Control+z")
-    window.until("no tumour", lambda s: not s["case"]["tumour"])
+    window.until("no tumour", lambda s: not s["case"]["tumour"] and not s["case"]["values"].get("breast"))
     for name in ("structures.dcm", "dose.dcm"):
         page.get_by_label(f"Carry along: {name}").check()
         window.until(name, lambda s: any(one["name"] == name and one["on"] for one in s["beside"]))

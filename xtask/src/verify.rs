@@ -12,6 +12,7 @@ mod dicom;
 mod fit;
 mod flow;
 mod fuzz;
+mod hours;
 mod image;
 mod interval;
 mod mechanics;
@@ -22,6 +23,7 @@ mod peers;
 mod plot;
 mod real;
 mod refine;
+mod slider;
 mod speed;
 mod study;
 mod study_tables;
@@ -142,12 +144,16 @@ pub(crate) enum Part {
     Mechanics,
     /// The operating table tilted live.
     Table,
+    /// The same in the page, from the slider to the picture; needs what `cargo xtask readers` installs.
+    Slider,
     /// What stands for the tissue beyond the sphere.
     Cut,
     /// The warp beside memcpy, VTK and SimpleITK, and against the exact reference.
     Warp,
     /// The workstation's page beside viewers; only when named, for it needs npm.
     Page,
+    /// The memory of server and page over hours of use; only when named; `SUPINE_HOURS_MINUTES`: how long, else 240.
+    Hours,
     /// Folders of many files, time and finds of verify-export.
     Dicom,
     /// What the logs of `cargo xtask fuzz` say; only when named.
@@ -155,7 +161,7 @@ pub(crate) enum Part {
 }
 
 /// Parts that are measured only when they are named.
-const SELDOM: [Part; 2] = [Part::Page, Part::Fuzz];
+const SELDOM: [Part; 4] = [Part::Slider, Part::Page, Part::Hours, Part::Fuzz];
 
 impl Part {
     fn name(self) -> String {
@@ -186,9 +192,11 @@ impl Part {
             Self::Refinement => refine::table(bench),
             Self::Mechanics => mechanics(bench),
             Self::Table => table::section(bench),
+            Self::Slider => slider::section(bench),
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),
             Self::Page => browser::section(bench),
+            Self::Hours => hours::section(bench),
             Self::Dicom => dicom::section(bench),
             Self::Fuzz => fuzz::section(bench),
         }

@@ -119,7 +119,7 @@ fn law(case: &Case) -> Law {
 
 impl LiveBed {
     /// A preview of what is given now, on a level table. What it rests on is made in the session's lane that the request
-    /// names.
+    /// names, the preview itself in the live lane; not to be called from there.
     ///
     /// # Errors
     /// When a stage or the solver fails, or the observer ends the work.
@@ -133,28 +133,30 @@ impl LiveBed {
             false => None,
         };
         let fit = fit.as_ref().and_then(|fit| fit.tissue());
-        let case = session.case();
+        let tissues = match moduli.as_ref() {
+            Some(_) => Some(session.get::<Tissues>(request)?),
+            None => None,
+        };
+        let (made_of, spec, case) = (MadeOf::now(session)?, session.spec(), session.case());
         let law = law(&case).fitted(fit);
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Solve, observer, failed };
         let progress = Progress::new(&watch);
-        let plain = Body::new(Arc::clone(&meshed.mesh), law.tissue());
-        let mesh = coarser(&plain, TETRAHEDRA, progress.part(0.0, 0.3))?.mesh;
-        let moduli = match moduli.as_ref() {
-            None => None,
-            Some(by) => {
-                let tissues = session.get::<Tissues>(request)?;
-                let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
+        // What is got from the session waits for its lane, which may have one thread: it must not be waited for from there.
+        session.on_live(|| {
+            let plain = Body::new(Arc::clone(&meshed.mesh), law.tissue());
+            let mesh = coarser(&plain, TETRAHEDRA, progress.part(0.0, 0.3))?.mesh;
+            let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
+            let moduli = moduli.as_ref().as_ref().zip(tissues).and_then(|(by, tissues)| {
                 tissue_map(&input, &tissues, by_labels).map(|map| by.on(&mesh, &map))
-            }
-        };
-        let coarse = Meshed { mesh, curved: None, facts: meshed.facts.clone() };
-        let body = law.body(&coarse, moduli.as_ref(), fit);
-        let params = Params { order: Order::Quadratic, ..law.solver() };
-        let (tilt, _) = Tilt::new(&body, &law.load(), &params, progress.part(0.3, 0.9))?;
-        let carrier = Carrier::new(Arc::clone(&input.ct), tilt.deformation()?)?;
-        let (made_of, spec) = (MadeOf::now(session)?, session.spec());
-        Ok(Self { made_of, spec, body, params, tilt, applicator: None, carrier })
+            });
+            let coarse = Meshed { mesh, curved: None, facts: meshed.facts.clone() };
+            let body = law.body(&coarse, moduli.as_ref(), fit);
+            let params = Params { order: Order::Quadratic, ..law.solver() };
+            let (tilt, _) = Tilt::new(&body, &law.load(), &params, progress.part(0.3, 0.9))?;
+            let carrier = Carrier::new(Arc::clone(&input.ct), tilt.deformation()?)?;
+            Ok(Self { made_of, spec, body, params, tilt, applicator: None, carrier })
+        })
     }
 
     /// Whether nothing else was given since this was last looked at: cheap, for each picture.

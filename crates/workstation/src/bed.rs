@@ -188,7 +188,8 @@ impl Desk {
                 let place = after.map_or([f64::NAN; 3], |p| p.coords.into());
                 let away = held.away_mm.unwrap_or(f64::NAN);
                 let radius = session.tumour_sphere().map_or(f64::NAN, |tumour| tumour.radius());
-                frame.numbers(&[place[0], place[1], place[2], away, away - radius, 0.0]);
+                let [ap, lat] = asked.bed();
+                frame.numbers(&[place[0], place[1], place[2], away, away - radius, ap, lat, 0.0]);
             }
         }
         if held.is_none() {
@@ -262,8 +263,7 @@ impl Desk {
         };
         show(Readiness::Preparing, None, None);
         let request = Request { observer: watching, lane: Lane::Live, ..Request::default() };
-        let made = session.on_live(|| LiveBed::new(session, &request));
-        match made {
+        match LiveBed::new(session, &request) {
             Ok(bed) => {
                 show(Readiness::Ready, None, Some(bed.tetrahedra()));
                 Ok(bed)
@@ -334,8 +334,8 @@ const APPLICATOR: u32 = 0x4442_4541;
 /// Little-endian: u32 magic, 0, planes, 0; four f32: of the table AP and LAT (degrees), the tumour's way (mm; NaN: unknown),
 /// ms; with an applicator the tumour's way, force (N), moment (N mm), ms. For each plane u32 view (axial, sagittal, coronal),
 /// slice, first voxel right and down, how many right and down; its HU row by row as i16, with two bytes more where their
-/// number is odd. With an applicator six f32 follow: the tumour's centre (LPS, mm), its distance and that of its surface from
-/// the applicator's (mm), 0.
+/// number is odd. With an applicator eight f32 follow: the tumour's centre (LPS, mm), its distance and that of its surface from
+/// the applicator's (mm), the table's AP and LAT, 0.
 #[derive(Default)]
 struct Frame {
     bytes: Vec<u8>,

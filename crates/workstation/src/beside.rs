@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use supine_flow::{CarriedKind, NodeId, Request, Session, tumour_regions};
+use supine_flow::{CarriedKind, NodeId, Request, Session, tumour_centre, tumour_regions};
 
 /// An object that lies beside the CT.
 #[derive(Clone, Debug)]
@@ -82,11 +82,14 @@ impl Desk {
         let edits = [
             ("tumour.centre", Value::Null),
             ("tumour.radius", Value::Null),
-            ("tumour.structure", asked.region.into()),
+            ("tumour.structure", asked.region.as_str().into()),
             ("tumour.file", json!(path)),
         ];
-        let edits = edits.map(|(key, value)| OneEdit { key: key.into(), value });
-        self.edit(Edits { revision: asked.revision, edits: edits.into() })
+        let mut edits: Vec<OneEdit> =
+            edits.map(|(key, value)| OneEdit { key: key.into(), value }).into();
+        let centre = tumour_centre(&path, &asked.region)?;
+        edits.extend(self.held().side_of(centre));
+        self.edit(Edits { revision: asked.revision, edits })
     }
 
     /// Reads the objects that the case carries along, and moves them where that takes no longer work; what is wrong with

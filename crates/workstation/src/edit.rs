@@ -179,19 +179,25 @@ impl Held {
         else {
             return edits;
         };
-        let case = session.case();
         if session.spec().get("tumour.structure").is_some() {
             let nothing =
                 OF_A_REGION.map(|key| Edit { key: key.into(), value: serde_json::Value::Null });
             edits.extend(nothing);
         }
-        let open = case.breast.is_none() || self.side_proposed;
-        let side = session.propose_side(centre).filter(|_| open && !sets(&edits, "breast"));
-        if let Some(side) = side.filter(|side| Some(*side) != case.breast) {
-            self.side_proposed = true;
-            edits.push(Edit { key: "breast".into(), value: side.to_string().into() });
+        if !sets(&edits, "breast") {
+            edits.extend(self.side_of(centre).map(|OneEdit { key, value }| Edit { key, value }));
         }
         edits
+    }
+
+    /// The side of a tumour's centre, LPS, mm, where it is another than before and nobody has set one.
+    pub(crate) fn side_of(&mut self, centre: [f64; 3]) -> Option<OneEdit> {
+        let session = self.session.as_ref()?;
+        let known = session.case().breast;
+        let open = known.is_none() || self.side_proposed;
+        let side = session.propose_side(centre).filter(|side| open && Some(*side) != known)?;
+        self.side_proposed = true;
+        Some(OneEdit { key: "breast".into(), value: side.to_string().into() })
     }
 
     /// Shows the case as it is now, and the command that does the same.

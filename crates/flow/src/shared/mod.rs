@@ -48,5 +48,5 @@ pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;
 pub use surfaces::{read_surfaces, write_surfaces};
 pub(crate) use texts::{IMAGE_COMMENTS, cut_name, derivation, series_description};
-pub use tumour::tumour_regions;
 pub(crate) use tumour::{PlacedTumour, TumourCache, drawn, of_the_ct};
+pub use tumour::{tumour_centre, tumour_regions};

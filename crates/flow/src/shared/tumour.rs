@@ -77,6 +77,15 @@ pub fn tumour_regions(path: &std::path::Path) -> Result<Vec<String>, Error> {
     Ok(usable.map(|roi| roi.name.clone()).collect())
 }
 
+/// The centroid of a region of a structure set, LPS, mm.
+///
+/// # Errors
+/// When the file is no structure set, has no such region, or the region encloses no volume.
+pub fn tumour_centre(path: &std::path::Path, region: &str) -> Result<[f64; 3], Error> {
+    let structures = read_structures(path).map_err(Error::TumourFile)?;
+    Ok(drawn(&structures, region)?.0.centre().coords.into())
+}
+
 fn not_one(name: &str, times: usize, names: &[&str]) -> String {
     if times > 1 {
         return format!(

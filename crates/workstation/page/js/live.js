@@ -52,8 +52,6 @@ function wanted(state) {
 
 let asked = "";
 let timer = 0;
-/** The angles of the question under way: a frame with an applicator does not say them. @type {Angles} */
-let tilt = { ap: 0, lat: 0 };
 
 /** Asks for the newest picture unless one is under way. */
 function ask() {
@@ -62,7 +60,6 @@ function ask() {
   if (!want) asked = "";
   if (!want || timer || text === asked) return;
   asked = text;
-  tilt = shownAngles(now()) ?? tilt;
   timer = window.setTimeout(() => {
     timer = 0;
     // What has failed is not asked again until something of it is another.
@@ -88,7 +85,8 @@ export function readFrame(buffer) {
   }
   const known = (/** @type {number} */ mm) => (Number.isNaN(mm) ? null : mm);
   if (magic === ofBed) return { ap: tidy(a), lat: tidy(b), moved: known(c), ms, planes: found, load: null };
-  return { ...tilt, moved: known(a), ms, planes: found, load: loadFrom([b, c], new Float32Array(buffer, at, 6)) };
+  const end = new Float32Array(buffer, at, 8);
+  return { ap: tidy(end[5]), lat: tidy(end[6]), moved: known(a), ms, planes: found, load: loadFrom([b, c], end) };
 }
 
 /** An angle that came as a short number. @param {number} x */

@@ -36,6 +36,10 @@ impl Host for Starter {
 
 impl Page {
     pub(crate) fn open(path: &Path) -> Self {
+        Self::with_threads(path, 2)
+    }
+
+    pub(crate) fn with_threads(path: &Path, threads: usize) -> Self {
         let (address, told) = channel();
         let goes_on = Arc::new(AtomicBool::new(true));
         let starter = Starter { address, goes_on: Arc::clone(&goes_on) };
@@ -45,7 +49,7 @@ impl Page {
             port: 0,
             browser: false,
             nodes: vec![],
-            threads: 2,
+            threads,
             start: None,
         };
         std::thread::spawn(move || open(&given, &starter).unwrap());

@@ -36,6 +36,18 @@ fn opened(dir: &std::path::Path) -> Page {
     page
 }
 
+/// What a picture rests on is made first, all on the one thread.
+#[test]
+fn one_thread_is_enough_for_a_picture() {
+    let dir = tempfile::tempdir().unwrap();
+    let page = Page::with_threads(&small(dir.path()), 1);
+    page.idle();
+    let mut link = page.link(&page.token).unwrap();
+    let asked = json!({ "bed": { "ap": 7.0, "lat": 5.0, "planes": [["axial", 49]] } });
+    link.say(&asked.to_string());
+    assert_eq!(read(&link.picture()).numbers[..2], [7.0, 5.0]);
+}
+
 #[test]
 fn the_table_is_tilted_live_and_comes_near_to_the_planning_mesh() {
     let dir = tempfile::tempdir().unwrap();
@@ -90,7 +102,8 @@ fn an_applicator_pushes_the_tissue_and_feels_it() {
         read(&link.picture())
     };
     let there = hold("tied", [0.0; 3]);
-    assert_eq!((there.magic, there.rest.len()), (0x4442_4541, 6));
+    assert_eq!((there.magic, there.rest.len()), (0x4442_4541, 8));
+    assert_eq!(there.rest[5..7], [7.0, 5.0]);
     let pushed = hold("tied", [0.0, 3.0, 0.0]);
     // The tumour's centre lies in the sphere, and goes with it; that costs force.
     assert!(
