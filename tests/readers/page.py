@@ -288,6 +288,38 @@ def painted(window, image):
     assert "chest wall" in label(), label()
 
 
+def painted_by_two(browser, address, window, image):
+    """Strokes in two windows at once: none is lost."""
+    second = Window(browser, address, {"width": 1280, "height": 800}, "dark")
+    second.idle()
+    second.page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
+    second.page.keyboard.press("Alt+3")
+    crosshair_to(second, PAINTED)
+    windows = [window, second]
+    for one in windows:
+        one.key("0")
+        one.key("0")
+        one.key("b")
+        one.page.get_by_role("button", name="Chest wall", exact=True).click()
+    for n, one in enumerate(windows):
+        x, y = spot(one, "axial", image, (PAINTED[0] - 15 * n, PAINTED[1] + 10, PAINTED[2]))
+        one.page.mouse.move(x, y)
+        one.page.mouse.down()
+        one.page.mouse.move(x + 5, y)
+    for one in windows:
+        one.page.mouse.up()
+    done = lambda s: len(s["case"]["values"].get("seeds.strokes") or []) == 2 and not s["live"]["busy"]
+    for one in windows:
+        one.until("the strokes of both", done)
+        one.key("b")
+        # The slower one was told so, and sent its stroke again.
+        one.wrong = [text for text in one.wrong if "409 (Conflict)" not in text]
+    second.close()
+    for left in (1, 0):
+        window.key("Control+z")
+        window.until("taken back", lambda s: len(s["case"]["values"].get("seeds.strokes") or []) == left and not s["live"]["busy"])
+
+
 def wait_for(page, asked, good=bool):
     """What the page's own modules say, once it is good."""
     end = time.time() + WAIT / 1000
@@ -427,6 +459,7 @@ def job(browser):
         server, address, window = killed(browser, server, window)
         segmented(window)
         painted(window, image)
+        painted_by_two(browser, address, window, image)
         tilted(browser, address, window)
         compared(window, image)
         exported(window)

@@ -70,14 +70,14 @@ impl Desk {
             let value = if paths.is_empty() { Value::Null } else { json!(paths) };
             OneEdit { key: beside.kind.key().into(), value }
         };
-        self.edit(Edits { revision: asked.revision, edits: vec![edit] })
+        self.edit(Edits { revision: asked.revision, edits: vec![edit], placed: None })
     }
 
     /// Makes a region of a structure set the tumour.
     ///
     /// # Errors
     /// As [`Self::carry`].
-    pub(crate) fn tumour_of(self: &Arc<Self>, asked: Region) -> Result<(), Error> {
+    pub(crate) fn tumour_of(self: &Arc<Self>, asked: &Region) -> Result<(), Error> {
         let path = self.held().beside_of(&asked.id)?.path.clone();
         let edits = [
             ("tumour.centre", Value::Null),
@@ -85,11 +85,9 @@ impl Desk {
             ("tumour.structure", asked.region.as_str().into()),
             ("tumour.file", json!(path)),
         ];
-        let mut edits: Vec<OneEdit> =
-            edits.map(|(key, value)| OneEdit { key: key.into(), value }).into();
-        let centre = tumour_centre(&path, &asked.region)?;
-        edits.extend(self.held().side_of(centre));
-        self.edit(Edits { revision: asked.revision, edits })
+        let edits = edits.map(|(key, value)| OneEdit { key: key.into(), value }).into();
+        let placed = Some(tumour_centre(&path, &asked.region)?);
+        self.edit(Edits { revision: asked.revision, edits, placed })
     }
 
     /// Reads the objects that the case carries along, and moves them where that takes no longer work; what is wrong with

@@ -8,7 +8,7 @@ use crate::state::{PreviewShown, Readiness};
 use serde::Deserialize;
 use std::sync::Arc;
 use supine_flow::spec::{Edit, set_argument};
-use supine_flow::{Freshness, NodeId};
+use supine_flow::{Freshness, NodeId, Session};
 
 /// Changes that the page asks for, and the state that it saw.
 #[derive(Debug, Deserialize)]
@@ -16,6 +16,9 @@ use supine_flow::{Freshness, NodeId};
 pub(crate) struct Edits {
     pub(crate) revision: u64,
     pub(crate) edits: Vec<OneEdit>,
+    /// Where they place the tumour, where no value of theirs says it, LPS, mm.
+    #[serde(skip)]
+    pub(crate) placed: Option<[f64; 3]>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -64,7 +67,7 @@ impl Desk {
         let edit = |edit: OneEdit| Edit { key: edit.key, value: edit.value };
         let edits: Vec<Edit> = asked.edits.into_iter().map(edit).collect();
         self.change_case(asked.revision, |held| {
-            let edits = held.with_what_follows(edits);
+            let edits = held.with_what_follows(edits, asked.placed);
             let spec = held.case.as_mut().ok_or(Error::Nothing)?.edit(&edits)?;
             held.edited = edits.iter().filter_map(set_argument).collect();
             Ok(Some(spec))
@@ -89,7 +92,7 @@ impl Desk {
         seen.extend(on.then(|| id.clone()));
         let value = if seen.is_empty() { serde_json::Value::Null } else { seen.into() };
         let edits = vec![OneEdit { key: "report.seen".into(), value }];
-        self.edit(Edits { revision, edits })
+        self.edit(Edits { revision, edits, placed: None })
     }
 
     /// Takes a change back, or makes it again.
@@ -168,36 +171,30 @@ const OF_A_REGION: [&str; 2] = ["tumour.structure", "tumour.file"];
 
 impl Held {
     /// Edits with those that follow from them: the side of a tumour that is placed, as long as nobody has set one.
-    fn with_what_follows(&mut self, mut edits: Vec<Edit>) -> Vec<Edit> {
-        let sets = |edits: &[Edit], wanted: &str| edits.iter().any(|edit| edit.key == wanted);
-        if sets(&edits, "breast") {
-            self.side_proposed = false;
-        }
-        let Some(session) = &self.session else { return edits };
-        let places = edits.iter().find(|edit| edit.key == "tumour.centre" && !edit.value.is_null());
-        let Some(centre) = places.and_then(|edit| serde_json::from_value(edit.value.clone()).ok())
-        else {
-            return edits;
-        };
-        if session.spec().get("tumour.structure").is_some() {
+    fn with_what_follows(&mut self, mut edits: Vec<Edit>, placed: Option<[f64; 3]>) -> Vec<Edit> {
+        let Some(session) = self.session.clone() else { return edits };
+        let value = edits.iter().find(|edit| edit.key == "tumour.centre").map(|edit| &edit.value);
+        let centre = value.and_then(|value| serde_json::from_value(value.clone()).ok());
+        if centre.is_some() && session.spec().get("tumour.structure").is_some() {
             let nothing =
                 OF_A_REGION.map(|key| Edit { key: key.into(), value: serde_json::Value::Null });
             edits.extend(nothing);
         }
-        if !sets(&edits, "breast") {
-            edits.extend(self.side_of(centre).map(|OneEdit { key, value }| Edit { key, value }));
+        if edits.iter().any(|edit| edit.key == "breast") {
+            self.side_proposed = false;
+        } else if let Some(centre) = placed.or(centre) {
+            edits.extend(self.side_of(&session, centre));
         }
         edits
     }
 
     /// The side of a tumour's centre, LPS, mm, where it is another than before and nobody has set one.
-    pub(crate) fn side_of(&mut self, centre: [f64; 3]) -> Option<OneEdit> {
-        let session = self.session.as_ref()?;
+    fn side_of(&mut self, session: &Session, centre: [f64; 3]) -> Option<Edit> {
         let known = session.case().breast;
         let open = known.is_none() || self.side_proposed;
         let side = session.propose_side(centre).filter(|side| open && Some(*side) != known)?;
         self.side_proposed = true;
-        Some(OneEdit { key: "breast".into(), value: side.to_string().into() })
+        Some(Edit { key: "breast".into(), value: side.to_string().into() })
     }
 
     /// Shows the case as it is now, and the command that does the same.

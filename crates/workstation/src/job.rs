@@ -110,8 +110,13 @@ impl Observer for Watching {
         }
         let there = if cached { "was there" } else { "done" };
         self.log(node, format!("{there}, {seconds:.2} s"));
+        // What goes on beside may be of what was given before: it takes no stage from the work that was asked for, and none
+        // is done because its result was there.
+        let beside = self.beside;
         let end = |stage: &mut StageShown| {
-            (stage.state, stage.share, stage.seconds) = ("done", None, Some(seconds));
+            if !beside || !(cached || stage.state == "running") {
+                (stage.state, stage.share, stage.seconds) = ("done", None, Some(seconds));
+            }
         };
         self.stage(node, end, false);
     }

@@ -115,9 +115,11 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
     served
 }
 
-/// The folder below which the page may see files.
+/// The folder below which the page may see files: what was opened, or the folder around it where that is one file, one
+/// series or one run, for results must not lie within these.
 fn root(path: &Path) -> &Path {
-    if path.is_dir() { path } else { path.parent().unwrap_or(path) }
+    let many = path.is_dir() && !roots::is_run(path) && !roots::holds_dicom(path);
+    if many { path } else { path.parent().unwrap_or(path) }
 }
 
 /// 32 bytes that nobody guesses, in hexadecimal digits.

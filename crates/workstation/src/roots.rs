@@ -128,6 +128,13 @@ fn is_hidden(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
 }
 
+/// Whether a folder itself, and no folder in it, holds files that may be DICOM.
+pub(crate) fn holds_dicom(path: &Path) -> bool {
+    let entries = std::fs::read_dir(path).into_iter().flatten().take(LOOKED_AT);
+    let files = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_file());
+    files.into_iter().any(|path| may_be_dicom(&path))
+}
+
 /// Whether a folder is that of a finished run.
 pub(crate) fn is_run(path: &Path) -> bool {
     path.join("summary.json").is_file()

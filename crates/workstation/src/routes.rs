@@ -158,7 +158,7 @@ async fn carry(State(app): State<App>, body: Bytes) -> Told {
 }
 
 async fn tumour(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.tumour_of(read(&body)?))
+    told(app.desk.tumour_of(&read(&body)?))
 }
 
 async fn undo(State(app): State<App>, body: Bytes) -> Told {

@@ -2,7 +2,7 @@
 
 use crate::roots::Named;
 use serde::Serialize;
-use supine_flow::{Case, NodeId};
+use supine_flow::{Case, CaseError, NodeId};
 use supine_space::{Grid, View};
 
 /// All that the page shows, but the voxels.
@@ -352,7 +352,20 @@ pub(crate) struct SeriesShown {
 impl Problem {
     /// An error in words for people.
     pub(crate) fn of(error: &crate::Error) -> Self {
-        Self { message: error.to_string(), advice: None }
+        Self { message: error.to_string(), advice: advice(error).map(Into::into) }
+    }
+}
+
+/// Where in the page that is given which is missing.
+fn advice(error: &crate::Error) -> Option<&'static str> {
+    let crate::Error::Flow(supine_flow::Error::Case(CaseError::Missing { key, .. })) = error else {
+        return None;
+    };
+    match key.split('.').next() {
+        Some("breast") => Some("Choose left or right in step 2, Mark."),
+        Some("tumour") => Some("Place it in step 2, Mark."),
+        Some("bed") => Some("Give both angles in step 4, Bed."),
+        _ => None,
     }
 }
 

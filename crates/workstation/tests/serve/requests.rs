@@ -171,6 +171,14 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     // The second of two windows.
     let answer = edit(revision, "bed.ap", json!(4.0));
     assert_eq!(answer.status, 409);
+    // What was not given out.
+    for (path, body) in [
+        ("/api/carry", json!({ "revision": 0, "id": "7", "on": true })),
+        ("/api/carry", json!({ "revision": 0, "id": "../rt", "on": true })),
+        ("/api/tumour", json!({ "revision": 0, "id": "7", "region": "GTV" })),
+    ] {
+        assert_eq!(page.post(path, &body).status, 403, "{path} {body}");
+    }
     assert!(answer.text().contains("another window"), "{}", answer.text());
     let state = page.get("/api/state").json();
     assert_eq!(

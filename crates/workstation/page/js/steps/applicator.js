@@ -21,7 +21,7 @@ function fields(name, all, kind = "") {
 
 /** @returns {Part} */
 const placeFields = () => fields("Applicator\u2019s centre", ["L", "P", "S"].map((axis, a) => ({
-  ...numberField(axis, { id: `applicator-${axis}`, unit: axis === "S" ? "mm" : "", step: 0.1, onchange: (x) => {
+  ...numberField(axis, { id: `applicator-${axis}`, unit: axis === "S" ? "mm" : "", onchange: (x) => {
     const { applicator } = now();
     if (applicator) carryTo(/** @type {Triple} */ (centreOf(applicator).map((old, n) => (n === a ? x : old))));
   } }), of: (one) => centreOf(one)[a],
@@ -29,14 +29,14 @@ const placeFields = () => fields("Applicator\u2019s centre", ["L", "P", "S"].map
 
 /** @returns {Part} */
 const sizeFields = () => fields("Applicator\u2019s radii", /** @type {["radius"|"shaft", string][]} */ ([["radius", "Radius"], ["shaft", "Shaft"]]).map(([what, name]) => ({
-  ...numberField(name, { id: `applicator-${what}`, unit: what === "shaft" ? "mm (radii)" : "", min: limits[what][0], max: limits[what][1], step: 0.5,
+  ...numberField(name, { id: `applicator-${what}`, unit: what === "shaft" ? "mm (radii)" : "", min: limits[what][0], max: limits[what][1],
     onchange: (x) => reshape({ [what]: x }) }), of: (one) => one[what],
 })), "pair");
 
 /** @returns {Part} */
 const leanFields = () => fields("Shaft leans from the front", /** @type {["left"|"head", string, number][]} */ ([["left", "Leans left", 180], ["head", "to the head", 90]])
   .map(([what, name, most]) => ({
-    ...numberField(name, { id: `applicator-${what}`, unit: what === "head" ? "\u00b0" : "", min: -most, max: most, step: 0.1, onchange: (x) => {
+    ...numberField(name, { id: `applicator-${what}`, unit: what === "head" ? "\u00b0" : "", min: -most, max: most, onchange: (x) => {
       const { applicator } = now();
       if (applicator) turnTo(leaning({ ...leanOf(axisOf(applicator)), [what]: x }));
     } }), of: (one) => leanOf(axisOf(one))[what],

@@ -16,7 +16,7 @@ const angles = [["ap", "AP"], ["lat", "LAT"]];
 /** A slider and a number of one angle. @param {"ap"|"lat"} id @param {string} name
  * @param {(held: boolean) => void} told of each change; `held`: the slider still moves */
 function angle(id, name, told) {
-  const number = numberField(name, { id: `angle-bed-${id}`, unit: "\u00b0", min: -limits.number, max: limits.number, step: 0.5, onchange: (x) => {
+  const number = numberField(name, { id: `angle-bed-${id}`, unit: "\u00b0", min: -limits.number, max: limits.number, onchange: (x) => {
     slider.value = String(onSlider(x));
     told(false);
   } });

@@ -60,7 +60,7 @@ function positionFields() {
     if (place) goTo(/** @type {any} */ (place.map((old, n) => (n === a ? x : old))));
   };
   const fields = ["L", "P", "S"].map((name, a) => numberField(name, {
-    id: `place-${name}`, unit: name === "S" ? "mm" : "", step: 0.1, onchange: (x) => move(a, x),
+    id: `place-${name}`, unit: name === "S" ? "mm" : "", onchange: (x) => move(a, x),
   }));
   const root = element("div", { class: "place-fields", role: "group", "aria-label": "Crosshair" }, ...fields.map((one) => one.root));
   return { root, draw: (/** @type {State} */ { crosshair }) => crosshair && fields.forEach(({ field }, a) => show(field, crosshair[a].toFixed(1))) };

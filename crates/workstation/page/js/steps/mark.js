@@ -40,9 +40,9 @@ function sphereFields(what, name) {
     const sphere = of(now());
     if (sphere) setSphere(what, how(sphere));
   };
-  const centre = ["L", "P", "S"].map((axis, a) => numberField(axis, { id: `${what}-${axis}`, unit: axis === "S" ? "mm" : "", step: 0.1,
+  const centre = ["L", "P", "S"].map((axis, a) => numberField(axis, { id: `${what}-${axis}`, unit: axis === "S" ? "mm" : "",
     onchange: (x) => changed((one) => ({ ...one, centre_mm: /** @type {any} */ (one.centre_mm.map((old, n) => (n === a ? x : old))) })) }));
-  const radius = numberField("Radius", { id: `${what}-radius`, unit: "mm", min, max, step: 0.1,
+  const radius = numberField("Radius", { id: `${what}-radius`, unit: "mm", min, max,
     onchange: (x) => changed((one) => ({ ...one, radius_mm: x })) });
   const root = element("div", { class: "place-fields", role: "group", "aria-label": name }, ...centre.map((one) => one.root), radius.root);
   return { root, draw: (state) => {

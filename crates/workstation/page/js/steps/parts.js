@@ -82,13 +82,13 @@ export function way() {
   });
 }
 
-/** @param {string} label @param {{id: string, unit?: string, min?: number, max?: number, step?: number,
+/** @param {string} label @param {{id: string, unit?: string, min?: number, max?: number,
  *   onchange: (value: number) => void}} options @returns {{root: HTMLElement, field: HTMLInputElement}} */
-export function numberField(label, { id, unit = "", min, max, step = 1, onchange }) {
-  const field = element("input", {
-    type: "number", id, min, max, step,
-    onchange: () => field.value !== "" && field.checkValidity() && onchange(Number(field.value)),
-  });
+export function numberField(label, { id, unit = "", min, max, onchange }) {
+  // What is typed may have any digits: a step would refuse those between two.
+  const field = element("input", { type: "number", id, min, max, step: "any", onchange: () => {
+    if (field.value !== "" && field.reportValidity()) onchange(Number(field.value));
+  } });
   const root = element("p", { class: "field" }, element("label", { for: id }, label), field, element("span", { class: "unit" }, unit));
   return { root, field };
 }

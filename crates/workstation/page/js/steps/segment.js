@@ -74,7 +74,7 @@ function toolChoice() {
 /** @returns {Part} */
 function size() {
   const { root, field } = numberField("Radius", {
-    id: "brush-radius", unit: "mm", min: radii.least, max: radii.most, step: 0.5, onchange: setRadius,
+    id: "brush-radius", unit: "mm", min: radii.least, max: radii.most, onchange: setRadius,
   });
   const button = (/** @type {string} */ text, /** @type {string} */ name, /** @type {string} */ id, /** @type {number} */ way) =>
     element("button", { type: "button", "aria-label": name, title: hint(id), onclick: () => resize(way) }, text);
