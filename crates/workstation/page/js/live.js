@@ -152,6 +152,12 @@ function settle(state) {
   else if (!held && !state.turning && !sending && simulated(state)) change({ preview: null, bed: null, show: "deformed" });
 }
 
+/** What was simulated in this step is shown as soon as it comes. @param {State} state @param {State} before */
+function followSimulated(state, before) {
+  const [came, had] = [state.voxels.deformed, before.voxels.deformed];
+  if (came && came.key !== had?.key && came.grid.fresh !== false && state.step === "bed" && !isIn(state) && !state.turning) change({ show: "deformed" });
+}
+
 /** Without its applicator the breast is shown as the bed alone has it. @param {State} state @param {State} before */
 function followApplicator(state, before) {
   if (isIn(before) && !isIn(state) && state.step === "bed" && state.previewOn) change({ preview: null, bed: shownAngles(state) });
@@ -169,6 +175,7 @@ export function followBed(state, before) {
   // A lost frame must not block the next socket.
   if (state.socket !== before.socket || (failed(before) && !failed(state))) asked = "";
   followApplicator(state, before);
+  followSimulated(state, before);
   if (state.server !== before.server) followCase(state, before);
   settle(now());
   ask();
