@@ -24,9 +24,9 @@ LINES = """async ([set, slice]) => (await (await fetch(`/api/lines/${set}/axial/
     {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()).lines"""
 
 
-def start():
+def start(path=FOLDER):
     """The server and its address."""
-    server = subprocess.Popen([SUPINE, "open", FOLDER, "--no-browser", "--json"], stdout=subprocess.PIPE, text=True)
+    server = subprocess.Popen([SUPINE, "open", path, "--no-browser", "--json"], stdout=subprocess.PIPE, text=True)
     text = ""
     while "}" not in text:
         line = server.stdout.readline()
@@ -418,6 +418,7 @@ def compared(window, image):
 def exported(window):
     page = window.page
     page.keyboard.press("Alt+6")
+    way = window.state()["tumour"]
     page.locator("#out-name").fill("result")
     page.get_by_role("button", name="Run and write").click()
     window.until("the result", lambda s: s["job"] is None and s["result"])
@@ -431,6 +432,8 @@ def exported(window):
     page.get_by_role("button", name="Send", exact=True).click()
     state = window.until("the sending", lambda s: s["job"] is None and s["sent"])
     assert not state["sent"]["ok"] and "127.0.0.1" in state["sent"]["to"], state["sent"]
+    # What was known before it was written is known still.
+    assert state["tumour"] == way and state["own"]["fresh"] and state["own"]["histograms"], (state["tumour"], way, state["own"])
     image, data = volume(f"{FOLDER}/result/ct")
     page.keyboard.press("Alt+1")
     page.get_by_role("button", name="Simulated", exact=False).first.click()
@@ -449,6 +452,20 @@ def large(browser, address):
         window.close()
 
 
+def reopened(browser, way):
+    """What the run left, in a program started anew: structures and dose are moved again, the rest is read."""
+    server, address = start(f"{FOLDER}/result")
+    try:
+        window = Window(browser, address, {"width": 1280, "height": 800}, "dark")
+        state = window.until("the run", lambda s: s["job"] is None and s["result"])
+        assert state["own"]["fresh"] and len(state["own"]["histograms"]) == 2, state["own"]
+        assert state["tumour"] == way, (state["tumour"], way)
+        assert {"ct", "labels", "deformed", "dose", "dose-deformed"} <= {volume["id"] for volume in state["volumes"]}, state["volumes"]
+        window.close()
+    finally:
+        server.kill()
+
+
 def job(browser):
     name_series()
     image, data = volume(f"{FOLDER}/ct")
@@ -464,11 +481,13 @@ def job(browser):
         compared(window, image)
         exported(window)
         large(browser, address)
+        way = window.state()["tumour"]
         window.close()
         server.send_signal(signal.SIGINT)
         assert server.wait(timeout=20) == 0
     finally:
         server.kill()
+    reopened(browser, way)
 
 
 if __name__ == "__main__":

@@ -115,17 +115,19 @@ impl Desk {
             });
             let request = Request { observer: watching, ..Request::default() };
             let ct = session.ct(&request)?;
+            // Structure sets are read for the names of their regions.
+            let found = match &opened {
+                Opened::Series { .. } => desk.held().objects.clone(),
+                _ => vec![],
+            };
+            let beside = found.into_iter().map(|(kind, path)| Beside::new(kind, path)).collect();
             desk.change(|held| {
                 held.state.views = views(ct.grid());
                 held.show("ct", Voxels::Hu(Arc::clone(&ct), false), true);
                 held.state.phase = Phase::Ready;
                 held.show_results(&session);
                 (held.session, held.case) = (Some(Arc::clone(&session)), Some(case));
-                if let Opened::Series { .. } = &opened {
-                    let found = held.objects.iter();
-                    held.beside =
-                        found.map(|(kind, path)| Beside::new(*kind, path.clone())).collect();
-                }
+                held.beside = beside;
                 held.show_beside();
             });
             desk.read_objects(&session, watching);
@@ -154,18 +156,7 @@ impl Desk {
         let summary = run.summary()?;
         session.keep_in(Some(RunFolder::open(path)?))?;
         let request = Request { observer: watching, ..Request::default() };
-        // Each is asked for: what is only brought up to date in a folder is not read.
-        let read = || {
-            session.labels(&request)?;
-            session.region(&request)?;
-            session.mesh(&request)?;
-            session.deformation(&request)?;
-            session.read_scans(&request)?;
-            session.deformed_ct(&request)?;
-            session.tumour(&request)?;
-            session.tumour_interval(&request)
-        };
-        let read = read();
+        let read = read_back(session, &request);
         session.keep_in(None)?;
         read?;
         self.read_objects(session, watching);
@@ -225,7 +216,11 @@ impl Desk {
             desk.change(|held| held.show_results(&session));
             session.keep_in(Some(RunFolder::open(&path)?))?;
             let done = supine_flow::run(&session, Options::default(), watching);
+            // A run lets go in memory of what lies in its folder.
+            let read = if done.is_ok() { read_back(&session, &request) } else { Ok(()) };
             session.keep_in(None)?;
+            read?;
+            desk.read_objects(&session, watching);
             desk.change(|held| held.show_results(&session));
             if let Some(summary) = done? {
                 desk.change(|held| held.show_result(&path, &summary));
@@ -233,6 +228,18 @@ impl Desk {
             Ok(())
         })
     }
+}
+
+/// Reads what is shown from the folder of a run. Each is asked for: what is only brought up to date there is not read.
+fn read_back(session: &Session, request: &Request<'_>) -> Result<(), supine_flow::Error> {
+    session.labels(request)?;
+    session.region(request)?;
+    session.mesh(request)?;
+    session.deformation(request)?;
+    session.read_scans(request)?;
+    session.deformed_ct(request)?;
+    session.tumour(request)?;
+    session.tumour_interval(request).map(drop)
 }
 
 /// Whether side and tumour are known, and so the region.
