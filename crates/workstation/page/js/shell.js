@@ -20,12 +20,13 @@ function drawCase(state) {
     : [element("span", { class: "saved" }, "no case")]);
 }
 
-/** @param {State} state */
-function drawSteps(state) {
-  const opened = Boolean(state.server?.case);
-  remake(at("steps"), [state.step, opened], () => steps.map((step, n) => element("button", {
+/** Takes of the state only what it needs: its buttons stay as long as the step does, and would keep the voxels of another CT.
+ * @param {State} state */
+function drawSteps({ step: chosen, server }) {
+  const opened = Boolean(server?.case);
+  remake(at("steps"), [chosen, opened], () => steps.map((step, n) => element("button", {
     type: "button", class: "step", "data-key": step, disabled: n > 0 && !opened, title: `Alt+${n + 1}`,
-    "aria-current": step === state.step && "step", onclick: () => chooseStep(step),
+    "aria-current": step === chosen && "step", onclick: () => chooseStep(step),
   }, element("span", { class: "step-number" }, String(n + 1)), " ", step[0].toUpperCase() + step.slice(1))));
 }
 
