@@ -140,3 +140,24 @@ async fn ended(host: &dyn Host, links: &AtomicUsize) {
         tokio::time::sleep(LOOK).await;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::root;
+
+    #[test]
+    fn results_of_a_series_a_run_or_a_case_go_beside_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        for folder in ["series", "run", "many/series"] {
+            std::fs::create_dir_all(at(folder)).unwrap();
+        }
+        for file in ["series/a.dcm", "run/summary.json", "many/series/a.dcm", "case.toml"] {
+            std::fs::write(at(file), "").unwrap();
+        }
+        for beside in ["series", "run", "case.toml"] {
+            assert_eq!(root(&at(beside)), dir.path(), "{beside}");
+        }
+        assert_eq!(root(&at("many")), at("many"));
+    }
+}
