@@ -2,7 +2,7 @@
 
 use crate::nodes::{Moved, MovedObjects, Objects};
 use crate::session::{Freshness, Session};
-use crate::shared::carry::{Given, GivenObject, MovedObject};
+use crate::shared::carry::{Given, GivenObject, MovedObject, max_gy};
 use std::sync::Arc;
 use supine_report::DoseVolumeHistogram;
 use supine_space::Point;
@@ -84,20 +84,29 @@ fn same_objects(given: &[GivenObject], moved: &[MovedObject]) -> bool {
     given.len() == moved.len() && given.iter().zip(moved).all(fits)
 }
 
-impl OwnObjects {
-    /// Whether all that was carried is of what is given now; true before anything was.
-    pub fn is_fresh(&self) -> bool {
-        self.fresh
-    }
-
-    /// Whether they are those of the other, in memory.
-    pub fn is_same(&self, other: &Self) -> bool {
+/// Whether they are the same in memory.
+impl PartialEq for OwnObjects {
+    fn eq(&self, other: &Self) -> bool {
         let moved = match (&self.moved, &other.moved) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
             _ => false,
         };
         moved && Arc::ptr_eq(&self.given, &other.given) && self.fresh == other.fresh
+    }
+}
+
+impl OwnDose<'_> {
+    /// Largest dose before and after, Gy.
+    pub fn max_gy(&self) -> [Option<f64>; 2] {
+        [Some(max_gy(self.before)), self.after.map(max_gy)]
+    }
+}
+
+impl OwnObjects {
+    /// Whether all that was carried is of what is given now; true before anything was.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
     }
 
     /// What was given and moved, with the name of its file.

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use supine_flow::{CarriedKind, NodeId, Request, Session, tumour_centre, tumour_regions};
+use supine_flow::{CarriedKind, Lane, NodeId, Request, Session, tumour_centre, tumour_regions};
 
 /// An object that lies beside the CT.
 #[derive(Clone, Debug)]
@@ -92,13 +92,16 @@ impl Desk {
 
     /// Reads the objects that the case carries along, and moves them where that takes no longer work; what is wrong with
     /// them is told and ends nothing.
-    pub(crate) fn read_objects(&self, session: &Session, watching: &Watching) {
+    pub(crate) fn read_objects(&self, session: &Session, watching: &Watching, lane: Lane) {
         if session.case().carried.is_empty() {
             return;
         }
-        let request = Request { observer: watching, ..Request::default() };
         let mut nodes = vec![NodeId::Objects];
         nodes.extend(session.is_fresh(NodeId::Solve).then_some(NodeId::MovedObjects));
+        if nodes.iter().all(|node| session.is_fresh(*node)) {
+            return;
+        }
+        let request = Request { observer: watching, lane, ..Request::default() };
         let done = session.update(&nodes, &request);
         self.change(|held| {
             held.show_results(session);

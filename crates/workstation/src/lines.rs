@@ -1,6 +1,5 @@
 //! What a plane of a volume's own grid cuts, as lines between the voxels.
 
-use crate::own::levels_gy;
 use crate::own_lines;
 use crate::state::{ViewShown, views};
 use crate::surface::Surface;
@@ -43,6 +42,8 @@ pub(crate) struct Cuttable {
 pub(crate) struct Own {
     pub(crate) objects: OwnObjects,
     pub(crate) carried: bool,
+    /// Doses of the isodoses: finding them takes the whole dose, and planes are asked for often.
+    pub(crate) levels_gy: Vec<f64>,
 }
 
 /// A mesh, displaced or in the CT shape.
@@ -101,11 +102,10 @@ impl Own {
         let dose = self.objects.doses().next();
         let dose = dose.and_then(|dose| if self.carried { dose.after } else { Some(dose.before) });
         if let Some(dose) = dose {
-            let levels = levels_gy(&self.objects);
-            let all = own_lines::isodoses(dose, &levels, cut);
+            let all = own_lines::isodoses(dose, &self.levels_gy, cut);
             let name = |gy: f64| format!("isodose: {gy} Gy").into();
-            let named = levels.into_iter().zip(all);
-            lines.extend(named.map(|(gy, points)| Line { name: name(gy), points }));
+            let named = self.levels_gy.iter().zip(all);
+            lines.extend(named.map(|(gy, points)| Line { name: name(*gy), points }));
         }
         lines
     }

@@ -161,7 +161,7 @@ impl Desk {
     }
 
     fn make_ready(&self, session: &Session, watching: &Watching) -> Result<(), Error> {
-        self.read_objects(session, watching);
+        self.read_objects(session, watching, Lane::Live);
         if !session.is_fresh(NodeId::Prepare) {
             self.make_segmenter(session, watching)?;
         }

@@ -130,7 +130,7 @@ impl Desk {
                 held.beside = beside;
                 held.show_beside();
             });
-            desk.read_objects(&session, watching);
+            desk.read_objects(&session, watching, Lane::Final);
             let patient = body(&ct);
             desk.change(|held| {
                 held.state.volumes.iter_mut().for_each(|volume| volume.body = patient);
@@ -159,7 +159,7 @@ impl Desk {
         let read = read_back(session, &request);
         session.keep_in(None)?;
         read?;
-        self.read_objects(session, watching);
+        self.read_objects(session, watching, Lane::Final);
         self.change(|held| {
             held.show_results(session);
             held.show_result(path, &summary);
@@ -220,7 +220,7 @@ impl Desk {
             let read = if done.is_ok() { read_back(&session, &request) } else { Ok(()) };
             session.keep_in(None)?;
             read?;
-            desk.read_objects(&session, watching);
+            desk.read_objects(&session, watching, Lane::Final);
             desk.change(|held| held.show_results(&session));
             if let Some(summary) = done? {
                 desk.change(|held| held.show_result(&path, &summary));

@@ -2,7 +2,6 @@
 
 use crate::bytes::Voxels;
 use crate::desk::Held;
-use crate::show::same_own;
 use crate::state::{OwnDoseShown, OwnShown, OwnStructureShown};
 use std::sync::Arc;
 use supine_flow::{OwnObjects, Session};
@@ -20,7 +19,7 @@ impl Held {
     /// Shows the objects that the session holds, where they are others than before.
     pub(crate) fn show_own(&mut self, session: &Session) {
         let now = session.peek_objects();
-        if same_own(&self.own, &now) {
+        if self.own == now {
             return;
         }
         self.state.own = now.as_ref().map(shown);
@@ -45,7 +44,7 @@ fn side(own: &OwnObjects, after: bool) -> Option<Volume<i16>> {
 
 /// The doses of the lines that are drawn, Gy, the highest first: round steps below the largest dose before.
 pub(crate) fn levels_gy(own: &OwnObjects) -> Vec<f64> {
-    own.doses().next().map_or(vec![], |dose| levels(largest(dose.before)))
+    own.doses().next().and_then(|dose| dose.max_gy()[0]).map_or(vec![], levels)
 }
 
 fn levels(most: f64) -> Vec<f64> {
@@ -61,10 +60,6 @@ fn levels(most: f64) -> Vec<f64> {
     (1..=count).rev().map(|n| format!("{:.6}", tidy(n)).parse().unwrap_or(0.0)).collect()
 }
 
-fn largest(dose: &Volume<f32>) -> f64 {
-    dose.data().iter().copied().fold(0.0f32, f32::max).into()
-}
-
 fn shown(own: &OwnObjects) -> OwnShown {
     let structures = own.structures().map(|one| OwnStructureShown {
         name: one.name.into(),
@@ -73,7 +68,7 @@ fn shown(own: &OwnObjects) -> OwnShown {
     });
     let doses = own.doses().enumerate().map(|(n, dose)| OwnDoseShown {
         file: dose.file.into(),
-        max_gy: [Some(largest(dose.before)), dose.after.map(largest)],
+        max_gy: dose.max_gy(),
         levels_gy: if n == 0 { levels_gy(own) } else { vec![] },
     });
     let doses: Vec<OwnDoseShown> = doses.collect();

@@ -3,6 +3,7 @@
 use crate::bytes::Voxels;
 use crate::desk::Held;
 use crate::lines::{Body, Cuttable, Own};
+use crate::own::levels_gy;
 use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
 use crate::surface::{Drawn, Shape, Surface};
 use std::sync::Arc;
@@ -98,7 +99,7 @@ impl Held {
             && same(&self.seen.carried, &now.carried)
             && same(&self.seen.surfaces, &now.surfaces)
             && same(&self.seen.labels, &now.labels)
-            && same_own(&self.seen.own, &now.own)
+            && self.seen.own == now.own
             && self.seen.tumour == now.tumour;
         if same {
             return;
@@ -179,7 +180,11 @@ impl Held {
         });
         let surfaces = self.seen.surfaces.clone();
         let uncertainty = session.peek_uncertainty();
-        let own = |carried| self.own.clone().map(|objects| Own { objects, carried });
+        let levels = self.own.as_ref().map_or(vec![], levels_gy);
+        let own = |carried| {
+            let objects = self.own.clone()?;
+            Some(Own { objects, carried, levels_gy: levels.clone() })
+        };
         let (given, carried) = (own(false), own(true));
         if surfaces.is_some() || body.is_some() || given.is_some() {
             let (tumour, own) = (None, given);
@@ -233,15 +238,6 @@ pub(crate) fn preview_differs(held: &Held, session: &Session) -> Option<f64> {
 fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
     match (one, other) {
         (Some(one), Some(other)) => Arc::ptr_eq(one, other),
-        (None, None) => true,
-        _ => false,
-    }
-}
-
-/// Whether both are the same objects.
-pub(crate) fn same_own(one: &Option<OwnObjects>, other: &Option<OwnObjects>) -> bool {
-    match (one, other) {
-        (Some(one), Some(other)) => one.is_same(other),
         (None, None) => true,
         _ => false,
     }
