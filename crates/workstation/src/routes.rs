@@ -223,9 +223,15 @@ async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {
     axum::Json(json!({ "lines": app.desk.log() }))
 }
 
+/// The answer to a key that holds no longer: the page asked in the moment in which something newer came, which
+/// is no failure. It then asks for the state.
+fn passed() -> Response {
+    StatusCode::NO_CONTENT.into_response()
+}
+
 async fn volume(State(app): State<App>, Path((id, key)): Path<(String, String)>) -> Response {
     let Some(voxels) = app.desk.voxels(&id, &key) else {
-        return refused(StatusCode::NOT_FOUND, "this volume is not there any more");
+        return passed();
     };
     let length = voxels.len();
     let pieces = voxels.pieces().map(Ok::<_, std::convert::Infallible>);
@@ -241,7 +247,7 @@ async fn surface(State(app): State<App>, Path((part, key)): Path<(String, String
         Some(bytes) => {
             ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
         }
-        None => refused(StatusCode::NOT_FOUND, "this surface is not there any more"),
+        None => passed(),
     }
 }
 
@@ -253,7 +259,7 @@ async fn lines(
     let lines = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)?;
     Ok(match lines {
         Some(lines) => axum::Json(json!({ "lines": lines })).into_response(),
-        None => refused(StatusCode::NOT_FOUND, "these lines are not there any more"),
+        None => passed(),
     })
 }
 

@@ -3,6 +3,8 @@ import { change, now } from "./state.js";
 
 const pause = (/** @type {number} */ ms) => new Promise((done) => setTimeout(done, ms));
 const kept = "supine-token";
+/** The status of an answer to a key that holds no longer. */
+const outdated = 204;
 
 /** Takes the key out of the address, where history and shoulders would read it. A reload comes without one. */
 export function takeToken() {
@@ -111,10 +113,8 @@ export async function picture(series) {
  */
 export async function readVolume(id, key, into, told, signal) {
   const answer = await ask(`/api/volume/${encodeURIComponent(id)}/${encodeURIComponent(key)}`, { signal });
-  if (!answer.ok || !answer.body) {
-    if (answer.status === 404) await poll();
-    return false;
-  }
+  if (answer.status === outdated) await poll();
+  if (!answer.ok || !answer.body) return false;
   const reader = answer.body.getReader();
   let arrived = 0;
   for (;;) {
@@ -132,7 +132,7 @@ export async function readVolume(id, key, into, told, signal) {
 /** @param {string} part @param {string} key @returns {Promise<ArrayBuffer|null>} */
 export async function readSurface(part, key) {
   const answer = await ask(`/api/surface/${encodeURIComponent(part)}/${encodeURIComponent(key)}`).catch(() => null);
-  return answer?.ok ? answer.arrayBuffer() : null;
+  return answer?.ok && answer.status !== outdated ? answer.arrayBuffer() : null;
 }
 
 /**
@@ -143,8 +143,8 @@ export async function readSurface(part, key) {
 export async function readLines(address, signal) {
   try {
     const answer = await ask(`/api/lines/${address}`, { signal });
-    if (answer.ok) return (await answer.json()).lines;
-    if (answer.status === 404) await poll();
+    if (answer.status === outdated) await poll();
+    else if (answer.ok) return (await answer.json()).lines;
     return null;
   } catch {
     return undefined;
