@@ -21,7 +21,7 @@ use ndarray_npy::ReadNpzError;
 use reference::{Reference, cpu_s, memory_mb, order, rows};
 use serde_json::{Value, json};
 use std::sync::Arc;
-use supine_fem::{Applicator, Body, Contact, Cut, Load, Params, SphereOnShaft, Tissue};
+use supine_fem::{Applicator, Body, Contact, Cut, Insertion, Load, Params, SphereOnShaft, Tissue};
 use supine_mesh::{Edges, Order, TetMesh};
 use supine_space::{Point, Pose, Progress, Vector, supine};
 
@@ -57,7 +57,13 @@ fn main() -> Result<()> {
     let params = Params { order, cut: Cut::Free, tolerance: SETTLED, ..Params::default() };
     let attach = |sphere: &SphereOnShaft| {
         let body = Body::new(body.clone(), tissue);
-        Applicator::attach(&body, &load, &params, sphere, contact, Progress::none())
+        Applicator::attach(
+            &body,
+            &load,
+            &params,
+            &Insertion::new(sphere, contact),
+            Progress::none(),
+        )
     };
     if path == "surface" {
         println!(

@@ -7,7 +7,7 @@ use anyhow::Result;
 use ndarray::Array2;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use supine_fem::{Applicator, Body, Contact, Load, Params, snapped};
+use supine_fem::{Applicator, Body, Contact, Insertion, Load, Params, snapped};
 use supine_mesh::{Edges, Locator, Order};
 use supine_space::{Point, Progress, Vector};
 
@@ -52,8 +52,13 @@ fn motion(
     params: &Params,
     points: &[Point],
 ) -> Result<(Vec<(Point, Vector)>, usize)> {
-    let (mut applicator, _) =
-        Applicator::attach(body, load, params, &SPHERE, Contact::Tied, Progress::none())?;
+    let (mut applicator, _) = Applicator::attach(
+        body,
+        load,
+        params,
+        &Insertion::new(&SPHERE, Contact::Tied),
+        Progress::none(),
+    )?;
     let before = applicator.deformation()?;
     applicator.settle(&pose("1", STEPS)?, SETTLED, Progress::none())?;
     let after = applicator.deformation()?;

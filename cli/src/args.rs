@@ -1,5 +1,6 @@
 //! What can be typed. Options of parameters come from the table of `supine-flow`, by [`Given`].
 
+use crate::args_navigate::{Navigate, Replay};
 use crate::args_network::{Fetch, Send};
 use crate::parameters::{Given, Keys};
 use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, Numbers, Schema, stage};
@@ -82,6 +83,10 @@ pub(crate) enum Command {
     Warp(Warp),
     /// Carry points, labels, doses, surfaces and contours by a finished run or a deformed mesh
     Carry(Carry),
+    /// Follow the tumour live under the applicator, by OpenIGTLink
+    Navigate(Box<Navigate>),
+    /// Follow the poses of a recorded session once more, and compare
+    Replay(Replay),
     /// Send DICOM objects to an archive
     Send(Send),
     /// Fetch DICOM objects from an archive

@@ -6,6 +6,7 @@ pub(crate) mod fetch;
 pub(crate) mod init;
 pub(crate) mod inspect;
 pub(crate) mod manual;
+pub(crate) mod navigate;
 pub(crate) mod open;
 pub(crate) mod run;
 pub(crate) mod send;

@@ -5,6 +5,7 @@
 #![expect(clippy::disallowed_methods, reason = "edge crate: the demo's files")]
 
 mod args;
+mod args_navigate;
 mod args_network;
 mod commands;
 mod failure;
@@ -15,7 +16,7 @@ mod words;
 
 use args::{Cli, Command};
 use clap::Parser;
-use commands::{carry, demo, fetch, init, inspect, manual, open, run, send, stages};
+use commands::{carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages};
 use failure::Failure;
 use screen::{Screen, data};
 use std::process::ExitCode;
@@ -78,6 +79,8 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         Command::Solve(args) => stages::solve(args, screen),
         Command::Warp(args) => stages::warp(args, screen),
         Command::Carry(args) => carry::carry(args, screen),
+        Command::Navigate(args) => navigate::navigate(&args, screen),
+        Command::Replay(args) => navigate::replay(&args, screen),
         Command::Send(args) => send::send(&args, screen),
         Command::Fetch(args) => fetch::fetch(&args, screen),
         Command::VerifyExport(args) => inspect::verify_export(args, screen),

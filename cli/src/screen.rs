@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use supine_flow::Warning;
 use supine_flow::{NodeId, Observer};
 use supine_space::Failure as Kind;
@@ -26,7 +26,12 @@ pub(crate) struct Screen {
     lines: bool,
     /// Also when a node begins, and the codes of warnings.
     verbose: bool,
+    /// When a line of something live was shown last, where there is no bar.
+    shown: Mutex<Option<Instant>>,
 }
+
+/// Lines of something live are so far apart where there is no bar.
+const LIVE: Duration = Duration::from_secs(1);
 
 impl Screen {
     pub(crate) fn new(common: &Common) -> Self {
@@ -50,6 +55,7 @@ impl Screen {
             quiet,
             lines,
             verbose: common.verbose && !quiet,
+            shown: Mutex::default(),
         }
     }
 
@@ -70,6 +76,22 @@ impl Screen {
         self.bar.set_message(what);
         self.bar.set_position((share * 1000.0) as u64);
         self.go_on()
+    }
+
+    /// A line that changes while somebody looks on; where there is no bar, once a second.
+    pub(crate) fn live(&self, text: &str) {
+        if self.bar.is_hidden() {
+            let mut last = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+            if !self.quiet && last.is_none_or(|last| last.elapsed() >= LIVE) {
+                *last = Some(Instant::now());
+                err(text);
+            }
+            return;
+        }
+        if let Ok(style) = ProgressStyle::with_template("{wide_msg}") {
+            self.bar.set_style(style);
+        }
+        self.bar.set_message(text.to_owned());
     }
 
     /// A line for people.

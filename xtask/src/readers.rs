@@ -1,4 +1,5 @@
-//! The independent readers: DICOM validators, an archive and a solver from Debian, Python packages in `target/readers`.
+//! The independent readers: DICOM validators, an archive, a solver and a library of OpenIGTLink from Debian, Python packages in
+//! `target/readers`.
 //!
 //! Both are installed once: what is there already is left alone, and what is installed is said.
 
@@ -9,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 14] = [
+const BINARIES: [(&str, &str); 15] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
@@ -24,7 +25,12 @@ const BINARIES: [(&str, &str); 14] = [
     ("python3", "python3"),
     ("zstd", "zstd"),
     ("chromium", "chromium"),
+    ("g++", "g++"),
 ];
+
+/// Files of libraries that a client is compiled against, each with the Debian package that brings it.
+const LIBRARIES: [(&str, &str); 1] =
+    [("/usr/include/openigtlink/igtlClientSocket.h", "libopenigtlink-dev")];
 
 /// Installs what is missing.
 ///
@@ -37,6 +43,8 @@ pub(crate) fn install(house: &House) -> Result<()> {
         .map(|(_, package)| *package)
         .collect();
     packages.dedup();
+    let missing = LIBRARIES.iter().filter(|(file, _)| !Path::new(file).is_file());
+    packages.extend(missing.map(|(_, package)| *package));
     if !python_makes_environments() {
         packages.push("python3-venv");
     }
@@ -126,5 +134,7 @@ fn install_python(house: &House) -> Result<()> {
 
 /// Whether the environment's Python imports every reader.
 fn works(python: &Path) -> bool {
-    succeeds(Command::new(python).args(["-c", "import SimpleITK, highdicom, meshio, pydicom"]))
+    succeeds(
+        Command::new(python).args(["-c", "import SimpleITK, highdicom, meshio, pydicom, pyigtl"]),
+    )
 }

@@ -17,6 +17,7 @@ mod image;
 mod interval;
 mod mechanics;
 mod mesh;
+mod navigate;
 mod page;
 mod patients;
 mod peers;
@@ -146,6 +147,8 @@ pub(crate) enum Part {
     Table,
     /// The same in the page, from the slider to the picture; needs what `cargo xtask readers` installs.
     Slider,
+    /// The tumour followed live: from a pose to its place; only when named. `SUPINE_NAVIGATE_MINUTES`: how long, else 10.
+    Navigate,
     /// What stands for the tissue beyond the sphere.
     Cut,
     /// The warp beside memcpy, VTK and SimpleITK, and against the exact reference.
@@ -161,7 +164,7 @@ pub(crate) enum Part {
 }
 
 /// Parts that are measured only when they are named.
-const SELDOM: [Part; 4] = [Part::Slider, Part::Page, Part::Hours, Part::Fuzz];
+const SELDOM: [Part; 5] = [Part::Slider, Part::Navigate, Part::Page, Part::Hours, Part::Fuzz];
 
 impl Part {
     fn name(self) -> String {
@@ -193,6 +196,7 @@ impl Part {
             Self::Mechanics => mechanics(bench),
             Self::Table => table::section(bench),
             Self::Slider => slider::section(bench),
+            Self::Navigate => navigate::section(bench),
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),
             Self::Page => browser::section(bench),
@@ -236,6 +240,10 @@ fn pictures(bench: &Bench<'_>) -> Result<()> {
     let shown = bench.house.root.join("docs/pictures");
     for entry in std::fs::read_dir(&shown)? {
         let name = entry?.file_name();
+        // That of live navigation is drawn when it is measured.
+        if name.to_str().is_some_and(|name| name.starts_with("navigate_")) {
+            continue;
+        }
         // Those of the page are left by the test of the page.
         let of_page = name.to_str().and_then(|name| name.strip_prefix("page_"));
         let made = match of_page {

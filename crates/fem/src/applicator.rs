@@ -2,16 +2,16 @@
 
 use crate::before::Before;
 use crate::beside::Beside;
-use crate::coupling::{Coupling, Step};
+use crate::coupling::{Coupling, Renewed, Step};
 use crate::either::{Either, either};
 use crate::ground::Ground;
 use crate::outcome::Halt;
 use crate::rest::Settled;
 use crate::rigid::RigidBody;
-use crate::site::{Place, Responses, Site, Tissue, Touch, elements_of};
+use crate::site::{Site, Tissue, Touch, elements_of};
 use crate::sliding::{Slider, Sliding};
 use crate::smoothed_distance::SmoothedDistance;
-use crate::{Body, Contact, Error, Info, Job, Load, Params, checked, deformed, from_ct};
+use crate::{Body, Contact, Error, Info, Insertion, Job, Load, Params, checked, deformed, from_ct};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Edges, Order, TetMesh};
 use supine_space::{Point, Pose, Progress, Vector};
@@ -39,7 +39,7 @@ pub struct Applicator {
     mesh: Arc<TetMesh>,
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
-    beside: Beside<Responses>,
+    beside: Beside<Renewed>,
 }
 
 impl Applicator {
@@ -55,19 +55,18 @@ impl Applicator {
         body: &Body,
         load: &Load,
         params: &Params,
-        rigid: &dyn RigidBody,
-        contact: Contact,
+        insertion: &Insertion<'_>,
         progress: Progress<'_>,
     ) -> Result<(Self, Info), Error> {
         let edges = checked(body, load, params)?;
         let job = Job::new(body, &edges, load, params);
         let (coupling, info) = match params.order {
             Order::Linear => {
-                let (coupling, info) = job.couple::<4, 1>(rigid, contact, progress)?;
+                let (coupling, info) = job.couple::<4, 1>(insertion, progress)?;
                 (Either::Linear(coupling), info)
             }
             Order::Quadratic => {
-                let (coupling, info) = job.couple::<10, 4>(rigid, contact, progress)?;
+                let (coupling, info) = job.couple::<10, 4>(insertion, progress)?;
                 (Either::Quadratic(coupling), info)
             }
         };
@@ -76,7 +75,7 @@ impl Applicator {
 
     /// Number of nodes on which the applicator acts: those that follow it and those that slide on it.
     pub fn coupled_nodes(&self) -> usize {
-        either!(&self.coupling, c => c.site.touched().count())
+        either!(&self.coupling, c => c.touched())
     }
 
     /// The present pose.
@@ -94,6 +93,17 @@ impl Applicator {
         self.take_renewal();
         let made = either!(&mut self.coupling, c => c.step(pose));
         self.told(made)
+    }
+
+    /// Moves the applicator to `pose` as [`Applicator::step`] does, but only in time: by corrections with the factor
+    /// at hand. None, and all as it was, when these do not suffice: the motion is long, or the factor old.
+    ///
+    /// # Errors
+    /// [`Error::ApplicatorPose`] when `pose` is not finite.
+    pub fn step_quickly(&mut self, pose: &Pose) -> Result<Option<Step>, Error> {
+        check(pose)?;
+        self.take_renewal();
+        Ok(either!(&mut self.coupling, c => c.step_quickly(pose)))
     }
 
     /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own time:
@@ -119,10 +129,9 @@ impl Applicator {
     pub fn renew(&mut self) -> Result<(), Error> {
         either!(&mut self.coupling, c => {
             let unknowns = c.site.pattern.unknowns();
-            let spare = c.take_spare();
-            let responses = c.site.responses(&c.place, spare).map_err(|_| Error::Memory { unknowns })?;
-            if let Some(responses) = responses {
-                c.adopt(responses);
+            let renewed = c.renewal()().map_err(|_| Error::Memory { unknowns })?;
+            if let Some(renewed) = renewed {
+                c.adopt(renewed);
             }
         });
         Ok(())
@@ -136,16 +145,16 @@ impl Applicator {
             return;
         }
         either!(&mut self.coupling, c => {
-            let (site, place, spare) = (c.site.clone(), c.place.clone(), c.take_spare());
-            // Without memory the old responses serve on.
-            self.beside.begin(move || site.responses(&place, spare).ok().flatten());
+            let renewal = c.renewal();
+            // Without memory the old ones serve on.
+            self.beside.begin(move || renewal().ok().flatten());
         });
     }
 
     /// Takes what another thread renewed, if it is there.
     fn take_renewal(&mut self) {
-        if let Some(responses) = self.beside.take() {
-            either!(&mut self.coupling, c => c.adopt(responses));
+        if let Some(renewed) = self.beside.take() {
+            either!(&mut self.coupling, c => c.adopt(renewed));
         }
     }
 
@@ -163,7 +172,31 @@ impl Applicator {
 
     /// Force and moment of the tissue on the applicator at the present pose.
     pub fn reaction(&self) -> Reaction {
-        either!(&self.coupling, c => reaction(&c.site, &c.place))
+        either!(&self.coupling, c => reaction(c))
+    }
+
+    /// The force of the applicator on each node of the tissue that it touches at the present pose, mN: numbers as
+    /// those of points, then for quadratic elements of edges. Where tissue lifts off these are λ n, the normals n
+    /// outward from the applicator and λ ≥ 0. Their sum is what [`Applicator::reaction`] has against it.
+    pub fn contact_forces(&self) -> Vec<(u32, Vector)> {
+        either!(&self.coupling, c => c.forces())
+    }
+
+    /// The nodes that may touch an applicator from which tissue lifts off: those of the free surface of what bears.
+    /// Empty for other contacts.
+    pub fn contact_candidates(&self) -> &[u32] {
+        either!(&self.coupling, c => c.pressing().map_or(&[], |pressing| &pressing.wall.nodes))
+    }
+
+    /// Whether each tetrahedron bears: is not of a cavity.
+    pub fn bearing(&self) -> &[bool] {
+        either!(&self.coupling, c => &c.site.bears)
+    }
+
+    /// Whether tissue that may be touched has come near of which the responses know nothing: to renew them now
+    /// ([`Applicator::renew_beside`]) spares a later step that. Only where tissue lifts off.
+    pub fn wants_renewal(&self) -> bool {
+        either!(&self.coupling, c => c.pressing().is_some_and(|p| p.is_stale(&c.place)))
     }
 
     fn told(&self, made: Result<Step, Halt>) -> Result<Step, Error> {
@@ -179,7 +212,7 @@ impl std::fmt::Debug for Applicator {
     }
 }
 
-fn stuck(halt: Halt, unknowns: usize) -> Error {
+pub(crate) fn stuck(halt: Halt, unknowns: usize) -> Error {
     match halt {
         Halt::Stopped(stopped) => stopped.into(),
         Halt::Memory => Error::Memory { unknowns },
@@ -187,14 +220,14 @@ fn stuck(halt: Halt, unknowns: usize) -> Error {
     }
 }
 
-fn reaction<const N: usize, const Q: usize>(site: &Site<N, Q>, place: &Place) -> Reaction {
+fn reaction<const N: usize, const Q: usize>(coupling: &Coupling<N, Q>) -> Reaction {
     let mut sum = Reaction { force_n: Vector::zeros(), moment_n_mm: Vector::zeros() };
-    // A place is an equilibrium: no element of it is turned inside out.
-    let Some(forces) = site.out_of_balance(&place.u) else { return sum };
+    let Coupling { site, place, .. } = coupling;
     let centre = place.pose.transform_point(&site.centre.into()).coords;
-    for n in site.touched() {
+    for (node, given) in coupling.forces() {
+        let n = node as usize;
         // What is out of balance there is what the applicator gives; in mN.
-        let force = -forces[n] * 1e-3;
+        let force = -given * 1e-3;
         sum.force_n += force;
         sum.moment_n_mm += (site.rest[n] + place.u[n] - centre).cross(&force);
     }
@@ -214,27 +247,57 @@ type Touched = (Vec<bool>, Option<Sliding>);
 impl Job<'_> {
     fn couple<const N: usize, const Q: usize>(
         &self,
-        rigid: &dyn RigidBody,
-        contact: Contact,
+        insertion: &Insertion<'_>,
         progress: Progress<'_>,
     ) -> Result<(Coupling<N, Q>, Info), Error> {
+        let Insertion { rigid, contact, cavity } = *insertion;
+        if cavity.is_some() && contact != Contact::Unilateral {
+            return Err(Error::CavityContact);
+        }
         let ground = Ground::new(self)?;
         let settled = self.settle(&ground, &mut Before::nothing(), progress.part(0.0, 0.6))?;
         let Settled { model, load, to_ct, u, mut info, .. } = settled;
-        let Ground { positions, held, straight, .. } = ground;
+        let (positions, held) = (&ground.positions, &ground.held);
         let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
-        let inside = inside(rigid, &held, &rest, &u)?;
         let weight = self.gravity_norm(&model, held.len());
-        let mut tissue = Tissue { model, load, to_ct, straight, rest, weight };
-        let (follow, sliding) = match contact {
-            Contact::Tied => (inside, None),
-            Contact::Frictionless => {
-                self.slide(&mut tissue, &u, rigid, &inside, progress.part(0.6, 0.8))?
-            }
+        let bears = vec![true; model.elements.nodes.len()];
+        let straight = ground.straight.clone();
+        let tissue = Tissue { model, load, to_ct, straight, rest, weight, bears };
+        let after = progress.part(0.6, 1.0);
+        let coupling = if contact == Contact::Unilateral {
+            self.press(&ground, (tissue, u), insertion, after)?
+        } else {
+            self.hold((tissue, u), &ground.held, (rigid, contact), after)?
         };
-        let (unknowns, slides) = (info.unknowns, sliding.is_some());
+        let Coupling { site, place, .. } = &coupling;
+        let from_ct = from_ct(&place.u, &site.to_ct);
+        if let Ok(ratio) = site.model.volume_ratio(&place.u) {
+            (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
+            info.min_det_f_at = self.middle(&site.model.elements.nodes[ratio.worst]);
+        }
+        self.warn::<N>(positions, &from_ct, &mut info);
+        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
+        Ok((coupling, info))
+    }
+
+    /// Couples the nodes within a rigid body to it.
+    fn hold<const N: usize, const Q: usize>(
+        &self,
+        (mut tissue, u): (Tissue<N, Q>, Vec<Vector>),
+        held: &[bool],
+        (rigid, contact): (&dyn RigidBody, Contact),
+        progress: Progress<'_>,
+    ) -> Result<Coupling<N, Q>, Error> {
+        let inside = inside(rigid, held, &tissue.rest, &u)?;
+        let (follow, sliding) = if contact == Contact::Frictionless {
+            self.slide(&mut tissue, &u, rigid, &inside, progress.part(0.0, 0.5))?
+        } else {
+            (inside, None)
+        };
+        let (unknowns, slides) =
+            (3 * held.iter().filter(|held| !**held).count(), sliding.is_some());
         let touch = Touch {
-            held: &held,
+            held,
             follow: &follow,
             sliding,
             centre: rigid.centre().coords,
@@ -246,18 +309,10 @@ impl Job<'_> {
             .ok_or(Error::Singular)?;
         if slides {
             coupling
-                .begin(self.params.tolerance, progress.part(0.8, 1.0))
+                .begin(self.params.tolerance, progress.part(0.5, 1.0))
                 .map_err(|halt| stuck(halt, unknowns))?;
         }
-        let Coupling { site, place, .. } = &coupling;
-        let from_ct = from_ct(&place.u, &site.to_ct);
-        if let Ok(ratio) = site.model.volume_ratio(&place.u) {
-            (info.min_det_f, info.max_det_f) = (ratio.min, ratio.max);
-            info.min_det_f_at = self.middle(&site.model.elements.nodes[ratio.worst]);
-        }
-        self.warn::<N>(&positions, &from_ct, &mut info);
-        info.max_displacement_mm = from_ct.iter().map(Vector::norm).fold(0.0, f64::max);
-        Ok((coupling, info))
+        Ok(coupling)
     }
 
     /// Takes the cavity of a rigid body out of the tissue.
@@ -273,6 +328,7 @@ impl Job<'_> {
         let keep: Vec<bool> =
             elements.iter().map(|e| !e.iter().all(|&n| inside[n as usize])).collect();
         tissue.model = tissue.model.only(&keep);
+        tissue.bears = keep;
         tissue.load = tissue.model.elements.load(u.len(), self.force());
         let elements = &tissue.model.elements.nodes;
         let mut slides = vec![false; u.len()];
@@ -316,6 +372,12 @@ fn inside(
     Ok(inside)
 }
 
+#[cfg(test)]
+#[path = "penalty_tests.rs"]
+mod penalty_tests;
+#[cfg(test)]
+#[path = "pressing_tests.rs"]
+mod pressing_tests;
 #[cfg(test)]
 #[path = "sliding_tests.rs"]
 mod sliding_tests;

@@ -1,7 +1,9 @@
 //! What an applicator keeps from step to step, and what it must not keep.
 
 use crate::test_mesh::block;
-use crate::{Applicator, Body, Contact, Error, Load, Params, RigidBody, SphereOnShaft, Tissue};
+use crate::{
+    Applicator, Body, Contact, Error, Insertion, Load, Params, RigidBody, SphereOnShaft, Tissue,
+};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use supine_mesh::{Edges, Order, TetMesh};
@@ -28,7 +30,15 @@ fn attached(cells: usize, order: Order) -> Applicator {
     let params = Params { order, tolerance: TOLERANCE, ..Params::default() };
     let body = mesh(cells);
     let body = Body::new(body.clone(), tissue);
-    Applicator::attach(&body, &load, &params, &sphere(), Contact::Tied, Progress::none()).unwrap().0
+    Applicator::attach(
+        &body,
+        &load,
+        &params,
+        &Insertion::new(&sphere(), Contact::Tied),
+        Progress::none(),
+    )
+    .unwrap()
+    .0
 }
 
 /// A shift (mm), and a turn (radians) about the centre of the sphere.

@@ -26,7 +26,14 @@ pub(super) fn attach_with(
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, rest, tolerance: TOLERANCE, ..Params::default() };
     let body = Body::new(mesh.clone(), tissue);
-    Ok(Applicator::attach(&body, &load, &params, applicator.0, applicator.1, Progress::none())?.0)
+    Ok(Applicator::attach(
+        &body,
+        &load,
+        &params,
+        &Insertion::new(applicator.0, applicator.1),
+        Progress::none(),
+    )?
+    .0)
 }
 
 fn attached(order: Order) -> Applicator {

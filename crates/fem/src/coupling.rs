@@ -1,27 +1,13 @@
-//! Tissue that follows a rigid body: steps from one pose to the next.
+//! The tissue around a rigid body that moves.
 
 use crate::analysis::OutOfMemory;
-use crate::newton::{Limits, Newton};
-use crate::outcome::{Cause, Halt, Stall};
-use crate::quasi_newton::{ERROR_MM, Memory, error_mm, largest};
-use crate::site::{MOTIONS, Place, Responses, Site};
-use crate::tangent::Tangent;
+use crate::compliance::Compliance;
+use crate::following::Following;
+use crate::outcome::Halt;
+use crate::pressing::Pressing;
+use crate::site::{Place, Responses, Site};
 use std::sync::Arc;
 use supine_space::{Pose, Progress, Vector};
-
-/// Corrections of a step; more mean that the factor is too old.
-const CORRECTIONS: usize = 10;
-/// The first guess how much of an error a correction leaves when the rigid body has moved by its size since
-/// the factor was made; how fast a guess that proved too high falls; and the lowest that is believed.
-const FIRST_RATE: f64 = 4.0;
-const RATE_FALL: f64 = 0.8;
-const MIN_RATE: f64 = 0.05;
-/// A correction may be so many times the one before.
-const GROWTH: f64 = 2.0;
-/// Newton iterations of a part of a motion; one that needs more is halved. Chosen, not measured.
-const ITERATIONS: usize = 40;
-/// The smallest part of a motion that is tried alone.
-const SMALLEST_PART: f64 = 1.0 / 64.0;
 
 /// How a step went.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,59 +20,87 @@ pub struct Step {
     pub by_newton: bool,
 }
 
-/// What the last step taught.
-struct Lesson {
-    motion: [f64; MOTIONS],
-    /// What its prediction lacked.
-    lack: Vec<f64>,
+/// How the rigid body holds tissue, with what is kept for it.
+enum Hold {
+    /// By nodes that stay on it.
+    Bilateral(Following),
+    /// By pressure alone.
+    Unilateral(Pressing),
+}
+
+/// What was renewed.
+pub(crate) enum Renewed {
+    Bilateral(Responses),
+    Unilateral(Compliance),
 }
 
 /// The tissue around a rigid body that moves.
 pub(crate) struct Coupling<const N: usize, const Q: usize> {
     pub(crate) site: Arc<Site<N, Q>>,
     pub(crate) place: Place,
-    responses: Responses,
-    /// Room of the responses before the last ones.
-    spare: Option<Tangent>,
-    lesson: Option<Lesson>,
-    /// Share of the error that a correction leaves when the body has moved by its size since the factor was
-    /// made; in between it is taken for proportional to the way.
-    rate: f64,
+    hold: Hold,
 }
 
 impl<const N: usize, const Q: usize> Coupling<N, Q> {
-    /// Begins at displacement `u` (mm) with the body at its first pose; `None` when the stiffness there has no
-    /// factor.
+    /// Tissue that follows or slides, at displacement `u` (mm) with the body at its first pose; `None` when the
+    /// stiffness there has no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
     pub(crate) fn new(site: Site<N, Q>, u: Vec<Vector>) -> Result<Option<Self>, OutOfMemory> {
         let (site, place) = (Arc::new(site), Place { pose: Pose::identity(), u });
         let Some(responses) = site.responses(&place, None)? else { return Ok(None) };
-        Ok(Some(Self { site, place, responses, spare: None, lesson: None, rate: FIRST_RATE }))
+        let hold = Hold::Bilateral(Following::new(responses));
+        Ok(Some(Self { site, place, hold }))
     }
 
-    /// Settles the tissue at the first pose, and makes the responses there.
+    /// Tissue that is pressed, in equilibrium at `place`.
+    pub(crate) fn pressed(site: Site<N, Q>, place: Place, pressing: Pressing) -> Self {
+        Self { site: Arc::new(site), place, hold: Hold::Unilateral(pressing) }
+    }
+
+    /// Settles the tissue at the first pose, if it follows or slides; one that is pressed has settled.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn begin(&mut self, goal: f64, progress: Progress<'_>) -> Result<(), Halt> {
-        self.settle(&Pose::identity(), goal, progress)?;
-        if let Some(responses) = self.site.responses(&self.place, self.spare.take())? {
-            self.adopt(responses);
+        match &mut self.hold {
+            Hold::Bilateral(following) => {
+                following.begin(&self.site, &mut self.place, goal, progress)
+            }
+            Hold::Unilateral(_) => Ok(()),
         }
-        Ok(())
     }
 
-    /// Takes responses made for another place of the same site.
-    pub(crate) fn adopt(&mut self, responses: Responses) {
-        let before = std::mem::replace(&mut self.responses, responses);
-        self.spare = Some(before.tangent);
+    /// Takes what was renewed at another place of the same site.
+    pub(crate) fn adopt(&mut self, renewed: Renewed) {
+        match (&mut self.hold, renewed) {
+            (Hold::Bilateral(following), Renewed::Bilateral(new)) => following.adopt(new),
+            (Hold::Unilateral(pressing), Renewed::Unilateral(new)) => pressing.adopt(new),
+            // Work for the other kind was never begun.
+            _ => {}
+        }
     }
 
-    /// Room for new responses.
-    pub(crate) fn take_spare(&mut self) -> Option<Tangent> {
-        self.spare.take()
+    /// The work of renewing at the present place: for another thread, or this one.
+    pub(crate) fn renewal(
+        &mut self,
+    ) -> impl FnOnce() -> Result<Option<Renewed>, OutOfMemory> + use<N, Q> {
+        let (site, place) = (self.site.clone(), self.place.clone());
+        let (spare, pressed) = match &mut self.hold {
+            Hold::Bilateral(following) => (following.take_spare(), None),
+            Hold::Unilateral(pressing) => {
+                let reach = pressing.reach(&place);
+                (pressing.spare.take(), Some((reach, pressing.presses.clone())))
+            }
+        };
+        move || match pressed {
+            None => Ok(site.responses(&place, spare)?.map(Renewed::Bilateral)),
+            Some((nodes, presses)) => {
+                let made = Compliance::new(&site, &place.u, nodes, (&presses, spare))?;
+                Ok(made.map(Renewed::Unilateral))
+            }
+        }
     }
 
     /// Moves the rigid body to `pose` and lets the tissue follow.
@@ -94,88 +108,21 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn step(&mut self, pose: &Pose) -> Result<Step, Halt> {
-        if let Some((place, made)) = self.corrected(pose) {
-            self.place = place;
-            return Ok(made);
+        match &mut self.hold {
+            Hold::Bilateral(following) => following.step(&self.site, &mut self.place, pose),
+            Hold::Unilateral(pressing) => pressing.step(&self.site, &mut self.place, pose),
         }
-        self.lesson = None;
-        self.settle(pose, 1e-8, Progress::none())
     }
 
-    /// The new place by prediction and corrections with the factor at hand; `None` when they do not reach
-    /// it.
-    fn corrected(&mut self, pose: &Pose) -> Option<(Place, Step)> {
-        let motion = self.site.motion(&self.place.pose, pose);
-        let slide = self.site.slide(pose);
-        let (mut u, curvature) = self.predicted(pose, &motion)?;
-        let mut memory = Memory::default();
-        let mut lack = curvature;
-        let mut last = f64::INFINITY;
-        let way = self.site.motion(&self.responses.pose, pose);
-        let way = way.iter().map(|v| v * v).sum::<f64>().sqrt() / self.site.size_mm;
-        // What a correction leaves of the error.
-        let mut left = (self.rate * way).clamp(MIN_RATE, 1.0);
-        for corrections in 1..=CORRECTIONS {
-            let mut forces = self.site.out_of_balance(&u)?;
-            if let Some(slide) = &slide {
-                slide.project(&u, &mut forces)?;
-            }
-            let residual = self.site.pattern.gather(&forces);
-            let step = memory.step(residual, |x| self.responses.tangent.apply_factor(x))?;
-            let size = largest(&step);
-            if size.is_nan() || size > (GROWTH * last).min(self.site.size_mm) {
-                return None;
-            }
-            self.site.pattern.add_to(&mut u, &step);
-            if slide.as_ref().is_some_and(|slide| !slide.bring(&mut u)) {
-                return None;
-            }
-            lack.iter_mut().zip(&step).for_each(|(lack, step)| *lack += step);
-            if corrections > 1 {
-                let seen = size / last;
-                self.rate = (seen / way).max(RATE_FALL * self.rate);
-                left = left.max(seen);
-            }
-            let error_mm = error_mm(size, left);
-            if error_mm <= ERROR_MM {
-                self.lesson = Some(Lesson { motion, lack });
-                let made = Step { corrections, error_mm, by_newton: false };
-                return Some((Place { pose: *pose, u }, made));
-            }
-            last = size;
+    /// The same with the factor at hand alone; `None`, and all as it was, when that does not suffice.
+    pub(crate) fn step_quickly(&mut self, pose: &Pose) -> Option<Step> {
+        match &mut self.hold {
+            Hold::Bilateral(following) => following.step_quickly(&self.site, &mut self.place, pose),
+            Hold::Unilateral(pressing) => pressing.step_quickly(&self.site, &mut self.place, pose),
         }
-        None
     }
 
-    /// The displacement at `pose` to first order, and with what the last step lacked where this one goes on
-    /// in its direction: half the second derivative along it. The second value is that part. `None` when a
-    /// node cannot be brought to where it slides.
-    pub(crate) fn predicted(
-        &self,
-        pose: &Pose,
-        motion: &[f64; MOTIONS],
-    ) -> Option<(Vec<Vector>, Vec<f64>)> {
-        let mut step = vec![0.0; self.site.pattern.unknowns()];
-        for (length, column) in motion.iter().zip(&self.responses.columns) {
-            if *length != 0.0 {
-                step.iter_mut().zip(column).for_each(|(step, c)| *step += length * c);
-            }
-        }
-        let mut curvature = vec![0.0; step.len()];
-        if let Some(Lesson { motion: last, lack }) = &self.lesson {
-            let along: f64 = motion.iter().zip(last).map(|(a, b)| a * b).sum();
-            let square: f64 = last.iter().map(|v| v * v).sum();
-            let share = if square > 0.0 { (along / square).clamp(0.0, 1.5) } else { 0.0 };
-            curvature.iter_mut().zip(lack).for_each(|(c, l)| *c = share * share * l);
-            step.iter_mut().zip(&curvature).for_each(|(step, c)| *step += c);
-        }
-        let mut u = self.place.u.clone();
-        self.site.pattern.add_to(&mut u, &step);
-        self.site.put(pose, &mut u).then_some((u, curvature))
-    }
-
-    /// Moves the rigid body to `pose` by Newton's method, in parts where the whole way folds an element, to
-    /// a relative residual of `goal`.
+    /// Moves the rigid body to `pose` by Newton's method to a relative residual of `goal`.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
@@ -185,42 +132,60 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         goal: f64,
         progress: Progress<'_>,
     ) -> Result<Step, Halt> {
-        let (first, site) = (self.place.pose, self.site.clone());
-        let (mut share, mut part) = (0.0, 1.0f64);
-        let mut corrections = 0;
-        while share < 1.0 {
-            let next = (share + part).min(1.0);
-            let between = if next < 1.0 { site.between(&first, pose, next) } else { *pose };
-            // A shorter part starts from the same place.
-            if self.responses.pose != self.place.pose
-                && let Some(responses) = site.responses(&self.place, self.spare.take())?
-            {
-                self.adopt(responses);
+        match &mut self.hold {
+            Hold::Bilateral(following) => {
+                following.settle((&self.site, &mut self.place), pose, goal, progress)
             }
-            self.lesson = None;
-            let motion = site.motion(&self.place.pose, &between);
-            let Some((u, _)) = self.predicted(&between, &motion) else {
-                if part <= SMALLEST_PART {
-                    let (cause, residual, u) = (Cause::Start, f64::INFINITY, self.place.u.clone());
-                    return Err(Halt::Stalled(Stall { cause, residual, u, load_share: share }));
-                }
-                part *= 0.5;
-                continue;
-            };
-            let model = site.model_at(&between);
-            let limits = Limits { goal, iterations: ITERATIONS };
-            let (tangent, held) = (Tangent::new(&site.pattern)?, &site.held);
-            let mut newton = Newton::new(&model, tangent, held, site.weight, ITERATIONS);
-            match newton.minimise(&site.load, u, limits, progress.part(share, next)) {
-                Ok(found) => {
-                    corrections += newton.effort.iterations;
-                    self.place = Place { pose: between, u: found.u };
-                    (share, part) = (next, 2.0 * part);
-                }
-                Err(Halt::Stalled(_)) if part > SMALLEST_PART => part *= 0.5,
-                Err(other) => return Err(other),
+            Hold::Unilateral(pressing) => {
+                pressing.settle((&self.site, &mut self.place), pose, goal, progress)
             }
         }
-        Ok(Step { corrections, error_mm: 0.0, by_newton: true })
+    }
+
+    /// The forces of the body on the nodes of the tissue at the present pose, mN, one for each node that it touches,
+    /// in rising order where it presses.
+    pub(crate) fn forces(&self) -> Vec<(u32, Vector)> {
+        match &self.hold {
+            Hold::Bilateral(_) => {
+                // A place is an equilibrium: no element of it is turned inside out.
+                let Some(forces) = self.site.out_of_balance(&self.place.u) else {
+                    return Vec::new();
+                };
+                self.site.touched().map(|n| (n as u32, forces[n])).collect()
+            }
+            Hold::Unilateral(pressing) => pressing.on_nodes(),
+        }
+    }
+
+    /// Number of nodes on which the body acts.
+    pub(crate) fn touched(&self) -> usize {
+        match &self.hold {
+            Hold::Bilateral(_) => self.site.touched().count(),
+            Hold::Unilateral(pressing) => pressing.on_nodes().len(),
+        }
+    }
+
+    /// What is kept of tissue that is pressed.
+    pub(crate) fn pressing(&self) -> Option<&Pressing> {
+        match &self.hold {
+            Hold::Bilateral(_) => None,
+            Hold::Unilateral(pressing) => Some(pressing),
+        }
+    }
+
+    /// The displacement that a step to `pose` begins with; `None` when a node cannot be brought to where it
+    /// slides.
+    #[cfg(test)]
+    pub(crate) fn predicted(
+        &self,
+        pose: &Pose,
+        motion: &[f64; crate::site::MOTIONS],
+    ) -> Option<(Vec<Vector>, Vec<f64>)> {
+        match &self.hold {
+            Hold::Bilateral(following) => {
+                following.predicted((&self.site, &self.place), pose, motion)
+            }
+            Hold::Unilateral(_) => None,
+        }
     }
 }

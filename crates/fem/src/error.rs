@@ -140,6 +140,29 @@ pub enum Error {
         /// The node, LPS, mm.
         place: [f64; 3],
     },
+    /// Tissue lies in the applicator where it has no surface to be pressed at.
+    #[error(
+        "tissue at {place:.1?} (LPS, mm) lies within the applicator and has no surface there: give the cavity \
+         in which it lies, put it in from outside, or mesh finer there"
+    )]
+    ApplicatorBuried {
+        /// A node of the tissue, LPS, mm.
+        place: [f64; 3],
+    },
+    /// The cavity holds no tissue.
+    #[error(
+        "the cavity at {centre:.1?} (LPS, mm, in the CT) holds no whole tetrahedron: check its place, mesh finer \
+         there, or move points onto its surface"
+    )]
+    CavityEmpty {
+        /// Its centre, LPS, mm.
+        centre: [f64; 3],
+    },
+    /// A cavity is given where the tissue is held to the applicator.
+    #[error(
+        "a cavity goes with tissue that lifts off: leave it out, or let the contact be unilateral"
+    )]
+    CavityContact,
     /// A pose is not a turn and a shift.
     #[error("the pose of the applicator is not finite, or its rotation is not of length 1")]
     ApplicatorPose,
@@ -172,6 +195,9 @@ impl Error {
             | Self::Curved
             | Self::GoalOutside { .. }
             | Self::ApplicatorOutside { .. }
+            | Self::ApplicatorBuried { .. }
+            | Self::CavityEmpty { .. }
+            | Self::CavityContact
             | Self::ApplicatorPose => Failure::Input,
             // A mesh that the method moved or that the mesher made, not one that was read.
             Self::Mesh(_)

@@ -21,15 +21,20 @@ mod batch;
 mod before;
 mod beside;
 mod body;
+mod cavity;
+mod complementarity;
+mod compliance;
 mod contact;
 mod coupling;
 mod curved;
 mod either;
 mod element;
 mod error;
+mod following;
 mod foundation;
 #[cfg(test)]
 mod foundation_tests;
+mod gap;
 mod goal;
 mod ground;
 mod inverse;
@@ -38,9 +43,13 @@ mod linear;
 mod material;
 mod model;
 mod newton;
+mod opening;
 mod outcome;
+mod pairs;
 mod params;
 mod pattern;
+mod press_problem;
+mod pressing;
 mod quasi_newton;
 mod rest;
 mod rigid;
@@ -57,11 +66,12 @@ mod tangent;
 #[cfg(test)]
 mod test_mesh;
 mod tilt;
+mod wall;
 mod wall_effect;
 
 pub use applicator::{Applicator, Reaction};
 pub use body::Body;
-pub use contact::Contact;
+pub use contact::{Contact, Insertion};
 pub use coupling::Step;
 pub use error::Error;
 pub use foundation::{Spring, nodal_springs};
@@ -71,7 +81,7 @@ pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};
 pub use sequence::Sequence;
-pub use snap::snapped;
+pub use snap::{snapped, snapped_to_cavity};
 pub use tilt::Tilt;
 pub use wall_effect::WallNode;
 

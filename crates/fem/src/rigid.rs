@@ -19,6 +19,12 @@ pub trait RigidBody: Sync {
     fn is_sphere(&self) -> bool {
         false
     }
+
+    /// The body as a sphere on a shaft, if it is one: tissue that lifts off ([`crate::Contact::Unilateral`])
+    /// then meets exactly these two surfaces, else that of a spline through distances.
+    fn sphere_on_shaft(&self) -> Option<SphereOnShaft> {
+        None
+    }
 }
 
 /// A spherical applicator, with the shaft that carries it.
@@ -60,6 +66,10 @@ impl RigidBody for SphereOnShaft {
 
     fn is_sphere(&self) -> bool {
         self.shaft.is_none()
+    }
+
+    fn sphere_on_shaft(&self) -> Option<SphereOnShaft> {
+        Some(*self)
     }
 }
 

@@ -21,6 +21,8 @@ pub(crate) struct Tissue<const N: usize, const Q: usize> {
     pub(crate) straight: Straightening<N>,
     pub(crate) rest: Vec<Vector>,
     pub(crate) weight: f64,
+    /// Whether each tetrahedron bears: is not of a cavity.
+    pub(crate) bears: Vec<bool>,
 }
 
 /// Where and how a rigid body touches tissue at its first pose.
@@ -60,6 +62,8 @@ pub(crate) struct Site<const N: usize, const Q: usize> {
     pub(crate) size_mm: f64,
     /// Norm of the nodal forces of gravity, mN.
     pub(crate) weight: f64,
+    /// Whether each tetrahedron of the mesh bears: is not of a cavity.
+    pub(crate) bears: Vec<bool>,
 }
 
 /// A factor of the stiffness and the linear responses to the rigid body's motions.
@@ -83,7 +87,7 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
     /// The site of a body that takes the nodes it touches where they are at displacement `u` (mm).
     pub(crate) fn new(tissue: Tissue<N, Q>, u: &[Vector], touch: Touch<'_>) -> Self {
         let Touch { held, follow, sliding, centre, size_mm } = touch;
-        let Tissue { model, load, to_ct, straight, rest, weight } = tissue;
+        let Tissue { model, load, to_ct, straight, rest, weight, bears } = tissue;
         let around = match &sliding {
             Some(sliding) => sliding.around.clone(),
             None => elements_of(&model.elements.nodes, follow),
@@ -107,6 +111,7 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
             centre,
             size_mm,
             weight,
+            bears,
         }
     }
 

@@ -48,7 +48,14 @@ fn fine(order: Order, applicator: (&dyn RigidBody, Contact)) -> Result<Applicato
     let load = Load { ct: supine(), target: sitting() };
     let params = Params { order, tolerance: TOLERANCE, ..Params::default() };
     let body = Body::new(mesh.clone(), tissue);
-    Ok(Applicator::attach(&body, &load, &params, applicator.0, applicator.1, Progress::none())?.0)
+    Ok(Applicator::attach(
+        &body,
+        &load,
+        &params,
+        &Insertion::new(applicator.0, applicator.1),
+        Progress::none(),
+    )?
+    .0)
 }
 
 /// Trap: tissue tied to a sphere turns with it.
@@ -81,8 +88,14 @@ fn the_cavity_is_switched_off() {
     let rigid = SphereOnShaft { centre: Point::origin(), radius_mm: 10.0, shaft: None };
     let body = Body::new(mesh.clone(), tissue);
     let sliding = (&rigid as &dyn RigidBody, Contact::Frictionless);
-    let (mut applicator, _) =
-        Applicator::attach(&body, &load, &params, sliding.0, sliding.1, Progress::none()).unwrap();
+    let (mut applicator, _) = Applicator::attach(
+        &body,
+        &load,
+        &params,
+        &Insertion::new(sliding.0, sliding.1),
+        Progress::none(),
+    )
+    .unwrap();
     let turn = turn_about(Vector::x() * 0.2, Point::new(0.0, 1.0, 0.0));
     applicator.step(&turn).unwrap();
     let Either::Linear(coupling) = &applicator.coupling else { panic!("linear") };
@@ -241,7 +254,7 @@ fn drag(nu: f64, outer: f64, contact: Contact) -> f64 {
     let shear = [2.0 - 4.0 * nu, 6.0, 0.0, -(2.0 + 2.0 * nu)];
     let (second, value) = match contact {
         Contact::Tied => (across(1.0), 1.0),
-        Contact::Frictionless => (shear, 0.0),
+        Contact::Frictionless | Contact::Unilateral => (shear, 0.0),
     };
     let rows = [radial(1.0), second, radial(outer), across(outer)];
     let matrix = nalgebra::Matrix4::from_fn(|i, k| rows[i][k]);
@@ -264,9 +277,14 @@ fn the_force_on_a_sphere_in_a_ball_is_that_of_the_theory() {
         let body = Body { curved: Some(curved.clone()), ..Body::new(mesh.clone(), tissue) };
         let mu = tissue.young_kpa / (2.0 + 2.0 * poisson);
         let force = |contact: Contact| {
-            let (mut applicator, _) =
-                Applicator::attach(&body, &load, &params, &rigid, contact, Progress::none())
-                    .unwrap();
+            let (mut applicator, _) = Applicator::attach(
+                &body,
+                &load,
+                &params,
+                &Insertion::new(&rigid, contact),
+                Progress::none(),
+            )
+            .unwrap();
             applicator.step(&Pose::translation(0.0, 0.0, by)).unwrap();
             let found = applicator.reaction().force_n / (-1e-3 * mu * radius * by);
             assert!(found.xy().norm() < 0.01 * found.z, "{found}");
@@ -288,7 +306,13 @@ fn what_cannot_slide_is_refused() {
         SphereOnShaft { centre: Point::new(30.0, 30.0, 30.0), radius_mm: 5.0, shaft: None };
     let attach = |contact: Contact| {
         let body = Body::new(mesh.clone(), tissue);
-        Applicator::attach(&body, &load, &params, &middle, contact, Progress::none())
+        Applicator::attach(
+            &body,
+            &load,
+            &params,
+            &Insertion::new(&middle, contact),
+            Progress::none(),
+        )
     };
     let found = attach(Contact::Frictionless);
     assert!(

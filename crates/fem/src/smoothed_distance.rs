@@ -72,6 +72,14 @@ impl SmoothedDistance {
         }
     }
 
+    /// The distance at a place (mm), its normal trusted or not; `None` beyond the samples.
+    pub(crate) fn read(&self, place: &Vector) -> Option<Level> {
+        match self {
+            Self::Sphere { .. } => self.at(place),
+            Self::Sampled(lattice) => lattice.read(place),
+        }
+    }
+
     /// The place brought back to the surface of that level along its normal.
     pub(crate) fn brought(&self, place: &Vector, level: f64) -> Option<Vector> {
         let mut place = *place;
@@ -124,6 +132,10 @@ impl Lattice {
     }
 
     fn at(&self, place: &Vector) -> Option<Level> {
+        self.read(place).filter(|level| level.slope.norm() > MIN_SLOPE)
+    }
+
+    fn read(&self, place: &Vector) -> Option<Level> {
         let steps = (place - self.first) / self.spacing;
         let inside = |s: &f64| *s >= 1.0 && *s < (self.count - 2) as f64;
         if !steps.iter().all(inside) {
@@ -147,7 +159,7 @@ impl Lattice {
         }
         level.slope /= self.spacing;
         level.curvature /= self.spacing * self.spacing;
-        (level.slope.norm() > MIN_SLOPE).then_some(level)
+        Some(level)
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::rigid::RigidBody;
 use crate::{Body, Error, Load, Params, solve};
 use std::sync::Arc;
-use supine_mesh::{Displacement, Edges, TetMesh};
+use supine_mesh::{Edges, TetMesh};
 use supine_space::{Point, Progress, Vector};
 
 /// The points are moved, the tissue settled again, and the points moved by what they are off then: a micrometre after three rounds.
@@ -35,21 +35,42 @@ pub fn snapped(
         let (from, to) = (round as f64 / ROUNDS as f64, (round + 1) as f64 / ROUNDS as f64);
         let body = Body { mesh: mesh.clone(), curved: None, ..body.clone() };
         let (settled, _) = solve(&body, load, params, progress.part(from, to))?;
-        let points = moved_points(&mesh, settled.displacement(), rigid, &mut moved);
+        let u = settled.displacement().values();
+        let at: Vec<Point> = mesh.points().iter().zip(u).map(|(p, u)| p + u).collect();
+        let points = moved_points(&mesh, &at, rigid, &mut moved);
         mesh = TetMesh::new(points, mesh.tets().to_vec(), mesh.boundary().to_vec())?.into();
     }
     Ok((mesh, moved.iter().filter(|m| **m).count()))
 }
 
-/// Where the points go in the CT shape.
+/// The mesh with points inside the tissue moved along edges onto the surface of `cavity`, in the CT shape: cut
+/// ([`crate::Insertion::cavity`]), its wall is that surface and not the ragged one of the tetrahedra that happen
+/// to lie inside.
+///
+/// Points of the boundary stay, and so do points whose move would flatten a tetrahedron. Number and order of points
+/// and tetrahedra are kept. The second value is how many points were moved.
+///
+/// # Errors
+/// When the moved points are no mesh.
+pub fn snapped_to_cavity(
+    mesh: &TetMesh,
+    cavity: &dyn RigidBody,
+) -> Result<(Arc<TetMesh>, usize), Error> {
+    let mut moved = vec![false; mesh.points().len()];
+    let points = moved_points(mesh, mesh.points(), cavity, &mut moved);
+    let snapped = TetMesh::new(points, mesh.tets().to_vec(), mesh.boundary().to_vec())?;
+    Ok((snapped.into(), moved.iter().filter(|m| **m).count()))
+}
+
+/// Where the points go in the CT shape, `at` where they lie when they meet the surface.
 fn moved_points(
     mesh: &TetMesh,
-    u: &Displacement,
+    at: &[Point],
     rigid: &dyn RigidBody,
     moved: &mut [bool],
 ) -> Vec<Point> {
     let mut points = mesh.points().to_vec();
-    let at = |p: u32| points[p as usize] + u.values()[p as usize];
+    let at = |p: u32| at[p as usize];
     let mut fixed = vec![false; points.len()];
     mesh.boundary().iter().flat_map(|f| f.points).for_each(|p| fixed[p as usize] = true);
     // The shortest way of each point along an edge to the surface.

@@ -6,6 +6,7 @@ use crate::krylov::conjugate_gradients;
 use crate::linear::Factor;
 use crate::model::Model;
 use crate::pattern::{Block, Pattern};
+use nalgebra::DMatrix;
 use std::sync::Arc;
 use supine_space::Vector;
 
@@ -44,6 +45,8 @@ pub(crate) struct Tangent {
     preconditioner: Preconditioner,
     /// There is a factor.
     factorised: bool,
+    /// The last one made by [`Tangent::renew`] is of the shifted stiffness.
+    shifted: bool,
 }
 
 /// The solution of a linear system.
@@ -61,7 +64,13 @@ impl Tangent {
     pub(crate) fn new(pattern: &Arc<Pattern>) -> Result<Self, OutOfMemory> {
         let preconditioner = Preconditioner::Single(Factor::new(pattern.analysis()?)?);
         let blocks = pattern.zeros()?;
-        Ok(Self { pattern: pattern.clone(), blocks, preconditioner, factorised: false })
+        Ok(Self {
+            pattern: pattern.clone(),
+            blocks,
+            preconditioner,
+            factorised: false,
+            shifted: false,
+        })
     }
 
     /// The pattern of the stiffness.
@@ -72,6 +81,11 @@ impl Tangent {
     /// Whether there is a factor.
     pub(crate) fn is_factorised(&self) -> bool {
         self.factorised
+    }
+
+    /// Whether [`Tangent::renew`] had to shift the stiffness: the factor is that of a stiffer body.
+    pub(crate) fn is_shifted(&self) -> bool {
+        self.shifted
     }
 
     /// Entries of the triangular factor.
@@ -148,6 +162,29 @@ impl Tangent {
         }
     }
 
+    /// The inverse of the factorised matrix between nodes whose three unknowns begin at `rows`, symmetric; `None`
+    /// when a number is not finite.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn compliance(&self, rows: &[usize]) -> Result<Option<DMatrix<f64>>, OutOfMemory> {
+        match &self.preconditioner {
+            Preconditioner::Single(factor) => factor.compliance(&self.pattern, rows),
+            Preconditioner::Double(factor) => factor.compliance(&self.pattern, rows),
+        }
+    }
+
+    /// The mean stiffness of the own blocks of nodes (mN/mm) at `u`; `None` when an element is turned inside out.
+    pub(crate) fn own_stiffness<const N: usize, const Q: usize>(
+        &mut self,
+        model: &Model<N, Q>,
+        u: &[Vector],
+        nodes: impl Iterator<Item = u32>,
+    ) -> Option<Vec<f64>> {
+        model.stiffness(u, None, &self.pattern, &mut self.blocks)?;
+        nodes.map(|node| self.pattern.own_stiffness(node, &self.blocks)).collect()
+    }
+
     /// Makes the factor that of the exact stiffness of `model` at `u`, or of the shifted one.
     ///
     /// # Errors
@@ -160,7 +197,9 @@ impl Tangent {
         if model.stiffness(u, None, &self.pattern, &mut self.blocks).is_none() {
             return Ok(false);
         }
-        Ok(self.factorise_some(model, u)?.is_some())
+        let made = self.factorise_some(model, u)?;
+        self.shifted = made == Some(Stiffness::Shifted);
+        Ok(made.is_some())
     }
 
     /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the shifted one, first in the

@@ -10,8 +10,8 @@ use ndarray_npy::NpzReader;
 use std::fs::File;
 use std::sync::Arc;
 use supine_fem::{
-    Applicator, Body, Contact, Cut, Error, Info, Load, Params, RestState, SphereOnShaft, Tissue,
-    sensitivity, solve, unload,
+    Applicator, Body, Contact, Cut, Error, Info, Insertion, Load, Params, RestState, SphereOnShaft,
+    Tissue, sensitivity, solve, unload,
 };
 use supine_mesh::{BoundaryFace, BoundaryTag, Order, TetMesh};
 use supine_space::{BedPose, Point, Pose, Progress, Vector, sitting, supine};
@@ -276,7 +276,15 @@ fn attached(case: &Case, tolerance: f64) -> Applicator {
     let load = Load { ct: supine(), target: tilt() };
     let params = Params { order: case.order, tolerance, cut: Cut::Free, ..Params::default() };
     let body = Body::new(mesh.clone(), tissue);
-    Applicator::attach(&body, &load, &params, &SPHERE, Contact::Tied, Progress::none()).unwrap().0
+    Applicator::attach(
+        &body,
+        &load,
+        &params,
+        &Insertion::new(&SPHERE, Contact::Tied),
+        Progress::none(),
+    )
+    .unwrap()
+    .0
 }
 
 fn applied() -> [Case; 3] {

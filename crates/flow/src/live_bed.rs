@@ -1,13 +1,14 @@
 //! The breast on a table that is tilted while somebody looks on, and round an applicator: previews on a coarse mesh.
 
-use crate::nodes::{Fit, Import, Law, Mesh, Meshed, Moduli, Tissues, coarser, tissue_map};
+use crate::live_tissue::{Found, LiveMesh, LiveTissue, fits, law};
 use crate::session::{Request, Session, Watched};
-use crate::spec::{Case, Spec, StiffnessMap};
+use crate::spec::Spec;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_fem::{
-    Applicator, Body, Contact, Load, Params, Reaction, RigidBody, Shaft, SphereOnShaft, Tilt,
+    Applicator, Body, Contact, Insertion, Load, Params, Reaction, RigidBody, Shaft, SphereOnShaft,
+    Tilt,
 };
 use supine_mesh::{Deformation, Displacement, Edges, Located, Locator, Order, Split};
 use supine_space::{BedPose, Point, Pose, Progress, Vector, supine};
@@ -107,16 +108,6 @@ impl MadeOf {
     }
 }
 
-/// Whether the case asks for a fit to scans, and one is held.
-fn fits(session: &Session) -> bool {
-    session.case().fit_scans().is_some() && session.is_fresh(NodeId::Fit)
-}
-
-/// The tissue of a case on a level table.
-fn law(case: &Case) -> Law {
-    Law::under(case, Load { ct: supine(), target: supine() })
-}
-
 impl LiveBed {
     /// A preview of what is given now, on a level table. What it rests on is made in the session's lane that the request
     /// names, the preview itself in the live lane; not to be called from there.
@@ -124,37 +115,18 @@ impl LiveBed {
     /// # Errors
     /// When a stage or the solver fails, or the observer ends the work.
     pub fn new(session: &Session, request: &Request<'_>) -> Result<Self, Error> {
-        let input = session.get::<Import>(request)?;
-        let meshed = session.get::<Mesh>(request)?;
-        let moduli = session.get::<Moduli>(request)?;
-        // A fit takes long: without one that is held, the case's own values count.
-        let fit = match fits(session) {
-            true => Some(session.get::<Fit>(request)?),
-            false => None,
-        };
-        let fit = fit.as_ref().and_then(|fit| fit.tissue());
-        let tissues = match moduli.as_ref() {
-            Some(_) => Some(session.get::<Tissues>(request)?),
-            None => None,
-        };
-        let (made_of, spec, case) = (MadeOf::now(session)?, session.spec(), session.case());
-        let law = law(&case).fitted(fit);
+        let found = Found::new(session, request)?;
+        let (made_of, spec) = (MadeOf::now(session)?, session.spec());
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Solve, observer, failed };
         let progress = Progress::new(&watch);
         // What is got from the session waits for its lane, which may have one thread: it must not be waited for from there.
         session.on_live(|| {
-            let plain = Body::new(Arc::clone(&meshed.mesh), law.tissue());
-            let mesh = coarser(&plain, TETRAHEDRA, progress.part(0.0, 0.3))?.mesh;
-            let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
-            let moduli = moduli.as_ref().as_ref().zip(tissues).and_then(|(by, tissues)| {
-                tissue_map(&input, &tissues, by_labels).map(|map| by.on(&mesh, &map))
-            });
-            let coarse = Meshed { mesh, curved: None, facts: meshed.facts.clone() };
-            let body = law.body(&coarse, moduli.as_ref(), fit);
-            let params = Params { order: Order::Quadratic, ..law.solver() };
-            let (tilt, _) = Tilt::new(&body, &law.load(), &params, progress.part(0.3, 0.9))?;
-            let carrier = Carrier::new(Arc::clone(&input.ct), tilt.deformation()?)?;
+            let mesh = LiveMesh { tetrahedra: TETRAHEDRA, order: Order::Quadratic };
+            let LiveTissue { ct, body, params } = found.on(mesh, progress.part(0.0, 0.3))?;
+            let (tilt, _) =
+                Tilt::new(&body, &found.law().load(), &params, progress.part(0.3, 0.9))?;
+            let carrier = Carrier::new(ct, tilt.deformation()?)?;
             Ok(Self { made_of, spec, body, params, tilt, applicator: None, carrier })
         })
     }
@@ -208,10 +180,10 @@ impl LiveBed {
             there
         } else {
             let load = Load { ct: supine(), target: bed.gravity() };
-            let (rigid, contact) = (applied.body(), applied.contact());
+            let rigid = applied.body();
+            let insertion = Insertion::new(&rigid, applied.contact());
             let none = Progress::none();
-            let attached =
-                Applicator::attach(&self.body, &load, &self.params, &rigid, contact, none)?;
+            let attached = Applicator::attach(&self.body, &load, &self.params, &insertion, none)?;
             (attached.0, *applied, bed)
         };
         let step = held.0.step(pose);

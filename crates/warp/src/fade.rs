@@ -89,6 +89,13 @@ impl Fading {
         Self { mesh, edges, depths, cut_edge_mm }
     }
 
+    /// The largest displacement where the mesh is cut, mm; 0 where nothing is.
+    pub fn on_cut_mm(&self, displacement: &Displacement) -> f64 {
+        let depths = self.depths.iter().flatten().zip(displacement.values());
+        let on_cut = depths.filter(|(depth, _)| **depth < 1e-6);
+        on_cut.map(|(_, u)| u.norm()).fold(0.0, f64::max)
+    }
+
     /// As [`fade`]: u s(d / w) with s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the node in the CT shape to the
     /// nearest cut face, w = width.
     ///
@@ -105,12 +112,7 @@ impl Fading {
         let left_alone =
             Faded { deformation: deformation.clone(), width_mm: 0.0, warnings: Vec::new() };
         let Some(depths) = &self.depths else { return Ok(left_alone) };
-        let on_cut = depths
-            .iter()
-            .zip(displacement.values())
-            .filter(|(depth, _)| **depth < 1e-6)
-            .map(|(_, u)| u.norm())
-            .fold(0.0, f64::max);
+        let on_cut = self.on_cut_mm(displacement);
         let at_width = |width: f64| -> Result<Displacement, Error> {
             let values = displacement.values().iter().zip(depths);
             let values = values.map(|(u, depth)| u * share(depth / width)).collect();

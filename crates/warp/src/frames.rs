@@ -8,7 +8,7 @@ use crate::pieces::{Curve, Pieces};
 use crate::raster::SLAB;
 use crate::resample::Resampling;
 use crate::rules::Rules;
-use crate::{BODY_HU, Error, Params};
+use crate::{BODY_HU, Error, Params, undeformed};
 use rayon::prelude::*;
 use std::sync::Arc;
 use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
@@ -21,6 +21,8 @@ use supine_volume::Ct;
 #[derive(Debug)]
 pub struct Frames {
     ct: Arc<Ct>,
+    /// The CT on the grid of the frames, carried by nothing.
+    still: Arc<Ct>,
     mesh: Arc<TetMesh>,
     edges: Edges,
     params: Params,
@@ -35,23 +37,54 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Prepares `ct`, LPS, with `mesh` in it.
+    /// Prepares `ct`, LPS, with `mesh` in it; frames have its grid.
     ///
     /// # Errors
     /// When an axis of the CT cannot be sampled or a parameter is out of range.
     pub fn new(ct: Arc<Ct>, mesh: Arc<TetMesh>, params: &Params) -> Result<Self, Error> {
+        let still = Arc::clone(&ct);
+        Self::prepared(ct, still, mesh, params)
+    }
+
+    /// The same with frames on another grid, LPS, which may hold a part of the tissue alone; air where there is no CT.
+    ///
+    /// # Errors
+    /// When an axis of the CT or the grid cannot be sampled or a parameter is out of range.
+    pub fn onto(
+        ct: Arc<Ct>,
+        grid: &Grid,
+        mesh: Arc<TetMesh>,
+        params: &Params,
+    ) -> Result<Self, Error> {
+        params.check()?;
+        check_grid(grid)?;
+        let still = Arc::new(undeformed::onto(grid, &ct, params, Progress::none())?);
+        Self::prepared(ct, still, mesh, params)
+    }
+
+    fn prepared(
+        ct: Arc<Ct>,
+        still: Arc<Ct>,
+        mesh: Arc<TetMesh>,
+        params: &Params,
+    ) -> Result<Self, Error> {
         params.check()?;
         check_grid(ct.grid())?;
         let edges = Edges::new(&mesh);
-        let still = Displacement::zero(&mesh);
-        let curve = Curve { mesh: &mesh, edges: &edges, displacement: &still };
+        let zero = Displacement::zero(&mesh);
+        let curve = Curve { mesh: &mesh, edges: &edges, displacement: &zero };
         let pieces = Pieces::new(&curve, params.curve_tolerance_mm, Progress::none())?;
         let skin = Skin::new(&ct, &pieces, params.collar_mm);
         let collar = skin.collar(&pieces);
-        let map = Map::new([ct.grid(); 2], &pieces, &collar);
-        let resampling = resampling(&ct, ct.grid(), &map, params);
+        let map = Map::new([ct.grid(), still.grid()], &pieces, &collar);
+        let resampling = resampling(&ct, still.grid(), &map, params);
         let (params, written) = (params.clone(), Vec::new());
-        Ok(Self { ct, mesh, edges, params, pieces, skin, collar, map, resampling, written })
+        Ok(Self { ct, still, mesh, edges, params, pieces, skin, collar, map, resampling, written })
+    }
+
+    /// The frame of no displacement.
+    pub fn still(&self) -> &Arc<Ct> {
+        &self.still
     }
 
     /// The mesh in the CT.
@@ -64,7 +97,7 @@ impl Frames {
         &self.edges
     }
 
-    /// Makes `frame`, which holds the CT or the frame before, the CT carried by a deformation of the mesh.
+    /// Makes `frame`, which holds [`Frames::still`] or the frame before, the CT carried by a deformation of the mesh.
     ///
     /// The displacement is taken as it is: to let it fade towards the cut, give what [`crate::fade`] makes
     /// of it.
@@ -73,20 +106,20 @@ impl Frames {
     /// When it is one of another mesh.
     ///
     /// # Panics
-    /// When `frame` has another number of voxels than the CT.
+    /// When `frame` has another number of voxels than the grid of the frames.
     pub fn next(&mut self, deformation: &Deformation, frame: &mut Ct) -> Result<(), Error> {
         self.restore(frame);
         self.paint(deformation, frame)
     }
 
-    /// Makes `frame` the CT again.
+    /// Makes `frame` [`Frames::still`] again.
     ///
     /// # Panics
-    /// When `frame` has another number of voxels than the CT.
+    /// When `frame` has another number of voxels than the grid of the frames.
     pub fn restore(&mut self, frame: &mut Ct) {
-        let (source, out) = (self.ct.data(), frame.data_mut());
-        assert_eq!(source.len(), out.len(), "a frame has the voxels of the CT");
-        let [ni, nj, _] = self.ct.grid().size();
+        let (source, out) = (self.still.data(), frame.data_mut());
+        assert_eq!(source.len(), out.len(), "a frame has the voxels of its grid");
+        let [ni, nj, _] = self.still.grid().size();
         let slab = ni * nj * SLAB;
         let slabs = out.par_chunks_mut(slab).zip(source.par_chunks(slab)).enumerate();
         slabs.zip(&self.written).for_each(|((slab, (out, source)), written)| {
@@ -99,7 +132,7 @@ impl Frames {
         self.written.clear();
     }
 
-    /// Carries the CT in `frame`, which holds the CT.
+    /// Carries the CT in `frame`, which holds [`Frames::still`].
     ///
     /// # Errors
     /// When it is one of another mesh.
@@ -114,7 +147,7 @@ impl Frames {
     /// When it is one of another mesh.
     ///
     /// # Panics
-    /// When `frame` has another number of voxels than the CT.
+    /// When `frame` has another number of voxels than the grid of the frames.
     pub fn next_seen(
         &mut self,
         deformation: &Deformation,
@@ -135,11 +168,11 @@ impl Frames {
         displacement.check(&self.mesh)?;
         let same = self.follow(displacement)?;
         let collar = self.skin.collar(&self.pieces);
-        let grid = self.ct.grid();
+        let grid = self.still.grid();
         if same && collar.rest == self.collar.rest {
             self.map.deform(grid, &self.pieces, &collar);
         } else {
-            self.map = Map::new([grid; 2], &self.pieces, &collar);
+            self.map = Map::new([self.ct.grid(), grid], &self.pieces, &collar);
             self.resampling = resampling(&self.ct, grid, &self.map, &self.params);
         }
         self.collar = collar;

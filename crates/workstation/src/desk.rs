@@ -4,6 +4,7 @@ use crate::Error;
 use crate::bed::Previewed;
 use crate::beside::Beside;
 use crate::bytes::Voxels;
+use crate::follow::Following;
 use crate::job::Watching;
 use crate::lines::{Cuttable, Line};
 use crate::live::{KeptBed, Live};
@@ -34,6 +35,8 @@ pub(crate) struct Desk {
     /// What goes on beside the work.
     pub(crate) live: Live,
     pub(crate) kept_bed: KeptBed,
+    /// The navigation that is followed.
+    pub(crate) following: Following,
     told: watch::Sender<Arc<str>>,
     pub(crate) threads: usize,
     /// When and by which command the program began.
@@ -118,7 +121,8 @@ impl Desk {
         };
         let told = watch::Sender::new(text(&held.state));
         let (idle, live, kept_bed) = (Condvar::new(), Live::default(), KeptBed::default());
-        Ok(Arc::new(Self { held: Mutex::new(held), idle, live, kept_bed, told, threads, start }))
+        let (held, following) = (Mutex::new(held), Following::default());
+        Ok(Arc::new(Self { held, idle, live, kept_bed, following, told, threads, start }))
     }
 
     /// The state as JSON, now and after each change.
@@ -206,6 +210,7 @@ impl Desk {
     /// Ends all work, and waits for it.
     pub(crate) fn close(&self) {
         self.live.end();
+        self.leave();
         let mut held = self.held();
         held.closed = true;
         held.cancel.store(true, Ordering::SeqCst);

@@ -1,17 +1,23 @@
 //! The socket by which the page is told of each change.
 
 use crate::bed::{Applicator, Asked, Frames, Table};
+use crate::follow::Navigation;
 use crate::guard::is_same;
 use crate::routes::App;
 use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
 use serde::Deserialize;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
+use tokio::sync::watch;
+use tokio::time::{Instant, sleep_until};
 
 /// How long a socket may say nothing before it has said the token.
 const TOKEN_WITHIN: Duration = Duration::from_secs(10);
+/// Between two answers of a navigation: no screen shows more.
+const NAVIGATION_EVERY: Duration = Duration::from_micros(33_334);
 /// What the page says is short, bytes.
 const MOST: usize = 4096;
 
@@ -47,13 +53,18 @@ async fn serve(app: App, mut socket: WebSocket) {
     app.links.fetch_sub(1, Ordering::SeqCst);
 }
 
-/// Tells the newest state, and frames of the table, until the page goes. Never more than one is under way: what changes
+/// Tells the newest state, the newest of a navigation, and frames of the table, until the page goes. Never more than one is under way: what changes
 /// meanwhile is told at once after.
 async fn tell(app: &App, socket: &mut WebSocket) {
     let mut states = app.desk.watched();
     let frames = Frames::new(None);
     let mut pictures = frames.subscribe();
     states.mark_changed();
+    let mut navigations = app.desk.following.watched();
+    if navigations.borrow().is_on() {
+        navigations.mark_changed();
+    }
+    let mut after = Instant::now();
     loop {
         let message = tokio::select! {
             changed = states.changed() => match changed {
@@ -67,6 +78,14 @@ async fn tell(app: &App, socket: &mut WebSocket) {
                 let frame = pictures.borrow_and_update().clone();
                 frame.map(|frame| Message::Binary((*frame).clone().into()))
             }
+            newest = newest_after(&mut navigations, after) => match newest {
+                Some(navigation) => {
+                    after = Instant::now() + NAVIGATION_EVERY;
+                    let text = serde_json::to_string(&*navigation).unwrap_or_default();
+                    Some(Message::Text(format!("{{\"navigation\":{text}}}").into()))
+                }
+                None => return,
+            },
             said = socket.recv() => match said {
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(Message::Text(text))) => {
@@ -88,4 +107,14 @@ async fn tell(app: &App, socket: &mut WebSocket) {
             return;
         }
     }
+}
+
+/// The newest of a navigation, not before a time; nothing when there will be none.
+async fn newest_after(
+    navigations: &mut watch::Receiver<Arc<Navigation>>,
+    after: Instant,
+) -> Option<Arc<Navigation>> {
+    sleep_until(after).await;
+    navigations.changed().await.ok()?;
+    Some(Arc::clone(&navigations.borrow_and_update()))
 }

@@ -109,6 +109,8 @@ impl Desk {
             desk.drop_preview();
             desk.change(|held| {
                 held.clear();
+                // What was followed is of another patient.
+                desk.leave();
                 held.state.stages = stages(&session.case());
                 held.state.command = opened.command();
                 held.state.case = Some(shown_case(&session, &case));

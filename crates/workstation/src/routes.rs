@@ -3,7 +3,7 @@
 use crate::desk::Desk;
 use crate::edit::Way;
 use crate::guard::{Asked, Refusal, admit};
-use crate::{Error, link, open};
+use crate::{Error, follow, link, open};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
@@ -54,6 +54,8 @@ pub(crate) fn router(app: App) -> Router {
         .route("/api/dismiss", post(dismiss))
         .route("/api/tick", post(tick))
         .route("/api/send", post(send))
+        .route("/api/follow", post(follow_it))
+        .route("/api/leave", post(leave))
         .route("/api/log", get(log))
         .route("/api/volume/{id}/{key}", get(volume))
         .route("/api/surface/{part}/{key}", get(surface))
@@ -217,6 +219,15 @@ async fn tick(State(app): State<App>, body: Bytes) -> Told {
 
 async fn send(State(app): State<App>, body: Bytes) -> Told {
     told(app.desk.send(read(&body)?))
+}
+
+async fn follow_it(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.follow(&read::<follow::Asked>(&body)?))
+}
+
+async fn leave(State(app): State<App>) -> Told {
+    app.desk.leave();
+    told(Ok(()))
 }
 
 async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {

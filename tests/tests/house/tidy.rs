@@ -7,7 +7,7 @@ use supine_tests::{files_below, metadata, root};
 const LONGEST_FILE: usize = 600;
 
 /// Packages that may touch files or a clock; see docs/ARCHITECTURE.md.
-const EDGES: [&str; 10] = [
+const EDGES: [&str; 11] = [
     "supine-dicom",
     "supine-dicom-network",
     "supine-exchange",
@@ -17,6 +17,7 @@ const EDGES: [&str; 10] = [
     "supine-tests",
     "supine-benches",
     "xtask",
+    "supine-navigate",
     "supine-workstation",
 ];
 

@@ -38,7 +38,7 @@ pub(crate) use interval::{Interval, coarser};
 pub(crate) use labels_object::LabelsObject;
 pub(crate) use law::Law;
 pub(crate) use mesh::{Mesh, Meshed};
-pub(crate) use moduli::{Moduli, tissue_map};
+pub(crate) use moduli::{ByTissue, Moduli, tissue_map};
 pub(crate) use moved_objects::{Moved, MovedObjects};
 pub(crate) use objects::Objects;
 pub(crate) use pictures::Pictures;
@@ -52,7 +52,7 @@ pub(crate) use segment::{Segment, Segmented};
 pub(crate) use solve::{Solve, Solved};
 pub(crate) use source::Source;
 pub(crate) use structures::Structures;
-pub(crate) use tissues::Tissues;
+pub(crate) use tissues::{Labelled, Tissues};
 pub(crate) use tumour::Tumour;
 pub(crate) use warp::{Warp, beyond_field, warp_facts};
 

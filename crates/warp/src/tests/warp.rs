@@ -337,6 +337,30 @@ fn each_frame_is_as_if_it_were_the_only_one() {
     assert!(matches!(frames.next(&u, &mut Ct::clone(&ct)), Err(Error::Displacement(_))));
 }
 
+/// On a part of the space, finer or turned, frames are what each displacement gives there alone.
+#[test]
+fn frames_on_another_grid_are_warps_onto_it() {
+    let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);
+    let ct = Arc::new(ct());
+    let turn = Matrix::new(0.8, -0.6, 0.0, 0.6, 0.8, 0.0, 0.0, 0.0, 1.0);
+    for direction in [Matrix::identity(), turn] {
+        let spacing = Vector::repeat(0.8);
+        let grid = Grid::new([9, 8, 7], spacing, Point::new(1.0, 0.5, 1.5), direction).unwrap();
+        let params = Params { collar_mm: 2.0, ..no_fade() };
+        let mut frames = Frames::onto(ct.clone(), &grid, mesh.clone(), &params).unwrap();
+        let mut frame = Ct::clone(frames.still());
+        for share in [0.3, 1.0, 0.6] {
+            let u = moved(&mesh, Order::Linear, |p| bent(p) * share);
+            frames.next(&u, &mut frame).unwrap();
+            let (alone, _) = warp_onto(&grid, &ct, &u, &params, Progress::none()).unwrap();
+            assert_eq!(frame.data(), alone.data(), "{share}");
+        }
+        assert_ne!(frame.data(), frames.still().data());
+        frames.restore(&mut frame);
+        assert_eq!(frame.data(), frames.still().data());
+    }
+}
+
 /// Where planes are seen a frame is the whole one's, and the next whole frame is right everywhere.
 #[test]
 fn planes_that_are_seen_are_those_of_the_whole_frame() {

@@ -64,6 +64,12 @@ export const isIn = (state) => state.step === "bed" && state.previewOn && Boolea
 /** It is seen, in or not. @param {State} state */
 export const isSeen = (state) => state.step === "bed" && state.previewOn && state.applicator !== null;
 
+/** A tracker holds it: no hand moves it then. @param {State} state */
+export const isTracked = ({ step, applicator, navigation }) => step === "bed" && applicator !== null && navigation !== null
+  && navigation.phase !== "off" && navigation.answer !== null;
+/** It stands in the views, in the picture that is asked for or as an outline. @param {State} state */
+export const isShown = (state) => isIn(state) || (isTracked(state) && isSeen(state));
+
 /** What the last picture says of the applicator and the tumour. @param {State} state @returns {Load|null} */
 export const loadOf = (state) => (isIn(state) ? state.preview?.load ?? null : null);
 

@@ -84,6 +84,9 @@ export const run = (until) => send("run", { until });
 export const runInto = (dir, name) => send("run", { until: null, out: { dir, name } });
 /** To a DICOM node. @param {string} to @param {string|null} confirm words that were typed */
 export const sendTo = (to, confirm) => send("send", { to, confirm });
+/** A running navigation. @param {string} address */
+export const followAt = (address) => send("follow", { address });
+export const leave = () => send("leave");
 /** @param {string} id @param {boolean} on */
 export const tick = (id, on) => send("tick", { id, on });
 /** @param {string} dir @param {string} name */
@@ -182,6 +185,11 @@ let framed = () => {};
 /** Frames of the live picture go to one listener. @param {(frame: ArrayBuffer) => void} listener */
 export const followFrames = (listener) => { framed = listener; };
 
+/** @type {(told: import("./state.js").Navigation) => void} */
+let navigated = () => {};
+/** What a navigation says goes to one listener. @param {(told: import("./state.js").Navigation) => void} listener */
+export const followNavigation = (listener) => { navigated = listener; };
+
 /** Tells the server something by the socket, when there is one. @param {object} what */
 export const tell = (what) => open?.send(JSON.stringify(what));
 
@@ -196,6 +204,7 @@ function listen() {
     socket.onmessage = (event) => {
       if (event.data instanceof ArrayBuffer) return framed(event.data);
       const told = JSON.parse(event.data);
+      if (told.navigation) return navigated(told.navigation);
       if (!told.state) return;
       heard = true;
       open = socket;
@@ -204,7 +213,7 @@ function listen() {
     socket.onclose = () => {
       clearInterval(ping);
       open = null;
-      change({ socket: false });
+      change({ socket: false, navigation: null });
       done(heard);
     };
   });

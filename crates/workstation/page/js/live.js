@@ -1,5 +1,5 @@
 // The live picture of the turned bed, with or without an applicator: what is asked for, one frame at a time, and what comes.
-import { isIn, loadFrom, questionOf, takenOut } from "./applicator.js";
+import { isIn, isTracked, loadFrom, questionOf, takenOut } from "./applicator.js";
 import { clamp, nearest } from "./geometry.js";
 import { editNewest, followFrames, tell } from "./link.js";
 import { change, now, planes, viewOf } from "./state.js";
@@ -146,7 +146,8 @@ function settle(state) {
   const held = state.applicator?.inserted;
   if (!state.bed && !state.preview && !held) return;
   // Without the server's live lane, or while it makes a new mesh, the old picture says nothing.
-  if (state.preview && (!lane(state) || failed(state))) return change({ preview: null });
+  // With a tracker the next place may do.
+  if (state.preview && (!lane(state) || (failed(state) && !isTracked(state)))) return change({ preview: null });
   if (state.step !== "bed") change({ preview: null, bed: null, turning: false, carrying: false, applicator: takenOut(state.applicator) });
   else if (!state.previewOn) return state.bed || state.preview ? change({ preview: null, bed: null, turning: false }) : undefined;
   else if (!held && !state.turning && !sending && simulated(state)) change({ preview: null, bed: null, show: "deformed" });

@@ -4,6 +4,7 @@ import { makeHelp } from "./help.js";
 import { listenKeys } from "./keys.js";
 import { follow as followLink, takeToken } from "./link.js";
 import { followBed } from "./live.js";
+import { followTracker } from "./navigation.js";
 import { followPlanes } from "./planes.js";
 import { drawShell, makeHeader, speak, useTheme } from "./shell.js";
 import { change, follow, now, planes } from "./state.js";
@@ -65,6 +66,7 @@ function start() {
   follow(followCase);
   follow(followServer);
   follow(followSeeds);
+  follow(followTracker);
   follow(followBed);
   follow(followPlanes);
   follow((state, before) => {

@@ -19,9 +19,14 @@
 /** @typedef {{state: "none"|"preparing"|"ready"|"failed", share: number|null, message: string|null}} Ready */
 /** @typedef {Ready & {tetrahedra: number|null, final_mm: number|null}} PreviewBed */
 /** @typedef {{centre: Triple, axis: Triple, radius: number, shaft: number, contact: "tied"|"frictionless", shift: Triple, turn: Triple,
- *   inserted: boolean}} Applicator put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
+ *   inserted: boolean, tracked?: boolean}} Applicator `tracked`: where a tracker had it; put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
 /** @typedef {{force: number, moment: number, tumour: Triple|null, away: number|null, gap: number|null}} Load force in N, moment in
  *   N mm, the tumour's place now; how far its centre and its surface are from the applicator's surface, mm */
+/** @typedef {{state: "ok"|"predicted"|"stale", age_ms: number|null, within_mm: number|null, moved_mm: number|null, from_surface_mm: number|null,
+ *   from_axis_mm: number|null, force_n: number|null, solver_error_mm: number|null, tumour: Triple, radius_mm: number, rest: Triple|null,
+ *   centre: Triple, axis: Triple, stamp: number|null}} Answer of a navigation; `rest`: where the tumour is without the applicator */
+/** @typedef {{phase: "off"|"connecting"|"following"|"gone", address: string|null, answer: Answer|null, rate: number|null, status: string|null,
+ *   why: string|null, passed: number, passed_why: string|null}} Navigation */
 /** @typedef {{message: string, advice: string|null}} Problem */
 /** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, place_mm: Triple|null}} Warning */
 /** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null}} Figure */
@@ -96,6 +101,8 @@ const initial = {
   previewOn: true,
   /** @type {Applicator|null} null: the section is switched off */ applicator: null,
   /** The applicator is being dragged. */ carrying: false,
+  /** @type {Navigation|null} that is followed */ navigation: null,
+  /** The applicator of a navigation pushes the tissue in the slices, too. */ slicesFollow: true,
   /** The socket is open. */ socket: false,
   patch: -1,
   panning: false,

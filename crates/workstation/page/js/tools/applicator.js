@@ -1,6 +1,6 @@
 // The applicator by mouse: its sphere carries it, the square on its shaft turns it. It follows at once, the picture as fast as it comes.
 import { moveCrosshair } from "../actions.js";
-import { carryTo, turnTo, unit } from "../applicator.js";
+import { carryTo, isTracked, turnTo, unit } from "../applicator.js";
 import { along, dot, length, minus } from "../geometry.js";
 import { change, now } from "../state.js";
 import { heldIn } from "../views/applicator.js";
@@ -56,7 +56,7 @@ function turn(pane, { centre, axis }, mm) {
 
 /** @param {Pane} pane @param {Pair} at @returns {Drag|null} nothing when the applicator is not meant */
 export function beginApplicator(pane, at) {
-  const held = now().tool === "crosshair" ? heldIn(now(), pane) : null;
+  const held = now().tool === "crosshair" && !isTracked(now()) ? heldIn(now(), pane) : null;
   if (!held) return null;
   if (held.grip && away(at, held.grip.at) <= near) return turn(pane, held, held.grip.mm);
   return held.r > 0 && away(at, held.at) <= Math.max(held.r, near) ? carry(pane, held, at) : null;

@@ -1,6 +1,8 @@
 // The applicator in a slice: what the plane cuts of its sphere and shaft, its handles, and the tumour where it lies now.
-import { across, axisOf, centreOf, cross, grip, isSeen, loadOf, reach, tumourNow } from "../applicator.js";
+import { across, axisOf, centreOf, cross, grip, isSeen, isTracked, loadOf, reach, tumourNow } from "../applicator.js";
 import { along, clamp } from "../geometry.js";
+import { isRefused } from "../navigation.js";
+import { drawFollowed, followedTumour } from "./followed.js";
 import { depthOf, toScreenOf } from "./pane.js";
 import { colours, stroke, swell, write } from "./pen.js";
 import { patchedFor } from "./preview.js";
@@ -29,11 +31,12 @@ function gripOf(pane, centre, axis) {
   return Math.hypot(at[0] - from[0], at[1] - from[1]) < 18 ? null : { at, mm: share * grip };
 }
 
-/** The applicator as a view has it: only over the CT, in which the preview is drawn.
+/** The applicator as a view has it: over the CT, in which the preview is drawn; that of a tracker also over the breast on the table.
  * @param {State} state @param {Pane} pane @returns {Held|null} */
 export function heldIn(state, pane) {
   const one = state.applicator;
-  if (!one || !isSeen(state) || pane.held.grid.id !== "ct") return null;
+  const { id, simulated } = pane.held.grid;
+  if (!one || !isSeen(state) || !(id === "ct" || (simulated && isTracked(state)))) return null;
   const [centre, axis] = [centreOf(one), axisOf(one)];
   const square = one.radius ** 2 - depthOf(pane, centre) ** 2;
   return { centre, axis, at: toScreenOf(pane, centre), grip: gripOf(pane, centre, axis),
@@ -132,7 +135,10 @@ function drawTumour(pen, state, pane) {
 export function drawApplicator(pen, state, pane) {
   const held = heldIn(state, pane);
   if (!held || !state.applicator) return;
-  drawBody(pen, pane, held, state.applicator, loadOf(state) !== null && patchedFor(state, pane) !== null);
+  const followed = followedTumour(state);
+  const inside = loadOf(state) !== null && patchedFor(state, pane) !== null && followed?.state !== "stale" && !(followed && isRefused(state));
+  drawBody(pen, pane, held, state.applicator, inside);
+  if (followed) return drawFollowed(pen, pane, followed);
   drawTumour(pen, state, pane);
   drawHandles(pen, pane, held);
 }

@@ -1,9 +1,10 @@
 // Who plays in the 3D view: which of the server's surfaces are drawn, and how each kind looks.
-import { axisOf, centreOf, isIn, tumourNow } from "../applicator.js";
+import { axisOf, centreOf, isShown, tumourNow } from "../applicator.js";
 import { onTable } from "../live.js";
 import { shownVolume, tumourOf } from "../state.js";
 import { applicatorBody, ball } from "./bodies.js";
 import { pixelOf, veilOf } from "./blend.js";
+import { followedTumour } from "./followed.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("../state.js").Surface} Surface */
@@ -13,12 +14,12 @@ import { pixelOf, veilOf } from "./blend.js";
 const kinds = [["", [0, 0, 0]], ["skin", [236, 204, 190]], ["chest wall", [196, 84, 30]], ["cut", [150, 150, 255]], ["tumour", [255, 221, 51]],
   ["mesh", [190, 200, 215]], ["frames", [70, 84, 104]], ["crosshair", [255, 255, 255]], ["body", [150, 170, 195]],
   ["applicator", [168, 172, 180]], ["displacement", [0, 0, 0]], ["scan", [0, 0, 0]], ["scan elsewhere", [96, 98, 102]],
-  ["other", [150, 185, 170]]];
+  ["other", [150, 185, 170]], ["tumour, predicted", [255, 150, 20]], ["tumour, stale", [165, 165, 165]]];
 /** @param {string} kind */
 export const number = (kind) => kinds.findIndex(([name]) => name === kind);
 
 /** The name of a part, whichever shape it has. @param {string} part */
-export const baseOf = (part) => part.replace(/, (simulated|preview)$/, "");
+export const baseOf = (part) => part.replace(/, (simulated|preview|predicted|stale)$/, "");
 
 /** @param {string} part @param {Surface} surface */
 export function kindOf(part, { kind }) {
@@ -26,7 +27,7 @@ export function kindOf(part, { kind }) {
   if (kind === "points") return "scan";
   if (kind === "arrows") return "displacement";
   if (base === "wall") return "chest wall";
-  return number(base) > 0 ? base : "other";
+  return [part, base].find((name) => number(name) > 0) ?? "other";
 }
 
 /** Colours along a scale, which also differ in brightness where they can. @type {Record<string, Triple[]>} */
@@ -80,28 +81,37 @@ function shades() {
 }
 
 /** @type {import("./blend.js").Looks} */
-export const looks = {
+const looks = {
   shades: shades(), ground: pixelOf(ground), tumour: pixelOf([255, 221, 51]), cut: pixelOf([150, 150, 255]),
   skin: veilOf([255, 232, 220], 0.4, 0.97, 1.2),
   body: veilOf([176, 194, 216], 0.08, 0.6, 2),
 };
 
 /** The body where there is no mesh yet: it is all there is to see. */
-export const aloneBody = veilOf([206, 220, 238], 0.42, 0.98, 1.1);
+const aloneBody = veilOf([206, 220, 238], 0.42, 0.98, 1.1);
+
+/** The outline of the tumour tells how good its place is, too. @param {State} state @param {boolean} mesh skin or chest wall is drawn
+ * @returns {import("./blend.js").Looks} */
+export function looksOf(state, mesh) {
+  const followed = followedTumour(state)?.state ?? "ok";
+  const tumour = followed === "ok" ? looks.tumour : pixelOf(kinds[number(`tumour, ${followed}`)][1]);
+  return { ...looks, tumour, body: mesh ? looks.body : aloneBody };
+}
 
 /** The shape that is drawn: that of the volume shown, when the server has it, and with an applicator that on the table. @param {State} state @returns {"ct"|"deformed"} */
 export function shapeOf(state) {
   const has = Object.values(state.surfaces).some(({ shape }) => shape === "deformed");
-  return has && (shownVolume(state)?.grid.simulated || (isIn(state) && onTable(state))) ? "deformed" : "ct";
+  return has && (shownVolume(state)?.grid.simulated || (isShown(state) && onTable(state))) ? "deformed" : "ct";
 }
 
 /** The applicator, and the tumour where it has been pushed to. @param {State} state @param {[string, Surface][]} all @returns {[string, Surface][]} */
 function withApplicator(state, all) {
   const one = state.applicator;
   if (!one) return all;
-  const tumour = tumourNow(state);
+  const followed = followedTumour(state);
+  const tumour = followed ?? tumourNow(state);
   const rest = tumour ? all.filter(([part]) => baseOf(part) !== "tumour") : all;
-  if (tumour) rest.push(["tumour", ball(tumour)]);
+  if (tumour) rest.push([followed && followed.state !== "ok" ? `tumour, ${followed.state}` : "tumour", ball(tumour)]);
   return [...rest, ["applicator, preview", applicatorBody(centreOf(one), axisOf(one), one.radius, one.shaft)]];
 }
 
@@ -113,7 +123,7 @@ export function partsOf(state) {
     && !(shape === "ct" && baseOf(part) === "tumour"));
   const tumour = shape === "ct" ? tumourOf(state) : null;
   if (tumour) all.push(["tumour", ball(tumour)]);
-  return isIn(state) ? withApplicator(state, all) : all;
+  return isShown(state) ? withApplicator(state, all) : all;
 }
 
 /** @param {State} state */

@@ -1,7 +1,8 @@
 // What is written over the 3D view: the patient's directions, scales with their numbers, and which shape it is.
-import { isIn } from "../applicator.js";
+import { isShown } from "../applicator.js";
 import { shownVolume } from "../state.js";
 import { drawnParts, kindOf, rampColour, scaleEnd, shapeOf } from "./cast.js";
+import { followedColour, followedTumour, followedWord } from "./followed.js";
 import { colours, letter, write } from "./pen.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -82,7 +83,11 @@ export function dressScene(pen, state, eye, box, some) {
   const simulated = some && shapeOf(state) === "deformed";
   pen.font = `${size * 0.88}px system-ui, sans-serif`;
   write(pen, !some ? "3D" : simulated ? "3D \u00b7 on the operating table" : "3D \u00b7 as in the CT", 8, size * 1.2, "left");
-  if (isIn(state)) return markPreview(pen, box, some, simulated);
+  if (isShown(state)) {
+    const followed = followedTumour(state);
+    if (followed) write(pen, followedWord(followed), 8, size * 2.5, "left", followedColour(followed));
+    return markPreview(pen, box, some, simulated);
+  }
   if (!simulated) return;
   const old = shownVolume(state)?.grid.fresh === false;
   const colour = old ? colours.old : colours.simulated;

@@ -7,9 +7,10 @@ import { linesIn } from "../planes.js";
 import { drawApplicator } from "./applicator.js";
 import { comparedWith, otherPane } from "./compare.js";
 import { drawContours } from "./contours.js";
+import { followedTumour } from "./followed.js";
 import { outlinePaths } from "./lines.js";
 import { depthOf, toScreenOf } from "./pane.js";
-import { colours, letter, stroke, swell, write } from "./pen.js";
+import { colours, drawBar, letter, stroke, swell, write } from "./pen.js";
 import { patchedFor, previewAt, previewWord } from "./preview.js";
 import { drawBrush, drawSeeds } from "./strokes.js";
 import { labelColour } from "./voxels.js";
@@ -80,7 +81,8 @@ function drawSpheres(pen, state, pane) {
   if (region) drawSphere(pen, pane, region, colours.region, [2, 5]);
   // In the deformed CT this is where the tumour was, not where it is.
   const moved = pane.held.grid.simulated || patchedFor(state, pane);
-  if (tumour) drawSphere(pen, pane, tumour, colours.tumour, moved ? [6, 5] : []);
+  // Beside the place that a navigation has it would be a second one.
+  if (tumour && !followedTumour(state)) drawSphere(pen, pane, tumour, colours.tumour, moved ? [6, 5] : []);
   drawHandles(pen, state, pane);
   const patch = state.server?.patches[state.patch];
   if (patch) {
@@ -121,21 +123,6 @@ function drawRuler(pen, state, pane) {
     }
   });
   write(pen, `${fixed(length(minus(ruler.to, ruler.from)))} mm`, c + 8, d - 8, "left", colours.ruler);
-}
-
-/** A bar of a round length, a fifth of the pane at most. @param {Pen} pen @param {Pane} pane @param {number} size */
-function drawBar(pen, pane, size) {
-  const [width, height] = pane.box;
-  const bar = [100, 50, 20, 10, 5, 2, 1].find((mm) => mm * pane.frame.scale < width / 4) ?? 1;
-  const [end, level] = [width - 10, height - 10];
-  const start = end - bar * pane.frame.scale;
-  stroke(pen, colours.text, 1.6 * swell(), [], () => {
-    pen.moveTo(start, level - 4);
-    pen.lineTo(start, level);
-    pen.lineTo(end, level);
-    pen.lineTo(end, level - 4);
-  });
-  write(pen, `${bar} mm`, (start + end) / 2, level - 6 - size * 0.1, "center");
 }
 
 /** The word and the frame that keep a picture from being taken for the patient's present CT; `dashes` null: no frame.

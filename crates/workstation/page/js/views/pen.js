@@ -52,3 +52,17 @@ export function write(pen, text, x, y, align, colour = colours.text) {
   pen.fillText(text, x, y);
 }
 
+/** A bar of a round length, a fifth of the pane at most. @param {Pen} pen @param {import("./pane.js").Pane} pane @param {number} size */
+export function drawBar(pen, pane, size) {
+  const [width, height] = pane.box;
+  const bar = [100, 50, 20, 10, 5, 2, 1].find((mm) => mm * pane.frame.scale < width / 4) ?? 1;
+  const [end, level] = [width - 10, height - 10];
+  const start = end - bar * pane.frame.scale;
+  stroke(pen, colours.text, 1.6 * swell(), [], () => {
+    pen.moveTo(start, level - 4);
+    pen.lineTo(start, level);
+    pen.lineTo(end, level);
+    pen.lineTo(end, level - 4);
+  });
+  write(pen, `${bar} mm`, (start + end) / 2, level - 6 - size * 0.1, "center");
+}

@@ -1,6 +1,8 @@
 // The live picture in a slice: a piece of the CT's plane with other values.
+import { isTracked } from "../applicator.js";
 import { fixed } from "../dom.js";
 import { planeOf } from "../geometry.js";
+import { isRefused } from "../navigation.js";
 
 /** @typedef {import("./pane.js").Pane} Pane */
 /** @typedef {import("../state.js").State} State */
@@ -30,7 +32,8 @@ export function previewWord(state, pane) {
   const { preview } = state;
   if (!preview || pane.held.grid.id !== "ct") return null;
   if (!patchedFor(state, pane)) return { word: "CT \u00b7 preview follows", framed: false };
-  return { word: "PREVIEW", note: `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0${preview.load ? " \u00b7 applicator" : ""}`, framed: true };
+  const late = isTracked(state) && isRefused(state) ? " \u00b7 does not follow" : "";
+  return { word: "PREVIEW", note: `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0${preview.load ? " \u00b7 applicator" : ""}${late}`, framed: true };
 }
 
 /** The value of the live picture at a voxel of the CT; undefined where no plane of it is, null where it is as in the CT.

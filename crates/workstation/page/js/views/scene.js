@@ -1,7 +1,7 @@
 // The 3D view: the surfaces of the shape that is shown, the frames of the three slices, the crosshair. Turned by a drag; a
 // click is a place.
 import { goTo, toggleLarge, turnScene, zoom } from "../actions.js";
-import { carryTo, centreOf, isIn } from "../applicator.js";
+import { carryTo, centreOf, isIn, isTracked } from "../applicator.js";
 import { element, say } from "../dom.js";
 import { along } from "../geometry.js";
 import { change, now, shownVolume } from "../state.js";
@@ -17,7 +17,7 @@ import { hasBodies, madeOf, makePainter } from "./stage.js";
 /** What a drag moves the applicator by, when it begins on it. @param {Grasp} grasp @param {number} x @param {number} y */
 function beginCarry(grasp, x, y) {
   const one = now().applicator;
-  const way = isIn(now()) ? grasp(x, y) : null;
+  const way = isIn(now()) && !isTracked(now()) ? grasp(x, y) : null;
   return one && way ? (/** @type {number} */ dx, /** @type {number} */ dy) => carryTo(along(centreOf(one), way(dx, dy), 1)) : null;
 }
 

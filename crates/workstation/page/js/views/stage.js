@@ -1,10 +1,11 @@
 // The painter of the 3D view: its bodies are drawn when something of them changes, the guides at every step.
-import { isIn, loadOf } from "../applicator.js";
+import { isShown, isTracked, loadOf } from "../applicator.js";
 import { clamp, nearest, toPlace } from "../geometry.js";
 import { planes, shownVolume, tumourOf, turnOf, viewOf } from "../state.js";
 import { compose } from "./blend.js";
 import { edgesOf, eyeOf, frontOf, lit, normalsOf, project, sliceFrame, spanOf, unproject } from "./bodies.js";
-import { aloneBody, baseOf, drawnParts, kindOf, looks, number, scaleEnd, shapeOf } from "./cast.js";
+import { baseOf, drawnParts, kindOf, looksOf, number, scaleEnd, shapeOf } from "./cast.js";
+import { followedTumour } from "./followed.js";
 import { clearLayer, copyLayer, drawDots, drawLines, fillTriangles, makeLayer } from "./raster.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -21,9 +22,12 @@ const most = 800_000;
 /** How large a point of a scan is, mm. */
 const dotSize = 2.5;
 
+/** A tracker moves the applicator. @param {State} state */
+const isLed = (state) => isTracked(state) && state.navigation?.answer?.state !== "stale";
+
 /** Half as fine while something moves. @param {State} state @param {[number, number]} box */
 function finenessOf(state, box) {
-  const wanted = state.scene.moving || state.draft || state.carrying ? 0.5 : window.devicePixelRatio || 1;
+  const wanted = state.scene.moving || state.draft || state.carrying || isLed(state) ? 0.5 : window.devicePixelRatio || 1;
   return Math.min(wanted, Math.sqrt(most / (box[0] * box[1])));
 }
 
@@ -114,7 +118,7 @@ function drawSolid(drawn, kind, surface) {
   const points = { ...project(eye, surface.points), ...lit(eye, normals) };
   // Only the body is large enough for its far side to cost time, and it is closed.
   fillTriangles(veil ?? bodies, points, surface.triangles, number(kind), kind === "body" ? frontOf(surface) : 0);
-  if (kind === "tumour") fillTriangles(tumour, points, surface.triangles, number(kind));
+  if (baseOf(kind) === "tumour") fillTriangles(tumour, points, surface.triangles, number(kind));
 }
 
 /** @param {State} state @param {Drawn} drawn */
@@ -134,7 +138,7 @@ function drawSurfaces(state, drawn) {
 /** What the bodies are made of: turning over slices does not draw them anew. @param {State} state */
 export const madeOf = (state) => JSON.stringify([Object.entries(state.surfaces).map(([part, { key }]) => [part, key]), state.hiddenParts,
   shapeOf(state), state.scene, turnOf(state), tumourOf(state), Boolean(state.draft), state.boxes["3d"], shownVolume(state)?.grid.key, window.devicePixelRatio,
-  isIn(state) && [state.applicator, loadOf(state)?.tumour, state.carrying]]);
+  isShown(state) && [state.applicator, loadOf(state)?.tumour, state.carrying, followedTumour(state)]]);
 
 /** @param {number} width @param {number} height @param {number} fine @returns {Drawn} */
 function makeDrawn(width, height, fine) {
@@ -177,7 +181,7 @@ export function makePainter(canvas) {
     made = key;
     copyLayer(drawn.solid, drawn.bodies);
     drawGuides(state, drawn, span);
-    compose(new Uint32Array(picture.data.buffer), drawn, hasMesh(state) ? looks : { ...looks, body: aloneBody });
+    compose(new Uint32Array(picture.data.buffer), drawn, looksOf(state, hasMesh(state)));
     pen.putImageData(picture, 0, 0);
     return drawn.eye;
   };

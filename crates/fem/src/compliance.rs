@@ -1,0 +1,178 @@
+//! How tissue gives way to forces at the nodes near a rigid body.
+
+use crate::analysis::OutOfMemory;
+use crate::pairs::Pairs;
+use crate::pattern::{Pattern, Plane};
+use crate::site::Site;
+use crate::tangent::Tangent;
+use crate::wall::Press;
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+use supine_space::Vector;
+
+/// Springs at pressed nodes over the mean stiffness of the nodes themselves.
+const PROP: f64 = 1.0;
+
+/// A factor of the tissue's stiffness without contact, and its inverse between the nodes in reach.
+pub(crate) struct Compliance {
+    tangent: Tangent,
+    pattern: Arc<Pattern>,
+    /// Displacement at which it was made, mm.
+    pub(crate) u: Vec<Vector>,
+    /// The nodes in reach, in rising order.
+    pub(crate) nodes: Vec<u32>,
+    /// Where their unknowns begin.
+    rows: Vec<usize>,
+    /// Displacement per force between them, three rows and columns each, mm/mN.
+    between: DMatrix<f64>,
+    /// Springs that hold the nodes that were pressed, along the normals.
+    props: Vec<Plane>,
+    /// What corrections have taught since.
+    pub(crate) pairs: Pairs,
+}
+
+impl Compliance {
+    /// At displacement `u` (mm) between `nodes`, which are free and in rising order; `None` when the stiffness
+    /// there has no factor.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn new<const N: usize, const Q: usize>(
+        site: &Site<N, Q>,
+        u: &[Vector],
+        nodes: Vec<u32>,
+        (presses, spare): (&[Press], Option<Tangent>),
+    ) -> Result<Option<Self>, OutOfMemory> {
+        let pattern = site.pattern.clone();
+        let mut tangent = match spare {
+            Some(tangent) => tangent,
+            None => Tangent::new(&pattern)?,
+        };
+        let pressed = presses.iter().map(|press| press.node);
+        let Some(own) = tangent.own_stiffness(&site.model, u, pressed) else { return Ok(None) };
+        let prop = |(press, own): (&Press, f64)| {
+            let (node, normal, spring) = (press.node, press.normal, PROP * own);
+            Plane { node, normal, stiffness: normal * normal.transpose() * spring }
+        };
+        let props: Vec<Plane> = presses.iter().zip(own).map(prop).collect();
+        if !tangent.renew(&site.model.propped(props.clone()), u)? {
+            return Ok(None);
+        }
+        let rows: Vec<usize> = nodes.iter().filter_map(|n| pattern.row(*n)).collect();
+        if rows.len() != nodes.len() {
+            return Ok(None);
+        }
+        let Some(between) = tangent.compliance(&rows)? else { return Ok(None) };
+        let (u, pairs) = (u.to_vec(), Pairs::default());
+        Ok(Some(Self { tangent, pattern, u, nodes, rows, between, pairs, props }))
+    }
+
+    /// The forces (mN) of the springs after a step of the unknowns (mm), node by node.
+    pub(crate) fn prop_forces(&self, step: &[f64]) -> Vec<(u32, Vector)> {
+        let force = |prop: &Plane| {
+            let row = self.pattern.row(prop.node)?;
+            let moved = Vector::new(step[row], step[row + 1], step[row + 2]);
+            Some((prop.node, prop.stiffness * moved))
+        };
+        self.props.iter().filter_map(force).collect()
+    }
+
+    /// How far the tissue has moved since, mm.
+    pub(crate) fn age_mm(&self, u: &[Vector]) -> f64 {
+        u.iter().zip(&self.u).map(|(u, old)| (u - old).norm()).fold(0.0, f64::max)
+    }
+
+    /// Whether it is that of a stiffer body than the tissue.
+    pub(crate) fn is_stiffer(&self) -> bool {
+        self.tangent.is_shifted()
+    }
+
+    /// The room of its factor.
+    pub(crate) fn into_tangent(self) -> Tangent {
+        self.tangent
+    }
+
+    /// Replaces forces on all unknowns (mN) by what the factor makes of them (mm).
+    pub(crate) fn undo(&mut self, forces: &mut [f64]) -> bool {
+        self.tangent.apply_factor(forces)
+    }
+
+    /// The values of the nodes in reach.
+    pub(crate) fn local(&self, all: &[f64]) -> DVector<f64> {
+        let own = self.rows.iter().flat_map(|&row| [all[row], all[row + 1], all[row + 2]]);
+        DVector::from_iterator(3 * self.rows.len(), own)
+    }
+
+    /// Values of the nodes in reach among zeros.
+    pub(crate) fn spread(&self, local: &DVector<f64>) -> Vec<f64> {
+        let mut all = vec![0.0; self.pattern.unknowns()];
+        for (k, &row) in self.rows.iter().enumerate() {
+            (0..3).for_each(|axis| all[row + axis] = local[3 * k + axis]);
+        }
+        all
+    }
+
+    /// The same with what was learnt, for the time of a correction.
+    pub(crate) fn learnt(&self) -> Learnt<'_> {
+        Learnt { between: &self.between, w: self.pairs.local(&self.rows), pairs: &self.pairs }
+    }
+}
+
+/// The inverse between the nodes in reach with the pairs: C + W M Wᵀ.
+pub(crate) struct Learnt<'a> {
+    between: &'a DMatrix<f64>,
+    w: DMatrix<f64>,
+    pairs: &'a Pairs,
+}
+
+impl Learnt<'_> {
+    /// Displacement (mm) by forces at the nodes in reach (mN).
+    pub(crate) fn motion(&self, forces: &DVector<f64>) -> DVector<f64> {
+        let mut motion = DVector::zeros(forces.len());
+        for (column, force) in self.between.column_iter().zip(forces.iter()) {
+            if *force != 0.0 {
+                motion.axpy(*force, &column, 1.0);
+            }
+        }
+        if self.w.ncols() > 0 {
+            let parts = self.pairs.middle() * self.w.tr_mul(forces);
+            motion.gemv(1.0, &self.w, &parts, 1.0);
+        }
+        motion
+    }
+
+    /// The same between directions at nodes: Nᵀ (C + W M Wᵀ) N, mm/mN; `directions` are unit vectors at places
+    /// in the list of the nodes in reach.
+    pub(crate) fn across(&self, directions: &[(usize, Vector)]) -> DMatrix<f64> {
+        let n = directions.len();
+        let mut found = DMatrix::zeros(n, n);
+        let mut way = vec![0.0; self.between.nrows()];
+        for (k, (at, normal)) in directions.iter().enumerate() {
+            way.fill(0.0);
+            for axis in 0..3 {
+                let column = self.between.column(3 * at + axis);
+                way.iter_mut().zip(column.iter()).for_each(|(w, c)| *w += normal[axis] * c);
+            }
+            for (i, (own, direction)) in directions.iter().enumerate().take(k + 1) {
+                let w = &way[3 * own..3 * own + 3];
+                found[(i, k)] = direction.x * w[0] + direction.y * w[1] + direction.z * w[2];
+            }
+        }
+        let columns = self.w.ncols();
+        if columns > 0 {
+            let along = |i: usize, k: usize| {
+                let (at, normal) = &directions[i];
+                (0..3).map(|axis| normal[axis] * self.w[(3 * at + axis, k)]).sum()
+            };
+            let own = DMatrix::from_fn(n, columns, along);
+            let more = &own * self.pairs.middle() * own.transpose();
+            for k in 0..n {
+                for i in 0..=k {
+                    found[(i, k)] += 0.5 * (more[(i, k)] + more[(k, i)]);
+                }
+            }
+        }
+        found.fill_lower_triangle_with_upper_triangle();
+        found
+    }
+}

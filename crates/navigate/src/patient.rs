@@ -1,0 +1,143 @@
+//! The patient of a finished run, on the operating table.
+
+use crate::Error;
+use crate::answer::Certainty;
+use crate::follower::{Follower, Plan};
+use crate::region::LiveRegion;
+use crate::settings::Settings;
+use crate::tool::facing;
+use std::path::Path;
+use std::sync::Arc;
+use supine_fem::{Load, Shaft, SphereOnShaft};
+use supine_flow::{FinishedRun, LiveTissue, Observer, Request, RunFolder, Session, Spec};
+use supine_mesh::BoundaryTag;
+use supine_space::{Point, Pose, Progress, Sphere, Vector};
+
+/// The way in is wider than the shaft by this, mm: an incision is held open.
+const WAY_IN_MM: f64 = 6.0;
+
+/// What a run knows of the patient, and the tissue for live work.
+#[derive(Debug)]
+pub struct Patient {
+    tissue: LiveTissue,
+    load: Load,
+    /// In the CT, LPS, mm.
+    tumour: Sphere,
+    /// Its centre on the table, LPS, mm.
+    on_table: Point,
+    within_mm: Option<f64>,
+    /// From the tumour to the nearest skin, in the CT.
+    outwards: Vector,
+}
+
+impl Patient {
+    /// Opens a finished run; nothing of it is changed.
+    ///
+    /// # Errors
+    /// When there is none, when its inputs or the methods are others than then, or the observer ends the work.
+    pub fn open(
+        run: &Path,
+        settings: &Settings,
+        threads: usize,
+        observer: &dyn Observer,
+    ) -> Result<Self, Error> {
+        let finished = FinishedRun::open(run)?;
+        let spec = Spec::read(&run.join("summary.json")).map_err(supine_flow::Error::from)?;
+        let session = Session::new(spec, threads)?;
+        if !finished.is_of(&session)? {
+            return Err(Error::OtherRun { path: run.into() });
+        }
+        session.keep_in(Some(RunFolder::open(run)?))?;
+        let request = Request { observer, ..Request::default() };
+        let tissue = LiveTissue::new(&session, &request, settings.mesh())?;
+        let moved = session.tumour(&request)?;
+        let interval = session.tumour_interval(&request)?;
+        let tumour = session.tumour_sphere().ok_or(Error::NoTarget)?;
+        let outwards = outwards(&tissue, &tumour.centre()).ok_or(Error::NoDirection)?;
+        Ok(Self {
+            tissue,
+            load: LiveTissue::load(&session)?,
+            tumour,
+            on_table: moved.after_mm.into(),
+            within_mm: interval.map(|interval| interval.within_mm),
+            outwards,
+        })
+    }
+
+    /// Tetrahedra of the mesh.
+    pub fn tetrahedra(&self) -> usize {
+        self.tissue.body.mesh.tets().len()
+    }
+
+    /// Radius of the tumour, mm.
+    pub fn tumour_radius_mm(&self) -> f64 {
+        self.tumour.radius()
+    }
+
+    /// The tumour's centre on the table, LPS, mm.
+    pub fn tumour_on_table(&self) -> Point {
+        self.on_table
+    }
+
+    /// How sure that is; `registration_mm`: expected target registration error.
+    pub fn certainty(&self, registration_mm: f64) -> Certainty {
+        Certainty { tissue_mm: self.within_mm, registration_mm }
+    }
+
+    /// Where the applicator is planned.
+    ///
+    /// # Errors
+    /// When the direction of the shaft has no length.
+    pub fn placed(&self, settings: &Settings) -> Result<Pose, Error> {
+        let from = settings.from.map_or(self.outwards, Vector::from);
+        let rotation = facing(&from).ok_or(Error::NoDirection)?;
+        let beside = match settings.cavity_mm {
+            Some(_) => 0.0,
+            None => self.tumour.radius() + settings.radius_mm,
+        };
+        let own = self.on_table + from.normalize() * beside;
+        let centre = settings.at_mm.map_or(own, Point::from);
+        Ok(Pose::from_parts(centre.into(), rotation))
+    }
+
+    /// What was cut out, in the CT: the tumour with so much around it, and a way in from the skin.
+    fn cavity(&self, settings: &Settings) -> Option<SphereOnShaft> {
+        let radius_mm = self.tumour.radius() + settings.cavity_mm?;
+        let wide = (settings.shaft_radius_mm + WAY_IN_MM).min(radius_mm);
+        let way = Shaft { direction: self.outwards, radius_mm: wide, length_mm: settings.shaft_mm };
+        Some(SphereOnShaft { centre: self.tumour.centre(), radius_mm, shaft: Some(way) })
+    }
+
+    /// The tissue with the applicator at its planned place.
+    ///
+    /// # Errors
+    /// As [`Follower::new`].
+    pub fn follower(&self, settings: &Settings, progress: Progress<'_>) -> Result<Follower, Error> {
+        let plan = Plan {
+            tool: settings.tool(),
+            placed: self.placed(settings)?,
+            contact: settings.contact(),
+            cavity: self.cavity(settings),
+            renewal: settings.renewal(),
+        };
+        let LiveTissue { body, params, .. } = &self.tissue;
+        Follower::new(body, &self.load, params, plan, &self.tumour.centre(), progress)
+    }
+
+    /// The CT around the tumour on the table.
+    ///
+    /// # Errors
+    /// When the CT cannot be sampled.
+    pub fn region(&self) -> Result<LiveRegion, Error> {
+        let mesh = Arc::clone(&self.tissue.body.mesh);
+        LiveRegion::new(Arc::clone(&self.tissue.ct), mesh, &self.on_table)
+    }
+}
+
+/// From a place in the tissue to the nearest point of the skin.
+fn outwards(tissue: &LiveTissue, place: &Point) -> Option<Vector> {
+    let mesh = &tissue.body.mesh;
+    let skin = mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
+    let points = skin.flat_map(|face| face.points).map(|p| mesh.points()[p as usize] - place);
+    points.min_by(|a, b| a.norm().total_cmp(&b.norm()))?.try_normalize(1e-6)
+}
