@@ -92,7 +92,7 @@ impl Job<'_> {
         let memory = |_: OutOfMemory| Error::Memory { unknowns };
         let mut place = Place { pose: Pose::identity(), u };
         let nodes = wall.reach(&place.u, &[], (Target::at(&place.pose), wall.margin_mm));
-        let compliance = Compliance::new(&site, &place.u, nodes, (&[], None))
+        let compliance = Compliance::new(&site, &place.u, nodes, None)
             .map_err(memory)?
             .ok_or(Error::Singular)?;
         let mut pressing = Pressing::new(wall, compliance);

@@ -2,16 +2,12 @@
 
 use crate::analysis::OutOfMemory;
 use crate::pairs::Pairs;
-use crate::pattern::{Pattern, Plane};
+use crate::pattern::Pattern;
 use crate::site::Site;
 use crate::tangent::Tangent;
-use crate::wall::Press;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 use supine_space::Vector;
-
-/// Springs at pressed nodes over the mean stiffness of the nodes themselves.
-const PROP: f64 = 1.0;
 
 /// A factor of the tissue's stiffness without contact, and its inverse between the nodes in reach.
 pub(crate) struct Compliance {
@@ -25,8 +21,6 @@ pub(crate) struct Compliance {
     rows: Vec<usize>,
     /// Displacement per force between them, three rows and columns each, mm/mN.
     between: DMatrix<f64>,
-    /// Springs that hold the nodes that were pressed, along the normals.
-    props: Vec<Plane>,
     /// What corrections have taught since.
     pub(crate) pairs: Pairs,
 }
@@ -41,21 +35,14 @@ impl Compliance {
         site: &Site<N, Q>,
         u: &[Vector],
         nodes: Vec<u32>,
-        (presses, spare): (&[Press], Option<Tangent>),
+        spare: Option<Tangent>,
     ) -> Result<Option<Self>, OutOfMemory> {
         let pattern = site.pattern.clone();
         let mut tangent = match spare {
             Some(tangent) => tangent,
             None => Tangent::new(&pattern)?,
         };
-        let pressed = presses.iter().map(|press| press.node);
-        let Some(own) = tangent.own_stiffness(&site.model, u, pressed) else { return Ok(None) };
-        let prop = |(press, own): (&Press, f64)| {
-            let (node, normal, spring) = (press.node, press.normal, PROP * own);
-            Plane { node, normal, stiffness: normal * normal.transpose() * spring }
-        };
-        let props: Vec<Plane> = presses.iter().zip(own).map(prop).collect();
-        if !tangent.renew(&site.model.propped(props.clone()), u)? {
+        if !tangent.renew(&site.model, u)? {
             return Ok(None);
         }
         let rows: Vec<usize> = nodes.iter().filter_map(|n| pattern.row(*n)).collect();
@@ -64,17 +51,7 @@ impl Compliance {
         }
         let Some(between) = tangent.compliance(&rows)? else { return Ok(None) };
         let (u, pairs) = (u.to_vec(), Pairs::default());
-        Ok(Some(Self { tangent, pattern, u, nodes, rows, between, pairs, props }))
-    }
-
-    /// The forces (mN) of the springs after a step of the unknowns (mm), node by node.
-    pub(crate) fn prop_forces(&self, step: &[f64]) -> Vec<(u32, Vector)> {
-        let force = |prop: &Plane| {
-            let row = self.pattern.row(prop.node)?;
-            let moved = Vector::new(step[row], step[row + 1], step[row + 2]);
-            Some((prop.node, prop.stiffness * moved))
-        };
-        self.props.iter().filter_map(force).collect()
+        Ok(Some(Self { tangent, pattern, u, nodes, rows, between, pairs }))
     }
 
     /// How far the tissue has moved since, mm.

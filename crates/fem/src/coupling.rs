@@ -91,13 +91,13 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
             Hold::Bilateral(following) => (following.take_spare(), None),
             Hold::Unilateral(pressing) => {
                 let reach = pressing.reach(&place);
-                (pressing.spare.take(), Some((reach, pressing.presses.clone())))
+                (pressing.spare.take(), Some(reach))
             }
         };
         move || match pressed {
             None => Ok(site.responses(&place, spare)?.map(Renewed::Bilateral)),
-            Some((nodes, presses)) => {
-                let made = Compliance::new(&site, &place.u, nodes, (&presses, spare))?;
+            Some(nodes) => {
+                let made = Compliance::new(&site, &place.u, nodes, spare)?;
                 Ok(made.map(Renewed::Unilateral))
             }
         }

@@ -4,7 +4,7 @@ use crate::batch::{Batches, VolumeStrain};
 use crate::element::{Elements, kept};
 use crate::foundation::Foundation;
 use crate::material::{Gradient, NeoHookean};
-use crate::pattern::{Block, Pattern, Plane, Storage, block, pairs};
+use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::sliding::Slide;
 use std::sync::Arc;
 use supine_space::{Matrix, Vector};
@@ -21,8 +21,6 @@ pub(crate) struct Model<const N: usize, const Q: usize> {
     batches: Arc<Batches<N, Q>>,
     /// Nodes that slide on a rigid body.
     pub(crate) slide: Option<Slide>,
-    /// Springs that the stiffness has and the forces have not.
-    props: Option<Arc<[Plane]>>,
 }
 
 /// Volume ratio det F over all quadrature points.
@@ -49,7 +47,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         let elements = elements.into();
         let batches = Arc::new(Batches::new(&elements, &materials));
         let materials = materials.into();
-        Self { elements, materials, foundation: None, batches, slide: None, props: None }
+        Self { elements, materials, foundation: None, batches, slide: None }
     }
 
     /// The body on springs, if there are any.
@@ -66,11 +64,6 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
     /// The body with nodes that slide.
     pub(crate) fn sliding(&self, slide: Option<Slide>) -> Self {
         Self { slide, ..self.clone() }
-    }
-
-    /// The body whose stiffness, and it alone, is that of one on springs at nodes.
-    pub(crate) fn propped(&self, props: Vec<Plane>) -> Self {
-        Self { props: Some(props.into()), ..self.clone() }
     }
 
     fn deformation(&self, e: usize, q: usize, u: &[Vector]) -> Option<Gradient> {
@@ -162,7 +155,6 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             let forces = self.forces_at(&slide.sliding.around, u)?;
             pattern.constrain(&slide.planes(u, &forces)?, blocks);
         }
-        pattern.prop(self.props.as_deref().unwrap_or_default(), blocks);
         Some(())
     }
 
@@ -226,7 +218,6 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
             planes.iter_mut().for_each(|plane| plane.stiffness = Matrix::zeros());
             pattern.constrain(&planes, blocks);
         }
-        pattern.prop(self.props.as_deref().unwrap_or_default(), blocks);
         Some(())
     }
 

@@ -281,26 +281,6 @@ impl Pattern {
         }
     }
 
-    /// Adds the stiffness that nodes have by themselves.
-    pub(crate) fn prop(&self, planes: &[Plane], blocks: &mut [Block]) {
-        for plane in planes {
-            if let Ok(free) = self.free.binary_search(&plane.node)
-                && let Some((place, _)) = self.column(free).find(|(_, row)| *row == free)
-            {
-                let more = block(&plane.stiffness);
-                blocks[place].iter_mut().zip(more).for_each(|(own, more)| *own += more);
-            }
-        }
-    }
-
-    /// The mean stiffness of a node's own block, mN/mm.
-    pub(crate) fn own_stiffness(&self, node: u32, blocks: &[Block]) -> Option<f64> {
-        let free = self.free.binary_search(&node).ok()?;
-        let (place, _) = self.column(free).find(|(_, row)| *row == free)?;
-        let [a, _, _, _, b, _, _, _, c] = blocks[place];
-        Some((a + b + c) / 3.0)
-    }
-
     /// Where the three unknowns of a node begin; `None` where it is held.
     pub(crate) fn row(&self, node: u32) -> Option<usize> {
         self.free.binary_search(&node).ok().map(|free| 3 * free)

@@ -1,6 +1,6 @@
 //! A second way to the same contact: springs that push back nodes within the body, ever stiffer.
 
-use super::pressing_tests::{apart, on_shaft, outside, pose, pressed, values};
+use super::pressing_tests::{TOLERANCE, apart, on_shaft, outside, pose, pressed, values};
 use super::*;
 use crate::krylov::conjugate_gradients;
 use crate::wall::Target;
@@ -8,7 +8,7 @@ use crate::wall::Target;
 /// Stiffness of the springs, mN/mm, and the factor from one round to the next.
 const FIRST: f64 = 10.0;
 const FACTOR: f64 = 10.0;
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 7;
 
 /// Linear elements, as the twin has them.
 type Linear = Coupling<4, 1>;
@@ -124,9 +124,14 @@ fn stiff_springs_lead_to_the_same_contact() {
         let first = either!(&live.coupling, c => c.place.u.clone());
         let before = values(live);
         live.step(&to).unwrap();
+        let stepped = values(live);
+        live.settle(&to, TOLERANCE, Progress::none()).unwrap();
+        // Over such a jump a step's own estimate of its error is too low.
+        let short = apart(&stepped, &values(live));
+        assert!(short < 0.05, "{short}");
         assert!(apart(&values(live), &before) > 0.5 && live.coupled_nodes() > 2);
         let Either::Linear(coupling) = &live.coupling else { panic!("linear") };
         let [off, force] = off(coupling, first);
-        assert!(off < 0.02 && force < 0.02, "{off} {force}");
+        assert!(off < 1e-3 && force < 1e-4, "{off} {force}");
     }
 }

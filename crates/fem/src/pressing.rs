@@ -112,7 +112,7 @@ impl Pressing {
         reach: (Target<'_>, f64),
     ) -> Result<bool, OutOfMemory> {
         let nodes = self.wall.reach(&balance.u, &balance.forces, reach);
-        let made = Compliance::new(site, &balance.u, nodes, (&balance.presses, self.spare.take()))?;
+        let made = Compliance::new(site, &balance.u, nodes, self.spare.take())?;
         let found = made.is_some();
         if let Some(compliance) = made {
             self.adopt(compliance);
@@ -354,12 +354,6 @@ impl Pressing {
         }
         let mut step: Vec<f64> = free.iter().zip(&moved).map(|(a, b)| a + b).collect();
         self.compliance.pairs.add(&force, &mut step);
-        // What the springs of the factor bear, the body does not.
-        let mut presses = presses;
-        for (node, held) in self.compliance.prop_forces(&step) {
-            let own = presses.iter_mut().filter(|press| press.node == node);
-            own.for_each(|press| press.force = (press.force - held.dot(&press.normal)).max(0.0));
-        }
         self.last = Some(Last { step: step.clone(), residual, undone, force, moved });
         Some(Correction { step, presses, forces: pressed, before })
     }

@@ -174,17 +174,6 @@ impl Tangent {
         }
     }
 
-    /// The mean stiffness of the own blocks of nodes (mN/mm) at `u`; `None` when an element is turned inside out.
-    pub(crate) fn own_stiffness<const N: usize, const Q: usize>(
-        &mut self,
-        model: &Model<N, Q>,
-        u: &[Vector],
-        nodes: impl Iterator<Item = u32>,
-    ) -> Option<Vec<f64>> {
-        model.stiffness(u, None, &self.pattern, &mut self.blocks)?;
-        nodes.map(|node| self.pattern.own_stiffness(node, &self.blocks)).collect()
-    }
-
     /// Makes the factor that of the exact stiffness of `model` at `u`, or of the shifted one.
     ///
     /// # Errors
