@@ -14,7 +14,7 @@ use supine_navigate::{Holding, Renewing, Settings};
 /// newest pose wins; poses that are no rigid motion, far away or frozen are refused and the last result is marked stale.
 ///
 /// Without `--registration` poses are in the patient's own frame, which `--frame` names. Messages do not say their frame and
-/// peers do not convert: 3D Slicer takes all as RAS. Listens on this machine alone unless `--host` says otherwise: whoever
+/// peers do not convert: 3D Slicer takes all as RAS. Listens on loopback alone unless `--host` says otherwise: whoever
 /// connects is served. Research software: no clinical use is claimed.
 #[derive(Args, Debug)]
 pub(crate) struct Navigate {
@@ -42,7 +42,7 @@ pub(crate) struct Navigate {
     #[arg(long, value_name = "CSV", conflicts_with = "simulate")]
     pub(crate) calibration: Option<PathBuf>,
     /// Latency that the maker of the tracker states, ms
-    #[arg(long, value_name = "MS", default_value_t = 0.0)]
+    #[arg(long, value_name = "MS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) latency: f64,
     /// Keep poses and results in a new file, for `supine replay`
     #[arg(long, value_name = "FILE")]

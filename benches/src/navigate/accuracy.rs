@@ -1,15 +1,18 @@
 //! Places of a recorded session against settled ones.
 
-use crate::tissue::{Cold, follower};
+use crate::tissue::{follower, patient};
 use anyhow::Result;
 use serde_json::{Value, json};
 use std::path::Path;
 use supine_navigate::{Line, Recording};
+use supine_space::Progress;
 
 /// So many poses are compared at most, spread evenly over those at which the applicator acts.
 const COMPARED: usize = 20;
 /// What is settled is itself right to about this, mm.
 const ROUNDED_MM: f64 = 1e-6;
+/// Relative residual of what knows nothing of the way: of tissue that is pressed rounding leaves about as much.
+const SETTLED: f64 = 1e-8;
 
 /// Largest distances, mm, to what is settled from nothing: of the session's answers, and of those of a follower that goes the
 /// same way without a clock.
@@ -27,12 +30,13 @@ pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
     drop(again);
     let acts: Vec<_> = replayed.iter().filter(|(l, f)| f.touches && is_settled(l)).collect();
     let compared = COMPARED.min(acts.len());
-    let cold = Cold::open(run, settings)?;
+    let patient = patient(run, settings)?;
     let (mut live_mm, mut again_mm, mut bound_mm, mut beyond) = (0.0f64, 0.0f64, 0.0f64, 0);
     let (mut moved_mm, mut excess_mm) = (0.0f64, 0.0f64);
     for n in 0..compared {
         let (line, followed) = acts[(2 * n + 1) * acts.len() / (2 * compared)];
-        let settled = cold.place(&line.pose())?;
+        let mut cold = patient.follower(settings, Progress::none())?;
+        let settled = cold.settle(&line.pose(), SETTLED, Progress::none())?;
         let off = (line.target() - settled).norm();
         live_mm = live_mm.max(off);
         again_mm = again_mm.max((followed.target - settled).norm());

@@ -89,10 +89,10 @@ pub(crate) fn replay(args: &Replay, screen: &Screen) -> Result<End, Failure> {
         (true, true) => "identical to the bit, as its renewal between the steps promises",
         (true, false) => "NOT identical, although its renewal between the steps promises that",
         (false, true) => "identical to the bit, though its renewal beside the steps promises less",
-        (false, false) => "recorded with renewal beside the steps: right to within both bounds",
+        (false, false) => "recorded with renewal beside the steps: right to within both errors",
     };
     let text = format!(
-        "{} answers; {promise}; largest difference {:.6} mm, {} beyond both bounds",
+        "{} answers; {promise}; largest difference {:.6} mm, {} beyond both errors",
         told.answers, told.largest_mm, told.beyond
     );
     let failure = (!told.holds())

@@ -4,6 +4,7 @@
 //! H = H₀ + W M Wᵀ, W = [S, H₀ Y] (Byrd, Nocedal and Schnabel, Math. Program. 63, 1994, eq. 3.1 with any H₀). In
 //! this form its blocks between a few nodes cost as little as those of H₀.
 
+use crate::quasi_newton::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Pairs kept.
@@ -26,10 +27,6 @@ pub(crate) struct Pairs {
     pairs: Vec<Pair>,
     /// M.
     middle: DMatrix<f64>,
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Pairs {

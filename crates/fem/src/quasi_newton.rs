@@ -23,7 +23,7 @@ pub(crate) struct Memory {
     last: Option<(Vec<f64>, Vec<f64>)>,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -58,7 +58,7 @@ pub struct Followed {
     pub touches: bool,
     /// Whether the solver found an equilibrium.
     pub settled: bool,
-    /// Bound of the solver's error, mm.
+    /// Error of the solver: three times its own estimate, and how far the applicator still has to go where it has not settled; mm.
     pub error_mm: f64,
     /// Corrections or iterations.
     pub corrections: usize,

@@ -53,6 +53,8 @@ impl Patient {
         let moved = session.tumour(&request)?;
         let interval = session.tumour_interval(&request)?;
         let tumour = session.tumour_sphere().ok_or(Error::NoTarget)?;
+        // All is read: others may open the run.
+        session.keep_in(None)?;
         let outwards = outwards(&tissue, &tumour.centre()).ok_or(Error::NoDirection)?;
         Ok(Self {
             tissue,

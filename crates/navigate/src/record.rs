@@ -41,7 +41,7 @@ pub struct Line {
     pub pose: [f64; 7],
     /// Place of the target.
     pub target: [f64; 3],
-    /// Bound of the solver's error.
+    /// Error of the solver as it was told.
     pub error: f64,
     /// How good it was.
     pub state: String,

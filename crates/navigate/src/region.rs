@@ -14,8 +14,7 @@ pub const SPACING_MM: f64 = 1.0;
 
 /// Carries a part of the CT by the displacements of a mesh, one after the other.
 ///
-/// Quadratic displacements are linear in the eighths of each tetrahedron: the place of a voxel differs by at most the bound that
-/// docs/NAVIGATION.md gives.
+/// Quadratic displacements are taken as linear in the eighths of each tetrahedron.
 #[derive(Debug)]
 pub struct LiveRegion {
     split: Split,

@@ -18,7 +18,7 @@ pub struct Replayed {
     pub promised: bool,
     /// Largest distance of two places, mm.
     pub largest_mm: f64,
-    /// Answers farther apart than both bounds of the solver allow.
+    /// Answers farther apart than the errors that both told.
     pub beyond: usize,
 }
 
