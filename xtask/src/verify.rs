@@ -7,6 +7,7 @@
 mod agreement;
 mod applicator;
 mod browser;
+mod contact;
 mod cut;
 mod dicom;
 mod fit;
@@ -143,6 +144,8 @@ pub(crate) enum Part {
     Refinement,
     /// Mechanics beside other programs, convergence, agreement, the applicator.
     Mechanics,
+    /// Tissue that an applicator presses, beside another program.
+    Contact,
     /// The operating table tilted live.
     Table,
     /// The same in the page, from the slider to the picture; needs what `cargo xtask readers` installs.
@@ -194,6 +197,7 @@ impl Part {
             }
             Self::Refinement => refine::table(bench),
             Self::Mechanics => mechanics(bench),
+            Self::Contact => contact::section(bench),
             Self::Table => table::section(bench),
             Self::Slider => slider::section(bench),
             Self::Navigate => navigate::section(bench),
