@@ -34,6 +34,8 @@ pub(crate) enum Beside {
     Image,
     /// The session is recorded.
     Record(PathBuf),
+    /// Nothing, but the applicator presses the tissue instead of being tied to it.
+    Pressing,
 }
 
 impl Beside {
@@ -42,8 +44,9 @@ impl Beside {
             [] => Self::Nothing,
             ["hog"] => Self::Hog,
             ["image"] => Self::Image,
+            ["pressing"] => Self::Pressing,
             ["record", file] => Self::Record(file.into()),
-            other => bail!("{other:?} is none of hog, image and record FILE"),
+            other => bail!("{other:?} is none of hog, image, pressing and record FILE"),
         })
     }
 }
@@ -66,6 +69,9 @@ pub(crate) fn measure(
     words.push(mesh.order.to_string());
     if let Beside::Record(file) = beside {
         words.extend(["--record".into(), file.display().to_string()]);
+    }
+    if *beside == Beside::Pressing {
+        words.extend(["--contact".into(), "pressing".into()]);
     }
     let server = Server::start(supine, run, &words)?;
     let turnaround = Turnaround::default();

@@ -1,8 +1,9 @@
 //! Live navigation from outside: how long a pose takes to come back as a place, and how right the place is. JSON on stdout.
 //!
 //! - `bench-navigate echo FROM MINUTES`: the round trip alone, against a server that answers at once (S = 0).
-//! - `bench-navigate loop SUPINE RUN TETRAHEDRA ORDER FROM MINUTES [hog|image|record FILE]`: against a session of the binary on
-//!   a finished run, with a busy process beside it, with a viewer that is streamed the image, or with a recording.
+//! - `bench-navigate loop SUPINE RUN TETRAHEDRA ORDER FROM MINUTES [hog|image|pressing|record FILE]`: against a session of the
+//!   binary on a finished run, with a busy process beside it, with a viewer that is streamed the image, with tissue that is
+//!   pressed instead of tied, or with a recording.
 //! - `bench-navigate accuracy RUN RECORDING`: places of a recorded session against settled ones that know nothing of the way.
 //! - `bench-navigate drift RUN STEPS`: so many steps and back to the start.
 //!

@@ -88,6 +88,7 @@ impl Measured<'_> {
         loops.push(beside("1581 quadratic, a minute alone", &[])?);
         loops.push(beside("the same, a busy process", &["hog"])?);
         loops.push(beside("the same, the image streamed", &["image"])?);
+        loops.push(beside("the same, tissue pressed instead of tied", &["pressing"])?);
         let run = path(&self.run)?;
         let accuracy = self.told(&["accuracy", run, path(&recording)?])?;
         let steps = (STEPS * self.minutes / WHOLE).min(STEPS).round();

@@ -56,10 +56,10 @@ impl Report {
         }
         Ok(format!(
             "\nPlaces of the first loop at {} poses, evenly along those at which the applicator acts (the tumour moved by up to {:.1} \
-             mm), against a new solution to a relative residual of 1e-10 each: largest difference **{:.4} mm**, largest bound given \
-             with an answer {:.4} mm; {} lie beyond their bound, at worst by {:.4} mm; the recording followed once more without a clock: {:.4} mm.\n\n\
+             mm), against a new solution to a relative residual of 1e-8 each: largest difference **{:.4} mm**, largest error told \
+             with an answer {:.4} mm; {} lie beyond what was told, at worst by {:.4} mm; the recording followed once more without a clock: {:.4} mm.\n\n\
              {} steps of the motion and back to the start (the tumour moved by up to {:.1} mm, {} answers were predictions): the \
-             place differs by **{:.1e} mm**; the two bounds are {:.4} mm together.\n",
+             place differs by **{:.1e} mm**; both errors told are {:.4} mm together.\n",
             a("compared")?,
             a("moved_mm")?,
             a("live_mm")?,
