@@ -17,7 +17,7 @@ mod reference;
 use anyhow::{Context, Result, bail};
 use ndarray::{Array1, Array2};
 use ndarray_npy::NpzWriter;
-use reference::Reference;
+use reference::{Reference, cpu_s, memory_mb};
 use serde_json::json;
 use std::fs::File;
 use std::path::Path;
@@ -108,18 +108,21 @@ impl Case {
             contact: Contact::Unilateral,
             cavity: self.cavity.then_some(&cavity as &dyn supine_fem::RigidBody),
         };
-        let body = Body::new(mesh.clone(), Tissue::default());
+        let (start, body) = (cpu_s(), Body::new(mesh.clone(), Tissue::default()));
         let (mut live, _) =
             Applicator::attach(&body, &load, &params, &insertion, Progress::none())?;
         for step in 1..=STEPS {
             live.step(&self.pose(f64::from(step) / f64::from(STEPS), &rigid))?;
             live.renew()?;
         }
+        let seconds = cpu_s() - start;
         self.write(&folder.join(format!("{}.npz", self.name)), &mesh, &rigid, &live)?;
         Ok(json!({
             "name": self.name,
             "pressed": live.coupled_nodes(),
             "force_n": live.reaction().force_n.norm(),
+            "cpu_s": seconds,
+            "peak_mb": memory_mb("VmHWM")?,
             "bearing": live.bearing().iter().filter(|bears| **bears).count(),
         }))
     }

@@ -63,9 +63,9 @@ pub(crate) struct TissueArgs {
     /// Order of its elements
     #[arg(long, value_name = "1|2", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) order: u8,
-    /// How tissue is held to the applicator
-    #[arg(long, value_enum, default_value = "tied")]
-    pub(crate) contact: ContactWord,
+    /// How tissue is held to the applicator [default: tied; with --cavity pressing]
+    #[arg(long, value_enum)]
+    pub(crate) contact: Option<ContactWord>,
     /// Diameter of the sphere, mm
     #[arg(long, value_name = "MM", default_value_t = 40.0)]
     pub(crate) diameter: f64,
@@ -129,10 +129,10 @@ impl TissueArgs {
         Settings {
             tetrahedra: self.tetrahedra,
             order: self.order,
-            contact: match self.contact {
-                ContactWord::Pressing => Holding::Pressing,
-                ContactWord::Sliding => Holding::Sliding,
-                ContactWord::Tied => Holding::Tied,
+            contact: match (self.contact, self.cavity) {
+                (Some(ContactWord::Pressing), _) | (None, Some(_)) => Holding::Pressing,
+                (Some(ContactWord::Sliding), _) => Holding::Sliding,
+                (Some(ContactWord::Tied), _) | (None, None) => Holding::Tied,
             },
             radius_mm: 0.5 * self.diameter,
             shaft_radius_mm: 0.5 * self.shaft,

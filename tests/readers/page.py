@@ -452,6 +452,37 @@ def large(browser, address):
         window.close()
 
 
+def followed(window):
+    """A navigation of the run: its tracker holds the applicator, and its picture stands in the slices."""
+    page = window.page
+    page.keyboard.press("Alt+4")
+    window.key("Shift+P")
+    wait_for(page, "() => import('/js/state.js').then(({ now }) => now().preview?.load ?? null)")
+    navigator = subprocess.Popen([SUPINE, "navigate", f"{FOLDER}/result", "--simulate", "--port", "0", "--no-progress"],
+                                 stderr=subprocess.PIPE, text=True)
+    try:
+        said = []
+        for line in navigator.stderr:
+            said.append(line)
+            if "OpenIGTLink on" in line:
+                break
+        assert said and "OpenIGTLink on" in said[-1], said
+        page.locator("#follow-address").fill(said[-1].split(" on ")[1].split(";")[0])
+        page.locator("#follow-go").click()
+        both = """() => import('/js/state.js').then(({ now }) => {
+            const { navigation, preview, applicator } = now();
+            return navigation?.answer && preview?.load?.tumour && { answer: navigation.answer, load: preview.load, applicator };
+        })"""
+        told = wait_for(page, both, lambda told: told["load"]["force"] > 0.05)
+        assert told["applicator"]["tracked"] and told["applicator"]["radius"] == told["answer"]["sphere_radius_mm"] == 20, told
+        # The picture is some poses old, not a mesh of its own.
+        assert np.linalg.norm(np.subtract(told["load"]["tumour"], told["answer"]["tumour"])) < 3, told
+        window.picture("navigation")
+        page.locator("#follow-go").click()
+    finally:
+        navigator.kill()
+
+
 def reopened(browser, way):
     """What the run left, in a program started anew: structures and dose are moved again, the rest is read."""
     server, address = start(f"{FOLDER}/result")
@@ -461,6 +492,7 @@ def reopened(browser, way):
         assert state["own"]["fresh"] and len(state["own"]["histograms"]) == 2, state["own"]
         assert state["tumour"] == way, (state["tumour"], way)
         assert {"ct", "labels", "deformed", "dose", "dose-deformed"} <= {volume["id"] for volume in state["volumes"]}, state["volumes"]
+        followed(window)
         window.close()
     finally:
         server.kill()

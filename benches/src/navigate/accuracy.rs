@@ -1,5 +1,6 @@
 //! Places of a recorded session against settled ones.
 
+use crate::eighths;
 use crate::tissue::{follower, patient};
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -32,11 +33,12 @@ pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
     let compared = COMPARED.min(acts.len());
     let patient = patient(run, settings)?;
     let (mut live_mm, mut again_mm, mut bound_mm, mut beyond) = (0.0f64, 0.0f64, 0.0f64, 0);
-    let (mut moved_mm, mut excess_mm) = (0.0f64, 0.0f64);
+    let (mut moved_mm, mut excess_mm, mut eighths_mm) = (0.0f64, 0.0f64, 0.0f64);
     for n in 0..compared {
         let (line, followed) = acts[(2 * n + 1) * acts.len() / (2 * compared)];
         let mut cold = patient.follower(settings, Progress::none())?;
         let settled = cold.settle(&line.pose(), SETTLED, Progress::none())?;
+        eighths_mm = eighths_mm.max(eighths::off_mm(&cold.deformation()?)?);
         let off = (line.target() - settled).norm();
         live_mm = live_mm.max(off);
         again_mm = again_mm.max((followed.target - settled).norm());
@@ -55,6 +57,7 @@ pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
         "beyond": beyond,
         "excess_mm": excess_mm,
         "moved_mm": moved_mm,
+        "eighths_mm": eighths_mm,
     }))
 }
 

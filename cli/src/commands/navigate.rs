@@ -32,7 +32,7 @@ pub(crate) fn navigate(args: &Navigate, screen: &Screen) -> Result<End, Failure>
     let mut record = args.record.as_deref().map(|path| Recorder::new(path, &head)).transpose()?;
     let attach = |share| screen.share("applicator", share);
     let mut follower = patient.follower(&settings, Progress::new(&attach))?;
-    let mut region = patient.region()?;
+    let mut region = follower.region(patient.ct())?;
     screen.clear();
     let link = Link {
         listen: SocketAddr::new(args.host, args.port),

@@ -10,7 +10,6 @@ use crate::model::Model;
 use crate::newton::{Known, Newton};
 use crate::pattern::{Pattern, Storage};
 use crate::pressing::{BURIED_MM, Pressing, STEP_GOAL};
-use crate::rigid::RigidBody;
 use crate::site::{Place, Site, Tissue, Touch};
 use crate::tangent::Tangent;
 use crate::wall::{Target, Wall};
@@ -154,29 +153,65 @@ fn bearing<const N: usize, const Q: usize>(
     insertion: &Insertion<'_>,
 ) -> Result<Vec<bool>, Error> {
     let elements = &tissue.model.elements.nodes;
-    let within = |body: &dyn RigidBody, places: &mut dyn Iterator<Item = Vector>| -> Vec<bool> {
-        let close = ON_SURFACE * body.size_mm();
-        places.map(|place| body.distance(&Point::from(place)) <= close).collect()
+    let now: Vec<Vector> = tissue.rest.iter().zip(u).map(|(x, u)| x + u).collect();
+    let (body, places) = match insertion.cavity {
+        Some(cavity) => (cavity, &ground.positions),
+        None => (insertion.rigid, &now),
     };
-    let gone = match insertion.cavity {
-        Some(cavity) => within(cavity, &mut ground.positions.iter().copied()),
-        None => {
-            let mut places = tissue.rest.iter().zip(u).map(|(x, u)| x + u);
-            let inside = within(insertion.rigid, &mut places);
-            let on = on_surface(elements, u.len());
-            if inside.iter().zip(&on).all(|(inside, on)| !inside || *on) {
-                return Ok(vec![true; elements.len()]);
-            }
-            inside
+    let distance = |place: Vector| body.distance(&Point::from(place));
+    let from_wall: Vec<f64> = places.iter().map(|place| distance(*place)).collect();
+    let close = ON_SURFACE * body.size_mm();
+    if insertion.cavity.is_none() {
+        let on = on_surface(elements, u.len());
+        if from_wall.iter().zip(&on).all(|(mm, on)| *mm > close || *on) {
+            return Ok(vec![true; elements.len()]);
         }
-    };
-    let mut bears: Vec<bool> =
-        elements.iter().map(|e| !e.iter().all(|&n| gone[n as usize])).collect();
-    if let (Some(cavity), false) = (insertion.cavity, bears.contains(&false)) {
-        return Err(Error::CavityEmpty { centre: cavity.centre().coords.into() });
+    }
+    let mut bears: Vec<bool>;
+    if let Some(cavity) = insertion.cavity {
+        let middle =
+            |e: &[u32; N]| e[..4].iter().map(|n| places[*n as usize]).sum::<Vector>() / 4.0;
+        let middles: Vec<f64> = elements.iter().map(|e| distance(middle(e))).collect();
+        bears = middles.iter().map(|mm| *mm > 0.0).collect();
+        if !bears.contains(&false) {
+            return Err(Error::CavityEmpty { centre: cavity.centre().coords.into() });
+        }
+        open(elements, &from_wall, &middles, &mut bears);
+    } else {
+        let out = |n: &u32| from_wall[*n as usize] > close;
+        bears = elements.iter().map(|e| e.iter().any(out)).collect();
     }
     drop_loose(elements, &ground.held, &mut bears);
     if bears.contains(&true) { Ok(bears) } else { Err(Error::NothingFree) }
+}
+
+/// Takes out tetrahedra until each node that lies deep in the cavity is on the surface, where an applicator meets it: of those
+/// round the node the one whose middle lies deepest.
+fn open<const N: usize>(
+    elements: &[[u32; N]],
+    from_wall: &[f64],
+    middles: &[f64],
+    bears: &mut [bool],
+) {
+    loop {
+        let kept: Vec<[u32; N]> =
+            (0..elements.len()).filter(|t| bears[*t]).map(|t| elements[t]).collect();
+        let on = on_surface(&kept, from_wall.len());
+        let mut deepest: BTreeMap<u32, usize> = BTreeMap::new();
+        for t in (0..elements.len()).filter(|t| bears[*t]) {
+            let buried = |n: &&u32| !on[**n as usize] && from_wall[**n as usize] < -BURIED_MM;
+            for n in elements[t].iter().filter(buried) {
+                let known = deepest.entry(*n).or_insert(t);
+                if middles[t] < middles[*known] {
+                    *known = t;
+                }
+            }
+        }
+        if deepest.is_empty() {
+            return;
+        }
+        deepest.into_values().for_each(|t| bears[t] = false);
+    }
 }
 
 /// Takes out tetrahedra that hang on too few held corners: those that share faces hang together.

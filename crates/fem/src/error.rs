@@ -151,7 +151,7 @@ pub enum Error {
     },
     /// The cavity holds no tissue.
     #[error(
-        "the cavity at {centre:.1?} (LPS, mm, in the CT) holds no whole tetrahedron: check its place, mesh finer \
+        "the cavity at {centre:.1?} (LPS, mm, in the CT) holds the middle of no tetrahedron: check its place, mesh finer \
          there, or move points onto its surface"
     )]
     CavityEmpty {

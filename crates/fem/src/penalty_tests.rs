@@ -119,7 +119,7 @@ fn stiff_springs_lead_to_the_same_contact() {
     let mut inner = pressed(Order::Linear, &on_shaft(15.0));
     for (live, to) in [
         (&mut outer, pose([0.6, -0.3, -12.0], [0.0; 3])),
-        (&mut inner, pose([1.6, 0.5, -1.6], [0.0, 0.03, 0.02])),
+        (&mut inner, pose([0.8, 0.25, -0.8], [0.0, 0.015, 0.01])),
     ] {
         let first = either!(&live.coupling, c => c.place.u.clone());
         let before = values(live);

@@ -1,5 +1,6 @@
 //! What is told of the tumour.
 
+use crate::tool::Tool;
 use supine_openigtlink::Stamp;
 use supine_space::{Point, Pose, Vector};
 
@@ -34,6 +35,8 @@ pub struct Answer {
     pub stamp: Stamp,
     /// The pose of the applicator, from its own frame to the patient's.
     pub pose: Pose,
+    /// The applicator.
+    pub tool: Tool,
     /// How good it is.
     pub state: State,
     /// What is in the tissue.

@@ -2,12 +2,16 @@
 
 use crate::Error;
 use crate::answer::Followed;
+use crate::left::boundary;
+use crate::region::LiveRegion;
 use crate::tool::Tool;
+use std::sync::Arc;
 use supine_fem::{
     Applicator, Body, Contact, Insertion, Load, Params, RigidBody, SphereOnShaft, snapped_to_cavity,
 };
-use supine_mesh::{Deformation, Edges, Located, Locator, TetMesh};
+use supine_mesh::{BoundaryTag, Deformation, Edges, Located, Locator, TetMesh};
 use supine_space::{Point, Pose, Progress, Vector};
+use supine_volume::Ct;
 
 /// Corrections of a step that a fresh factor needs.
 const FEW: usize = 2;
@@ -153,6 +157,26 @@ impl Follower {
     /// The target on the table without applicator, LPS, mm.
     pub fn target_on_table(&self) -> Point {
         self.target.on_table
+    }
+
+    /// The CT around the target on the table, to be carried by this tissue.
+    ///
+    /// # Errors
+    /// When the CT cannot be sampled.
+    pub fn region(&self, ct: Arc<Ct>) -> Result<LiveRegion, Error> {
+        let mesh = Arc::clone(self.deformation()?.mesh());
+        LiveRegion::new(ct, mesh, self.applicator.bearing(), &self.target.on_table)
+    }
+
+    /// The surface of the tissue, triangles of points of the mesh, outwards: skin, chest wall and the wall of a cavity.
+    ///
+    /// # Errors
+    /// As [`Applicator::deformation`].
+    pub fn surface(&self) -> Result<Vec<[u32; 3]>, Error> {
+        let bears = self.applicator.bearing();
+        let all = boundary(self.deformation()?.mesh(), |t| bears.get(t).is_none_or(|bears| *bears));
+        let seen = all.into_iter().filter(|face| face.tag != BoundaryTag::Cut);
+        Ok(seen.map(|face| face.points).collect())
     }
 
     /// The mesh displaced from the CT shape as it is now.

@@ -14,7 +14,7 @@ use supine_openigtlink::{Message, Stamp, StatusCode};
 
 /// Peers at the same time.
 const PEERS: usize = 8;
-/// A peer that has sent no pose for so long leads no more: another may.
+/// A peer that has sent no pose for so long, and for so many of its intervals, leads no more: another may.
 const LEADS: Duration = Duration::from_millis(300);
 /// Poses that stay away for so many intervals, and at least this long, make the answer stale.
 const INTERVALS: u32 = 3;
@@ -74,8 +74,10 @@ pub(crate) enum Standing {
 
 impl Lead {
     fn standing(&self, peer: u64, device: &str, now: Duration) -> Standing {
+        // Between two poses of a slow tracker it leads on.
+        let leads = LEADS.max(self.interval.unwrap_or_default().min(SLOWEST) * INTERVALS);
         match &self.peer {
-            Some((id, of)) if now.saturating_sub(self.last) <= LEADS => {
+            Some((id, of)) if now.saturating_sub(self.last) <= leads => {
                 match (*id == peer, of == device) {
                     (true, true) => Standing::Leads,
                     (true, false) => Standing::OtherDevice,
@@ -102,6 +104,8 @@ pub(crate) struct Hub {
     pub(crate) frame: Frame,
     /// Radius of the tumour, mm.
     pub(crate) radius_mm: f64,
+    /// Triangles of points of the mesh.
+    pub(crate) surface: Vec<[u32; 3]>,
     pub(crate) poses: Slot<Wanted>,
     /// What the region is carried by.
     pub(crate) region: Slot<Arc<Shape>>,
@@ -119,11 +123,12 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Hub {
-    pub(crate) fn new(frame: Frame, radius_mm: f64) -> Self {
+    pub(crate) fn new(frame: Frame, radius_mm: f64, surface: Vec<[u32; 3]>) -> Self {
         Self {
             begun: Instant::now(),
             frame,
             radius_mm,
+            surface,
             poses: Slot::default(),
             region: Slot::default(),
             newest: Mutex::default(),
@@ -186,7 +191,10 @@ impl Hub {
             Standing::Leads => true,
             Standing::Free => {
                 let peer = Some((peer, device.to_owned()));
-                *lead = Lead { peer, last: now, begins: true, interval: None };
+                // One that comes back is as slow as it was.
+                let interval = lead.interval.filter(|_| lead.peer == peer);
+                let begins = lead.peer != peer;
+                *lead = Lead { peer, last: if begins { now } else { lead.last }, begins, interval };
                 true
             }
             Standing::OtherDevice | Standing::OtherPeer => false,
@@ -197,7 +205,7 @@ impl Hub {
     pub(crate) fn accept(&self, wanted: Wanted, new: bool) {
         let mut lead = lock(&self.lead);
         if !std::mem::take(&mut lead.begins) {
-            let since = wanted.arrived.saturating_sub(lead.last);
+            let since = wanted.arrived.saturating_sub(lead.last).min(SLOWEST * INTERVALS);
             lead.interval = Some(lead.interval.map_or(since, |mean| (mean * 7 + since) / 8));
         }
         lead.last = wanted.arrived;

@@ -20,6 +20,7 @@ mod frame;
 pub mod gate;
 mod hub;
 mod intake;
+mod left;
 mod messages;
 mod outbox;
 mod patient;

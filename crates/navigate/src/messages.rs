@@ -3,7 +3,7 @@
 use crate::answer::{Answer, State};
 use crate::frame::Frame;
 use std::time::SystemTime;
-use supine_mesh::{BoundaryTag, Deformation};
+use supine_mesh::Deformation;
 use supine_openigtlink::{
     Attribute, AttributeKind, AttributeOf, Content, Endian, Image, ImageFrame, ImageLayout,
     Message, PointItem, PolyData, Position, Rotation, Rows, Scalar, Stamp, Status, StatusCode,
@@ -114,6 +114,8 @@ fn with_figures(mut message: Message, answer: &Answer, frame: Frame, version: Ve
             ("force_n", vector(frame.out(&answer.tissue.force_n))),
             ("from_surface_mm", format!("{:.2}", answer.tissue.from_surface_mm)),
             ("from_axis_mm", format!("{:.2}", answer.tissue.from_axis_mm)),
+            ("sphere_radius_mm", format!("{:.2}", answer.tool.radius_mm)),
+            ("shaft_radius_mm", format!("{:.2}", answer.tool.shaft_radius_mm)),
         ];
         message.metadata = figures.map(|(key, value)| (key.to_owned(), value)).into();
         message.version = version;
@@ -133,13 +135,18 @@ pub(crate) fn text(text: &str) -> Message {
 }
 
 /// The surface of the tissue, but for where it was cut from the body.
-pub(crate) fn surface(deformation: &Deformation, stamp: Stamp, frame: Frame) -> Message {
+pub(crate) fn surface(
+    deformation: &Deformation,
+    triangles: &[[u32; 3]],
+    stamp: Stamp,
+    frame: Frame,
+) -> Message {
     let (mesh, u) = (deformation.mesh(), deformation.displacement().values());
     let mut number = vec![u32::MAX; mesh.points().len()];
     let mut shown = PolyData::default();
     let mut moved = vec![];
-    for face in mesh.boundary().iter().filter(|face| face.tag != BoundaryTag::Cut) {
-        let corners = face.points.map(|p| {
+    for triangle in triangles {
+        let corners = triangle.map(|p| {
             let at = p as usize;
             if number[at] == u32::MAX {
                 number[at] = shown.points.len() as u32;

@@ -3,7 +3,6 @@
 use crate::Error;
 use crate::answer::Certainty;
 use crate::follower::{Follower, Plan};
-use crate::region::LiveRegion;
 use crate::settings::Settings;
 use crate::tool::facing;
 use std::path::Path;
@@ -12,6 +11,7 @@ use supine_fem::{Load, Shaft, SphereOnShaft};
 use supine_flow::{FinishedRun, LiveTissue, Observer, Request, RunFolder, Session, Spec};
 use supine_mesh::BoundaryTag;
 use supine_space::{Point, Pose, Progress, Sphere, Vector};
+use supine_volume::Ct;
 
 /// The way in is wider than the shaft by this, mm: an incision is held open.
 const WAY_IN_MM: f64 = 6.0;
@@ -126,13 +126,9 @@ impl Patient {
         Follower::new(body, &self.load, params, plan, &self.tumour.centre(), progress)
     }
 
-    /// The CT around the tumour on the table.
-    ///
-    /// # Errors
-    /// When the CT cannot be sampled.
-    pub fn region(&self) -> Result<LiveRegion, Error> {
-        let mesh = Arc::clone(&self.tissue.body.mesh);
-        LiveRegion::new(Arc::clone(&self.tissue.ct), mesh, &self.on_table)
+    /// The CT.
+    pub fn ct(&self) -> Arc<Ct> {
+        Arc::clone(&self.tissue.ct)
     }
 }
 

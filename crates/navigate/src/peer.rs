@@ -276,7 +276,9 @@ impl Reader<'_> {
             return;
         }
         let mut bytes = vec![];
-        messages::surface(&shape.deformation, shape.stamp, self.hub.frame).write(&mut bytes);
+        let (hub, shape) = (&self.hub, &shape);
+        messages::surface(&shape.deformation, &hub.surface, shape.stamp, hub.frame)
+            .write(&mut bytes);
         self.outbox.surface(&Arc::new(bytes));
     }
 }

@@ -1,6 +1,7 @@
 //! The CT around the tumour, carried by the tissue while the applicator moves.
 
 use crate::Error;
+use crate::left::{hollow, left};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Displacement, Edges, Split, TetMesh};
 use supine_space::{Grid, Matrix, Point, Vector};
@@ -12,12 +13,17 @@ pub const VOXELS: usize = 128;
 /// Their spacing, mm.
 pub const SPACING_MM: f64 = 1.0;
 
+/// Parts of a tetrahedron, one after the other.
+const EIGHTHS: usize = 8;
+
 /// Carries a part of the CT by the displacements of a mesh, one after the other.
 ///
 /// Quadratic displacements are taken as linear in the eighths of each tetrahedron.
 #[derive(Debug)]
 pub struct LiveRegion {
     split: Split,
+    /// Which of the eighths' points the frames have: those of tissue that was not cut out.
+    points: Vec<u32>,
     fading: Fading,
     params: Params,
     frames: Frames,
@@ -30,14 +36,24 @@ pub struct LiveRegion {
 const LARGER: f64 = 1.1;
 
 impl LiveRegion {
-    /// A cube of 128 voxels of 1 mm along the axes of the patient about `centre`, LPS, mm.
+    /// A cube of 128 voxels of 1 mm along the axes of the patient about `centre`, LPS, mm. `bears`: which tetrahedra are left
+    /// when a cavity has been cut; it holds air.
     ///
     /// # Errors
-    /// When the CT cannot be sampled.
-    pub fn new(ct: Arc<Ct>, mesh: Arc<TetMesh>, centre: &Point) -> Result<Self, Error> {
+    /// When the CT cannot be sampled, or no tissue is left.
+    pub fn new(
+        ct: Arc<Ct>,
+        mesh: Arc<TetMesh>,
+        bears: &[bool],
+        centre: &Point,
+    ) -> Result<Self, Error> {
         let edges = Edges::new(&mesh);
         let split = Split::new(&mesh, &edges).map_err(supine_flow::Error::Eighths)?;
-        let eighths = Arc::new(split.mesh.clone());
+        let bear = |eighth: usize| bears.get(eighth / EIGHTHS).is_none_or(|bears| *bears);
+        let (eighths, points) = left(&split.mesh, bear).map_err(supine_flow::Error::Eighths)?;
+        let eighths = Arc::new(eighths);
+        let cut = bears.contains(&false);
+        let ct = if cut { Arc::new(hollow(&ct, &mesh, bears)) } else { ct };
         // Looked at for an instant; what is exported is interpolated as the case says.
         let params = Params { interpolation: Interpolation::Linear, ..Params::default() };
         let half = Vector::repeat(0.5 * (VOXELS - 1) as f64 * SPACING_MM);
@@ -47,7 +63,7 @@ impl LiveRegion {
         let frames = Frames::onto(ct, &grid, eighths, &params)?;
         let frame = Ct::clone(frames.still());
         let fading = Fading::new(mesh);
-        Ok(Self { split, fading, params, frames, frame, sought_for_mm: None })
+        Ok(Self { split, points, fading, params, frames, frame, sought_for_mm: None })
     }
 
     /// The region under a displacement of the mesh, faded towards where the mesh is cut, HU.
@@ -58,6 +74,7 @@ impl LiveRegion {
         let faded = self.faded(deformation)?;
         let displacement = faded.deformation.displacement();
         let values = self.split.values(displacement.order(), displacement.values());
+        let values = self.points.iter().map(|p| values[*p as usize]).collect();
         let eighths = self.frames.mesh();
         let displacement = Displacement::new(eighths, self.frames.edges(), values)
             .map_err(supine_flow::Error::from)?;

@@ -90,7 +90,7 @@ pub fn run(start: Start<'_>, link: &Link, host: &dyn Host) -> Result<Counts, Err
     listener.set_nonblocking(true).map_err(failed)?;
     host.listening(listener.local_addr().map_err(failed)?);
     let Start { follower, region, certainty, radius_mm, record } = start;
-    let hub = Hub::new(link.frame, radius_mm);
+    let hub = Hub::new(link.frame, radius_mm, follower.surface()?);
     let centre = follower.target_on_table();
     std::thread::scope(|scope| {
         // Whatever ends one of them ends all.

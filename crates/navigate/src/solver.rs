@@ -46,6 +46,7 @@ pub(crate) fn follow(
             number,
             stamp: wanted.stamp,
             pose: wanted.pose,
+            tool: follower.plan().tool,
             state: if tissue.settled { State::Ok } else { State::Predicted },
             tissue,
             within_mm: certainty.within_mm(tissue.error_mm),
@@ -78,7 +79,7 @@ fn send_surface(hub: &Hub, deformation: &supine_mesh::Deformation, answer: &Answ
         return;
     }
     let mut bytes = vec![];
-    messages::surface(deformation, answer.stamp, hub.frame).write(&mut bytes);
+    messages::surface(deformation, &hub.surface, answer.stamp, hub.frame).write(&mut bytes);
     let bytes = Arc::new(bytes);
     hub.each_peer(|outbox| {
         if outbox.streams().surface {

@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::desk::Desk;
 use crate::job::Watching;
+use crate::region::Over;
 use crate::show::preview_differs;
 use crate::state::{Readiness, ViewShown, views};
 use serde::Deserialize;
@@ -42,6 +43,9 @@ pub(crate) struct Applicator {
     contact: Contact,
     /// Where it has gone since.
     pose: Gone,
+    /// A navigation holds it: the picture is the one that it makes.
+    #[serde(default)]
+    followed: bool,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -156,6 +160,15 @@ impl Desk {
             Some((grids.iter().find(|view| view.is(name))?.normal(), *slice))
         };
         let seen: Vec<_> = asked.planes().iter().filter_map(number).collect();
+        if let Asked::Applicator(applicator) = asked
+            && applicator.followed
+        {
+            bed.take_out();
+            session.on_live(|| bed.turn(pose, &seen))?;
+            let frame = self.followed(bed, applicator, start);
+            to.send_replace(Some(Arc::new(frame.bytes)));
+            return Ok(());
+        }
         let centre = session.tumour_sphere().map(|tumour| tumour.centre());
         let held = match asked {
             Asked::Table(_) => {
@@ -170,7 +183,7 @@ impl Desk {
         };
         let after = centre.and_then(|centre| bed.carried(&centre));
         let moved = centre.zip(after).map(|(before, after)| (after - before).norm());
-        let planes = cut(bed, asked.planes());
+        let planes = cut(bed, asked.planes(), None);
         let ms = start.elapsed().as_secs_f64() * 1000.0;
         let mut frame = Frame::default();
         match held {
@@ -201,6 +214,29 @@ impl Desk {
         // Last: who has the picture finds the state that goes with it.
         to.send_replace(Some(Arc::new(frame.bytes)));
         Ok(())
+    }
+
+    /// The table as the preview has it, with the CT that a navigation carries where it has one.
+    fn followed(&self, bed: &LiveBed, applicator: &Applicator, start: Instant) -> Frame {
+        self.change(|held| {
+            let shown = &mut held.state.preview_applicator;
+            (shown.state, shown.message) = (Readiness::Ready, None);
+        });
+        let picture = self.following.picture();
+        let over = picture.as_ref().map(|picture| Over::new(&picture.ct, bed.ct().grid()));
+        let planes = cut(bed, &applicator.planes, over.as_ref());
+        let answer = picture.as_ref().and_then(|picture| picture.answer.as_ref());
+        let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
+        let moved = of(answer.and_then(|answer| answer.moved_mm));
+        let force = of(answer.and_then(|answer| answer.force_n));
+        let away = of(answer.and_then(|answer| answer.from_surface_mm));
+        let [x, y, z] = answer.map_or([f64::NAN; 3], |answer| answer.tumour);
+        let gap = away - answer.map_or(f64::NAN, |answer| answer.radius_mm);
+        let ms = start.elapsed().as_secs_f64() * 1000.0;
+        let mut frame = Frame::default();
+        frame.head(APPLICATOR, [moved, force, f64::NAN, ms], &planes);
+        frame.numbers(&[x, y, z, away, gap, applicator.ap, applicator.lat, 0.0]);
+        frame
     }
 
     /// Moves the applicator; what it fails with is told.
@@ -291,39 +327,49 @@ struct Patch {
     hu: Vec<i16>,
 }
 
-fn cut(bed: &LiveBed, planes: &[(String, usize)]) -> Vec<Patch> {
+/// The planes of the preview; `over`: what takes its place where there is some.
+fn cut(bed: &LiveBed, planes: &[(String, usize)], over: Option<&Over<'_>>) -> Vec<Patch> {
     let all = views(bed.ct().grid());
     let patch = |(name, slice): &(String, usize)| {
         let view = all.iter().position(|view| view.is(name))?;
         let (n, shown) = (u32::try_from(view).ok()?, &all[view]);
-        (*slice < bed.ct().grid().size()[shown.normal()]).then(|| differs(bed, (n, shown), *slice))
+        let is_there = *slice < bed.ct().grid().size()[shown.normal()];
+        is_there.then(|| differs(bed, (n, shown), *slice, over))
     };
     planes.iter().filter_map(patch).collect()
 }
 
-fn differs(bed: &LiveBed, (view, shown): (u32, &ViewShown), slice: usize) -> Patch {
+fn differs(
+    bed: &LiveBed,
+    (view, shown): (u32, &ViewShown),
+    slice: usize,
+    over: Option<&Over<'_>>,
+) -> Patch {
     let (old, new): (&Ct, &Ct) = (bed.acquired(), bed.ct());
     let (size, [right, down]) = (new.grid().size(), shown.sides());
-    let at = |x: usize, y: usize| {
+    let voxel = |x: usize, y: usize| {
         let mut voxel = [slice; 3];
         (voxel[right], voxel[down]) = (x, y);
-        new.grid().offset(voxel)
+        voxel
     };
     let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+    let mut plane = Vec::with_capacity(size[right] * size[down]);
     for y in 0..size[down] {
         for x in 0..size[right] {
-            let n = at(x, y);
-            if old.data()[n] != new.data()[n] {
+            let n = new.grid().offset(voxel(x, y));
+            let hu = over.and_then(|over| over.at(voxel(x, y))).unwrap_or_else(|| new.data()[n]);
+            if old.data()[n] != hu {
                 (low[0], low[1]) = (low[0].min(x), low[1].min(y));
                 (high[0], high[1]) = (high[0].max(x + 1), high[1].max(y + 1));
             }
+            plane.push(hu);
         }
     }
     if high == [0; 2] {
         (low, high) = ([0; 2], [0; 2]);
     }
-    let rows = (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (x, y)));
-    let hu = rows.map(|(x, y)| new.data()[at(x, y)]).collect();
+    let row = |y: usize| &plane[y * size[right]..][low[0]..high[0]];
+    let hu = (low[1]..high[1]).flat_map(row).copied().collect();
     Patch { view, slice, at: low, size: [high[0] - low[0], high[1] - low[1]], hu }
 }
 
@@ -332,7 +378,7 @@ const TABLE: u32 = 0x4442_4553;
 const APPLICATOR: u32 = 0x4442_4541;
 
 /// Little-endian: u32 magic, 0, planes, 0; four f32: of the table AP and LAT (degrees), the tumour's way (mm; NaN: unknown),
-/// ms; with an applicator the tumour's way, force (N), moment (N mm), ms. For each plane u32 view (axial, sagittal, coronal),
+/// ms; with an applicator the tumour's way, force (N), moment (N mm; NaN: a navigation does not say it), ms. For each plane u32 view (axial, sagittal, coronal),
 /// slice, first voxel right and down, how many right and down; its HU row by row as i16, with two bytes more where their
 /// number is odd. With an applicator eight f32 follow: the tumour's centre (LPS, mm), its distance and that of its surface from
 /// the applicator's (mm), the table's AP and LAT, 0.

@@ -3,17 +3,18 @@
 
 use crate::Error;
 use crate::desk::Desk;
-use crate::navigation::{AnswerShown, Ear, Heard, Mood, STALE};
+use crate::navigation::{AnswerShown, Ear, Heard, Mood, REGION, STALE};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use supine_openigtlink::{
     Content, HEADER_BYTES, Header, Limits, Message, Outcome, Query, Stamp, Start, Verb, Version,
 };
+use supine_volume::Ct;
 use tokio::sync::watch;
 
 /// A connection that does not come about in this time is none.
@@ -28,8 +29,10 @@ const IN_TIME: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(5);
 /// After this it is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
-/// Largest body of a message, bytes: what is followed is small.
-const MOST: u64 = 1 << 20;
+/// Largest body of a message, bytes: a picture has 4 MiB.
+const MOST: u64 = 1 << 24;
+/// A picture comes in this time, or the page shows the table without one.
+const PICTURE: Duration = Duration::from_millis(300);
 /// Poses a second are counted over this time.
 const COUNTED: Duration = Duration::from_secs(2);
 /// And over so many poses at most.
@@ -83,16 +86,41 @@ pub(crate) struct Asked {
     address: String,
 }
 
+/// The CT as the navigation carried it, and what it said then.
+#[derive(Debug)]
+pub(crate) struct Pictured {
+    pub(crate) ct: Ct,
+    pub(crate) answer: Option<AnswerShown>,
+}
+
+/// Pictures that are asked for one by one.
+#[derive(Debug, Default)]
+struct Pictures {
+    /// Where they come from; nothing while nobody is there.
+    from: Option<Arc<TcpStream>>,
+    newest: Option<Arc<Pictured>>,
+    /// How many came.
+    came: u64,
+}
+
 /// Which navigation is followed.
 pub(crate) struct Following {
     told: watch::Sender<Arc<Navigation>>,
     /// Ends the thread that follows.
     stop: Mutex<Arc<AtomicBool>>,
+    pictures: Mutex<Pictures>,
+    /// A picture came, or none can come any more.
+    pictured: Condvar,
 }
 
 impl Default for Following {
     fn default() -> Self {
-        Self { told: watch::Sender::new(Arc::default()), stop: Mutex::default() }
+        Self {
+            told: watch::Sender::new(Arc::default()),
+            stop: Mutex::default(),
+            pictures: Mutex::default(),
+            pictured: Condvar::new(),
+        }
     }
 }
 
@@ -109,7 +137,39 @@ impl Following {
         *stop = Arc::default();
         let run = self.told.borrow().run + 1;
         self.told.send_replace(Arc::new(Navigation { run, ..next }));
+        // After it: a thread that ends puts nothing there any more.
+        *self.pictures() = Pictures::default();
+        self.pictured.notify_all();
         (run, Arc::clone(&stop))
+    }
+
+    fn pictures(&self) -> MutexGuard<'_, Pictures> {
+        self.pictures.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes where pictures come from, or the newest, unless another following has begun.
+    fn put(&self, run: u64, put: impl FnOnce(&mut Pictures)) {
+        let mut pictures = self.pictures();
+        if self.told.borrow().run == run {
+            put(&mut pictures);
+            self.pictured.notify_all();
+        }
+    }
+
+    /// The CT around the tumour as the navigation has it now: asked for, and waited for. None where none comes in time.
+    pub(crate) fn picture(&self) -> Option<Arc<Pictured>> {
+        let mut bytes = vec![];
+        let query = Content::Query(Query::new(Verb::Get, "IMAGE"));
+        let message = Message::new(REGION, Stamp::NONE, query);
+        Message { version: Version::Two, ..message }.write(&mut bytes);
+        let pictures = self.pictures();
+        let before = pictures.came;
+        let mut to: &TcpStream = pictures.from.as_ref()?;
+        to.write_all(&bytes).ok()?;
+        let waits = |now: &mut Pictures| now.from.is_some() && now.came == before;
+        let waited = self.pictured.wait_timeout_while(pictures, PICTURE, waits);
+        let (now, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        now.newest.clone().filter(|_| now.came > before)
     }
 
     /// Changes what is told, unless another following has begun.
@@ -172,9 +232,10 @@ fn address(text: &str) -> Result<String, Error> {
 fn follow(following: &Following, run: u64, address: &str, stop: &AtomicBool) {
     while !stop.load(Ordering::SeqCst) {
         let why = match connect(address) {
-            Ok(stream) => Client { following, run, stop, stream: &stream }.serve(),
+            Ok(stream) => Client { following, run, stop, stream: &Arc::new(stream) }.serve(),
             Err(why) => why,
         };
+        following.put(run, |pictures| *pictures = Pictures::default());
         following.change(run, |told| {
             told.phase = Phase::Gone;
             told.rate = None;
@@ -214,7 +275,7 @@ struct Client<'a> {
     following: &'a Following,
     run: u64,
     stop: &'a AtomicBool,
-    stream: &'a TcpStream,
+    stream: &'a Arc<TcpStream>,
 }
 
 impl Client<'_> {
@@ -234,13 +295,14 @@ impl Client<'_> {
             let message = Message::new("", Stamp::NONE, query);
             Message { version: Version::Two, ..message }.write(&mut bytes);
         }
-        let mut stream = self.stream;
+        let mut stream: &TcpStream = self.stream;
         let sent = stream
             .set_nodelay(true)
             .and_then(|()| stream.set_write_timeout(Some(WRITE)))
             .and_then(|()| stream.set_read_timeout(Some(TICK)))
             .and_then(|()| stream.write_all(&bytes));
         sent.map_err(|_| "it takes nothing".to_owned())?;
+        self.following.put(self.run, |pictures| pictures.from = Some(Arc::clone(self.stream)));
         self.following.change(self.run, |told| {
             told.phase = Phase::Following;
             (told.status, told.why) = (None, None);
@@ -285,6 +347,14 @@ impl Client<'_> {
                     let why = trouble.clone();
                     self.following.change(self.run, |told| {
                         (told.answer, told.rate, told.why) = (Some(*answer), rate, why);
+                    });
+                }
+                Heard::Region(ct) => {
+                    let answer = self.following.told.borrow().answer.clone();
+                    let newest = Some(Arc::new(Pictured { ct: *ct, answer }));
+                    self.following.put(self.run, |pictures| {
+                        pictures.newest = newest;
+                        pictures.came += 1;
                     });
                 }
                 Heard::Status { text, mood: Mood::Ended } => return Err(text),
@@ -335,7 +405,8 @@ impl Client<'_> {
 
     /// Fills a piece; false when it is told to stop. `began`: when the message did.
     fn fill(&self, piece: &mut [u8], began: &mut Option<Instant>) -> Result<bool, String> {
-        let (mut filled, waits, mut stream) = (0, Instant::now(), self.stream);
+        let (mut filled, waits) = (0, Instant::now());
+        let mut stream: &TcpStream = self.stream;
         while let Some(rest) = piece.get_mut(filled..).filter(|rest| !rest.is_empty()) {
             if self.stop.load(Ordering::SeqCst) {
                 return Ok(false);

@@ -27,6 +27,7 @@ mod open;
 mod own;
 mod own_lines;
 mod picture;
+mod region;
 mod roots;
 mod routes;
 mod send;

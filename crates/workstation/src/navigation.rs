@@ -1,12 +1,16 @@
 //! What a navigation says, in messages, and what the page is told of it: frames are LPS, all numbers finite.
 
+use crate::region;
 use serde::Serialize;
 use supine_openigtlink::{Content, Message, PointItem, Rows, Stamp, Status, StatusCode};
 use supine_space::{Matrix, Point, Vector};
+use supine_volume::Ct;
 
 /// Device names of the navigator.
 const APPLICATOR: &str = "Applicator";
 const TUMOUR: &str = "Tumour";
+/// And of the CT that it carries.
+pub(crate) const REGION: &str = "Region";
 /// Farther from the origin nothing of a patient lies, mm.
 const FARTHEST: f64 = 10_000.0;
 /// Largest diameter of a tumour, mm.
@@ -33,6 +37,9 @@ pub(crate) struct AnswerShown {
     pub(crate) solver_error_mm: Option<f64>,
     pub(crate) tumour: [f64; 3],
     pub(crate) radius_mm: f64,
+    /// Radii of the applicator's sphere and shaft.
+    pub(crate) sphere_radius_mm: Option<f64>,
+    pub(crate) shaft_radius_mm: Option<f64>,
     /// Where the tumour is without the applicator.
     pub(crate) rest: Option<[f64; 3]>,
     /// Centre of the sphere, and where the shaft points, of length 1.
@@ -50,6 +57,8 @@ pub(crate) struct AnswerShown {
 pub(crate) enum Heard {
     /// A pose and the tumour's place that goes with it.
     Answer(Box<AnswerShown>),
+    /// The CT around the tumour as it is.
+    Region(Box<Ct>),
     /// How the navigator is.
     Status { text: String, mood: Mood },
     /// It is of no use: why.
@@ -125,6 +134,9 @@ impl Ear {
             Content::Points(points) if message.device == TUMOUR => {
                 self.answer(message, points).map(|answer| Heard::Answer(Box::new(answer)))
             }
+            Content::Image(image) if message.device == REGION => {
+                region::read(image).map(|ct| Heard::Region(Box::new(ct)))
+            }
             Content::Status(status) => Ok(told(status)),
             _ => Ok(Heard::Nothing),
         };
@@ -162,6 +174,8 @@ impl Ear {
             solver_error_mm: number(message, "solver_error_mm")?,
             tumour: tumour.coords.into(),
             radius_mm: 0.5 * diameter,
+            sphere_radius_mm: number(message, "sphere_radius_mm")?,
+            shaft_radius_mm: number(message, "shaft_radius_mm")?,
             rest: moved.map(|moved| (tumour - moved).coords.into()),
             centre: placed.centre.coords.into(),
             axis: placed.axis.into(),

@@ -3,6 +3,7 @@
 #![expect(clippy::disallowed_methods, clippy::unwrap_used, reason = "tests of an edge crate")]
 
 mod cases;
+mod cavity;
 mod ends;
 mod hostile;
 mod live;

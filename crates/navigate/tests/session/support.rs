@@ -97,7 +97,7 @@ pub(crate) fn follower(contact: Contact) -> Follower {
 
 /// The CT around the tumour.
 pub(crate) fn region() -> LiveRegion {
-    LiveRegion::new(ct(), block(), &TUMOUR).unwrap()
+    LiveRegion::new(ct(), block(), &[], &TUMOUR).unwrap()
 }
 
 /// Says yes when it goes, also when a test fails: other threads of the test end then.

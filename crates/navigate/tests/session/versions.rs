@@ -52,6 +52,7 @@ fn metadata_say_the_figures_of_the_answer_in_the_frame_of_the_peer() {
             assert!((number("solver_error_mm") - wanted.error_mm).abs() <= 1e-4);
             assert!((number("from_surface_mm") - wanted.from_surface_mm).abs() <= 0.006);
             assert!((number("from_axis_mm") - wanted.from_axis_mm).abs() <= 0.006);
+            assert_eq!((number("sphere_radius_mm"), number("shaft_radius_mm")), (15.0, 5.0));
             for (key, vector) in [("moved_mm", wanted.moved), ("force_n", wanted.force_n)] {
                 let words: Vec<f32> =
                     said[key].split(' ').map(|word| word.parse().unwrap()).collect();

@@ -131,8 +131,8 @@ export const takenOut = (one) => one && { ...one, centre: centreOf(one), axis: a
 export const takeOut = () => change({ applicator: takenOut(now().applicator) });
 
 /** What the server is asked. @param {Applicator} one @param {import("./state.js").Angles} bed @param {any[][]} seen planes */
-export const questionOf = ({ centre, axis, radius, shaft, contact, shift, turn }, { ap, lat }, seen) =>
-  ({ applicator: { ap, lat, centre, axis, radius, shaft, contact, pose: { shift, turn }, planes: seen } });
+export const questionOf = ({ centre, axis, radius, shaft, contact, shift, turn, tracked }, { ap, lat }, seen) =>
+  ({ applicator: { ap, lat, centre, axis, radius, shaft, contact, pose: { shift, turn }, followed: Boolean(tracked), planes: seen } });
 
 /** The numbers of a frame. @param {number[]} head three of its beginning @param {Float32Array} rest of its end @returns {Load} */
 export function loadFrom([force, moment], [x, y, z, away, gap]) {

@@ -1,6 +1,6 @@
 // A navigation that is followed: its tracker holds the applicator that the page shows, in words and in the picture.
-import { isIn, isTracked, turnBetween } from "./applicator.js";
-import { dot, length, minus } from "./geometry.js";
+import { isTracked } from "./applicator.js";
+import { length, minus } from "./geometry.js";
 import { followNavigation } from "./link.js";
 import { change, tumourOf } from "./state.js";
 
@@ -19,22 +19,11 @@ const nowhere = [0, 0, 0];
 /** Something is followed, or tried to be. @param {State} state */
 export const isFollowing = ({ navigation }) => navigation !== null && navigation.phase !== "off";
 
-/** Without a force nothing is pushed; one that does not tell it may push. @param {Answer} answer */
-const pushes = ({ force_n: force }) => force === null || force > 0;
-
-/** The applicator could not be put in where it was. @param {State} state */
-export const isRefused = (state) => isIn(state) && state.server?.preview_applicator?.state === "failed";
-
-/** The page's applicator where the tracker has it: put in where following began, or where it first pushed, and moved since.
- * @param {Applicator} one @param {Answer} answer @param {State} state @returns {Applicator} */
+/** The page's applicator where the tracker has it. @param {Applicator} one @param {Answer} answer @param {State} state @returns {Applicator} */
 function placed(one, answer, state) {
   const { centre, axis } = answer;
-  const inserted = state.slicesFollow && pushes(answer);
-  const held = { ...one, contact: /** @type {const} */ ("frictionless"), tracked: true, inserted };
-  // A place where it cannot be put in says nothing of the next.
-  const stays = inserted && one.tracked && one.inserted && !isRefused(state);
-  return stays ? { ...held, shift: minus(centre, one.centre), turn: turnBetween(one.axis, axis) }
-    : { ...held, centre, axis, shift: nowhere, turn: nowhere };
+  const [radius, shaft] = [answer.sphere_radius_mm ?? one.radius, answer.shaft_radius_mm ?? one.shaft];
+  return { ...one, radius, shaft, tracked: true, inserted: state.slicesFollow, centre, axis, shift: nowhere, turn: nowhere };
 }
 
 /** @param {State} state @param {State} before */
@@ -64,14 +53,6 @@ export function standing({ navigation, socket }) {
 export function passedOver({ navigation }) {
   const { passed = 0, passed_why: why } = navigation ?? {};
   return passed === 0 ? "" : `${passed} ${passed === 1 ? "message" : "messages"} passed over; the last: ${why}.`;
-}
-
-/** Radius of the sphere that the navigation has, from the distances that it tells; null where the shaft may be nearer.
- * @param {Answer} answer */
-export function toldRadius({ tumour, centre, axis, from_surface_mm: away, state }) {
-  const way = minus(tumour, centre);
-  if (away === null || state !== "ok" || dot(way, axis) > 0) return null;
-  return Math.round(10 * (length(way) - away)) / 10;
 }
 
 /** How far off the tumour is from the case's, where that is farther than a table carries it; else null. @param {State} state */

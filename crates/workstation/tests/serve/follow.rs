@@ -1,13 +1,14 @@
 //! A navigation that is followed: a navigator of the test's own says what one says.
 
 use crate::client::{Link, Page, patient, small};
+use crate::live::read;
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 use supine_openigtlink::{
-    Content, HEADER_BYTES, Header, Message, PointItem, Query, Rows, Stamp, Start, Status,
-    StatusCode, Verb, Version,
+    Content, Endian, HEADER_BYTES, Header, Image, ImageFrame, ImageLayout, Message, PointItem,
+    Query, Rows, Scalar, Stamp, Start, Status, StatusCode, Verb, Version,
 };
 
 /// A navigator with one peer.
@@ -63,6 +64,8 @@ impl Navigator {
             ("force_n", "0.000 -0.300 0.400"),
             ("from_surface_mm", "7.50"),
             ("from_axis_mm", "21.25"),
+            ("sphere_radius_mm", "20.00"),
+            ("shaft_radius_mm", "6.00"),
         ];
         let item = PointItem {
             name: "Tumour".into(),
@@ -133,6 +136,7 @@ fn the_socket_carries_what_a_navigation_says_in_lps() {
     let wanted = json!({
         "state": "ok", "age_ms": 4.25, "within_mm": null, "moved_mm": 7.0, "from_surface_mm": 7.5, "from_axis_mm": 21.25,
         "force_n": 0.5, "solver_error_mm": 0.0012, "tumour": [90.0, -240.0, -590.0], "radius_mm": 9.0,
+        "sphere_radius_mm": 20.0, "shaft_radius_mm": 6.0,
         "rest": [88.0, -243.0, -596.0], "centre": [91.0, -246.0, -596.0], "axis": [0.0, 1.0, 0.0], "stamp": 1.0,
     });
     assert_eq!(lps, wanted);
@@ -186,19 +190,73 @@ fn junk_is_passed_over_and_said_and_what_is_too_large_ends_the_connection() {
     navigator.answer(3, "LPS", LPS, "ok");
     let told = until(&mut link, numbered(3));
     assert!(told["passed"].as_u64().unwrap() >= 4 && told["answer"]["state"] == "ok", "{told}");
-    // 2 MiB are announced.
+    // 32 MiB are announced.
     let mut bytes = vec![];
     navigator.status(StatusCode::Ok, "ok", "well");
     Message::new("x", Stamp::NONE, Content::Points(vec![])).write(&mut bytes);
-    bytes[42..50].copy_from_slice(&(2_u64 << 20).to_be_bytes());
+    bytes[42..50].copy_from_slice(&(32_u64 << 20).to_be_bytes());
     navigator.stream.write_all(&bytes).unwrap();
     let told = until(&mut link, |told| told["phase"] == "gone");
-    assert!(told["why"].as_str().unwrap().contains("2097152"), "{told}");
+    assert!(told["why"].as_str().unwrap().contains("33554432"), "{told}");
     // The last answer stays, and is none of now.
     assert_eq!(
         (&told["answer"]["state"], &told["answer"]["stamp"]),
         (&json!("stale"), &json!(3.0))
     );
+}
+
+/// 41 voxels of 1 mm a side about a place, all with one value.
+fn cube(centre: [f32; 3], hu: i16) -> Content {
+    let layout = ImageLayout {
+        components: 1,
+        scalar: Scalar::I16,
+        endian: Endian::Little,
+        frame: ImageFrame::Lps,
+        size: [41; 3],
+        steps: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        centre,
+        start: [0; 3],
+        extent: [41; 3],
+    };
+    let data = hu.to_le_bytes().repeat(41 * 41 * 41);
+    Content::Image(Image::new(layout, data).unwrap())
+}
+
+#[test]
+fn the_slices_are_those_of_the_navigation_where_it_sends_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let (page, mut link, listener) = opened(dir.path());
+    let ask = json!({ "applicator": {
+        "ap": 7.0, "lat": 5.0, "planes": [["axial", 49], ["coronal", 54]], "followed": true,
+        "centre": [91.0, -246.0, -596.0], "axis": [0.0, -1.0, 0.0], "radius": 15.0, "shaft": 5.0,
+        "contact": "tied", "pose": { "shift": [0, 0, 0], "turn": [0, 0, 0] },
+    } });
+    // Nobody is followed: the table alone, and no place of the tumour.
+    link.say(&ask.to_string());
+    let alone = read(&link.picture());
+    assert!(alone.rest[..5].iter().all(|number| number.is_nan()), "{:?}", alone.rest);
+    follow(&page, &listener);
+    let mut navigator = Navigator::serve(&listener);
+    navigator.answer(1, "LPS", LPS, "ok");
+    until(&mut link, numbered(1));
+    link.say(&ask.to_string());
+    let asked = navigator.read();
+    assert_eq!(asked.content, Content::Query(Query::new(Verb::Get, "IMAGE")));
+    let region = Message::new("Region", Stamp(1 << 32), cube([91.0, -246.0, -596.0], 777));
+    navigator.say(&region);
+    let shown = read(&link.picture());
+    assert_eq!(shown.rest[..3], [90.0, -240.0, -590.0]);
+    assert_eq!((shown.numbers[0], shown.numbers[1]), (7.0, 0.5));
+    let carried = |hu: &Vec<i16>| hu.iter().filter(|hu| **hu == 777).count();
+    for ((head, hu), (_, before)) in shown.planes.iter().zip(&alone.planes) {
+        assert!(carried(hu) > 300 && carried(before) < 20, "{head:?} {}", carried(hu));
+    }
+    // One that sends none is not waited for: the table alone again.
+    link.say(&ask.to_string());
+    navigator.read();
+    let again = read(&link.picture());
+    assert!(again.rest[0].is_nan());
+    assert!(again.planes.iter().all(|(_, hu)| hu.len() > 1000 && carried(hu) < 20));
 }
 
 #[test]

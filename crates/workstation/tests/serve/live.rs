@@ -4,15 +4,15 @@ use crate::client::{Page, small};
 use serde_json::{Value, json};
 
 /// A frame: its first word, four numbers, the planes with their values, what follows.
-struct Frame {
+pub(crate) struct Frame {
     magic: u32,
-    numbers: [f32; 4],
+    pub(crate) numbers: [f32; 4],
     /// View, slice, first voxel and how many along the right and down axes; HU.
-    planes: Vec<([u32; 6], Vec<i16>)>,
-    rest: Vec<f32>,
+    pub(crate) planes: Vec<([u32; 6], Vec<i16>)>,
+    pub(crate) rest: Vec<f32>,
 }
 
-fn read(bytes: &[u8]) -> Frame {
+pub(crate) fn read(bytes: &[u8]) -> Frame {
     let whole = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     let float = |at: usize| f32::from_bits(whole(at));
     let mut at = 32;

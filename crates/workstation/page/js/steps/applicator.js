@@ -36,7 +36,7 @@ const placeFields = () => fields("Applicator\u2019s centre", ["L", "P", "S"].map
 const sizeFields = () => fields("Applicator\u2019s radii", /** @type {["radius"|"shaft", string][]} */ ([["radius", "Radius"], ["shaft", "Shaft"]]).map(([what, name]) => ({
   ...numberField(name, { id: `applicator-${what}`, unit: what === "shaft" ? "mm (radii)" : "", min: limits[what][0], max: limits[what][1],
     onchange: (x) => reshape({ [what]: x }) }), of: (one) => one[what],
-})), false, "pair");
+})), true, "pair");
 
 /** @returns {Part} */
 const leanFields = () => fields("Shaft leans from the front", /** @type {["left"|"head", string, number][]} */ ([["left", "Leans left", 180], ["head", "to the head", 90]])
@@ -87,7 +87,8 @@ const beside = (mm) => (mm < 0 ? `${fixed(-mm)} mm inside it` : `${fixed(mm)} mm
 /** @param {State} state @returns {string[]} */
 function readings(state) {
   const load = loadOf(state);
-  if (!load) return [];
+  // What a navigation says stands in its table.
+  if (!load || isTracked(state)) return [];
   const { force, moment, away, gap } = load;
   const moved = state.preview?.moved ?? null;
   const tumour = [gap === null ? "" : `edge ${beside(gap)}`, away === null ? "" : `centre ${beside(away)}`].filter(Boolean);

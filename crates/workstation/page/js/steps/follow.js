@@ -1,12 +1,11 @@
 // The part of step 4 that follows a running navigation: where it is, how that stands, and what it says.
-import { isTracked, loadOf, reshape, toggleApplicator } from "../applicator.js";
+import { isTracked, loadOf, toggleApplicator } from "../applicator.js";
 import { element, fixed, remake, say } from "../dom.js";
 import { length, minus } from "../geometry.js";
 import { followAt, leave } from "../link.js";
 import { hindrance } from "../live.js";
-import { isFollowing, isRefused, passedOver, standing, strangeness, toldRadius, usual } from "../navigation.js";
+import { isFollowing, passedOver, standing, strangeness, usual } from "../navigation.js";
 import { change, now } from "../state.js";
-import { percent } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("../state.js").Answer} Answer */
@@ -16,10 +15,10 @@ const words = { ok: "ok: in balance", predicted: "predicted", stale: "\u26a0 sta
 /** @param {number|null} x @param {string} unit @param {number} [digits] */
 const known = (x, unit, digits) => (x === null ? "not told" : `${fixed(x, digits)} ${unit}`);
 
-/** How far the slices have the tumour from where the navigation has it: their model is the preview's. @param {Answer} answer @param {State} state */
-function offSlices({ tumour }, state) {
+/** How far the tumour has gone since the picture in the slices was made. @param {Answer} answer @param {State} state */
+function behind({ tumour }, state) {
   const drawn = loadOf(state)?.tumour;
-  return drawn ? `${fixed(length(minus(drawn, tumour)))} mm off` : "\u2013";
+  return drawn ? `${fixed(length(minus(drawn, tumour)))} mm` : "\u2013";
 }
 
 /** Rows of the table: a name, and what an answer says of it. @type {[string, (answer: Answer, state: State) => string][]} */
@@ -34,7 +33,7 @@ const rows = [
   ["Solver\u2019s error", ({ solver_error_mm: mm }) => known(mm, "mm", 3)],
   ["Age of the pose", ({ age_ms: ms, state }) => (state === "stale" ? "not of now" : known(ms, "ms", 0))],
   ["Poses", (_, { navigation }) => (navigation?.rate ? `${fixed(navigation.rate, 0)} a second` : "\u2013")],
-  ["Tumour in the slices", offSlices],
+  ["Slices behind by", behind],
 ];
 
 /** Nobody reads faster than this, ms. */
@@ -63,13 +62,10 @@ function slices(state) {
   if (!state.applicator) return "It is not drawn: no applicator is put in above.";
   if (!state.previewOn) return "It is not drawn: the preview is switched off above.";
   if (!state.slicesFollow) return "The slices are those of the table; the applicator is an outline.";
-  if (answer.force_n === 0) return "The navigation feels no force: the slices are those of the table.";
   const away = hindrance(state);
   if (away) return away;
-  const told = state.server?.preview_applicator;
-  if (isRefused(state)) return `\u26a0 The slices do not follow: ${told?.message ?? "it cannot be put in here"}.`;
-  if (!loadOf(state)) return `Putting it into the slices (${percent(told?.share ?? null) || "\u2026"})`;
-  return "";
+  if (!loadOf(state)) return "Waiting for the first picture\u2026";
+  return loadOf(state)?.tumour ? "" : "\u26a0 The navigation sends no picture: the slices are those of the table.";
 }
 
 /** What does not fit together. @returns {Part} */
@@ -77,15 +73,10 @@ function doubts() {
   const root = element("div", { class: "doubts" });
   return { root, draw: (state) => {
     const answer = state.navigation?.answer ?? null;
-    const [radius, own] = [answer && toldRadius(answer), state.applicator?.radius ?? null];
-    // Between two answers that tell it, it is the same sphere.
-    const wrong = radius !== null && own !== null && Math.abs(radius - own) > 0.3 ? radius : null;
     if (answer && answer.state !== "ok") return;
     const far = strangeness(state);
-    remake(root, [wrong, far && Math.round(far)], () => [
-      far ? element("p", {}, `\u26a0 Its tumour lies ${fixed(far, 0)} mm from this case\u2019s: is it the navigation of this run?`) : "",
-      wrong ? element("p", {}, `\u26a0 Its sphere has a radius of ${fixed(wrong)} mm, here it has ${fixed(own ?? 0)}. `,
-        element("button", { type: "button", "data-key": "radius", onclick: () => reshape({ radius: wrong }) }, `Use ${fixed(wrong)} mm`)) : ""]);
+    remake(root, far && Math.round(far), () =>
+      (far ? [element("p", {}, `\u26a0 Its tumour lies ${fixed(far, 0)} mm from this case\u2019s: is it the navigation of this run?`)] : []));
   } };
 }
 
@@ -117,7 +108,7 @@ function address() {
 export function followPart() {
   const told = element("p", { class: "standing", "aria-live": "polite" });
   const box = element("input", { type: "checkbox", id: "slices-follow", onchange: () => change({ slicesFollow: box.checked }) });
-  const choice = element("label", { for: "slices-follow" }, box, " Slices follow (preview)");
+  const choice = element("label", { for: "slices-follow" }, box, " Slices follow");
   const lines = [slices, passedOver].map((of) => ({ of, line: element("p", { class: "quiet" }) }));
   const parts = [address(), doubts(), readings()];
   const root = element("div", { class: "follow", role: "group", "aria-label": "Follow a navigation" }, element("h4", {}, "Follow a navigation"),

@@ -1,7 +1,6 @@
 // The applicator in a slice: what the plane cuts of its sphere and shaft, its handles, and the tumour where it lies now.
 import { across, axisOf, centreOf, cross, grip, isSeen, isTracked, loadOf, reach, tumourNow } from "../applicator.js";
 import { along, clamp } from "../geometry.js";
-import { isRefused } from "../navigation.js";
 import { drawFollowed, followedTumour } from "./followed.js";
 import { depthOf, toScreenOf } from "./pane.js";
 import { colours, stroke, swell, write } from "./pen.js";
@@ -136,7 +135,7 @@ export function drawApplicator(pen, state, pane) {
   const held = heldIn(state, pane);
   if (!held || !state.applicator) return;
   const followed = followedTumour(state);
-  const inside = loadOf(state) !== null && patchedFor(state, pane) !== null && followed?.state !== "stale" && !(followed && isRefused(state));
+  const inside = loadOf(state) !== null && patchedFor(state, pane) !== null && followed?.state !== "stale" && !(followed && loadOf(state)?.tumour === null);
   drawBody(pen, pane, held, state.applicator, inside);
   if (followed) return drawFollowed(pen, pane, followed);
   drawTumour(pen, state, pane);

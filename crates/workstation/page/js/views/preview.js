@@ -2,7 +2,6 @@
 import { isTracked } from "../applicator.js";
 import { fixed } from "../dom.js";
 import { planeOf } from "../geometry.js";
-import { isRefused } from "../navigation.js";
 
 /** @typedef {import("./pane.js").Pane} Pane */
 /** @typedef {import("../state.js").State} State */
@@ -32,8 +31,9 @@ export function previewWord(state, pane) {
   const { preview } = state;
   if (!preview || pane.held.grid.id !== "ct") return null;
   if (!patchedFor(state, pane)) return { word: "CT \u00b7 preview follows", framed: false };
-  const late = isTracked(state) && isRefused(state) ? " \u00b7 does not follow" : "";
-  return { word: "PREVIEW", note: `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0${preview.load ? " \u00b7 applicator" : ""}${late}`, framed: true };
+  const angles = `AP ${fixed(preview.ap)}\u00b0  LAT ${fixed(preview.lat)}\u00b0`;
+  if (isTracked(state) && preview.load?.tumour) return { word: "NAVIGATION", note: angles, framed: true };
+  return { word: "PREVIEW", note: `${angles}${preview.load ? " \u00b7 applicator" : ""}`, framed: true };
 }
 
 /** The value of the live picture at a voxel of the CT; undefined where no plane of it is, null where it is as in the CT.
