@@ -5,7 +5,6 @@
 //!   binary on a finished run, with a busy process beside it, with a viewer that is streamed the image, with tissue that is
 //!   pressed instead of tied, or with a recording.
 //! - `bench-navigate accuracy RUN RECORDING`: places of a recorded session against settled ones that know nothing of the way.
-//! - `bench-navigate path RUN`: the motion of 20 s on meshes of several sizes.
 //! - `bench-navigate drift RUN STEPS`: so many steps and back to the start.
 //!
 //! The poses are those of the motion of 10 minutes at 60 Hz: so many minutes of it, FROM a time in s.
@@ -20,7 +19,6 @@ mod drift;
 mod echo;
 mod eighths;
 mod live;
-mod path;
 mod server;
 mod tissue;
 mod tracker;
@@ -45,9 +43,8 @@ fn main() -> Result<()> {
         }
         ["accuracy", run, recording] => accuracy::measure(Path::new(run), Path::new(recording))?,
         ["drift", run, steps] => drift::measure(Path::new(run), steps.parse()?)?,
-        ["path", run] => path::measure(Path::new(run))?,
         ["hog"] => return hog(),
-        _ => bail!("bench-navigate echo|loop|accuracy|drift|path, see the head of its source"),
+        _ => bail!("bench-navigate echo|loop|accuracy|drift, see the head of its source"),
     };
     println!("{told}");
     Ok(())

@@ -171,47 +171,19 @@ fn bearing<const N: usize, const Q: usize>(
     if let Some(cavity) = insertion.cavity {
         let middle =
             |e: &[u32; N]| e[..4].iter().map(|n| places[*n as usize]).sum::<Vector>() / 4.0;
-        let middles: Vec<f64> = elements.iter().map(|e| distance(middle(e))).collect();
-        bears = middles.iter().map(|mm| *mm > 0.0).collect();
+        // A node that lay deep in it could be buried in an applicator, or pushed to either side.
+        let deep = |n: &u32| from_wall[*n as usize] < -BURIED_MM;
+        let stays = |e: &[u32; N]| distance(middle(e)) > 0.0 && !e.iter().any(deep);
+        bears = elements.iter().map(stays).collect();
         if !bears.contains(&false) {
             return Err(Error::CavityEmpty { centre: cavity.centre().coords.into() });
         }
-        open(elements, &from_wall, &middles, &mut bears);
     } else {
         let out = |n: &u32| from_wall[*n as usize] > close;
         bears = elements.iter().map(|e| e.iter().any(out)).collect();
     }
     drop_loose(elements, &ground.held, &mut bears);
     if bears.contains(&true) { Ok(bears) } else { Err(Error::NothingFree) }
-}
-
-/// Takes out tetrahedra until each node that lies deep in the cavity is on the surface, where an applicator meets it: of those
-/// round the node the one whose middle lies deepest.
-fn open<const N: usize>(
-    elements: &[[u32; N]],
-    from_wall: &[f64],
-    middles: &[f64],
-    bears: &mut [bool],
-) {
-    loop {
-        let kept: Vec<[u32; N]> =
-            (0..elements.len()).filter(|t| bears[*t]).map(|t| elements[t]).collect();
-        let on = on_surface(&kept, from_wall.len());
-        let mut deepest: BTreeMap<u32, usize> = BTreeMap::new();
-        for t in (0..elements.len()).filter(|t| bears[*t]) {
-            let buried = |n: &&u32| !on[**n as usize] && from_wall[**n as usize] < -BURIED_MM;
-            for n in elements[t].iter().filter(buried) {
-                let known = deepest.entry(*n).or_insert(t);
-                if middles[t] < middles[*known] {
-                    *known = t;
-                }
-            }
-        }
-        if deepest.is_empty() {
-            return;
-        }
-        deepest.into_values().for_each(|t| bears[t] = false);
-    }
 }
 
 /// Takes out tetrahedra that hang on too few held corners: those that share faces hang together.

@@ -33,8 +33,8 @@ pub struct Insertion<'a> {
     /// How it holds the tissue.
     pub contact: Contact,
     /// The cavity that was cut before, in the CT shape (LPS, mm), for [`Contact::Unilateral`]: tetrahedra whose middle lies
-    /// in it bear and weigh nothing, nor do those that would bury a node in it, nor what then hangs on nothing. The
-    /// tissue settles again without them. Numbers of nodes and tetrahedra stay; nodes of no other tetrahedron stay where they are and mean
+    /// in it, or a node more than 1 mm deep, bear and weigh nothing, nor does what then hangs on nothing. The tissue
+    /// settles again without them. Numbers of nodes and tetrahedra stay; nodes of no other tetrahedron stay where they are and mean
     /// nothing.
     ///
     /// Without one nothing is taken out, unless the applicator as it is put in holds nodes that are not on the

@@ -4,11 +4,15 @@ use super::pressing_tests::{TOLERANCE, apart, on_shaft, outside, pose, pressed, 
 use super::*;
 use crate::krylov::conjugate_gradients;
 use crate::wall::Target;
+use std::collections::BTreeMap;
+use supine_space::Matrix;
 
 /// Stiffness of the springs, mN/mm, and the factor from one round to the next.
 const FIRST: f64 = 10.0;
 const FACTOR: f64 = 10.0;
 const ROUNDS: usize = 7;
+/// About the stiffness of a node of the tissue, mN/mm.
+const OWN: f64 = 20.0;
 
 /// Linear elements, as the twin has them.
 type Linear = Coupling<4, 1>;
@@ -57,13 +61,19 @@ fn direction(c: &Linear, u: &[Vector], spring: f64, residual: &[f64]) -> Vec<f64
             (0..3).for_each(|k| product[row + k] += spring * along * normal[k]);
         }
     };
-    // Each node scaled by a guess of its own stiffness: with the springs along their normals.
+    // Each node scaled by a guess of its own stiffness: with its springs, of which sphere and shaft each have one.
+    let mut stiff = BTreeMap::new();
+    for (row, normal) in &springs {
+        let own = stiff.entry(*row).or_insert(Matrix::identity() * OWN);
+        *own += normal * normal.transpose() * spring;
+    }
+    let soft: Vec<(usize, Matrix)> =
+        stiff.into_iter().map(|(row, own)| (row, own.try_inverse().unwrap() * OWN)).collect();
     let scaled = |x: &mut [f64]| {
-        x.iter_mut().for_each(|x| *x /= 20.0);
-        for (row, normal) in &springs {
-            let along: f64 = (0..3).map(|k| normal[k] * x[row + k]).sum();
-            let less = along * spring / (20.0 + spring);
-            (0..3).for_each(|k| x[row + k] -= less * normal[k]);
+        x.iter_mut().for_each(|x| *x /= OWN);
+        for (row, soft) in &soft {
+            let node = soft * Vector::from_fn(|k, _| x[row + k]);
+            (0..3).for_each(|k| x[row + k] = node[k]);
         }
         true
     };
