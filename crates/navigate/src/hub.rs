@@ -335,3 +335,47 @@ impl Hub {
         self.over.load(Ordering::SeqCst)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_tracker_leads_on_between_its_poses_but_not_for_ever() {
+        let ms = Duration::from_millis;
+        let of = |interval| Lead {
+            peer: Some((1, "a".into())),
+            last: ms(1000),
+            begins: false,
+            interval,
+        };
+        for (interval, leads_ms) in
+            [(None, 300), (Some(ms(16)), 300), (Some(ms(350)), 1050), (Some(ms(9000)), 1200)]
+        {
+            let lead = of(interval);
+            let at = |since: u64| lead.standing(1, "a", ms(1000 + since));
+            assert_eq!(
+                (at(leads_ms), at(leads_ms + 1)),
+                (Standing::Leads, Standing::Free),
+                "{interval:?}"
+            );
+            assert_eq!(lead.standing(2, "a", ms(1000 + leads_ms)), Standing::OtherPeer);
+        }
+    }
+
+    #[test]
+    fn one_that_comes_back_keeps_its_interval_and_another_begins_anew() {
+        let hub = Hub::new(Frame::Lps, 5.0, vec![]);
+        *lock(&hub.lead) = Lead {
+            peer: Some((1, "a".into())),
+            last: Duration::ZERO,
+            begins: false,
+            interval: Some(Duration::from_millis(500)),
+        };
+        let late = Duration::from_secs(60);
+        assert!(hub.leads(1, "a", late));
+        assert_eq!(hub.interval(), Some(Duration::from_millis(500)));
+        assert!(hub.leads(2, "a", late));
+        assert_eq!(hub.interval(), None);
+    }
+}

@@ -12,14 +12,14 @@ import { numberField, percent } from "./parts.js";
 /** @typedef {import("./parts.js").Part} Part */
 
 /** Fields in a row, with what each shows. @param {string} name @param {{root: HTMLElement, field: HTMLInputElement, of: (one: import("../state.js").Applicator) => number}[]} all
- * @param {boolean} tracked a tracker may hold it @param {string} [kind] @returns {Part} */
-function fields(name, all, tracked, kind = "") {
+ * @param {string} [kind] @returns {Part} */
+function fields(name, all, kind = "") {
   const root = element("div", { class: `place-fields ${kind}`, role: "group", "aria-label": name }, ...all.map((one) => one.root));
   return { root, draw: (state) => {
     const { applicator } = state;
     for (const { field, of } of all) {
       if (applicator) show(field, of(applicator).toFixed(1).replace(/^-0\.0$/, "0.0"));
-      field.readOnly = tracked && isTracked(state);
+      field.readOnly = isTracked(state);
     }
   } };
 }
@@ -30,13 +30,13 @@ const placeFields = () => fields("Applicator\u2019s centre", ["L", "P", "S"].map
     const { applicator } = now();
     if (applicator) carryTo(/** @type {Triple} */ (centreOf(applicator).map((old, n) => (n === a ? x : old))));
   } }), of: (one) => centreOf(one)[a],
-})), true);
+})));
 
 /** @returns {Part} */
 const sizeFields = () => fields("Applicator\u2019s radii", /** @type {["radius"|"shaft", string][]} */ ([["radius", "Radius"], ["shaft", "Shaft"]]).map(([what, name]) => ({
   ...numberField(name, { id: `applicator-${what}`, unit: what === "shaft" ? "mm (radii)" : "", min: limits[what][0], max: limits[what][1],
     onchange: (x) => reshape({ [what]: x }) }), of: (one) => one[what],
-})), true, "pair");
+})), "pair");
 
 /** @returns {Part} */
 const leanFields = () => fields("Shaft leans from the front", /** @type {["left"|"head", string, number][]} */ ([["left", "Leans left", 180], ["head", "to the head", 90]])
@@ -45,7 +45,7 @@ const leanFields = () => fields("Shaft leans from the front", /** @type {["left"
       const { applicator } = now();
       if (applicator) turnTo(leaning({ ...leanOf(axisOf(applicator)), [what]: x }));
     } }), of: (one) => leanOf(axisOf(one))[what],
-  })), true, "pair");
+  })), "pair");
 
 /** @returns {Part} */
 function contact() {
