@@ -109,6 +109,7 @@ LISTEN = """(() => {
 VIEWS_TOLD = """() => import("/js/state.js").then(({now}) => now().server.views)"""
 WHOLE = """() => import("/js/state.js").then(({now}) => {
     const {voxels: {ct}, crosshair} = now(); return ct && ct.arrived === ct.voxels.length && crosshair !== null; })"""
+DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
     const canvas = document.querySelector(`#view-${view} canvas.voxels`);
     const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -129,6 +130,8 @@ def check_planes(page, name, image, place, look):
     for field, value in wanted:
         page.locator(f"#{field}").fill(str(value))
         page.locator(f"#{field}").press("Enter")
+    # Fields are drawn with the next frame: until then they show where the crosshair was.
+    page.evaluate(DRAWN)
     at = [float(page.locator(f"#place-{a}").input_value()) for a in "LPS"]
     voxel, asked = (np.array(image.TransformPhysicalPointToIndex(list(p))) for p in (at, place))
     snaps = int(name in ("tilted", "skew_feet_first"))

@@ -20,6 +20,7 @@ mod mechanics;
 mod mesh;
 mod navigate;
 mod page;
+mod path;
 mod patients;
 mod peers;
 mod plot;
@@ -150,6 +151,8 @@ pub(crate) enum Part {
     Table,
     /// The same in the page, from the slider to the picture; needs what `cargo xtask readers` installs.
     Slider,
+    /// An applicator's path over the tumour on coarse and fine meshes.
+    Path,
     /// The tumour followed live: from a pose to its place; only when named. `SUPINE_NAVIGATE_MINUTES`: how long, else 10.
     Navigate,
     /// What stands for the tissue beyond the sphere.
@@ -200,6 +203,7 @@ impl Part {
             Self::Contact => contact::section(bench),
             Self::Table => table::section(bench),
             Self::Slider => slider::section(bench),
+            Self::Path => path::section(bench),
             Self::Navigate => navigate::section(bench),
             Self::Cut => cut::table(bench),
             Self::Warp => warp::section(bench),

@@ -54,7 +54,7 @@ fn settled(tissue: &mut Follower, pose: &Pose) -> Result<Followed> {
 }
 
 /// The pose of a row that is one.
-fn pose(row: &Row) -> Pose {
+pub(crate) fn pose(row: &Row) -> Pose {
     let turn = Matrix::from_fn(|r, c| row.rows[r][c]);
     let shift = Vector::from_fn(|r, _| row.rows[r][3]);
     Pose::from_parts(shift.into(), UnitQuaternion::from_matrix(&turn))

@@ -6,6 +6,7 @@
 //!   pressed instead of tied, or with a recording.
 //! - `bench-navigate accuracy RUN RECORDING`: places of a recorded session against settled ones that know nothing of the way.
 //! - `bench-navigate drift RUN STEPS`: so many steps and back to the start.
+//! - `bench-navigate path RUN`: a path over the tumour on coarse and fine meshes, one pose after the other.
 //!
 //! The poses are those of the motion of 10 minutes at 60 Hz: so many minutes of it, FROM a time in s.
 #![expect(
@@ -19,6 +20,7 @@ mod drift;
 mod echo;
 mod eighths;
 mod live;
+mod path;
 mod server;
 mod tissue;
 mod tracker;
@@ -42,9 +44,10 @@ fn main() -> Result<()> {
             live::measure(Path::new(supine), Path::new(run), mesh, &span, &beside)?
         }
         ["accuracy", run, recording] => accuracy::measure(Path::new(run), Path::new(recording))?,
+        ["path", run] => path::measure(Path::new(run))?,
         ["drift", run, steps] => drift::measure(Path::new(run), steps.parse()?)?,
         ["hog"] => return hog(),
-        _ => bail!("bench-navigate echo|loop|accuracy|drift, see the head of its source"),
+        _ => bail!("bench-navigate echo|loop|accuracy|drift|path, see the head of its source"),
     };
     println!("{told}");
     Ok(())

@@ -6,6 +6,7 @@ use crate::coupling::{Coupling, Renewed, Step};
 use crate::either::{Either, either};
 use crate::ground::Ground;
 use crate::outcome::Halt;
+use crate::quasi_newton::Budget;
 use crate::rest::Settled;
 use crate::rigid::RigidBody;
 use crate::site::{Site, Tissue, Touch, elements_of};
@@ -96,14 +97,15 @@ impl Applicator {
     }
 
     /// Moves the applicator to `pose` as [`Applicator::step`] does, but only in time: by corrections with the factor
-    /// at hand. None, and all as it was, when these do not suffice: the motion is long, or the factor old.
+    /// at hand, as many as the budget has. None, and all as it was, when these do not suffice: the motion is long, or the
+    /// factor old. What [`Budget::partly`] leaves undone, the next step to the same pose goes on with.
     ///
     /// # Errors
     /// [`Error::ApplicatorPose`] when `pose` is not finite.
-    pub fn step_quickly(&mut self, pose: &Pose) -> Result<Option<Step>, Error> {
+    pub fn step_quickly(&mut self, pose: &Pose, budget: Budget) -> Result<Option<Step>, Error> {
         check(pose)?;
         self.take_renewal();
-        Ok(either!(&mut self.coupling, c => c.step_quickly(pose)))
+        Ok(either!(&mut self.coupling, c => c.step_quickly(pose, budget)))
     }
 
     /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own time:

@@ -5,6 +5,7 @@ use crate::compliance::Compliance;
 use crate::following::Following;
 use crate::outcome::Halt;
 use crate::pressing::Pressing;
+use crate::quasi_newton::Budget;
 use crate::site::{Place, Responses, Site};
 use std::sync::Arc;
 use supine_space::{Pose, Progress, Vector};
@@ -115,10 +116,14 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     }
 
     /// The same with the factor at hand alone; `None`, and all as it was, when that does not suffice.
-    pub(crate) fn step_quickly(&mut self, pose: &Pose) -> Option<Step> {
+    pub(crate) fn step_quickly(&mut self, pose: &Pose, budget: Budget) -> Option<Step> {
         match &mut self.hold {
-            Hold::Bilateral(following) => following.step_quickly(&self.site, &mut self.place, pose),
-            Hold::Unilateral(pressing) => pressing.step_quickly(&self.site, &mut self.place, pose),
+            Hold::Bilateral(following) => {
+                following.step_quickly(&self.site, &mut self.place, pose, budget)
+            }
+            Hold::Unilateral(pressing) => {
+                pressing.step_quickly(&self.site, &mut self.place, pose, budget)
+            }
         }
     }
 

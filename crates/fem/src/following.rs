@@ -3,7 +3,7 @@
 use crate::coupling::Step;
 use crate::newton::{Limits, Newton};
 use crate::outcome::{Cause, Halt, Stall};
-use crate::quasi_newton::{ERROR_MM, Memory, error_mm, largest};
+use crate::quasi_newton::{Budget, Memory, error_mm, largest};
 use crate::site::{MOTIONS, Place, Responses, Site};
 use crate::tangent::Tangent;
 use supine_space::{Pose, Progress, Vector};
@@ -35,6 +35,8 @@ pub(crate) struct Following {
     /// Room of the responses before the last ones.
     spare: Option<Tangent>,
     lesson: Option<Lesson>,
+    /// What corrections have shown of the stiffness since the factor was made.
+    memory: Memory,
     /// Share of the error that a correction leaves when the body has moved by its size since the factor was
     /// made; in between it is taken for proportional to the way.
     rate: f64,
@@ -43,7 +45,8 @@ pub(crate) struct Following {
 impl Following {
     /// Begins with these responses.
     pub(crate) fn new(responses: Responses) -> Self {
-        Self { responses, spare: None, lesson: None, rate: FIRST_RATE }
+        let memory = Memory::default();
+        Self { responses, spare: None, lesson: None, memory, rate: FIRST_RATE }
     }
 
     /// Settles the tissue at the first pose, and makes the responses there.
@@ -68,6 +71,7 @@ impl Following {
     pub(crate) fn adopt(&mut self, responses: Responses) {
         let before = std::mem::replace(&mut self.responses, responses);
         self.spare = Some(before.tangent);
+        self.memory = Memory::default();
     }
 
     /// Room for new responses.
@@ -85,7 +89,7 @@ impl Following {
         place: &mut Place,
         pose: &Pose,
     ) -> Result<Step, Halt> {
-        if let Some(made) = self.step_quickly(site, place, pose) {
+        if let Some(made) = self.step_quickly(site, place, pose, Budget::whole(CORRECTIONS)) {
             return Ok(made);
         }
         self.settle((site, place), pose, 1e-8, Progress::none())
@@ -98,9 +102,11 @@ impl Following {
         site: &Site<N, Q>,
         place: &mut Place,
         pose: &Pose,
+        budget: Budget,
     ) -> Option<Step> {
-        let Some((found, made)) = self.corrected((site, place), pose) else {
+        let Some((found, made)) = self.corrected((site, place), pose, budget) else {
             self.lesson = None;
+            self.memory = Memory::default();
             return None;
         };
         *place = found;
@@ -113,24 +119,26 @@ impl Following {
         &mut self,
         (site, place): (&Site<N, Q>, &Place),
         pose: &Pose,
+        budget: Budget,
     ) -> Option<(Place, Step)> {
         let motion = site.motion(&place.pose, pose);
         let slide = site.slide(pose);
         let (mut u, curvature) = self.predicted((site, place), pose, &motion)?;
-        let mut memory = Memory::default();
+        self.memory.rest();
         let mut lack = curvature;
         let mut last = f64::INFINITY;
         let way = site.motion(&self.responses.pose, pose);
         let way = way.iter().map(|v| v * v).sum::<f64>().sqrt() / site.size_mm;
         // What a correction leaves of the error.
         let mut left = (self.rate * way).clamp(MIN_RATE, 1.0);
-        for corrections in 1..=CORRECTIONS {
+        for corrections in 1..=budget.corrections {
             let mut forces = site.out_of_balance(&u)?;
             if let Some(slide) = &slide {
                 slide.project(&u, &mut forces)?;
             }
             let residual = site.pattern.gather(&forces);
-            let step = memory.step(residual, |x| self.responses.tangent.apply_factor(x))?;
+            let tangent = &mut self.responses.tangent;
+            let step = self.memory.step(residual, |x| tangent.apply_factor(x))?;
             let size = largest(&step);
             if size.is_nan() || size > (GROWTH * last).min(site.size_mm) {
                 return None;
@@ -146,7 +154,7 @@ impl Following {
                 left = left.max(seen);
             }
             let error_mm = error_mm(size, left);
-            if error_mm <= ERROR_MM {
+            if budget.is_met(corrections, (error_mm, left)) {
                 self.lesson = Some(Lesson { motion, lack });
                 let made = Step { corrections, error_mm, by_newton: false };
                 return Some((Place { pose: *pose, u }, made));

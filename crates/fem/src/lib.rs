@@ -77,6 +77,7 @@ pub use error::Error;
 pub use foundation::{Spring, nodal_springs};
 pub use goal::{GoalErrors, error_shares, goal_errors};
 pub use params::{Cut, Info, Load, Params, RestState, SQUEEZED_DET_F, Tissue, Unloading};
+pub use quasi_newton::Budget;
 pub use rigid::{RigidBody, Shaft, SphereOnShaft};
 
 pub use sensitivity::{Between, between, sensitivity};

@@ -13,7 +13,7 @@ use crate::coupling::Step;
 use crate::outcome::Halt;
 use crate::pairs::Pair;
 use crate::press_problem::Problem;
-use crate::quasi_newton::{ERROR_MM, dot, error_mm, largest};
+use crate::quasi_newton::{Budget, dot, error_mm, largest};
 use crate::site::{Place, Site};
 use crate::tangent::Tangent;
 use crate::wall::{Press, Target, Wall};
@@ -195,10 +195,12 @@ impl Pressing {
         site: &Site<N, Q>,
         place: &mut Place,
         pose: &Pose,
+        budget: Budget,
     ) -> Option<Step> {
         let target = Target::at(pose);
         let near = self.parts(site, place, pose) == 1;
-        let found = near.then(|| self.corrected(site, self.balance(place), target)).flatten();
+        let found =
+            near.then(|| self.corrected(site, self.balance(place), target, budget)).flatten();
         let found = found
             .filter(|(balance, _)| self.wall.buried(&balance.u, (target, BURIED_MM)).is_none());
         let Some((balance, made)) = found else {
@@ -222,7 +224,7 @@ impl Pressing {
     ) -> Result<Option<(Balance, Step)>, OutOfMemory> {
         let target = Target::at(pose);
         for renewed in [false, true] {
-            match self.corrected(site, balance.clone(), target) {
+            match self.corrected(site, balance.clone(), target, Budget::whole(CORRECTIONS)) {
                 Some(found) => {
                     let buried = self.wall.buried(&found.0.u, (target, BURIED_MM));
                     return Ok(buried.is_none().then_some(found));
@@ -278,13 +280,14 @@ impl Pressing {
         site: &Site<N, Q>,
         mut balance: Balance,
         target: Target<'_>,
+        budget: Budget,
     ) -> Option<(Balance, Step)> {
         let mut last = f64::INFINITY;
         let way = self.compliance.age_mm(&balance.u) / site.size_mm;
         // One that is too stiff leaves nearly all of some errors, and the first corrections do not show it.
         let stiffer = self.compliance.is_stiffer();
         let mut left = if stiffer { 1.0 } else { (self.rate * way).clamp(MIN_RATE, 1.0) };
-        for corrections in 1..=CORRECTIONS {
+        for corrections in 1..=budget.corrections {
             let forces = site.out_of_balance(&balance.u)?;
             let found = self.correct(site, &balance, &forces, target)?;
             let size = largest(&found.step);
@@ -298,7 +301,7 @@ impl Pressing {
                 left = left.max(seen);
             }
             let error_mm = error_mm(size, left);
-            if error_mm <= ERROR_MM {
+            if budget.is_met(corrections, (error_mm, left)) {
                 if self.wall.fits(&balance.u, &balance.presses, (target, GAP_MM)) {
                     let made = Step { corrections, error_mm, by_newton: false };
                     return Some((balance, made));

@@ -1,7 +1,32 @@
 //! Quasi-Newton steps with a kept factor: their memory, and the error they leave.
 
-/// Corrections end when the error that is left is estimated below this, mm.
+/// Corrections end when the error that is left is estimated below this, mm, unless another is asked for.
 pub(crate) const ERROR_MM: f64 = 0.004;
+
+/// When the corrections of a step end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// The error that is left is estimated below this, mm.
+    pub error_mm: f64,
+    /// Most corrections.
+    pub corrections: usize,
+    /// Whether the step counts as made after so many, as long as each is smaller than the one before. Else it is not made.
+    pub partly: bool,
+}
+
+impl Budget {
+    /// An equilibrium, or nothing.
+    pub(crate) const fn whole(corrections: usize) -> Self {
+        Self { error_mm: ERROR_MM, corrections, partly: false }
+    }
+
+    /// Whether a step is made after some corrections that leave an error, mm, each this share of the last one's.
+    pub(crate) fn is_met(&self, corrections: usize, (error_mm, left): (f64, f64)) -> bool {
+        let spent = self.partly && corrections == self.corrections && left < 1.0;
+        error_mm <= self.error_mm || spent
+    }
+}
+
 /// Pairs kept.
 const PAIRS: usize = 8;
 

@@ -12,6 +12,7 @@ use supine_fem::{
 };
 use supine_mesh::{Deformation, Displacement, Edges, Located, Locator, Order, Split};
 use supine_space::{BedPose, Point, Pose, Progress, Vector, supine};
+use supine_tetrahedralise::Refinement;
 use supine_volume::Ct;
 use supine_warp::{Fading, Frames, Interpolation};
 
@@ -123,7 +124,8 @@ impl LiveBed {
         // What is got from the session waits for its lane, which may have one thread: it must not be waited for from there.
         session.on_live(|| {
             let mesh = LiveMesh { tetrahedra: TETRAHEDRA, order: Order::Quadratic };
-            let LiveTissue { ct, body, params } = found.on(mesh, progress.part(0.0, 0.3))?;
+            let LiveTissue { ct, body, params } =
+                found.on(mesh, &Refinement::None, progress.part(0.0, 0.3))?;
             let (tilt, _) =
                 Tilt::new(&body, &found.law().load(), &params, progress.part(0.3, 0.9))?;
             let carrier = Carrier::new(ct, tilt.deformation()?)?;

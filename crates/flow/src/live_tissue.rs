@@ -10,10 +10,11 @@ use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_fem::{Body, Load, Params};
-use supine_mesh::Order;
+use supine_mesh::{Order, TetMesh};
 use supine_report::TissueFit;
 use supine_space::{Progress, supine};
-use supine_volume::Ct;
+use supine_tetrahedralise::Refinement;
+use supine_volume::{Ct, Volume};
 
 /// The patient's tissue on a mesh of its own, with the case's tissue, and with what was fitted to scans where that is held.
 #[derive(Clone, Debug)]
@@ -41,10 +42,28 @@ impl LiveTissue {
     /// # Errors
     /// When a stage or the mesher fails, or the observer ends the work.
     pub fn new(session: &Session, request: &Request<'_>, mesh: LiveMesh) -> Result<Self, Error> {
+        Self::finer(session, request, mesh, |_| None)
+    }
+
+    /// The same, finer in some places of the planning mesh: the longest edges wanted there, mm, on a grid (LPS). The number
+    /// of tetrahedra stays. A planning mesh that is taken itself is left as it is.
+    ///
+    /// # Errors
+    /// As [`LiveTissue::new`].
+    pub fn finer(
+        session: &Session,
+        request: &Request<'_>,
+        mesh: LiveMesh,
+        longest_mm: impl FnOnce(&TetMesh) -> Option<Volume<f32>> + Send,
+    ) -> Result<Self, Error> {
         let found = Found::new(session, request)?;
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Mesh, observer, failed };
-        session.on_live(|| found.on(mesh, Progress::new(&watch)))
+        session.on_live(|| {
+            let longest = longest_mm(&found.meshed.mesh);
+            let refinement = longest.map_or(Refinement::None, Refinement::Longest);
+            found.on(mesh, &refinement, Progress::new(&watch))
+        })
     }
 
     /// Gravity in the CT and on the table of the case.
@@ -102,10 +121,15 @@ impl Found {
 
     /// # Errors
     /// When the user stops.
-    pub(crate) fn on(&self, mesh: LiveMesh, progress: Progress<'_>) -> Result<LiveTissue, Error> {
+    pub(crate) fn on(
+        &self,
+        mesh: LiveMesh,
+        refinement: &Refinement,
+        progress: Progress<'_>,
+    ) -> Result<LiveTissue, Error> {
         let (law, fit) = (self.law(), self.fit.as_ref());
         let plain = Body::new(Arc::clone(&self.meshed.mesh), law.tissue());
-        let on = coarser(&plain, mesh.tetrahedra, progress)?.mesh;
+        let on = coarser(&plain, mesh.tetrahedra, refinement, progress)?.mesh;
         let by_labels = self.case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
         let moduli = self.moduli.as_ref().as_ref().zip(self.tissues.as_ref());
         let moduli = moduli.and_then(|(by, tissues)| {

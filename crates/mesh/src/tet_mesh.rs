@@ -185,7 +185,7 @@ impl TetMesh {
 
     /// Checks the tagged faces against the tetrahedra and turns them outwards.
     fn match_boundary(&mut self) -> Result<(), MeshError> {
-        let mut open = self.open_faces()?;
+        let mut open = self.open_faces(|_| true)?;
         let mut foreign = 0;
         for face in &mut self.boundary {
             match open.remove(&face_key(face.points)) {
@@ -200,10 +200,16 @@ impl TetMesh {
         }
     }
 
-    /// The faces of exactly one tetrahedron, outwards, by sorted points.
-    fn open_faces(&self) -> Result<BTreeMap<[u32; 3], [u32; 3]>, MeshError> {
+    /// The faces of exactly one of some tetrahedra, outwards, by sorted points.
+    ///
+    /// # Errors
+    /// When a face is of more than two.
+    pub fn open_faces(
+        &self,
+        of: impl Fn(usize) -> bool,
+    ) -> Result<BTreeMap<[u32; 3], [u32; 3]>, MeshError> {
         let mut faces: Vec<([u32; 3], [u32; 3])> = Vec::with_capacity(4 * self.tets.len());
-        for tet in &self.tets {
+        for (_, tet) in self.tets.iter().enumerate().filter(|(t, _)| of(*t)) {
             for face in TET_FACES {
                 let outward = face.map(|c| tet[c]);
                 faces.push((face_key(outward), outward));
@@ -343,7 +349,7 @@ pub(crate) mod tests {
             [0, 5, 1, 7],
         ];
         let mesh = TetMesh { id: MeshId::of(&points, &tets), points, tets, boundary: vec![] };
-        let boundary = mesh.open_faces().unwrap().into_values();
+        let boundary = mesh.open_faces(|_| true).unwrap().into_values();
         let boundary =
             boundary.map(|points| BoundaryFace { points, tag: BoundaryTag::Skin }).collect();
         TetMesh::new(mesh.points, mesh.tets, boundary).unwrap()

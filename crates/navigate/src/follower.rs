@@ -7,7 +7,8 @@ use crate::region::LiveRegion;
 use crate::tool::Tool;
 use std::sync::Arc;
 use supine_fem::{
-    Applicator, Body, Contact, Insertion, Load, Params, RigidBody, SphereOnShaft, snapped_to_cavity,
+    Applicator, Body, Budget, Contact, Insertion, Load, Params, RigidBody, SphereOnShaft,
+    snapped_to_cavity,
 };
 use supine_mesh::{BoundaryTag, Deformation, Edges, Located, Locator, TetMesh};
 use supine_space::{Point, Pose, Progress, Vector};
@@ -15,6 +16,13 @@ use supine_volume::Ct;
 
 /// Corrections of a step that a fresh factor needs.
 const FEW: usize = 2;
+/// Tissue and applicator are in balance when the error that is left is estimated below this, mm.
+const ERROR_MM: f64 = 0.01;
+/// Corrections for one pose: with more, 5,000 tetrahedra would pass over poses. What they leave is told, and made good when there
+/// is time.
+const BUDGET: Budget = Budget { error_mm: ERROR_MM, corrections: 3, partly: true };
+/// The same where what touches is found on the way, too: half found, it means nothing.
+const PRESSED: Budget = Budget { error_mm: ERROR_MM, corrections: 12, partly: false };
 /// The solver's estimate of its error rests on what the last corrections show: of twenty answers against settled solutions
 /// eleven were farther off, by up to a quarter. So many times the estimate is told.
 const SAFE: f64 = 3.0;
@@ -22,8 +30,8 @@ const SAFE: f64 = 3.0;
 const TAKEN_MM: f64 = 2.0;
 /// until it is this far from it.
 const LEFT_MM: f64 = 25.0;
-/// Parts of a way that are tried for one pose.
-const TRIES: usize = 4;
+/// Parts of a way that are tried for one pose: all of it, then half.
+const TRIES: usize = 2;
 /// The part of the way that is made in its own time when nothing else helps.
 const PART: f64 = 0.25;
 /// Tissue that is pressed waits for an applicator that is so far outside of its planned place, mm.
@@ -174,7 +182,8 @@ impl Follower {
     /// As [`Applicator::deformation`].
     pub fn surface(&self) -> Result<Vec<[u32; 3]>, Error> {
         let bears = self.applicator.bearing();
-        let all = boundary(self.deformation()?.mesh(), |t| bears.get(t).is_none_or(|bears| *bears));
+        let all = boundary(self.deformation()?.mesh(), |t| bears.get(t).is_none_or(|bears| *bears))
+            .map_err(supine_flow::Error::Eighths)?;
         let seen = all.into_iter().filter(|face| face.tag != BoundaryTag::Cut);
         Ok(seen.map(|face| face.points).collect())
     }
@@ -199,7 +208,7 @@ impl Follower {
         self.renews |= corrections > FEW || left_mm > 0.0 || self.applicator.wants_renewal();
         let deformation = self.deformation()?;
         let target = self.place(&deformation);
-        let settled = left_mm == 0.0;
+        let settled = left_mm == 0.0 && error_mm <= SAFE * ERROR_MM;
         let followed = Followed {
             target,
             moved: target - self.target.on_table,
@@ -231,19 +240,17 @@ impl Follower {
 
     /// Goes as far towards a goal as there is time, in parts where the whole way is too long for the factor at hand.
     fn go(&mut self, goal: &Pose) -> Result<Gone, Error> {
+        let budget = if self.ties() { BUDGET } else { PRESSED };
         let (mut gone, mut share) = (Gone::default(), 1.0);
         let mut moves = false;
         for _ in 0..TRIES {
             let next = between(self.applicator.pose(), goal, share, &self.put_in);
-            match self.applicator.step_quickly(&next)? {
+            match self.applicator.step_quickly(&next, budget)? {
                 Some(step) => {
                     moves = true;
                     gone.corrections += step.corrections;
                     gone.error_mm = SAFE * step.error_mm;
-                    if share == 1.0 {
-                        break;
-                    }
-                    share = 1.0;
+                    break;
                 }
                 None => share *= 0.5,
             }

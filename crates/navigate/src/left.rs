@@ -1,7 +1,7 @@
 //! What is left when a cavity has been cut.
 
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TET_FACES, TetMesh};
+use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TetMesh};
 use supine_space::{Matrix, Point, Vector};
 use supine_volume::Ct;
 
@@ -12,26 +12,24 @@ const ROUNDED: f64 = 1e-9;
 
 /// The faces of the tetrahedra that are left that border no other one, outwards. The wall of the cavity counts as chest wall: nothing
 /// beyond it goes with it.
-pub(crate) fn boundary(mesh: &TetMesh, bears: impl Fn(usize) -> bool) -> Vec<BoundaryFace> {
+///
+/// # Errors
+/// None is known: no face of a mesh is of more than two tetrahedra.
+pub(crate) fn boundary(
+    mesh: &TetMesh,
+    bears: impl Fn(usize) -> bool,
+) -> Result<Vec<BoundaryFace>, MeshError> {
     let key = |mut points: [u32; 3]| {
         points.sort_unstable();
         points
     };
     let tags: BTreeMap<_, _> =
         mesh.boundary().iter().map(|face| (key(face.points), face.tag)).collect();
-    let mut open: BTreeMap<[u32; 3], [u32; 3]> = BTreeMap::new();
-    for (_, tet) in mesh.tets().iter().enumerate().filter(|(t, _)| bears(*t)) {
-        for face in TET_FACES.map(|face| face.map(|c| tet[c])) {
-            if open.remove(&key(face)).is_none() {
-                open.insert(key(face), face);
-            }
-        }
-    }
     let tagged = |(key, points)| {
         let tag = tags.get(&key).copied().unwrap_or(BoundaryTag::ChestWall);
         BoundaryFace { points, tag }
     };
-    open.into_iter().map(tagged).collect()
+    Ok(mesh.open_faces(bears)?.into_iter().map(tagged).collect())
 }
 
 /// The tetrahedra that are left as a mesh of their own, and which points of the whole one are its points.
@@ -44,7 +42,7 @@ pub(crate) fn left(
 ) -> Result<(TetMesh, Vec<u32>), MeshError> {
     let kept = mesh.tets().iter().enumerate().filter(|(t, _)| bears(*t));
     let mut tets: Vec<[u32; 4]> = kept.map(|(_, tet)| *tet).collect();
-    let mut faces = boundary(mesh, &bears);
+    let mut faces = boundary(mesh, &bears)?;
     let mut own = vec![u32::MAX; mesh.points().len()];
     tets.iter().flatten().for_each(|p| own[*p as usize] = 0);
     let points: Vec<u32> = (0..own.len() as u32).filter(|p| own[*p as usize] == 0).collect();
@@ -110,7 +108,7 @@ mod tests {
     #[test]
     fn what_is_left_is_bounded_by_its_skin_and_by_the_cut() {
         let whole = pair();
-        assert_eq!(boundary(&whole, |_| true).len(), 6);
+        assert_eq!(boundary(&whole, |_| true).unwrap().len(), 6);
         let (left, points) = left(&whole, |t| t == 1).unwrap();
         assert_eq!((left.tets().len(), points), (1, vec![1, 2, 3, 4]));
         let walls = left.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall);

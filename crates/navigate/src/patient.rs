@@ -7,14 +7,20 @@ use crate::settings::Settings;
 use crate::tool::facing;
 use std::path::Path;
 use std::sync::Arc;
-use supine_fem::{Load, Shaft, SphereOnShaft};
+use supine_fem::{Load, RigidBody, Shaft, SphereOnShaft};
 use supine_flow::{FinishedRun, LiveTissue, Observer, Request, RunFolder, Session, Spec};
-use supine_mesh::BoundaryTag;
-use supine_space::{Point, Pose, Progress, Sphere, Vector};
-use supine_volume::Ct;
+use supine_mesh::{BoundaryTag, TetMesh};
+use supine_space::{Grid, Matrix, Point, Pose, Progress, Sphere, Vector};
+use supine_volume::{Ct, Volume};
 
 /// The way in is wider than the shaft by this, mm: an incision is held open.
 const WAY_IN_MM: f64 = 6.0;
+/// Edges along the wall of a cavity are no longer, mm, and grow so much with the distance from it, mm per mm,
+const EDGE_MM: f64 = 7.0;
+const GROWTH: f64 = 0.5;
+/// as is told on a grid of this spacing to so far from its sphere, mm.
+const EDGES_MM: f64 = 3.0;
+const AROUND_MM: f64 = 40.0;
 
 /// What a run knows of the patient, and the tissue for live work.
 #[derive(Debug)]
@@ -49,13 +55,19 @@ impl Patient {
         }
         session.keep_in(Some(RunFolder::open(run)?))?;
         let request = Request { observer, ..Request::default() };
-        let tissue = LiveTissue::new(&session, &request, settings.mesh())?;
+        let tumour = session.tumour_sphere().ok_or(Error::NoTarget)?;
+        // By the planning mesh: the plan is the same on all meshes.
+        let mut skin = None;
+        let longest = |planning: &TetMesh| {
+            skin = outwards(planning, &tumour.centre());
+            edges_round(&cavity(&tumour, skin?, settings)?)
+        };
+        let tissue = LiveTissue::finer(&session, &request, settings.mesh(), longest)?;
         let moved = session.tumour(&request)?;
         let interval = session.tumour_interval(&request)?;
-        let tumour = session.tumour_sphere().ok_or(Error::NoTarget)?;
         // All is read: others may open the run.
         session.keep_in(None)?;
-        let outwards = outwards(&tissue, &tumour.centre()).ok_or(Error::NoDirection)?;
+        let outwards = skin.ok_or(Error::NoDirection)?;
         Ok(Self {
             tissue,
             load: LiveTissue::load(&session)?,
@@ -102,14 +114,6 @@ impl Patient {
         Ok(Pose::from_parts(centre.into(), rotation))
     }
 
-    /// What was cut out, in the CT: the tumour with so much around it, and a way in from the skin.
-    fn cavity(&self, settings: &Settings) -> Option<SphereOnShaft> {
-        let radius_mm = self.tumour.radius() + settings.cavity_mm?;
-        let wide = (settings.shaft_radius_mm + WAY_IN_MM).min(radius_mm);
-        let way = Shaft { direction: self.outwards, radius_mm: wide, length_mm: settings.shaft_mm };
-        Some(SphereOnShaft { centre: self.tumour.centre(), radius_mm, shaft: Some(way) })
-    }
-
     /// The tissue with the applicator at its planned place.
     ///
     /// # Errors
@@ -119,7 +123,7 @@ impl Patient {
             tool: settings.tool(),
             placed: self.placed(settings)?,
             contact: settings.contact(),
-            cavity: self.cavity(settings),
+            cavity: cavity(&self.tumour, self.outwards, settings),
             renewal: settings.renewal(),
         };
         let LiveTissue { body, params, .. } = &self.tissue;
@@ -132,9 +136,28 @@ impl Patient {
     }
 }
 
+/// What was cut out, in the CT: the tumour with so much around it, and a way in from the skin.
+fn cavity(tumour: &Sphere, outwards: Vector, settings: &Settings) -> Option<SphereOnShaft> {
+    let radius_mm = tumour.radius() + settings.cavity_mm?;
+    let wide = (settings.shaft_radius_mm + WAY_IN_MM).min(radius_mm);
+    let way = Shaft { direction: outwards, radius_mm: wide, length_mm: settings.shaft_mm };
+    Some(SphereOnShaft { centre: tumour.centre(), radius_mm, shaft: Some(way) })
+}
+
+/// The longest edges with which the wall of a cavity is one, mm.
+fn edges_round(cavity: &SphereOnShaft) -> Option<Volume<f32>> {
+    let reach = cavity.radius_mm + AROUND_MM;
+    let size = (2.0 * reach / EDGES_MM).ceil();
+    let start = cavity.centre - Vector::repeat(0.5 * size * EDGES_MM);
+    let grid =
+        Grid::new([size as usize + 1; 3], Vector::repeat(EDGES_MM), start, Matrix::identity());
+    let grid = grid.ok()?;
+    let longest = |place: &Point| EDGE_MM + GROWTH * cavity.distance(place).abs();
+    Some(Volume::from_fn(grid.clone(), |voxel| longest(&grid.centre(voxel)) as f32))
+}
+
 /// From a place in the tissue to the nearest point of the skin.
-fn outwards(tissue: &LiveTissue, place: &Point) -> Option<Vector> {
-    let mesh = &tissue.body.mesh;
+fn outwards(mesh: &TetMesh, place: &Point) -> Option<Vector> {
     let skin = mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::Skin);
     let points = skin.flat_map(|face| face.points).map(|p| mesh.points()[p as usize] - place);
     points.min_by(|a, b| a.norm().total_cmp(&b.norm()))?.try_normalize(1e-6)

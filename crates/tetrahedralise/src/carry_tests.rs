@@ -1,7 +1,7 @@
 //! A displacement carried from a mesh to its coarser one and back.
 
 use crate::tests::{dome, labelled, sphere};
-use crate::{Domain, Params, coarsen};
+use crate::{Domain, Params, Refinement, coarsen};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh, transfer};
 use supine_space::{Matrix, Point, Progress, Vector};
@@ -31,7 +31,7 @@ fn what_is_carried_to_a_coarser_mesh_comes_back() {
     let domain = Domain::new(&region, &Params::default(), Progress::none()).unwrap();
     let (fine, _) = domain.mesh(6000, Progress::none()).unwrap();
     let (remade, _) = domain.mesh(1200, Progress::none()).unwrap();
-    let (coarsened, _) = coarsen(&fine, 1200, Progress::none()).unwrap();
+    let (coarsened, _) = coarsen(&fine, 1200, &Refinement::None, Progress::none()).unwrap();
     let away = |p: &Point| p - sphere().centre();
     // Twelve millimetres across the region, bent: more than a table's tilt does.
     let bent = |p: &Point| {

@@ -7,6 +7,7 @@ use crate::faces::Faces;
 use crate::frame::Frame;
 use crate::mesher::Mesher;
 use crate::patches::classify;
+use crate::refinement::Refinement;
 use crate::sizing::Sizing;
 use crate::{Error, Info, Params};
 use std::collections::BTreeMap;
@@ -17,16 +18,19 @@ use supine_space::{Matrix, Point, Progress};
 ///
 /// The boundary follows the faces of the given mesh tag by tag; its rims and corners stay where they
 /// are. Of a mesh that was made here, [`crate::Domain::mesh`] makes a coarser one that is nearer to
-/// the patient. Deterministic: the same bits for any number of threads.
+/// the patient. Where `refinement` says so it is finer, and coarser elsewhere. Deterministic: the same bits for any
+/// number of threads.
 ///
 /// # Errors
-/// When the number is not smaller than that of `mesh` or cannot be reached, or the progress callback
-/// says stop.
+/// When the number is not smaller than that of `mesh` or cannot be reached, a number of the refinement is out of
+/// range, or the progress callback says stop.
 pub fn coarsen(
     mesh: &TetMesh,
     tetrahedra: usize,
+    refinement: &Refinement,
     progress: Progress<'_>,
 ) -> Result<(TetMesh, Info), Error> {
+    refinement.check()?;
     let has = mesh.tets().len();
     if tetrahedra >= has {
         return Err(Error::NotCoarser { asked: tetrahedra, has });
@@ -35,7 +39,7 @@ pub fn coarsen(
     let mut start = complex(mesh, &frame);
     classify(&mut start);
     progress.at(0.0)?;
-    let faces = Faces::new(&start)?;
+    let faces = Faces::new(&start)?.refined_in(refinement.clone(), frame);
     progress.at(0.1)?;
     let volume = mesh.total_volume();
     let (mesher, _) = exactly(tetrahedra, progress.part(0.1, 1.0), |tetrahedra, progress| {

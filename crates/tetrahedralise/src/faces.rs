@@ -3,6 +3,8 @@
 use crate::boundary::{Boundary, CUT, SKIN, WALL};
 use crate::complex::{Class, Complex};
 use crate::fields::REACH_MM;
+use crate::frame::Frame;
+use crate::refinement::Refinement;
 use parry3d_f64::math::Vec3;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{Polyline, TriMesh};
@@ -26,6 +28,8 @@ pub(crate) struct Faces {
     corners: Vec<Vector>,
     /// Made last, from the rest.
     sizes: Option<Sizes>,
+    /// Where it is to be finer, and the frame in which it knows places.
+    finer: Option<(Refinement, Frame)>,
 }
 
 /// What sizes depend on, mm, on a coarse grid.
@@ -84,6 +88,7 @@ impl Faces {
             rims: edges.into_iter().map(rim).collect(),
             corners: corners.map(|v| mesh.points[v]).collect(),
             sizes: None,
+            finer: None,
         };
         let grid = coarse(mesh)?;
         let sample = |of: fn(&Self, &Vector) -> f64| {
@@ -95,6 +100,11 @@ impl Faces {
         let thickness = sample(Self::thickness_at);
         faces.sizes = Some(Sizes { depth, rim, thickness });
         Ok(faces)
+    }
+
+    /// The same, to be meshed finer in some places; `frame` is that of the mesh.
+    pub(crate) fn refined_in(self, refinement: Refinement, frame: Frame) -> Self {
+        Self { finer: Some((refinement, frame)), ..self }
     }
 
     /// Distance to the nearest face, mm.
@@ -170,6 +180,13 @@ impl Boundary for Faces {
 
     fn rim_distance(&self, p: &Vector) -> f64 {
         self.sampled(|s| &s.rim, p)
+    }
+
+    fn refined(&self, usual: f64, p: &Vector) -> f64 {
+        let finer = |(refinement, frame): &(Refinement, Frame)| {
+            refinement.length(usual, || frame.to_patient(p))
+        };
+        self.finer.as_ref().map_or(usual, finer)
     }
 
     /// Rims and corners are those of the mesh itself: levels count on the faces only.

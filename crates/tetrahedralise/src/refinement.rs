@@ -15,6 +15,8 @@ pub enum Refinement {
     Near(Near),
     /// Lengths in units of what they would be, given on a grid (LPS) and carried on beyond it.
     Map(Volume<f32>),
+    /// The longest edges wanted, mm, given on a grid (LPS) and carried on beyond it.
+    Longest(Volume<f32>),
 }
 
 /// Finer in and around a place.
@@ -49,6 +51,7 @@ impl Refinement {
                 usual.min(near.edge_mm + near.growth * off)
             }
             Self::Map(map) => usual * f64::from(sample_trilinear_at(map, &place())),
+            Self::Longest(map) => usual.min(f64::from(sample_trilinear_at(map, &place()))),
         }
     }
 }

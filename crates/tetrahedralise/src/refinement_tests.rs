@@ -1,12 +1,12 @@
 //! Tests of meshes that are finer in some places.
 
 use crate::tests::{dome, labelled, sphere};
-use crate::{Domain, Error, Near, Params, Refinement};
+use crate::{Domain, Error, Near, Params, Refinement, coarsen};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 use supine_mesh::{Order, TET_EDGES, TetMesh};
-use supine_space::{Matrix, Point, Progress, Sphere, Vector};
-use supine_volume::Region;
+use supine_space::{Grid, Matrix, Point, Progress, Sphere, Vector};
+use supine_volume::{Region, Volume};
 
 const TETRAHEDRA: usize = 4000;
 
@@ -50,6 +50,22 @@ fn edges_are_short_in_the_place_and_longer_elsewhere() {
         assert!((1.2..1.8).contains(&inside), "{inside}, without {usual_in}");
         assert!(outside > 1.02 * usual_out, "{outside}, without {usual_out}");
     }
+}
+
+/// Edges that are longest on a grid, here around the place, bind a mesh that is made of another one, too.
+#[test]
+fn a_coarser_mesh_is_fine_where_it_is_asked_for() {
+    let fine = refined(Matrix::identity(), Refinement::None);
+    let start = place().centre() - Vector::repeat(12.0);
+    let grid = Grid::new([25; 3], Vector::repeat(1.0), start, Matrix::identity()).unwrap();
+    let longest = |voxel| 1.6 + 0.8 * place().signed_distance(&grid.centre(voxel)).max(0.0) as f32;
+    let longest = Refinement::Longest(Volume::from_fn(grid.clone(), longest));
+    let made = |refinement| coarsen(&fine, 2500, refinement, Progress::none()).unwrap().0;
+    let (plain, drawn) = (made(&Refinement::None), made(&longest));
+    assert_eq!([plain.tets().len(), drawn.tets().len()], [2500; 2]);
+    let ([usual_in, usual_out], [inside, outside]) = (edges(&plain, 0.0), edges(&drawn, 0.0));
+    assert!(inside < 1.9 && inside < 0.8 * usual_in, "{inside}, without {usual_in}");
+    assert!(outside > usual_out, "{outside}, without {usual_out}");
 }
 
 #[test]

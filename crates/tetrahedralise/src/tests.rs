@@ -6,7 +6,7 @@ use crate::fields::{Fields, Smoothing};
 use crate::mesher::Mesher;
 use crate::sizing::Sizing;
 use crate::start::start;
-use crate::{Domain, Error, Info, Params, Piece, coarsen, labels, tetrahedralise};
+use crate::{Domain, Error, Info, Params, Piece, Refinement, coarsen, labels, tetrahedralise};
 use nalgebra::Rotation3;
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, TetMesh};
@@ -91,7 +91,7 @@ fn a_domain_is_meshed_again_and_again() {
 fn a_mesh_is_coarsened_on_its_own_surface() {
     for shape in [dome as Shape, wedge] {
         let (fine, before) = mesh(&labelled(Matrix::identity(), shape), 6000);
-        let (coarse, info) = coarsen(&fine, 1200, Progress::none()).unwrap();
+        let (coarse, info) = coarsen(&fine, 1200, &Refinement::None, Progress::none()).unwrap();
         assert_eq!(coarse.tets().len(), 1200);
         assert!(info.quality.min_dihedral_deg > 20.0, "{:?}", info.quality);
         let change = coarse.total_volume() / fine.total_volume() - 1.0;
@@ -108,8 +108,8 @@ fn a_mesh_is_coarsened_on_its_own_surface() {
             assert!((after.area_mm2 / before.area_mm2 - 1.0).abs() < 0.03, "{after:?} {before:?}");
             assert!(after.max_mm < 1.1 && after.mean_mm < 0.2, "{after:?}");
         }
-        assert!(coarse == coarsen(&fine, 1200, Progress::none()).unwrap().0);
-        let more = coarsen(&fine, 6000, Progress::none());
+        assert!(coarse == coarsen(&fine, 1200, &Refinement::None, Progress::none()).unwrap().0);
+        let more = coarsen(&fine, 6000, &Refinement::None, Progress::none());
         assert!(matches!(more, Err(Error::NotCoarser { asked: 6000, has: 6000 })), "{more:?}");
     }
 }

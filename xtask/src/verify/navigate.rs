@@ -40,7 +40,7 @@ pub(super) fn section(bench: &Bench<'_>) -> Result<String> {
 }
 
 /// A run of the fixture patient with a fine mesh.
-fn planned(bench: &Bench<'_>) -> Result<PathBuf> {
+pub(super) fn planned(bench: &Bench<'_>) -> Result<PathBuf> {
     let folder = bench.work.join("navigate");
     std::fs::create_dir_all(&folder)?;
     let patient = bench.house.root.join("fixtures/patient");

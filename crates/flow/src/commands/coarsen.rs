@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use supine_exchange::{MeshFile, read_mesh};
 use supine_mesh::{Deformation, transfer};
+use supine_tetrahedralise::Refinement;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -39,7 +40,8 @@ pub fn coarsen(given: &Coarsen, observer: &dyn Observer) -> Result<MeshDone, Err
         }
         let (fine, displacement) = read_mesh(&given.from).map_err(Error::product)?;
         let fine = Arc::new(fine);
-        let (mesh, info) = supine_tetrahedralise::coarsen(&fine, given.tetrahedra, progress)?;
+        let (mesh, info) =
+            supine_tetrahedralise::coarsen(&fine, given.tetrahedra, &Refinement::None, progress)?;
         let mesh = Arc::new(mesh);
         let carried = match displacement {
             None => None,

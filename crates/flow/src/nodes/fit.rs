@@ -24,6 +24,7 @@ use supine_report::{
 };
 use supine_segment::UNCERTAIN_MM;
 use supine_space::{Failure, Progress, Side, Warning};
+use supine_tetrahedralise::Refinement;
 
 pub(crate) struct Fit;
 
@@ -245,7 +246,7 @@ fn coarse(
     progress: Progress<'_>,
 ) -> Result<(Body, Vec<[f64; 4]>), Error> {
     let bare = Body { young_kpa: None, ..body.clone() };
-    let coarse = coarser(&bare, COARSE, progress)?;
+    let coarse = coarser(&bare, COARSE, &Refinement::None, progress)?;
     let Some((by, map)) = by else { return Ok((coarse, vec![])) };
     let by = by.on(&coarse.mesh, &map);
     Ok((Body { young_kpa: Some(Arc::from(by.young_kpa)), ..coarse }, by.shares))

@@ -19,6 +19,7 @@ use supine_report::{
 };
 use supine_segment::{UNCERTAIN_MM, UNCERTAINTY_PER_MM};
 use supine_space::{Failure, Point, Progress, Vector, Warning};
+use supine_tetrahedralise::Refinement;
 use supine_volume::Volume;
 
 /// The mesh smooths the wall: its nodes lie this near to the voxels that carry its error, mm.
@@ -76,7 +77,7 @@ impl Node for Interval {
             .map(|fit| law.body(&meshed, moduli, Some(fit)))
             .collect();
         let (load, params) = (law.load(), law.solver());
-        let coarse = coarser(&body, COARSE, work.progress.part(0.0, 0.4))?;
+        let coarse = coarser(&body, COARSE, &Refinement::None, work.progress.part(0.0, 0.4))?;
         let patches: Vec<Patch> = region.patches().iter().map(patch).collect();
         let map = segmented.uncertainty(Progress::none())?;
         let question = Question {
@@ -136,12 +137,17 @@ fn belief(given: Option<[f64; 2]>, fit: Option<&TissueFit>) -> Result<Belief, Er
 }
 
 /// The same tissue on fewer tetrahedra, where that saves time: the curves over the modulus hardly depend on the mesh.
-pub(crate) fn coarser(body: &Body, count: usize, progress: Progress<'_>) -> Result<Body, Error> {
+pub(crate) fn coarser(
+    body: &Body,
+    count: usize,
+    refinement: &Refinement,
+    progress: Progress<'_>,
+) -> Result<Body, Error> {
     // Moduli that differ belong to the tetrahedra that they were found for.
     if body.mesh.tets().len() < 2 * count || body.young_kpa.is_some() {
         return Ok(body.clone());
     }
-    match supine_tetrahedralise::coarsen(&body.mesh, count, progress) {
+    match supine_tetrahedralise::coarsen(&body.mesh, count, refinement, progress) {
         Ok((mesh, _)) => Ok(Body::new(Arc::new(mesh), body.tissue)),
         Err(error) if error.kind() == Failure::Stopped => Err(Error::Mesh(error)),
         // A shape that wants more tetrahedra has them: slower, not worse.

@@ -195,7 +195,7 @@ mod tests {
             loops: vec![one("1581 quadratic", session)],
             accuracy: json!({
                 "compared": 20, "moved_mm": 5.0, "live_mm": 0.01, "bound_mm": 0.02, "beyond": 0, "again_mm": 0.01,
-                "excess_mm": 0.0,
+                "excess_mm": 0.0, "eighths_mm": 0.05,
             }),
             drift: json!({
                 "steps": 10_000, "moved_mm": 5.0, "predicted": 0, "drift_mm": 1e-4, "bound_mm": 0.02,
