@@ -2,7 +2,8 @@
 
 use crate::test_mesh::block;
 use crate::{
-    Applicator, Body, Contact, Error, Insertion, Load, Params, RigidBody, SphereOnShaft, Tissue,
+    Applicator, Body, Budget, Contact, Error, Insertion, Load, Params, RigidBody, SphereOnShaft,
+    Tissue,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -167,4 +168,31 @@ fn tissue_is_predicted_before_the_coupled_nodes_are_placed() {
     // Parts of the way would each take as many.
     assert!(made.corrections <= 7, "{made:?}");
     assert_eq!(folds(&positions(&applicator, &mesh)), 0);
+}
+
+/// A step whose corrections are spent tells what it leaves; the next one to the same pose goes on with it, to where a step with all
+/// corrections ends.
+#[test]
+fn what_a_budget_leaves_is_told_and_made_good() {
+    for order in BOTH {
+        let (mut live, mut exact) = (attached(4, order), attached(4, order));
+        let goal = pose([2.5, 1.0, -1.5], [0.0, 0.08, 0.0]);
+        let block = mesh(4);
+        exact.settle(&goal, TOLERANCE, Progress::none()).unwrap();
+        let exact = positions(&exact, &block);
+        let one = Budget { error_mm: 0.002, corrections: 1, partly: true };
+        let (mut told, mut off) = (vec![], vec![]);
+        for _ in 0..12 {
+            let step = live.step_quickly(&goal, one).unwrap().unwrap();
+            assert_eq!((step.corrections, live.pose()), (1, &goal));
+            told.push(step.error_mm);
+            off.push(apart(&positions(&live, &block), &exact));
+        }
+        assert!(told[0] > 0.01 && off[0] > 0.01, "{order:?}: {told:?} {off:?}");
+        assert!(told[11] <= 0.002 && off[11] <= 0.004, "{order:?}: {told:?} {off:?}");
+        // Without leave to do so it is not made.
+        let mut whole = attached(4, order);
+        let none = whole.step_quickly(&goal, Budget { partly: false, ..one }).unwrap();
+        assert_eq!((none, whole.pose()), (None, &Pose::identity()));
+    }
 }

@@ -154,7 +154,7 @@ impl Following {
                 left = left.max(seen);
             }
             let error_mm = error_mm(size, left);
-            if budget.is_met(corrections, (error_mm, left)) {
+            if budget.is_met(corrections, error_mm, size < last) {
                 self.lesson = Some(Lesson { motion, lack });
                 let made = Step { corrections, error_mm, by_newton: false };
                 return Some((Place { pose: *pose, u }, made));

@@ -301,7 +301,7 @@ impl Pressing {
                 left = left.max(seen);
             }
             let error_mm = error_mm(size, left);
-            if budget.is_met(corrections, (error_mm, left)) {
+            if budget.is_met(corrections, error_mm, size < last) {
                 if self.wall.fits(&balance.u, &balance.presses, (target, GAP_MM)) {
                     let made = Step { corrections, error_mm, by_newton: false };
                     return Some((balance, made));

@@ -20,10 +20,10 @@ impl Budget {
         Self { error_mm: ERROR_MM, corrections, partly: false }
     }
 
-    /// Whether a step is made after some corrections that leave an error, mm, each this share of the last one's.
-    pub(crate) fn is_met(&self, corrections: usize, (error_mm, left): (f64, f64)) -> bool {
-        let spent = self.partly && corrections == self.corrections && left < 1.0;
-        error_mm <= self.error_mm || spent
+    /// Whether a step is made after so many corrections that leave an error, mm; `shrinks`: the last was smaller than the one before.
+    pub(crate) fn is_met(&self, corrections: usize, error_mm: f64, shrinks: bool) -> bool {
+        let spent = corrections == self.corrections && self.partly;
+        error_mm <= self.error_mm || (spent && shrinks)
     }
 }
 
