@@ -525,6 +525,6 @@ def job(browser):
 if __name__ == "__main__":
     with sync_playwright() as playwright:
         # Without a graphics card a browser has no WebGL, but one without a screen claims to.
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis"])
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis", "--disable-dev-shm-usage"])
         job(browser)
         browser.close()

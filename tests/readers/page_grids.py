@@ -111,15 +111,22 @@ WHOLE = """() => import("/js/state.js").then(({now}) => {
     const {voxels: {ct}, crosshair} = now(); return ct && ct.arrived === ct.voxels.length && crosshair !== null; })"""
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
-    const canvas = document.querySelector(`#view-${view} canvas.voxels`);
-    const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-    done([Array.from(data), canvas.width, canvas.height]); })))"""
+    const canvas = document.querySelector(`#view-${view} canvas.voxels`), pen = canvas.getContext("2d");
+    const {data} = pen.getImageData(0, 0, canvas.width, canvas.height);
+    done([Array.from(data), canvas.width, canvas.height, pen.isContextLost()]); })))"""
 
 
 def pixels(page, view):
-    flat, width, height = page.evaluate(PIXELS, view)
-    drawn = np.array(flat).reshape(height, width, 4)
-    assert (drawn[..., :3] == drawn[..., :1]).all() and (drawn[..., 3] == 255).all(), f"{view}: not grey"
+    """What a view's canvas holds. One that the browser took away is empty until the page has painted it again."""
+    for _ in range(100):
+        flat, width, height, lost = page.evaluate(PIXELS, view)
+        drawn = np.array(flat).reshape(height, width, 4)
+        if not lost and drawn[..., 3].any():
+            break
+        page.wait_for_timeout(50)
+    coloured = (drawn[..., :3] != drawn[..., :1]).any(-1)
+    assert not coloured.any(), f"{view}: {coloured.sum()} pixels are not grey, the first {drawn[coloured][0]}"
+    assert (drawn[..., 3] == 255).all(), f"{view}: {(drawn[..., 3] != 255).sum()} pixels are translucent; lost: {lost}"
     return drawn[..., 0]
 
 
@@ -158,6 +165,16 @@ def check_sides(page, name):
         assert len(short) == 4 and drawn == letters, f"{name} {view}: drawn are {short}, not {letters}"
 
 
+def check_restored(page):
+    """A canvas that the browser took away and gave back empty is painted again."""
+    for view in VIEWS:
+        before = pixels(page, view)
+        page.evaluate("""(view) => { for (const canvas of document.querySelectorAll(`#view-${view} canvas`)) {
+            canvas.getContext("2d").clearRect(0, 0, canvas.width, canvas.height);
+            canvas.dispatchEvent(new Event("contextrestored")); } }""", view)
+        assert (pixels(page, view) == before).all(), f"{view}: not painted again"
+
+
 def check_series(page, name, looks):
     card = page.locator(".card")
     card.wait_for()
@@ -173,6 +190,7 @@ def check_series(page, name, looks):
     for place, look in zip(looks, ((400, 40), (700, -300), (2000, 0))):
         check_planes(page, name, image, place, look)
     check_sides(page, name)
+    check_restored(page)
 
 
 def check(browser, name):
@@ -195,7 +213,7 @@ def check(browser, name):
 
 if __name__ == "__main__":
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis"])
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis", "--disable-dev-shm-usage"])
         for name in SERIES:
             check(browser, name)
         browser.close()

@@ -1,7 +1,7 @@
 //! Places of a recorded session against settled ones.
 
-use crate::eighths;
-use crate::tissue::{follower, patient};
+use crate::picture::Pictures;
+use crate::tissue::patient;
 use anyhow::Result;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -14,6 +14,8 @@ const COMPARED: usize = 20;
 const ROUNDED_MM: f64 = 1e-6;
 /// Relative residual of what knows nothing of the way: of tissue that is pressed rounding leaves about as much.
 const SETTLED: f64 = 1e-8;
+/// Of so many poses one is pictured for its time.
+const PICTURED: usize = 30;
 
 /// Largest distances, mm, to what is settled from nothing: of the session's answers, and of those of a follower that goes the
 /// same way without a clock.
@@ -21,24 +23,26 @@ pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
     let recording = Recording::read(recording)?;
     let settings = &recording.head.settings;
     let mut replayed = vec![];
-    let mut again = follower(run, settings)?;
-    for line in &recording.lines {
-        let (followed, _) = again.follow(&line.pose())?;
+    let patient = patient(run, settings)?;
+    let mut again = patient.follower(settings, Progress::none())?;
+    let mut pictures = Pictures::new(&patient.ct(), &again)?;
+    for (n, line) in recording.lines.iter().enumerate() {
+        let (followed, deformation) = again.follow(&line.pose())?;
+        if n % PICTURED == 0 {
+            pictures.time(&deformation)?;
+        }
         again.between()?;
         replayed.push((line, followed));
     }
-    // A run is open to one at a time.
-    drop(again);
     let acts: Vec<_> = replayed.iter().filter(|(l, f)| f.touches && is_settled(l)).collect();
     let compared = COMPARED.min(acts.len());
-    let patient = patient(run, settings)?;
     let (mut live_mm, mut again_mm, mut bound_mm, mut beyond) = (0.0f64, 0.0f64, 0.0f64, 0);
-    let (mut moved_mm, mut excess_mm, mut eighths_mm) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut moved_mm, mut excess_mm) = (0.0f64, 0.0f64);
     for n in 0..compared {
         let (line, followed) = acts[(2 * n + 1) * acts.len() / (2 * compared)];
         let mut cold = patient.follower(settings, Progress::none())?;
         let settled = cold.settle(&line.pose(), SETTLED, Progress::none())?;
-        eighths_mm = eighths_mm.max(eighths::off_mm(&cold.deformation()?)?);
+        pictures.compare(&cold.deformation()?)?;
         let off = (line.target() - settled).norm();
         live_mm = live_mm.max(off);
         again_mm = again_mm.max((followed.target - settled).norm());
@@ -57,7 +61,7 @@ pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
         "beyond": beyond,
         "excess_mm": excess_mm,
         "moved_mm": moved_mm,
-        "eighths_mm": eighths_mm,
+        "pictures": pictures.told(),
     }))
 }
 

@@ -18,9 +18,9 @@
 mod accuracy;
 mod drift;
 mod echo;
-mod eighths;
 mod live;
 mod path;
+mod picture;
 mod server;
 mod tissue;
 mod tracker;

@@ -108,6 +108,16 @@ impl Applicator {
         Ok(either!(&mut self.coupling, c => c.step_quickly(pose, budget)))
     }
 
+    /// The share of the way to `pose` that one [`Applicator::step_quickly`] can go: less than all where an applicator near to tissue
+    /// that it presses would jump over it.
+    ///
+    /// # Errors
+    /// [`Error::ApplicatorPose`] when `pose` is not finite.
+    pub fn share_of_way(&self, pose: &Pose) -> Result<f64, Error> {
+        check(pose)?;
+        Ok(either!(&self.coupling, c => c.share_of_way(pose)))
+    }
+
     /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own time:
     /// by Newton's method until the relative residual is at most `tolerance`.
     ///

@@ -5,7 +5,7 @@ use crate::pairs::Pairs;
 use crate::pattern::Pattern;
 use crate::site::Site;
 use crate::tangent::Tangent;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
 use supine_space::Vector;
 
@@ -123,16 +123,21 @@ impl Learnt<'_> {
     pub(crate) fn across(&self, directions: &[(usize, Vector)]) -> DMatrix<f64> {
         let n = directions.len();
         let mut found = DMatrix::zeros(n, n);
-        let mut way = vec![0.0; self.between.nrows()];
+        // Of the nodes at which there are directions alone.
+        let mut nodes: Vec<usize> = directions.iter().map(|(at, _)| *at).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let own: Vec<usize> =
+            directions.iter().map(|(at, _)| nodes.partition_point(|node| node < at)).collect();
+        let mut way = vec![Vector::zeros(); nodes.len()];
         for (k, (at, normal)) in directions.iter().enumerate() {
-            way.fill(0.0);
-            for axis in 0..3 {
-                let column = self.between.column(3 * at + axis);
-                way.iter_mut().zip(column.iter()).for_each(|(w, c)| *w += normal[axis] * c);
+            let [x, y, z] = [0, 1, 2].map(|axis| self.between.column(3 * at + axis));
+            for (way, node) in way.iter_mut().zip(&nodes) {
+                let of = |rows: &DVectorView<'_, f64>| rows.fixed_rows::<3>(3 * node).into_owned();
+                *way = of(&x) * normal.x + of(&y) * normal.y + of(&z) * normal.z;
             }
-            for (i, (own, direction)) in directions.iter().enumerate().take(k + 1) {
-                let w = &way[3 * own..3 * own + 3];
-                found[(i, k)] = direction.x * w[0] + direction.y * w[1] + direction.z * w[2];
+            for (i, (_, direction)) in directions.iter().enumerate().take(k + 1) {
+                found[(i, k)] = direction.dot(&way[own[i]]);
             }
         }
         let columns = self.w.ncols();

@@ -127,6 +127,20 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         }
     }
 
+    /// The share of the way to `pose` that a step without parts can go.
+    pub(crate) fn share_of_way(&self, pose: &Pose) -> f64 {
+        match &self.hold {
+            Hold::Bilateral(_) => 1.0,
+            Hold::Unilateral(pressing) => {
+                match pressing.parts(&self.site, &self.place, pose) {
+                    1 => 1.0,
+                    // Rounding must not make one part more of it.
+                    parts => 0.999 / parts as f64,
+                }
+            }
+        }
+    }
+
     /// Moves the rigid body to `pose` by Newton's method to a relative residual of `goal`.
     ///
     /// # Errors

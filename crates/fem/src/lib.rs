@@ -27,6 +27,7 @@ mod compliance;
 mod contact;
 mod coupling;
 mod curved;
+mod dense;
 mod either;
 mod element;
 mod error;

@@ -2,8 +2,9 @@
 
 use crate::complementarity::complementary;
 use crate::compliance::Learnt;
+use crate::dense::Positive;
 use crate::wall::{Press, Target, Wall};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use supine_space::Vector;
 
 /// Gaps and normals are set up at most so often, and stay when places change by less than this share of the
@@ -98,7 +99,7 @@ impl Problem<'_> {
         let ways: Directions = stiff.rows.iter().map(|&row| all[row]).collect();
         let mut q: DMatrix<f64> = across.view((0, 0), (n, n)).into();
         let mixed = across.select_rows(&stiff.rows).columns(0, n).into_owned();
-        q.gemm_tr(1.0, &mixed, &stiff.solve(&mixed), 1.0);
+        q += mixed.transpose() * stiff.solve(&mixed);
         // Without forces along the normals.
         let gap_of = |row: usize| gaps.get(row).map_or(0.0, |gap| gap.mm);
         let opened = DVector::from_iterator(ways.len(), stiff.rows.iter().map(|&row| gap_of(row)));
@@ -171,8 +172,8 @@ struct Stiff {
     springs: DVector<f64>,
     share: f64,
     /// 1/β + Nᵀ A N, and 1/s − Zᵀ A Z + Zᵀ A N (1/β + Nᵀ A N)⁻¹ Nᵀ A Z.
-    normal: Cholesky<f64, Dyn>,
-    bent: Option<Cholesky<f64, Dyn>>,
+    normal: Positive,
+    bent: Option<Positive>,
     mixed: DMatrix<f64>,
 }
 
@@ -185,13 +186,13 @@ impl Stiff {
         let springs = DVector::from_iterator(pressed.len(), springs);
         let mut normal = of(pressed, pressed);
         (0..pressed.len()).for_each(|i| normal[(i, i)] += 1.0 / springs[i]);
-        let normal = Cholesky::new(normal)?;
+        let normal = Positive::new(normal)?;
         let mixed = of(pressed, &bends);
-        let own = of(&bends, &bends) - mixed.tr_mul(&normal.solve(&mixed));
+        let own = of(&bends, &bends) - mixed.transpose() * normal.solve(&mixed);
         let with = |share: f64, left: f64| {
             let one =
                 DMatrix::from_diagonal_element(bends.len(), bends.len(), (1.0 - left) / share);
-            Cholesky::new(one - &own)
+            Positive::new(one - &own)
         };
         let found = CURVATURE.into_iter().find_map(|share| {
             with(share, LEFT)?;
@@ -218,7 +219,8 @@ impl Stiff {
         let mut all = DMatrix::zeros(x.nrows(), columns);
         let mut pressed = normal.clone();
         if let Some(bent) = &self.bent {
-            let right = x.rows(a, x.nrows() - a) - self.mixed.tr_mul(&self.normal.solve(&normal));
+            let right =
+                x.rows(a, x.nrows() - a) - self.mixed.transpose() * self.normal.solve(&normal);
             let bends = bent.solve(&right);
             pressed += &self.mixed * &bends;
             all.rows_mut(a, x.nrows() - a).copy_from(&bends);

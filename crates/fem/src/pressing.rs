@@ -283,6 +283,8 @@ impl Pressing {
         budget: Budget,
     ) -> Option<(Balance, Step)> {
         let mut last = f64::INFINITY;
+        // With the set of the nodes that touch, sizes go up and down.
+        let mut recent = [f64::INFINITY; 3];
         let way = self.compliance.age_mm(&balance.u) / site.size_mm;
         // One that is too stiff leaves nearly all of some errors, and the first corrections do not show it.
         let stiffer = self.compliance.is_stiffer();
@@ -291,9 +293,11 @@ impl Pressing {
             let forces = site.out_of_balance(&balance.u)?;
             let found = self.correct(site, &balance, &forces, target)?;
             let size = largest(&found.step);
-            if size.is_nan() || size > (GROWTH * last).min(site.size_mm) {
+            let highest = recent.iter().copied().fold(0.0, f64::max);
+            if size.is_nan() || size > (GROWTH * highest).min(site.size_mm) {
                 return None;
             }
+            recent = [recent[1], recent[2], size];
             balance = self.gone(site, &balance, &found, 1.0);
             if corrections > 1 {
                 let seen = size / last;

@@ -29,6 +29,9 @@ pub enum Error {
     /// The grid of the live region.
     #[error("the live region: {0}")]
     Grid(supine_space::GridError),
+    /// What a cavity leaves of the mesh.
+    #[error("what the cavity leaves of the tissue: {0}")]
+    Mesh(#[from] supine_mesh::MeshError),
     /// The registration.
     #[error(transparent)]
     Registration(#[from] RegistrationError),
@@ -107,6 +110,7 @@ impl Error {
             | Self::NoTarget
             | Self::NoDirection
             | Self::Grid(_)
+            | Self::Mesh(_)
             | Self::Read { .. }
             | Self::Recording { .. } => Failure::Input,
         }

@@ -30,8 +30,13 @@ const SAFE: f64 = 3.0;
 const TAKEN_MM: f64 = 2.0;
 /// until it is this far from it.
 const LEFT_MM: f64 = 25.0;
-/// Parts of a way that are tried for one pose: all of it, then half.
+/// Parts of a way that are tried for one pose: as much of it as can be, then half of that.
 const TRIES: usize = 2;
+/// After a way that was made pressed tissue goes so much farther at once, after one that was not so much less far; never less than
+/// this share of what it can: where that fails, it fails for another reason.
+const FASTER: f64 = 2.0;
+const SLOWER: f64 = 0.25;
+const SLOWEST: f64 = 1.0 / 16.0;
 /// The part of the way that is made in its own time when nothing else helps.
 const PART: f64 = 0.25;
 /// Tissue that is pressed waits for an applicator that is so far outside of its planned place, mm.
@@ -80,6 +85,8 @@ pub struct Follower {
     renews: bool,
     /// How often in a row nothing moved although it should.
     stalled: usize,
+    /// Of the way that pressed tissue can go at once, the share that is tried first.
+    pace: f64,
 }
 
 /// How a way was gone.
@@ -151,6 +158,7 @@ impl Follower {
             holds: false,
             renews: false,
             stalled: 0,
+            pace: 1.0,
         };
         let deformation = follower.deformation()?;
         follower.target.on_table = follower.place(&deformation);
@@ -182,8 +190,8 @@ impl Follower {
     /// As [`Applicator::deformation`].
     pub fn surface(&self) -> Result<Vec<[u32; 3]>, Error> {
         let bears = self.applicator.bearing();
-        let all = boundary(self.deformation()?.mesh(), |t| bears.get(t).is_none_or(|bears| *bears))
-            .map_err(supine_flow::Error::Eighths)?;
+        let all =
+            boundary(self.deformation()?.mesh(), |t| bears.get(t).is_none_or(|bears| *bears))?;
         let seen = all.into_iter().filter(|face| face.tag != BoundaryTag::Cut);
         Ok(seen.map(|face| face.points).collect())
     }
@@ -241,8 +249,8 @@ impl Follower {
     /// Goes as far towards a goal as there is time, in parts where the whole way is too long for the factor at hand.
     fn go(&mut self, goal: &Pose) -> Result<Gone, Error> {
         let budget = if self.ties() { BUDGET } else { PRESSED };
-        let (mut gone, mut share) = (Gone::default(), 1.0);
-        let mut moves = false;
+        let (mut gone, mut moves) = (Gone::default(), false);
+        let mut share = self.pace * self.applicator.share_of_way(goal)?;
         for _ in 0..TRIES {
             let next = between(self.applicator.pose(), goal, share, &self.put_in);
             match self.applicator.step_quickly(&next, budget)? {
@@ -254,6 +262,10 @@ impl Follower {
                 }
                 None => share *= 0.5,
             }
+        }
+        if !self.ties() {
+            let faster = if moves { FASTER } else { SLOWER };
+            self.pace = (self.pace * faster).clamp(SLOWEST, 1.0);
         }
         self.stalled = if moves { 0 } else { self.stalled + 1 };
         if self.stalled > self.patience() {
@@ -275,7 +287,9 @@ impl Follower {
     /// So often nothing may move before a part of the way is made in its own time: a renewed factor may come first.
     fn patience(&self) -> usize {
         match self.plan.renewal {
-            Renewal::Beside => 40,
+            Renewal::Beside if self.ties() => 40,
+            // The pace falls first.
+            Renewal::Beside => 4,
             Renewal::Between => 1,
         }
     }

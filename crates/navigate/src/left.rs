@@ -1,7 +1,7 @@
 //! What is left when a cavity has been cut.
 
 use std::collections::BTreeMap;
-use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TetMesh};
+use supine_mesh::{BoundaryFace, BoundaryTag, Edges, MeshError, TetMesh};
 use supine_space::{Matrix, Point, Vector};
 use supine_volume::Ct;
 
@@ -32,7 +32,8 @@ pub(crate) fn boundary(
     Ok(mesh.open_faces(bears)?.into_iter().map(tagged).collect())
 }
 
-/// The tetrahedra that are left as a mesh of their own, and which points of the whole one are its points.
+/// The tetrahedra that are left as a mesh of their own, and which nodes of the whole one are its nodes: points, then the middles of
+/// edges.
 ///
 /// # Errors
 /// When none is left.
@@ -51,7 +52,16 @@ pub(crate) fn left(
     tets.iter_mut().flatten().for_each(renumber);
     faces.iter_mut().flat_map(|face| &mut face.points).for_each(renumber);
     let places = points.iter().map(|p| mesh.points()[*p as usize]).collect();
-    Ok((TetMesh::new(places, tets, faces)?, points))
+    let (left, whole) = (TetMesh::new(places, tets, faces)?, Edges::new(mesh));
+    let own = Edges::new(&left);
+    let first = mesh.points().len() as u32;
+    // Each edge that is left is one of the whole.
+    let middles = own.ends().iter().filter_map(|ends| {
+        let [a, b] = ends.map(|p| points[p as usize]);
+        Some(first + whole.between(a, b)?)
+    });
+    let nodes = points.iter().copied().chain(middles).collect();
+    Ok((left, nodes))
 }
 
 /// The CT with air where tissue was cut out of the mesh.
@@ -109,8 +119,11 @@ mod tests {
     fn what_is_left_is_bounded_by_its_skin_and_by_the_cut() {
         let whole = pair();
         assert_eq!(boundary(&whole, |_| true).unwrap().len(), 6);
-        let (left, points) = left(&whole, |t| t == 1).unwrap();
-        assert_eq!((left.tets().len(), points), (1, vec![1, 2, 3, 4]));
+        let (left, nodes) = left(&whole, |t| t == 1).unwrap();
+        let (points, middles) = nodes.split_at(4);
+        assert_eq!((left.tets().len(), points), (1, &[1, 2, 3, 4][..]));
+        // Edges of the whole in order: 01 02 03, then 12 13 14 23 24 34.
+        assert_eq!(middles, [8, 9, 10, 11, 12, 13]);
         let walls = left.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall);
         let walls: Vec<_> = walls.map(|face| face.points).collect();
         assert_eq!(walls.len(), 1);

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::left::{hollow, left};
 use std::sync::Arc;
-use supine_mesh::{Deformation, Displacement, Edges, Split, TetMesh};
+use supine_mesh::{Deformation, Displacement, TetMesh};
 use supine_space::{Grid, Matrix, Point, Vector};
 use supine_volume::Ct;
 use supine_warp::{Faded, Fading, Frames, Interpolation, Params};
@@ -13,17 +13,14 @@ pub const VOXELS: usize = 128;
 /// Their spacing, mm.
 pub const SPACING_MM: f64 = 1.0;
 
-/// Parts of a tetrahedron, one after the other.
-const EIGHTHS: usize = 8;
+/// What is seen lies so near to where the displacement of the tissue has it, mm: a tenth of a voxel.
+const OFF_MM: f64 = 0.1;
 
 /// Carries a part of the CT by the displacements of a mesh, one after the other.
-///
-/// Quadratic displacements are taken as linear in the eighths of each tetrahedron.
 #[derive(Debug)]
 pub struct LiveRegion {
-    split: Split,
-    /// Which of the eighths' points the frames have: those of tissue that was not cut out.
-    points: Vec<u32>,
+    /// Of each node of the tissue that was not cut out, which node of the whole mesh it is.
+    nodes: Vec<u32>,
     fading: Fading,
     params: Params,
     frames: Frames,
@@ -47,23 +44,21 @@ impl LiveRegion {
         bears: &[bool],
         centre: &Point,
     ) -> Result<Self, Error> {
-        let edges = Edges::new(&mesh);
-        let split = Split::new(&mesh, &edges).map_err(supine_flow::Error::Eighths)?;
-        let bear = |eighth: usize| bears.get(eighth / EIGHTHS).is_none_or(|bears| *bears);
-        let (eighths, points) = left(&split.mesh, bear).map_err(supine_flow::Error::Eighths)?;
-        let eighths = Arc::new(eighths);
+        let bear = |tet: usize| bears.get(tet).is_none_or(|bears| *bears);
+        let (left, nodes) = left(&mesh, bear)?;
         let cut = bears.contains(&false);
         let ct = if cut { Arc::new(hollow(&ct, &mesh, bears)) } else { ct };
         // Looked at for an instant; what is exported is interpolated as the case says.
-        let params = Params { interpolation: Interpolation::Linear, ..Params::default() };
+        let interpolation = Interpolation::Linear;
+        let params = Params { interpolation, curve_tolerance_mm: OFF_MM, ..Params::default() };
         let half = Vector::repeat(0.5 * (VOXELS - 1) as f64 * SPACING_MM);
         let spacing = Vector::repeat(SPACING_MM);
         let grid = Grid::new([VOXELS; 3], spacing, centre - half, Matrix::identity())
             .map_err(Error::Grid)?;
-        let frames = Frames::onto(ct, &grid, eighths, &params)?;
+        let frames = Frames::onto(ct, &grid, Arc::new(left), &params)?;
         let frame = Ct::clone(frames.still());
         let fading = Fading::new(mesh);
-        Ok(Self { split, points, fading, params, frames, frame, sought_for_mm: None })
+        Ok(Self { nodes, fading, params, frames, frame, sought_for_mm: None })
     }
 
     /// The region under a displacement of the mesh, faded towards where the mesh is cut, HU.
@@ -72,14 +67,14 @@ impl LiveRegion {
     /// When it is a displacement of another mesh.
     pub fn carry(&mut self, deformation: &Deformation) -> Result<&Ct, Error> {
         let faded = self.faded(deformation)?;
-        let displacement = faded.deformation.displacement();
-        let values = self.split.values(displacement.order(), displacement.values());
-        let values = self.points.iter().map(|p| values[*p as usize]).collect();
-        let eighths = self.frames.mesh();
-        let displacement = Displacement::new(eighths, self.frames.edges(), values)
+        let values = faded.deformation.displacement().values();
+        // Of a linear displacement the first nodes, which are points, have values.
+        let values = self.nodes.iter().map_while(|node| values.get(*node as usize));
+        let left = self.frames.mesh();
+        let displacement = Displacement::new(left, self.frames.edges(), values.copied().collect())
             .map_err(supine_flow::Error::from)?;
-        let carried = Deformation::new(Arc::clone(eighths), displacement)
-            .map_err(supine_flow::Error::from)?;
+        let carried =
+            Deformation::new(Arc::clone(left), displacement).map_err(supine_flow::Error::from)?;
         self.frames.next(&carried, &mut self.frame)?;
         Ok(&self.frame)
     }

@@ -2,6 +2,7 @@
 
 use crate::collar::{Collar, Skin};
 use crate::coverage::Coverage;
+use crate::kept::Kept;
 use crate::kernel::{Kernel, Source};
 use crate::map::{Map, check_grid};
 use crate::pieces::{Curve, Pieces};
@@ -28,6 +29,8 @@ pub struct Frames {
     params: Params,
     /// The pieces of the last frame, the skin and collar on them, and their map.
     pieces: Pieces,
+    /// When pieces are kept from frame to frame.
+    kept: Option<Kept>,
     skin: Skin,
     collar: Collar,
     map: Map,
@@ -48,6 +51,9 @@ impl Frames {
 
     /// The same with frames on another grid, LPS, which may hold a part of the tissue alone; air where there is no CT.
     ///
+    /// The pieces that follow a quadratic displacement are kept from frame to frame and made finer where they miss it in the grid
+    /// by more than [`Params::curve_tolerance_mm`]: within it, a frame depends on those before.
+    ///
     /// # Errors
     /// When an axis of the CT or the grid cannot be sampled or a parameter is out of range.
     pub fn onto(
@@ -59,7 +65,9 @@ impl Frames {
         params.check()?;
         check_grid(grid)?;
         let still = Arc::new(undeformed::onto(grid, &ct, params, Progress::none())?);
-        Self::prepared(ct, still, mesh, params)
+        let mut frames = Self::prepared(ct, still, mesh, params)?;
+        frames.kept = Some(Kept::new(grid.clone(), &frames.pieces));
+        Ok(frames)
     }
 
     fn prepared(
@@ -79,7 +87,20 @@ impl Frames {
         let map = Map::new([ct.grid(), still.grid()], &pieces, &collar);
         let resampling = resampling(&ct, still.grid(), &map, params);
         let (params, written) = (params.clone(), Vec::new());
-        Ok(Self { ct, still, mesh, edges, params, pieces, skin, collar, map, resampling, written })
+        Ok(Self {
+            ct,
+            still,
+            mesh,
+            edges,
+            params,
+            pieces,
+            kept: None,
+            skin,
+            collar,
+            map,
+            resampling,
+            written,
+        })
     }
 
     /// The frame of no displacement.
@@ -192,6 +213,13 @@ impl Frames {
             return Ok(true);
         }
         let curve = Curve { mesh: &self.mesh, edges: &self.edges, displacement };
+        if let Some(kept) = &mut self.kept {
+            let same = kept.follow(&mut self.pieces, &curve, self.params.curve_tolerance_mm)?;
+            if !same {
+                self.skin = Skin::new(&self.ct, &self.pieces, self.params.collar_mm);
+            }
+            return Ok(same);
+        }
         let pieces = Pieces::new(&curve, self.params.curve_tolerance_mm, Progress::none())?;
         let same = pieces.tets == self.pieces.tets && pieces.rest == self.pieces.rest;
         if !same {

@@ -5,7 +5,7 @@
 //! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
-//! quadratic displacement by straight tetrahedra; `collar` adds the air-side layer that
+//! quadratic displacement by straight tetrahedra, which live frames have `kept`; `collar` adds the air-side layer that
 //! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
 //! which voxels each tetrahedron owns (`batch` and `sweep`: several at once; `rows` and `predicate`: exact signs
 //! where that is not enough) in the `order` of a curve; `resample` samples
@@ -30,6 +30,7 @@ mod fade;
 mod fields;
 mod filter;
 mod frames;
+mod kept;
 mod kernel;
 mod labels;
 mod map;

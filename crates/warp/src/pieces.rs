@@ -36,7 +36,7 @@ pub(crate) struct Pieces {
 /// the error is Σ 4 l_a l_b bulge_ab, six terms of which each is largest at l = 1/4.
 const ERROR_PER_BULGE: f64 = 1.5;
 /// More pieces are not made: about 200 MB.
-const MAX_PIECES: usize = 1_000_000;
+pub(crate) const MAX_PIECES: usize = 1_000_000;
 /// Halvings of an edge; each divides the bulge by 4, so that metres become micrometres.
 const MAX_ROUNDS: usize = 10;
 
@@ -61,10 +61,17 @@ impl Pieces {
         tolerance_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Stopped> {
+        let mut pieces = Self::whole(curve);
+        pieces.refine(max_pieces, curve, tolerance_mm, |_| true, progress)?;
+        Ok(pieces)
+    }
+
+    /// The tetrahedra as they are.
+    fn whole(curve: &Curve<'_>) -> Self {
         let Curve { mesh, displacement, .. } = curve;
         let points = mesh.points().len();
         let skin = mesh.boundary().iter().filter(|f| f.tag == BoundaryTag::Skin);
-        let mut pieces = Self {
+        Self {
             rest: mesh.points().to_vec(),
             displacement: displacement.values()[..points].to_vec(),
             tets: mesh.tets().to_vec(),
@@ -73,31 +80,66 @@ impl Pieces {
                 .collect(),
             skin: skin.map(|f| f.points).collect(),
             missed_mm: None,
-        };
-        if displacement.order() == Order::Quadratic {
-            let (mut fresh, mut tolerance) = (0, tolerance_mm);
-            for round in 0..MAX_ROUNDS {
-                progress.at(round as f64 / MAX_ROUNDS as f64)?;
-                let (mut ids, mut halvings) = pieces.marked(curve, tolerance, fresh);
-                while children(&ids) > max_pieces {
-                    tolerance *= 2.0;
-                    pieces.missed_mm = Some(tolerance);
-                    (ids, halvings) = pieces.marked(curve, tolerance, fresh);
+        }
+    }
+
+    /// Gives all vertices the displacement of another curve of the same mesh.
+    pub(crate) fn take(&mut self, curve: &Curve<'_>) {
+        let Curve { mesh, edges, displacement } = curve;
+        let mut due = vec![true; self.rest.len()];
+        for (corners, parent) in self.tets.iter().zip(&self.parents) {
+            for (vertex, place) in corners.iter().zip(&parent.corners) {
+                let vertex = *vertex as usize;
+                if std::mem::take(&mut due[vertex]) {
+                    let place = place.map(f64::from);
+                    self.displacement[vertex] =
+                        displacement.at(mesh, edges, parent.tet as usize, place);
                 }
-                if halvings.is_empty() {
-                    break;
-                }
-                fresh = pieces.rest.len() as u32;
-                pieces.halve(&ids, &halvings);
             }
         }
-        Ok(pieces)
+    }
+
+    /// Halves edges until the pieces of the tetrahedra that `matter` miss the displacement, which they have, by
+    /// `tolerance_mm` at most; whether any was halved.
+    pub(crate) fn refine(
+        &mut self,
+        max_pieces: usize,
+        curve: &Curve<'_>,
+        tolerance_mm: f64,
+        matter: impl Fn(usize) -> bool + Sync,
+        progress: Progress<'_>,
+    ) -> Result<bool, Stopped> {
+        if curve.displacement.order() == Order::Linear {
+            return Ok(false);
+        }
+        let (mut fresh, mut tolerance) = (0, tolerance_mm);
+        for round in 0..MAX_ROUNDS {
+            progress.at(round as f64 / MAX_ROUNDS as f64)?;
+            let (mut ids, mut halvings) = self.marked(curve, tolerance, &matter, fresh);
+            while children(&ids) > max_pieces {
+                tolerance *= 2.0;
+                self.missed_mm = Some(tolerance);
+                (ids, halvings) = self.marked(curve, tolerance, &matter, fresh);
+            }
+            if halvings.is_empty() {
+                return Ok(round > 0);
+            }
+            fresh = self.rest.len() as u32;
+            self.halve(&ids, &halvings);
+        }
+        Ok(true)
     }
 
     /// The edges that bulge too much, among those with a vertex of `fresh` or higher: all others
     /// were looked at before and stay as they were judged. Returns for the six edges of each
     /// tetrahedron their places in the list of halvings (or `NONE`), and the halvings.
-    fn marked(&self, curve: &Curve<'_>, tolerance_mm: f64, fresh: u32) -> (Vec<u32>, Vec<Halving>) {
+    fn marked(
+        &self,
+        curve: &Curve<'_>,
+        tolerance_mm: f64,
+        matter: impl Fn(usize) -> bool + Sync,
+        fresh: u32,
+    ) -> (Vec<u32>, Vec<Halving>) {
         let of_tet = |(tet, corners): (usize, &[u32; 4])| {
             let corners = *corners;
             TET_EDGES.into_iter().enumerate().filter_map(move |(edge, [a, b])| {
@@ -113,9 +155,12 @@ impl Pieces {
             let (key, first) = same[0];
             let ends = [(key >> 32) as u32, key as u32];
             let parent = &self.parents[first as usize / 6];
+            if !same.iter().any(|(_, at)| matter(self.parents[*at as usize / 6].tet as usize)) {
+                return None;
+            }
             let [a, b] = TET_EDGES[first as usize % 6].map(|c| parent.corners[c]);
-            let bulge = curve.bulge(parent.tet as usize, a, b);
-            if ERROR_PER_BULGE * bulge.norm() <= tolerance_mm {
+            let bulge = curve.bulge(parent.tet as usize, difference(a, b));
+            if curve.error_mm(&bulge) <= tolerance_mm {
                 return None;
             }
             let [p, q] = ends.map(|v| v as usize);
@@ -171,6 +216,11 @@ impl Pieces {
         }
         (self.tets, self.parents, self.skin) = (tets, parents, skin);
     }
+}
+
+/// a - b, exact: multiples of powers of a half.
+pub(crate) fn difference(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    [0, 1, 2, 3].map(|c| a[c] - b[c])
 }
 
 const NONE: u32 = u32::MAX;
@@ -241,12 +291,17 @@ pub(crate) struct Curve<'a> {
 }
 
 impl Curve<'_> {
+    /// The position error within a piece whose edges bulge by this at most, mm.
+    pub(crate) fn error_mm(&self, bulge: &Vector) -> f64 {
+        ERROR_PER_BULGE * bulge.norm()
+    }
+
     /// u(middle) - (u(a) + u(b)) / 2 of a straight edge in tetrahedron `tet`, mm.
     ///
-    /// The second difference of the quadratic along d = a - b:
+    /// The second difference of the quadratic along d = a - b in barycentric coordinates:
     /// -(½ Σ d_c² u_c + Σ d_c d_e u_ce) over corners c and edges ce.
-    fn bulge(&self, tet: usize, a: [f32; 4], b: [f32; 4]) -> Vector {
-        let d = [0, 1, 2, 3].map(|c| f64::from(a[c]) - f64::from(b[c]));
+    pub(crate) fn bulge(&self, tet: usize, d: [f32; 4]) -> Vector {
+        let d = d.map(f64::from);
         let values = self.displacement.values();
         let points = self.mesh.points().len();
         let mut sum = Vector::zeros();

@@ -4,6 +4,7 @@ mod beyond;
 mod carry;
 mod contours;
 pub(crate) mod fixture;
+mod kept;
 mod reference;
 mod resampling;
 mod skin;

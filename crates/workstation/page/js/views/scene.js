@@ -6,7 +6,7 @@ import { element, say } from "../dom.js";
 import { along } from "../geometry.js";
 import { change, now, shownVolume } from "../state.js";
 import { dressScene } from "./dressing.js";
-import { clearCanvas, watchSize } from "./slice.js";
+import { clearCanvas, paintAgain, watchSize } from "./slice.js";
 import { hasBodies, madeOf, makePainter } from "./stage.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -76,6 +76,7 @@ export function makeScene() {
   watchSize(root, "3d");
   listen(root, pick, grasp);
   let made = "";
+  for (const one of [canvas, lines]) paintAgain(one, () => (made = ""));
 
   const draw = (/** @type {State} */ state) => {
     root.hidden = state.large !== null && state.large !== "3d";

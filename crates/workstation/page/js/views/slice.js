@@ -45,12 +45,22 @@ function numberOf(piece) {
   return piece ? numbers.get(piece) : 0;
 }
 
+/** A browser may take away what a canvas holds (a screen that sleeps, a driver that starts anew) and give it back empty.
+ * @param {HTMLCanvasElement} canvas @param {() => void} again */
+export function paintAgain(canvas, again) {
+  canvas.addEventListener("contextrestored", () => {
+    again();
+    change({});
+  });
+}
+
 /** @param {HTMLCanvasElement} canvas */
 function makePainter(canvas) {
   /** @type {ImageData|null} */
   let picture = null;
   let painted = "";
   const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
+  paintAgain(canvas, () => (painted = ""));
 
   return (/** @type {State} */ state, /** @type {Pane} */ pane) => {
     const other = comparedWith(state, pane);
@@ -105,6 +115,7 @@ export function makeSlice(name) {
 
   /** @type {any[]} */
   let drawn = [];
+  paintAgain(lines, () => (drawn = []));
   const draw = (/** @type {State} */ state) => {
     const hidden = state.large !== null && state.large !== name;
     root.hidden = hidden;
