@@ -92,6 +92,24 @@ fn the_reaction_is_the_slope_of_the_potential() {
     }
 }
 
+/// By the elements round the nodes alone, as by all of them.
+#[test]
+fn forces_on_the_nodes_it_holds_are_what_is_out_of_balance_there() {
+    for contact in [Contact::Tied, Contact::Frictionless] {
+        let mut applicator =
+            attach_with(Order::Quadratic, RestState::Net, (&sphere(), contact)).unwrap();
+        applicator.step(&pose([0.6, -0.4, 0.5], [0.02, 0.0, 0.03])).unwrap();
+        let all = either!(&applicator.coupling, c => c.site.out_of_balance(&c.place.u).unwrap());
+        let forces = applicator.contact_forces();
+        assert!(forces.len() > 20, "{contact:?}: {}", forces.len());
+        let largest = forces.iter().map(|(_, force)| force.norm()).fold(0.0, f64::max);
+        for (node, force) in forces {
+            let off = (force - all[node as usize]).norm();
+            assert!(off <= 1e-9 * largest, "{contact:?} {node}: {off} of {largest} mN");
+        }
+    }
+}
+
 #[test]
 fn an_applicator_that_has_not_moved_bears_only_what_it_holds() {
     let applicator = attached(Order::Linear);

@@ -167,10 +167,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         match &self.hold {
             Hold::Bilateral(_) => {
                 // A place is an equilibrium: no element of it is turned inside out.
-                let Some(forces) = self.site.out_of_balance(&self.place.u) else {
-                    return Vec::new();
-                };
-                self.site.touched().map(|n| (n as u32, forces[n])).collect()
+                self.site.forces_on_touched(&self.place.u).unwrap_or_default()
             }
             Hold::Unilateral(pressing) => pressing.on_nodes(),
         }

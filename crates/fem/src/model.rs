@@ -160,7 +160,7 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
 
     /// Internal nodal forces (mN) at nodes of which all elements are among `elements`; `None` when one of
     /// these is turned inside out.
-    fn forces_at(&self, elements: &[u32], u: &[Vector]) -> Option<Vec<Vector>> {
+    pub(crate) fn forces_at(&self, elements: &[u32], u: &[Vector]) -> Option<Vec<Vector>> {
         let mut forces = vec![Vector::zeros(); u.len()];
         for &e in elements {
             for q in 0..Q {

@@ -233,6 +233,12 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         forces.iter_mut().zip(&self.load).for_each(|(f, l)| *f -= l);
         Some(forces)
     }
+
+    /// The same at the nodes on which the body acts, by the elements round them alone.
+    pub(crate) fn forces_on_touched(&self, u: &[Vector]) -> Option<Vec<(u32, Vector)>> {
+        let forces = self.model.forces_at(&self.around, u)?;
+        Some(self.touched().map(|n| (n as u32, forces[n] - self.load[n])).collect())
+    }
 }
 
 /// The elements with at least one of some nodes.
