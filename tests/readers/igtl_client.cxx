@@ -129,6 +129,10 @@ void tell_status(Peer& peer) {
   auto get = igtl::GetStatusMessage::New();
   peer.send(get);
   auto message = peer.next<igtl::StatusMessage>("STATUS");
+  // The stamps here are no clock's: the session says so, at times after the last answer.
+  while (std::string(message->GetErrorName()) == "ClockSet") {
+    message = peer.next<igtl::StatusMessage>("STATUS");
+  }
   std::printf("{\"type\":\"STATUS\",\"code\":%d,\"name\":\"%s\",\"text\":\"%s\"}\n", message->GetCode(),
               message->GetErrorName(), message->GetStatusString());
 }
