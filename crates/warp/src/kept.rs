@@ -39,6 +39,8 @@ impl Kept {
         }
         let seen: Vec<bool> =
             (0..curve.mesh.tets().len()).into_par_iter().map(|tet| self.sees(curve, tet)).collect();
+        // Where they were too many they are not tried again and again for the same displacement.
+        let tolerance_mm = pieces.missed_mm.unwrap_or(0.0).max(tolerance_mm);
         let misses = |(tet, way): &(u32, [f32; 4])| {
             let tet = *tet as usize;
             seen[tet] && curve.error_mm(&curve.bulge(tet, *way)) > tolerance_mm
