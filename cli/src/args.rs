@@ -1,9 +1,10 @@
 //! What can be typed. Options of parameters come from the table of `supine-flow`, by [`Given`].
 
+use crate::args_batch::Batch;
 use crate::args_navigate::{Navigate, Replay};
 use crate::args_network::{Fetch, Send};
 use crate::parameters::{Given, Keys};
-use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, Numbers, Schema, stage};
+use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, LogFormat, Numbers, Schema, stage};
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -53,6 +54,18 @@ pub(crate) struct Common {
     /// Show no progress bar
     #[arg(long, global = true)]
     pub(crate) no_progress: bool,
+    /// How to say things on stderr; `json`: one object a line
+    #[arg(
+        long,
+        global = true,
+        value_name = "FORMAT",
+        default_value = "text",
+        hide_default_value = true
+    )]
+    pub(crate) log: LogFormat,
+    /// Write the stages over time, with the memory, into this file: a trace that Perfetto (ui.perfetto.dev) opens
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
 }
 
 #[derive(Subcommand, Debug)]
@@ -69,6 +82,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Run the whole flow of a case file
     Run(Run),
+    /// Run many cases, and show them in one table and on one page
+    Batch(Batch),
     /// Fit Young's modulus to the surface scans of a case
     Fit(Fit),
     /// Label chest wall and soft tissue
@@ -93,7 +108,12 @@ pub(crate) enum Command {
     Fetch(Fetch),
     /// Check of an exported series what no validator notices
     VerifyExport(VerifyExport),
-    /// Print the JSON schema of a case file or of summary.json
+    /// Print where the result of a run came from, as W3C PROV-JSON
+    Provenance {
+        /// The folder of a run
+        run: PathBuf,
+    },
+    /// Print the JSON schema of a case file, of summary.json or of a status
     Schema {
         /// Of what
         of: Schema,
@@ -260,6 +280,9 @@ pub(crate) struct Run {
     /// End with exit code 4 unless the verdict is green
     #[arg(long)]
     pub(crate) deny_warnings: bool,
+    /// Tell at the end, however it ends, in this small JSON file for workflow engines: `supine schema status`
+    #[arg(long, value_name = "FILE")]
+    pub(crate) status: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

@@ -1,5 +1,6 @@
 //! One file per command that has much to print; the others stand here.
 
+pub(crate) mod batch;
 pub(crate) mod carry;
 pub(crate) mod demo;
 pub(crate) mod fetch;

@@ -26,8 +26,7 @@ impl Failure {
     /// A failure with a code: a word that stays the same from version to version.
     pub(crate) fn coded(kind: Kind, code: &'static str, message: impl Into<String>) -> Self {
         let message = message.into();
-        // Messages say last, after a semicolon, what to do.
-        let advice = message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned());
+        let advice = supine_flow::advice(&message);
         Self { kind, message, status: "failed", code, place: Box::default(), advice }
     }
 

@@ -5,22 +5,32 @@
 #![expect(clippy::disallowed_methods, reason = "edge crate: the demo's files")]
 
 mod args;
+mod args_batch;
 mod args_navigate;
 mod args_network;
 mod commands;
 mod failure;
+mod log;
 mod parameters;
+mod profile;
+mod resident;
 mod screen;
 mod start;
 mod words;
 
 use args::{Cli, Command};
 use clap::Parser;
-use commands::{carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages};
+use commands::{
+    batch, carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages,
+};
 use failure::Failure;
 use screen::{Screen, data};
 use std::process::ExitCode;
-use supine_flow::{commands::summary_schema, spec::case_schema};
+use supine_flow::commands::provenance::provenance;
+use supine_flow::{
+    commands::{status_schema, summary_schema},
+    spec::case_schema,
+};
 use supine_space::Failure as Kind;
 use words::Schema;
 
@@ -33,7 +43,11 @@ fn main() -> ExitCode {
         Err(error) => return manual::usage(&error),
     };
     let screen = Screen::new(&cli.common);
-    let done = work(cli, &screen);
+    let mut done = work(cli, &screen);
+    if let Err(failure) = screen.write_profile() {
+        // What the command itself failed with is told first.
+        done = done.and(Err(failure));
+    }
     if let Err(failure) = &done {
         screen.fail(failure);
     }
@@ -72,6 +86,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         Command::Init(args) => init::init(args, screen),
         Command::Check(args) => stages::check(args, screen),
         Command::Run(args) => run::run(args, screen),
+        Command::Batch(args) => batch::batch(args, screen),
         Command::Fit(args) => run::fit(args, screen),
         Command::Segment(args) => stages::segment(args, screen),
         Command::Mesh(args) => stages::mesh(args, screen),
@@ -84,10 +99,15 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         Command::Send(args) => send::send(&args, screen),
         Command::Fetch(args) => fetch::fetch(&args, screen),
         Command::VerifyExport(args) => inspect::verify_export(args, screen),
+        Command::Provenance { run } => {
+            data(&format!("{:#}\n", provenance(&run)?));
+            Ok(End::Done)
+        }
         Command::Schema { of } => {
             let schema = match of {
                 Schema::Case => case_schema(),
                 Schema::Summary => summary_schema(),
+                Schema::Status => status_schema(),
             };
             data(&format!("{schema:#}\n"));
             Ok(End::Done)

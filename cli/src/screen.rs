@@ -2,6 +2,9 @@
 
 use crate::args::Common;
 use crate::failure::Failure;
+use crate::log;
+use crate::profile::Profile;
+use crate::words::LogFormat;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +31,15 @@ pub(crate) struct Screen {
     verbose: bool,
     /// When a line of something live was shown last, where there is no bar.
     shown: Mutex<Option<Instant>>,
+    /// Everything on stderr is JSON.
+    log: bool,
+    profile: Option<Profile>,
+    /// Threads that were asked for.
+    threads: Option<usize>,
 }
+
+/// How often the bar's clock goes on.
+const TICK: Duration = Duration::from_millis(200);
 
 /// Lines of something live are so far apart where there is no bar.
 const LIVE: Duration = Duration::from_secs(1);
@@ -36,7 +47,8 @@ const LIVE: Duration = Duration::from_secs(1);
 impl Screen {
     pub(crate) fn new(common: &Common) -> Self {
         let bar = ProgressBar::new(1000);
-        if common.quiet || common.no_progress {
+        let log = common.log == LogFormat::Json;
+        if common.quiet || common.no_progress || log {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
         let style = ProgressStyle::with_template(
@@ -56,17 +68,21 @@ impl Screen {
             lines,
             verbose: common.verbose && !quiet,
             shown: Mutex::default(),
+            log,
+            profile: common.profile.as_deref().map(Profile::new),
+            threads: common.threads.map(std::num::NonZeroUsize::get),
         }
     }
 
     /// Makes Ctrl-C stop the work at its next step; a second one ends the program at once.
     pub(crate) fn catch_interrupts(&self) -> Result<(), Failure> {
-        let bar = self.bar.clone();
+        let (bar, log) = (self.bar.clone(), self.log);
         ctrlc::set_handler(move || {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
                 std::process::exit(Kind::Stopped.exit_code().into());
             }
-            bar.suspend(|| err("stopping (Ctrl-C again to end at once)"));
+            let text = "stopping (Ctrl-C again to end at once)";
+            bar.suspend(|| err(&if log { log::say(text) } else { text.into() }));
         })
         .map_err(|e| Failure::new(Kind::Retry, format!("Ctrl-C cannot be caught: {e}")))
     }
@@ -78,13 +94,35 @@ impl Screen {
         self.go_on()
     }
 
+    /// Progress of many pieces of work as one.
+    pub(crate) fn whole(&self, text: String, share: f64) {
+        self.bar.set_message(text);
+        self.bar.set_position((share * 1000.0) as u64);
+        self.bar.enable_steady_tick(TICK);
+    }
+
+    /// Whether there are lines in place of a bar.
+    pub(crate) fn has_lines(&self) -> bool {
+        self.lines
+    }
+
+    /// Whether all is to be said.
+    pub(crate) fn is_verbose(&self) -> bool {
+        self.verbose
+    }
+
+    /// Threads for all work together: as many as were asked for, or the cores.
+    pub(crate) fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into))
+    }
+
     /// A line that changes while somebody looks on; where there is no bar, once a second.
     pub(crate) fn live(&self, text: &str) {
         if self.bar.is_hidden() {
             let mut last = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
             if !self.quiet && last.is_none_or(|last| last.elapsed() >= LIVE) {
                 *last = Some(Instant::now());
-                err(text);
+                self.put(text);
             }
             return;
         }
@@ -97,14 +135,34 @@ impl Screen {
     /// A line for people.
     pub(crate) fn say(&self, text: &str) {
         if !self.quiet {
-            self.bar.suspend(|| err(text));
+            self.bar.suspend(|| self.put(text));
         }
+    }
+
+    /// A line in the format that was asked for.
+    fn put(&self, text: &str) {
+        err(&if self.log { log::say(text) } else { text.into() });
+    }
+
+    /// Writes the trace, if one was asked for.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn write_profile(&self) -> Result<(), Failure> {
+        let Some(profile) = &self.profile else { return Ok(()) };
+        profile.write().map_err(|error| {
+            let text = format!(
+                "--profile: {} cannot be written: {error}; name another file",
+                profile.file().display()
+            );
+            Failure::new(Kind::of_output(&error), text)
+        })
     }
 
     /// Why a command that has its result ends with another code than 0, where [`Self::result`] does not say it.
     pub(crate) fn reason(&self, text: &str) {
         if self.quiet && !self.json {
-            err(text);
+            self.put(text);
         }
     }
 
@@ -117,7 +175,10 @@ impl Screen {
     /// its answer says what failed.
     pub(crate) fn fail(&self, failure: &Failure) {
         self.clear();
-        err(&format!("error: {}", failure.message));
+        err(&match self.log {
+            true => log::line(log::Level::Error, "error", failure.json()["error"].clone()),
+            false => format!("error: {}", failure.message),
+        });
         if self.json && !self.answered.load(Ordering::Relaxed) {
             self.json(&failure.json());
         }
@@ -200,10 +261,15 @@ pub(crate) fn data(text: &str) {
 impl Observer for Screen {
     fn begin(&self, node: NodeId) {
         self.now(|running| running.push(node));
-        if self.verbose {
+        if let Some(profile) = &self.profile {
+            profile.begin(node);
+        }
+        if self.verbose && self.log {
+            err(&log::begin(node));
+        } else if self.verbose {
             self.say(&format!("{:>13}  begins", node.name()));
         }
-        self.bar.enable_steady_tick(Duration::from_millis(200));
+        self.bar.enable_steady_tick(TICK);
     }
 
     fn share(&self, node: NodeId, share: f64) {
@@ -219,19 +285,32 @@ impl Observer for Screen {
             self.bar.set_prefix(text.to_string());
         }
         drop(running);
-        if self.verbose {
+        if self.verbose && self.log {
+            err(&log::found(node, text));
+        } else if self.verbose {
             self.say(&format!("{:>13}  {text}", node.name()));
         }
     }
 
     fn warning(&self, node: NodeId, warning: &Warning) {
+        if let Some(profile) = &self.profile {
+            profile.warning(node, &warning.code);
+        }
+        if self.log && !self.quiet {
+            return err(&log::warning(node, warning));
+        }
         let code = if self.verbose { format!(", {}", warning.code) } else { String::new() };
         self.say(&format!("warning ({node}{code}): {}", warning.message));
     }
 
     fn end(&self, node: NodeId, seconds: f64, cached: bool) {
         self.now(|running| running.retain(|running| *running != node));
-        if self.lines {
+        if let Some(profile) = &self.profile {
+            profile.end(node, cached);
+        }
+        if self.lines && self.log {
+            err(&log::end(node, seconds, cached));
+        } else if self.lines {
             let how = if cached { "done before".into() } else { format!("{seconds:.1} s") };
             self.say(&format!("{:>13}  {how}", node.name()));
         }

@@ -14,6 +14,17 @@ pub(crate) enum Schema {
     Case,
     /// summary.json
     Summary,
+    /// What `run --status` writes
+    Status,
+}
+
+/// How things are said on stderr.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LogFormat {
+    /// For people
+    Text,
+    /// One JSON object a line
+    Json,
 }
 
 /// Words of the command line for values of the flow.

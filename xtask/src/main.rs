@@ -11,6 +11,7 @@
 
 mod fuzz;
 mod meshers;
+mod python;
 mod readers;
 mod solvers;
 mod steps;

@@ -1,4 +1,4 @@
-//! The independent readers: DICOM validators, an archive, a solver and a library of OpenIGTLink from Debian, Python packages in
+//! The independent readers: DICOM validators, an archive, a solver, a library of OpenIGTLink and a cluster's engine from Debian, Python packages in
 //! `target/readers`.
 //!
 //! Both are installed once: what is there already is left alone, and what is installed is said.
@@ -6,11 +6,11 @@
 use crate::House;
 use crate::steps::run;
 use anyhow::{Context, Result, bail};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Binaries that must be on the path, each with the Debian package that brings it.
-const BINARIES: [(&str, &str); 15] = [
+const BINARIES: [(&str, &str); 18] = [
     ("dciodvfy", "dicom3tools"),
     ("dcentvfy", "dicom3tools"),
     ("dcmdump", "dcmtk"),
@@ -26,6 +26,9 @@ const BINARIES: [(&str, &str); 15] = [
     ("zstd", "zstd"),
     ("chromium", "chromium"),
     ("g++", "g++"),
+    ("slurmctld", "slurm-wlm"),
+    ("munged", "munge"),
+    ("rsync", "rsync"),
 ];
 
 /// Files of libraries that a client is compiled against, each with the Debian package that brings it.
@@ -104,37 +107,39 @@ pub(crate) fn install_debian(packages: &[&str]) -> Result<()> {
     apt(&[&install[..], packages].concat()).with_context(by_hand)
 }
 
-/// Makes `target/readers`, a virtual environment with the packages of `xtask/readers.txt`, unless
-/// it was made from the same list. The copy of the list inside is written last, so that a broken
-/// installation is made anew.
+/// Makes `target/readers`; see [`environment`].
 fn install_python(house: &House) -> Result<()> {
-    let list = house.root.join("xtask/readers.txt");
+    environment(house, "readers", "SimpleITK, highdicom, meshio, pydicom, pyigtl").map(drop)
+}
+
+/// Makes `target/NAME`, a virtual environment with the packages of `xtask/NAME.txt`, unless it was made from the same list;
+/// its Python. The copy of the list inside is written last, so that a broken installation is made anew.
+///
+/// # Errors
+/// When the packages cannot be had, or its Python cannot import `modules`.
+pub(crate) fn environment(house: &House, name: &str, modules: &str) -> Result<PathBuf> {
+    let list = house.root.join(format!("xtask/{name}.txt"));
     let wanted = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
-    let environment = house.target.join("readers");
-    let made_from = environment.join("readers.txt");
+    let environment = house.target.join(name);
+    let made_from = environment.join("packages.txt");
     let python = environment.join("bin/python");
-    if std::fs::read_to_string(&made_from).is_ok_and(|made| made == wanted) && works(&python) {
-        println!("the Python readers in {} are up to date", environment.display());
-        return Ok(());
+    let works = || succeeds(Command::new(&python).args(["-c", &format!("import {modules}")]));
+    if std::fs::read_to_string(&made_from).is_ok_and(|made| made == wanted) && works() {
+        println!("the Python packages in {} are up to date", environment.display());
+        return Ok(python);
     }
-    println!("installing the Python readers, once: {}", environment.display());
+    println!("installing Python packages, once: {}", environment.display());
     if environment.exists() {
-        std::fs::remove_dir_all(&environment).context("cannot remove the old Python readers")?;
+        std::fs::remove_dir_all(&environment).context("cannot remove the old Python packages")?;
     }
     run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
     run(Command::new(&python).args(pip).arg("--requirement").arg(&list)).context(
         "the Python packages come from the index that pip is set up for: is it reachable?",
     )?;
-    if !works(&python) {
-        bail!("the Python readers were installed but cannot be imported by {}", python.display());
+    if !works() {
+        bail!("the packages were installed but cannot be imported by {}", python.display());
     }
-    std::fs::write(&made_from, wanted).with_context(|| made_from.display().to_string())
-}
-
-/// Whether the environment's Python imports every reader.
-fn works(python: &Path) -> bool {
-    succeeds(
-        Command::new(python).args(["-c", "import SimpleITK, highdicom, meshio, pydicom, pyigtl"]),
-    )
+    std::fs::write(&made_from, wanted).with_context(|| made_from.display().to_string())?;
+    Ok(python)
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: everything that must hold, cheap steps first.
 
 use crate::steps::{Steps, run};
-use crate::{House, meshers, readers};
+use crate::{House, meshers, python, readers};
 use anyhow::Result;
 use std::ffi::OsString;
 use std::process::Command;
@@ -43,6 +43,9 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     let build = ["build", "--workspace", "--bin", "supine"];
     steps.run("binary", || run(cargo(house).args(build)));
     steps.run("tests", || run(cargo(house).args(["test", "--workspace", "--no-fail-fast"])));
+    let binary = house.target.join("debug/supine");
+    steps.run("Python package", || python::test(house, &binary));
+    steps.run("workflow", || python::workflow(house, &binary));
     // Last: it leaves a binary with the features behind, which the tests above must not judge.
     match meshers::install() {
         Ok(()) => steps.run("other meshers", || meshers::test(|| cargo(house), !options.fast)),

@@ -26,6 +26,7 @@ mod peers;
 mod plot;
 mod real;
 mod refine;
+mod scripting;
 mod slider;
 mod speed;
 mod study;
@@ -165,12 +166,15 @@ pub(crate) enum Part {
     Hours,
     /// Folders of many files, time and finds of verify-export.
     Dicom,
+    /// The Python package and batches beside single runs; only when named: it builds the wheel.
+    Scripting,
     /// What the logs of `cargo xtask fuzz` say; only when named.
     Fuzz,
 }
 
 /// Parts that are measured only when they are named.
-const SELDOM: [Part; 5] = [Part::Slider, Part::Navigate, Part::Page, Part::Hours, Part::Fuzz];
+const SELDOM: [Part; 6] =
+    [Part::Slider, Part::Navigate, Part::Page, Part::Hours, Part::Scripting, Part::Fuzz];
 
 impl Part {
     fn name(self) -> String {
@@ -210,6 +214,7 @@ impl Part {
             Self::Page => browser::section(bench),
             Self::Hours => hours::section(bench),
             Self::Dicom => dicom::section(bench),
+            Self::Scripting => scripting::section(bench),
             Self::Fuzz => fuzz::section(bench),
         }
     }

@@ -19,6 +19,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("run", "supine run case.toml --out result"),
     ("run", "supine run case.toml --out result --set bed.ap=10"),
     ("run", "supine run case.toml --out result --json > summary.json"),
+    ("run", "supine run case.toml --out result --status result.json"),
+    ("batch", "supine batch p1/case.toml p2 p3 --out cohort"),
+    ("batch", "supine batch cases.csv --out cohort --jobs 4 --memory 16"),
+    ("batch", "supine batch --collect --out cohort"),
     ("carry", "supine carry result RS.dcm --out carried.dcm"),
     ("send", "supine send result --to ARCHIVE@pacs.example:104"),
     ("verify-export", "supine verify-export result/ct --source CT_FOLDER"),
@@ -33,6 +37,8 @@ const FILES: &[&str] = &[
     "OUT/report.dcm: what it says first, as a PDF in a DICOM object, where the case asks for it",
     "OUT/summary.json: the result for scripts; supine schema summary describes it",
     "OUT/log.jsonl: what was done, a line each",
+    "DIR/cohort.csv, DIR/index.html: all patients of a batch beside each other",
+    "DIR/runs/NAME, DIR/status/NAME.json: the run of each, and how it ended",
     "OUT-reidentification: the key of a de-identified run; keep it apart",
 ];
 

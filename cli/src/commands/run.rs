@@ -8,16 +8,30 @@ use crate::start::start;
 use std::path::Path;
 use supine_flow::commands::Colour;
 use supine_flow::commands::fit::{self, Fit};
-use supine_flow::commands::run::{self, Run};
-use supine_flow::{Options, Summary, directions, headline, held, moves};
+use supine_flow::commands::run::{self, Run, RunDone};
+use supine_flow::{
+    Denial, Options, Summary, denial, directions, held, moves, run_told, verdict_lines,
+    write_status,
+};
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
-    let args::Run { case, out, changes, anonymise, until, force, deny_warnings } = args;
+    let args::Run { case, out, changes, anonymise, until, force, deny_warnings, status } = args;
     let worst = if deny_warnings { Colour::Green } else { Colour::Amber };
     let (options, start) = (Options { until, force }, Some(start()?));
     let given = Run { case, changes, anonymise, out, options, start };
-    case_into(&given, worst, screen)
+    let Some(file) = status else { return case_into(&given, worst, screen) };
+    let (done, status) = run_told(&given, (worst, &file), screen);
+    // The run's own failure is told before that of the small file.
+    let ended = done.map_err(Failure::from).and_then(|done| tell(&given, &done, worst, screen));
+    match (ended, write_status(&status, &file)) {
+        (Ok(_), Err(error)) => Err(error.into()),
+        (Err(failure), Err(error)) => {
+            screen.say(&format!("warning: {error}"));
+            Err(failure)
+        }
+        (ended, Ok(())) => ended,
+    }
 }
 
 pub(crate) fn fit(args: args::Fit, screen: &Screen) -> Result<End, Failure> {
@@ -48,7 +62,11 @@ pub(crate) fn fit(args: args::Fit, screen: &Screen) -> Result<End, Failure> {
 
 /// Runs a case and says how it ended: well if its verdict is not worse than `worst`.
 pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<End, Failure> {
-    let done = run::run(given, screen)?;
+    tell(given, &run::run(given, screen)?, worst, screen)
+}
+
+/// Says how a run ended.
+fn tell(given: &Run, done: &RunDone, worst: Colour, screen: &Screen) -> Result<End, Failure> {
     if done.renewed {
         screen.say("the folder held results of another version, which were made anew");
     }
@@ -58,35 +76,20 @@ pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<E
         screen.result(&json, &format!("done until {until}: {}", given.out.display()));
         return Ok(End::Done);
     };
-    let failure = (!done.usable(worst)).then(|| denied(summary, &given.out));
+    let failure = denial(summary, worst).map(|denial| denied(&denial, &given.out));
     screen.result_but(failure.as_ref(), summary, &conclusion(summary, &given.out));
     if failure.is_some() {
-        screen.reason(&verdict(summary).join("\n"));
+        screen.reason(&verdict_lines(summary).join("\n"));
     }
     Ok(End::of(failure.is_none(), Kind::Check))
 }
 
 /// Why a run that has its result ends with another code than 0.
-fn denied(summary: &Summary, out: &Path) -> Failure {
-    let lines = verdict(summary);
-    let message = lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join("\n");
-    let failure = match summary.verdict.colour {
-        Colour::Red => {
-            Failure::coded(Kind::Check, "verdict-red", message).with_status("not-usable")
-        }
-        _ => Failure::coded(Kind::Check, "verdict-not-green", message),
-    };
-    failure.at(out)
-}
-
-/// The verdict and its reasons, a line each.
-fn verdict(summary: &Summary) -> Vec<String> {
-    let headline = headline(summary);
-    let headline = headline
-        .split_once(':')
-        .map_or(headline.clone(), |(colour, rest)| format!("{}:{rest}", colour.to_uppercase()));
-    let reasons = summary.verdict.reasons.iter().map(|reason| format!("  {}", reason.told()));
-    std::iter::once(headline).chain(reasons).collect()
+fn denied(denial: &Denial, out: &Path) -> Failure {
+    let lines: Vec<&str> = denial.lines.iter().map(|line| line.trim()).collect();
+    let failure = Failure::coded(Kind::Check, denial.code, lines.join("\n"));
+    let red = denial.code == "verdict-red";
+    if red { failure.with_status("not-usable") } else { failure }.at(out)
 }
 
 fn conclusion(summary: &Summary, out: &Path) -> String {
@@ -95,7 +98,7 @@ fn conclusion(summary: &Summary, out: &Path) -> String {
         let way = (!held(summary)).then(|| format!(": {}", directions(tumour.displacement_mm)));
         lines.push(moves(summary) + &way.unwrap_or_default());
     }
-    lines.extend(verdict(summary));
+    lines.extend(verdict_lines(summary));
     if let Some(e) = &summary.export {
         let folder = out.join(&e.folder);
         lines.push(format!(

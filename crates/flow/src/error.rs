@@ -93,6 +93,15 @@ pub enum Error {
     /// Meshing.
     #[error("meshing: {0}")]
     Mesh(supine_tetrahedralise::Error),
+    /// A whole run of a session that holds what its case does not tell.
+    #[error(
+        "the {node} was given in memory: a run folder tells all that it rests on by its case; save what was given to a file and \
+         name that, or take the results from the session"
+    )]
+    Given {
+        /// The node whose result was given.
+        node: NodeId,
+    },
     /// A mesher that this program was built without.
     #[error(
         "this program was built without the mesher {mesher}; use native, or build it with `cargo \
@@ -330,7 +339,10 @@ impl Error {
             | Self::TumourName(_)
             | Self::TumourPlace(_)
             | Self::Tumour(_) => Failure::Input,
-            Self::NotBuilt { .. } | Self::NotRefined { .. } | Self::NoFolder => Failure::Usage,
+            Self::NotBuilt { .. }
+            | Self::NotRefined { .. }
+            | Self::NoFolder
+            | Self::Given { .. } => Failure::Usage,
             #[cfg(feature = "cgal")]
             Self::Cgal(error) => error.kind(),
             #[cfg(feature = "tetgen")]

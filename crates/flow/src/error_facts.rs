@@ -60,6 +60,7 @@ impl Error {
             Self::TumourPlace(_) => "tumour-on-other-side",
             Self::Tumour(_) => "tumour-outside-region",
             Self::Segment(_) => "segmentation-failed",
+            Self::Given { .. } => "result-given",
             Self::Mesh(_) => "meshing-failed",
             Self::NotBuilt { .. } => "mesher-not-built",
             Self::NotRefined { .. } => "mesher-cannot-refine",

@@ -11,6 +11,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
 
+pub mod batch;
 mod case_file;
 pub mod commands;
 mod error;
@@ -34,6 +35,7 @@ mod run;
 mod session;
 mod shared;
 pub mod spec;
+mod status;
 mod work;
 
 pub use case_file::CaseFile;
@@ -53,7 +55,8 @@ pub use shared::*;
 pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
 
 pub use spec::{Case, CaseError, Spec};
+pub use status::{Denial, advice, case_name, denial, run_told, verdict_lines, write_status};
 pub use supine_report::{
-    DoseVolumeHistogram, Reason, Summary, UncertainPatch, Warning, directions, headline, held,
-    moves,
+    DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,
+    directions, headline, held, moves,
 };

@@ -30,6 +30,7 @@ pub fn run(
     // Stages run side by side: the sum of their times is not the time that one waits.
     let begun = Instant::now();
     session.spec().check_complete()?;
+    session.check_told()?;
     let targets: Vec<NodeId> = match options.until {
         Some(until) if !matches!(until, NodeId::Report | NodeId::ReportObject) => vec![until],
         _ => NodeId::ALL.to_vec(),

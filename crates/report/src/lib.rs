@@ -10,6 +10,7 @@
 mod agreement;
 mod body;
 mod canvas;
+mod cohort;
 mod colour;
 mod dose_volume;
 mod encoded;
@@ -23,10 +24,12 @@ mod pdf;
 mod phantom;
 mod pictures;
 mod place;
+mod provenance;
 mod scan_tables;
 mod scene;
 #[cfg(test)]
 mod section_tests;
+mod status;
 mod summary;
 mod tables;
 mod tg132;
@@ -38,12 +41,15 @@ mod words;
 mod write;
 
 pub use agreement::agreement;
+pub use cohort::{Figures, PICTURES, Patient, TABLE_HEAD, cohort_page, cohort_table};
 pub use error::Error;
 pub use files::write_summary;
 pub use first::{headline, moves};
 pub use pdf::pdf;
+pub use provenance::provenance;
 pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown};
+pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, status_schema};
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, held, verdict};
 pub use volumes::volume_changes;

@@ -562,7 +562,9 @@ pub fn must_not_be_used_for() -> Vec<String> {
 
 /// The JSON schema of `summary.json`.
 pub fn summary_schema() -> serde_json::Value {
-    schemars::schema_for!(Summary).into()
+    let mut schema = schemars::schema_for!(Summary);
+    schema.insert("$id".into(), format!("urn:supine:schema:summary:{}", Summary::SCHEMA).into());
+    schema.into()
 }
 
 impl Summary {

@@ -6,6 +6,7 @@
 
 mod anonymise;
 mod apart;
+mod batch;
 mod by_hand;
 mod carry;
 mod check;

@@ -16,7 +16,7 @@ fn lasting_summary(out: &Path) -> Value {
 }
 
 /// Fails unless each result in `partial` has the bytes of the same result in `whole`.
-fn assert_same_bytes(partial: &Path, whole: &Path) {
+pub(crate) fn assert_same_bytes(partial: &Path, whole: &Path) {
     for path in results(partial) {
         let (a, b) = (partial.join(&path), whole.join(&path));
         assert!(b.is_file(), "{} is in one run only", path.display());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use supine_tests::metadata;
 
 /// The layer of each package of the workspace. Nothing may depend on the house itself.
-const LAYERS: [(&str, u8); 23] = [
+const LAYERS: [(&str, u8); 24] = [
     ("supine-space", 0),
     ("supine-volume", 1),
     ("supine-mesh", 1),
@@ -25,6 +25,7 @@ const LAYERS: [(&str, u8); 23] = [
     ("supine-navigate", 5),
     ("supine-workstation", 5),
     ("supine", 6),
+    ("supine-python", 6),
     ("supine-tests", HOUSE),
     ("supine-benches", HOUSE),
     ("xtask", HOUSE),

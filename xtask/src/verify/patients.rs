@@ -32,13 +32,8 @@ pub(crate) fn folders(bench: &Bench<'_>) -> Vec<(&'static str, PathBuf)> {
 
 fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     let work = bench.work.join(name);
-    std::fs::create_dir_all(&work)?;
-    let ct = unpacked(patient, &work)?;
-    let facts: Value = read(&patient.join("patient.json"))?;
-    let truth: Value = read(&patient.join("truth/truth.json"))?;
-    let (young, rest) = tissue(&truth)?;
-    let case = work.join("case.toml");
-    std::fs::write(&case, case_text(&ct, &facts, young, &rest)?)?;
+    let (case, ct) = case(&work, patient)?;
+    let (young, rest) = tissue(&read(&patient.join("truth/truth.json"))?)?;
     let out = work.join("out");
     let summary = run_case(bench, &case, &out)?;
     let points = work.join("points.csv");
@@ -55,6 +50,23 @@ fn row(bench: &Bench<'_>, name: &str, patient: &Path) -> Result<Row> {
     let image = image::errors(bench, patient, &ct, &work)?;
     let textures = texture::textures(bench, patient, &ct, &work)?;
     Ok(Row { name: name.into(), tissue, summary, score: read(&json)?, image, textures })
+}
+
+/// The case files of all, each in a folder of the patient's name.
+pub(crate) fn cases(bench: &Bench<'_>) -> Result<Vec<PathBuf>> {
+    let one = |(name, patient): (&str, PathBuf)| Ok(case(&bench.work.join(name), &patient)?.0);
+    folders(bench).into_iter().map(one).collect()
+}
+
+/// Writes a patient's case with her true tissue into a work folder; its file, and the folder of her CT.
+fn case(work: &Path, patient: &Path) -> Result<(PathBuf, PathBuf)> {
+    std::fs::create_dir_all(work)?;
+    let ct = unpacked(patient, work)?;
+    let facts: Value = read(&patient.join("patient.json"))?;
+    let (young, rest) = tissue(&read(&patient.join("truth/truth.json"))?)?;
+    let file = work.join("case.toml");
+    std::fs::write(&file, case_text(&ct, &facts, young, &rest)?)?;
+    Ok((file, ct))
 }
 
 /// The folder of slices; the cohort's are packed.

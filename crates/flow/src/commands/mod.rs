@@ -13,6 +13,7 @@ pub mod fit;
 mod gather;
 pub mod init;
 pub mod mesh;
+pub mod provenance;
 pub mod run;
 pub mod segment;
 pub mod solve;
@@ -21,7 +22,7 @@ pub mod warp;
 
 pub use supine_dicom::Clock;
 pub use supine_exchange::SurfaceFrame;
-pub use supine_report::{Colour, summary_schema};
+pub use supine_report::{Colour, status_schema, summary_schema};
 
 use crate::Error;
 use crate::session::Session;

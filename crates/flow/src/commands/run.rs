@@ -69,18 +69,39 @@ pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
     if given.anonymise {
         spec.set("export.anonymise", &Json::Bool(true))?;
     }
+    let threads = rayon::current_num_threads();
+    let (start, options) = (given.start.clone(), given.options);
+    into(&spec, Into { out: &given.out, options, start, threads }, observer, &mut None)
+}
+
+/// Where a run goes and how.
+pub(crate) struct Into<'a> {
+    pub(crate) out: &'a Path,
+    pub(crate) options: Options,
+    pub(crate) start: Option<Start>,
+    pub(crate) threads: usize,
+}
+
+/// Runs the values of a case; what it held at most, MB, is told whether it ends well or not.
+pub(crate) fn into(
+    spec: &Spec,
+    Into { out, options, start, threads }: Into<'_>,
+    observer: &dyn Observer,
+    peak_memory_mb: &mut Option<f64>,
+) -> Result<RunDone, Error> {
     spec.check_complete()?;
-    let session = super::session(&spec)?;
-    session.refuse_overlap(&given.out)?;
-    let folder = RunFolder::open(&given.out)?;
+    let session = Session::new(spec.clone(), threads)?;
+    session.refuse_overlap(out)?;
+    let folder = RunFolder::open(out)?;
     let renewed = folder.is_former();
-    let session: Session = session.with_folder(folder)?.with_start(given.start.clone());
-    let summary = crate::run(&session, given.options, observer)?;
-    Ok(RunDone { summary, renewed })
+    let session: Session = session.with_folder(folder)?.with_start(start);
+    let summary = crate::run(&session, options, observer);
+    *peak_memory_mb = session.peak_memory_mb();
+    Ok(RunDone { summary: summary?, renewed })
 }
 
 /// The values of a case with some changes.
-pub(super) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
+pub(crate) fn spec(case: &Path, changes: &[Change]) -> Result<Spec, Error> {
     let mut spec = Spec::read(case)?;
     for Change { key, value } in changes {
         spec.change(key, value)?;

@@ -4,9 +4,11 @@
 //! recorded. Before anything is made anew, all that no longer belongs is removed, so that a folder never mixes results
 //! of two cases. Everything is written under a temporary name and renamed.
 
+mod cohort;
 mod names;
 mod record;
 
+pub(crate) use cohort::{CohortFolder, usable_name};
 pub(crate) use record::Record;
 
 use crate::key::Key;
@@ -343,6 +345,17 @@ impl FinishedRun {
     pub fn is_of(&self, session: &crate::Session) -> Result<bool, Error> {
         let left = self.summary()?.chain;
         Ok(session.redone(&left, self.secret()?)?.is_empty())
+    }
+
+    /// Whether its files still are what it recorded.
+    pub(crate) fn is_whole(&self, chain: &[supine_report::Link]) -> bool {
+        chain.iter().all(|link| {
+            let path = self.root.join(names::RECORDS).join(format!("{}.json", link.stage));
+            let read = fs::read_to_string(path).ok();
+            let record = read.and_then(|text| serde_json::from_str::<Record>(&text).ok());
+            let record = record.filter(|record| record.key == link.key);
+            record.is_some_and(|record| record.files.iter().all(|file| file.is_whole(&self.root)))
+        })
     }
 
     /// The secret that took the patient out, while it is there.

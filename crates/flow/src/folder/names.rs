@@ -22,6 +22,17 @@ pub(super) const CASE: &str = "case.json";
 /// Where both lay before.
 pub(super) const WITHIN: &str = ".stages";
 
+/// What the folder of a cohort holds: the folders of the runs,
+pub(super) const RUNS: &str = "runs";
+/// how each ended,
+pub(super) const STATUS: &str = "status";
+/// a table and a page of all,
+pub(super) const TABLE: &str = "cohort.csv";
+/// see there,
+pub(super) const PAGE: &str = "index.html";
+/// and what is held while somebody works in it.
+pub(super) const COHORT_LOCK: &str = "status/.lock";
+
 /// Files and folders that nodes leave: node, what it calls it, path.
 pub(super) const ARTIFACTS: &[(NodeId, &str, &str)] = &[
     (NodeId::Segment, "labels", "labels.seg.nrrd"),

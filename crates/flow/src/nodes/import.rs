@@ -37,6 +37,14 @@ pub(crate) struct Imported {
     pub(crate) origin: supine_report::Input,
 }
 
+impl Imported {
+    /// A CT that is given in place of being read.
+    pub(crate) fn given(ct: Arc<Ct>, origin: supine_report::Input) -> Self {
+        let (field, facts) = (Field::found(&ct), facts(&ct, None));
+        Self { ct, field, source: None, facts, origin }
+    }
+}
+
 impl Node for Import {
     const ID: NodeId = NodeId::Import;
     const METHOD: u32 = 2;

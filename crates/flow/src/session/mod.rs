@@ -6,6 +6,7 @@
 mod bring;
 mod cells;
 mod execute;
+mod given;
 mod observer;
 mod plan;
 mod values;
@@ -173,7 +174,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::Overlap`].
-    pub(crate) fn refuse_overlap(&self, root: &Path) -> Result<(), Error> {
+    pub fn refuse_overlap(&self, root: &Path) -> Result<(), Error> {
         let ground = self.ground();
         inputs(&ground.case)
             .try_for_each(|(key, path)| refuse_overlap(root, key, &ground.path(path)))
@@ -396,6 +397,12 @@ trait Outcome {
 impl Outcome for () {
     fn is_good(&self) -> bool {
         true
+    }
+}
+
+impl Outcome for Option<Key> {
+    fn is_good(&self) -> bool {
+        self.is_some()
     }
 }
 

@@ -31,11 +31,41 @@ pub(super) fn read(key: &str, text: &str) -> Result<Change, CaseError> {
             Err(_) => typed(key, text)?,
         },
     };
+    let gone = replaced(&given);
+    Ok(Change { given, gone })
+}
+
+/// Reads values as a case file has them, some of them `null`: those are taken away.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn merge(all: &Map<String, Json>) -> Result<Change, CaseError> {
+    let given = values(all)?;
+    let mut gone = replaced(&given);
+    for (name, value) in all {
+        match value {
+            Json::Object(table) => {
+                for (inner, _) in table.iter().filter(|(_, value)| value.is_null()) {
+                    gone.push(place(&format!("{name}.{inner}"))?);
+                }
+            }
+            Json::Null if is_table(name) && !SHORT.contains(&name.as_str()) => {
+                let of_table = |p: &&super::Parameter| p.path().0 == Some(name);
+                gone.extend(TABLE.iter().filter(of_table).filter_map(|p| position(p.key)));
+            }
+            Json::Null => gone.push(place(name)?),
+            _ => {}
+        }
+    }
+    Ok(Change { given, gone })
+}
+
+/// The keys of the other form of a tumour that is given whole.
+fn replaced(given: &Values) -> Vec<usize> {
     let has = |key: &&str| position(key).is_some_and(|place| given.contains_key(&place));
     let whole = FORMS.iter().position(|form| form.iter().all(has));
     let gone = whole.map(|n| FORMS[1 - n]).into_iter().flatten().filter(|key| !has(key));
-    let gone = gone.filter_map(position).collect();
-    Ok(Change { given, gone })
+    gone.filter_map(position).collect()
 }
 
 /// The text as one value of TOML, if it is that.

@@ -151,11 +151,40 @@ impl Spec {
     /// # Errors
     /// As [`Spec::set`].
     pub fn change(&mut self, key: &str, text: &str) -> Result<(), CaseError> {
-        let here = std::path::absolute(".").unwrap_or_default();
+        self.change_from(&std::path::absolute(".").unwrap_or_default(), key, text)
+    }
+
+    /// The same, its paths leading from a folder.
+    pub(crate) fn change_from(
+        &mut self,
+        here: &Path,
+        key: &str,
+        text: &str,
+    ) -> Result<(), CaseError> {
         let change::Change { given, gone } = change::read(key, text)?;
         self.values.retain(|place, _| !gone.contains(place));
-        self.values.extend(given.into_iter().map(|(place, value)| (place, value.within(&here))));
+        self.values.extend(given.into_iter().map(|(place, value)| (place, value.within(here))));
         Ok(())
+    }
+
+    /// Gives values as a case file has them, by keys or tables of keys, on top of those that are given; `null` takes one
+    /// away. A tumour that is given whole takes the place of one that was given in the other way.
+    ///
+    /// # Errors
+    /// As [`Spec::set`].
+    pub fn merge(&mut self, given: &serde_json::Map<String, Json>) -> Result<(), CaseError> {
+        let change::Change { given, gone } = change::merge(given)?;
+        self.values.retain(|place, _| !gone.contains(place));
+        self.values.extend(given);
+        Ok(())
+    }
+
+    /// That there is such a key, or a table of keys.
+    ///
+    /// # Errors
+    /// [`CaseError::Key`] with the nearest known one.
+    pub(crate) fn check_key(key: &str) -> Result<(), CaseError> {
+        if read::is_table(key) { Ok(()) } else { place(key).map(drop) }
     }
 
     /// The value that was given for a key.

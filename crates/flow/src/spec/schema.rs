@@ -5,6 +5,9 @@ use super::stroke;
 use super::table::{Kind, Parameter, Preset, TABLE};
 use serde_json::{Map, Value as Json, json};
 
+/// Which format of case files the schema is of: another number where files of before no longer hold.
+const CASE_ID: &str = "urn:supine:schema:case:1";
+
 /// The JSON schema (2020-12) of a case file, after its TOML is read.
 pub fn case_schema() -> Json {
     let (mut properties, mut required) = (Map::new(), Vec::new());
@@ -37,7 +40,7 @@ pub fn case_schema() -> Json {
         }
     }
     json!({
-        "$schema": "https://json-schema.org/draft/2020-12/schema", "title": "supine case",
+        "$schema": "https://json-schema.org/draft/2020-12/schema", "$id": CASE_ID, "title": "supine case",
         "type": "object", "additionalProperties": false, "properties": properties, "required": required,
     })
 }

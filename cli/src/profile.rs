@@ -1,0 +1,133 @@
+//! `--profile FILE`: the stages over time, as a trace that Perfetto and chrome://tracing open.
+
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+use supine_flow::NodeId;
+
+/// What happened so far. Stages that run side by side stand in rows of their own.
+pub(crate) struct Profile {
+    file: PathBuf,
+    begun: Instant,
+    trace: Mutex<Trace>,
+}
+
+#[derive(Default)]
+struct Trace {
+    events: Vec<Value>,
+    /// What is under way in each row, and since when, µs.
+    rows: Vec<Option<(NodeId, f64)>>,
+}
+
+impl Profile {
+    pub(crate) fn new(file: &Path) -> Self {
+        Self { file: file.into(), begun: Instant::now(), trace: Mutex::default() }
+    }
+
+    /// Where it is written.
+    pub(crate) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Now, µs since the start.
+    fn now(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64() * 1e6
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Trace, f64)) {
+        let now = self.now();
+        let mut trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(mb) = crate::resident::mb() {
+            trace.events.push(json!({
+                "name": "memory", "ph": "C", "ts": now, "pid": 1, "args": { "resident MB": mb },
+            }));
+        }
+        change(&mut trace, now);
+    }
+
+    pub(crate) fn begin(&self, node: NodeId) {
+        self.change(|trace, now| match trace.rows.iter_mut().find(|row| row.is_none()) {
+            Some(free) => *free = Some((node, now)),
+            None => trace.rows.push(Some((node, now))),
+        });
+    }
+
+    pub(crate) fn end(&self, node: NodeId, cached: bool) {
+        self.change(|trace, now| {
+            let row = trace.rows.iter().position(|row| row.is_some_and(|(of, _)| of == node));
+            // What was there already never began.
+            let Some((row, (_, since))) = row.and_then(|row| Some((row, trace.rows[row].take()?)))
+            else {
+                return;
+            };
+            trace.events.push(json!({
+                "name": node.name(), "cat": "stage", "ph": "X", "ts": since, "dur": now - since,
+                "pid": 1, "tid": row + 1, "args": { "cached": cached },
+            }));
+        });
+    }
+
+    pub(crate) fn warning(&self, node: NodeId, code: &str) {
+        self.change(|trace, now| {
+            let row = trace.rows.iter().position(|row| row.is_some_and(|(of, _)| of == node));
+            trace.events.push(json!({
+                "name": code, "cat": "warning", "ph": "i", "s": "t", "ts": now,
+                "pid": 1, "tid": row.map_or(1, |row| row + 1),
+            }));
+        });
+    }
+
+    /// Writes the trace, also of a command that failed: that of a stage that did not end goes up to now.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub(crate) fn write(&self) -> std::io::Result<()> {
+        let open: Vec<NodeId> = {
+            let trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
+            trace.rows.iter().flatten().map(|(node, _)| *node).collect()
+        };
+        open.into_iter().for_each(|node| self.end(node, false));
+        let mut trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut events = vec![json!({
+            "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "supine" },
+        })];
+        events.append(&mut trace.events);
+        let all = json!({
+            "displayTimeUnit": "ms", "traceEvents": events,
+            "otherData": { "version": env!("CARGO_PKG_VERSION") },
+        });
+        let part = self.file.with_extension("part");
+        std::fs::write(&part, format!("{all:#}\n"))?;
+        std::fs::rename(part, &self.file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_side_by_side_have_rows_of_their_own() {
+        let file = std::env::temp_dir().join(format!("supine-trace-{}.json", std::process::id()));
+        let profile = Profile::new(&file);
+        profile.begin(NodeId::Import);
+        profile.begin(NodeId::Segment);
+        profile.end(NodeId::Import, false);
+        profile.begin(NodeId::Region);
+        profile.warning(NodeId::Segment, "wall-uncertain");
+        profile.end(NodeId::Segment, true);
+        profile.write().unwrap();
+        let read: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+        std::fs::remove_file(file).unwrap();
+        let events = read["traceEvents"].as_array().unwrap();
+        let row = |name: &str| {
+            let one = events.iter().find(|e| e["name"] == name && e["ph"] == "X").unwrap();
+            assert!(one["dur"].as_f64().unwrap() >= 0.0);
+            one["tid"].as_u64().unwrap()
+        };
+        assert_eq!((row("import"), row("segment"), row("region")), (1, 2, 1));
+        let warning = events.iter().find(|e| e["ph"] == "i").unwrap();
+        assert_eq!((&warning["name"], &warning["tid"]), (&json!("wall-uncertain"), &json!(2)));
+    }
+}

@@ -1,0 +1,181 @@
+//! A table of cases (CSV, RFC 4180): the head names keys of the case, each row is one.
+
+use super::cases::refused;
+use crate::Error;
+use crate::spec::Spec;
+use std::path::{Path, PathBuf};
+
+/// The column of the names.
+const NAME: &str = "name";
+/// The column of the case files whose values the other columns change.
+const CASE: &str = "case";
+
+/// A row of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Row {
+    pub(super) name: String,
+    /// Its number in the table, as spreadsheets count: the head is row 1.
+    pub(super) number: usize,
+    /// A case file whose values the row changes.
+    base: Option<PathBuf>,
+    /// Keys and what stands for them; nothing stands for those that are not given.
+    values: Vec<(String, String)>,
+}
+
+impl Row {
+    /// The case file whose values it changes.
+    pub(super) fn base(&self) -> Option<&Path> {
+        self.base.as_deref()
+    }
+
+    /// Its values; paths lead from the folder of the table, those of its case file from that file's.
+    ///
+    /// # Errors
+    /// When its case file cannot be read, or a value does not fit: with row and table.
+    pub(super) fn spec(&self, table: &Path) -> Result<Spec, Error> {
+        let folder = folder_of(table);
+        let mut spec = match &self.base {
+            Some(base) => Spec::read(base)?,
+            None => Spec::new(folder.clone()),
+        };
+        for (key, value) in &self.values {
+            spec.change_from(&folder, key, value)?;
+        }
+        Ok(spec)
+    }
+}
+
+/// The folder of a table, whole.
+fn folder_of(table: &Path) -> PathBuf {
+    let folder = table.parent().unwrap_or(Path::new(""));
+    std::path::absolute(folder).or_else(|_| std::path::absolute(".")).unwrap_or_default()
+}
+
+/// The rows of a table. Separators are commas, or semicolons where the head has those alone.
+///
+/// # Errors
+/// When it cannot be read, the head names no key of a case, or a row has no name.
+pub(super) fn rows(table: &Path) -> Result<Vec<Row>, Error> {
+    let text = std::fs::read_to_string(table)
+        .map_err(|source| Error::Unread { path: table.into(), source })?;
+    let text = text.trim_start_matches('\u{feff}');
+    let head = text.lines().next().unwrap_or_default();
+    let delimiter = if head.contains(';') && !head.contains(',') { b';' } else { b',' };
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let wrong = |what: String| refused(format!("the table {}: {what}", table.display()));
+    let read = |error: csv::Error| wrong(format!("{error}; write it as CSV (RFC 4180)"));
+    let head: Vec<String> = reader.headers().map_err(read)?.iter().map(str::to_owned).collect();
+    check_head(&head).map_err(&wrong)?;
+    let mut rows = Vec::new();
+    for (number, record) in (2..).zip(reader.records()) {
+        let record = record.map_err(read)?;
+        let given = head.iter().zip(record.iter()).filter(|(_, cell)| !cell.is_empty());
+        let mut row = Row { name: String::new(), number, base: None, values: vec![] };
+        for (key, cell) in given {
+            match key.as_str() {
+                NAME => row.name = cell.into(),
+                CASE => row.base = Some(folder_of(table).join(cell)),
+                _ => row.values.push((key.clone(), cell.into())),
+            }
+        }
+        if row.name.is_empty() {
+            let text = format!("row {number} has no {NAME}; give each case one of its own");
+            return Err(wrong(text));
+        }
+        rows.push(row);
+    }
+    if rows.is_empty() {
+        return Err(wrong("it holds no case; add a row for each below the head".into()));
+    }
+    Ok(rows)
+}
+
+/// That the head has names, and keys of a case beside them, each once.
+fn check_head(head: &[String]) -> Result<(), String> {
+    if !head.iter().any(|key| key == NAME) {
+        let keys = head.join(", ");
+        return Err(format!(
+            "its head has no column {NAME} ({keys}); add one with a name for each case"
+        ));
+    }
+    for (n, key) in head.iter().enumerate() {
+        if head[..n].contains(key) {
+            return Err(format!("two columns are called {key}; leave one out"));
+        }
+        if ![NAME, CASE].contains(&key.as_str()) {
+            let hint = "; `supine help case` lists the keys";
+            Spec::check_key(key).map_err(|e| format!("column {}: {e}{hint}", n + 1))?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(dir: &Path, text: &str) -> PathBuf {
+        let path = dir.join("cases.csv");
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    #[test]
+    fn a_row_is_a_case_with_paths_from_the_tables_folder() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = table(
+            dir.path(),
+            "\u{feff}name,ct,breast,bed.ap,bed.lat,tumour.centre,tumour.radius\r\n\
+             p1,a/ct,left,7,5,\"1,2.5,-3\",9\r\n\"p, 2\",/b,right,,,,\r\n",
+        );
+        let rows = rows(&path).unwrap();
+        assert_eq!((rows[0].name.as_str(), rows[1].name.as_str()), ("p1", "p, 2"));
+        assert_eq!((rows[0].number, rows[1].number), (2, 3));
+        let spec = rows[0].spec(&path).unwrap();
+        let case = spec.case().unwrap();
+        assert_eq!(case.ct().unwrap().to_path_buf(), dir.path().join("a/ct"));
+        assert_eq!(case.bed().unwrap().ap_deg, 7.0);
+        let spec = rows[1].spec(&path).unwrap();
+        assert!(spec.get("bed.ap").is_none(), "an empty cell gives nothing");
+    }
+
+    #[test]
+    fn a_case_file_is_changed_by_the_other_columns() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir(dir.path().join("a")).unwrap();
+        let case = "ct = 'ct'\nbreast = 'left'\nbed = { ap = 1, lat = 2 }\n";
+        std::fs::write(dir.path().join("a/case.toml"), case).unwrap();
+        let path = table(dir.path(), "name;case;bed.ap;seeds.file\nx;a/case.toml;9.5;s.csv\n");
+        let row = &rows(&path).unwrap()[0];
+        let spec = row.spec(&path).unwrap();
+        let case = spec.case().unwrap();
+        assert_eq!(spec.folder().join(case.ct().unwrap()), dir.path().join("a/ct"));
+        assert_eq!((case.bed().unwrap().ap_deg, case.bed().unwrap().lat_deg), (9.5, 2.0));
+        assert_eq!(case.seeds.files[0], dir.path().join("s.csv"));
+    }
+
+    #[test]
+    fn tables_that_cannot_be_are_refused_with_what_to_do() {
+        let dir = tempfile::tempdir().unwrap();
+        for (text, told) in [
+            ("nme,ct\na,b\n", "no column name (nme, ct)"),
+            ("name,brest\na,left\n", "column 2: unknown key `brest`: did you mean `breast`?"),
+            ("name,ct,ct\na,b,c\n", "two columns are called ct"),
+            ("name,ct\n,b\n", "row 2 has no name"),
+            ("name,ct\n", "it holds no case"),
+            ("name,ct\na,b,c\n", "RFC 4180"),
+        ] {
+            let error = rows(&table(dir.path(), text)).unwrap_err();
+            assert!(error.to_string().contains(told), "{error}");
+            assert_eq!(error.kind().exit_code(), 1);
+        }
+        // A typo in a cell is that row's own.
+        let path = table(dir.path(), "name,breast\na,lft\nb,left\n");
+        let rows = rows(&path).unwrap();
+        assert!(rows[0].spec(&path).unwrap_err().to_string().contains("lft"));
+        assert!(rows[1].spec(&path).is_ok());
+    }
+}

@@ -1,0 +1,104 @@
+//! Results that the caller has, in place of being made: a CT, labels, a mesh or a displacement of her own.
+
+use super::{Request, Session};
+use crate::nodes::{Import, Imported, Mesh, Meshed, Segment, Segmented, Solve, Solved};
+use crate::shared::told;
+use crate::{Error, NodeId};
+use std::sync::Arc;
+use supine_mesh::{Deformation, TetMesh};
+use supine_report::Input;
+use supine_segment::take_labels;
+use supine_volume::{Ct, LabelMap};
+
+impl Session {
+    /// Takes a CT (HU) in place of that of the case. It has no patient and no series: nothing is exported to DICOM.
+    pub fn give_ct(&self, ct: Arc<Ct>) {
+        let mut hash = hash_of_grid(ct.grid());
+        for voxel in ct.data().chunks(1 << 16) {
+            let bytes: Vec<u8> = voxel.iter().flat_map(|hu| hu.to_le_bytes()).collect();
+            hash.update(&bytes);
+        }
+        let blake3 = hash.finalize().to_hex().to_string();
+        let origin =
+            Input { role: "ct".into(), form: "memory".into(), files: 0, blake3: blake3.clone() };
+        self.give::<Import>(Imported::given(ct, origin), blake3);
+    }
+
+    /// Takes labels on the grid of the CT in place of the segmentation, numbered as `volume::label` has them; the
+    /// observer hears what is doubtful about them.
+    ///
+    /// # Errors
+    /// When the CT cannot be read, or they cannot be of it.
+    pub fn give_labels(&self, labels: LabelMap, request: &Request<'_>) -> Result<(), Error> {
+        let (labels, warnings) = take_labels(&*self.ct(request)?, labels)?;
+        let mut hash = hash_of_grid(labels.grid());
+        hash.update(labels.data());
+        let key = hash.finalize().to_hex().to_string();
+        self.give::<Segment>(Segmented::given(Arc::new(labels), None), key);
+        let nameless = self.case().export.anonymise;
+        for warning in &warnings {
+            request.observer.warning(NodeId::Segment, &told(NodeId::Segment, warning, nameless));
+        }
+        Ok(())
+    }
+
+    /// Takes a mesh in the CT shape in place of the mesher's; points LPS, mm.
+    pub fn give_mesh(&self, mesh: Arc<TetMesh>) {
+        let key = hash_of_mesh(&mesh).finalize().to_hex().to_string();
+        self.give::<Mesh>(Meshed::given(mesh), key);
+    }
+
+    /// Takes a displacement (mm, LPS, from the CT shape) in place of the solver's, with its mesh in place of the mesher's.
+    pub fn give_deformation(&self, deformation: Deformation) {
+        self.give_mesh(Arc::clone(deformation.mesh()));
+        let mut hash = hash_of_mesh(deformation.mesh());
+        let vectors = deformation.displacement().values();
+        let bytes = vectors.iter().flat_map(|u| u.iter().flat_map(|c| c.to_le_bytes()));
+        hash.update(&bytes.collect::<Vec<u8>>());
+        let key = hash.finalize().to_hex().to_string();
+        self.give::<Solve>(Solved::given(deformation), key);
+    }
+
+    /// Lets a node make its result again.
+    pub fn take_back(&self, node: NodeId) {
+        let was = self.change(|ground| ground.given.remove(&node)).is_some();
+        if was {
+            self.forget(node);
+        }
+    }
+
+    /// The nodes whose results were given, in the order of the flow.
+    pub fn given(&self) -> Vec<NodeId> {
+        self.ground().given.keys().copied().collect()
+    }
+
+    /// That a whole run tells all it rests on: its case does not hold what was given in memory.
+    ///
+    /// # Errors
+    /// [`Error::Given`].
+    pub(crate) fn check_told(&self) -> Result<(), Error> {
+        self.given().first().map_or(Ok(()), |node| Err(Error::Given { node: *node }))
+    }
+}
+
+fn hash_of_grid(grid: &supine_space::Grid) -> blake3::Hasher {
+    let mut hash = blake3::Hasher::new();
+    let (spacing, origin): ([f64; 3], [f64; 3]) = (grid.spacing().into(), grid.origin().into());
+    let numbers = spacing.into_iter().chain(origin).chain(grid.direction().iter().copied());
+    grid.size().iter().for_each(|n| _ = hash.update(&(*n as u64).to_le_bytes()));
+    numbers.for_each(|x: f64| _ = hash.update(&x.to_le_bytes()));
+    hash
+}
+
+fn hash_of_mesh(mesh: &TetMesh) -> blake3::Hasher {
+    let mut hash = blake3::Hasher::new();
+    let points = mesh.points().iter().flat_map(|p| p.coords.iter().flat_map(|c| c.to_le_bytes()));
+    hash.update(&points.collect::<Vec<u8>>());
+    let corners = mesh.tets().iter().flatten().flat_map(|corner| corner.to_le_bytes());
+    hash.update(&corners.collect::<Vec<u8>>());
+    for face in mesh.boundary() {
+        let corners = face.points.iter().flat_map(|corner| corner.to_le_bytes());
+        hash.update(&corners.chain([face.tag.number()]).collect::<Vec<u8>>());
+    }
+    hash
+}

@@ -1,0 +1,311 @@
+//! How a run ended, told from its result or its failure: one place for `supine run --status` and for a batch.
+
+use crate::commands::run::{Run, RunDone};
+use crate::folder::{USERS, write_atomically};
+use crate::spec::{Spec, Value};
+use crate::{Error, Observer, Options, Place, Start, Summary, headline};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use supine_report::{Colour, Ended, RunError, RunPlace, RunStatus, TumourMoved};
+use supine_space::Failure;
+
+/// Why a run that has its result ends with another code than 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Denial {
+    /// `verdict-red` or `verdict-not-green`.
+    pub code: &'static str,
+    /// The verdict and its reasons, a line each.
+    pub lines: Vec<String>,
+}
+
+/// Why a verdict worse than `worst` does not do; none when it does.
+pub fn denial(summary: &Summary, worst: Colour) -> Option<Denial> {
+    let colour = summary.verdict.colour;
+    let code = if colour == Colour::Red { "verdict-red" } else { "verdict-not-green" };
+    (colour > worst).then(|| Denial { code, lines: verdict_lines(summary) })
+}
+
+/// The verdict and its reasons, a line each; those of the reasons are indented.
+pub fn verdict_lines(summary: &Summary) -> Vec<String> {
+    let headline = headline(summary);
+    let headline = headline
+        .split_once(':')
+        .map_or(headline.clone(), |(colour, rest)| format!("{}:{rest}", colour.to_uppercase()));
+    let reasons = summary.verdict.reasons.iter().map(|reason| format!("  {}", reason.told()));
+    std::iter::once(headline).chain(reasons).collect()
+}
+
+/// What to do, where a message says it: last, after a semicolon.
+pub fn advice(message: &str) -> Option<String> {
+    message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned())
+}
+
+/// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.
+pub fn case_name(case: &Path) -> String {
+    let whole = std::path::absolute(case).unwrap_or_else(|_| case.into());
+    let stem = |path: &Path| path.file_stem().map(|name| name.to_string_lossy().into_owned());
+    let folder = whole.parent().and_then(Path::file_name);
+    let folder = folder.map(|name| name.to_string_lossy().into_owned());
+    let own = stem(&whole).filter(|name| !["case", "summary"].contains(&name.as_str()));
+    own.or(folder).or_else(|| stem(&whole)).unwrap_or_else(|| "case".into())
+}
+
+/// A run that is to be told of.
+pub(crate) struct Told<'a> {
+    /// Name of its case.
+    pub(crate) name: String,
+    /// Its name when the patient is taken out.
+    pub(crate) nameless: String,
+    pub(crate) case_file: &'a Path,
+    /// Its values; why there are none.
+    pub(crate) spec: Result<Spec, Error>,
+    /// Whether the patient is taken out, whatever the case says.
+    pub(crate) anonymise: bool,
+    pub(crate) out: &'a Path,
+    pub(crate) options: Options,
+    pub(crate) start: Option<Start>,
+    pub(crate) threads: usize,
+    /// The worst verdict that does.
+    pub(crate) worst: Colour,
+}
+
+/// Runs a case; how that ended, and the same in the words of a status.
+pub fn run_told(
+    given: &Run,
+    (worst, status): (Colour, &Path),
+    observer: &dyn Observer,
+) -> (Result<RunDone, Error>, RunStatus) {
+    let told = Told {
+        name: case_name(&given.case),
+        nameless: case_name(status),
+        case_file: &given.case,
+        spec: crate::commands::run::spec(&given.case, &given.changes),
+        anonymise: given.anonymise,
+        out: &given.out,
+        options: given.options,
+        start: given.start.clone(),
+        threads: rayon::current_num_threads(),
+        worst,
+    };
+    told.run(observer)
+}
+
+/// Writes a status; a file of that name is replaced whole, and its folder is made where it is missing.
+///
+/// # Errors
+/// [`Error::Output`] when it cannot be written.
+pub fn write_status(status: &RunStatus, path: &Path) -> Result<(), Error> {
+    write_text(path, &status.text())
+}
+
+/// Writes a text as a whole; a folder that is missing is made.
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    let output = |source| Error::Output { path: path.into(), source };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.map_or(Ok(()), std::fs::create_dir_all).map_err(output)?;
+    write_atomically(path, text.as_bytes(), USERS)
+}
+
+impl Told<'_> {
+    /// Runs it.
+    pub(crate) fn run(mut self, observer: &dyn Observer) -> (Result<RunDone, Error>, RunStatus) {
+        let begun = Instant::now();
+        let nameless = self.is_nameless();
+        let mut peak_memory_mb = None;
+        // It is taken once, and told of no more.
+        let given = std::mem::replace(&mut self.spec, Err(Error::Stopped));
+        let done = given.and_then(|mut spec| {
+            if self.anonymise {
+                spec.set("export.anonymise", &serde_json::Value::Bool(true))?;
+            }
+            let into = crate::commands::run::Into {
+                out: self.out,
+                options: self.options,
+                start: self.start.take(),
+                threads: self.threads,
+            };
+            crate::commands::run::into(&spec, into, observer, &mut peak_memory_mb)
+        });
+        let seconds = begun.elapsed().as_secs_f64();
+        let bare = RunStatus { seconds, peak_memory_mb, ..self.bare(nameless) };
+        let status = match &done {
+            Ok(RunDone { summary: Some(summary), .. }) => self.finished(summary, nameless),
+            Ok(RunDone { summary: None, .. }) => bare,
+            Err(error) => Self::failed(bare, error, nameless),
+        };
+        (done, status)
+    }
+
+    /// Of a case whose run failed otherwise than by its own error.
+    pub(crate) fn broken(&self, kind: Failure, code: &str, message: &str) -> RunStatus {
+        let error = RunError {
+            code: code.into(),
+            kind: kind.name().into(),
+            exit: kind.exit_code(),
+            message: message.into(),
+            place: RunPlace::default(),
+            advice: advice(message),
+        };
+        let (status, exit, error) = (Ended::Failed, kind.exit_code(), Some(error));
+        RunStatus { status, exit, error, ..self.bare(self.is_nameless()) }
+    }
+
+    /// Whether nothing may name the patient. A case that cannot be read is taken for one that asks for it if its text
+    /// speaks of it.
+    pub(crate) fn is_nameless(&self) -> bool {
+        let asks = match &self.spec {
+            Ok(spec) => spec.get("export.anonymise") == Some(&Value::Switch(true)),
+            Err(_) => {
+                std::fs::read_to_string(self.case_file).is_ok_and(|text| text.contains("anonymise"))
+            }
+        };
+        self.anonymise || asks
+    }
+
+    /// What is known of a run without its result.
+    fn bare(&self, nameless: bool) -> RunStatus {
+        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.into());
+        let shown = |path: &Path| -> Option<PathBuf> { (!nameless).then(|| whole(path)) };
+        RunStatus {
+            schema: RunStatus::SCHEMA.into(),
+            case: if nameless { self.nameless.clone() } else { self.name.clone() },
+            case_file: shown(self.case_file),
+            out: shown(self.out),
+            exit: 0,
+            status: Ended::Partial,
+            colour: None,
+            reasons: vec![],
+            warnings: 0,
+            error: None,
+            seconds: 0.0,
+            peak_memory_mb: None,
+            voxels: None,
+            threads: self.threads,
+            tumour: None,
+            version: env!("CARGO_PKG_VERSION").into(),
+        }
+    }
+
+    /// Of a finished run, with the time and memory of its summary.
+    pub(crate) fn finished(&self, summary: &Summary, nameless: bool) -> RunStatus {
+        let colour = summary.verdict.colour;
+        let error = denial(summary, self.worst).map(|denial| RunError {
+            code: denial.code.into(),
+            kind: Failure::Check.name().into(),
+            exit: Failure::Check.exit_code(),
+            message: denial.lines.iter().map(|l| l.trim()).collect::<Vec<_>>().join("\n"),
+            place: RunPlace::default(),
+            advice: None,
+        });
+        RunStatus {
+            exit: error.as_ref().map_or(0, |error| error.exit),
+            status: Ended::of(colour),
+            colour: Some(colour),
+            reasons: summary.verdict.reasons.iter().map(supine_report::Reason::told).collect(),
+            warnings: summary.warnings.len(),
+            error,
+            seconds: summary.run.total_seconds,
+            peak_memory_mb: summary.run.peak_memory_mb,
+            voxels: Some(summary.ct.size.iter().product()),
+            threads: summary.run.threads,
+            tumour: TumourMoved::of(summary),
+            version: summary.tool.version.clone(),
+            ..self.bare(nameless)
+        }
+    }
+
+    /// Of a run that ended without a result. Messages name files: of a de-identified one the code stands in their place.
+    pub(crate) fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
+        let kind = error.kind();
+        let (message, advice) = match nameless {
+            true => (
+                format!(
+                    "{}: the message may name files; it was told on the terminal alone",
+                    error.code()
+                ),
+                None,
+            ),
+            false => (error.to_string(), advice(&error.to_string())),
+        };
+        let Place { file, key, stage } = error.place();
+        let text = |word: Option<&str>| word.map(str::to_owned);
+        let place =
+            RunPlace { file: file.filter(|_| !nameless), key: text(key), stage: text(stage) };
+        let (code, exit) = (error.code().into(), kind.exit_code());
+        let kind_name = kind.name().into();
+        RunStatus {
+            exit,
+            status: if kind == Failure::Stopped { Ended::Stopped } else { Ended::Failed },
+            error: Some(RunError { code, kind: kind_name, exit, message, place, advice }),
+            ..bare
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_case_is_called_after_its_file_or_its_folder() {
+        for (path, name) in [
+            ("/a/p1/case.toml", "p1"),
+            ("/a/p1/summary.json", "p1"),
+            ("/a/p2.toml", "p2"),
+            ("/a/Ms X.case.toml", "Ms X.case"),
+            ("/case.toml", "case"),
+        ] {
+            assert_eq!(case_name(Path::new(path)), name, "{path}");
+        }
+    }
+
+    fn told<'a>(case: &'a Path, out: &'a Path, anonymise: bool) -> Told<'a> {
+        Told {
+            name: case_name(case),
+            nameless: "s7".into(),
+            case_file: case,
+            spec: Spec::read(case).map_err(Error::from),
+            anonymise,
+            out,
+            options: Options::default(),
+            start: None,
+            threads: 1,
+            worst: Colour::Amber,
+        }
+    }
+
+    #[test]
+    fn a_failure_is_told_with_its_place_and_a_de_identified_one_names_no_file() {
+        let dir = tempfile::tempdir().unwrap();
+        let (case, out) = (dir.path().join("Meier.toml"), dir.path().join("out"));
+        let whole = "ct = 'Meier_ct'\nbreast = 'left'\nbed = { ap = 7, lat = 5 }\n\
+                     tumour = { centre = [1, 2, 3], radius = 9 }\n";
+        for (text, anonymise, code, exit) in [
+            ("breast = 'lft'\n", false, "case-value", 1),
+            ("breast = 'lft'\nexport = { anonymise = true }\n", false, "case-value", 1),
+            (whole, false, "input-missing", 1),
+            (whole, true, "input-missing", 1),
+        ] {
+            std::fs::write(&case, text).unwrap();
+            let (done, status) = told(&case, &out, anonymise).run(&crate::Unwatched);
+            let error = status.error.clone().unwrap();
+            assert!(done.is_err() && (status.exit, status.status) == (exit, Ended::Failed));
+            assert_eq!((error.code.as_str(), error.exit), (code, exit));
+            let nameless = anonymise || text.contains("anonymise");
+            assert_eq!(status.line().contains("Meier"), !nameless, "{}", status.line());
+            assert_eq!(status.case, if nameless { "s7" } else { "Meier" });
+        }
+        assert!(!out.join("summary.json").exists());
+    }
+
+    #[test]
+    fn a_status_is_written_whole_into_a_folder_of_its_own() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("status/x.json");
+        let case = dir.path().join("none.toml");
+        write_status(&told(&case, dir.path(), false).run(&crate::Unwatched).1, &path).unwrap();
+        let read = RunStatus::read(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        assert_eq!(read.error.unwrap().code, "case-unreadable");
+        assert_eq!(std::fs::read_dir(dir.path().join("status")).unwrap().count(), 1);
+    }
+}

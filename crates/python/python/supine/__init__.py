@@ -1,0 +1,45 @@
+"""The CT of a breast as it will lie on the operating table.
+
+A :class:`Session` takes the CT of a woman lying on her back, the tilt of the table and whatever else a case file may hold,
+and gives labels, mesh, displacement, deformed CT and the tumour's way, each computed when it is asked for and kept until
+something that it rests on changes::
+
+    import supine
+
+    session = supine.Session(
+        ct="CT_FOLDER",
+        breast="left",
+        bed={"ap": 7.0, "lat": 5.0},                                    # degrees
+        tumour={"centre": (91.4, -248.1, -594.5), "radius": 9.0},       # LPS, mm
+    )
+    print(session.tumour)                  # 2.9 mm (95 %: 0.9 to 10.5 mm)
+    image = session.deformed_ct.to_sitk()
+    session.run("result")                  # the folder that `supine run` writes
+
+All positions are in the DICOM patient frame LPS (x to the patient's left, y to her back, z to her head), in mm; CT values are
+in HU, moduli in kPa, angles in degrees. Voxels are indexed ``[k, j, i]`` (slice, row, column), as SimpleITK gives them.
+Arrays that a session gives share its memory and cannot be written to: ``.copy()`` them to change them.
+
+Research software: the deformed CT is a simulation, not acquired anatomy. No clinical use is claimed.
+"""
+
+from ._core import version as _version
+from ._error import SupineError, SupineWarning
+from ._session import Session, parameters, read_ct
+from ._values import Deformation, Interval, Mesh, Tumour, Volume
+
+__version__: str = _version()
+
+__all__ = [
+    "Deformation",
+    "Interval",
+    "Mesh",
+    "Session",
+    "SupineError",
+    "SupineWarning",
+    "Tumour",
+    "Volume",
+    "__version__",
+    "parameters",
+    "read_ct",
+]

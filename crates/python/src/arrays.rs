@@ -1,0 +1,123 @@
+//! Values of the flow as numpy arrays that share their memory and cannot be written to.
+
+#![expect(unsafe_code, reason = "memory of the flow is lent to numpy, with its owner")]
+
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3};
+use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use std::any::Any;
+use std::sync::Arc;
+use supine_mesh::{Displacement, TetMesh};
+use supine_space::{Grid, Point, Vector};
+use supine_volume::Volume;
+
+/// What an array's memory belongs to.
+#[pyclass(frozen)]
+struct Owner {
+    _of: Arc<dyn Any + Send + Sync>,
+}
+
+/// An array of voxels indexed `[k, j, i]`, its origin (LPS, mm), spacing (mm) and direction (row by row; columns are the
+/// axes i, j, k), as SimpleITK has them.
+pub(crate) type VolumeParts<'py, T> = (Bound<'py, PyArray3<T>>, [f64; 3], [f64; 3], [[f64; 3]; 3]);
+
+/// A volume without a copy.
+///
+/// # Errors
+/// When Python has no memory.
+pub(crate) fn volume<'py, T: Element + Send + Sync + 'static>(
+    py: Python<'py>,
+    volume: Arc<Volume<T>>,
+) -> PyResult<VolumeParts<'py, T>> {
+    let grid = volume.grid().clone();
+    let [ni, nj, nk] = grid.size();
+    let owner = Bound::new(py, Owner { _of: Arc::clone(&volume) as _ })?;
+    let view = ArrayView3::from_shape((nk, nj, ni), volume.data()).map_err(shape)?;
+    // SAFETY: the view's memory is the volume's vector, which nobody changes or moves while the owner, which the array
+    // holds, lives; the array is made read-only before Python sees it.
+    let array = unsafe { PyArray3::borrow_from_array(&view, owner.into_any()) };
+    array.readwrite().make_nonwriteable();
+    let (origin, spacing, direction) = geometry(&grid);
+    Ok((array, origin, spacing, direction))
+}
+
+/// Origin, spacing and direction of a grid.
+fn geometry(grid: &Grid) -> ([f64; 3], [f64; 3], [[f64; 3]; 3]) {
+    let direction =
+        std::array::from_fn(|row| std::array::from_fn(|column| grid.direction()[(row, column)]));
+    (grid.origin().coords.into(), grid.spacing().into(), direction)
+}
+
+/// Points (n, 3), tetrahedra (n, 4), boundary faces (n, 3) and their tags (n) of a mesh.
+pub(crate) type MeshParts<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<u32>>,
+    Bound<'py, PyArray2<u32>>,
+    Bound<'py, PyArray1<u8>>,
+);
+
+/// A mesh; its points and tetrahedra without a copy.
+///
+/// # Errors
+/// When Python has no memory.
+pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &Arc<TetMesh>) -> PyResult<MeshParts<'py>> {
+    let owner = || Bound::new(py, Owner { _of: Arc::clone(mesh) as _ }).map(Bound::into_any);
+    let points = rows(triples_of_points(mesh.points()), 3, owner()?)?;
+    let tets = rows(mesh.tets().as_flattened(), 4, owner()?)?;
+    let corners: Vec<u32> = mesh.boundary().iter().flat_map(|face| face.points).collect();
+    let tags: Vec<u8> = mesh.boundary().iter().map(|face| face.tag.number()).collect();
+    let (corners, tags) = (Arc::new(corners), Arc::new(tags));
+    let owner = Bound::new(py, Owner { _of: Arc::clone(&corners) as _ })?.into_any();
+    let faces = rows(&corners, 3, owner)?;
+    let owner = Bound::new(py, Owner { _of: Arc::clone(&tags) as _ })?.into_any();
+    let view = ArrayView1::from(tags.as_slice());
+    // SAFETY: as in `volume`.
+    let tags = unsafe { PyArray1::borrow_from_array(&view, owner) };
+    tags.readwrite().make_nonwriteable();
+    Ok((points, tets, faces, tags))
+}
+
+/// Vectors (n, 3) of a displacement, mm, without a copy.
+///
+/// # Errors
+/// When Python has no memory.
+pub(crate) fn vectors<'py>(
+    py: Python<'py>,
+    displacement: &Displacement,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    // Copies of a displacement share its vectors.
+    let held = Arc::new(displacement.clone());
+    let owner = Bound::new(py, Owner { _of: Arc::clone(&held) as _ })?.into_any();
+    rows(triples_of_vectors(held.values()), 3, owner)
+}
+
+/// Rows of some numbers as an array that cannot be written to. The numbers must be the owner's.
+fn rows<'py, T: Element>(
+    numbers: &[T],
+    columns: usize,
+    owner: Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let view =
+        ArrayView2::from_shape((numbers.len() / columns, columns), numbers).map_err(shape)?;
+    // SAFETY: every caller passes memory that its owner keeps in place; the array is made read-only.
+    let array = unsafe { PyArray2::borrow_from_array(&view, owner) };
+    array.readwrite().make_nonwriteable();
+    Ok(array)
+}
+
+const _: () = assert!(size_of::<Point>() == 24 && align_of::<Point>() == align_of::<f64>());
+const _: () = assert!(size_of::<Vector>() == 24 && align_of::<Vector>() == align_of::<f64>());
+
+fn triples_of_points(points: &[Point]) -> &[f64] {
+    // SAFETY: a point is three f64 without padding (`repr(C)`, and the assertions above).
+    unsafe { std::slice::from_raw_parts(points.as_ptr().cast(), 3 * points.len()) }
+}
+
+fn triples_of_vectors(vectors: &[Vector]) -> &[f64] {
+    // SAFETY: as for points.
+    unsafe { std::slice::from_raw_parts(vectors.as_ptr().cast(), 3 * vectors.len()) }
+}
+
+fn shape(error: numpy::ndarray::ShapeError) -> PyErr {
+    pyo3::exceptions::PyValueError::new_err(error.to_string())
+}

@@ -1,0 +1,47 @@
+//! Errors of the flow as exceptions of Python, which carry what the command line's JSON does.
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyType};
+use supine_flow::{CaseError, Error};
+use supine_space::Failure;
+
+/// A class of `supine._error`. It is written in Python: the stable interface before 3.12 has no subclasses of exceptions.
+fn class(py: Python<'_>) -> PyResult<Bound<'_, PyType>> {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    CLASS.import(py, "supine._error", "SupineError").cloned()
+}
+
+/// The exception of an error.
+pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
+    let place = error.place();
+    let file = place.file.map(|path| path.to_string_lossy().into_owned());
+    told(py, error.code(), error.kind(), &error.to_string(), (file, place.key, place.stage))
+}
+
+/// The same of values that make no case.
+pub(crate) fn raise_case(py: Python<'_>, error: CaseError) -> PyErr {
+    raise(py, &Error::Case(error))
+}
+
+/// An exception for what Python gave and nobody below saw.
+pub(crate) fn refuse(py: Python<'_>, code: &str, message: &str) -> PyErr {
+    told(py, code, Failure::Input, message, (None, None, None))
+}
+
+type Place<'a> = (Option<String>, Option<&'a str>, Option<&'a str>);
+
+fn told(py: Python<'_>, code: &str, kind: Failure, message: &str, place: Place<'_>) -> PyErr {
+    let made = || -> PyResult<Bound<'_, PyAny>> {
+        let of = PyDict::new(py);
+        let (file, key, stage) = place;
+        for (name, value) in [("file", file.as_deref()), ("key", key), ("stage", stage)] {
+            if let Some(value) = value {
+                of.set_item(name, value)?;
+            }
+        }
+        let advice = supine_flow::advice(message);
+        class(py)?.call1((message, code, kind.name(), kind.exit_code(), of, advice))
+    };
+    made().map_or_else(|error| error, PyErr::from_value)
+}

@@ -1,0 +1,151 @@
+"""Errors, warnings, progress, Ctrl-C, threads."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import supine
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "place", "words"),
+    [
+        ({"brest": "left"}, "case-key-unknown", {}, "did you mean `breast`?"),
+        ({"bed": {"app": 1.0}}, "case-key-unknown", {}, "did you mean `bed.ap`?"),
+        ({"bed": {"ap": "steep"}}, "case-value", {"key": "bed.ap"}, "steep"),
+        ({"bed": {"ap": 700.0}}, "case-value", {"key": "bed.ap"}, "700"),
+        ({"breast": "lft"}, "case-value", {"key": "breast"}, "lft"),
+    ],
+)
+def test_a_typo_is_told_as_the_command_line_tells_it(
+    values: dict[str, Any], change: dict[str, Any], code: str, place: dict[str, str], words: str
+) -> None:
+    with pytest.raises(supine.SupineError) as told:
+        supine.Session(**{**values, **change})
+    assert (told.value.code, told.value.kind, told.value.exit) == (code, "input", 1)
+    assert told.value.place == place and words in told.value.message
+
+
+def test_a_refused_change_changes_nothing(values: dict[str, Any]) -> None:
+    session = supine.Session(**values)
+    before = session.case
+    with pytest.raises(supine.SupineError):
+        session.set(bed={"ap": 3.0, "lat": 1e9})
+    assert session.case == before
+
+
+def test_errors_of_stages_say_where(values: dict[str, Any], tmp_path: Path) -> None:
+    missing = supine.Session(**{**values, "ct": tmp_path / "nowhere"})
+    with pytest.raises(supine.SupineError) as told:
+        missing.labels
+    assert told.value.code == "input-missing" and told.value.place["key"] == "ct"
+    air = {"centre": (91.37, -400.0, -594.5), "radius": 9.0}
+    with pytest.raises(supine.SupineError) as told:
+        supine.Session(**{**values, "tumour": air}).tumour
+    assert told.value.code in ("tumour-in-air", "tumour-outside-ct")
+    incomplete = supine.Session(ct=values["ct"], breast="left")
+    with pytest.raises(supine.SupineError) as told:
+        incomplete.run(tmp_path / "run")
+    assert told.value.code == "case-key-missing" and not (tmp_path / "run").exists()
+    again = pickle.loads(pickle.dumps(told.value))
+    assert (again.code, again.place, str(again)) == (told.value.code, told.value.place, str(told.value))
+
+
+def test_warnings_have_codes(values: dict[str, Any]) -> None:
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        labels = supine.Session(**values).labels
+        supine.Session(**values, labels=labels)
+    own = [warning.message for warning in heard if issubclass(warning.category, supine.SupineWarning)]
+    assert own, "how sure labels are that somebody gives is not known"
+    assert all(w.code and w.stage and isinstance(pickle.loads(pickle.dumps(w)), supine.SupineWarning) for w in own)
+
+
+def test_progress_is_told_and_may_end_the_work(values: dict[str, Any]) -> None:
+    told: list[tuple[str, float]] = []
+    session = supine.Session(**values, progress=lambda stage, share: told.append((stage, share)))
+    session.mesh
+    stages = {stage for stage, _ in told}
+    assert {"import", "segment", "mesh"} <= stages
+    assert all(0.0 <= share <= 1.0 for _, share in told)
+
+    def enough(stage: str, share: float) -> None:
+        raise RuntimeError(f"enough of {stage}")
+
+    impatient = supine.Session(**values, progress=enough)
+    with pytest.raises(RuntimeError, match="enough of import"):
+        impatient.mesh
+    impatient.progress = None
+    assert np.array_equal(impatient.mesh.points, session.mesh.points)
+
+
+CTRL_C = """
+import os, signal, sys, threading, time, warnings
+import supine
+warnings.simplefilter("ignore")
+session = supine.Session(ct=sys.argv[1], breast="left", bed={"ap": 7, "lat": 5},
+    tumour={"centre": (91.37, -248.09, -594.5), "radius": 9}, mesh={"tetrahedra": 60000})
+begun = []
+def progress(stage, share):
+    if stage == sys.argv[2] and not begun:
+        begun.append(time.monotonic())
+        threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT)).start()
+session.progress = progress
+try:
+    session.tumour
+except KeyboardInterrupt:
+    print(time.monotonic() - begun[0])
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("stage", ["import", "prepare", "mesh", "solve"])
+def test_ctrl_c_is_heard(folder: Path, stage: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", CTRL_C, folder / "ct", stage], capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    # Heard, and not when the work had ended anyway: that takes longer by far. The time itself is measured elsewhere.
+    assert 0.0 < float(done.stdout) < 20.0, done.stdout
+
+
+def test_python_goes_on_meanwhile_and_sessions_are_their_own(values: dict[str, Any]) -> None:
+    ticks, done = 0, threading.Event()
+
+    def work(ap: float) -> tuple[float, ...]:
+        return supine.Session(**{**values, "bed": {"ap": ap, "lat": 5.0}}, threads=1).movement.after
+
+    def count() -> None:
+        nonlocal ticks
+        while not done.is_set():
+            ticks += 1
+            time.sleep(0.01)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    with ThreadPoolExecutor(2) as pool:
+        both = list(pool.map(work, (7.0, 20.0)))
+    done.set()
+    counter.join()
+    assert ticks > 10
+    assert both == [work(7.0), work(20.0)] and both[0] != both[1]
+
+
+def test_one_session_serves_several_threads(values: dict[str, Any]) -> None:
+    session = supine.Session(**values)
+    with ThreadPoolExecutor(4) as pool:
+        points = list(pool.map(lambda _: session.mesh.points.ctypes.data, range(8)))
+    assert len(set(points)) == 1

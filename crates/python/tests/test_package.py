@@ -1,0 +1,86 @@
+"""What others make of the values, and the package's types."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import nibabel
+import numpy as np
+import pytest
+import pyvista
+import write_parameters
+
+import supine
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture
+def volume() -> supine.Volume:
+    turned = ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    array = np.arange(24, dtype=np.int16).reshape(2, 3, 4)
+    return supine.Volume(array, (10.0, -20.0, 30.0), (0.5, 1.5, 2.5), turned)
+
+
+def test_others_find_each_voxel_where_it_is(volume: supine.Volume) -> None:
+    image, nifti, grid = volume.to_sitk(), volume.to_nibabel(), volume.to_pyvista()
+    points = np.asarray(grid.points)
+    for k, j, i in np.ndindex(2, 3, 4):
+        lps = volume.affine @ (i, j, k, 1)
+        np.testing.assert_allclose(image.TransformIndexToPhysicalPoint((i, j, k)), lps[:3])
+        np.testing.assert_allclose(nifti.affine @ (i, j, k, 1), lps * (-1, -1, 1, 1))
+        assert image[i, j, k] == nifti.dataobj[i, j, k] == volume.array[k, j, i]
+        n = i + 4 * (j + 3 * k)
+        np.testing.assert_allclose(points[n], lps[:3], atol=1e-6)
+        assert grid.point_data["values"][n] == volume.array[k, j, i]
+    again = supine.Volume.from_sitk(image)
+    assert np.array_equal(again.array, volume.array)
+    assert (again.origin, again.spacing, again.direction) == (volume.origin, volume.spacing, volume.direction)
+
+
+def test_nifti_files_read_back(volume: supine.Volume, tmp_path: Path) -> None:
+    volume.to_nibabel().to_filename(tmp_path / "v.nii.gz")
+    read = nibabel.load(tmp_path / "v.nii.gz")
+    np.testing.assert_allclose(read.affine, np.diag([-1, -1, 1, 1]) @ volume.affine)
+    ours = supine.read_ct(tmp_path / "v.nii.gz")
+    assert np.array_equal(ours.array, volume.array)
+    np.testing.assert_allclose(ours.affine, volume.affine, atol=1e-6)
+
+
+def test_a_mesh_is_pyvistas(values: dict[str, Any]) -> None:
+    deformation = supine.Session(**values).deformation
+    grid = deformation.to_pyvista()
+    assert isinstance(grid, pyvista.UnstructuredGrid) and grid.n_cells == len(deformation.mesh.tets)
+    cells = grid.compute_cell_sizes(length=False, area=False)["Volume"]
+    assert (cells > 0).all()
+    warped = grid.warp_by_vector("displacement")
+    np.testing.assert_allclose(warped.points, deformation.points, atol=1e-4)
+
+
+def test_the_keywords_are_those_of_the_table() -> None:
+    told = f"run {write_parameters.FILE.parents[2] / 'tests' / 'write_parameters.py'} again"
+    assert write_parameters.FILE.read_text(encoding="utf-8") == write_parameters.main(), told
+
+
+def test_types_hold() -> None:
+    own = [HERE.parent / "python" / "supine", HERE.parent / "examples"]
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file", HERE.parent / "pyproject.toml", *own]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+WRONG = """
+import supine
+session = supine.Session(breast="lft")
+session.mesh.points + "a"
+supine.Session(bed={"app": 1.0})
+"""
+
+
+def test_types_find_a_typo(tmp_path: Path) -> None:
+    (tmp_path / "wrong.py").write_text(WRONG)
+    done = subprocess.run([sys.executable, "-m", "mypy", "--strict", tmp_path / "wrong.py"], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stdout.count("error:") == 3, done.stdout

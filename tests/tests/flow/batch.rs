@@ -1,0 +1,190 @@
+//! Many cases at once, and what a workflow engine reads of one.
+
+use crate::repeat::assert_same_bytes;
+use crate::shared::{scratch, shared};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+use supine_tests::{Case, Outcome, files_below, forgotten, supine, supine_command};
+
+/// A folder with a case.
+fn case(folder: &Path, name: &str, case: &Case) -> PathBuf {
+    let folder = folder.join(name);
+    std::fs::create_dir_all(&folder).expect("a folder for the case");
+    case.write(&folder);
+    folder
+}
+
+/// The same without what a case that is tried again takes.
+fn timeless(mut lines: BTreeMap<String, Value>) -> BTreeMap<String, Value> {
+    for status in lines.values_mut() {
+        (status["seconds"], status["peak_memory_mb"]) = (Value::Null, Value::Null);
+    }
+    lines
+}
+
+/// The lines on stdout, by case.
+fn lines(said: &Outcome) -> BTreeMap<String, Value> {
+    let read = |line: &str| -> Value { serde_json::from_str(line).expect("a line is JSON") };
+    let named = |status: Value| (status["case"].as_str().unwrap_or_default().to_owned(), status);
+    said.stdout.lines().map(read).map(named).collect()
+}
+
+fn status(file: &Path) -> Value {
+    let text = std::fs::read_to_string(file).expect("there is a status");
+    let status: Value = serde_json::from_str(&text).expect("it is JSON");
+    assert_eq!(status["schema"], "supine-status/1");
+    for name in [
+        "exit",
+        "status",
+        "colour",
+        "reasons",
+        "warnings",
+        "error",
+        "seconds",
+        "peak_memory_mb",
+        "voxels",
+        "threads",
+        "tumour",
+        "version",
+    ] {
+        assert!(status.get(name).is_some(), "no {name}: {status}");
+    }
+    status
+}
+
+/// When each file was written last.
+fn times(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let time = |path: &PathBuf| {
+        let meta = std::fs::metadata(folder.join(path)).expect("it is there");
+        meta.modified().expect("the system keeps times")
+    };
+    files_below(folder).into_iter().map(|path| (path.clone(), time(&path))).collect()
+}
+
+#[test]
+fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
+    let folder = scratch();
+    let (at, out) = (folder.path(), folder.path().join("out"));
+    let good = case(at, "good", &Case::small());
+    let wall = "{ centre = [81.8, -222.0, -612.5], radius = 5.0 }";
+    let red = case(at, "red", &Case::small().with("tumour", wall));
+    let table = at.join("more.csv");
+    let rows = "name,case,breast\ntypo,good/case.toml,lft\n";
+    std::fs::write(&table, rows).expect("a table");
+    let words: [&dyn AsRef<std::ffi::OsStr>; 6] = [&"batch", &good, &red, &table, &"--out", &out];
+    let said = supine(&words);
+    assert_eq!(said.code, Some(3), "{}", said.stderr);
+    let first = lines(&said);
+    let ended = |name: &str| (first[name]["status"].as_str(), first[name]["exit"].as_u64());
+    assert_eq!(first.len(), 3, "{}", said.stdout);
+    assert_eq!(ended("good"), (Some("flagged"), Some(0)));
+    assert_eq!(ended("red"), (Some("not-usable"), Some(4)));
+    assert_eq!(ended("typo"), (Some("failed"), Some(1)));
+    assert_eq!(first["typo"]["error"]["place"]["key"], "breast");
+    assert!(said.stderr.contains("typo: failed"), "people are told: {}", said.stderr);
+    for name in ["good", "red", "typo"] {
+        assert_eq!(status(&out.join(format!("status/{name}.json"))), first[name]);
+    }
+    // A run of a batch is a run.
+    assert_same_bytes(&out.join("runs/good"), &shared().out);
+    let csv = std::fs::read_to_string(out.join("cohort.csv")).expect("a table");
+    assert_eq!(csv.matches("\r\n").count(), 4);
+    let page = std::fs::read_to_string(out.join("index.html")).expect("a page");
+    assert!(page.contains("runs/good/report/axial_after.png") && page.contains("&#34;lft&#34;"));
+
+    let before = times(&out);
+    let again = supine(&words);
+    assert_eq!((again.code, timeless(lines(&again))), (Some(3), timeless(first)));
+    let mut after = times(&out);
+    // Only that somebody was at work shows.
+    after.retain(|path, time| before.get(path) != Some(time));
+    let made: Vec<&PathBuf> = after.keys().filter(|path| !path.ends_with(".lock")).collect();
+    assert!(made.is_empty(), "made anew: {made:?}");
+
+    std::fs::remove_file(out.join("index.html")).expect("the page goes");
+    let said = supine(&[&"batch", &"--collect", &"--out", &out]).success("--collect");
+    assert_eq!(lines(&said).len(), 3);
+    let anew = std::fs::read_to_string(out.join("index.html")).expect("a page");
+    assert_eq!(anew, page);
+}
+
+#[test]
+fn ctrl_c_in_the_middle_keeps_what_is_finished() {
+    let folder = scratch();
+    let (at, out) = (folder.path(), folder.path().join("out"));
+    let cases = ["a", "b", "c"].map(|name| case(at, name, &Case::small()));
+    let mut command = supine_command();
+    command.arg("batch").args(&cases).arg("--out").arg(&out).args(["--jobs", "1"]);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("supine can be started");
+    let (patience, first) = (Instant::now() + Duration::from_secs(120), out.join("status/a.json"));
+    while !(first.is_file() && out.join("runs/b/.stages").is_dir()) {
+        assert!(Instant::now() < patience, "the first case has not ended within two minutes");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).output();
+    kill.expect("kill can be started");
+    let asked = Instant::now();
+    let said = child.wait_with_output().expect("the batch ends");
+    let waited = asked.elapsed().as_secs_f64();
+    let words = String::from_utf8_lossy(&said.stderr);
+    assert_eq!(said.status.code(), Some(130), "{words}");
+    assert!(waited < 3.0, "it stopped only after {waited:.1} s");
+    assert_eq!(status(&first)["status"], "flagged");
+    assert_eq!(status(&out.join("status/b.json"))["status"], "stopped");
+    assert!(!out.join("status/c.json").exists() && words.contains("1 not begun"), "{words}");
+    assert!(forgotten(&out.join("runs/b")).is_empty());
+    assert!(out.join("index.html").is_file());
+
+    let before = times(&out.join("runs/a"));
+    let cases = cases.each_ref().map(|case| case as &dyn AsRef<std::ffi::OsStr>);
+    let [a, b, c] = cases;
+    let said = supine(&[&"batch", a, b, c, &"--out", &out]).success("the second call");
+    assert!(lines(&said).values().all(|status| status["exit"] == 0), "{}", said.stdout);
+    assert_eq!(times(&out.join("runs/a")), before, "what was finished stays");
+    assert_same_bytes(&out.join("runs/b"), &shared().out);
+}
+
+#[test]
+fn a_run_tells_how_it_ended_in_a_file_of_its_own() {
+    let folder = scratch();
+    let file = folder.path().join("told/run 7.json");
+    let (case, out) = (&shared().case, &shared().out);
+    let run = |more: &[&dyn AsRef<std::ffi::OsStr>], out: &Path| {
+        let words: [&dyn AsRef<std::ffi::OsStr>; 6] =
+            [&"run", case, &"--out", &out, &"--status", &file];
+        supine(&[&words[..], more].concat())
+    };
+    let said = run(&[], out);
+    let told = status(&file);
+    assert_eq!(
+        (said.code, &told["status"], &told["exit"]),
+        (Some(0), &"flagged".into(), &0.into())
+    );
+    assert_eq!((&told["colour"], &told["error"]), (&"amber".into(), &Value::Null));
+    assert!(told["tumour"]["interval_mm"][0].is_number(), "{told}");
+    assert_eq!(told["out"].as_str().map(Path::new), Some(out.as_path()));
+
+    let said = run(&[&"--deny-warnings"], out);
+    let told = status(&file);
+    assert_eq!(
+        (said.code, &told["status"], &told["exit"]),
+        (Some(4), &"flagged".into(), &4.into())
+    );
+    assert_eq!(told["error"]["code"], "verdict-not-green");
+
+    let other = folder.path().join("other");
+    let said = run(&[&"--set", &"ct=/nowhere/Meier"], &other);
+    let told = status(&file);
+    assert_eq!((said.code, &told["status"]), (Some(1), &"failed".into()));
+    assert_eq!(told["error"]["place"]["file"], "/nowhere/Meier");
+    let said = run(&[&"--set", &"ct=/nowhere/Meier", &"--anonymise"], &other);
+    let told = status(&file);
+    assert_eq!((said.code, &told["case"]), (Some(1), &"run 7".into()));
+    for name in ["Meier", "other", "case.toml"] {
+        assert!(!told.to_string().contains(name), "{name} is in {told}");
+    }
+}
