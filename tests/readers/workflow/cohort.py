@@ -1,0 +1,87 @@
+"""A small cohort in a folder, and Snakemake on it."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+SNAKEFILE = HERE.parents[2] / "workflow/Snakefile"
+# The fixture patient with few linear tetrahedra: seconds on one core.
+CASE = {
+    "breast": '"left"',
+    "bed": "{ ap = 7.0, lat = 5.0 }",
+    "tumour": "{ centre = [91.37, -248.09, -594.5], radius = 9.0 }",
+    "region": "{ centre = [99.0, -236.5, -612.5], radius = 96.0 }",
+    "mesh": "{ tetrahedra = 1000, order = 1 }",
+}
+# A key that does not exist: the input cannot be used, 1.
+TYPO = {"tumour": "{ center = [91.37, -248.09, -594.5], radius = 9.0 }"}
+# A tumour within the chest wall: the verdict is red, 4.
+RED = {"tumour": "{ centre = [81.8, -222.0, -612.5], radius = 9.0 }"}
+
+
+class Cohort:
+    def __init__(self, folder, supine, ct):
+        self.folder, self.supine, self.ct = folder, supine, ct
+        self.snakefile, self.rows = SNAKEFILE, {}
+        (folder / "plan").mkdir(parents=True)
+        self.configure()
+
+    def configure(self, **keys):
+        keys = {"threads": 1, "voxels": 5636096, "supine": str(HERE / "failing_supine.sh"), **keys}
+        (self.folder / "config.yaml").write_text(json.dumps(keys))
+
+    def add(self, name, changes=(), plan=None, ap=""):
+        """A patient: what differs in her case file, what happens to her, and the tilt that the table of cases gives her."""
+        case = {"ct": json.dumps(str(self.ct)), **CASE, **dict(changes)}
+        (self.folder / name).mkdir(exist_ok=True)
+        (self.folder / name / "case.toml").write_text("".join(f"{key} = {value}\n" for key, value in case.items()))
+        self.rows[name] = f"{name},{name}/case.toml,{ap}\n"
+        (self.folder / "cases.csv").write_text("name,case,bed.ap\n" + "".join(self.rows.values()))
+        if plan:
+            (self.folder / "plan" / name).write_text(plan)
+
+    def command(self, *more, profile="local"):
+        own = ["--snakefile", self.snakefile, "--workflow-profile", self.snakefile.parent / "profiles" / profile]
+        place = ["--directory", self.folder, "--configfile", self.folder / "config.yaml"]
+        return [sys.executable, "-B", "-m", "snakemake", *map(str, [*own, *place, *more])]
+
+    def environment(self):
+        # Snakemake keeps copies of its sources in the home folder otherwise.
+        own = {"FAIL": str(self.folder), "FAIL_SUPINE": str(self.supine), "XDG_CACHE_HOME": str(self.folder / "cache")}
+        return os.environ | own
+
+    def snakemake(self, *more, profile="local", inside=list, environment=()):
+        """Runs Snakemake to its end; what it said."""
+        environment = self.environment() | dict(environment)
+        command = inside(self.command(*more, profile=profile))
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=150, cwd=self.folder)
+        print(done.stdout, done.stderr)
+        return done
+
+    def status(self, name):
+        return json.loads((self.folder / f"results/status/{name}.json").read_text())
+
+    def codes(self):
+        """The exit code that each patient ended with."""
+        files = (self.folder / "results/status").glob("*.ended")
+        return {file.stem: int(file.read_text()) for file in files}
+
+    def summary(self, name):
+        return json.loads((self.folder / f"results/runs/{name}/summary.json").read_text())
+
+    def made(self, name):
+        """Stages of a run that its last call made, in place of finding them made."""
+        return {stage["name"] for stage in self.summary(name)["run"]["stages"] if not stage["cached"]}
+
+    def table(self):
+        with open(self.folder / "results/cohort.csv", newline="") as file:
+            return list(csv.DictReader(file))
+
+    def calls(self):
+        """What `supine` was asked for, line by line."""
+        file = self.folder / "calls"
+        return file.read_text().splitlines() if file.exists() else []

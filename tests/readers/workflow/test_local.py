@@ -1,0 +1,97 @@
+"""Cohorts on this machine: who fails does not stop the others, what is worth a retry is tried again, and what was finished is
+not made again."""
+
+import os
+import signal
+import subprocess
+import time
+
+from cohort import RED, TYPO
+
+# The mesh and what it rests on: what was kept when a run was killed after its mesh.
+FIRST = {"segment", "region", "mesh"}
+
+
+def test_each_patient_ends_for_herself(cohort):
+    cohort.add("good", ap="6")
+    cohort.add("typo", TYPO)
+    cohort.add("red", RED)
+    cohort.add("killed", plan="kill")
+    cohort.add("later", TYPO, plan="75")
+    done = cohort.snakemake()
+    assert done.returncode == 0
+    assert cohort.codes() == {"good": 0, "typo": 1, "red": 4, "killed": 0, "later": 1}
+    assert [cohort.status(name)["status"] for name in ("good", "typo", "red")] == ["flagged", "failed", "not-usable"]
+    assert cohort.status("typo")["error"]["kind"] == "input"
+    assert cohort.summary("good")["position"]["bed"]["ap_deg"] == 6
+    assert len(cohort.table()) == 5
+    # Killed once and refused once; each was asked for twice, the others once.
+    runs = [call.split()[1].split("/")[-2] for call in cohort.calls() if call.startswith("run ")]
+    assert sorted(runs) == ["good", "killed", "killed", "later", "later", "red", "typo"]
+    assert FIRST & cohort.made("good") == FIRST
+    assert not FIRST & cohort.made("killed"), "what was finished before the kill was made again"
+
+    before = cohort.calls()
+    again = cohort.snakemake()
+    assert again.returncode == 0 and "Nothing to be done" in again.stdout + again.stderr
+    assert cohort.calls() == before
+
+    # A case that was put right is the only one that is run again.
+    cohort.add("typo")
+    assert cohort.snakemake().returncode == 0
+    assert cohort.codes()["typo"] == 0
+    asked = cohort.calls()[len(before):]
+    assert [call.split()[0] for call in asked] == ["run", "batch"] and "typo" in asked[0]
+
+
+def test_what_fails_to_the_last_stays_to_be_done_and_the_table_is_there(cohort):
+    cohort.add("typo", TYPO)
+    cohort.add("full", TYPO, plan="75")
+    done = cohort.snakemake("--retries", "0")
+    assert done.returncode != 0
+    assert cohort.codes() == {"typo": 1}
+    assert "typo" in {row["name"] for row in cohort.table()}
+    assert cohort.snakemake().returncode == 0
+    assert cohort.codes() == {"typo": 1, "full": 1}
+
+
+def test_after_snakemake_was_killed_the_next_one_goes_on(cohort):
+    cohort.add("good")
+    process = subprocess.Popen(
+        cohort.command("--quiet", "all"), env=cohort.environment(), cwd=cohort.folder, start_new_session=True
+    )
+    mesh = cohort.folder / "results/runs/good/.stages/mesh.json"
+    for _ in range(600):
+        if mesh.exists():
+            break
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert mesh.exists() and not (cohort.folder / "results/runs/good/summary.json").exists()
+    cohort.snakemake("--unlock")
+    assert cohort.snakemake().returncode == 0
+    assert cohort.codes() == {"good": 0} and not FIRST & cohort.made("good")
+
+
+def test_one_job_per_stage(cohort):
+    cohort.configure(per_stage=True)
+    cohort.add("good")
+    cohort.add("typo", TYPO)
+    assert cohort.snakemake().returncode == 0
+    assert cohort.codes() == {"good": 0, "typo": 1}
+    assert cohort.status("typo")["error"]["kind"] == "input"
+    asked = [call.split() for call in cohort.calls() if call.startswith("run ")]
+    stages = [call[call.index("--until") + 1] if "--until" in call else "end" for call in asked if "good/case" in call[1]]
+    assert stages == ["segment", "mesh", "solve", "export", "end"]
+    assert sum("typo/case" in call[1] for call in asked) == 1, "a patient whose input cannot be used was run on"
+    assert not FIRST & cohort.made("good")
+
+
+
+def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
+    for row, why in (("a/b,x.toml", "no name of a folder"), ("a,x.toml\na,y.toml", "twice")):
+        (cohort.folder / "cases.csv").write_text(f"name,case\n{row}\n")
+        done = cohort.snakemake("--dry-run")
+        assert done.returncode != 0 and why in done.stdout + done.stderr
+    cohort.configure(thread=2)
+    assert "'thread' was unexpected" in cohort.snakemake("--dry-run").stdout

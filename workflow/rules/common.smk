@@ -1,0 +1,116 @@
+# The cases, what a job asks for, and the one command that all patients' rules share.
+
+import csv
+import os
+import re
+import shlex
+import tomllib
+
+OUT = config["out"].rstrip("/")
+SUPINE = config["supine"]
+NAME = r"[A-Za-z0-9][A-Za-z0-9._-]*"
+
+
+def read_cases(table):
+    """The rows of the table of cases by name: the case file, and what other columns change in it. A row that cannot be used
+    ends the plan, not a job of hours later."""
+    with open(real(table), newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file))
+    cases = {}
+    for line, row in enumerate(rows, start=2):
+        row = {key: value.strip() for key, value in row.items() if key and value and value.strip()}
+        name, case = row.pop("name", ""), row.pop("case", "")
+        if not re.fullmatch(NAME, name):
+            raise WorkflowError(f"{table}, line {line}: the name {name!r} is no name of a folder; use letters, digits, . _ -")
+        if name in cases:
+            raise WorkflowError(f"{table}, line {line}: {name} stands there twice; every patient needs a name of her own")
+        if not case:
+            raise WorkflowError(f"{table}, line {line}: {name} has no case")
+        cases[name] = {"case": os.path.join(os.path.dirname(table), case), "changes": row}
+    if not cases:
+        raise WorkflowError(f"{table} holds no case")
+    return cases
+
+
+CASES = read_cases(config["cases"])
+
+
+wildcard_constraints:
+    name=NAME,
+
+
+def case_of(wildcards):
+    return CASES[wildcards.name]["case"]
+
+
+def options_of(wildcards):
+    changes = CASES[wildcards.name]["changes"].items()
+    return " ".join([config["options"], *(f"--set {shlex.quote(f'{key}={value}')}" for key, value in changes)])
+
+
+def voxels_of(name):
+    """Voxels of a CT: as the configuration says, else by what lies there. A slice counts as 512 x 512, a file of a volume as
+    two bytes per voxel, or one when it is compressed: rather too many than too few."""
+    if config["voxels"]:
+        return config["voxels"]
+    case = real(CASES[name]["case"])
+    try:
+        with open(case, "rb") as file:
+            ct = os.path.join(os.path.dirname(case), tomllib.load(file)["ct"])
+        if os.path.isdir(ct):
+            return sum(len(files) for _, _, files in os.walk(ct)) * 512 * 512
+        if ct.endswith((".nrrd", ".mha", ".nii", ".nii.gz")):
+            return os.path.getsize(ct) // (1 if ct.endswith((".nrrd", ".gz")) else 2)
+        return len(os.listdir(os.path.dirname(ct))) * 512 * 512
+    except (OSError, KeyError, TypeError, tomllib.TOMLDecodeError):
+        # A case that cannot be read is no reason not to plan the others; `supine` says what is wrong with it.
+        return 0
+
+
+with open(own("resources.csv"), newline="") as file:
+    MEASURED = sorted(csv.DictReader(file), key=lambda row: int(row["voxels"]))
+
+
+def measured(stage, name):
+    """Peak (MB) and time (core seconds) of a stage: of the smallest measured CT that is not smaller; of one that is
+    larger than all, in proportion."""
+    rows = [row for row in MEASURED if row["stage"] == stage]
+    voxels = voxels_of(name)
+    row = next((row for row in rows if int(row["voxels"]) >= voxels), rows[-1])
+    beyond = max(1.0, voxels / int(row["voxels"]))
+    return float(row["memory_mb"]) * beyond, float(row["core_seconds"]) * beyond
+
+
+def memory_mb(stage):
+    def ask(wildcards, attempt):
+        return int(measured(stage, wildcards.name)[0] * config["memory_factor"]) * attempt
+
+    return ask
+
+
+def minutes(stage):
+    def ask(wildcards, attempt, threads):
+        seconds = measured(stage, wildcards.name)[1] / min(threads, 2)
+        return max(config["least_minutes"], int(seconds * config["time_factor"] / 60) + 1) * attempt
+
+    return ask
+
+
+# Snakemake sees only whether a job ended with 0. So the code of `supine` is sorted here: what another attempt cannot change
+# (1 input, 3 method, 4 verdict) is a result like any other and stands in status/NAME.json; anything else fails the job, which
+# is tried again in the same run folder and goes on where it was. Run folder and status are no outputs, which Snakemake removes
+# when a job fails; its output is the code that `supine` ended with.
+RUN = r"""
+mkdir -p "$(dirname {params.status:q})"
+rm -f {params.status:q}
+code=0
+{SUPINE} run {params.case:q} --out {params.run:q} --status {params.status:q} --threads {threads} --no-progress \
+    {params.options} >> {log:q} 2>&1 || code=$?
+case $code in
+    0 | 1 | 3 | 4) test -s {params.status:q} && echo $code > {output.ended:q} ;;
+    *) echo "{wildcards.name}: supine ended with $code" >&2; exit $code ;;
+esac
+"""
+
+# It ends with 0 whatever became of the patients, of whom it prints a line each.
+COLLECT = "{SUPINE} batch --collect --out {OUT:q} > /dev/null"

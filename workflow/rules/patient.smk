@@ -1,0 +1,21 @@
+# One job per patient.
+
+
+rule patient:
+    input:
+        case=case_of,
+    output:
+        ended=OUT + "/status/{name}.ended",
+    log:
+        OUT + "/logs/{name}.log",
+    params:
+        case=lambda wildcards: real(case_of(wildcards)),
+        status=real(OUT + "/status/{name}.json"),
+        run=real(OUT + "/runs/{name}"),
+        options=options_of,
+    threads: config["threads"]
+    resources:
+        mem_mb=memory_mb("run"),
+        runtime=minutes("run"),
+    shell:
+        RUN
