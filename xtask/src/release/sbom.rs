@@ -20,6 +20,9 @@ pub(super) fn write(release: &Release<'_>) -> Result<()> {
     bill.args(["--spec-version", "1.5", "--target", Platform::Linux.triple()]);
     run(bill.args(["--override-filename", "bill"]))?;
     let file = release.dist.join(format!("supine-{}.cdx.json", release.version));
-    std::fs::copy(copy.join("cli/bill.json"), &file).context("the bill was not written")?;
+    let bill =
+        std::fs::read_to_string(copy.join("cli/bill.json")).context("no bill was written")?;
+    // It names the project's own crates by their place on this machine.
+    std::fs::write(&file, bill.replace(&copy.display().to_string(), "/supine"))?;
     super::made(&file)
 }

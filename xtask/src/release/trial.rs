@@ -94,6 +94,12 @@ fn windows(release: &Release<'_>) -> Result<()> {
         .current_dir(&folder))?;
     let unpacked = folder.join(format!("supine-{}-x86_64-windows", release.version));
     let prefix = folder.join("prefix");
+    // Rust's standard library takes random numbers from a library of Windows that Wine 8 has not.
+    tools::debian(&[("x86_64-w64-mingw32-gcc", "gcc-mingw-w64-x86-64")])?;
+    let mut stand_in = Command::new("x86_64-w64-mingw32-gcc");
+    stand_in.args(["-shared", "-o"]).arg(unpacked.join("bcryptprimitives.dll"));
+    stand_in.arg(release.house.root.join("xtask/release/wine/bcryptprimitives.c"));
+    run(stand_in.arg("-ladvapi32"))?;
     let wine = |arguments: &[&str]| {
         let mut wine = Command::new(WINE);
         wine.current_dir(&unpacked).arg(Platform::Windows.file()).args(arguments);
