@@ -8,6 +8,8 @@ mod args;
 mod args_navigate;
 mod args_network;
 mod commands;
+#[cfg(windows)]
+mod elementary;
 mod failure;
 mod parameters;
 mod screen;
