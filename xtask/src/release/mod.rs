@@ -96,10 +96,17 @@ impl<'a> Release<'a> {
     fn make(&self, parts: &[Part], steps: &mut Steps) {
         let wanted = |part| parts.is_empty() || parts.contains(&part);
         // The static program writes the manual pages and completions of all others.
-        steps.run("static Linux program", || {
+        let mut ready = false;
+        steps.run("static Linux program and papers", || {
             build::program(self, Platform::Linux)?;
-            papers::collect(self)
+            papers::collect(self)?;
+            ready = true;
+            Ok(())
         });
+        if !ready {
+            // Nothing goes out with what lay there from another commit.
+            return;
+        }
         if wanted(Part::Linux) {
             steps.run("archive for Linux", || archives::linux(self));
         }

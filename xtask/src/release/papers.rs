@@ -48,11 +48,18 @@ pub(super) fn folder(release: &Release<'_>) -> PathBuf {
 
 /// Names every crate of the programs with the text of its licence, one of those that deny.toml allows.
 fn third_party(release: &Release<'_>, file: &Path) -> Result<()> {
-    ABOUT.installed(release.house)?;
     let forms = release.house.root.join("xtask/release");
     let mut about = Command::new(ABOUT.installed(release.house)?);
     about.current_dir(&release.house.root).env("CARGO", cargo(&release.house.root).get_program());
-    about.args(["about", "generate", "--locked", "--fail", "--manifest-path", "cli/Cargo.toml"]);
+    about.args([
+        "about",
+        "generate",
+        "--locked",
+        "--offline",
+        "--fail",
+        "--manifest-path",
+        "cli/Cargo.toml",
+    ]);
     about.arg("--config").arg(forms.join("about.toml")).arg("--output-file").arg(file);
     run(about.arg(forms.join("about.hbs")))
 }

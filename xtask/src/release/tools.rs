@@ -40,8 +40,7 @@ impl Tool {
         }
         println!("installing {} {}, once: {}", self.package, self.version, root.display());
         let mut install = cargo(&house.root);
-        // Unoptimised: it works for a moment, and compiles in half the time.
-        install.args(["install", "--locked", "--debug", "--version", self.version]);
+        install.args(["install", "--locked", "--version", self.version]);
         install.args(self.features).arg("--root").arg(&root).arg(self.package);
         install.env("CARGO_TARGET_DIR", house.target.join("tools/build"));
         run(&mut install)?;
