@@ -7,6 +7,7 @@ mod archives;
 mod build;
 mod container;
 mod debian;
+mod licences;
 mod papers;
 mod reproduce;
 mod sbom;

@@ -1,9 +1,8 @@
 //! What goes with the programs: manual pages, completions, guides, licences.
 
 use super::build::Platform;
-use super::tools::ABOUT;
-use super::{Release, empty};
-use crate::steps::{cargo, run};
+use super::{Release, empty, licences};
+use crate::steps::run;
 use anyhow::{Context, Result, ensure};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -39,29 +38,11 @@ pub(super) fn collect(release: &Release<'_>) -> Result<()> {
     }
     // All pages with their pictures, so that links between them hold without a network.
     copy(&release.house.root.join("docs"), &doc.join("docs"))?;
-    third_party(release, &doc.join(THIRD_PARTY))
+    licences::write(release, &doc.join(THIRD_PARTY))
 }
 
 pub(super) fn folder(release: &Release<'_>) -> PathBuf {
     release.parts.join("papers")
-}
-
-/// Names every crate of the programs with the text of its licence, one of those that deny.toml allows.
-fn third_party(release: &Release<'_>, file: &Path) -> Result<()> {
-    let forms = release.house.root.join("xtask/release");
-    let mut about = Command::new(ABOUT.installed(release.house)?);
-    about.current_dir(&release.house.root).env("CARGO", cargo(&release.house.root).get_program());
-    about.args([
-        "about",
-        "generate",
-        "--locked",
-        "--offline",
-        "--fail",
-        "--manifest-path",
-        "cli/Cargo.toml",
-    ]);
-    about.arg("--config").arg(forms.join("about.toml")).arg("--output-file").arg(file);
-    run(about.arg(forms.join("about.hbs")))
 }
 
 /// Copies a folder with all that is below it.

@@ -14,9 +14,6 @@ pub(crate) struct Tool {
     features: &'static [&'static str],
 }
 
-/// Collects the licences of what a program is made of.
-pub(crate) const ABOUT: Tool =
-    Tool { package: "cargo-about", version: "0.9.3", features: &["--features", "cli"] };
 /// Writes bills of materials.
 pub(crate) const CYCLONEDX: Tool =
     Tool { package: "cargo-cyclonedx", version: "0.5.9", features: &[] };
