@@ -9,6 +9,8 @@ mod args_batch;
 mod args_navigate;
 mod args_network;
 mod commands;
+#[cfg(windows)]
+mod elementary;
 mod failure;
 mod log;
 mod parameters;

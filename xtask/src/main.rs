@@ -13,6 +13,8 @@ mod fuzz;
 mod meshers;
 mod python;
 mod readers;
+mod release;
+mod site;
 mod solvers;
 mod steps;
 mod test;
@@ -40,6 +42,10 @@ enum Chore {
     Readers,
     /// Fuzzes the readers of foreign files; needs cargo-fuzz and a nightly compiler.
     Fuzz(fuzz::Options),
+    /// Makes all that is given to users into target/dist; see docs/RELEASING.md.
+    Release(release::Options),
+    /// Makes the pages of docs/ into a site in target/site, and follows its links.
+    Site,
     /// Runs the stages beside the peers, in one run; needs the reference data in
     /// ../shared.
     Bench {
@@ -84,6 +90,8 @@ fn chore() -> Result<()> {
         Chore::Test(options) => test::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
         Chore::Fuzz(options) => fuzz::fuzz(&house, &options),
+        Chore::Release(options) => release::release(&house, &options),
+        Chore::Site => site::build(&house),
         Chore::Bench { stage } => verify::bench(&house, stage),
         Chore::Verify { parts } => verify::verify(&house, &parts),
     }

@@ -1,6 +1,8 @@
 //! The steps of a chore: each is named, timed and carried to the summary, whatever its outcome.
 
 use anyhow::{Context, Result, bail};
+use std::ffi::OsString;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -86,6 +88,22 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
         bail!("`{line}` ended with {status}");
     }
     Ok(())
+}
+
+/// The cargo that runs this chore, in a copy of the repository.
+pub(crate) fn cargo(folder: &Path) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+    let mut command = Command::new(cargo);
+    command.current_dir(folder);
+    // What cargo told us of ourselves. A build script that heeds it, as that of TLS's cryptography does,
+    // would run anew whenever another program calls cargo.
+    for (name, _) in std::env::vars_os() {
+        let text = name.to_string_lossy();
+        if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {
+            command.env_remove(name);
+        }
+    }
+    command
 }
 
 /// The command as one would type it.

@@ -1,10 +1,8 @@
 //! `cargo xtask test`: everything that must hold, cheap steps first.
 
-use crate::steps::{Steps, run};
+use crate::steps::{Steps, cargo, run};
 use crate::{House, meshers, python, readers};
 use anyhow::Result;
-use std::ffi::OsString;
-use std::process::Command;
 
 #[derive(clap::Args)]
 pub(crate) struct Options {
@@ -18,22 +16,22 @@ pub(crate) struct Options {
 pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     let mut steps = Steps::new();
     steps.run("independent readers", || readers::install(house));
-    steps.run("format", || run(cargo(house).args(["fmt", "--all", "--check"])));
+    steps.run("format", || run(cargo(&house.root).args(["fmt", "--all", "--check"])));
     if options.fast {
         steps.skip("lints", "--fast");
         steps.skip("documentation", "--fast");
     } else {
         let lints =
             ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
-        steps.run("lints", || run(cargo(house).args(lints)));
+        steps.run("lints", || run(cargo(&house.root).args(lints)));
         steps.run("documentation", || {
             let doc = ["doc", "--workspace", "--no-deps", "--keep-going"];
-            run(cargo(house).args(doc).env("RUSTDOCFLAGS", "-D warnings"))
+            run(cargo(&house.root).args(doc).env("RUSTDOCFLAGS", "-D warnings"))
         });
     }
     if readers::on_path("cargo-deny") {
         let deny = ["deny", "check", "bans", "licenses", "sources"];
-        steps.run("cargo-deny", || run(cargo(house).args(deny)));
+        steps.run("cargo-deny", || run(cargo(&house.root).args(deny)));
     } else {
         steps
             .skip("cargo-deny", "not installed; the test house::licences reads the same deny.toml");
@@ -41,34 +39,20 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     // The tests run the binary; built here, its compilation does not count as a test's time. They build it in the
     // same words, so that cargo chooses the same features of other crates and finds it made.
     let build = ["build", "--workspace", "--bin", "supine"];
-    steps.run("binary", || run(cargo(house).args(build)));
-    steps.run("tests", || run(cargo(house).args(["test", "--workspace", "--no-fail-fast"])));
+    steps.run("binary", || run(cargo(&house.root).args(build)));
+    steps.run("tests", || run(cargo(&house.root).args(["test", "--workspace", "--no-fail-fast"])));
     let binary = house.target.join("debug/supine");
     steps.run("Python package", || python::test(house, &binary));
     steps.run("workflow", || python::workflow(house, &binary));
     // Last: it leaves a binary with the features behind, which the tests above must not judge.
     match meshers::install() {
-        Ok(()) => steps.run("other meshers", || meshers::test(|| cargo(house), !options.fast)),
+        Ok(()) => {
+            steps.run("other meshers", || meshers::test(|| cargo(&house.root), !options.fast))
+        }
         Err(why) => {
             println!("{why:#}");
             steps.skip("other meshers", "libcgal-dev and libtet1.5-dev cannot be installed");
         }
     }
     steps.finish()
-}
-
-/// The cargo that runs this chore, in the root of the repository.
-fn cargo(house: &House) -> Command {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
-    let mut command = Command::new(cargo);
-    command.current_dir(&house.root);
-    // What cargo told us of ourselves. A build script that heeds it, as that of TLS's cryptography does,
-    // would run anew whenever another program calls cargo.
-    for (name, _) in std::env::vars_os() {
-        let text = name.to_string_lossy();
-        if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {
-            command.env_remove(name);
-        }
-    }
-    command
 }

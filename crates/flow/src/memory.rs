@@ -4,7 +4,12 @@
 
 #![allow(unsafe_code, reason = "an allocator, see above")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
+// musl's own allocator has one lock for all threads.
+#[cfg(target_env = "musl")]
+use mimalloc::MiMalloc as System;
+#[cfg(not(target_env = "musl"))]
+use std::alloc::System;
+use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering};
 

@@ -437,6 +437,7 @@ pub(crate) const USERS: u32 = 0o666;
 const OWNERS: u32 = 0o600;
 
 /// Writes a file under a temporary name beside it, then renames.
+#[cfg_attr(not(unix), expect(unused_variables, reason = "`mode` is one of Unix"))]
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8], mode: u32) -> Result<(), Error> {
     let output = |source| Error::Output { path: path.into(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
