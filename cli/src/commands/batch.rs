@@ -59,7 +59,8 @@ fn told(done: &BatchDone) -> Vec<String> {
     let counts = all.into_iter().map(|ended| (done.count(ended), ended.word()));
     let counts: Vec<String> =
         counts.filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
-    let mut lines = vec![format!("{} cases: {}", done.ended.len(), counts.join(", "))];
+    let cases = if done.ended.len() == 1 { "case" } else { "cases" };
+    let mut lines = vec![format!("{} {cases}: {}", done.ended.len(), counts.join(", "))];
     if done.left > 0 {
         lines.push(format!("{} not begun: the same call goes on with them", done.left));
     }
