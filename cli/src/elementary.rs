@@ -30,15 +30,32 @@ elementary! {
     cosf(x: f32) = libm::cosf;
     exp(x: f64) = libm::exp;
     expf(x: f32) = libm::expf;
+    fma(x, y, z: f64) = libm::fma;
+    fmaf(x, y, z: f32) = libm::fmaf;
     hypot(x, y: f64) = libm::hypot;
     _hypot(x, y: f64) = libm::hypot;
     hypotf(x, y: f32) = libm::hypotf;
     log(x: f64) = libm::log;
     log10(x: f64) = libm::log10;
+    log2(x: f64) = libm::log2;
     log1p(x: f64) = libm::log1p;
     pow(x, y: f64) = libm::pow;
     powf(x, y: f32) = libm::powf;
     sin(x: f64) = libm::sin;
     sinf(x: f32) = libm::sinf;
     tan(x: f64) = libm::tan;
+}
+
+/// Both at once, as compilers ask for them; what C calls pointers to two numbers are these references.
+// SAFETY: the function is the one that C has by this name.
+#[unsafe(no_mangle)]
+extern "C" fn sincos(x: f64, sin: &mut f64, cos: &mut f64) {
+    (*sin, *cos) = libm::sincos(x);
+}
+
+/// As [`sincos`].
+// SAFETY: the function is the one that C has by this name.
+#[unsafe(no_mangle)]
+extern "C" fn sincosf(x: f32, sin: &mut f32, cos: &mut f32) {
+    (*sin, *cos) = libm::sincosf(x);
 }

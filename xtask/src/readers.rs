@@ -71,7 +71,7 @@ fn python_makes_environments() -> bool {
 }
 
 /// Whether a command can be started and ends with 0; its output is dropped.
-pub(crate) fn succeeds(command: &mut Command) -> bool {
+fn succeeds(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
 }

@@ -57,11 +57,11 @@ pub(super) fn program(release: &Release<'_>, platform: Platform) -> Result<PathB
     if !changed.is_empty() {
         println!("NOT OF A COMMIT: the folder has changes:\n{changed}");
     }
-    build(&site, platform, &release.epoch)
+    build(&site, platform)
 }
 
 /// As [`program`], from any copy of the sources.
-pub(super) fn build(site: &Site<'_>, platform: Platform, epoch: &str) -> Result<PathBuf> {
+pub(super) fn build(site: &Site<'_>, platform: Platform) -> Result<PathBuf> {
     let triple = platform.triple();
     // rustup knows which targets are there; without it, cargo says what is missing.
     if crate::readers::on_path("rustup") {
@@ -72,7 +72,9 @@ pub(super) fn build(site: &Site<'_>, platform: Platform, epoch: &str) -> Result<
     let mut command = cargo(site.source);
     command.args(["build", "--locked", "--package", "supine", "--profile", "shipped"]);
     command.args(["--target", triple]);
-    command.env("CARGO_TARGET_DIR", site.target).env("SOURCE_DATE_EPOCH", epoch);
+    command.env("CARGO_TARGET_DIR", site.target);
+    // mimalloc tells when it was compiled. Not the commit's time: one that changes no program gives the same ones.
+    command.env("SOURCE_DATE_EPOCH", "0");
     command.env("CARGO_ENCODED_RUSTFLAGS", sources.rust_flags(platform).join("\u{1f}"));
     command.env(format!("CFLAGS_{}", triple.replace('-', "_")), sources.c_flags().join(" "));
     run(&mut command)?;

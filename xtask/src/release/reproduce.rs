@@ -13,7 +13,7 @@ pub(super) fn check(release: &Release<'_>) -> Result<()> {
     let (source, target) = (folder.join("clone"), folder.join("built"));
     let mut clone = Command::new("git");
     run(clone.args(["clone", "--quiet"]).arg(&release.house.root).arg(&source))?;
-    let there = build(&Site { source: &source, target: &target }, Platform::Linux, &release.epoch)?;
+    let there = build(&Site { source: &source, target: &target }, Platform::Linux)?;
     let here = release.program(Platform::Linux);
     let read = |path| std::fs::read(path).context("make it first: `cargo xtask release linux`");
     let (here, there) = (read(&here)?, read(&there)?);

@@ -103,6 +103,7 @@ fn windows(release: &Release<'_>) -> Result<()> {
     let wine = |arguments: &[&str]| {
         let mut wine = Command::new(WINE);
         wine.current_dir(&unpacked).arg(Platform::Windows.file()).args(arguments);
+        wine.env("SOURCE_DATE_EPOCH", &release.epoch);
         run(wine.env("WINEPREFIX", &prefix).env("WINEDEBUG", "-all").env_remove("DISPLAY"))
     };
     wine(&["--version"])?;
@@ -111,6 +112,8 @@ fn windows(release: &Release<'_>) -> Result<()> {
     let there = unpacked.join("demo");
     let here = empty(folder.join("linux"))?;
     let mut demo = Command::new(release.program(Platform::Linux));
+    // The series tells when it was made.
+    demo.env("SOURCE_DATE_EPOCH", &release.epoch);
     run(demo.args(["demo", "--no-progress", "--out"]).arg(&here))?;
     let same = sums(&here.join(SERIES))? == sums(&there.join(SERIES))?;
     println!(
