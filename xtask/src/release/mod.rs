@@ -14,6 +14,7 @@ mod sbom;
 mod sums;
 pub(crate) mod tools;
 mod trial;
+mod wheel;
 
 use crate::House;
 use crate::steps::Steps;
@@ -35,7 +36,8 @@ pub(crate) enum Part {
     Sbom,
     /// The container image
     Container,
-    // Python wheels, made by a module of their own, have their place here and in `make`.
+    /// The wheel for Python
+    Wheel,
 }
 
 #[derive(clap::Args)]
@@ -123,6 +125,9 @@ impl<'a> Release<'a> {
         }
         if wanted(Part::Container) {
             steps.run("container image", || container::image(self));
+        }
+        if wanted(Part::Wheel) {
+            steps.run("wheel for Python", || wheel::build(self));
         }
         // Last: over all that lies there.
         steps.run("checksums", || sums::write(&self.dist));

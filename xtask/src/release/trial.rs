@@ -4,7 +4,7 @@
 //! shows that it needs nothing; Wine takes the program for Windows. What it costs is printed with each step.
 
 use super::build::Platform;
-use super::{Part, Release, archives, container, debian, empty, said, tools};
+use super::{Part, Release, archives, container, debian, empty, said, tools, wheel};
 use crate::steps::{Steps, run};
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
@@ -28,6 +28,9 @@ pub(super) fn run_steps(release: &Release<'_>, parts: &[Part], steps: &mut Steps
     }
     if wanted(Part::Container) {
         steps.run("container", || image(release));
+    }
+    if wanted(Part::Wheel) {
+        steps.run("wheel in a new environment", || wheel::trial(release));
     }
     if wanted(Part::Windows) {
         steps.run("archive for Windows under Wine", || windows(release));
