@@ -11,13 +11,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from . import _core
 from ._error import SupineWarning
 from ._values import Deformation, Mesh, Tumour, Volume, tumour
 
 if TYPE_CHECKING:
+    import numpy as np
     from typing_extensions import Unpack
 
     from ._parameters import Accepted, Values
@@ -124,6 +123,8 @@ class Session:
 
     @ct.setter
     def ct(self, ct: Volume) -> None:
+        import numpy as np
+
         array = np.ascontiguousarray(ct.array, dtype=_int16(ct.array))
         self._core.give_ct(array, (ct.origin, ct.spacing, ct.direction))
 
@@ -139,6 +140,8 @@ class Session:
 
     @labels.setter
     def labels(self, labels: Volume) -> None:
+        import numpy as np
+
         array = np.ascontiguousarray(labels.array, dtype=np.uint8)
         if not np.array_equal(array, labels.array):
             raise ValueError("labels are whole numbers from 0 to 10")
@@ -169,6 +172,8 @@ class Session:
 
     @deformation.setter
     def deformation(self, deformation: Deformation) -> None:
+        import numpy as np
+
         vectors = np.ascontiguousarray(deformation.displacement, dtype=np.float64)
         self._core.give_deformation(_arrays(deformation.mesh), vectors)
 
@@ -272,16 +277,17 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(inner) for inner in value]
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    return value
+    if isinstance(value, (str, bool, int, float)) or value is None:
+        return value
+    # numpy's arrays and numbers, also those that are no floats of Python.
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _arrays(mesh: Mesh) -> _core.MeshArrays:
+    import numpy as np
+
     return (
         np.ascontiguousarray(mesh.points, dtype=np.float64),
         np.ascontiguousarray(mesh.tets, dtype=np.uint32),
@@ -292,6 +298,8 @@ def _arrays(mesh: Mesh) -> _core.MeshArrays:
 
 def _int16(array: Any) -> type[np.int16]:
     """The type of a CT, where its values fit: HU beyond it, or parts of HU, are refused and not cut off."""
+    import numpy as np
+
     if np.asarray(array).dtype != np.int16:
         values = np.asarray(array)
         if not np.array_equal(values, values.astype(np.int16)):

@@ -1,15 +1,17 @@
-"""What a session gives and takes: volumes, meshes, displacements and the tumour's way."""
+"""What a session gives and takes: volumes, meshes, displacements and the tumour's way.
+
+numpy is imported where arrays are worked on, and not before: a script that only writes run folders starts without it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
 if TYPE_CHECKING:
     import nibabel
+    import numpy as np
+    import numpy.typing as npt
     import pyvista
     import SimpleITK
 
@@ -18,8 +20,6 @@ Direction = tuple[Triple, Triple, Triple]
 
 AXES: Direction = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
-# LPS to RAS, the frame of NIfTI.
-_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,8 @@ class Volume:
     @property
     def affine(self) -> npt.NDArray[np.float64]:
         """The matrix (4, 4) from (i, j, k, 1) to LPS, mm."""
+        import numpy as np
+
         affine = np.eye(4)
         affine[:3, :3] = np.asarray(self.direction) * np.asarray(self.spacing)
         affine[:3, 3] = self.origin
@@ -80,13 +82,16 @@ class Volume:
     def to_nibabel(self) -> nibabel.Nifti1Image:
         """A NIfTI image (frame RAS, mm) of the same voxels at the same place; needs nibabel."""
         import nibabel
+        import numpy as np
 
-        image = nibabel.Nifti1Image(self.array.transpose(2, 1, 0), _RAS @ self.affine)
+        to_ras = np.diag([-1.0, -1.0, 1.0, 1.0])
+        image = nibabel.Nifti1Image(self.array.transpose(2, 1, 0), to_ras @ self.affine)
         image.header.set_xyzt_units("mm")
         return image
 
     def to_pyvista(self) -> pyvista.ImageData:
         """A grid with the point data ``values``, LPS, mm; needs pyvista."""
+        import numpy as np
         import pyvista
 
         grid = pyvista.ImageData(
@@ -122,6 +127,7 @@ class Mesh:
 
     def to_pyvista(self) -> pyvista.UnstructuredGrid:
         """An unstructured grid of the tetrahedra, LPS, mm; needs pyvista."""
+        import numpy as np
         import pyvista
 
         cells = np.column_stack([np.full(len(self.tets), 4, dtype=np.int64), self.tets])
@@ -160,11 +166,15 @@ class Deformation:
 
         The tetrahedra are straight: of quadratic order the middles of edges are left out.
         """
+        import numpy as np
+
         grid = self.mesh.to_pyvista()
         grid.point_data["displacement"] = np.array(self.displacement[: len(self.mesh.points)])
         return grid
 
     def __repr__(self) -> str:
+        import numpy as np
+
         length = float(np.linalg.norm(self.displacement, axis=1).max())
         return f"Deformation({self.mesh!r}, order {self.order}, {length:.1f} mm at most)"
 
