@@ -48,15 +48,7 @@ pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> 
 
 /// What became of all, for people.
 fn told(done: &BatchDone) -> Vec<String> {
-    let all = [
-        Ended::Usable,
-        Ended::Flagged,
-        Ended::NotUsable,
-        Ended::Failed,
-        Ended::Stopped,
-        Ended::Partial,
-    ];
-    let counts = all.into_iter().map(|ended| (done.count(ended), ended.word()));
+    let counts = Ended::ALL.into_iter().map(|ended| (done.count(ended), ended.word()));
     let counts: Vec<String> =
         counts.filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
     let cases = if done.ended.len() == 1 { "case" } else { "cases" };

@@ -66,6 +66,10 @@ pub enum Ended {
 }
 
 impl Ended {
+    /// All of them: with a result, and without.
+    pub const ALL: [Self; 6] =
+        [Self::Usable, Self::Flagged, Self::NotUsable, Self::Failed, Self::Stopped, Self::Partial];
+
     /// Its word, as the file has it.
     pub fn word(self) -> &'static str {
         match self {

@@ -39,15 +39,6 @@ struct Count {
     percent: f64,
 }
 
-const ALL: [Ended; 6] = [
-    Ended::Usable,
-    Ended::Flagged,
-    Ended::NotUsable,
-    Ended::Failed,
-    Ended::Stopped,
-    Ended::Partial,
-];
-
 /// So many that want a look are named above all others.
 const FIRST: usize = 20;
 
@@ -81,7 +72,7 @@ fn counts(patients: &[Patient]) -> Vec<Count> {
         Count { word, headline, class, number, percent }
     };
     // The four that there always are, and the others where there are some.
-    let told = ALL.into_iter().map(count).enumerate();
+    let told = Ended::ALL.into_iter().map(count).enumerate();
     told.filter(|(n, count)| *n < 4 || count.number > 0).map(|(_, count)| count).collect()
 }
 
