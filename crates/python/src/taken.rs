@@ -20,7 +20,7 @@ pub(crate) fn volume<T: Element + Copy>(
     (origin, spacing, direction): Geometry,
 ) -> PyResult<Volume<T>> {
     let py = array.py();
-    let &[nk, nj, ni] = array.shape() else { unreachable!("three dimensions by its type") };
+    let (nk, nj, ni) = array.as_array().dim();
     let direction = Matrix::from_fn(|row, column| direction[row][column]);
     let grid = Grid::new([ni, nj, nk], spacing.into(), origin.into(), direction);
     let grid = grid.map_err(|error| refuse(py, "geometry-unusable", &error.to_string()))?;
