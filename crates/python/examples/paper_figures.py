@@ -54,7 +54,8 @@ def model(session: supine.Session, out: Path) -> None:
         left.plot(*cut.points[[start, end], :2].T, color="tab:orange", linewidth=0.6)
     skin = mesh.faces[mesh.tags == 1]
     a, b, c = (mesh.points[skin[:, corner]] for corner in range(3))
-    skin = skin[np.cross(b - a, c - a)[:, 1] < 0]  # what is seen from the front
+    skin = skin[np.cross(b - a, c - a)[:, 1] < 0]  # what is seen from the front,
+    skin = skin[np.argsort(-mesh.points[skin, 1].mean(axis=1))]  # the nearest drawn last
     length = np.linalg.norm(deformation.points - mesh.points, axis=1)
     x, _, height = mesh.points.T
     drawn = right.tripcolor(x, height, length, triangles=skin, shading="gouraud")
