@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::path::Path;
-use supine_flow::Place;
+use supine_flow::{Place, RunError};
 use supine_space::Failure as Kind;
 
 /// A message for people and a kind, which has the exit code for scripts.
@@ -53,17 +53,10 @@ impl Failure {
 
     /// What `--json` prints in place of a result.
     pub(crate) fn json(&self) -> Value {
-        json!({
-            "status": self.status,
-            "error": {
-                "code": self.code,
-                "kind": self.kind.name(),
-                "exit": self.kind.exit_code(),
-                "message": self.message,
-                "place": self.place,
-                "advice": self.advice,
-            },
-        })
+        let (message, advice) = (self.message.clone(), self.advice.clone());
+        let mut error = RunError::new(self.kind, self.code, message, advice);
+        error.place = (*self.place).clone().into();
+        json!({ "status": self.status, "error": error })
     }
 
     /// A result with what failed in it; in place of one that has no names.

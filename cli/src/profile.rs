@@ -18,7 +18,12 @@ struct Trace {
     events: Vec<Value>,
     /// What is under way in each row, and since when, µs.
     rows: Vec<Option<(NodeId, f64)>>,
+    /// When the memory was looked at last, µs.
+    looked: f64,
 }
+
+/// Time between two looks at the memory while a stage is at work, µs.
+const BETWEEN_LOOKS: f64 = 50_000.0;
 
 impl Profile {
     pub(crate) fn new(file: &Path) -> Self {
@@ -38,12 +43,17 @@ impl Profile {
     fn change(&self, change: impl FnOnce(&mut Trace, f64)) {
         let now = self.now();
         let mut trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(mb) = crate::resident::mb() {
-            trace.events.push(json!({
-                "name": "memory", "ph": "C", "ts": now, "pid": 1, "args": { "resident MB": mb },
-            }));
-        }
+        trace.look_at_memory(now);
         change(&mut trace, now);
+    }
+
+    /// Looks at the memory in the middle of a stage, unless that was done a moment ago.
+    pub(crate) fn look(&self) {
+        let now = self.now();
+        let mut trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
+        if now - trace.looked >= BETWEEN_LOOKS {
+            trace.look_at_memory(now);
+        }
     }
 
     pub(crate) fn begin(&self, node: NodeId) {
@@ -92,6 +102,12 @@ impl Profile {
         let mut events = vec![json!({
             "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "supine" },
         })];
+        events.extend((1..=trace.rows.len()).map(|row| {
+            let name = if row == 1 { "stages".into() } else { format!("stages beside, {row}") };
+            json!({
+                "name": "thread_name", "ph": "M", "pid": 1, "tid": row, "args": { "name": name },
+            })
+        }));
         events.append(&mut trace.events);
         let all = json!({
             "displayTimeUnit": "ms", "traceEvents": events,
@@ -100,6 +116,17 @@ impl Profile {
         let part = self.file.with_extension("part");
         std::fs::write(&part, format!("{all:#}\n"))?;
         std::fs::rename(part, &self.file)
+    }
+}
+
+impl Trace {
+    fn look_at_memory(&mut self, now: f64) {
+        self.looked = now;
+        if let Some(mb) = crate::resident::mb() {
+            self.events.push(json!({
+                "name": "memory", "ph": "C", "ts": now, "pid": 1, "args": { "resident MB": mb },
+            }));
+        }
     }
 }
 

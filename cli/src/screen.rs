@@ -273,6 +273,9 @@ impl Observer for Screen {
     }
 
     fn share(&self, node: NodeId, share: f64) {
+        if let Some(profile) = &self.profile {
+            profile.look();
+        }
         let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
         if running.last() == Some(&node) {
             self.bar.set_position((share * 1000.0) as u64);

@@ -4,6 +4,7 @@ use crate::Error;
 use crate::spec::CaseError;
 use serde::Serialize;
 use std::path::PathBuf;
+use supine_report::RunPlace;
 
 /// Where the failure lies, as far as that is known.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -17,6 +18,13 @@ pub struct Place {
     /// The stage of the flow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stage: Option<&'static str>,
+}
+
+impl From<Place> for RunPlace {
+    fn from(Place { file, key, stage }: Place) -> Self {
+        let text = |word: Option<&str>| word.map(str::to_owned);
+        Self { file, key: text(key), stage: text(stage) }
+    }
 }
 
 impl Place {

@@ -3,10 +3,10 @@
 use crate::commands::run::{Run, RunDone};
 use crate::folder::{USERS, write_atomically};
 use crate::spec::{Spec, Value};
-use crate::{Error, Observer, Options, Place, Start, Summary, headline};
+use crate::{Error, Observer, Options, Start, Summary, headline};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use supine_report::{Colour, Ended, RunError, RunPlace, RunStatus, TumourMoved};
+use supine_report::{Colour, Ended, RunError, RunStatus, TumourMoved};
 use supine_space::Failure;
 
 /// Why a run that has its result ends with another code than 0.
@@ -40,9 +40,14 @@ pub fn advice(message: &str) -> Option<String> {
     message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned())
 }
 
+/// A path from the root of the disk.
+pub(crate) fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
 /// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.
 pub fn case_name(case: &Path) -> String {
-    let whole = std::path::absolute(case).unwrap_or_else(|_| case.into());
+    let whole = whole(case);
     let stem = |path: &Path| path.file_stem().map(|name| name.to_string_lossy().into_owned());
     let folder = whole.parent().and_then(Path::file_name);
     let folder = folder.map(|name| name.to_string_lossy().into_owned());
@@ -129,23 +134,16 @@ impl Told<'_> {
         let seconds = begun.elapsed().as_secs_f64();
         let bare = RunStatus { seconds, peak_memory_mb, ..self.bare(nameless) };
         let status = match &done {
-            Ok(RunDone { summary: Some(summary), .. }) => self.finished(summary, nameless),
+            Ok(RunDone { summary: Some(summary), .. }) => finished(bare, summary, self.worst),
             Ok(RunDone { summary: None, .. }) => bare,
-            Err(error) => Self::failed(bare, error, nameless),
+            Err(error) => failed(bare, error, nameless),
         };
         (done, status)
     }
 
     /// Of a case whose run failed otherwise than by its own error.
     pub(crate) fn broken(&self, kind: Failure, code: &str, message: &str) -> RunStatus {
-        let error = RunError {
-            code: code.into(),
-            kind: kind.name().into(),
-            exit: kind.exit_code(),
-            message: message.into(),
-            place: RunPlace::default(),
-            advice: advice(message),
-        };
+        let error = RunError::new(kind, code, message.into(), advice(message));
         let (status, exit, error) = (Ended::Failed, kind.exit_code(), Some(error));
         RunStatus { status, exit, error, ..self.bare(self.is_nameless()) }
     }
@@ -164,7 +162,6 @@ impl Told<'_> {
 
     /// What is known of a run without its result.
     fn bare(&self, nameless: bool) -> RunStatus {
-        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.into());
         let shown = |path: &Path| -> Option<PathBuf> { (!nameless).then(|| whole(path)) };
         RunStatus {
             schema: RunStatus::SCHEMA.into(),
@@ -186,60 +183,49 @@ impl Told<'_> {
         }
     }
 
-    /// Of a finished run, with the time and memory of its summary.
-    pub(crate) fn finished(&self, summary: &Summary, nameless: bool) -> RunStatus {
-        let colour = summary.verdict.colour;
-        let error = denial(summary, self.worst).map(|denial| RunError {
-            code: denial.code.into(),
-            kind: Failure::Check.name().into(),
-            exit: Failure::Check.exit_code(),
-            message: denial.lines.iter().map(|l| l.trim()).collect::<Vec<_>>().join("\n"),
-            place: RunPlace::default(),
-            advice: None,
-        });
-        RunStatus {
-            exit: error.as_ref().map_or(0, |error| error.exit),
-            status: Ended::of(colour),
-            colour: Some(colour),
-            reasons: summary.verdict.reasons.iter().map(supine_report::Reason::told).collect(),
-            warnings: summary.warnings.len(),
-            error,
-            seconds: summary.run.total_seconds,
-            peak_memory_mb: summary.run.peak_memory_mb,
-            voxels: Some(summary.ct.size.iter().product()),
-            threads: summary.run.threads,
-            tumour: TumourMoved::of(summary),
-            version: summary.tool.version.clone(),
-            ..self.bare(nameless)
-        }
+    /// Of a run that is finished.
+    pub(crate) fn finished(&self, summary: &Summary) -> RunStatus {
+        finished(self.bare(self.is_nameless()), summary, self.worst)
     }
+}
 
-    /// Of a run that ended without a result. Messages name files: of a de-identified one the code stands in their place.
-    pub(crate) fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
-        let kind = error.kind();
-        let (message, advice) = match nameless {
-            true => (
-                format!(
-                    "{}: the message may name files; it was told on the terminal alone",
-                    error.code()
-                ),
-                None,
-            ),
-            false => (error.to_string(), advice(&error.to_string())),
-        };
-        let Place { file, key, stage } = error.place();
-        let text = |word: Option<&str>| word.map(str::to_owned);
-        let place =
-            RunPlace { file: file.filter(|_| !nameless), key: text(key), stage: text(stage) };
-        let (code, exit) = (error.code().into(), kind.exit_code());
-        let kind_name = kind.name().into();
-        RunStatus {
-            exit,
-            status: if kind == Failure::Stopped { Ended::Stopped } else { Ended::Failed },
-            error: Some(RunError { code, kind: kind_name, exit, message, place, advice }),
-            ..bare
-        }
+/// The status of a finished run, with the time and memory of its summary.
+pub(crate) fn finished(bare: RunStatus, summary: &Summary, worst: Colour) -> RunStatus {
+    let colour = summary.verdict.colour;
+    let error = denial(summary, worst).map(|denial| {
+        let lines: Vec<&str> = denial.lines.iter().map(|line| line.trim()).collect();
+        RunError::new(Failure::Check, denial.code, lines.join("\n"), None)
+    });
+    RunStatus {
+        exit: error.as_ref().map_or(0, |error| error.exit),
+        status: Ended::of(colour),
+        colour: Some(colour),
+        reasons: summary.verdict.reasons.iter().map(supine_report::Reason::told).collect(),
+        warnings: summary.warnings.len(),
+        error,
+        seconds: summary.run.total_seconds,
+        peak_memory_mb: summary.run.peak_memory_mb,
+        voxels: Some(summary.ct.size.iter().product()),
+        threads: summary.run.threads,
+        tumour: TumourMoved::of(summary),
+        version: summary.tool.version.clone(),
+        ..bare
     }
+}
+
+/// The status of a run that ended without a result. Messages name files: of a de-identified one the code stands in their
+/// place.
+fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
+    let (kind, code, message) = (error.kind(), error.code(), error.to_string());
+    let mut told = RunError::new(kind, code, message.clone(), advice(&message));
+    told.place = error.place().into();
+    if nameless {
+        told.message =
+            format!("{code}: the message may name files; it was told on the terminal alone");
+        (told.advice, told.place.file) = (None, None);
+    }
+    let status = if kind == Failure::Stopped { Ended::Stopped } else { Ended::Failed };
+    RunStatus { exit: kind.exit_code(), status, error: Some(told), ..bare }
 }
 
 #[cfg(test)]

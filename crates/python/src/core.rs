@@ -31,11 +31,8 @@ impl Core {
         clock: &str,
         command: Vec<String>,
     ) -> PyResult<Self> {
-        let mut spec = Spec::new(folder);
-        spec.merge(&object(values)?).map_err(|error| raise_case(py, error))?;
         let start = Clock::parse(clock).map(|clock| Start { clock, command });
-        let session = Session::new(spec, threads).map_err(|error| raise(py, &error))?;
-        Ok(Self { session: session.with_start(start) })
+        Self::of(py, Spec::new(folder), values, threads, start)
     }
 
     /// A session of a case file or of the summary of a run.
@@ -48,11 +45,9 @@ impl Core {
         clock: &str,
         command: Vec<String>,
     ) -> PyResult<Self> {
-        let mut spec = Spec::read(&case).map_err(|error| raise_case(py, error))?;
-        spec.merge(&object(values)?).map_err(|error| raise_case(py, error))?;
+        let spec = Spec::read(&case).map_err(|error| raise_case(py, error))?;
         let start = Clock::parse(clock).map(|clock| Start { clock, command });
-        let session = Session::new(spec, threads).map_err(|error| raise(py, &error))?;
-        Ok(Self { session: session.with_start(start) })
+        Self::of(py, spec, values, threads, start)
     }
 
     /// Changes values; the stages whose results are stale now.
@@ -200,6 +195,18 @@ impl Core {
 }
 
 impl Core {
+    fn of(
+        py: Python<'_>,
+        mut spec: Spec,
+        values: &str,
+        threads: usize,
+        start: Option<Start>,
+    ) -> PyResult<Self> {
+        spec.merge(&object(values)?).map_err(|error| raise_case(py, error))?;
+        let session = Session::new(spec, threads).map_err(|error| raise(py, &error))?;
+        Ok(Self { session: session.with_start(start) })
+    }
+
     fn ask<T: Send>(
         &self,
         py: Python<'_>,

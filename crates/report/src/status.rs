@@ -4,6 +4,7 @@ use crate::{Colour, Summary};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use supine_space::Failure;
 
 /// How a run ended, whether it left a result or not.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -109,6 +110,14 @@ pub struct RunError {
     pub advice: Option<String>,
 }
 
+impl RunError {
+    /// One of a kind, which has the exit code.
+    pub fn new(kind: Failure, code: &str, message: String, advice: Option<String>) -> Self {
+        let (exit, place) = (kind.exit_code(), RunPlace::default());
+        Self { code: code.into(), kind: kind.name().into(), exit, message, place, advice }
+    }
+}
+
 /// Where a failure lies.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, Default, PartialEq)]
 pub struct RunPlace {
@@ -166,14 +175,8 @@ impl RunStatus {
     /// That of a run which was begun and of whose end nothing is told.
     pub fn unfinished(case: &str) -> Self {
         let advice = "run it again: it goes on where it was";
-        let error = RunError {
-            code: "run-unfinished".into(),
-            kind: "stopped".into(),
-            exit: 130,
-            message: format!("the run was begun and did not come to its end; {advice}"),
-            place: RunPlace::default(),
-            advice: Some(advice.into()),
-        };
+        let message = format!("the run was begun and did not come to its end; {advice}");
+        let error = RunError::new(Failure::Stopped, "run-unfinished", message, Some(advice.into()));
         Self {
             schema: Self::SCHEMA.into(),
             case: case.into(),
@@ -210,11 +213,15 @@ impl RunStatus {
         serde_json::from_str(text).ok().filter(|status: &Self| status.schema == Self::SCHEMA)
     }
 
-    /// Whether it says the same as another, time and memory aside.
+    /// Whether it says the same as another, aside from what it took: time, memory and threads.
     pub fn says_the_same(&self, other: &Self) -> bool {
-        let timeless =
-            |status: &Self| Self { seconds: 0.0, peak_memory_mb: None, ..status.clone() };
-        timeless(self) == timeless(other)
+        let bare = |status: &Self| Self {
+            seconds: 0.0,
+            peak_memory_mb: None,
+            threads: 0,
+            ..status.clone()
+        };
+        bare(self) == bare(other)
     }
 }
 
@@ -230,7 +237,7 @@ mod tests {
         assert!(!status.line().contains('\n') && status.text().ends_with("}\n"));
         let other = RunStatus { schema: "supine-status/9".into(), ..status.clone() };
         assert_eq!(RunStatus::read(&other.text()), None);
-        let later = RunStatus { seconds: 9.0, ..status.clone() };
+        let later = RunStatus { seconds: 9.0, threads: 2, ..status.clone() };
         assert!(status.says_the_same(&later));
         assert!(!status.says_the_same(&RunStatus { exit: 0, ..status.clone() }));
     }

@@ -1,10 +1,15 @@
 //! Numbers as people read them.
 
-/// A length: one decimal, a true minus sign, no negative zero.
+/// So many decimals, a true minus sign, no negative zero.
 pub(crate) fn fixed(x: f64, decimals: usize) -> String {
+    minus(&plain(x, decimals))
+}
+
+/// The same with a hyphen, for programs.
+pub(crate) fn plain(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");
-    let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
-    minus(if zero { text.trim_start_matches('-') } else { &text })
+    let bare = text.trim_start_matches('-');
+    if bare.chars().all(|c| c == '0' || c == '.') { bare.into() } else { text }
 }
 
 /// Hyphens before digits become minus signs.

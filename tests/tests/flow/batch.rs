@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
-use supine_tests::{Case, Outcome, files_below, forgotten, supine, supine_command};
+use supine_tests::{Case, Outcome, files_below, forgotten, readers_python, supine, supine_command};
 
 /// A folder with a case.
 fn case(folder: &Path, name: &str, case: &Case) -> PathBuf {
@@ -20,7 +20,9 @@ fn case(folder: &Path, name: &str, case: &Case) -> PathBuf {
 /// The same without what a case that is tried again takes.
 fn timeless(mut lines: BTreeMap<String, Value>) -> BTreeMap<String, Value> {
     for status in lines.values_mut() {
-        (status["seconds"], status["peak_memory_mb"]) = (Value::Null, Value::Null);
+        for taken in ["seconds", "peak_memory_mb", "threads"] {
+            status[taken] = Value::Null;
+        }
     }
     lines
 }
@@ -94,6 +96,9 @@ fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
     assert_eq!(csv.matches("\r\n").count(), 4);
     let page = std::fs::read_to_string(out.join("index.html")).expect("a page");
     assert!(page.contains("runs/good/report/axial_after.png") && page.contains("&#34;lft&#34;"));
+
+    let index = out.join("index.html");
+    readers_python("cohort_page.py", [&index, &at.join("page.png")]).success("the page's filters");
 
     let before = times(&out);
     let again = supine(&words);

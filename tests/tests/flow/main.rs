@@ -17,6 +17,7 @@ mod init;
 mod json;
 mod labels;
 mod network;
+mod profile;
 mod readers;
 mod refine;
 mod repeat;

@@ -14,8 +14,7 @@ mod work;
 
 use crate::commands::run::Change;
 use crate::folder::CohortFolder;
-use crate::spec::Spec;
-use crate::status::Told;
+use crate::status::{finished, whole};
 use crate::{Error, Options, Start, Summary};
 use std::path::{Path, PathBuf};
 use supine_report::{Colour, Ended, Patient, RunStatus};
@@ -149,20 +148,8 @@ fn gathered(folder: &CohortFolder, worst: Colour) -> Result<BatchDone, Error> {
 
 /// How a run ended of which a summary alone is left.
 fn of_summary(folder: &CohortFolder, name: &str, summary: &Summary, worst: Colour) -> RunStatus {
-    let (out, none) = (folder.run(name), Spec::new(""));
     let asked = summary.case.get("export").and_then(|export| export.get("anonymise"));
-    let told = Told {
-        name: name.into(),
-        nameless: name.into(),
-        case_file: Path::new(""),
-        spec: Ok(none),
-        anonymise: false,
-        out: &out,
-        options: Options::default(),
-        start: None,
-        threads: summary.run.threads,
-        worst,
-    };
-    let nameless = asked == Some(&serde_json::Value::Bool(true));
-    RunStatus { case_file: None, ..told.finished(summary, nameless) }
+    let shown = asked != Some(&serde_json::Value::Bool(true));
+    let out = shown.then(|| whole(&folder.run(name)));
+    finished(RunStatus { out, ..RunStatus::unfinished(name) }, summary, worst)
 }

@@ -68,16 +68,16 @@ impl Work<'_> {
         let tried = catch_unwind(AssertUnwindSafe(|| self.tried(case, &out)));
         tried.unwrap_or_else(|_| {
             let text = "the program broke off in this case, which is a mistake in it; the message on the terminal says where";
-            Some((self.told(case, &out, 1).broken(Failure::Method, "broke-off", text), false))
+            let told = self.told(case, &out, Err(Error::Stopped));
+            Some((told.broken(Failure::Method, "broke-off", text), false))
         })
     }
 
     fn tried(&self, case: &Case, out: &Path) -> Option<(RunStatus, bool)> {
-        let told = self.told(case, out, 1);
+        let told = self.told(case, out, self.values(case));
         let need = match told.spec.as_ref().map(|spec| self.looked_at(spec, out)) {
             Ok(Ok(Look::Finished(summary))) => {
-                let nameless = told.is_nameless();
-                return Some((told.finished(&summary, nameless), true));
+                return Some((told.finished(&summary), true));
             }
             Ok(Ok(Look::Open(need))) => need,
             // Its own words say why.
@@ -97,13 +97,16 @@ impl Work<'_> {
         Some((status, false))
     }
 
-    fn told<'a>(&'a self, case: &'a Case, out: &'a Path, threads: usize) -> Told<'a> {
-        let spec = case.spec(&self.given.changes).and_then(|mut spec| {
-            if self.given.anonymise {
-                spec.set("export.anonymise", &Json::Bool(true))?;
-            }
-            Ok(spec)
-        });
+    /// The values that a case is run with.
+    fn values(&self, case: &Case) -> Result<Spec, Error> {
+        let mut spec = case.spec(&self.given.changes)?;
+        if self.given.anonymise {
+            spec.set("export.anonymise", &Json::Bool(true))?;
+        }
+        Ok(spec)
+    }
+
+    fn told<'a>(&self, case: &'a Case, out: &'a Path, spec: Result<Spec, Error>) -> Told<'a> {
         Told {
             name: case.name.clone(),
             nameless: case.name.clone(),
@@ -113,7 +116,7 @@ impl Work<'_> {
             out,
             options: self.given.options,
             start: self.given.start.clone(),
-            threads,
+            threads: 1,
             worst: self.given.worst,
         }
     }

@@ -1,6 +1,7 @@
 //! The table of a cohort for spreadsheets: RFC 4180, a row for each patient, units in the head.
 
 use super::{Figures, Patient};
+use crate::words::plain as fixed;
 
 /// A column: its name, and what stands in it; the figures' columns are empty without a result.
 enum Cell {
@@ -94,13 +95,6 @@ fn quoted(cell: &str) -> String {
     } else {
         cell
     }
-}
-
-/// So many decimals, and no negative zero.
-fn fixed(x: f64, decimals: usize) -> String {
-    let text = format!("{x:.decimals$}");
-    let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
-    if zero { text.trim_start_matches('-').into() } else { text }
 }
 
 /// As many digits as the number has.
