@@ -2,7 +2,7 @@
 
 use crate::NodeId;
 use crate::shared::RegionNameError;
-use crate::spec::CaseError;
+use crate::spec::{CaseError, readable};
 use std::path::PathBuf;
 use supine_space::Failure;
 
@@ -43,7 +43,7 @@ pub enum Error {
         source: supine_exchange::Error,
     },
     /// A file that is not there or cannot be opened.
-    #[error("`{key}` {path} cannot be read: {source}")]
+    #[error("`{key}` {path} cannot be read: {source}; {}", readable(source))]
     Missing {
         /// Which key of the case names it.
         key: &'static str,
@@ -53,7 +53,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The same of a file that no key of a case names.
-    #[error("{path} cannot be read: {source}")]
+    #[error("{path} cannot be read: {source}; {}", readable(source))]
     Unread {
         /// The path.
         path: PathBuf,

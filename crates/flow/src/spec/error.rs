@@ -1,14 +1,25 @@
 //! Why a case cannot be used.
 
 use super::table::Parameter;
+use std::io::ErrorKind;
 use std::path::PathBuf;
+
+/// What to do about a file that cannot be read.
+pub(crate) fn readable(why: &std::io::Error) -> &'static str {
+    match why.kind() {
+        ErrorKind::NotFound => "give the path of one that is there",
+        ErrorKind::IsADirectory => "name a file, not a folder",
+        ErrorKind::PermissionDenied => "see to it that you may read it",
+        _ => "give a path that can be read",
+    }
+}
 
 /// Why a case cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CaseError {
     /// The file cannot be read.
-    #[error("the case file {path} cannot be read: {source}")]
+    #[error("the case file {path} cannot be read: {source}; {}", readable(source))]
     Unreadable {
         /// The file.
         path: PathBuf,

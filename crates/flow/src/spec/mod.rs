@@ -26,6 +26,7 @@ pub use case::{
 };
 pub use edit::{Edit, edit, set_argument};
 pub use error::CaseError;
+pub(crate) use error::readable;
 pub use example::quoted;
 pub use schema::{case_schema, guide_table, key_list};
 pub(crate) use stroke::to_json as stroke_json;
