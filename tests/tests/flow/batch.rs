@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
-use supine_tests::{Case, Outcome, files_below, forgotten, readers_python, supine, supine_command};
+use supine_tests::{
+    Case, Outcome, files_below, forgotten, readers_python, supine, supine_command, target,
+};
 
 /// A folder with a case.
 fn case(folder: &Path, name: &str, case: &Case) -> PathBuf {
@@ -98,7 +100,11 @@ fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
     assert!(page.contains("runs/good/report/axial_after.png") && page.contains("&#34;lft&#34;"));
 
     let index = out.join("index.html");
-    readers_python("cohort_page.py", [&index, &at.join("page.png")]).success("the page's filters");
+    // The picture that COHORTS shows.
+    let pictures = target().join("page");
+    std::fs::create_dir_all(&pictures).expect("a folder for pictures");
+    let picture = pictures.join("cohort.png");
+    readers_python("cohort_page.py", [&index, &picture]).success("the page's filters");
 
     let before = times(&out);
     let again = supine(&words);
