@@ -1,7 +1,7 @@
 //! The table of a cohort for spreadsheets: RFC 4180, a row for each patient, units in the head.
 
 use super::{Figures, Patient};
-use crate::words::plain as fixed;
+use crate::words::plain;
 
 /// A column: its name, and what stands in it; the figures' columns are empty without a result.
 enum Cell {
@@ -35,17 +35,17 @@ const COLUMNS: &[(&str, Cell)] = &[
     ("ct_spacing_i_mm", Figure(|f| number(f.spacing_mm[0]))),
     ("ct_spacing_j_mm", Figure(|f| number(f.spacing_mm[1]))),
     ("ct_spacing_k_mm", Figure(|f| number(f.spacing_mm[2]))),
-    ("region_radius_mm", Figure(|f| fixed(f.radius_mm, 1))),
+    ("region_radius_mm", Figure(|f| plain(f.radius_mm, 1))),
     ("tetrahedra", Figure(|f| f.tetrahedra.to_string())),
     ("nodes", Figure(|f| f.nodes.to_string())),
     ("unknowns", Figure(|f| f.unknowns.to_string())),
     ("element_order", Figure(|f| f.order.to_string())),
-    ("min_dihedral_deg", Figure(|f| fixed(f.min_dihedral_deg, 1))),
-    ("mean_radius_ratio", Figure(|f| fixed(f.mean_radius_ratio, 3))),
-    ("volume_ml", Figure(|f| fixed(f.volume_ml, 1))),
-    ("young_kpa", Figure(|f| fixed(f.young_kpa, 3))),
-    ("young_low_kpa", Figure(|f| known(f, |k| fixed(k.0[0], 3)))),
-    ("young_high_kpa", Figure(|f| known(f, |k| fixed(k.0[1], 3)))),
+    ("min_dihedral_deg", Figure(|f| plain(f.min_dihedral_deg, 1))),
+    ("mean_radius_ratio", Figure(|f| plain(f.mean_radius_ratio, 3))),
+    ("volume_ml", Figure(|f| plain(f.volume_ml, 1))),
+    ("young_kpa", Figure(|f| plain(f.young_kpa, 3))),
+    ("young_low_kpa", Figure(|f| known(f, |k| plain(k.0[0], 3)))),
+    ("young_high_kpa", Figure(|f| known(f, |k| plain(k.0[1], 3)))),
     ("young_from", Figure(|f| known(f, |k| k.1.clone()))),
     ("rest_state", Figure(|f| f.rest.clone())),
     ("tumour_x_mm", Figure(|f| tumour(f, |t| Some(t.displacement_mm[0])))),
@@ -55,16 +55,16 @@ const COLUMNS: &[(&str, Cell)] = &[
     ("tumour_length_low_95_mm", Figure(|f| tumour(f, |t| Some(t.interval_mm?[0])))),
     ("tumour_length_high_95_mm", Figure(|f| tumour(f, |t| Some(t.interval_mm?[1])))),
     ("tumour_within_95_mm", Figure(|f| tumour(f, |t| t.within_mm))),
-    ("min_det_f", Figure(|f| fixed(f.min_det_f, 3))),
+    ("min_det_f", Figure(|f| plain(f.min_det_f, 3))),
     ("residual", Figure(|f| format!("{:.1e}", f.residual))),
     ("folded_voxels", Figure(|f| f.folded_voxels.to_string())),
     ("scan_points", Figure(|f| f.scan.map_or("".into(), |scan| scan.points.to_string()))),
-    ("scan_mean_mm", Figure(|f| f.scan.map_or("".into(), |scan| fixed(scan.mean_mm, 2)))),
-    ("scan_rms_mm", Figure(|f| f.scan.map_or("".into(), |scan| fixed(scan.rms_mm, 2)))),
-    ("scan_p95_mm", Figure(|f| f.scan.map_or("".into(), |scan| fixed(scan.p95_mm, 2)))),
-    ("scan_max_mm", Figure(|f| f.scan.map_or("".into(), |scan| fixed(scan.max_mm, 2)))),
-    ("seconds", Status(|p| fixed(p.status.seconds, 1))),
-    ("peak_memory_mb", Status(|p| p.status.peak_memory_mb.map_or("".into(), |m| fixed(m, 0)))),
+    ("scan_mean_mm", Figure(|f| f.scan.map_or("".into(), |scan| plain(scan.mean_mm, 2)))),
+    ("scan_rms_mm", Figure(|f| f.scan.map_or("".into(), |scan| plain(scan.rms_mm, 2)))),
+    ("scan_p95_mm", Figure(|f| f.scan.map_or("".into(), |scan| plain(scan.p95_mm, 2)))),
+    ("scan_max_mm", Figure(|f| f.scan.map_or("".into(), |scan| plain(scan.max_mm, 2)))),
+    ("seconds", Status(|p| plain(p.status.seconds, 1))),
+    ("peak_memory_mb", Status(|p| p.status.peak_memory_mb.map_or("".into(), |m| plain(m, 0)))),
     ("threads", Status(|p| p.status.threads.to_string())),
 ];
 
@@ -107,7 +107,7 @@ fn known(figures: &Figures, of: impl Fn(&([f64; 2], String)) -> String) -> Strin
 }
 
 fn tumour(figures: &Figures, of: impl Fn(&crate::TumourMoved) -> Option<f64>) -> String {
-    figures.tumour.as_ref().and_then(of).map(|mm| fixed(mm, 2)).unwrap_or_default()
+    figures.tumour.as_ref().and_then(of).map(|mm| plain(mm, 2)).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -136,6 +136,6 @@ mod tests {
     fn no_text_is_taken_for_a_formula() {
         assert_eq!(quoted("=1+1"), "'=1+1");
         assert_eq!(quoted("-0.5"), "-0.5");
-        assert_eq!(fixed(-0.001, 1), "0.0");
+        assert_eq!(plain(-0.001, 1), "0.0");
     }
 }
