@@ -69,7 +69,7 @@ pub(super) struct Plot {
     pub(super) apart: Vec<(String, String)>,
 }
 
-/// The plots of all figures that at least one patient has.
+/// The plots of all figures that at least one patient has whose result may be used.
 pub(super) fn plots(patients: &[Patient]) -> Vec<Plot> {
     MEASURES.iter().filter_map(|measure| plot(measure, patients)).collect()
 }
@@ -84,15 +84,24 @@ const MARK: f64 = 8.0;
 fn plot(measure: &Measure, patients: &[Patient]) -> Option<Plot> {
     let marks: Vec<(&Patient, f64)> =
         patients.iter().filter_map(|p| Some((p, (measure.of)(p)?))).collect();
-    let spread = Spread::of(marks.iter().map(|(_, x)| *x))?;
+    // A result that must not be used shifts no median; it stands beside those that may.
+    let may = marks.iter().filter(|(p, _)| p.status.status != Ended::NotUsable);
+    let counted = may.clone().count();
+    let spread = Spread::of(may.map(|(_, x)| *x))?;
     let say = |x: f64| format!("{} {}", fixed(x, measure.decimals), measure.unit);
-    let told = format!(
-        "{} patients, median {}; half of them {} to {}",
-        marks.len(),
-        say(spread.median).trim_end(),
-        fixed(spread.low, measure.decimals),
-        say(spread.high).trim_end()
-    );
+    let middle = say(spread.median);
+    let mut told = match counted {
+        1 => format!("1 patient: {}", middle.trim_end()),
+        _ => format!(
+            "{counted} patients, median {}; half of them {} to {}",
+            middle.trim_end(),
+            fixed(spread.low, measure.decimals),
+            say(spread.high).trim_end()
+        ),
+    };
+    if counted < marks.len() {
+        told += &format!("; left out: {} not usable", marks.len() - counted);
+    }
     let apart = marks.iter().filter(|(_, x)| spread.is_apart(*x));
     let apart = apart.map(|(p, x)| {
         let name = &p.status.case;
@@ -272,5 +281,23 @@ mod tests {
         assert_eq!(plot.svg.matches("class=\"ring\"").count(), 1);
         assert_eq!(plot.apart[0].1, "<f>: 0.01");
         assert!(plot.svg.contains("&lt;f&gt;: 0.01, flagged") && !plot.svg.contains("<f>"));
+    }
+
+    #[test]
+    fn a_result_that_must_not_be_used_is_drawn_and_shifts_no_median() {
+        let mut patients: Vec<Patient> = ["a", "b"].map(finished).into();
+        let usable = plots(&patients);
+        patients.push(finished("red"));
+        patients[2].status.status = Ended::NotUsable;
+        if let Some(figures) = &mut patients[2].figures {
+            figures.min_det_f = 0.01;
+        }
+        let all = plots(&patients);
+        let [before, after] = [&usable, &all]
+            .map(|plots| plots.iter().find(|plot| plot.title == "Smallest det F").unwrap());
+        assert_eq!(after.told, format!("{}; left out: 1 not usable", before.told));
+        assert_eq!(after.svg.matches("<a ").count(), 3);
+        patients.drain(..2);
+        assert!(plots(&patients).is_empty());
     }
 }
