@@ -1,7 +1,7 @@
 //! How a run ended, told from its result or its failure: one place for `supine run --status` and for a batch.
 
 use crate::commands::run::{Run, RunDone};
-use crate::folder::{USERS, write_atomically};
+use crate::folder::{USERS, whole, write_atomically};
 use crate::spec::{Spec, Value};
 use crate::{Error, Observer, Options, Start, Summary, headline};
 use std::path::{Path, PathBuf};
@@ -38,11 +38,6 @@ pub fn verdict_lines(summary: &Summary) -> Vec<String> {
 /// What to do, where a message says it: last, after a semicolon.
 pub fn advice(message: &str) -> Option<String> {
     message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned())
-}
-
-/// A path from the root of the disk.
-pub(crate) fn whole(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.into())
 }
 
 /// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.

@@ -13,8 +13,8 @@ mod tests;
 mod work;
 
 use crate::commands::run::Change;
-use crate::folder::CohortFolder;
-use crate::status::{finished, whole};
+use crate::folder::{CohortFolder, whole};
+use crate::status::finished;
 use crate::{Error, Options, Start, Summary};
 use std::path::{Path, PathBuf};
 use supine_report::{Colour, Ended, Patient, RunStatus};

@@ -410,9 +410,14 @@ fn refuse_foreign(root: &Path) -> Result<(), Error> {
     }
 }
 
+/// A path from the root of the disk.
+pub(crate) fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
 /// The path without links, as far as it exists.
 fn resolve(path: &Path) -> PathBuf {
-    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    let path = whole(path);
     let known = path.ancestors().find_map(|a| Some((a, a.canonicalize().ok()?)));
     match known {
         Some((ancestor, real)) => match path.strip_prefix(ancestor) {

@@ -2,6 +2,7 @@
 
 use super::tumour::Found;
 use super::{Init, SeriesLine};
+use crate::folder::whole;
 use crate::spec::{Parameter, Preset, TABLE, quoted};
 use std::path::Path;
 use supine_space::Side;
@@ -118,7 +119,6 @@ impl Page<'_> {
 
     /// A path as it is written in the file: from its folder where it lies below.
     fn path(&self, path: &Path) -> String {
-        let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let path = whole(path);
         let out = whole(&self.given.out);
         let below = out.parent().and_then(|folder| path.strip_prefix(folder).ok());
