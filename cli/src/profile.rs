@@ -102,10 +102,10 @@ impl Profile {
         let mut events = vec![json!({
             "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "supine" },
         })];
+        // Perfetto adds the number of the row.
         events.extend((1..=trace.rows.len()).map(|row| {
-            let name = if row == 1 { "stages".into() } else { format!("stages beside, {row}") };
             json!({
-                "name": "thread_name", "ph": "M", "pid": 1, "tid": row, "args": { "name": name },
+                "name": "thread_name", "ph": "M", "pid": 1, "tid": row, "args": { "name": "stages" },
             })
         }));
         events.append(&mut trace.events);
