@@ -21,9 +21,10 @@ const MESHERS: [(&str, bool); 3] =
 const TETRAHEDRA: usize = 1537;
 const CENTRE: &str = "--centre=5,-60,12";
 
-/// A folder of this test, empty.
+/// A folder of this test, empty. The tests with other meshers may run beside those without.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let meshers = MESHERS.iter().filter(|(_, built)| *built).count();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{meshers}"));
     if folder.exists() {
         std::fs::remove_dir_all(&folder).unwrap();
     }
@@ -51,8 +52,14 @@ fn labels(folder: &Path) -> PathBuf {
     path
 }
 
+/// The program: the one that whoever runs the tests has put aside, or cargo's own.
+fn supine() -> Command {
+    let given = std::env::var_os("SUPINE");
+    Command::new(given.unwrap_or_else(|| env!("CARGO_BIN_EXE_supine").into()))
+}
+
 fn mesh(mesher: &str, labels: &Path, out: &Path) -> Output {
-    let mut supine = Command::new(env!("CARGO_BIN_EXE_supine"));
+    let mut supine = supine();
     supine.arg("mesh").arg("--labels").arg(labels).arg("--out").arg(out);
     supine.args([CENTRE, "--radius=42", "--mesher", mesher, "--quiet", "--json"]);
     supine.arg(format!("--tetrahedra={TETRAHEDRA}")).output().unwrap()

@@ -59,8 +59,14 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// The program: the one that whoever runs the tests has put aside, or cargo's own.
+fn supine() -> Command {
+    let given = std::env::var_os("SUPINE");
+    Command::new(given.unwrap_or_else(|| env!("CARGO_BIN_EXE_supine").into()))
+}
+
 fn mesh(skin: &Path, wall: &Path, out: &Path) -> Output {
-    let mut supine = Command::new(env!("CARGO_BIN_EXE_supine"));
+    let mut supine = supine();
     supine.arg("mesh").arg("--skin").arg(skin).arg("--chest-wall").arg(wall).arg("--out").arg(out);
     supine.args(["--centre=5,12,-3", "--radius=45", "--tetrahedra=1100", "--no-progress"]);
     supine.output().unwrap()
@@ -118,7 +124,7 @@ fn surfaces_that_cannot_be_used_are_refused_by_name() {
         assert!(message.contains(words), "{name}: {message}");
         assert!(!out.exists());
     }
-    let alone = Command::new(env!("CARGO_BIN_EXE_supine"))
+    let alone = supine()
         .args(["mesh", "--skin=a.stl", "--centre=0,0,0", "--radius=9", "--tetrahedra=900"])
         .arg("--out=a.vtu")
         .output()

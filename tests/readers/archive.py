@@ -7,8 +7,8 @@ import time
 
 import pydicom
 from broken import Proxy, full_peer, lying_peer, silent_peer
-from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, SOURCE, STORESCP, SUPINE, assert_same,
-                   by_instance, copy, orthanc, running, supine, wait_for)
+from nodes import (ARCHIVE, PATIENCE, PROXY, RECEIVER, SCRATCH, SERIES, SOURCE, STORESCP, SUPINE, assert_same,
+                   by_instance, copy, orthanc, running, supine, until, wait_for)
 
 
 def round_trip(name, folder):
@@ -120,23 +120,26 @@ def refusals():
         _, words = supine("send", one, *to, code=1)
         assert "4294967295 bytes" in words, words
     with silent_peer(PROXY) as came:
-        start = time.monotonic()
-        supine("send", one, *to, "--timeout", 1, code=75)
-        assert time.monotonic() - start < 15, "a silent peer is given up"
+        _, words = supine("send", one, *to, "--timeout", 1, code=75)
+        assert "no answer within 1 s" in words, f"a silent peer is given up: {words}"
         before = len(came)
-        process = subprocess.Popen([SUPINE, "send", one, *map(str, to)], stderr=subprocess.DEVNULL)
-        while len(came) == before:
-            time.sleep(0.1)
+        # By itself it would wait for longer than this test does.
+        process = send(one, *to, "--timeout", 10 * PATIENCE)
+        until(lambda: len(came) > before or process.poll() is not None, "it does not call")
         process.send_signal(signal.SIGINT)
-        assert process.wait(3) == 130, "Ctrl-C is heard while it waits"
+        assert process.wait(PATIENCE) == 130, "Ctrl-C is heard while it waits"
     with full_peer(PROXY) as knocking:
         before = knocking()
-        process = subprocess.Popen([SUPINE, "send", one, *map(str, to)], stderr=subprocess.DEVNULL)
-        while knocking() == before:
-            assert process.poll() is None, "it waits for a connection"
-            time.sleep(0.05)
+        process = send(one, *to)
+        until(lambda: knocking() > before or process.poll() is not None, "it does not call")
+        assert process.poll() is None, "it waits for a connection"
         process.send_signal(signal.SIGINT)
-        assert process.wait(3) == 130, "Ctrl-C is heard while it connects"
+        # By itself it would end after 10 s, a hundred times what it needs to hear of it.
+        assert process.wait(9) == 130, "Ctrl-C is heard while it connects"
+
+
+def send(*words):
+    return subprocess.Popen([SUPINE, "send", *map(str, words)], stderr=subprocess.DEVNULL)
 
 
 with orthanc():

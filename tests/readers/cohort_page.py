@@ -11,6 +11,8 @@ from playwright.sync_api import sync_playwright
 
 INDEX, PICTURE = sys.argv[1:]
 ALL = ["good", "red", "typo"]
+# All waits end after so many ms: each takes a moment, and much longer where the machine has other work.
+WAIT = 300_000
 
 
 def names(page):
@@ -62,8 +64,10 @@ def pictures(page):
 
 
 with sync_playwright() as play:
-    browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-dev-shm-usage"])
+    browser = play.chromium.launch(executable_path="/usr/bin/chromium", timeout=WAIT,
+                                   args=["--no-sandbox", "--disable-dev-shm-usage"])
     page = browser.new_page(viewport={"width": 1100, "height": 900})
+    page.set_default_timeout(WAIT)
     wrong = []
     page.on("console", lambda message: message.type == "error" and wrong.append(message.text))
     page.on("pageerror", lambda error: wrong.append(str(error)))

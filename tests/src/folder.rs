@@ -73,6 +73,16 @@ pub fn results(out: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// Copies all files below a folder into another one.
+pub fn copy_folder(from: &Path, to: &Path) {
+    for file in files_below(from) {
+        let copy = to.join(&file);
+        let folder = copy.parent().expect("a file lies in a folder");
+        std::fs::create_dir_all(folder).expect("a folder can be made");
+        std::fs::copy(from.join(&file), &copy).expect("a file can be copied");
+    }
+}
+
 /// Copies the fixture's series into `folder/ct` and tells the files in order along the patient.
 pub fn copy_series(folder: &Path) -> (PathBuf, Vec<PathBuf>) {
     let (from, to) = (source(), folder.join("ct"));

@@ -11,12 +11,16 @@
 
 mod binary;
 mod case;
+mod finished;
 mod folder;
 mod structures;
 mod workspace;
 
 pub use binary::{Outcome, python, readers_python, supine, supine_command, tool};
 pub use case::{Case, source};
-pub use folder::{FINAL_NAMES, copy_series, files_below, forgotten, leftovers, results};
+pub use finished::Finished;
+pub use folder::{
+    FINAL_NAMES, copy_folder, copy_series, files_below, forgotten, leftovers, results,
+};
 pub use structures::{Drawn, frame_of_reference, write_structures};
 pub use workspace::{metadata, root, target};

@@ -9,6 +9,8 @@
     reason = "a chore talks to the developer, times its steps and touches files under target/"
 )]
 
+mod check;
+mod debian;
 mod fuzz;
 mod meshers;
 mod python;
@@ -17,11 +19,11 @@ mod release;
 mod site;
 mod solvers;
 mod steps;
-mod test;
 mod verify;
 
 use anyhow::{Context, Result};
 use clap::{Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -36,8 +38,8 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Chore {
     /// Everything that must hold: format, lints, documentation, licences, all tests. Installs once
-    /// what the independent readers need (apt packages, a Python environment under target/).
-    Test(test::Options),
+    /// what the independent readers need (apt packages, Python environments under target/).
+    Test(check::Options),
     /// Only what `test` installs: the independent readers.
     Readers,
     /// Fuzzes the readers of foreign files; needs cargo-fuzz and a nightly compiler.
@@ -71,6 +73,11 @@ struct House {
 }
 
 impl House {
+    /// The cargo that runs this chore.
+    fn cargo(&self) -> OsString {
+        std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"))
+    }
+
     fn find() -> Result<Self> {
         let metadata = cargo_metadata::MetadataCommand::new()
             .no_deps()
@@ -87,7 +94,7 @@ fn chore() -> Result<()> {
     let arguments = Arguments::parse();
     let house = House::find()?;
     match arguments.chore {
-        Chore::Test(options) => test::run_steps(&house, &options),
+        Chore::Test(options) => check::run_steps(&house, &options),
         Chore::Readers => readers::install(&house),
         Chore::Fuzz(options) => fuzz::fuzz(&house, &options),
         Chore::Release(options) => release::release(&house, &options),

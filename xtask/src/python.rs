@@ -1,47 +1,53 @@
 //! What is tested by pytest: the Python package, as the wheel that users install, and the workflow for clusters.
 
 use crate::House;
-use crate::readers::environment;
-use crate::steps::run;
+use crate::readers::Environment;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Builds the wheel and tests it: against the command line `binary`, which must be made in the same way.
-///
-/// # Errors
-/// When it cannot be built, or a test fails.
-pub(crate) fn test(house: &House, binary: &Path) -> Result<()> {
-    // As the tests are built, so that what does not differ is not made again.
-    let (python, _) = installed(house, "dev")?;
-    let mut tests = Command::new(&python);
-    tests.args(["-m", "pytest", "--quiet", "-p", "no:cacheprovider"]);
+/// What builds, installs and types the package.
+pub(crate) const PACKAGE: Environment =
+    Environment { name: "python", modules: "numpy, mypy, pytest" };
+/// The engine of the workflow, with what it speaks to clusters by.
+pub(crate) const WORKFLOW: Environment = Environment {
+    name: "workflow",
+    modules: "snakemake, pytest, snakemake_executor_plugin_slurm, snakemake_executor_plugin_kubernetes, \
+              snakemake_storage_plugin_fs",
+};
+
+/// How commands are run: shown, or quietly.
+pub(crate) type Runs<'a> = dyn Fn(&mut Command) -> Result<()> + 'a;
+
+/// The tests of the installed package against the command line `binary`, which must be made in the same way.
+pub(crate) fn tests(house: &House, binary: &Path) -> Command {
+    let mut tests = Command::new(PACKAGE.python(house));
+    tests.args(["-m", "pytest"]).arg(house.root.join("crates/python/tests"));
     // Not from the folder of the sources: the package that is imported is the one that was installed.
-    tests.arg(house.root.join("crates/python/tests")).current_dir(&house.target);
-    run(tests.env("SUPINE", binary).env("PYTHONDONTWRITEBYTECODE", "1"))
+    tests.current_dir(&house.target).env("SUPINE", binary).env("PYTHONDONTWRITEBYTECODE", "1");
+    tests
 }
 
-/// Tests the workflow: Snakemake on this machine, by Slurm and by a stand-in for Kubernetes, on loopback alone.
-///
-/// # Errors
-/// When its packages cannot be had, or a test fails.
-pub(crate) fn workflow(house: &House, binary: &Path) -> Result<()> {
-    let modules = "snakemake, pytest, snakemake_executor_plugin_slurm, snakemake_executor_plugin_kubernetes, \
-                   snakemake_storage_plugin_fs";
-    let python = environment(house, "workflow", modules)?;
-    let mut tests = Command::new(python);
-    tests.args(["-B", "-m", "pytest", "--quiet", "-p", "no:cacheprovider"]);
-    tests.arg(house.root.join("tests/readers/workflow")).arg("--supine").arg(binary);
-    run(tests.arg("--patient").arg(house.root.join("fixtures/patient")))
+/// The tests of the workflow: Snakemake on this machine, by Slurm and by a stand-in for Kubernetes, on loopback alone.
+pub(crate) fn workflow(house: &House, binary: &Path) -> Command {
+    let mut tests = Command::new(WORKFLOW.python(house));
+    tests.args(["-B", "-m", "pytest"]).arg(house.root.join("tests/readers/workflow"));
+    tests.arg("--supine").arg(binary).arg("--patient").arg(house.root.join("fixtures/patient"));
+    tests
 }
 
 /// Builds the wheel by a profile of cargo and installs it; the Python that has it, and the wheel.
 ///
 /// # Errors
 /// When it cannot be built or installed.
-pub(crate) fn installed(house: &House, profile: &str) -> Result<(PathBuf, PathBuf)> {
-    let python = environment(house, "python", "numpy, mypy, pytest")?;
-    let wheel = wheel(house, &python, profile)?;
+pub(crate) fn installed(
+    house: &House,
+    profile: &str,
+    run: &Runs<'_>,
+) -> Result<(PathBuf, PathBuf)> {
+    PACKAGE.install(house)?;
+    let python = PACKAGE.python(house);
+    let wheel = wheel(house, &python, profile, run)?;
     let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
     run(Command::new(&python).args(pip).arg("--force-reinstall").arg(&wheel))?;
     Ok((python, wheel))
@@ -51,7 +57,7 @@ pub(crate) fn installed(house: &House, profile: &str) -> Result<(PathBuf, PathBu
 ///
 /// # Errors
 /// When it cannot be built.
-fn wheel(house: &House, python: &Path, profile: &str) -> Result<PathBuf> {
+fn wheel(house: &House, python: &Path, profile: &str, run: &Runs<'_>) -> Result<PathBuf> {
     let out = house.target.join("wheels");
     if out.exists() {
         std::fs::remove_dir_all(&out).context("cannot remove the old wheels")?;

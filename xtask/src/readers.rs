@@ -1,10 +1,12 @@
-//! The independent readers: DICOM validators, an archive, a solver, a library of OpenIGTLink and a cluster's engine from Debian, Python packages in
-//! `target/readers`.
+//! What others provide for the check: DICOM validators, an archive, a solver, a browser, libraries and a cluster's engine
+//! from Debian, Python packages in environments under `target/`.
 //!
-//! Both are installed once: what is there already is left alone, and what is installed is said.
+//! All is installed once: what is there already is left alone, and what is installed is said.
 
 use crate::House;
+use crate::debian;
 use crate::steps::run;
+use crate::{meshers, python};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -35,10 +37,14 @@ const BINARIES: [(&str, &str); 18] = [
 const LIBRARIES: [(&str, &str); 1] =
     [("/usr/include/openigtlink/igtlClientSocket.h", "libopenigtlink-dev")];
 
+/// The Python of the conformance tests.
+pub(crate) const READERS: Environment =
+    Environment { name: "readers", modules: "SimpleITK, highdicom, meshio, pydicom, pyigtl" };
+
 /// Installs what is missing.
 ///
 /// # Errors
-/// When a package is missing and cannot be installed; the message says what to do by hand.
+/// When something is missing and cannot be installed; the message says what to do by hand.
 pub(crate) fn install(house: &House) -> Result<()> {
     let mut packages: Vec<&str> = BINARIES
         .iter()
@@ -46,17 +52,28 @@ pub(crate) fn install(house: &House) -> Result<()> {
         .map(|(_, package)| *package)
         .collect();
     packages.dedup();
-    let missing = LIBRARIES.iter().filter(|(file, _)| !Path::new(file).is_file());
-    packages.extend(missing.map(|(_, package)| *package));
+    let files = LIBRARIES.iter().chain(&meshers::HEADERS);
+    packages.extend(files.filter(|(file, _)| !Path::new(file).is_file()).map(|(_, name)| *name));
     if !python_makes_environments() {
         packages.push("python3-venv");
     }
     if packages.is_empty() {
-        println!("the Debian packages of the readers are installed");
+        println!("the Debian packages are installed");
     } else {
-        install_debian(&packages)?;
+        debian::install(&packages)?;
     }
-    install_python(house)
+    // What they wait for is the network, each for its own files.
+    std::thread::scope(|scope| {
+        let environments = [READERS, python::PACKAGE, python::WORKFLOW];
+        let installing: Vec<_> = environments
+            .into_iter()
+            .map(|environment| scope.spawn(move || environment.install(house)))
+            .collect();
+        installing.into_iter().try_for_each(|thread| match thread.join() {
+            Ok(installed) => installed,
+            Err(_) => bail!("installing Python packages broke off"),
+        })
+    })
 }
 
 /// Whether a program of this name is on the path.
@@ -71,75 +88,58 @@ fn python_makes_environments() -> bool {
 }
 
 /// Whether a command can be started and ends with 0; its output is dropped.
-fn succeeds(command: &mut Command) -> bool {
+pub(crate) fn succeeds(command: &mut Command) -> bool {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
 }
 
-/// Installs Debian packages and says so.
-///
-/// # Errors
-/// When that is not possible; the message says what to do by hand.
-pub(crate) fn install_debian(packages: &[&str]) -> Result<()> {
-    let names = packages.join(" ");
-    println!("installing Debian packages, once: {names}");
-    let by_hand = || format!("install by hand: apt-get install {names}");
-    if !on_path("apt-get") {
-        bail!("this machine has no apt-get; {}", by_hand());
-    }
-    let root = succeeds(Command::new("sh").args(["-c", "test $(id -u) = 0"]));
-    if !root && !succeeds(Command::new("sudo").args(["-n", "true"])) {
-        bail!("neither root nor sudo without a password; {}", by_hand());
-    }
-    let apt = |arguments: &[&str]| {
-        let mut command = if root {
-            Command::new("env")
-        } else {
-            let mut sudo = Command::new("sudo");
-            sudo.args(["-n", "env"]);
-            sudo
-        };
-        command.args(["DEBIAN_FRONTEND=noninteractive", "apt-get"]).args(arguments);
-        run(&mut command)
-    };
-    apt(&["update", "--quiet"]).with_context(by_hand)?;
-    let install = ["install", "--yes", "--quiet", "--no-install-recommends"];
-    apt(&[&install[..], packages].concat()).with_context(by_hand)
+/// A virtual environment under `target/` with the packages of a list.
+#[derive(Clone, Copy)]
+pub(crate) struct Environment {
+    /// It is made in `target/NAME` from `xtask/NAME.txt`.
+    pub(crate) name: &'static str,
+    /// What must be importable, separated by commas.
+    pub(crate) modules: &'static str,
 }
 
-/// Makes `target/readers`; see [`environment`].
-fn install_python(house: &House) -> Result<()> {
-    environment(house, "readers", "SimpleITK, highdicom, meshio, pydicom, pyigtl").map(drop)
-}
+impl Environment {
+    /// Its Python.
+    pub(crate) fn python(&self, house: &House) -> PathBuf {
+        house.target.join(self.name).join("bin/python")
+    }
 
-/// Makes `target/NAME`, a virtual environment with the packages of `xtask/NAME.txt`, unless it was made from the same list;
-/// its Python. The copy of the list inside is written last, so that a broken installation is made anew.
-///
-/// # Errors
-/// When the packages cannot be had, or its Python cannot import `modules`.
-pub(crate) fn environment(house: &House, name: &str, modules: &str) -> Result<PathBuf> {
-    let list = house.root.join(format!("xtask/{name}.txt"));
-    let wanted = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
-    let environment = house.target.join(name);
-    let made_from = environment.join("packages.txt");
-    let python = environment.join("bin/python");
-    let works = || succeeds(Command::new(&python).args(["-c", &format!("import {modules}")]));
-    if std::fs::read_to_string(&made_from).is_ok_and(|made| made == wanted) && works() {
-        println!("the Python packages in {} are up to date", environment.display());
-        return Ok(python);
+    /// Makes it, unless it was made from the same list. The copy of the list inside is written last, so that a broken
+    /// installation is made anew.
+    ///
+    /// # Errors
+    /// When the packages cannot be had, or its Python cannot import the modules.
+    pub(crate) fn install(&self, house: &House) -> Result<()> {
+        let list = house.root.join(format!("xtask/{}.txt", self.name));
+        let wanted = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+        let folder = house.target.join(self.name);
+        let made_from = folder.join("packages.txt");
+        let python = self.python(house);
+        let import = format!("import {}", self.modules);
+        let works = || succeeds(Command::new(&python).args(["-c", &import]));
+        if std::fs::read_to_string(&made_from).is_ok_and(|made| made == wanted) && works() {
+            println!("the Python packages in {} are up to date", folder.display());
+            return Ok(());
+        }
+        println!("installing Python packages, once: {}", folder.display());
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder).context("cannot remove the old Python packages")?;
+        }
+        run(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
+        let mut pip = Command::new(&python);
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]);
+        // A download that breaks off is tried again.
+        pip.args(["--retries", "8", "--timeout", "60", "--requirement"]).arg(&list);
+        run(&mut pip).context(
+            "the Python packages come from the index that pip is set up for: is it reachable?",
+        )?;
+        if !works() {
+            bail!("the packages were installed but cannot be imported by {}", python.display());
+        }
+        std::fs::write(&made_from, wanted).with_context(|| made_from.display().to_string())
     }
-    println!("installing Python packages, once: {}", environment.display());
-    if environment.exists() {
-        std::fs::remove_dir_all(&environment).context("cannot remove the old Python packages")?;
-    }
-    run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"];
-    run(Command::new(&python).args(pip).arg("--requirement").arg(&list)).context(
-        "the Python packages come from the index that pip is set up for: is it reachable?",
-    )?;
-    if !works() {
-        bail!("the packages were installed but cannot be imported by {}", python.display());
-    }
-    std::fs::write(&made_from, wanted).with_context(|| made_from.display().to_string())?;
-    Ok(python)
 }

@@ -1,6 +1,6 @@
 //! The finite-element programs that `cargo xtask bench mechanics` runs beside ours.
 
-use crate::readers::install_debian;
+use crate::debian;
 use anyhow::{Result, ensure};
 use std::process::{Command, Stdio};
 
@@ -16,7 +16,7 @@ pub(crate) fn install() -> Result<()> {
     if answers() {
         return Ok(());
     }
-    install_debian(&[PACKAGE])?;
+    debian::install(&[PACKAGE])?;
     ensure!(answers(), "{PACKAGE} was installed, but {PYTHON} cannot import dolfinx");
     Ok(())
 }

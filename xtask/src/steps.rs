@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 enum Outcome {
     Passed,
     Failed,
-    Skipped(&'static str),
 }
 
 /// What was done so far.
@@ -41,12 +40,6 @@ impl Steps {
         self.done.push((name, outcome, time));
     }
 
-    /// Notes that a step was left out, and why.
-    pub(crate) fn skip(&mut self, name: &'static str, why: &'static str) {
-        println!("\n== {name}: left out, {why}");
-        self.done.push((name, Outcome::Skipped(why), Duration::ZERO));
-    }
-
     /// Prints the summary.
     ///
     /// # Errors
@@ -58,7 +51,6 @@ impl Steps {
             let seconds = time.as_secs_f64();
             match outcome {
                 Outcome::Passed => println!("  passed {seconds:8.1} s  {name}"),
-                Outcome::Skipped(why) => println!("  left out          {name} ({why})"),
                 Outcome::Failed => {
                     println!("  FAILED {seconds:8.1} s  {name}");
                     failed.push(*name);

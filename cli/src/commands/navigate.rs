@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use supine_flow::Observer;
 use supine_navigate::{
     Counts, Error, Frame, Frames, Head, Holding, Host, Link, Patient, Recorder, Recording,
@@ -42,7 +42,13 @@ pub(crate) fn navigate(args: &Navigate, screen: &Screen) -> Result<End, Failure>
         frames,
     };
     let motion = args.simulate.map(|motion| moved(motion, &patient, &settings)).transpose()?;
-    let live = Live { screen, motion, address: Mutex::default(), ended: AtomicBool::new(false) };
+    let live = Live {
+        screen,
+        motion,
+        address: Mutex::default(),
+        counts: Mutex::default(),
+        ended: AtomicBool::new(false),
+    };
     let start = Start {
         follower: &mut follower,
         region: &mut region,
@@ -171,8 +177,12 @@ struct Live<'a> {
     screen: &'a Screen,
     motion: Option<Trajectory>,
     address: Mutex<Option<SocketAddr>>,
+    counts: Mutex<Counts>,
     ended: AtomicBool,
 }
+
+/// Longest time for the last poses of a motion to be followed.
+const LAST: Duration = Duration::from_secs(10);
 
 impl Live<'_> {
     /// Waits for the address, and sends the motion to it; then the session ends.
@@ -187,12 +197,27 @@ impl Live<'_> {
             }
             std::thread::sleep(Duration::from_millis(10));
         };
-        if let Err(error) = simulate(to, motion, &|| self.go_on()) {
-            self.screen.say(&format!("the simulated tracker: {error}"));
+        match simulate(to, motion, &|| self.go_on()) {
+            Ok(()) => self.wait_for_last(motion.rows().len() as u64),
+            Err(error) => self.screen.say(&format!("the simulated tracker: {error}")),
         }
         // The last answer is looked at.
         std::thread::sleep(Duration::from_millis(300));
         self.ended.store(true, Ordering::SeqCst);
+    }
+
+    /// Waits until so many poses have come and the last of them was followed: a machine with other work is behind.
+    fn wait_for_last(&self, sent: u64) {
+        let begun = Instant::now();
+        let is_done = |counts: &Counts| {
+            counts.received >= sent && counts.followed + counts.overtaken >= counts.accepted
+        };
+        while self.go_on()
+            && begun.elapsed() < LAST
+            && !self.counts.lock().is_ok_and(|counts| is_done(&counts))
+        {
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 }
 
@@ -206,6 +231,9 @@ impl Host for Live<'_> {
     }
 
     fn view(&self, view: &View) {
+        if let Ok(mut counts) = self.counts.lock() {
+            *counts = view.counts;
+        }
         self.screen.live(&line(view));
     }
 

@@ -1,6 +1,6 @@
 """Figures as papers on breast simulation show them: the model, the CT before and after, and what the tissue decides.
 
-    python paper_figures.py CT_FOLDER FIGURES [--threads N]      # needs matplotlib and pyvista
+    python paper_figures.py CT_FOLDER FIGURES [--threads N] [--tetrahedra N]      # needs matplotlib and pyvista
 
 The tumour and the side are those of the synthetic patient that `supine demo` unpacks; change them for your own.
 """
@@ -108,6 +108,7 @@ def main() -> None:
     parser.add_argument("ct", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--tetrahedra", type=int, default=5000)
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     warnings.simplefilter("ignore", supine.SupineWarning)
@@ -116,6 +117,7 @@ def main() -> None:
         breast="left",
         bed={"ap": 7.0, "lat": 5.0},
         tumour={"centre": TUMOUR, "radius": 9.0},
+        mesh={"tetrahedra": given.tetrahedra},
         threads=given.threads,
     )
     for figure in (model, before_and_after, tissue):

@@ -65,10 +65,16 @@ def test_the_keywords_are_those_of_the_table() -> None:
     assert write_parameters.FILE.read_text(encoding="utf-8") == write_parameters.main(), told
 
 
-def test_types_hold() -> None:
+@pytest.fixture(scope="session")
+def mypy(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The checker of types; what it finds of numpy and others serves all tests."""
+    cache = tmp_path_factory.mktemp("mypy")
+    return [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(cache), "--config-file", str(HERE.parent / "pyproject.toml")]
+
+
+def test_types_hold(mypy: list[str]) -> None:
     own = [HERE.parent / "python" / "supine", HERE.parent / "examples"]
-    command = [sys.executable, "-m", "mypy", "--strict", "--config-file", HERE.parent / "pyproject.toml", *own]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run([*mypy, *own], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
 
 
@@ -80,7 +86,7 @@ supine.Session(bed={"app": 1.0})
 """
 
 
-def test_types_find_a_typo(tmp_path: Path) -> None:
+def test_types_find_a_typo(mypy: list[str], tmp_path: Path) -> None:
     (tmp_path / "wrong.py").write_text(WRONG)
-    done = subprocess.run([sys.executable, "-m", "mypy", "--strict", tmp_path / "wrong.py"], capture_output=True, text=True)
+    done = subprocess.run([*mypy, tmp_path / "wrong.py"], capture_output=True, text=True)
     assert done.returncode == 1 and done.stdout.count("error:") == 3, done.stdout

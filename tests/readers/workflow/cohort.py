@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -21,6 +22,18 @@ CASE = {
 TYPO = {"tumour": "{ center = [91.37, -248.09, -594.5], radius = 9.0 }"}
 # A tumour within the chest wall: the verdict is red, 4.
 RED = {"tumour": "{ centre = [81.8, -222.0, -612.5], radius = 9.0 }"}
+# All waits end after so many seconds: a cohort takes a minute, and much longer where the machine has other work.
+PATIENCE = 1500
+
+
+def comes(wanted):
+    """Whether something comes to be before the patience ends."""
+    end = time.monotonic() + PATIENCE
+    while not wanted():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.05)
+    return True
 
 
 class Cohort:
@@ -58,7 +71,7 @@ class Cohort:
         """Runs Snakemake to its end; what it said."""
         environment = self.environment() | dict(environment)
         command = inside(self.command(*more, profile=profile))
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=150, cwd=self.folder)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE, cwd=self.folder)
         print(done.stdout, done.stderr)
         return done
 

@@ -5,7 +5,8 @@ nobody, nobody reaches it, and no variable has to tell its commands where it is.
 import os
 import shutil
 import subprocess
-import time
+
+from cohort import PATIENCE, comes
 
 PROGRAMS = {"slurmctld": "slurm-wlm", "slurmd": "slurm-wlm", "munged": "munge", "unshare": "util-linux", "nsenter": "util-linux"}
 NAMESPACES = ["--net", "--uts", "--mount"]
@@ -35,6 +36,9 @@ SchedulerParameters=batch_sched_delay=0,sched_min_interval=100000
 AccountingStorageType=accounting_storage/none
 JobAcctGatherType=jobacct_gather/none
 SlurmdParameters=config_overrides
+# Other work on the machine makes messages slow; jobs that ended are asked for at the end of a test.
+MessageTimeout=100
+MinJobAge=36000
 ReturnToService=2
 KillWait=2
 NodeName=localhost NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
@@ -102,18 +106,18 @@ class Slurm:
         self.daemons.append(subprocess.Popen(self.inside(command), stdout=log, stderr=log))
 
     def ask(self, *command):
-        done = subprocess.run(self.inside(command), capture_output=True, text=True, timeout=30)
+        done = subprocess.run(self.inside(command), capture_output=True, text=True, timeout=PATIENCE)
         return done.stdout
 
     def until(self, ready, what):
-        for _ in range(300):
+        def ready_or_dead():
             dead = [daemon.args[-1] for daemon in self.daemons if daemon.poll() is not None]
             if dead:
                 raise RuntimeError(f"{dead[0]} ended, see {self.folder}")
-            if ready():
-                return
-            time.sleep(0.1)
-        raise TimeoutError(f"{what} is not up after 30 s, see {self.folder}")
+            return ready()
+
+        if not comes(ready_or_dead):
+            raise TimeoutError(f"{what} is not up after {PATIENCE} s, see {self.folder}")
 
     def __exit__(self, *_):
         if len(self.daemons) == 3:
@@ -122,7 +126,7 @@ class Slurm:
             daemon.terminate()
         for daemon in self.daemons:
             try:
-                daemon.wait(10)
+                daemon.wait(60)
             except subprocess.TimeoutExpired:
                 daemon.kill()
                 daemon.wait()

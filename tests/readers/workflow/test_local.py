@@ -4,9 +4,8 @@ not made again."""
 import os
 import signal
 import subprocess
-import time
 
-from cohort import RED, TYPO
+from cohort import RED, TYPO, comes
 
 # The mesh and what it rests on: what was kept when a run was killed after its mesh.
 FIRST = {"segment", "region", "mesh"}
@@ -61,10 +60,7 @@ def test_after_snakemake_was_killed_the_next_one_goes_on(cohort):
         cohort.command("--quiet", "all"), env=cohort.environment(), cwd=cohort.folder, start_new_session=True
     )
     mesh = cohort.folder / "results/runs/good/.stages/mesh.json"
-    for _ in range(600):
-        if mesh.exists():
-            break
-        time.sleep(0.05)
+    comes(lambda: mesh.exists() or process.poll() is not None)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert mesh.exists() and not (cohort.folder / "results/runs/good/summary.json").exists()

@@ -1,10 +1,9 @@
 """The same on a Slurm of one node, by Snakemake and by the script for those without an engine."""
 
 import re
-import time
 
 import pytest
-from cohort import SNAKEFILE, TYPO
+from cohort import SNAKEFILE, TYPO, comes
 from slurm import NoNamespaces, Slurm
 
 
@@ -18,10 +17,7 @@ def array(cohort, slurm):
     way = f"ALL,PATH={cohort.folder}/bin:/usr/bin:/bin"
     script = SNAKEFILE.parent / "examples/slurm_array.sh"
     slurm.ask("sbatch", f"--array=1-{len(cohort.rows)}", f"--export={way}", f"--chdir={cohort.folder}", str(script))
-    for _ in range(200):
-        if not slurm.ask("squeue", "--noheader"):
-            break
-        time.sleep(0.2)
+    assert comes(lambda: not slurm.ask("squeue", "--noheader")), "the array does not end"
     return {name: cohort.status(name)["exit"] for name in cohort.rows}
 
 

@@ -80,28 +80,30 @@ fn an_answer_that_something_is_wrong_stays_one_document() {
 
 #[test]
 fn a_run_says_how_it_ended_in_a_word() {
-    let before = summary(&shared().out);
+    let folder = scratch();
+    let out = folder.path().join("out");
+    shared().copy_to(&out);
+    let before = summary(&out);
     assert_eq!(
         (&before["status"], &before["verdict"]["colour"]),
         (&"done".into(), &"amber".into())
     );
     let words: [&dyn AsRef<OsStr>; 6] =
-        [&"run", &shared().case, &"--out", &shared().out, &"--deny-warnings", &"--json"];
+        [&"run", &shared().case, &"--out", &out, &"--deny-warnings", &"--json"];
     let document = failed(&supine(&words), 4);
     assert_eq!(document["status"], "failed");
     assert_eq!(document["error"]["code"], "verdict-not-green");
     assert_eq!(document["verdict"], before["verdict"]);
-    assert_eq!(summary(&shared().out)["status"], "done", "the result itself is as it was");
+    assert_eq!(summary(&out)["status"], "done", "the result itself is as it was");
 
-    let (ct, source) = (shared().out.join("ct"), source());
+    let (ct, source) = (out.join("ct"), source());
     let words: [&dyn AsRef<OsStr>; 6] =
         [&"verify-export", &ct, &"--source", &source, &"--new-study", &"--json"];
     let document = failed(&supine(&words), 4);
     assert_eq!(document["error"]["code"], "check-failed");
     assert!(document["checks"].is_array(), "{document}");
     let gone = ct.join("nowhere.csv");
-    let words: [&dyn AsRef<OsStr>; 6] =
-        [&"carry", &shared().out, &gone, &"--out", &"never.csv", &"--json"];
+    let words: [&dyn AsRef<OsStr>; 6] = [&"carry", &out, &gone, &"--out", &"never.csv", &"--json"];
     assert_eq!(failed(&supine(&words), 1)["error"]["code"], "input-missing");
 }
 

@@ -14,6 +14,7 @@ mod fit;
 mod formats;
 mod hazards;
 mod init;
+mod interrupt;
 mod json;
 mod labels;
 mod network;

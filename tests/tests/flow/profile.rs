@@ -23,17 +23,22 @@ fn perfetto_opens_the_trace_of_a_run() {
         .filter_map(|slice| Some((slice[0].as_str()?, slice[1].as_f64()?)))
         .collect();
     let run = &summary(&out)["run"];
-    for stage in run["stages"].as_array().expect("a list") {
+    let stages = run["stages"].as_array().expect("a list");
+    let mut sums = [0.0; 2];
+    for stage in stages {
         let name = stage["name"].as_str().expect("a name");
-        let (ours, theirs) = (stage["seconds"].as_f64().expect("a number"), seconds.get(name));
-        assert!(
-            theirs.is_some_and(|s| (s - ours).abs() < 0.5 + 0.1 * ours),
-            "{name}: {ours} {theirs:?}"
-        );
+        let ours = stage["seconds"].as_f64().expect("a number");
+        let theirs = *seconds.get(name).unwrap_or_else(|| panic!("no {name}: {told}"));
+        // The clock is looked at one after the other, and a machine with other work holds the run up in between.
+        assert!((theirs - ours).abs() < 2.0 + 0.5 * ours, "{name}: {ours} {theirs}");
+        sums = [sums[0] + ours, sums[1] + theirs];
     }
+    assert!((0.5..2.0).contains(&(sums[1] / sums[0])), "all together: {sums:?}");
     let peak = run["peak_memory_mb"].as_f64().expect("a number");
     let resident = told["memory"].as_f64().expect("a number");
     assert!(resident > 0.5 * peak && resident < 10.0 * peak, "{resident} MB, {peak} counted");
-    // Also in the middle of a stage.
-    assert!(told["looks"].as_u64() > Some(60), "{told}");
+    // Also in the middle of a stage, not only where one begins or ends or a warning comes.
+    let warnings = told["instants"].as_array().expect("a list").len();
+    let between = 2 * stages.len().max(seconds.len()) + warnings;
+    assert!(told["looks"].as_u64() > Some(between as u64), "{between}: {told}");
 }

@@ -199,6 +199,33 @@ fn only_the_edges_touch_files() {
     assert_none(&faults);
 }
 
+/// A library whose documentation holds no example says `doctest = false`: looking for examples takes as long as
+/// documenting it. One that holds an example must not, or nobody runs it.
+#[test]
+fn examples_of_the_documentation_are_run() {
+    let mut faults = Vec::new();
+    let mut examples = 0;
+    for package in metadata().workspace_packages() {
+        let Some(target) = package.targets.iter().find(|t| t.is_lib()) else { continue };
+        let source = target.src_path.parent().expect("a source lies in a folder").as_std_path();
+        let files = files_below(source);
+        let files = files.iter().filter(|file| file.extension().is_some_and(|e| e == "rs"));
+        let fenced = |file: &PathBuf| {
+            let text = read(&source.join(file));
+            let mut lines = text.lines().map(str::trim_start);
+            lines.any(|l| ["///", "//!"].iter().any(|c| l.starts_with(c)) && l.contains("```"))
+        };
+        let holds = files.filter(|file| fenced(file)).count() > 0;
+        examples += usize::from(holds);
+        if holds != target.doctest {
+            let word = if holds { "must not say" } else { "should say" };
+            faults.push(format!("{} {word} doctest = false", package.manifest_path));
+        }
+    }
+    assert!(examples > 0, "there is an example somewhere");
+    assert_none(&faults);
+}
+
 #[test]
 fn links_between_the_pages_lead_somewhere() {
     let mut faults = Vec::new();

@@ -2,17 +2,15 @@
 
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use supine_tests::{Case, Outcome, files_below, supine, supine_command};
+use supine_tests::{Case, Finished, Outcome, supine_command};
 
-/// A session is ready after this at the latest.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// A session is ready after this at the latest: it takes seconds, and much longer where a machine has other work.
+const PATIENCE: Duration = Duration::from_secs(300);
 /// What a session says once peers can connect; the address follows.
 const LISTENS: &str = "OpenIGTLink on ";
 
@@ -21,29 +19,10 @@ pub(crate) fn scratch() -> tempfile::TempDir {
     tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a scratch folder can be made")
 }
 
-/// A copy of the run of the small case, made on first use.
+/// A copy of the run of the small case.
 pub(crate) fn run_in(folder: &Path) -> PathBuf {
-    /// Held as long as the tests run: another process of this test waits, then makes its own.
-    static RUN: OnceLock<(PathBuf, File)> = OnceLock::new();
-    let (run, _) = RUN.get_or_init(|| {
-        let scratch = Path::new(env!("CARGO_TARGET_TMPDIR"));
-        let lock = File::create(scratch.join("navigate.lock")).expect("the lock can be made");
-        lock.lock().expect("the lock can be taken");
-        let folder = scratch.join("navigate");
-        if folder.exists() {
-            std::fs::remove_dir_all(&folder).expect("the last run can be removed");
-        }
-        std::fs::create_dir(&folder).expect("the run's folder can be made");
-        let (case, out) = (Case::small().write(&folder), folder.join("out"));
-        supine(&[&"run", &case, &"--out", &out, &"--quiet"]).success("supine run");
-        (out, lock)
-    });
     let copy = folder.join("run");
-    for file in files_below(run) {
-        let to = copy.join(&file);
-        std::fs::create_dir_all(to.parent().expect("it lies in a folder")).expect("a folder");
-        std::fs::copy(run.join(&file), to).expect("the run can be copied");
-    }
+    Finished::of(&Case::small()).copy_to(&copy);
     copy
 }
 

@@ -1,7 +1,8 @@
 //! Programs that make artefacts: from Debian, or by `cargo install` into `target/tools`, once, in the version given here.
 
 use crate::House;
-use crate::readers::{install_debian, on_path};
+use crate::debian;
+use crate::readers::on_path;
 use crate::steps::{cargo, run};
 use anyhow::{Result, ensure};
 use std::path::PathBuf;
@@ -53,5 +54,5 @@ impl Tool {
 pub(crate) fn debian(programs: &[(&str, &str)]) -> Result<()> {
     let missing = programs.iter().filter(|(program, _)| !on_path(program));
     let packages: Vec<&str> = missing.map(|(_, package)| *package).collect();
-    if packages.is_empty() { Ok(()) } else { install_debian(&packages) }
+    if packages.is_empty() { Ok(()) } else { debian::install(&packages) }
 }

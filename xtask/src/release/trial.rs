@@ -88,7 +88,7 @@ fn image(release: &Release<'_>) -> Result<()> {
 fn windows(release: &Release<'_>) -> Result<()> {
     tools::debian(&[("unzip", "unzip")])?;
     if !Path::new(WINE).is_file() {
-        crate::readers::install_debian(&["wine64"])?;
+        crate::debian::install(&["wine64"])?;
     }
     let folder = release.folder("wine")?;
     run(Command::new("unzip")

@@ -12,7 +12,7 @@ const TRIAL: &str = "import sys, warnings, supine; warnings.simplefilter('ignore
 
 /// `supine-VERSION-cp310-abi3-….whl`.
 pub(super) fn build(release: &Release<'_>) -> Result<()> {
-    let (_, wheel) = python::installed(release.house, "release")?;
+    let (_, wheel) = python::installed(release.house, "release", &run)?;
     let file = release.dist.join(wheel.file_name().context("a wheel has a name")?);
     std::fs::copy(&wheel, &file)?;
     super::made(&file)

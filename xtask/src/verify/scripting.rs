@@ -10,7 +10,7 @@ const TEXT: &str = include_str!("scripting.md");
 /// Text and tables: of `benches/scripting.py`.
 pub(super) fn section(bench: &Bench<'_>) -> Result<String> {
     let house = bench.house;
-    let (interpreter, wheel) = python::installed(house, "release")?;
+    let (interpreter, wheel) = python::installed(house, "release", &crate::steps::run)?;
     let fixture = house.root.join("fixtures/patient/case.toml");
     let cohort = super::patients::cases(bench)?;
     let mut script = Command::new(interpreter);

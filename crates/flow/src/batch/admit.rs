@@ -87,6 +87,7 @@ impl Drop for Admitted<'_> {
 mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::mpsc::channel;
 
     fn enter(admission: &Admission, need: u64) -> Option<Admitted<'_>> {
         // Those that do not fit at once are told to stop at their second look.
@@ -122,11 +123,16 @@ mod tests {
 
     #[test]
     fn who_waits_is_let_in_when_another_ends() {
-        let admission = Admission::new(10, 2, 2);
+        let admission = &Admission::new(10, 2, 2);
         let first = admission.enter(8, &|| true).unwrap();
+        let (looks, looked) = channel();
         std::thread::scope(|scope| {
-            let second = scope.spawn(|| admission.enter(8, &|| true).is_some());
-            std::thread::sleep(Duration::from_millis(30));
+            let second = scope.spawn(move || {
+                let look = || looks.send(()).is_ok();
+                admission.enter(8, &look).is_some()
+            });
+            // It looks a second time only after it has waited.
+            (0..2).for_each(|_| looked.recv().expect("it waits"));
             assert!(!second.is_finished());
             drop(first);
             assert!(second.join().unwrap());

@@ -47,9 +47,14 @@ pub(super) fn usable(path: &str) -> bool {
 
 /// A path, `~/` at its beginning being the home of who runs the program.
 pub(super) fn path(text: &str) -> PathBuf {
-    let home = std::env::var_os("HOME").filter(|home| !home.is_empty());
+    path_of(text, std::env::var_os("HOME").map(PathBuf::from))
+}
+
+/// The same for a given home.
+pub(super) fn path_of(text: &str, home: Option<PathBuf>) -> PathBuf {
+    let home = home.filter(|home| !home.as_os_str().is_empty());
     match (text.strip_prefix("~/"), home) {
-        (Some(rest), Some(home)) => PathBuf::from(home).join(rest),
+        (Some(rest), Some(home)) => home.join(rest),
         _ => text.into(),
     }
 }

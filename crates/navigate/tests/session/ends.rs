@@ -6,8 +6,8 @@ use supine_fem::Contact;
 use supine_navigate::Frame;
 use supine_openigtlink::{Start, StatusCode, Verb};
 
-/// The goal is 1 s; other work on the machine may make it longer.
-const AT_THE_LATEST: Duration = Duration::from_secs(3);
+/// The goal is 1 s. This is ten times what a machine with other work needs, and tells only an end that waits for a peer.
+const AT_THE_LATEST: Duration = Duration::from_secs(30);
 
 #[test]
 fn at_the_end_every_peer_is_told_and_nothing_is_waited_for() {

@@ -1,8 +1,6 @@
 //! Poses in, places out.
 
-use crate::support::{
-    answered, during, follower, link, rows, shifted, stale, stamp, status, tumour,
-};
+use crate::support::{answered, during, follower, link, rows, shifted, stale, stamp, status};
 use supine_fem::Contact;
 use supine_navigate::Frame;
 use supine_openigtlink::{Content, Message, StatusCode};
@@ -36,8 +34,7 @@ fn the_tumour_comes_back_with_the_stamp_of_the_pose() {
 fn a_pose_that_is_none_makes_the_last_answer_stale() {
     during(&link(Frame::Lps), Contact::Tied, |session| {
         let mut client = session.client();
-        client.pose(stamp(20), &shifted(Vector::new(0.5, 0.0, 0.0)));
-        let before = client.until(tumour);
+        let before = client.follow(stamp(20), &shifted(Vector::new(0.5, 0.0, 0.0)));
         let mut bad = rows(&shifted(Vector::zeros()));
         bad[1][1] = f32::NAN;
         client.send(&Message::new("Applicator", stamp(40), Content::Transform(bad)));

@@ -1,13 +1,23 @@
 //! How good the last answer is, as everybody is told.
 
-use crate::support::{answered, during, link, near, stale, stamp, status};
-use std::time::Duration;
+use crate::support::{
+    Client, PATIENCE, TRIES, answered, during, link, longest_silence, near, stale, stamp, status,
+};
+use std::time::{Duration, Instant};
 use supine_fem::Contact;
 use supine_navigate::Frame;
-use supine_openigtlink::{Content, Message, Status, StatusCode};
+use supine_openigtlink::{Content, Message, Stamp, Status, StatusCode};
 
 /// Time between two poses of a tracker.
 const EACH: Duration = Duration::from_millis(20);
+
+/// What is told of the silence after a pose. Where a machine has other work there may have been one before, too.
+fn last_silence(client: &mut Client, last: Stamp) -> Status {
+    let silence = |m: &Message| status(m, "Silence");
+    client.until(|m| stale(m).filter(|_| m.stamp == last));
+    let told = client.so_far();
+    told.iter().rev().find_map(silence).unwrap_or_else(|| client.until(silence))
+}
 
 /// What is told each second.
 fn each_second(message: &Message) -> Option<Status> {
@@ -19,13 +29,14 @@ fn silence_makes_the_answer_stale_once_and_a_new_pose_makes_it_good() {
     during(&link(Frame::Lps), Contact::Tied, |session| {
         let (mut client, mut other) = (session.client(), session.client());
         other.so_far();
-        for n in 1..=10 {
+        for n in 1..10 {
             client.follow(stamp(20 * n), &near(n));
             std::thread::sleep(EACH);
         }
         let last = stamp(200);
+        client.pose(last, &near(10));
         for client in [&mut client, &mut other] {
-            let silent = client.until(|m| status(m, "Silence"));
+            let silent = last_silence(client, last);
             assert_eq!(silent.code, StatusCode::TimedOut);
             let ms: u32 = silent.text.split(' ').find_map(|word| word.parse().ok()).unwrap();
             assert!(ms >= 40, "{silent:?}");
@@ -51,18 +62,27 @@ fn silence_makes_the_answer_stale_once_and_a_new_pose_makes_it_good() {
 /// The interval of a tracker is known from its second pose on; until then nobody knows how long it may be silent.
 #[test]
 fn a_slow_tracker_is_not_stale_between_its_first_poses() {
-    during(&link(Frame::Lps), Contact::Tied, |session| {
-        let mut client = session.client();
-        let mut passed = vec![];
-        for n in 1..=4 {
-            client.pose(stamp(120 * n), &near(n));
-            let (before, _) = client.passing(|m| answered(m, stamp(120 * n)));
-            passed.extend(before);
-            passed.extend(client.so_far());
-            std::thread::sleep(Duration::from_millis(120));
+    const SLOW: Duration = Duration::from_millis(120);
+    for _ in 0..TRIES {
+        let (mut passed, mut poses) = (vec![], vec![]);
+        during(&link(Frame::Lps), Contact::Tied, |session| {
+            let mut client = session.client();
+            for n in 1..=4 {
+                let sent = Instant::now();
+                client.pose(stamp(120 * n), &near(n));
+                let (before, _) = client.passing(|m| answered(m, stamp(120 * n)));
+                passed.extend(before);
+                passed.extend(client.so_far());
+                poses.push([sent, Instant::now()]);
+                std::thread::sleep(SLOW);
+            }
+        });
+        // A test that is held up for three intervals is silent in truth, and is tried again.
+        if longest_silence(&poses) < SLOW * 3 {
+            assert!(!passed.iter().any(|m| stale(m).is_some()), "{passed:?}");
+            break;
         }
-        assert!(!passed.iter().any(|m| stale(m).is_some()), "{passed:?}");
-    });
+    }
 }
 
 #[test]
@@ -101,6 +121,7 @@ fn each_second_everybody_is_told_the_state_and_the_frame() {
                 }
             }
             // A tracker at work: the state is good.
+            let begun = Instant::now();
             for n in 1.. {
                 client.pose(stamp(20 * n), &(frame.turn() * near(n)));
                 std::thread::sleep(EACH);
@@ -110,7 +131,7 @@ fn each_second_everybody_is_told_the_state_and_the_frame() {
                     assert!(told.text.starts_with(&format!("frame {};", frame.name())), "{told:?}");
                     break;
                 }
-                assert!(n < 1000, "no good state is told");
+                assert!(begun.elapsed() < PATIENCE, "no good state is told");
             }
         });
     }

@@ -1,7 +1,8 @@
 //! More than one device: one leads.
 
 use crate::support::{
-    AtEnd, PATIENCE, answered, comes, during, link, near, rows, stale, stamp, status, transform,
+    AtEnd, PATIENCE, TRIES, answered, comes, during, link, longest_silence, near, rows, stale,
+    stamp, status, transform,
 };
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -11,22 +12,29 @@ use supine_openigtlink::{Content, Message, StatusCode};
 
 /// Time between two poses of a tracker.
 const EACH: Duration = Duration::from_millis(20);
+/// Time between two poses of a slow one. It leads on for three of these: that it is held up by other work on the machine does
+/// not take the lead from it.
+const SLOW: Duration = Duration::from_millis(300);
+/// After so long without a pose another may lead.
+const LEADS: Duration = Duration::from_millis(300);
 
 #[test]
 fn while_one_tracker_sends_the_other_is_told_that_it_does() {
     during(&link(Frame::Lps), Contact::Tied, |session| {
         let (mut first, mut second) = (session.client(), session.client());
-        first.follow(stamp(20), &near(1));
+        first.follow(stamp(300), &near(1));
+        std::thread::sleep(SLOW);
+        first.follow(stamp(600), &near(2));
         let over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let _at_end = AtEnd(&over);
             let sending = scope.spawn(|| {
-                for n in 2.. {
+                for n in 3.. {
                     if over.load(Ordering::SeqCst) {
                         break;
                     }
-                    first.pose(stamp(20 * n), &near(n));
-                    std::thread::sleep(EACH);
+                    first.pose(stamp(300 * n), &near(n));
+                    std::thread::sleep(SLOW);
                 }
                 first
             });
@@ -73,11 +81,19 @@ fn a_tracker_that_is_silent_for_0_3_s_leads_no_more() {
             }
             std::thread::sleep(EACH);
         }
-        assert!(sent.elapsed() >= Duration::from_millis(300));
-        // It leads from now on.
-        second.pose(stamp(5000), &near(5));
-        first.pose(stamp(60), &near(3));
-        first.until(|m| status(m, "AnotherLeads"));
+        assert!(sent.elapsed() >= LEADS);
+        // It leads from now on. Where the test is held up so long that it was silent, too, the first may lead once more.
+        for n in 1.. {
+            assert!(sent.elapsed() < PATIENCE, "the first leads on");
+            second.pose(stamp(5000 + n), &near(n));
+            first.pose(stamp(60 + n), &near(n));
+            let busy = |m: &Message| status(m, "AnotherLeads").map(|_| true);
+            let leads = |m: &Message| answered(m, stamp(60 + n)).map(|_| false);
+            if first.until(|m| busy(m).or_else(|| leads(m))) {
+                break;
+            }
+            std::thread::sleep(LEADS + EACH);
+        }
     });
     assert_eq!(counts.received, counts.accepted + counts.dropped);
 }
@@ -86,29 +102,39 @@ fn a_tracker_that_is_silent_for_0_3_s_leads_no_more() {
 #[test]
 fn of_two_devices_of_a_peer_the_first_counts_and_the_other_is_passed_over() {
     let rounds = 10;
-    let counts = during(&link(Frame::Lps), Contact::Tied, |session| {
-        let mut client = session.client();
-        for n in 1..=rounds {
-            let other = transform("Stylus", stamp(20 * n), &near(n + 50));
-            if n > 1 && n % 2 == 0 {
-                client.send(&other);
+    for _ in 0..TRIES {
+        let (mut told, mut poses) = (vec![], vec![]);
+        let counts = during(&link(Frame::Lps), Contact::Tied, |session| {
+            let mut client = session.client();
+            for n in 1..=rounds {
+                let sent = Instant::now();
+                let other = transform("Stylus", stamp(20 * n), &near(n + 50));
+                if n > 1 && n % 2 == 0 {
+                    client.send(&other);
+                }
+                client.pose(stamp(20 * n), &near(n));
+                if n % 2 == 1 {
+                    client.send(&other);
+                }
+                let mut bad = rows(&near(n));
+                bad[2][3] = f32::NAN;
+                client.send(&Message::new("Pointer", stamp(20 * n), Content::Transform(bad)));
+                told.extend(client.passing(|m| answered(m, stamp(20 * n))).0);
+                told.extend(client.so_far());
+                poses.push([sent, Instant::now()]);
             }
-            client.pose(stamp(20 * n), &near(n));
-            if n % 2 == 1 {
-                client.send(&other);
-            }
-            let mut bad = rows(&near(n));
-            bad[2][3] = f32::NAN;
-            client.send(&Message::new("Pointer", stamp(20 * n), Content::Transform(bad)));
-            let (passed, _) = client.passing(|m| answered(m, stamp(20 * n)));
-            for m in passed.iter().chain(&client.so_far()) {
+        });
+        // A test that is held up so long that another device may lead is tried again.
+        if longest_silence(&poses) < LEADS {
+            for m in &told {
                 let name = ["AnotherLeads", "PoseRefused"];
                 assert!(name.iter().all(|name| status(m, name).is_none()), "{m:?}");
             }
+            assert_eq!((counts.received, counts.accepted), (3 * rounds, rounds));
+            assert_eq!((counts.refused, counts.dropped), (0, 2 * rounds));
+            break;
         }
-    });
-    assert_eq!((counts.received, counts.accepted), (3 * rounds, rounds));
-    assert_eq!((counts.refused, counts.dropped), (0, 2 * rounds));
+    }
 }
 
 #[test]

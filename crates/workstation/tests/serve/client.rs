@@ -7,8 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use supine_workstation::{Host, Open, open};
+
+/// The waits of all tests end after this: the longest work takes half a minute, and much longer where a machine has other work.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A server, and how to speak to it.
 pub(crate) struct Page {
@@ -53,7 +56,7 @@ impl Page {
             start: None,
         };
         std::thread::spawn(move || open(&given, &starter).unwrap());
-        let address = told.recv_timeout(Duration::from_secs(20)).unwrap();
+        let address = told.recv_timeout(PATIENCE).unwrap();
         let rest = address.strip_prefix("http://127.0.0.1:").unwrap();
         let (port, token) = rest.split_once("/#").unwrap();
         Self { port: port.parse().unwrap(), token: token.into(), goes_on }
@@ -78,7 +81,7 @@ impl Page {
         stream.write_all(text.as_bytes()).unwrap();
         // One that is refused unread closes early.
         let _refused = stream.write_all(body);
-        stream.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         Answer::read(stream)
     }
 
@@ -97,20 +100,26 @@ impl Page {
 
     /// The state once nothing is worked on.
     pub(crate) fn idle(&self) -> Value {
-        for _ in 0..3000 {
+        self.state_once(|state| state["job"].is_null())
+    }
+
+    /// The state once it is as wanted.
+    pub(crate) fn state_once(&self, wanted: impl Fn(&Value) -> bool) -> Value {
+        let begun = Instant::now();
+        loop {
             let state = self.get("/api/state").json();
-            if state["job"].is_null() {
+            if wanted(&state) {
                 return state;
             }
+            assert!(begun.elapsed() < PATIENCE, "the work does not end: {state}");
             std::thread::sleep(Duration::from_millis(40));
         }
-        panic!("the work does not end");
     }
 
     /// A socket that said a token; none when the server closed it.
     pub(crate) fn link(&self, token: &str) -> Option<Link> {
         let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let host = format!("127.0.0.1:{}", self.port);
         let text = format!(
             "GET /api/link HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nConnection: Upgrade\r\n\
@@ -208,16 +217,28 @@ pub(crate) struct Answer {
 
 impl Answer {
     pub(crate) fn read(mut from: impl Read) -> Self {
-        let mut all = Vec::new();
-        // A socket stays open: what came is looked at.
-        let _open = from.read_to_end(&mut all);
-        let end = all.windows(4).position(|four| four == b"\r\n\r\n").unwrap();
-        let head = String::from_utf8(all[..end].to_vec()).unwrap();
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            let mut byte = [0];
+            from.read_exact(&mut byte).unwrap();
+            head.push(byte[0]);
+        }
+        let head = String::from_utf8(head).unwrap();
         let mut lines = head.lines();
         let status = lines.next().unwrap().split(' ').nth(1).unwrap().parse().unwrap();
         let headers = lines.filter_map(|line| line.split_once(": "));
         let headers = headers.map(|(name, value)| (name.to_lowercase(), value.into())).collect();
-        Self { status, headers, body: all[end + 4..].to_vec() }
+        let mut answer = Self { status, headers, body: vec![] };
+        answer.read_body(from);
+        answer
+    }
+
+    /// The body: as long as it says, or up to the end of the connection. A socket stays open, and has none.
+    fn read_body(&mut self, from: impl Read) {
+        let length = self.header("content-length").map(|length| length.parse().unwrap());
+        let most = if self.status == 101 { 0 } else { length.unwrap_or(u64::MAX) };
+        // One that is refused unread closes early.
+        let _refused = from.take(most).read_to_end(&mut self.body);
     }
 
     pub(crate) fn header(&self, name: &str) -> Option<&str> {

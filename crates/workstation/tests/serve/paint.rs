@@ -2,7 +2,6 @@
 
 use crate::client::{Page, patient, small};
 use serde_json::{Value, json};
-use std::time::Duration;
 use supine_flow::{Request, Session, Spec};
 
 fn edit(page: &Page, edits: Value) -> u16 {
@@ -12,15 +11,10 @@ fn edit(page: &Page, edits: Value) -> u16 {
 
 /// The state once nothing goes on beside the work either.
 fn settled(page: &Page) -> Value {
-    for _ in 0..3000 {
-        let state = page.idle();
+    page.state_once(|state| {
         let live = &state["live"];
-        if live["busy"] == false && live["segmenter"] != "preparing" {
-            return state;
-        }
-        std::thread::sleep(Duration::from_millis(30));
-    }
-    panic!("the following does not end");
+        state["job"].is_null() && live["busy"] == false && live["segmenter"] != "preparing"
+    })
 }
 
 fn sent(page: &Page, state: &Value, id: &str) -> Vec<u8> {

@@ -1,0 +1,174 @@
+//! What is done beside the tests, and the tests themselves, as jobs.
+
+use super::executables::{Built, shares};
+use super::pool::{Job, Seat};
+use super::{Check, Options, Report, cargo_job, pytest, run_quietly, seated};
+use crate::steps::cargo;
+use crate::{meshers, python, readers};
+use anyhow::Result;
+use std::path::Path;
+use std::process::Command;
+
+/// What cargo does on one processor takes about so long where it was never measured, s.
+const LONG: f64 = 300.0;
+
+impl<'a> Check<'a> {
+    /// All jobs after the compilation.
+    ///
+    /// # Errors
+    /// When an executable does not list its tests.
+    pub(crate) fn jobs(&'a self, built: &'a Built, options: &Options) -> Result<Vec<Job<'a>>> {
+        let mut jobs = Vec::new();
+        if self.selection.has("supine-python") {
+            jobs.push(self.wheel());
+            jobs.push(self.package(jobs.len() - 1));
+        }
+        if self.selection.has("supine") {
+            jobs.push(self.workflow());
+        }
+        for executable in &built.executables {
+            jobs.extend(shares(executable, &self.times)?.into_iter().map(|share| Job {
+                name: share.name(),
+                step: "tests",
+                processors: 1,
+                seconds: share.seconds,
+                after: vec![],
+                compiles: false,
+                work: Box::new(move |seat| share.run(self.house, &self.supine, seat, &self.logs)),
+            }));
+        }
+        jobs.extend(self.examples());
+        if !options.fast {
+            jobs.extend(self.meshers());
+            let lints = ["clippy", "--all-targets", "--keep-going", "--", "-D", "warnings"];
+            jobs.push(self.by_cargo("lints", "the packages", &lints));
+            let pages = ["doc", "--no-deps", "--keep-going"];
+            jobs.push(self.by_cargo("documentation", "the packages", &pages));
+        }
+        if readers::on_path("cargo-deny") {
+            jobs.push(self.deny());
+        } else {
+            println!(
+                "   left out          cargo-deny: not installed; the test house::licences reads the same deny.toml"
+            );
+        }
+        Ok(jobs)
+    }
+
+    fn job(&'a self, step: &'static str, name: &str, compiles: bool) -> Job<'a> {
+        Job {
+            name: name.into(),
+            step,
+            processors: 1,
+            seconds: self.times.job(&format!("{step}: {name}"), LONG),
+            after: vec![],
+            compiles,
+            work: Box::new(|_| Ok(Report::default())),
+        }
+    }
+
+    /// A command of cargo's for the packages that are looked at.
+    fn by_cargo(&'a self, step: &'static str, name: &str, words: &[&str]) -> Job<'a> {
+        let mut arguments = vec![words[0].to_owned()];
+        arguments.extend(self.selection.arguments());
+        arguments.extend(words[1..].iter().map(|word| (*word).to_owned()));
+        let work = move |seat: &Seat| {
+            cargo_job(self.house, &arguments, seat, &self.log(step)?)?;
+            Ok(Report::default())
+        };
+        Job { work: Box::new(work), ..self.job(step, name, true) }
+    }
+
+    /// Licences and sources of foreign crates, by cargo-deny.
+    fn deny(&'a self) -> Job<'a> {
+        let words = ["deny", "check", "bans", "licenses", "sources"].map(String::from);
+        let work = move |seat: &Seat| {
+            cargo_job(self.house, &words, seat, &self.log("cargo-deny")?)?;
+            Ok(Report::default())
+        };
+        Job { work: Box::new(work), ..self.job("cargo-deny", "licences and sources", false) }
+    }
+
+    /// The examples in the documentation of the packages that have any.
+    fn examples(&'a self) -> Option<Job<'a>> {
+        let all = self.metadata.workspace_packages();
+        let has_any = |package: &&&cargo_metadata::Package| {
+            let mut targets = package.targets.iter();
+            self.selection.has(&package.name) && targets.any(|t| t.doctest && t.is_lib())
+        };
+        let names: Vec<String> = all.iter().filter(has_any).map(|p| p.name.to_string()).collect();
+        if names.is_empty() {
+            return None;
+        }
+        let work = move |seat: &Seat| {
+            let log = self.log("examples")?;
+            let mut arguments = vec!["test".to_owned(), "--doc".to_owned()];
+            arguments.extend(names.into_iter().flat_map(|name| ["--package".to_owned(), name]));
+            cargo_job(self.house, &arguments, seat, &log)?;
+            let said = std::fs::read_to_string(&log)?;
+            let is_passed = |line: &&str| line.starts_with("test ") && line.ends_with("ok");
+            let passed = said.lines().filter(is_passed).count();
+            Ok(Report { passed, log: Some(log), ..Report::default() })
+        };
+        let job = self.job("tests", "examples of the documentation", true);
+        Some(Job { work: Box::new(work), ..job })
+    }
+
+    /// Makes the wheel and installs it.
+    fn wheel(&'a self) -> Job<'a> {
+        let work = move |seat: &Seat| {
+            let log = self.log("wheel")?;
+            python::installed(self.house, "dev", &|c| run_quietly(&mut seated(c, seat), &log))?;
+            Ok(Report::default())
+        };
+        Job { work: Box::new(work), ..self.job("Python package", "wheel", true) }
+    }
+
+    /// Tests the package that was installed.
+    fn package(&'a self, wheel: usize) -> Job<'a> {
+        let work = move |seat: &Seat| {
+            let tests = python::tests(self.house, &self.supine);
+            pytest::run(&mut seated(&tests, seat), "package", &self.logs.path("package"))
+        };
+        let job = self.job("Python package", "tests", false);
+        Job { work: Box::new(work), after: vec![wheel], ..job }
+    }
+
+    /// Tests the workflow for clusters.
+    fn workflow(&'a self) -> Job<'a> {
+        let work = move |seat: &Seat| {
+            let tests = python::workflow(self.house, &self.supine);
+            pytest::run(&mut seated(&tests, seat), "workflow", &self.logs.path("workflow"))
+        };
+        Job { work: Box::new(work), ..self.job("workflow", "tests", false) }
+    }
+
+    /// Lints and tests of what the features of the other meshers compile.
+    fn meshers(&'a self) -> Option<Job<'a>> {
+        let packages = meshers::PACKAGES;
+        if !packages.iter().any(|package| self.selection.has(package)) {
+            return None;
+        }
+        let work = move |seat: &Seat| {
+            let log = self.log("meshers")?;
+            let quietly = |command: &mut Command| run_quietly(&mut seated(command, seat), &log);
+            quietly(&mut meshers::lints(cargo(&self.house.root)))?;
+            let mut report = Report::default();
+            let built = self.built_with_meshers(seat, &log)?;
+            let supine = self.supine.with_file_name("supine-meshers");
+            std::fs::copy(built.supine.as_deref().unwrap_or(Path::new("")), &supine)?;
+            for executable in &built.executables {
+                for share in shares(executable, &self.times)? {
+                    report.add(share.run(self.house, &supine, seat, &self.logs)?);
+                }
+            }
+            Ok(report)
+        };
+        Some(Job { work: Box::new(work), ..self.job("other meshers", "CGAL and TetGen", true) })
+    }
+
+    fn built_with_meshers(&self, seat: &Seat, log: &Path) -> Result<Built> {
+        let command = meshers::tests(cargo(&self.house.root));
+        super::executables::build(&mut seated(&command, seat), self.metadata, log)
+    }
+}

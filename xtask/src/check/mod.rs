@@ -1,0 +1,185 @@
+//! `cargo xtask test`: everything that must hold.
+//!
+//! What others provide is installed first; what cannot be installed ends the check before anything is compiled. The tests
+//! are compiled by one call of cargo with all processors. Then they run side by side, one process and one processor each,
+//! while cargo does on one processor what is left for it: the wheel, the other meshers, lints, documentation.
+
+mod command;
+mod executables;
+mod harness;
+mod jobs;
+mod outcome;
+mod pool;
+mod pytest;
+mod selection;
+mod times;
+
+use crate::steps::{cargo, run};
+use crate::{House, readers};
+use anyhow::{Context, Result, bail};
+use cargo_metadata::{Metadata, MetadataCommand};
+use command::{Logs, run_quietly, seated};
+use executables::Built;
+use outcome::{Done, Report};
+use pool::Job;
+use selection::Selection;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Instant;
+use times::Times;
+
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Only what a change of this crate can break: itself and all that rests on it
+    #[arg(long, value_name = "CRATE")]
+    only: Option<String>,
+    /// Leaves out the lints, the documentation and the other meshers
+    #[arg(long)]
+    fast: bool,
+    /// Keeps what the tests took for those who run them for the first time, in xtask/test-times.txt
+    #[arg(long)]
+    keep_times: bool,
+}
+
+/// All that the jobs look at.
+pub(crate) struct Check<'a> {
+    house: &'a House,
+    metadata: &'a Metadata,
+    selection: Selection,
+    logs: Logs,
+    times: Times,
+    /// A copy of the program under test: cargo's own is made anew with other features while the tests run.
+    supine: PathBuf,
+}
+
+/// Installs, compiles, tests.
+///
+/// # Errors
+/// When anything failed; all that could be done was done.
+pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
+    let begun = Instant::now();
+    let metadata = MetadataCommand::new().current_dir(&house.root).no_deps().exec()?;
+    let selection = match &options.only {
+        Some(asked) => Selection::of(&metadata, asked)?,
+        None => Selection::whole(&metadata),
+    };
+    if !selection.is_whole() {
+        println!("looked at, and nothing else: {}", selection.names());
+    }
+    println!("\n== installing what others provide");
+    readers::install(house)?;
+    fetch(house)?;
+    let installed = begun.elapsed();
+    println!("-- {:.1} s", installed.as_secs_f64());
+
+    let folder = house.target.join("check");
+    let lists = [house.root.join("xtask/test-times.txt"), folder.join("times.txt")];
+    let check = Check {
+        house,
+        metadata: &metadata,
+        selection,
+        logs: Logs::new(folder.join("logs"))?,
+        times: Times::read(&[&lists[0], &lists[1]]),
+        supine: folder.join("supine"),
+    };
+    let mut done = Vec::new();
+    let built = check.compile(&mut done);
+    if let Some(built) = &built {
+        println!("\n== tests, lints, documentation, side by side");
+        done.extend(pool::run(check.jobs(built, options)?, processors()));
+    }
+    let file = if options.keep_times { &lists[0] } else { &lists[1] };
+    times::write(Times::read(&[&lists[0], &lists[1]]), &done, file)?;
+    outcome::sum_up(&done, &[("installing", installed)]);
+    println!("\nin all {:.0} s by the clock{}", begun.elapsed().as_secs_f64(), worked());
+    outcome::count(&done)
+}
+
+/// What all processors worked for it, where the system tells.
+fn worked() -> String {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // After the name: own and ended children's time, in user and in system mode, in hundredths of a second.
+    let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields).split_whitespace();
+    let hundredths: f64 = fields.skip(11).take(4).filter_map(|f| f.parse::<f64>().ok()).sum();
+    format!(", {:.0} s of processors", hundredths / 100.0)
+}
+
+/// How many processors there are for this process.
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
+}
+
+/// Gets the sources of foreign crates, so that nothing later waits for the network.
+///
+/// # Errors
+/// When they cannot be had.
+fn fetch(house: &House) -> Result<()> {
+    run(cargo(&house.root).args(["fetch", "--locked", "--quiet"]))
+}
+
+impl Check<'_> {
+    /// Looks at the format and compiles the tests and the program; nothing when that failed.
+    fn compile(&self, done: &mut Vec<Done>) -> Option<Built> {
+        println!("\n== format and compiling");
+        let made = OnceLock::new();
+        let format = Job {
+            name: "every file".into(),
+            step: "format",
+            processors: 1,
+            seconds: 1e4,
+            after: vec![],
+            compiles: true,
+            work: Box::new(|_| {
+                let mut format = cargo(&self.house.root);
+                run_quietly(format.args(["fmt", "--all", "--check"]), &self.logs.path("format"))?;
+                Ok(Report::default())
+            }),
+        };
+        let compile = Job {
+            name: "tests and the program".into(),
+            step: "compiling",
+            processors: processors(),
+            seconds: 1.0,
+            after: vec![],
+            compiles: true,
+            work: Box::new(|_| {
+                let mut cargo = cargo(&self.house.root);
+                cargo.arg("test").args(self.selection.to_be_built());
+                let mut built =
+                    executables::build(&mut cargo, self.metadata, &self.logs.path("tests"))?;
+                if let Some(supine) = &built.supine {
+                    std::fs::copy(supine, &self.supine).context("the program cannot be copied")?;
+                } else if self.selection.runs_program() {
+                    bail!("cargo built no program `supine`");
+                }
+                built.executables.retain(|executable| self.selection.has(executable.package()));
+                let _first = made.set(built);
+                Ok(Report::default())
+            }),
+        };
+        done.extend(pool::run(vec![format, compile], processors()));
+        made.into_inner()
+    }
+
+    /// A log of a job that consists of several commands.
+    fn log(&self, job: &str) -> Result<PathBuf> {
+        let log = self.logs.path(job);
+        if log.exists() {
+            std::fs::remove_file(&log).with_context(|| log.display().to_string())?;
+        }
+        Ok(log)
+    }
+}
+
+/// Runs a command of cargo's on the processors of a job.
+///
+/// # Errors
+/// When it does not end with 0: with what it printed.
+fn cargo_job(house: &House, arguments: &[String], seat: &pool::Seat, log: &Path) -> Result<()> {
+    let mut command = cargo(&house.root);
+    command.args(arguments);
+    if arguments.first().is_some_and(|word| word == "doc") {
+        command.env("RUSTDOCFLAGS", "-D warnings");
+    }
+    run_quietly(&mut seated(&command, seat), log)
+}
