@@ -1,6 +1,6 @@
 //! Where the scanner reconstructed nothing a mesh is cut, whatever tells of it, and what would come from there is told.
 
-use crate::support::patient;
+use crate::support::full_size_patient;
 use std::path::Path;
 use supine_exchange::{write_ct, write_vtu};
 use supine_flow::commands::warp::{OutputGrid, Warp, warp};
@@ -19,7 +19,7 @@ const PLACE: &str = "tumour = { centre = [130.0, -65.0, -594.5], radius = 5.0 }\
 
 /// The patient's CT in a file, with one value beyond a circle about the middle; the text of her case.
 fn cut(folder: &Path, fill: i16) -> (String, Field) {
-    let case = patient(folder);
+    let case = full_size_patient(folder);
     let ct = read_ct(&folder.join("ct"), &Default::default(), Progress::none()).unwrap().ct;
     let [ni, nj, nk] = ct.grid().size();
     let origin = ct.grid().patient_from_index([0.0, -(ROWS as f64), 0.0]);

@@ -1,9 +1,9 @@
 //! The version of a node's method is raised when its bytes change: results in folders are known by it.
 //!
-//! What each node leaves on the small patient is pinned in `methods.json`, for each kind of processor on which it was
+//! What each node leaves on the patient in full size is pinned in `methods.json`, for each kind of processor on which it was
 //! pinned: the last bits of a sum of products depend on it. With `SUPINE_PIN_METHODS=1` the test pins anew.
 
-use crate::support::{patient, run};
+use crate::support::{full_size_patient, run};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use supine_flow::NodeId;
@@ -74,7 +74,7 @@ fn a_nodes_bytes_change_with_the_version_of_its_method() {
     let dir = tempfile::tempdir().unwrap();
     let case = format!(
         "{}tissues = true\ncarry = {{ points = \"points.csv\" }}\n[tissue]\nyoung_interval = [0.5, 0.9]\n",
-        patient(dir.path())
+        full_size_patient(dir.path())
     );
     std::fs::write(dir.path().join("points.csv"), "name,x,y,z\nclip,90,-240,-590\n").unwrap();
     let out = dir.path().join("out");

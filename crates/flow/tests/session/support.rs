@@ -1,27 +1,103 @@
-//! A small patient: the middle slices of the fixture, a small sphere, a coarse mesh.
+//! The patient of these tests: the middle slices of the fixture, a small sphere, a coarse mesh. Where the size of her CT is
+//! not what is tested, its pixels are three times as wide. With some other widths (two and four) a change of the tumour's
+//! place moved the nipple, and what must be left alone was made again.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use supine_flow::{NodeId, Observer, Options, RunFolder, Session, Spec};
+use std::path::Path;
+use std::sync::{LazyLock, Mutex};
+use supine_flow::{NodeId, Observer, Options, RunFolder, Session, Spec, read_ct};
+use supine_space::Progress;
+use supine_volume::Ct;
 
 /// The fixture's slices that hold the breast.
 const SLICES: std::ops::Range<usize> = 26..70;
+/// Pixels of the fixture across one of the coarse patient: 85 x 85 of 4.5 mm.
+const WIDER: usize = 3;
+/// What is added to stored values to have HU.
+const INTERCEPT: i32 = -1024;
 
-fn fixture() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient")
+/// The content of files by their path in a folder.
+pub(crate) type Files = BTreeMap<String, Vec<u8>>;
+
+/// The text of the patient's case; her CT, made coarser, is written into the folder.
+pub(crate) fn patient(folder: &Path) -> String {
+    static COARSE: LazyLock<Files> = LazyLock::new(coarse);
+    write_all(&folder.join("ct"), &COARSE);
+    case()
 }
 
-/// Copies the patient into a folder; the text of her case.
-pub(crate) fn patient(folder: &Path) -> String {
-    let ct = folder.join("ct");
-    std::fs::create_dir_all(&ct).unwrap();
-    let mut slices: Vec<_> =
-        std::fs::read_dir(fixture().join("ct")).unwrap().map(|e| e.unwrap().path()).collect();
-    slices.sort();
-    for slice in &slices[SLICES] {
-        std::fs::copy(slice, ct.join(slice.file_name().unwrap())).unwrap();
+/// The same with the CT as the fixture has it.
+pub(crate) fn full_size_patient(folder: &Path) -> String {
+    write_all(&folder.join("ct"), &slices());
+    case()
+}
+
+fn slices() -> Files {
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient/ct");
+    read_all(&fixture).into_iter().skip(SLICES.start).take(SLICES.len()).collect()
+}
+
+fn coarse() -> Files {
+    let dir = tempfile::tempdir().unwrap();
+    full_size_patient(dir.path());
+    let ct = read_ct(&dir.path().join("ct"), &Default::default(), Progress::none()).unwrap().ct;
+    // From the feet up, as the files are numbered.
+    let slices = slices().into_iter().enumerate();
+    slices.map(|(k, (name, file))| (name, coarser(file, &ct, k))).collect()
+}
+
+/// A slice whose pixels are the means of squares of those of the CT, uncompressed; all else that it tells stays.
+fn coarser(mut file: Vec<u8>, ct: &Ct, k: usize) -> Vec<u8> {
+    let grid = ct.grid();
+    let [n, middle] = [grid.size()[0] / WIDER, WIDER - 1];
+    let corner = grid.patient_from_index([0.5 * middle as f64, 0.5 * middle as f64, k as f64]);
+    let width = grid.spacing().x * WIDER as f64;
+    let mut set = |tag, kind, text: &[u8]| {
+        let value = value(&mut file, tag, kind);
+        value.fill(b' ');
+        value[..text.len()].copy_from_slice(text);
+    };
+    set(0x0002_0010, b"UI", b"1.2.840.10008.1.2.1\0");
+    set(0x0028_0010, b"US", &(n as u16).to_le_bytes());
+    set(0x0028_0011, b"US", &(n as u16).to_le_bytes());
+    set(0x0028_0030, b"DS", format!("{width}\\{width}").as_bytes());
+    let corner = format!("{:.2}\\{:.2}\\{}", corner.x, corner.y, corner.z);
+    set(0x0020_0032, b"DS", corner.as_bytes());
+    file.truncate(element(&file, 0x7fe0_0010, b"OB"));
+    file.extend(b"\xe0\x7f\x10\0OW\0\0");
+    file.extend((2 * n as u32 * n as u32).to_le_bytes());
+    for [j, i] in (0..n * n).map(|at| [at / n * WIDER, at % n * WIDER]) {
+        let square = (0..WIDER * WIDER).map(|m| ct.at([i + m % WIDER, j + m / WIDER, k]));
+        let sum: i32 = square.map(|hu| i32::from(hu) - INTERCEPT).sum();
+        file.extend(((sum as usize / (WIDER * WIDER)) as u16).to_le_bytes());
     }
+    file
+}
+
+/// Where an element of a file begins whose values are written with their kind.
+fn element(file: &[u8], tag: u32, kind: &[u8; 2]) -> usize {
+    let [group, element] = [(tag >> 16) as u16, tag as u16].map(u16::to_le_bytes);
+    let head = [&group[..], &element, kind].concat();
+    file.windows(head.len()).position(|window| window == head).unwrap()
+}
+
+/// The value of an element with a short length.
+pub(crate) fn value<'a>(file: &'a mut [u8], tag: u32, kind: &[u8; 2]) -> &'a mut [u8] {
+    let at = element(file, tag, kind) + 8;
+    let length = u16::from_le_bytes([file[at - 2], file[at - 1]]);
+    &mut file[at..at + usize::from(length)]
+}
+
+/// Writes files, and the folders they lie in.
+pub(crate) fn write_all(folder: &Path, files: &Files) {
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+}
+
+fn case() -> String {
     "ct = \"ct\"\nbreast = \"left\"\nbed = { ap = 7.0, lat = 5.0 }\n\
      tumour = { centre = [91.37, -248.09, -594.5], radius = 9.0 }\n\
      region = { centre = [91.0, -235.0, -594.5], radius = 55.0 }\n\
@@ -67,9 +143,9 @@ pub(crate) fn run(case: &str, base: &Path, out: &Path) -> Result<Vec<NodeId>, St
 }
 
 /// Every file of a run with its content, but what differs from run to run.
-pub(crate) fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    collect(out, out, &mut files);
+pub(crate) fn results(out: &Path) -> Files {
+    let mut files = read_all(out);
+    files.retain(|name, _| name != "log.jsonl" && !name.starts_with(".stages/"));
     let summary = files.get_mut("summary.json").expect("a finished run has a summary");
     let mut read: serde_json::Value = serde_json::from_slice(summary).unwrap();
     read.as_object_mut().unwrap().remove("run");
@@ -77,22 +153,25 @@ pub(crate) fn results(out: &Path) -> BTreeMap<String, Vec<u8>> {
     files
 }
 
-fn collect(root: &Path, folder: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
-        if path.is_dir() && name != ".stages" {
-            collect(root, &path, files);
-        } else if path.is_file() && name != "log.jsonl" {
+/// All files of a folder and of those below it.
+pub(crate) fn read_all(folder: &Path) -> Files {
+    let mut files = Files::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+        } else {
+            let name = path.strip_prefix(folder).unwrap().to_string_lossy().into_owned();
             files.insert(name, std::fs::read(&path).unwrap());
         }
     }
+    files
 }
 
 /// Says which files differ.
 pub(crate) fn assert_same(what: &str, kept: &Path, cold: &Path) {
     let (kept, cold) = (results(kept), results(cold));
-    let names = |all: &BTreeMap<String, Vec<u8>>| all.keys().cloned().collect::<Vec<_>>();
+    let names = |all: &Files| all.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&kept), names(&cold), "{what}: the files of a changed run and of a cold one");
     let differing: Vec<&String> =
         kept.iter().filter(|(name, bytes)| cold[*name] != **bytes).map(|(name, _)| name).collect();

@@ -1,9 +1,12 @@
 //! Every parameter, and every input file's bytes, changed in a finished run: the result equals that of a cold run to the
 //! byte, and what the change does not reach is not made again.
 
-use crate::support::{assert_same, patient, run};
+use crate::support::{
+    Files, assert_same, full_size_patient, patient, read_all, run, value as dicom_value, write_all,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use supine_flow::NodeId;
 use supine_flow::spec::{Edit, TABLE, edit};
 
@@ -165,17 +168,36 @@ struct Walk {
 }
 
 impl Walk {
+    /// From the first run of the case, which is made and compared with another one once for all walks of the process.
     fn new() -> Self {
+        static FIRST: LazyLock<Files> = LazyLock::new(|| {
+            let dir = tempfile::tempdir().unwrap();
+            let walk = Walk { case: patient(dir.path()), dir };
+            walk.run("the first run");
+            read_all(&walk.out())
+        });
         let dir = tempfile::tempdir().unwrap();
-        let case = patient(dir.path());
-        let walk = Self { dir, case };
-        walk.run("the first run");
-        let from = |name: &str| walk.out().join(name);
-        fs::copy(from("labels.dcm"), walk.dir.path().join("labels.dcm")).unwrap();
-        fs::copy(from("labels.seg.nrrd"), walk.dir.path().join("labels.seg.nrrd")).unwrap();
-        walk.write("points.csv", "name,x,y,z\nclip,90,-240,-590\n");
-        walk.write("chest_wall.csv", "name,x,y,z\nF1,60,-190,-594.5\n");
-        walk
+        let walk = Self { case: patient(dir.path()), dir };
+        write_all(&walk.out(), &FIRST);
+        walk.with_files()
+    }
+
+    /// From the first run of a case that is the patient's in full size with some lines more.
+    fn in_full_size(more: &str) -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        let walk = Self { case: full_size_patient(dir.path()) + more, dir };
+        walk.again("the first run");
+        walk.with_files()
+    }
+
+    /// Writes what some changes name beside the case.
+    fn with_files(self) -> Self {
+        for name in ["labels.dcm", "labels.seg.nrrd"] {
+            fs::copy(self.out().join(name), self.dir.path().join(name)).unwrap();
+        }
+        self.write("points.csv", "name,x,y,z\nclip,90,-240,-590\n");
+        self.write("chest_wall.csv", "name,x,y,z\nF1,60,-190,-594.5\n");
+        self
     }
 
     fn out(&self) -> PathBuf {
@@ -186,23 +208,45 @@ impl Walk {
         fs::write(self.dir.path().join(name), text).unwrap();
     }
 
+    fn cold(&self) -> PathBuf {
+        self.dir.path().join("cold")
+    }
+
+    /// Runs the case again; what was made again.
+    fn again(&self, what: &str) -> Vec<NodeId> {
+        let made = run(&self.case, self.dir.path(), &self.out());
+        made.unwrap_or_else(|e| panic!("{what}: {e}"))
+    }
+
     /// Runs the case again and cold; what was made again.
     fn run(&self, what: &str) -> Vec<NodeId> {
-        let made = run(&self.case, self.dir.path(), &self.out());
-        let made = made.unwrap_or_else(|e| panic!("{what}: {e}"));
-        let cold = self.dir.path().join("cold");
-        let _none_yet = fs::remove_dir_all(&cold);
-        run(&self.case, self.dir.path(), &cold).unwrap_or_else(|e| panic!("{what}, cold: {e}"));
-        assert_same(what, &self.out(), &cold);
+        let made = self.again(what);
+        let _none_yet = fs::remove_dir_all(self.cold());
+        let cold = run(&self.case, self.dir.path(), &self.cold());
+        cold.unwrap_or_else(|e| panic!("{what}, cold: {e}"));
+        assert_same(what, &self.out(), &self.cold());
         made
     }
 
-    fn change(&mut self, key: &str, toml: &str, untouched: &[NodeId]) {
+    /// Runs the case again whose cold run was the last one, and of which none of the files that it names has changed.
+    fn repair(&self, what: &str) -> Vec<NodeId> {
+        let made = self.again(what);
+        assert_same(what, &self.out(), &self.cold());
+        made
+    }
+
+    fn edit(&mut self, key: &str, toml: &str) {
         self.case = changed(&self.case, key, toml);
+    }
+
+    /// Changes a value and compares with a cold run; what was made again.
+    fn change(&mut self, key: &str, toml: &str, untouched: &[NodeId]) -> Vec<NodeId> {
+        self.edit(key, toml);
         let what = format!("{key} = {toml}");
         let made = self.run(&what);
         let needless: Vec<_> = untouched.iter().filter(|node| made.contains(node)).collect();
         assert!(needless.is_empty(), "{what}: made {needless:?} again");
+        made
     }
 }
 
@@ -239,6 +283,30 @@ fn what_comes_after_the_tissue_changed_equals_a_cold_run() {
     changed_equals_cold(RESULTS);
 }
 
+/// What asks for the stages that the patient's case leaves out, but those that need scans.
+const ALL_STAGES: &str = "tissues = true\nexport = { pdf = true }\n[tissue]\nmap = \"hu\"\n";
+
+/// Changes that reach, together, every stage of such a case.
+const FULL_SIZE: &[Change] = &[
+    ("carry.segmentation", "\"labels.dcm\"", SERIES),
+    ("bed.ap", "3.0", MESH),
+    ("mesh.tetrahedra", "450", LABELS),
+    ("seeds.chest_wall", "[[60.0, -190.0, -594.5]]", NOTHING),
+    ("equalise_steps", "true", NOTHING),
+];
+
+#[test]
+fn a_ct_in_full_size_changed_equals_a_cold_run() {
+    let mut walk = Walk::in_full_size(ALL_STAGES);
+    let mut open = NodeId::ALL.to_vec();
+    for (key, toml, untouched) in FULL_SIZE {
+        let made = walk.change(key, toml, untouched);
+        open.retain(|node| !made.contains(node));
+    }
+    // A case without scans has nothing to fit.
+    assert_eq!(open, [NodeId::Fit], "made again by no change");
+}
+
 fn series_uid(out: &Path) -> String {
     // The exported series names its source's study; inspecting the source is the shorter way.
     let ct = out.parent().unwrap().join("ct");
@@ -254,9 +322,11 @@ fn series_uid(out: &Path) -> String {
 #[test]
 fn every_input_files_bytes_count() {
     let mut walk = Walk::new();
-    walk.change("ct", "\"ct/IM0040\"", NOTHING);
-    walk.change("carry.points", "\"points.csv\"", SERIES);
-    walk.change("seeds.file", "\"chest_wall.csv\"", NOTHING);
+    // That these changes equal cold runs is shown above; here they are where the way begins.
+    walk.edit("ct", "\"ct/IM0040\"");
+    walk.edit("carry.points", "\"points.csv\"");
+    walk.edit("seeds.file", "\"chest_wall.csv\"");
+    walk.again("files named");
     // Another file of the series than the one that is named: the reader reads the folder.
     brighten(&walk.dir.path().join("ct"), "IM0050");
     assert!(walk.run("another slice").contains(&NodeId::Segment));
@@ -271,27 +341,27 @@ fn every_input_files_bytes_count() {
     walk.change("seeds.file", "\"exclude.csv\"", NOTHING);
 }
 
-/// Makes a slice brighter by 1 HU: its pixels may be compressed, the number that is added to them is text.
+/// Makes a slice brighter by 1 HU, whether its pixels are compressed or not: the number that is added to them is text.
 fn brighten(ct: &Path, name: &str) {
     let path = ct.join(name);
-    let mut bytes = fs::read(&path).unwrap();
-    let tag = [0x28, 0x00, 0x52, 0x10, b'D', b'S'];
-    let at = bytes.windows(6).position(|window| window == tag).unwrap() + 8;
-    assert_eq!(&bytes[at..at + 5], b"-1024");
-    bytes[at + 4] = b'3';
-    fs::write(path, bytes).unwrap();
+    let mut file = fs::read(&path).unwrap();
+    let intercept = dicom_value(&mut file, 0x0028_1052, b"DS");
+    assert_eq!(intercept, b"-1024 ");
+    intercept.copy_from_slice(b"-1023 ");
+    fs::write(path, file).unwrap();
 }
 
 #[test]
 fn what_was_deleted_comes_back() {
     let mut walk = Walk::new();
-    walk.change("mesh.geometry", "\"curved\"", LABELS);
+    walk.edit("mesh.geometry", "\"curved\"");
+    walk.again("curved");
     fs::remove_file(walk.out().join(".stages/curved.vtu")).unwrap();
     walk.change("tissue.young", "0.7", LABELS);
     fs::remove_dir_all(walk.out().join("field")).unwrap();
-    assert!(walk.run("fields deleted").contains(&NodeId::Fields));
+    assert!(walk.repair("fields deleted").contains(&NodeId::Fields));
     fs::remove_dir_all(walk.out().join(".stages/surfaces")).unwrap();
-    assert!(walk.run("surfaces deleted").contains(&NodeId::Segment));
+    assert!(walk.repair("surfaces deleted").contains(&NodeId::Segment));
 }
 
 #[test]
