@@ -25,6 +25,11 @@ impl Case {
         case
     }
 
+    /// The small case with a tumour that the chest wall holds: nobody may use what comes of it.
+    pub fn held() -> Self {
+        Self::small().with("tumour", "{ centre = [81.8, -222.0, -612.5], radius = 5.0 }")
+    }
+
     /// Sets an entry to a value, written as TOML.
     pub fn set(&mut self, key: &str, value: &str) -> &mut Self {
         self.entries.retain(|(k, _)| k != key);

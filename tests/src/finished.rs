@@ -27,6 +27,20 @@ impl Finished {
     /// # Panics
     /// When it cannot be made.
     pub fn of(case: &Case) -> Self {
+        Self::made(case, |_| {}, 0)
+    }
+
+    /// The run of the case whose tumour is held, which goes on from that of the small case and ends with 4.
+    ///
+    /// # Panics
+    /// When it cannot be made.
+    pub fn held() -> Self {
+        let small = Self::of(&Case::small());
+        Self::made(&Case::held(), |out| small.begin(out), 4)
+    }
+
+    /// The run of a case in a folder that is begun somehow; it ends with this code.
+    fn made(case: &Case, begin: impl FnOnce(&Path), code: i32) -> Self {
         let all = target().join("tmp/finished");
         std::fs::create_dir_all(&all).expect("the folder of runs can be made");
         let name = hash(&case.text());
@@ -44,9 +58,11 @@ impl Finished {
             std::fs::remove_dir_all(&folder).expect("the run of another program can be removed");
         }
         std::fs::create_dir(&folder).expect("the run's folder can be made");
+        begin(&finished.out);
         let mut command = supine_command();
         command.arg("run").arg(case.write(&folder)).arg("--out").arg(&finished.out);
-        Outcome::of(command.args(["--no-progress", "--threads", "2"])).success("supine run");
+        let said = Outcome::of(command.args(["--no-progress", "--threads", "2"]));
+        assert_eq!(said.code, Some(code), "supine run: {}", said.stderr);
         std::fs::write(complete, program).expect("that it is complete can be written");
         finished
     }
@@ -54,6 +70,15 @@ impl Finished {
     /// A copy of what it left, to be written into.
     pub fn copy_to(&self, out: &Path) {
         copy_folder(&self.out, out);
+    }
+
+    /// What it left without how it ended: a run of another case into it makes the stages that the case touches. For tests
+    /// of what a run makes, not of whether it makes it anew.
+    pub fn begin(&self, out: &Path) {
+        self.copy_to(out);
+        for name in ["summary.json", "log.jsonl"] {
+            std::fs::remove_file(out.join(name)).expect("how it ended can be removed");
+        }
     }
 }
 

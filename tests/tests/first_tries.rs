@@ -6,7 +6,8 @@
 use std::fs;
 use std::path::Path;
 use supine_tests::{
-    Drawn, Outcome, copy_series, frame_of_reference, root, source, supine_command, write_structures,
+    Case, Drawn, Finished, Outcome, copy_series, frame_of_reference, root, source, supine_command,
+    write_structures,
 };
 
 /// A try: what is wrong, what is made of a good case, what is typed, the exit code, and the words that matter.
@@ -38,8 +39,11 @@ const GOOD: [&str; 4] = [
     "tumour = { centre = [91.4, -248.1, -594.5], radius = 9.0 }",
 ];
 
-/// A mesh that is made at once.
-const SMALL: &str = "mesh = { tetrahedra = 800 }";
+/// The mesh of the run that is there already, in its sphere.
+const SMALL: [&str; 2] = [
+    "mesh = { tetrahedra = 1000, order = 1 }",
+    "region = { centre = [99.0, -236.5, -612.5], radius = 96.0 }",
+];
 
 const GTV: Drawn = Drawn { name: "GTV", centre: [91.37, -248.09, -594.5], radius: 9.0 };
 const BY_NAME: &str = "tumour = { structure = \"GTV\", file = \"RS.dcm\" }";
@@ -162,7 +166,7 @@ static TRIES: &[Try] = &[
         code: 4,
         ..case(
             "a seed of the chest wall in the tumour",
-            &[SMALL, "seeds = { chest_wall = [[91.4, -248.1, -594.5]] }"],
+            &[SMALL[0], SMALL[1], "seeds = { chest_wall = [[91.4, -248.1, -594.5]] }"],
             &[
                 "RED: do not use",
                 "lies in what was taken for chest wall",
@@ -171,16 +175,17 @@ static TRIES: &[Try] = &[
         )
     },
     Try {
+        make: begun,
         typed: "run case.toml --out out --quiet",
         code: 4,
         ..case(
             "the tumour in the chest wall",
-            &[SMALL, "tumour = { centre = [81.8, -222.0, -612.5], radius = 5.0 }"],
+            &[SMALL[0], SMALL[1], "tumour = { centre = [81.8, -222.0, -612.5], radius = 5.0 }"],
             &["RED: do not use", "which does not move (0.0 mm)"],
         )
     },
     Try {
-        make: |folder| deformed(folder, &[]),
+        make: |folder| Finished::of(&Case::small()).copy_to(&folder.join("first")),
         ..case(
             "a CT that was deformed already",
             &["ct = 'first/ct'"],
@@ -188,9 +193,7 @@ static TRIES: &[Try] = &[
         )
     },
     Try {
-        make: |folder| {
-            deformed(folder, &["tumour = { centre = [81.8, -222.0, -612.5], radius = 5.0 }"])
-        },
+        make: |folder| Finished::held().copy_to(&folder.join("first")),
         typed: "send first --to PACS@127.0.0.1:9",
         code: 4,
         ..case(
@@ -205,6 +208,7 @@ static TRIES: &[Try] = &[
         ..case("an archive without its address", &[], &["expected AET@HOST:PORT"])
     },
     Try {
+        make: begun,
         typed: "run case.toml --out out --quiet",
         ..case(
             "a region that leaves the CT",
@@ -248,13 +252,9 @@ static TRIES: &[Try] = &[
     },
 ];
 
-/// A run of the good case with other lines, in the folder `first`, whatever its verdict.
-fn deformed(folder: &Path, lines: &[&str]) {
-    let case = text(&[&[SMALL], lines].concat());
-    fs::write(folder.join("first.toml"), case).expect("the try is set up");
-    let words = ["run", "first.toml", "--out", "first", "--quiet"];
-    Outcome::of(supine_command().current_dir(folder).args(words));
-    assert!(folder.join("first/ct").is_dir(), "the try is set up");
+/// The CT's labels and the small mesh are there already: a run that stops later than that need not make them.
+fn begun(folder: &Path) {
+    Finished::of(&Case::small()).begin(&folder.join("out"));
 }
 
 fn frame() -> String {
@@ -351,6 +351,7 @@ fn first_report() -> String {
     let folder = scratch.path();
     std::os::unix::fs::symlink(source(), folder.join("ct")).expect("the CT can be linked");
     write_structures(&folder.join("RS.dcm"), &frame(), &[GTV]);
+    begun(folder);
     for line in TYPED {
         let words = line.split(' ').skip(1);
         Outcome::of(supine_command().current_dir(folder).args(words)).success(line);

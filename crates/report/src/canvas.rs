@@ -91,9 +91,12 @@ impl Canvas {
         for [a, b] in segments {
             let Some(part) = self.area([a, b].into_iter(), reach) else { continue };
             for (x, y) in part.pixels() {
-                let near = pen.width / 2.0 + 0.5 - distance([x as f64, y as f64], *a, *b);
-                let n = (y - area.top) * area.width() + (x - area.left);
-                cover[n] = cover[n].max(near.clamp(0.0, 1.0) as f32);
+                let square = square_of_distance([x as f64, y as f64], *a, *b);
+                if square < reach * reach {
+                    let near = pen.width / 2.0 + 0.5 - square.sqrt();
+                    let n = (y - area.top) * area.width() + (x - area.left);
+                    cover[n] = cover[n].max(near.clamp(0.0, 1.0) as f32);
+                }
             }
         }
         for ((x, y), c) in area.pixels().zip(cover) {
@@ -241,13 +244,14 @@ impl Area {
     }
 }
 
-/// Distance of `p` from the segment ab.
-fn distance(p: Spot, a: Spot, b: Spot) -> f64 {
+/// Square of the distance of `p` from the segment ab.
+fn square_of_distance(p: Spot, a: Spot, b: Spot) -> f64 {
     let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
     let square = ab[0] * ab[0] + ab[1] * ab[1];
     let t = if square > 0.0 { (ap[0] * ab[0] + ap[1] * ab[1]) / square } else { 0.0 };
     let t = t.clamp(0.0, 1.0);
-    (ap[0] - t * ab[0]).hypot(ap[1] - t * ab[1])
+    let off = [ap[0] - t * ab[0], ap[1] - t * ab[1]];
+    off[0] * off[0] + off[1] * off[1]
 }
 
 #[cfg(test)]

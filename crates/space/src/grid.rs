@@ -123,6 +123,7 @@ impl Grid {
 
     /// Continuous index of a position: `(Dᵀ (p - origin)) / spacing`, in this order of operations,
     /// which the exact rasteriser relies on.
+    #[inline]
     pub fn index_from_patient(&self, p: &Point) -> [f64; 3] {
         (self.direction.tr_mul(&(p - self.origin))).component_div(&self.spacing).into()
     }

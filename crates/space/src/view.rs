@@ -96,6 +96,7 @@ impl Plane {
     }
 
     /// Position of a spot, LPS, mm.
+    #[inline]
     pub fn patient(&self, [x, y]: Spot) -> Point {
         self.corner + (self.view.right() * x + self.view.down() * y) * self.pixel_mm
     }

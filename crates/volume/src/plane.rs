@@ -26,7 +26,9 @@ pub fn contour(samples: &[f32], width: usize, level: f32) -> Vec<[Spot; 2]> {
         for x in 0..width - 1 {
             let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
             let value = corners.map(|(x, y)| samples[y * width + x]);
-            if value.iter().any(|v| v.is_nan()) {
+            let above = value.iter().filter(|v| **v > level).count();
+            // Most cells are crossed by nothing.
+            if above == 0 || above == 4 || value.iter().any(|v| v.is_nan()) {
                 continue;
             }
             let mut crossings: Vec<Spot> = Vec::with_capacity(4);

@@ -74,6 +74,7 @@ impl Cell {
 /// Trilinear sample at a continuous index, clamped to the volume per axis.
 ///
 /// Position in f64, interpolation in f32.
+#[inline]
 pub fn sample_trilinear<T: Copy + Into<f32>>(volume: &Volume<T>, index: [f64; 3]) -> f32 {
     let cell = Cell::new(volume.grid().size(), index);
     cell.mix_f32(&cell.corners().map(|n| volume.data()[n].into()))

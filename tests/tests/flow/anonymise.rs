@@ -1,6 +1,6 @@
 //! De-identified results.
 
-use crate::shared::{run, scratch, summary};
+use crate::shared::{run, scratch, shared, summary};
 use std::path::{Path, PathBuf};
 use supine_tests::{Case, copy_series, readers_python, source, supine, tool};
 
@@ -57,6 +57,7 @@ fn objects_of_the_patient_go_with_a_de_identified_run_and_do_not_name_her() {
         .with("carry", &format!("{{ {carry} }}"))
         .write(folder.path());
     let out = folder.path().join("out");
+    shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     let summary = summary(&out);
     assert_eq!(summary["carried"].as_array().expect("what was carried").len(), 3, "{summary}");

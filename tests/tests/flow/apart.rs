@@ -1,6 +1,6 @@
 //! Two runs of one patient are told apart in a planning system's list.
 
-use crate::shared::{run, scratch, shared};
+use crate::shared::{run, run_until, scratch, shared};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -29,6 +29,7 @@ fn runs_on_other_tables_are_told_apart_and_bear_the_time_of_the_run() {
     let scratch = scratch();
     let out = scratch.path().join("out");
     let case = Case::small().with("bed", "{ ap = 9.0, lat = 5.0 }").write(scratch.path());
+    shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     let runs = [shared().out.as_path(), &out];
     let (series, names) = (runs.map(listed), runs.map(name));
@@ -58,6 +59,10 @@ fn the_clock_of_the_case_comes_before_that_of_the_run() {
     let scratch = scratch();
     let out = scratch.path().join("out");
     let case = Case::small().with("export", "{ clock = \"2025-11-03 08:09:10\" }");
-    run(&case.write(scratch.path()), &out, 2).success("supine run");
+    let case = case.write(scratch.path());
+    shared().begin(&out);
+    for stage in ["labels-object", "registration", "structures"] {
+        run_until(stage, &case, &out).success(stage);
+    }
     assert!(listed(&out).iter().all(|object| object["content"] == "20251103 080910"));
 }

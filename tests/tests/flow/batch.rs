@@ -2,7 +2,7 @@
 
 use crate::interrupt::{PATIENCE, interrupt};
 use crate::repeat::assert_same_bytes;
-use crate::shared::{scratch, shared};
+use crate::shared::{held, scratch, shared};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -74,8 +74,10 @@ fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
     let folder = scratch();
     let (at, out) = (folder.path(), folder.path().join("out"));
     case(at, "good", &Case::small());
-    let wall = "{ centre = [81.8, -222.0, -612.5], radius = 5.0 }";
-    case(at, "red", &Case::small().with("tumour", wall));
+    case(at, "red", &Case::held());
+    // That a batch makes a whole run is seen where it is interrupted.
+    shared().begin(&out.join("runs/good"));
+    held().begin(&out.join("runs/red"));
     let table = at.join("more.csv");
     let rows = "name,case,breast\ntypo,good/case.toml,lft\n";
     std::fs::write(&table, rows).expect("a table");
@@ -135,6 +137,8 @@ fn ctrl_c_in_the_middle_keeps_what_is_finished() {
     let mut command = supine_command();
     command.arg("batch").args(&cases).arg("--out").arg(&out).args(["--jobs", "1"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // The one in the middle is made from the beginning.
+    ["a", "c"].iter().for_each(|name| shared().begin(&out.join("runs").join(name)));
     let child = command.spawn().expect("supine can be started");
     let (begun, first) = (Instant::now(), out.join("status/a.json"));
     while !(first.is_file() && out.join("runs/b/.stages").is_dir()) {

@@ -114,6 +114,7 @@ fn warnings_have_the_numbers_that_were_measured() {
     let region = "{ centre = [91.0, -235.0, -594.5], radius = 55.0 }";
     let case = Case::small().with("region", region).write(folder.path());
     let out = folder.path().join("out");
+    shared().begin(&out);
     let said = supine(&[
         &"run",
         &case,

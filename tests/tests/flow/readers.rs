@@ -1,6 +1,6 @@
 //! What independent readers see in the results.
 
-use crate::shared::{run, scratch, shared};
+use crate::shared::{run_until, scratch, shared};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use supine_tests::{Case, files_below, python, readers_python, root, source, supine, tool};
@@ -84,7 +84,7 @@ fn the_same_ct_as_nifti_gives_the_same_volume() {
     readers_python("convert.py", [source(), nifti.clone()]).success("convert.py");
     let case = Case::small().with_ct(&nifti).write(scratch.path());
     let out = scratch.path().join("out");
-    run(&case, &out, 2).success("supine run on NIfTI");
+    run_until("export", &case, &out).success("supine run on NIfTI");
     assert!(!out.join("ct").exists(), "no DICOM comes from a CT without a patient");
     let volume = out.join("ct.nrrd");
     readers_python("series.py", [source(), shared().out.join("ct"), volume]).success("series.py");

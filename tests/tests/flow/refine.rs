@@ -12,6 +12,7 @@ fn a_mesh_for_the_tumours_displacement_has_the_same_number_and_nearly_the_same_r
     let mesh = format!("{{ tetrahedra = {asked}, refine = \"goal\" }}");
     let case = Case::small().with("mesh", &mesh).write(folder.path());
     let out = folder.path().join("out");
+    shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     let goal = summary(&out);
     assert_eq!(goal["parameters"]["mesh"]["refine"], "goal");

@@ -1,6 +1,6 @@
 //! The report as a PDF beside the series.
 
-use crate::shared::{run, scratch};
+use crate::shared::{run, scratch, shared};
 use supine_tests::{Case, forgotten, readers_python, tool};
 
 #[test]
@@ -8,6 +8,7 @@ fn other_readers_find_the_report_in_its_object() {
     let scratch = scratch();
     let out = scratch.path().join("out");
     let case = Case::small().with("export", "{ pdf = true }").write(scratch.path());
+    shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     assert!(forgotten(&out).is_empty(), "{:?}", forgotten(&out));
     println!("{}", readers_python("report_pdf.py", [&out]).success("report_pdf.py").stdout.trim());

@@ -10,12 +10,25 @@ pub(crate) fn shared() -> &'static Finished {
     SHARED.get_or_init(|| Finished::of(&Case::small()))
 }
 
+/// The run whose tumour is held by the chest wall, for looking alone.
+pub(crate) fn held() -> &'static Finished {
+    static HELD: OnceLock<Finished> = OnceLock::new();
+    HELD.get_or_init(Finished::held)
+}
+
 /// Runs a case.
 pub(crate) fn run(case: &Path, out: &Path, threads: usize) -> Outcome {
     let mut command = supine_command();
     command.arg("run").arg(case).arg("--out").arg(out);
     command.args(["--no-progress", "--threads", &threads.to_string()]);
     Outcome::of(&mut command)
+}
+
+/// Runs a case up to a stage on two threads.
+pub(crate) fn run_until(stage: &str, case: &Path, out: &Path) -> Outcome {
+    let mut command = supine_command();
+    command.arg("run").arg(case).arg("--out").arg(out).args(["--until", stage]);
+    Outcome::of(command.args(["--no-progress", "--threads", "2"]))
 }
 
 /// A folder that goes with the test.

@@ -9,6 +9,7 @@ fn tissues_inform_the_report_and_change_nothing_else() {
     let folder = scratch();
     let case = Case::small().with("tissues", "true").write(folder.path());
     let out = folder.path().join("out");
+    shared().begin(&out);
     run(&case, &out, 2).success("supine run");
     let plain = &shared().out;
     let read = |out: &Path, path: &Path| std::fs::read(out.join(path)).expect("it is read");

@@ -1,6 +1,6 @@
 //! The tumour from a region of a structure set.
 
-use crate::shared::scratch;
+use crate::shared::{scratch, shared};
 use serde_json::Value;
 use std::path::Path;
 use supine_tests::{Case, Drawn, Outcome, frame_of_reference, source, supine, write_structures};
@@ -29,13 +29,22 @@ fn run(case: &Path, out: &Path, until: &str) -> Outcome {
 fn the_tumour_is_the_sphere_of_its_region() {
     let folder = scratch();
     let rs = folder.path().join("RS.dcm");
-    write_structures(&rs, &frame(), &[OTHERS[0], GTV, OTHERS[1]]);
+    write_structures(&rs, &frame(), &[Drawn { radius: 12.0, ..GTV }]);
     let by_name = case(folder.path(), "{ structure = \"GTV\", file = \"RS.dcm\" }");
     let out = folder.path().join("out");
+    shared().begin(&out);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let checked = supine(&[&"check", &by_name, &"--quiet", &"--json"]).success("supine check");
+    let checked: Value = serde_json::from_str(&checked.stdout).expect("JSON");
+    assert!((number(&checked["tumour"]["radius_mm"]) - 12.0).abs() < 0.2, "{checked}");
+    run(&by_name, &out, "export").success("supine run");
+    let before = std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh");
+
+    // Another region drawn in the same file changes nothing but the file, and the tumour is that region's.
+    write_structures(&rs, &frame(), &[OTHERS[0], GTV, OTHERS[1]]);
     let said = run(&by_name, &out, "report").success("supine run");
     let summary: Value = serde_json::from_str(&said.stdout).expect("JSON");
     let tumour = &summary["position"]["tumour"];
-    let number = |value: &Value| value.as_f64().expect("a number");
     for (axis, centre) in GTV.centre.iter().enumerate() {
         assert!((number(&tumour["centre_mm"][axis]) - centre).abs() < 0.05, "{tumour}");
     }
@@ -43,13 +52,6 @@ fn the_tumour_is_the_sphere_of_its_region() {
     assert_eq!(summary["case"]["tumour"]["structure"], "GTV");
     let inputs = summary["inputs"].as_array().expect("a list");
     assert!(inputs.iter().any(|input| input["role"] == "tumour"), "{inputs:?}");
-
-    // Another region drawn in the same file changes nothing but the file; a moved one moves the tumour.
-    let before = std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh");
-    write_structures(&rs, &frame(), &[Drawn { radius: 12.0, ..GTV }]);
-    let said = run(&by_name, &out, "report").success("supine run");
-    let summary: Value = serde_json::from_str(&said.stdout).expect("JSON");
-    assert!((number(&summary["position"]["tumour"]["radius_mm"]) - 12.0).abs() < 0.2, "{summary}");
     assert!(before == std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh"));
     let case = out.join("summary.json");
     let said = run(&case, &folder.path().join("again"), "region");

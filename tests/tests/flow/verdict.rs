@@ -1,6 +1,6 @@
 //! What must not be used is not done quietly, and does not leave by habit.
 
-use crate::shared::{run, scratch, shared, summary};
+use crate::shared::{held, run, scratch, shared, summary};
 use serde_json::Value;
 use std::path::Path;
 use supine_tests::{Case, source, supine};
@@ -8,9 +8,9 @@ use supine_tests::{Case, source, supine};
 #[test]
 fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
     let folder = scratch();
-    let tumour = "{ centre = [81.8, -222.0, -612.5], radius = 5.0 }";
-    let case = Case::small().with("tumour", tumour).write(folder.path());
+    let case = Case::held().write(folder.path());
     let out = folder.path().join("out");
+    held().copy_to(&out);
     let ended = run(&case, &out, 2);
     assert_eq!(ended.code, Some(4), "{}", ended.stderr);
     assert!(ended.stderr.contains("RED: do not use"), "{}", ended.stderr);

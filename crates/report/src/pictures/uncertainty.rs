@@ -46,10 +46,9 @@ pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool 
     let Some(map) = scene.uncertainty else { return false };
     let (index, size) = (map.grid().index_from_patient(p), map.grid().size());
     let at = |c: usize| {
-        [0, 1, 2].map(|a| (index[a].floor().max(0.0) as usize + (c >> a & 1)).min(size[a] - 1))
+        [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1))
     };
-    let worst = (0..8).map(|c| map.at(at(c))).max().unwrap_or(0);
-    f64::from(worst) > 10.0 * limit_mm
+    (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
 }
 
 /// Every other piece of the chains that the segments form.
@@ -134,14 +133,17 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
     let last = grid.size().map(|n| n as f64 - 1.0);
     let is_wall = |at: &Vector| {
         let inside = (0..3).all(|a| at[a] >= 0.0 && at[a] <= last[a]);
-        inside && wall.at([0, 1, 2].map(|a| at[a].round() as usize)) > 0
+        inside && wall.at([0, 1, 2].map(|a| (at[a] + 0.5) as usize)) > 0
     };
+    let walls = extent(wall);
     // Nothing but soft tissue lies farther out than the breast does.
     let (first, steps) = (-2.0 * reach / STEP_MM, (3.0 * reach / STEP_MM) as usize);
     let seen = |n: usize| -> Option<Point> {
         let spot = [(n % plane.width) as f64, (n / plane.width) as f64];
         let start = index(&plane.patient(spot)) + first * step;
-        let hit = (0..steps).find(|&m| is_wall(&(start + m as f64 * step)))? as f64;
+        let (enters, leaves) = crossed(walls?, start, step);
+        let mut within = enters.max(0.0) as usize..steps.min(leaves.max(0.0) as usize);
+        let hit = within.find(|&m| is_wall(&(start + m as f64 * step)))? as f64;
         // Between the voxels the surface lies where half is wall.
         let share = |m: f64| f64::from(sample_trilinear(wall, (start + m * step).into())) - 0.5;
         let places = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|d| hit + d);
@@ -170,6 +172,39 @@ fn relief(studio: &Studio<'_>, plane: &Plane, wall: &Volume<u8>) -> Canvas {
         canvas.mix(n, rgb, 1.0);
     }
     canvas
+}
+
+/// First and last voxel of the wall along each axis; `None` when there is none.
+fn extent(wall: &Volume<u8>) -> Option<[[usize; 3]; 2]> {
+    let size = wall.grid().size();
+    let mut extent = None;
+    for (n, row) in wall.data().chunks_exact(size[0]).enumerate() {
+        let Some(first) = row.iter().position(|v| *v > 0) else { continue };
+        let last = row.iter().rposition(|v| *v > 0).unwrap_or(first);
+        let (j, k) = (n % size[1], n / size[1]);
+        let [low, high] = extent.get_or_insert([[first, j, k], [last, j, k]]);
+        *low = [low[0].min(first), low[1].min(j), low[2].min(k)];
+        *high = [high[0].max(last), high[1].max(j), high[2].max(k)];
+    }
+    extent
+}
+
+/// The steps of a line (voxels) between which it may meet voxels within an extent, with one to spare at both ends.
+fn crossed([low, high]: [[usize; 3]; 2], start: Vector, step: Vector) -> (f64, f64) {
+    let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+    for a in 0..3 {
+        let ends = [low[a] as f64 - 1.0, high[a] as f64 + 1.0];
+        if step[a].abs() < 1e-9 {
+            if start[a] < ends[0] || start[a] > ends[1] {
+                return (0.0, 0.0);
+            }
+            continue;
+        }
+        let [b, c] = ends.map(|end| (end - start[a]) / step[a]);
+        enters = enters.max(b.min(c) - 1.0);
+        leaves = leaves.min(b.max(c) + 2.0);
+    }
+    (enters, leaves)
 }
 
 /// Whether a pixel lies on a light stripe.
