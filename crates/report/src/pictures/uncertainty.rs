@@ -45,9 +45,8 @@ pub(super) fn outline(studio: &Studio<'_>, canvas: &mut Canvas, plane: &Plane, w
 pub(crate) fn is_uncertain(scene: &Scene<'_>, limit_mm: f64, p: &Point) -> bool {
     let Some(map) = scene.uncertainty else { return false };
     let (index, size) = (map.grid().index_from_patient(p), map.grid().size());
-    let at = |c: usize| {
-        [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1))
-    };
+    let at =
+        |c: usize| [0, 1, 2].map(|a| (index[a].max(0.0) as usize + (c >> a & 1)).min(size[a] - 1));
     (0..8).any(|c| f64::from(map.at(at(c))) > 10.0 * limit_mm)
 }
 
