@@ -4,7 +4,7 @@ page_grids.py SUPINE FOLDER: makes small series in FOLDER, which must not exist,
 canvases hold with planes cut from SimpleITK's array; which axis is shown where follows from SimpleITK's directions and how
 radiologists look at a patient, not from the server. A leaning stack must be refused. Ends with 0 when all is as it must be.
 """
-import json, os, signal, subprocess, sys, time
+import base64, json, os, signal, subprocess, sys, time
 import numpy as np
 import pydicom
 import SimpleITK as sitk
@@ -115,15 +115,16 @@ DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimatio
 PIXELS = """(view) => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
     const canvas = document.querySelector(`#view-${view} canvas.voxels`), pen = canvas.getContext("2d");
     const {data} = pen.getImageData(0, 0, canvas.width, canvas.height);
-    done([Array.from(data), canvas.width, canvas.height, pen.isContextLost()]); })))"""
+    const text = Array.from(data, (byte) => String.fromCharCode(byte)).join("");
+    done([btoa(text), canvas.width, canvas.height, pen.isContextLost()]); })))"""
 
 
 def pixels(page, view):
     """What a view's canvas holds. One that the browser took away is empty until the page has painted it again."""
     end = time.monotonic() + WAIT / 1000
     while True:
-        flat, width, height, lost = page.evaluate(PIXELS, view)
-        drawn = np.array(flat).reshape(height, width, 4)
+        text, width, height, lost = page.evaluate(PIXELS, view)
+        drawn = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
         if not lost and drawn[..., 3].any() or time.monotonic() > end:
             break
         page.wait_for_timeout(50)
@@ -135,10 +136,11 @@ def pixels(page, view):
 
 def check_planes(page, name, image, place, look):
     """Each view's plane through a place, pixel by pixel; a table of greys rounds halves to even, as canvas data are rounded."""
-    wanted = [*zip(("window-width", "window-level"), look), *[(f"place-{a}", round(x, 1)) for a, x in zip("LPS", place)] * 2]
     snaps, end = int(name in ("tilted", "skew_feet_first")), time.monotonic() + WAIT / 1000
+    # Twice on a tilted grid: the crosshair snaps to a voxel after each field, and the last one moves what the first ones gave.
+    moves = [*zip(("place-L", "place-P", "place-S"), place.round(1))] * (1 + snaps)
+    wanted = [*zip(("window-width", "window-level"), look), *moves]
     while True:
-        # Twice: the crosshair snaps to a voxel after each field, and on a tilted grid the last one moves what the first ones gave.
         for field, value in wanted:
             page.locator(f"#{field}").fill(str(value))
             page.locator(f"#{field}").press("Enter")

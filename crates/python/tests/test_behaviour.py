@@ -70,7 +70,7 @@ def test_warnings_have_codes(values: dict[str, Any]) -> None:
         labels = supine.Session(**values).labels
         supine.Session(**values, labels=labels)
     own = [warning.message for warning in heard if issubclass(warning.category, supine.SupineWarning)]
-    assert own, "how sure labels are that somebody gives is not known"
+    assert "labels-uncertainty-unknown" in {w.code for w in own}, "how sure labels are that somebody gives is not known"
     assert all(w.code and w.stage and isinstance(pickle.loads(pickle.dumps(w)), supine.SupineWarning) for w in own)
 
 
@@ -123,19 +123,22 @@ except RuntimeError as left:
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("stage", ["import", "prepare", "mesh", "solve"])
-def test_ctrl_c_is_heard(folder: Path, stage: str) -> None:
+def test_ctrl_c_is_heard(folder: Path, original: Path, stage: str) -> None:
     # So many that the stage takes seconds, and those before it no longer than they must.
-    tetrahedra = "60000" if stage == "mesh" else "20000"
-    # It takes half a minute, and much longer where the machine has other work.
+    tetrahedra = {"mesh": "60000", "solve": "8000"}.get(stage, "1000")
+    # What reads the CT takes long where there is much of it.
+    ct = original if stage in ("import", "prepare") else folder / "ct"
+    # It takes ten seconds, and much longer where the machine has other work.
     done = subprocess.run(
-        [sys.executable, "-c", CTRL_C, folder / "ct", stage, tetrahedra], capture_output=True, text=True, timeout=1200
+        [sys.executable, "-c", CTRL_C, ct, stage, tetrahedra], capture_output=True, text=True, timeout=1200
     )
     assert done.returncode == 0, done.stderr
     # Heard, and not when the work had ended anyway: that takes more time of processors by far. How long one waits is measured
     # elsewhere.
     worked, *left = done.stdout.split()
-    assert 0.0 < float(worked) < 20.0, done.stdout
-    assert left, "there is something left to do"
+    assert 0.0 < float(worked) < 10.0, done.stdout
+    # A fast machine has read the CT by then.
+    assert left == [stage] or left and stage == "import", "what was interrupted is not left to do"
 
 
 def test_python_goes_on_meanwhile_and_sessions_are_their_own(values: dict[str, Any]) -> None:

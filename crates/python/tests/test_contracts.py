@@ -11,6 +11,7 @@ from typing import Any
 import jsonschema
 import prov.model
 import pytest
+from conftest import Finished
 
 import supine
 
@@ -56,11 +57,9 @@ def test_schemas_refuse_what_the_program_refuses(binary: str, values: dict[str, 
             supine.Session(**{**values, **wrong})
 
 
-def test_provenance_leads_from_the_result_to_the_ct(
-    binary: str, values: dict[str, Any], tmp_path: Path
-) -> None:
-    summary = supine.Session(**values).run(tmp_path / "run")
-    told = subprocess.run([binary, "provenance", tmp_path / "run"], capture_output=True, check=True)
+def test_provenance_leads_from_the_result_to_the_ct(binary: str, finished: Finished) -> None:
+    summary = finished.summary
+    told = subprocess.run([binary, "provenance", finished.out], capture_output=True, check=True)
     document = prov.model.ProvDocument.deserialize(content=told.stdout.decode(), format="json")
     derived: dict[str, set[str]] = {}
     for record in document.get_records(prov.model.ProvDerivation):

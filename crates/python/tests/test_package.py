@@ -66,9 +66,9 @@ def test_the_keywords_are_those_of_the_table() -> None:
 
 
 @pytest.fixture(scope="session")
-def mypy(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """The checker of types; what it finds of numpy and others serves all tests."""
-    cache = tmp_path_factory.mktemp("mypy")
+def mypy() -> list[str]:
+    """The checker of types. What it finds of numpy and others, half a minute's work, stays with the environment they are in."""
+    cache = Path(sys.prefix) / "mypy"
     return [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(cache), "--config-file", str(HERE.parent / "pyproject.toml")]
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import SimpleITK
+from conftest import Finished
 
 import supine
 
@@ -18,8 +19,9 @@ warnings.simplefilter("ignore", supine.SupineWarning)
 
 
 @pytest.fixture(scope="module")
-def session(values: dict[str, Any]) -> supine.Session:
-    return supine.Session(**values)
+def session(finished: Finished) -> supine.Session:
+    """One that has everything."""
+    return finished.session
 
 
 def series(folder: Path) -> SimpleITK.Image:
@@ -34,8 +36,8 @@ def same_place(ours: supine.Volume, image: SimpleITK.Image) -> None:
     np.testing.assert_allclose(np.ravel(ours.direction), image.GetDirection(), atol=1e-12)
 
 
-def test_a_series_is_read_as_simpleitk_reads_it(folder: Path) -> None:
-    ours, image = supine.read_ct(folder / "ct"), series(folder / "ct")
+def test_a_series_is_read_as_simpleitk_reads_it(original: Path) -> None:
+    ours, image = supine.read_ct(original), series(original)
     assert np.array_equal(ours.array, SimpleITK.GetArrayFromImage(image))
     assert ours.array.dtype == np.int16
     same_place(ours, image)
@@ -86,8 +88,9 @@ def test_the_tumours_way_says_how_sure_it_is(session: supine.Session) -> None:
 
 
 def test_the_same_bytes_as_the_command_line(
-    session: supine.Session, folder: Path, values: dict[str, Any], binary: str, tmp_path: Path
+    finished: Finished, folder: Path, binary: str, tmp_path: Path
 ) -> None:
+    session, summary, ours = finished
     case = tmp_path / "case.toml"
     case.write_text(
         f'ct = "{folder / "ct"}"\nbreast = "left"\nbed = {{ ap = 7.0, lat = 5.0 }}\n'
@@ -97,26 +100,23 @@ def test_the_same_bytes_as_the_command_line(
     )
     done = subprocess.run([binary, "run", case, "--out", tmp_path / "theirs", "--json"], capture_output=True)
     assert done.returncode in (0, 4), done.stderr.decode()
-    session.set(export={"clock": "2026-03-01 12:00:00"})
-    summary = session.run(tmp_path / "ours")
+    theirs = tmp_path / "theirs"
     assert summary["verdict"] == json.loads(done.stdout)["verdict"]
-    files = {p.relative_to(tmp_path / "theirs") for p in (tmp_path / "theirs").rglob("*") if p.is_file()}
-    ours = {p.relative_to(tmp_path / "ours") for p in (tmp_path / "ours").rglob("*") if p.is_file()}
-    assert files == ours
+    files = {p.relative_to(theirs) for p in theirs.rglob("*") if p.is_file()}
+    assert files == {p.relative_to(ours) for p in ours.rglob("*") if p.is_file()}
     for file in sorted(files):
         if file.parts[0] == ".stages" or file.name == "log.jsonl":
             continue  # They tell when and how long.
-        one, other = (tmp_path / side / file for side in ("ours", "theirs"))
+        one, other = ours / file, theirs / file
         if file.name == "summary.json":
-            told = [json.loads(path.read_text()) for path in (one, other)]
+            told = [json.loads(path.read_text(encoding="utf-8")) for path in (one, other)]
             [of.pop("run") for of in told]
             assert told[0] == told[1]
         else:
             assert one.read_bytes() == other.read_bytes(), file
-    image = series(tmp_path / "ours" / "ct")
+    image = series(ours / "ct")
     assert np.array_equal(SimpleITK.GetArrayFromImage(image), session.deformed_ct.array)
     same_place(session.deformed_ct, image)
-    session.set(export={"clock": None})
 
 
 def test_a_changed_session_equals_a_new_one(values: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -10,20 +11,34 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 SNAKEFILE = HERE.parents[2] / "workflow/Snakefile"
-# The fixture patient with few linear tetrahedra: seconds on one core.
+# The middle slices of the fixture patient, which hold the breast: 256 x 256 each.
+SLICES = slice(26, 70)
+VOXELS = 44 * 256 * 256
+# A small sphere with few linear tetrahedra: seconds on one core.
 CASE = {
     "breast": '"left"',
     "bed": "{ ap = 7.0, lat = 5.0 }",
     "tumour": "{ centre = [91.37, -248.09, -594.5], radius = 9.0 }",
-    "region": "{ centre = [99.0, -236.5, -612.5], radius = 96.0 }",
-    "mesh": "{ tetrahedra = 1000, order = 1 }",
+    "region": "{ centre = [91.0, -235.0, -594.5], radius = 45.0 }",
+    "mesh": "{ tetrahedra = 500, order = 1 }",
 }
 # A key that does not exist: the input cannot be used, 1.
 TYPO = {"tumour": "{ center = [91.37, -248.09, -594.5], radius = 9.0 }"}
 # A tumour within the chest wall: the verdict is red, 4.
 RED = {"tumour": "{ centre = [81.8, -222.0, -612.5], radius = 9.0 }"}
+# The mesh and what it rests on: what was kept when a run was killed after its mesh.
+FIRST = {"segment", "region", "mesh"}
+# What a run that begins by another's end lacks, `begin`, where it is to be killed after its mesh: labels and mesh, and so much after
+# them that the kill comes before the end. Not the region: with the labels it would have all made again.
+LATE = ("segment", "mesh", "solve", "export", "fields", "structures")
 # All waits end after so many seconds: a cohort takes a minute, and much longer where the machine has other work.
 PATIENCE = 1500
+
+
+def write_case(folder, ct, changes=()):
+    """A case file: what differs from the case above."""
+    case = {"ct": json.dumps(str(ct)), **CASE, **dict(changes)}
+    (folder / "case.toml").write_text("".join(f"{key} = {value}\n" for key, value in case.items()))
 
 
 def comes(wanted):
@@ -37,25 +52,32 @@ def comes(wanted):
 
 
 class Cohort:
-    def __init__(self, folder, supine, ct):
-        self.folder, self.supine, self.ct = folder, supine, ct
+    def __init__(self, folder, supine, ct, finished):
+        self.folder, self.supine, self.ct, self.finished = folder, supine, ct, finished
         self.snakefile, self.rows = SNAKEFILE, {}
         (folder / "plan").mkdir(parents=True)
         self.configure()
 
     def configure(self, **keys):
-        keys = {"threads": 1, "voxels": 5636096, "supine": str(HERE / "failing_supine.sh"), **keys}
+        keys = {"threads": 1, "voxels": VOXELS, "supine": str(HERE / "failing_supine.sh"), **keys}
         (self.folder / "config.yaml").write_text(json.dumps(keys))
 
     def add(self, name, changes=(), plan=None, ap=""):
         """A patient: what differs in her case file, what happens to her, and the tilt that the table of cases gives her."""
-        case = {"ct": json.dumps(str(self.ct)), **CASE, **dict(changes)}
         (self.folder / name).mkdir(exist_ok=True)
-        (self.folder / name / "case.toml").write_text("".join(f"{key} = {value}\n" for key, value in case.items()))
+        write_case(self.folder / name, self.ct, changes)
         self.rows[name] = f"{name},{name}/case.toml,{ap}\n"
         (self.folder / "cases.csv").write_text("name,case,bed.ap\n" + "".join(self.rows.values()))
         if plan:
             (self.folder / "plan" / name).write_text(plan)
+
+    def begin(self, name, stages):
+        """Makes her run folder that of a finished run without these stages and its summary: what holds for her is there, the report
+        with its pictures too, which are the dearest by far."""
+        run = self.folder / "results/runs" / name
+        shutil.copytree(self.finished, run, ignore=shutil.ignore_patterns("summary.json", "log.jsonl"), dirs_exist_ok=True)
+        for stage in stages:
+            (run / f".stages/{stage}.json").unlink()
 
     def command(self, *more, profile="local"):
         own = ["--snakefile", self.snakefile, "--workflow-profile", self.snakefile.parent / "profiles" / profile]

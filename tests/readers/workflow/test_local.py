@@ -5,17 +5,16 @@ import os
 import signal
 import subprocess
 
-from cohort import RED, TYPO, comes
-
-# The mesh and what it rests on: what was kept when a run was killed after its mesh.
-FIRST = {"segment", "region", "mesh"}
+from cohort import FIRST, LATE, RED, TYPO, comes
 
 
 def test_each_patient_ends_for_herself(cohort):
     cohort.add("good", ap="6")
     cohort.add("typo", TYPO)
     cohort.add("red", RED)
+    cohort.begin("red", [])
     cohort.add("killed", plan="kill")
+    cohort.begin("killed", LATE)
     cohort.add("later", TYPO, plan="75")
     done = cohort.snakemake()
     assert done.returncode == 0
@@ -37,6 +36,7 @@ def test_each_patient_ends_for_herself(cohort):
 
     # A case that was put right is the only one that is run again.
     cohort.add("typo")
+    cohort.begin("typo", ["mesh"])
     assert cohort.snakemake().returncode == 0
     assert cohort.codes()["typo"] == 0
     asked = cohort.calls()[len(before):]
@@ -56,6 +56,8 @@ def test_what_fails_to_the_last_stays_to_be_done_and_the_table_is_there(cohort):
 
 def test_after_snakemake_was_killed_the_next_one_goes_on(cohort):
     cohort.add("good")
+    # Without its report: drawing that takes seconds, in which Snakemake is killed.
+    cohort.begin("good", [*LATE, "report"])
     process = subprocess.Popen(
         cohort.command("--quiet", "all"), env=cohort.environment(), cwd=cohort.folder, start_new_session=True
     )
@@ -72,6 +74,7 @@ def test_after_snakemake_was_killed_the_next_one_goes_on(cohort):
 def test_one_job_per_stage(cohort):
     cohort.configure(per_stage=True)
     cohort.add("good")
+    cohort.begin("good", LATE)
     cohort.add("typo", TYPO)
     assert cohort.snakemake().returncode == 0
     assert cohort.codes() == {"good": 0, "typo": 1}

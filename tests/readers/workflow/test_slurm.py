@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from cohort import SNAKEFILE, TYPO, comes
+from cohort import LATE, SNAKEFILE, TYPO, comes
 from slurm import NoNamespaces, Slurm
 
 
@@ -32,8 +32,10 @@ def slurm(tmp_path):
 
 def test_a_cohort_on_slurm(cohort, slurm):
     cohort.add("good")
+    cohort.begin("good", ["mesh", "export"])
     cohort.add("typo", TYPO)
     cohort.add("killed", plan="kill")
+    cohort.begin("killed", LATE)
     # The profile waits as long as a busy cluster wants it to.
     soon = ["--slurm-init-seconds-before-status-checks", "1", "--seconds-between-status-checks", "1", "--latency-wait", "5"]
     done = cohort.snakemake(*soon, profile="slurm", inside=slurm.inside)
