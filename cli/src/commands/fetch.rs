@@ -41,6 +41,7 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure>
     };
     let info = supine_dicom_network::fetch(&call, &wanted, &way, out, progress)?;
     info.warnings.iter().for_each(|warning| screen.say(&format!("warning: {warning}")));
+    info.strangers.iter().for_each(|strangers| screen.say(&format!("refused: {strangers}")));
     for missing in info.missing.iter().take(NAMED) {
         screen.say(&format!("missing: {missing}"));
     }
@@ -56,18 +57,23 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure>
 
 /// Why not all came, if not all came.
 fn incomplete(info: &FetchInfo) -> Option<Failure> {
-    let left = info.missing.len();
-    if left == 0 {
-        return None;
+    let (left, received) = (info.missing.len(), info.received);
+    if let (Some(broken), 1..) = (&info.broken, left) {
+        let message =
+            format!("{broken}; {received} fetched, {left} left: the same call goes on from there");
+        return Some(Failure::coded(Kind::Retry, "network", message));
     }
-    let Some(broken) = &info.broken else {
-        let message = format!("{left} instances did not come");
-        return Some(Failure::coded(Kind::Input, "instances-missing", message));
-    };
-    let received = info.received;
-    let message =
-        format!("{broken}; {received} fetched, {left} left: the same call goes on from there");
-    Some(Failure::coded(Kind::Retry, "network", message))
+    let strangers: usize = info.strangers.iter().map(|one| one.instances.len()).sum();
+    if strangers > 0 {
+        let missing = if left > 0 { format!("; {left} did not come") } else { String::new() };
+        let message = format!(
+            "{strangers} objects that the archive lists are not of what was asked for and were refused{missing}: \
+             have it put right in the archive; the {received} that were kept are of what was asked for"
+        );
+        return Some(Failure::coded(Kind::Input, "objects-of-others", message));
+    }
+    let message = format!("{left} instances did not come");
+    (left > 0).then(|| Failure::coded(Kind::Input, "instances-missing", message))
 }
 
 /// A line for each series, under its study.

@@ -4,9 +4,10 @@ use crate::Call;
 use crate::command::{Command, element, field};
 use crate::contexts::{MAX_CONTEXTS, Proposal};
 use crate::error::Error;
-use crate::find::{Finder, InstanceEntry, QuerySpec};
+use crate::expected::{Expected, Strangers};
+use crate::find::{Finder, Found, InstanceEntry, QuerySpec};
 use crate::go_on::GoOn;
-use crate::inbox::{Inbox, is_here};
+use crate::inbox::Inbox;
 use crate::link::Link;
 use crate::listener::Listener;
 use crate::message::{Payload, Talk};
@@ -15,7 +16,7 @@ use crate::send::pause;
 use crate::{status, syntaxes};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::path::Path;
 use std::sync::Mutex;
@@ -58,6 +59,8 @@ pub struct FetchInfo {
     pub bytes: u64,
     /// SOP Instance UIDs that the archive lists and that did not arrive.
     pub missing: Vec<String>,
+    /// What the archive sent in their place and belongs to another patient, study, series or date.
+    pub strangers: Vec<Strangers>,
     /// Associations that were opened to retrieve, not counting those for queries.
     pub associations: usize,
     /// What was not kept, and other things one has to know.
@@ -94,22 +97,17 @@ pub fn fetch(
         Ok(progress.at(share)?)
     };
     let mut info = FetchInfo::default();
-    let parts = patiently(call, &go_on, || plan(call, spec, &go_on))?;
-    info.study = parts.first().map(|part| part.study.clone()).unwrap_or_default();
-    let mut missing = BTreeSet::new();
+    let (parts, expected) = patiently(call, &go_on, || plan(call, spec, &go_on))?;
+    info.study.clone_from(&expected.study);
+    let mut inbox = Inbox::new(out, expected);
     for entry in parts.iter().flat_map(|part| &part.instances) {
         go_on()?;
-        if is_here(out, &entry.instance) {
-            info.known += 1;
-        } else {
-            missing.insert(entry.instance.clone());
-        }
+        info.known += usize::from(inbox.is_here(&entry.instance));
     }
-    total.store(missing.len().max(1), Ordering::Relaxed);
-    let mut inbox = Inbox::new(out, missing);
+    total.store(inbox.missing.len().max(1), Ordering::Relaxed);
     let mut vain = 0;
     while !inbox.missing.is_empty() {
-        let before = inbox.received;
+        let before = inbox.missing.len();
         let round = Round { call, parts: &parts, arrived: &arrived, go_on: &go_on };
         let outcome = match way {
             Way::Get => round.by_get(&mut inbox, &mut info),
@@ -117,7 +115,7 @@ pub fn fetch(
                 round.by_move(&mut inbox, &mut info, title, *bind, *port)
             }
         };
-        let progressed = inbox.received > before;
+        let progressed = inbox.missing.len() < before;
         info.broken = outcome.as_ref().err().map(ToString::to_string);
         vain = if progressed { 0 } else { vain + 1 };
         match outcome {
@@ -131,7 +129,9 @@ pub fn fetch(
             Err(_) => pause(vain, &go_on)?,
         }
     }
+    inbox.tell_strangers_in_the_folder();
     (info.received, info.bytes) = (inbox.received, inbox.bytes);
+    info.strangers = inbox.strangers;
     info.missing = inbox.missing.into_iter().collect();
     inbox.problems.dedup();
     info.warnings.extend(inbox.problems);
@@ -164,23 +164,28 @@ fn patiently<T>(
     }
 }
 
-/// What the archive lists of what is meant.
-fn plan(call: &Call, spec: &QuerySpec, go_on: GoOn<'_>) -> Result<Vec<Part>, Error> {
+/// What the archive lists of what is meant, and where that belongs.
+fn plan(call: &Call, spec: &QuerySpec, go_on: GoOn<'_>) -> Result<(Vec<Part>, Expected), Error> {
     let mut finder = Finder::open(call, go_on)?;
     let studies = finder.studies(spec)?;
-    let [study] = &studies[..] else {
+    let [Found { entry: study, patient }] = &studies[..] else {
         finder.close();
-        if studies.is_empty() {
-            return Err(Error::Query(format!("{} lists nothing of that", call.peer)));
-        }
-        let uids: Vec<String> =
-            studies.iter().map(|s| format!("\n  {} of {}", s.study, s.date)).collect();
-        let what = format!("several studies, choose one with --study:{}", uids.concat());
-        return Err(Error::Query(what));
+        return Err(Error::Query(not_one(call, spec, &studies)));
+    };
+    let asked = spec.patient_id.clone();
+    let patient = asked.or_else(|| Some(patient.clone()).filter(|id| !id.is_empty()));
+    let mut expected = Expected {
+        patient,
+        study: study.study.clone(),
+        date: spec.date.clone(),
+        series: BTreeMap::new(),
     };
     let mut parts = Vec::new();
     for entry in &study.series {
         let instances = finder.instances(&study.study, &entry.series)?;
+        for InstanceEntry { instance, .. } in &instances {
+            expected.series.entry(instance.clone()).or_default().push(entry.series.clone());
+        }
         let (study, series) = (study.study.clone(), entry.series.clone());
         parts.push(Part { study, series, instances });
     }
@@ -188,7 +193,26 @@ fn plan(call: &Call, spec: &QuerySpec, go_on: GoOn<'_>) -> Result<Vec<Part>, Err
     if parts.iter().all(|part| part.instances.is_empty()) {
         return Err(Error::Query(format!("{} lists no instances of that", call.peer)));
     }
-    Ok(parts)
+    Ok((parts, expected))
+}
+
+/// Why it is not clear which study is meant, and what to do.
+fn not_one(call: &Call, spec: &QuerySpec, studies: &[Found]) -> String {
+    let Some(first) = studies.first() else {
+        let alone = spec.series.is_some() && spec.study.is_none();
+        let advice = if alone { "; name its study too, with --study" } else { "" };
+        return format!("{} lists nothing of that{advice}", call.peer);
+    };
+    let uid = &first.entry.study;
+    if studies.iter().all(|found| found.entry.study == *uid) {
+        let (peer, count) = (&call.peer, studies.len());
+        return format!(
+            "{peer} lists the study {uid} for {count} patients: name the one who is meant with --patient-id"
+        );
+    }
+    let uids: Vec<String> =
+        studies.iter().map(|f| format!("\n  {} of {}", f.entry.study, f.entry.date)).collect();
+    format!("several studies, choose one with --study:{}", uids.concat())
 }
 
 /// One association that asks for what is missing.

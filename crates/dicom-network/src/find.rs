@@ -10,6 +10,7 @@ use crate::message::{Payload, Talk};
 use crate::{status, syntaxes};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
+use std::collections::BTreeSet;
 use supine_dicom::{Identifier, is_uid};
 use supine_space::Progress;
 
@@ -19,6 +20,9 @@ const MODEL: &str = uids::STUDY_ROOT_QUERY_RETRIEVE_INFORMATION_MODEL_FIND;
 const MAX_MATCHES: usize = 100_000;
 /// Longest identifier that is taken, bytes.
 const MAX_IDENTIFIER: u64 = 1 << 20;
+
+/// What is no part of a Patient ID at its ends (PS3.5 6.2, LO).
+pub(crate) const PADDING: [char; 2] = [' ', '\0'];
 
 /// What is looked for. All that is given has to fit.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +65,13 @@ pub struct SeriesEntry {
     pub instances: Option<usize>,
 }
 
+/// A study that is meant, with what tells the patient apart from others: for comparing alone.
+pub(crate) struct Found {
+    pub(crate) entry: StudyEntry,
+    /// Patient ID; empty where the archive does not say it.
+    pub(crate) patient: String,
+}
+
 /// An instance in an archive.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct InstanceEntry {
@@ -83,7 +94,7 @@ pub fn list(
     let mut finder = Finder::open(call, &go_on)?;
     let studies = finder.studies(spec)?;
     finder.close();
-    Ok(studies)
+    Ok(studies.into_iter().map(|found| found.entry).collect())
 }
 
 /// An association for queries.
@@ -111,32 +122,35 @@ impl<'a> Finder<'a> {
     }
 
     /// The studies that are meant, with their series.
-    pub(crate) fn studies(&mut self, spec: &QuerySpec) -> Result<Vec<StudyEntry>, Error> {
+    pub(crate) fn studies(&mut self, spec: &QuerySpec) -> Result<Vec<Found>, Error> {
         check(spec)?;
-        let mut studies = Vec::new();
-        for study in self.study_uids(spec)? {
-            let (uid, date, description) = study;
-            let series = self.series(&uid, spec.series.as_deref())?;
-            if spec.series.is_none() || !series.is_empty() {
-                studies.push(StudyEntry { study: uid, date, description, series });
-            }
+        let mut studies = self.studies_alone(spec)?;
+        for found in &mut studies {
+            found.entry.series = self.series(&found.entry.study, spec.series.as_deref())?;
         }
-        studies.sort_by(|a, b| (&a.date, &a.study).cmp(&(&b.date, &b.study)));
+        studies.retain(|found| spec.series.is_none() || !found.entry.series.is_empty());
         Ok(studies)
     }
 
-    /// UID, date and description of the studies that may be meant.
-    fn study_uids(&mut self, spec: &QuerySpec) -> Result<Vec<(String, String, String)>, Error> {
+    /// The studies that may be meant, each once, by their dates, without their series.
+    fn studies_alone(&mut self, spec: &QuerySpec) -> Result<Vec<Found>, Error> {
         let mut study = spec.study.clone();
         if let (None, Some(series)) = (&study, &spec.series) {
             // Which study it is of: a query across levels, which most archives answer though the
             // standard leaves it to them (PS3.4 C.4.1.2.2).
             let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
-            let found = self.find("SERIES", &keys)?;
-            study = found.first().map(|f| f.text(tags::STUDY_INSTANCE_UID)).filter(|s| is_uid(s));
-            if study.is_none() {
-                return Ok(Vec::new());
+            let found = self.find("SERIES", &keys).map_err(with_study)?;
+            let uids = found.iter().map(|f| f.text(tags::STUDY_INSTANCE_UID));
+            let uids: BTreeSet<String> = uids.filter(|uid| is_uid(uid)).collect();
+            if uids.len() > 1 {
+                return Err(Error::Query(format!(
+                    "{} lists that series in {} studies: name the one that is meant with --study",
+                    self.call.peer,
+                    uids.len()
+                )));
             }
+            let Some(only) = uids.into_iter().next() else { return Ok(Vec::new()) };
+            study = Some(only);
         }
         let keys = [
             (tags::STUDY_INSTANCE_UID, study.as_deref().unwrap_or_default()),
@@ -144,18 +158,28 @@ impl<'a> Finder<'a> {
             (tags::STUDY_DATE, spec.date.as_deref().unwrap_or_default()),
             (tags::STUDY_DESCRIPTION, ""),
         ];
-        // The patient is asked for only where she was named.
-        let asked: Vec<(Tag, &str)> =
-            keys.into_iter().filter(|(t, v)| *t != tags::PATIENT_ID || !v.is_empty()).collect();
-        let mut found = Vec::new();
-        for one in self.find("STUDY", &asked)? {
-            let uid = one.text(tags::STUDY_INSTANCE_UID);
-            let fits = spec.patient_id.as_ref().is_none_or(|id| one.text(tags::PATIENT_ID) == *id);
-            if is_uid(&uid) && fits {
-                found.push((uid, one.text(tags::STUDY_DATE), one.text(tags::STUDY_DESCRIPTION)));
-            }
-        }
-        Ok(found)
+        let mut studies: Vec<Found> = self
+            .find("STUDY", &keys)?
+            .iter()
+            .map(|one| Found {
+                patient: one.readable(tags::PATIENT_ID),
+                entry: StudyEntry {
+                    study: one.text(tags::STUDY_INSTANCE_UID),
+                    date: one.text(tags::STUDY_DATE),
+                    description: one.text(tags::STUDY_DESCRIPTION),
+                    series: Vec::new(),
+                },
+            })
+            .filter(|found| is_meant(found, study.as_deref(), spec))
+            .collect();
+        let order = |found: &Found| {
+            let StudyEntry { study, date, .. } = &found.entry;
+            (date.clone(), study.clone(), found.patient.clone())
+        };
+        studies.sort_by_cached_key(order);
+        // An archive may list a study more than once.
+        studies.dedup_by(|a, b| a.patient == b.patient && a.entry.study == b.entry.study);
+        Ok(studies)
     }
 
     fn series(&mut self, study: &str, series: Option<&str>) -> Result<Vec<SeriesEntry>, Error> {
@@ -260,6 +284,32 @@ impl<'a> Finder<'a> {
     }
 }
 
+/// A refusal to find a series without its study, with what to do.
+fn with_study(error: Error) -> Error {
+    match error {
+        Error::Failed { node, what, status, transient: false } => Error::Query(format!(
+            "{node} fails to {what}: {status}; name the study too, with --study"
+        )),
+        error => error,
+    }
+}
+
+/// Whether an answer is what was asked for: an archive may pass over a key.
+fn is_meant(found: &Found, study: Option<&str>, spec: &QuerySpec) -> bool {
+    let Found { entry, patient } = found;
+    is_uid(&entry.study)
+        && study.is_none_or(|study| study == entry.study)
+        && spec.patient_id.as_ref().is_none_or(|id| id.trim_matches(PADDING) == patient)
+        && spec.date.as_ref().is_none_or(|asked| may_be_of(asked, &entry.date))
+}
+
+/// Whether a date is the one, or within the range, that was asked for; one that is not known may be.
+pub(crate) fn may_be_of(asked: &str, date: &str) -> bool {
+    let (from, to) = asked.split_once('-').unwrap_or((asked, asked));
+    let date = date.replace('.', "");
+    date.is_empty() || (*date >= *from && (to.is_empty() || *date <= *to))
+}
+
 /// Whether what is looked for can be asked: no wild cards, which would ask for other patients' data.
 fn check(spec: &QuerySpec) -> Result<(), Error> {
     let QuerySpec { study, series, patient_id, date } = spec;
@@ -288,6 +338,16 @@ fn check(spec: &QuerySpec) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_date_is_held_against_a_day_or_a_range() {
+        for asked in ["20260105", "20260101-20260201", "20260101-", "-20260105"] {
+            assert!(may_be_of(asked, "20260105") && may_be_of(asked, ""), "{asked}");
+        }
+        for asked in ["20260106", "20260106-", "-20260104", "20260106-20260201"] {
+            assert!(!may_be_of(asked, "20260105"), "{asked}");
+        }
+    }
 
     #[test]
     fn a_query_names_what_it_wants() {

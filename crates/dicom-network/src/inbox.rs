@@ -3,12 +3,13 @@
 use crate::command::{Command, element};
 use crate::contexts::Context;
 use crate::error::Error;
+use crate::expected::{Expected, Strangers};
 use crate::message::{Message, Talk};
 use crate::status;
 use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use supine_dicom::{LeftOutReason, file_header, is_uid, object_files};
+use supine_dicom::{LeftOutReason, Owner, file_header, is_uid, object_files};
 use supine_space::{Progress, Warning};
 
 /// Largest data set that is kept, bytes: what this software reads.
@@ -20,6 +21,8 @@ const TEMPORARY: &str = ".supine-incoming-";
 #[derive(Debug)]
 pub(crate) struct Inbox {
     folder: PathBuf,
+    /// Where what is asked for belongs.
+    expected: Expected,
     /// SOP Instance UIDs that were asked for and are not here.
     pub(crate) missing: BTreeSet<String>,
     /// How many have arrived.
@@ -28,17 +31,15 @@ pub(crate) struct Inbox {
     pub(crate) bytes: u64,
     /// What was not kept, and why.
     pub(crate) problems: Vec<Warning>,
+    /// What came and belongs elsewhere.
+    pub(crate) strangers: Vec<Strangers>,
+    /// SOP Instance UIDs under which only that came: not asked for again, but taken where the right one comes too.
+    refused: BTreeSet<String>,
 }
 
 /// The name of an instance's file, which carries nothing of the patient.
 pub(crate) fn file_name(instance: &str) -> String {
     format!("{instance}.dcm")
-}
-
-/// Whether the file of an instance is there and whole.
-pub(crate) fn is_here(folder: &Path, instance: &str) -> bool {
-    let path = folder.join(file_name(instance));
-    path.is_file() && holds(&path, instance).is_ok()
 }
 
 /// Why a file is not kept.
@@ -49,11 +50,11 @@ enum Unfit {
     Unsound(String),
 }
 
-/// Whether a file is a sound object of this instance.
-fn holds(path: &Path, instance: &str) -> Result<(), Unfit> {
+/// Where the object of a file belongs, if it is a sound one and this instance.
+fn holds(path: &Path, instance: &str) -> Result<Owner, Unfit> {
     let found = object_files(path, Progress::none()).map_err(|e| Unfit::Unsound(e.to_string()))?;
     match (&found.objects[..], found.damaged.first().map(|damaged| &damaged.reason)) {
-        ([object], _) if object.instance == instance => Ok(()),
+        ([object], _) if object.instance == instance => Ok(object.owner.clone()),
         ([_], _) => Err(Unfit::Another("it is another instance than announced".into())),
         // The file header is ours and names what was announced.
         (_, Some(reason @ LeftOutReason::TwoNames)) => Err(Unfit::Another(reason.to_string())),
@@ -63,8 +64,47 @@ fn holds(path: &Path, instance: &str) -> Result<(), Unfit> {
 }
 
 impl Inbox {
-    pub(crate) fn new(folder: &Path, missing: BTreeSet<String>) -> Self {
-        Self { folder: folder.to_owned(), missing, received: 0, bytes: 0, problems: Vec::new() }
+    /// An inbox of which nothing is missing yet.
+    pub(crate) fn new(folder: &Path, expected: Expected) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            expected,
+            missing: BTreeSet::new(),
+            received: 0,
+            bytes: 0,
+            problems: Vec::new(),
+            strangers: Vec::new(),
+            refused: BTreeSet::new(),
+        }
+    }
+
+    /// Whether the file of an instance is there and whole, and belongs where it was listed; else it is missing.
+    pub(crate) fn is_here(&mut self, instance: &str) -> bool {
+        let path = self.folder.join(file_name(instance));
+        let found = if path.is_file() { holds(&path, instance).ok() } else { None };
+        match found {
+            Some(owner) if self.expected.elsewhere(instance, &owner).is_none() => {
+                self.expected.kept(&owner);
+                true
+            }
+            _ => {
+                self.missing.insert(instance.to_owned());
+                false
+            }
+        }
+    }
+
+    /// Tells of files that were there before, have the name of what was asked for and belong elsewhere.
+    pub(crate) fn tell_strangers_in_the_folder(&mut self) {
+        for instance in self.refused.iter().chain(&self.missing) {
+            let path = self.folder.join(file_name(instance));
+            let Ok(owner) = holds(&path, instance) else { continue };
+            if let Some(of) = self.expected.elsewhere(instance, &owner) {
+                let name = path.display();
+                let text = format!("{name} was there before and is of {of}: remove it");
+                self.problems.push(Warning::new("object-of-another", text));
+            }
+        }
     }
 
     /// Takes the object of a C-STORE request and answers it.
@@ -74,7 +114,7 @@ impl Inbox {
         let context = talk.link.contexts.get(&message.context).cloned();
         let context = context.filter(|c| c.class == class && message.command.has_data_set());
         let status = match context {
-            Some(context) if is_uid(&instance) && self.missing.contains(&instance) => {
+            Some(context) if is_uid(&instance) && self.is_wanted(&instance) => {
                 self.keep(talk, message, &context, &instance)?
             }
             _ => {
@@ -91,6 +131,10 @@ impl Inbox {
             }
         };
         talk.send(message.context, &Command::answer(&message.command, status), None)
+    }
+
+    fn is_wanted(&self, instance: &str) -> bool {
+        self.missing.contains(instance) || self.refused.contains(instance)
     }
 
     /// Writes the object; the status to answer with.
@@ -123,20 +167,35 @@ impl Inbox {
             let _best_effort = talk.send(message.context, &refusal, None);
             return Err(write_error(source));
         }
-        if let Err(unfit) = holds(file.path(), instance) {
-            let (reason, status) = match unfit {
-                Unfit::Another(reason) => (reason, status::DOES_NOT_MATCH),
-                Unfit::Unsound(reason) => (reason, status::CANNOT_UNDERSTAND),
-            };
-            let text = format!("{instance} is not kept: {reason}");
-            self.problems.push(Warning::new("object-not-kept", text));
-            return Ok(status);
+        let owner = match holds(file.path(), instance) {
+            Ok(owner) => owner,
+            Err(unfit) => return Ok(self.refuse(instance, unfit)),
+        };
+        if let Some(of) = self.expected.elsewhere(instance, &owner) {
+            // What an archive has under this name is not what was asked for: it is not asked for again.
+            self.missing.remove(instance);
+            self.refused.insert(instance.to_owned());
+            Strangers::count(&mut self.strangers, of, instance, &owner);
+            return Ok(status::DOES_NOT_MATCH);
         }
+        self.expected.kept(&owner);
         let path = self.folder.join(file_name(instance));
         file.persist(&path).map_err(|e| Error::Write { path, source: e.error })?;
         self.missing.remove(instance);
+        self.refused.remove(instance);
         self.received += 1;
         self.bytes += bytes;
         Ok(status::SUCCESS)
+    }
+
+    /// Notes that an object is not kept; the status to answer with.
+    fn refuse(&mut self, instance: &str, unfit: Unfit) -> u16 {
+        let (reason, status) = match unfit {
+            Unfit::Another(reason) => (reason, status::DOES_NOT_MATCH),
+            Unfit::Unsound(reason) => (reason, status::CANNOT_UNDERSTAND),
+        };
+        let text = format!("{instance} is not kept: {reason}");
+        self.problems.push(Warning::new("object-not-kept", text));
+        status
     }
 }

@@ -78,6 +78,7 @@ fn known(text: &str, peer: &str) -> BTreeSet<(String, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use supine_dicom::Owner;
 
     fn object(instance: &str) -> ObjectFile {
         ObjectFile {
@@ -88,6 +89,7 @@ mod tests {
             syntax: String::new(),
             data_start: 0,
             data_bytes: 10,
+            owner: Owner::default(),
         }
     }
 

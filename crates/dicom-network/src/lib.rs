@@ -18,6 +18,7 @@
 mod command;
 mod contexts;
 mod error;
+mod expected;
 mod fetch;
 mod find;
 mod go_on;
@@ -38,6 +39,7 @@ mod units;
 mod wire;
 
 pub use error::Error;
+pub use expected::Strangers;
 pub use fetch::{FetchInfo, Way, fetch};
 pub use find::{QuerySpec, SeriesEntry, StudyEntry, list};
 pub use journal::JOURNAL;

@@ -16,6 +16,7 @@ use supine_dicom::{Identifier, file_header};
 use supine_space::{Failure, Progress};
 
 const CLASS: &str = uids::CT_IMAGE_STORAGE;
+const PATIENT: &str = "ZZ9";
 const STUDY: &str = "1.2.1";
 const SERIES: &str = "1.2.1.1";
 const INSTANCES: [&str; 3] = ["1.2.1.1.1", "1.2.1.1.2", "1.2.1.1.3"];
@@ -99,9 +100,17 @@ fn data_of(talk: &mut Talk<'_>, message: &Message) -> Vec<u8> {
 }
 
 fn object(instance: &str) -> Vec<u8> {
+    object_of(PATIENT, SERIES, instance)
+}
+
+fn object_of(patient: &str, series: &str, instance: &str) -> Vec<u8> {
     Identifier::default()
         .with(tags::SOP_CLASS_UID, CLASS)
         .with(tags::SOP_INSTANCE_UID, instance)
+        .with(tags::STUDY_DATE, "20260310")
+        .with(tags::PATIENT_ID, patient)
+        .with(tags::STUDY_INSTANCE_UID, STUDY)
+        .with(tags::SERIES_INSTANCE_UID, series)
         .to_bytes(true)
 }
 
@@ -188,17 +197,31 @@ fn an_archive_that_stays_out_of_resources_leaves_the_rest_to_the_next_call() {
 
 /// What a C-FIND asks for, from an archive of one series.
 fn found(talk: &mut Talk<'_>, message: &Message) {
+    found_of(&[PATIENT], talk, message);
+}
+
+/// What a C-FIND asks for, from an archive of one series in a study that it lists for these patients.
+fn found_of(patients: &[&str], talk: &mut Talk<'_>, message: &Message) {
     let query = Identifier::from_bytes(&data_of(talk, message), true).unwrap();
     let level = query.text(tags::QUERY_RETRIEVE_LEVEL);
-    let count = if level == "IMAGE" { INSTANCES.len() } else { 1 };
-    for instance in &INSTANCES[..count] {
-        let found = Identifier::default()
-            .with(tags::QUERY_RETRIEVE_LEVEL, &level)
-            .with(tags::STUDY_INSTANCE_UID, STUDY)
-            .with(tags::SERIES_INSTANCE_UID, SERIES)
-            .with(tags::SOP_INSTANCE_UID, instance)
-            .with(tags::SOP_CLASS_UID, CLASS)
-            .to_bytes(true);
+    let asked = query.text(tags::PATIENT_ID);
+    let study = Identifier::default()
+        .with(tags::QUERY_RETRIEVE_LEVEL, &level)
+        .with(tags::STUDY_INSTANCE_UID, STUDY);
+    let series = study.clone().with(tags::SERIES_INSTANCE_UID, SERIES);
+    let image = |instance| {
+        series.clone().with(tags::SOP_INSTANCE_UID, instance).with(tags::SOP_CLASS_UID, CLASS)
+    };
+    let answers: Vec<Identifier> = match level.as_str() {
+        "STUDY" => {
+            let meant = patients.iter().filter(|id| asked.is_empty() || asked == **id);
+            meant.map(|id| study.clone().with(tags::PATIENT_ID, id)).collect()
+        }
+        "IMAGE" => INSTANCES.map(image).into(),
+        _ => vec![series],
+    };
+    for answer in answers {
+        let found = answer.to_bytes(true);
         let pending = Command::answer(&message.command, 0xFF00).number(element::DATA_SET_TYPE, 1);
         let length = found.len() as u64;
         talk.send(message.context, &pending, Some(Payload { reader: &mut &found[..], length }))
@@ -239,9 +262,18 @@ fn mover(mut moves: impl FnMut() -> (u16, u16) + Send + 'static) -> Archive {
 
 fn fetch(archive: &Archive, port: u16, out: &Path) -> Result<crate::FetchInfo, Error> {
     let spec = QuerySpec { study: Some(STUDY.into()), ..QuerySpec::default() };
+    fetch_what(&spec, archive, port, out)
+}
+
+fn fetch_what(
+    spec: &QuerySpec,
+    archive: &Archive,
+    port: u16,
+    out: &Path,
+) -> Result<crate::FetchInfo, Error> {
     let bind = Some(IpAddr::from(Ipv4Addr::LOCALHOST));
     let way = Way::Move { title: title("RECEIVER"), bind, port };
-    crate::fetch(&call(archive.port, 1), &spec, &way, out, Progress::none())
+    crate::fetch(&call(archive.port, 1), spec, &way, out, Progress::none())
 }
 
 #[test]
@@ -309,4 +341,85 @@ fn a_caller_who_says_nothing_keeps_no_other_out() {
     });
     let info = fetch(&archive, port, out.path()).unwrap();
     assert_eq!((info.received, info.missing.len()), (3, 0), "{info:?}");
+}
+
+#[test]
+fn objects_of_another_patient_or_series_are_refused_named_and_not_asked_for_again() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let mut asked = 0;
+    let archive = mover(move || {
+        asked += 1;
+        assert_eq!(asked, 1, "what an archive has wrong does not become right");
+        assert_eq!(store_at(port, INSTANCES[0], &object(INSTANCES[0])), 0);
+        let evil = object_of("EVIL", "1.2.3", INSTANCES[1]);
+        assert_eq!(store_at(port, INSTANCES[1], &evil), 0xA900);
+        let series = object_of("ZZ9 ", "1.2.3", INSTANCES[2]);
+        assert_eq!(store_at(port, INSTANCES[2], &series), 0xA900);
+        (0xB000, 2)
+    });
+    let info = fetch(&archive, port, out.path()).unwrap();
+    assert_eq!((info.received, info.missing.len()), (1, 0), "{info:?}");
+    let told: Vec<String> = info.strangers.iter().map(ToString::to_string).collect();
+    let refused = "than was asked for, refused and not kept: series 1.2.3";
+    let of = |of: &str| format!("1 object of {of} {refused}");
+    assert_eq!(told, [of("another patient"), of("another series")]);
+    let files: Vec<_> = std::fs::read_dir(out.path()).unwrap().map(|f| f.unwrap().path()).collect();
+    assert_eq!(files, [out.path().join(format!("{}.dcm", INSTANCES[0]))]);
+    assert!(!format!("{info:?}").contains("EVIL"), "messages do not name patients");
+}
+
+#[test]
+fn the_right_object_is_taken_though_another_came_under_its_name() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let archive = mover(move || {
+        assert_eq!(store_at(port, INSTANCES[0], &object_of("EVIL", SERIES, INSTANCES[0])), 0xA900);
+        for instance in INSTANCES {
+            assert_eq!(store_at(port, instance, &object(instance)), 0);
+        }
+        (0, 0)
+    });
+    let info = fetch(&archive, port, out.path()).unwrap();
+    assert_eq!((info.received, info.missing.len(), info.strangers.len()), (3, 0, 1), "{info:?}");
+}
+
+#[test]
+fn a_file_of_another_patient_in_the_folder_is_no_object_that_came() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let path = out.path().join(format!("{}.dcm", INSTANCES[1]));
+    let mut bytes = file_header(CLASS, INSTANCES[1], uids::EXPLICIT_VR_LITTLE_ENDIAN);
+    bytes.extend(object_of("EVIL", SERIES, INSTANCES[1]));
+    std::fs::write(&path, bytes).unwrap();
+    let archive = mover(|| (0, 0));
+    let info = fetch(&archive, port, out.path()).unwrap();
+    assert_eq!((info.known, info.missing.len()), (0, 3), "{info:?}");
+    let told: String = info.warnings.iter().map(ToString::to_string).collect();
+    assert!(told.contains("was there before and is of another patient: remove it"), "{told}");
+}
+
+#[test]
+fn a_study_of_two_patients_is_fetched_for_the_one_who_is_named() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let archive = Archive::start(move |talk, message| match message.command.field() {
+        // The first of them is listed twice.
+        field::FIND => found_of(&["EVIL", "EVIL", PATIENT], talk, message),
+        _ => {
+            data_of(talk, message);
+            let others = object_of("EVIL", SERIES, INSTANCES[0]);
+            assert_eq!(store_at(port, INSTANCES[0], &others), 0xA900);
+            for instance in &INSTANCES[1..] {
+                assert_eq!(store_at(port, instance, &object(instance)), 0);
+            }
+            reply(talk, message, 0);
+        }
+    });
+    let error = fetch(&archive, port, out.path()).unwrap_err().to_string();
+    assert!(error.contains("for 2 patients: name the one who is meant"), "{error}");
+    let spec = QuerySpec { patient_id: Some(PATIENT.into()), ..QuerySpec::default() };
+    let info = fetch_what(&spec, &archive, port, out.path()).unwrap();
+    let strangers: usize = info.strangers.iter().map(|one| one.instances.len()).sum();
+    assert_eq!((info.received, info.missing.len(), strangers), (2, 0, 1), "{info:?}");
 }

@@ -79,7 +79,7 @@ pub use inspect::{
 pub use left_out::{LeftOut, LeftOutReason};
 pub use object::{RegionObject, is_dose, region_object};
 pub use object_file::{
-    Identifier, ObjectFile, ObjectFiles, class_name, file_header, implementation,
+    Identifier, ObjectFile, ObjectFiles, Owner, class_name, file_header, implementation,
     implicit_data_set, is_uid, object_files, syntax_name,
 };
 pub use policy::Policy;

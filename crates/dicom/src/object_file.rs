@@ -9,6 +9,7 @@ use crate::files::{MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
+use crate::whose::readable;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use rayon::prelude::*;
@@ -33,6 +34,39 @@ pub struct ObjectFile {
     pub data_start: u64,
     /// Length of the data set as it stands in the file, bytes.
     pub data_bytes: u64,
+    /// Where it belongs.
+    pub owner: Owner,
+}
+
+/// Whose an object is and where it belongs, as its data set says it; what that lacks is empty. For comparing, not for
+/// logs, hence no content in its `Debug`.
+#[derive(Clone, PartialEq, Eq, Default)]
+pub struct Owner {
+    /// Patient ID, in its own character set.
+    pub patient: String,
+    /// Study Instance UID.
+    pub study: String,
+    /// Study Date.
+    pub date: String,
+    /// Series Instance UID.
+    pub series: String,
+}
+
+impl std::fmt::Debug for Owner {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Owner(..)")
+    }
+}
+
+impl Owner {
+    fn of(set: &DataSet) -> Self {
+        Self {
+            patient: readable(set, tags::PATIENT_ID),
+            study: set.text(tags::STUDY_INSTANCE_UID),
+            date: set.text(tags::STUDY_DATE),
+            series: set.text(tags::SERIES_INSTANCE_UID),
+        }
+    }
 }
 
 /// What lies below a folder, in the order of the paths.
@@ -138,6 +172,7 @@ fn open(
         syntax,
         data_start: start as u64,
         data_bytes: (total - start) as u64,
+        owner: Owner::of(&set),
     }))
 }
 
@@ -218,6 +253,11 @@ impl Identifier {
     /// The value as text without padding; empty when missing.
     pub fn text(&self, tag: Tag) -> String {
         self.set.text(tag)
+    }
+
+    /// The value as text in the character set that the identifier names.
+    pub fn readable(&self, tag: Tag) -> String {
+        readable(&self.set, tag)
     }
 
     /// In Explicit or Implicit VR Little Endian.

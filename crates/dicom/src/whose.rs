@@ -60,7 +60,7 @@ impl Source {
 }
 
 /// A text in its own character set (PS3.3 C.12.1.1.2); code extensions are read as far as the first set goes.
-fn readable(header: &DataSet, tag: Tag) -> String {
+pub(crate) fn readable(header: &DataSet, tag: Tag) -> String {
     let bytes = header.bytes(tag).unwrap_or_default();
     let named = header.text(tags::SPECIFIC_CHARACTER_SET);
     let set = named.split('\\').find(|name| !name.is_empty());
