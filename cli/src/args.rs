@@ -277,6 +277,12 @@ pub(crate) struct Run {
     /// Redo this stage and all that rest on it
     #[arg(long, value_name = "STAGE", value_parser = stage)]
     pub(crate) force: Option<NodeId>,
+    /// Replace the finished result of another case in this folder; without, that is refused
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+    /// Repeat a summary.json although files that its run read have changed since; without, that is refused
+    #[arg(long)]
+    pub(crate) inputs_changed: bool,
     /// End with exit code 4 unless the verdict is green
     #[arg(long)]
     pub(crate) deny_warnings: bool,
@@ -295,6 +301,9 @@ pub(crate) struct Fit {
     /// Another value for a key of the case, as for `run`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) changes: Vec<Change>,
+    /// Replace the finished result of another case in this folder; without, that is refused
+    #[arg(long)]
+    pub(crate) overwrite: bool,
 }
 
 #[derive(Args, Debug)]

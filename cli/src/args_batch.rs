@@ -45,6 +45,9 @@ pub(crate) struct Batch {
     /// End each case after this stage
     #[arg(long, value_name = "STAGE", value_parser = stage)]
     pub(crate) until: Option<NodeId>,
+    /// Replace finished results of other cases in DIR/runs; without, a case whose name had another CT is refused
+    #[arg(long)]
+    pub(crate) overwrite: bool,
     /// Count a case as not usable unless its verdict is green
     #[arg(long)]
     pub(crate) deny_warnings: bool,

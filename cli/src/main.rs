@@ -50,6 +50,9 @@ fn main() -> ExitCode {
         // What the command itself failed with is told first.
         done = done.and(Err(failure));
     }
+    if let Err(failure) = screen::check_written() {
+        done = done.and(Err(failure));
+    }
     if let Err(failure) = &done {
         screen.fail(failure);
     }

@@ -30,11 +30,6 @@ impl Profile {
         Self { file: file.into(), begun: Instant::now(), trace: Mutex::default() }
     }
 
-    /// Where it is written.
-    pub(crate) fn file(&self) -> &Path {
-        &self.file
-    }
-
     /// Now, µs since the start.
     fn now(&self) -> f64 {
         self.begun.elapsed().as_secs_f64() * 1e6
@@ -92,7 +87,7 @@ impl Profile {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(crate) fn write(&self) -> std::io::Result<()> {
+    pub(crate) fn write(&self) -> Result<(), supine_flow::Error> {
         let open: Vec<NodeId> = {
             let trace = self.trace.lock().unwrap_or_else(PoisonError::into_inner);
             trace.rows.iter().flatten().map(|(node, _)| *node).collect()
@@ -113,9 +108,7 @@ impl Profile {
             "displayTimeUnit": "ms", "traceEvents": events,
             "otherData": { "version": env!("CARGO_PKG_VERSION") },
         });
-        let part = self.file.with_extension("part");
-        std::fs::write(&part, format!("{all:#}\n"))?;
-        std::fs::rename(part, &self.file)
+        supine_flow::write_text(&self.file, &format!("{all:#}\n"))
     }
 }
 

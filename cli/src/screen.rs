@@ -106,6 +106,11 @@ impl Screen {
         self.lines
     }
 
+    /// Whether the result is told as JSON, in one document.
+    pub(crate) fn is_json(&self) -> bool {
+        self.json
+    }
+
     /// Whether all is to be said.
     pub(crate) fn is_verbose(&self) -> bool {
         self.verbose
@@ -151,11 +156,7 @@ impl Screen {
     pub(crate) fn write_profile(&self) -> Result<(), Failure> {
         let Some(profile) = &self.profile else { return Ok(()) };
         profile.write().map_err(|error| {
-            let text = format!(
-                "--profile: {} cannot be written: {error}; name another file",
-                profile.file().display()
-            );
-            Failure::new(Kind::of_output(&error), text)
+            Failure::new(error.kind(), format!("--profile: {error}; name another file"))
         })
     }
 
@@ -252,10 +253,28 @@ fn err(line: &str) {
     let _closed = writeln!(std::io::stderr().lock(), "{line}");
 }
 
-/// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours.
+/// Why something could not be written to stdout, for the end of the program.
+static UNWRITTEN: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
+/// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours; a full disk is told at the end.
 pub(crate) fn data(text: &str) {
     use std::io::Write;
-    let _closed_early = std::io::stdout().lock().write_all(text.as_bytes());
+    let mut out = std::io::stdout().lock();
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Err(error) = written
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        UNWRITTEN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
+
+/// That all went to stdout that should.
+pub(crate) fn check_written() -> Result<(), Failure> {
+    let unwritten = UNWRITTEN.lock().unwrap_or_else(PoisonError::into_inner).take();
+    unwritten.map_or(Ok(()), |error| {
+        let text = format!("the output cannot be written to stdout: {error}");
+        Err(Failure::coded(Kind::Output, "output-not-written", text))
+    })
 }
 
 impl Observer for Screen {

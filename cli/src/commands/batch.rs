@@ -11,15 +11,15 @@ use std::sync::{Mutex, PoisonError};
 use supine_flow::batch::{Batch, BatchDone, BatchObserver, batch as run, collect};
 use supine_flow::commands::Colour;
 use supine_flow::{Ended, Observer, Options, RunStatus};
+use supine_space::Failure as Kind;
 
 pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> {
     let worst = if args.deny_warnings { Colour::Green } else { Colour::Amber };
     if args.collect {
         let done = collect(&args.out, worst)?;
-        done.ended.iter().for_each(|status| data(&(status.line() + "\n")));
+        done.ended.iter().for_each(|status| told_at_once(screen, status));
         screen.clear();
-        screen.say(&told(&done).join("\n"));
-        return Ok(End::Done);
+        return Ok(ended(&done, &told(&done), None, screen));
     }
     let anonymise = args.anonymise;
     let given = Batch {
@@ -31,7 +31,7 @@ pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> 
         changes: args.changes,
         anonymise,
         worst,
-        options: Options { until: args.until, force: None },
+        options: Options { until: args.until, overwrite: args.overwrite, ..Options::default() },
         start: Some(start()?),
     };
     let view = View { screen, shares: Mutex::default() };
@@ -42,8 +42,28 @@ pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> 
         let keys = given.out.join("runs").join("*-reidentification");
         lines.push(format!("who they are tells {}: keep that apart", keys.display()));
     }
-    screen.say(&lines.join("\n"));
-    Ok(done.failure().map_or(End::Done, End::Failed))
+    Ok(ended(&done, &lines, done.failure(), screen))
+}
+
+/// Says how a case ended when it ends: a line of JSON for each, unless all are asked for in one document.
+fn told_at_once(screen: &Screen, status: &RunStatus) {
+    if !screen.is_json() {
+        data(&(status.line() + "\n"));
+    }
+}
+
+/// Says how all ended.
+fn ended(done: &BatchDone, lines: &[String], failure: Option<Kind>, screen: &Screen) -> End {
+    if screen.is_json() {
+        let document = serde_json::json!({
+            "cases": done.ended, "not_begun": done.left, "others": done.others,
+            "table": done.table, "page": done.page, "patients": done.patients,
+        });
+        screen.result(&document, "");
+    } else {
+        screen.say(&lines.join("\n"));
+    }
+    failure.map_or(End::Done, End::Failed)
 }
 
 /// What became of all, for people.
@@ -58,6 +78,12 @@ fn told(done: &BatchDone) -> Vec<String> {
     }
     lines.push(format!("page: {}, {} patients", done.page.display(), done.patients));
     lines.push(format!("table: {}", done.table.display()));
+    if !done.others.is_empty() {
+        lines.push(format!(
+            "in neither, as they are no cases of this call: {}; `--collect` makes both of all",
+            done.others.join(", ")
+        ));
+    }
     lines
 }
 
@@ -104,7 +130,7 @@ impl BatchObserver for View<'_> {
     }
 
     fn end(&self, name: &str, status: &RunStatus, kept: bool) {
-        data(&(status.line() + "\n"));
+        told_at_once(self.screen, status);
         self.come(name, 1.0);
         if self.screen.has_lines() || status.exit != 0 {
             self.screen.say(&line(name, status, kept));

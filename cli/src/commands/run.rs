@@ -16,9 +16,11 @@ use supine_flow::{
 use supine_space::Failure as Kind;
 
 pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
-    let args::Run { case, out, changes, anonymise, until, force, deny_warnings, status } = args;
-    let worst = if deny_warnings { Colour::Green } else { Colour::Amber };
-    let (options, start) = (Options { until, force }, Some(start()?));
+    let args::Run { case, out, changes, anonymise, until, force, .. } = args;
+    let worst = if args.deny_warnings { Colour::Green } else { Colour::Amber };
+    let (overwrite, inputs_changed, status) = (args.overwrite, args.inputs_changed, args.status);
+    let options = Options { until, force, overwrite, inputs_changed };
+    let start = Some(start()?);
     let given = Run { case, changes, anonymise, out, options, start };
     let Some(file) = status else { return case_into(&given, worst, screen) };
     let (done, status) = run_told(&given, (worst, &file), screen);
@@ -35,8 +37,8 @@ pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
 }
 
 pub(crate) fn fit(args: args::Fit, screen: &Screen) -> Result<End, Failure> {
-    let args::Fit { case, out, changes } = args;
-    let done = fit::fit(&Fit { case, changes, out, start: Some(start()?) }, screen)?;
+    let args::Fit { case, out, changes, overwrite } = args;
+    let done = fit::fit(&Fit { case, changes, out, overwrite, start: Some(start()?) }, screen)?;
     let mut lines = Vec::new();
     for state in &done.fit.states {
         let [low, high] = state.interval_kpa;
@@ -68,7 +70,8 @@ pub(crate) fn case_into(given: &Run, worst: Colour, screen: &Screen) -> Result<E
 /// Says how a run ended.
 fn tell(given: &Run, done: &RunDone, worst: Colour, screen: &Screen) -> Result<End, Failure> {
     if done.renewed {
-        screen.say("the folder held results of another version, which were made anew");
+        screen
+            .say("the folder held results of another version, which were set aside and made anew");
     }
     let Some(summary) = &done.summary else {
         let until = given.options.until.map_or("", |node| node.name());

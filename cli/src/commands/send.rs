@@ -50,6 +50,12 @@ fn incomplete(info: &SendInfo) -> Option<Failure> {
 fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
     for found in unusable(&args.paths)? {
         let (run, why) = (from_here(&found.run), found.why.trim_end_matches('.'));
+        if found.changed {
+            let message = format!(
+                "{run} must not be used: {why}. Nothing was sent; run the case again, or send a changed object from a folder of its own"
+            );
+            return Err(Failure::coded(Kind::Check, "run-changed", message).at(&found.run));
+        }
         if !args.although_not_usable {
             let message = format!(
                 "{run} must not be used: {why}. Nothing was sent; --although-not-usable sends it all the same"

@@ -19,6 +19,9 @@ pub(crate) fn check(args: args::Check, screen: &Screen) -> Result<End, Failure> 
     if let (Some(redone), Some(out)) = (&done.redone, out) {
         let stages = if redone.is_empty() { "nothing".into() } else { redone.join(", ") };
         text += &format!("\nto do in {}: {stages}", out.display());
+        if let Some(held) = &done.would_replace {
+            text += &format!("\nrefused without --overwrite: {} holds {held}", out.display());
+        }
     }
     screen.result(&done, &text);
     Ok(End::Done)

@@ -77,7 +77,7 @@ pub use inspect::{
     SeriesReport, SlicePixels, inspect,
 };
 pub use left_out::{LeftOut, LeftOutReason};
-pub use object::{RegionObject, is_dose, region_object};
+pub use object::{RegionObject, has_marker, is_dose, region_object};
 pub use object_file::{
     Identifier, ObjectFile, ObjectFiles, Owner, class_name, file_header, implementation,
     implicit_data_set, is_uid, object_files, syntax_name,
@@ -92,7 +92,7 @@ pub use segmentation::{
 pub use series_summary::SeriesSummary;
 pub use source::Source;
 pub use structures::{
-    Drawing, Line, LineKind, Named, Roi, Structures, StructuresInfo, read_structures,
+    Drawing, Line, LineKind, Named, Roi, Structures, StructuresInfo, oddly_drawn, read_structures,
     write_structures,
 };
 pub use verify::{Check, Expected, Original, Verification, verify_export};

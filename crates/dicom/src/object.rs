@@ -60,6 +60,11 @@ fn class(path: &Path) -> Result<Option<String>, Error> {
     Ok(Some(head.set.text(tags::SOP_CLASS_UID)))
 }
 
+/// Whether a file has the marker of a DICOM file; one that cannot be read has not.
+pub fn has_marker(path: &Path) -> bool {
+    says_dicom(path).unwrap_or(false)
+}
+
 /// Whether the file has the marker of a DICOM file.
 fn says_dicom(path: &Path) -> Result<bool, Error> {
     use std::io::Read as _;

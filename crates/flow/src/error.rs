@@ -259,6 +259,30 @@ pub enum Error {
         /// What is there.
         path: PathBuf,
     },
+    /// The output folder holds the finished result of another case.
+    #[error(
+        "{path} holds {held}; this case is of another one{}: name another --out, or give --overwrite to have it replaced",
+        ct.as_ref().map_or(String::new(), |ct| format!(" ({})", ct.display()))
+    )]
+    OtherResult {
+        /// The folder.
+        path: PathBuf,
+        /// What it holds, in words.
+        held: String,
+        /// The CT of the case.
+        ct: Option<PathBuf>,
+    },
+    /// A file of a summary that is repeated is not the one that its run read.
+    #[error(
+        "`{key}` {path} is not what the run of this summary read: its content differs; run the case file, or give \
+         --inputs-changed if this is what you want"
+    )]
+    InputsChanged {
+        /// Which key of the case names it.
+        key: &'static str,
+        /// The path.
+        path: PathBuf,
+    },
     /// An input lies where the run writes.
     #[error(
         "`{key}`: {path} lies where the run writes its results and would be lost; copy it elsewhere or name another --out"
@@ -324,6 +348,7 @@ impl Error {
             | Self::CaseChanged { .. }
             | Self::CaseThere { .. }
             | Self::Overlap { .. }
+            | Self::InputsChanged { .. }
             | Self::Unfinished { .. }
             | Self::LabelsObject(_)
             | Self::OtherFrame { .. }
@@ -340,6 +365,7 @@ impl Error {
             | Self::TumourPlace(_)
             | Self::Tumour(_) => Failure::Input,
             Self::NotBuilt { .. }
+            | Self::OtherResult { .. }
             | Self::NotRefined { .. }
             | Self::NoFolder
             | Self::Given { .. } => Failure::Usage,

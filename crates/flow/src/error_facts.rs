@@ -97,6 +97,8 @@ impl Error {
             Self::Threads(_) => "no-threads",
             Self::Foreign { .. } => "output-foreign",
             Self::Overlap { .. } => "output-over-input",
+            Self::OtherResult { .. } => "output-of-another-case",
+            Self::InputsChanged { .. } => "inputs-changed",
             Self::Unfinished { .. } => "run-unfinished",
             Self::Busy { .. } => "output-busy",
             Self::Stopped => "interrupted",
@@ -114,6 +116,7 @@ impl Error {
             Self::Product(source) => place_of_exchange(source),
             Self::Missing { key, path, .. }
             | Self::Changed { key, path }
+            | Self::InputsChanged { key, path }
             | Self::Overlap { key, path } => Place::of_file(key, path),
             Self::LabelsObject(_) | Self::Regions(_) | Self::Labels(_) => Place::key("labels.file"),
             Self::Region(_) => Place { key: Some("region.centre"), ..Place::stage("region") },
@@ -138,6 +141,7 @@ impl Error {
             | Self::Unread { path, .. }
             | Self::Output { path, .. }
             | Self::Foreign { path }
+            | Self::OtherResult { path, .. }
             | Self::Unfinished { path }
             | Self::Busy { path } => Place::file(path),
             _ => Place::default(),

@@ -55,7 +55,9 @@ pub use shared::*;
 pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
 
 pub use spec::{Case, CaseError, Spec};
-pub use status::{Denial, advice, case_name, denial, run_told, verdict_lines, write_status};
+pub use status::{
+    Denial, advice, case_name, denial, run_told, verdict_lines, write_status, write_text,
+};
 pub use supine_report::{
     DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,
     directions, headline, held, moves,

@@ -16,6 +16,10 @@ pub struct Options {
     pub until: Option<NodeId>,
     /// Makes this node and all that rest on it anew.
     pub force: Option<NodeId>,
+    /// Replaces the finished result of another case.
+    pub overwrite: bool,
+    /// Repeats a summary although files that its run read have changed since.
+    pub inputs_changed: bool,
 }
 
 /// Brings a session's folder up to date; the summary, or `None` when `until` ended the run before the report.
@@ -49,7 +53,7 @@ pub fn run(
     summary.outputs = outputs(&done);
     summary.warnings = done.values().flat_map(|done| done.warnings.clone()).collect();
     summary.chain = session.chain(&targets)?;
-    let case_folder = std::path::absolute(session.spec().folder()).ok();
+    let case_folder = Some(crate::folder::whole(session.spec().folder()));
     summary.run = Run {
         case_folder,
         started: session.start().map(|start| start.clock.to_string()),

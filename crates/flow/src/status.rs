@@ -4,6 +4,7 @@ use crate::commands::run::{Run, RunDone};
 use crate::folder::{USERS, whole, write_atomically};
 use crate::spec::{Spec, Value};
 use crate::{Error, Observer, Options, Start, Summary, headline};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use supine_report::{Colour, Ended, RunError, RunStatus, TumourMoved};
@@ -90,7 +91,7 @@ pub fn run_told(
     told.run(observer)
 }
 
-/// Writes a status; a file of that name is replaced whole, and its folder is made where it is missing.
+/// Writes a status; see [`write_text`].
 ///
 /// # Errors
 /// [`Error::Output`] when it cannot be written.
@@ -98,12 +99,31 @@ pub fn write_status(status: &RunStatus, path: &Path) -> Result<(), Error> {
     write_text(path, &status.text())
 }
 
-/// Writes a text as a whole; a folder that is missing is made.
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+/// Writes a text: a file is replaced as a whole, through links; what is no file, such as a pipe or a device, takes it as a
+/// stream and stays what it is. A folder that is missing is made.
+///
+/// # Errors
+/// [`Error::Output`] when it cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     let output = |source| Error::Output { path: path.into(), source };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.map_or(Ok(()), std::fs::create_dir_all).map_err(output)?;
-    write_atomically(path, text.as_bytes(), USERS)
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_file() => {
+            let file = std::fs::canonicalize(path).map_err(output)?;
+            write_atomically(&file, text.as_bytes(), USERS)
+        }
+        Ok(there) if !there.is_dir() => {
+            let mut stream = std::fs::OpenOptions::new().write(true).open(path).map_err(output)?;
+            stream.write_all(text.as_bytes()).map_err(output)
+        }
+        _ => {
+            // A link that leads to no file yet makes that file.
+            let file =
+                std::fs::read_link(path).map_or_else(|_| path.into(), |to| path.with_file_name(to));
+            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            folder.map_or(Ok(()), std::fs::create_dir_all).map_err(output)?;
+            write_atomically(&file, text.as_bytes(), USERS)
+        }
+    }
 }
 
 impl Told<'_> {
@@ -270,13 +290,42 @@ mod tests {
             std::fs::write(&case, text).unwrap();
             let (done, status) = told(&case, &out, anonymise).run(&crate::Unwatched);
             let error = status.error.clone().unwrap();
-            assert!(done.is_err() && (status.exit, status.status) == (exit, Ended::Failed));
+            assert!(done.is_err());
+            assert_eq!((status.exit, status.status), (exit, Ended::Failed), "{done:?}");
             assert_eq!((error.code.as_str(), error.exit), (code, exit));
             let nameless = anonymise || text.contains("anonymise");
             assert_eq!(status.line().contains("Meier"), !nameless, "{}", status.line());
             assert_eq!(status.case, if nameless { "s7" } else { "Meier" });
         }
         assert!(!out.join("summary.json").exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_stays_what_it_is() {
+        use std::os::unix::fs::FileTypeExt as _;
+        let dir = tempfile::tempdir().unwrap();
+        let [file, link, dangling, pipe] =
+            ["file", "link", "dangling", "pipe"].map(|n| dir.path().join(n));
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink("file", &link).unwrap();
+        std::os::unix::fs::symlink("made", &dangling).unwrap();
+        write_text(&link, "new").unwrap();
+        write_text(&dangling, "new").unwrap();
+        for (path, is_link) in [(&file, false), (&link, true), (&dangling, true)] {
+            assert_eq!(std::fs::read_to_string(path).unwrap(), "new");
+            assert_eq!(std::fs::symlink_metadata(path).unwrap().is_symlink(), is_link);
+        }
+        write_text(Path::new("/dev/null"), "new").unwrap();
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read_to_string(pipe).unwrap()
+        });
+        write_text(&pipe, "new").unwrap();
+        assert_eq!(reader.join().unwrap(), "new");
+        assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo());
     }
 
     #[test]

@@ -126,12 +126,18 @@ impl Core {
     }
 
     /// A whole run into a folder; its summary as JSON.
-    fn run(&self, py: Python<'_>, hear: Py<PyAny>, out: PathBuf) -> PyResult<String> {
+    fn run(
+        &self,
+        py: Python<'_>,
+        hear: Py<PyAny>,
+        out: PathBuf,
+        overwrite: bool,
+    ) -> PyResult<String> {
         let session = &self.session;
         let summary = wait(py, &hear, |observer| {
             session.spec().check_complete()?;
             session.refuse_overlap(&out)?;
-            session.keep_in(Some(RunFolder::open(&out)?))?;
+            session.keep_in(Some(RunFolder::open(&out)?.overwriting(overwrite)))?;
             let done = supine_flow::run(session, Options::default(), observer);
             session.keep_in(None)?;
             Ok(serde_json::to_string(&done?)?)

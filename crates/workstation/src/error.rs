@@ -46,6 +46,9 @@ pub enum Error {
     /// The request says something that it may not.
     #[error("the request cannot be understood: {0}")]
     Request(String),
+    /// What would be sent is not what the run left.
+    #[error("nothing was sent: {0}; write the result again")]
+    RunChanged(String),
     /// The work ended in a way that nobody foresaw.
     #[error("the work ended by an error of the program; the terminal says more")]
     Broken,

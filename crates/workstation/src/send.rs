@@ -80,6 +80,9 @@ impl Desk {
 fn send(run: &Path, node: &Node, progress: Progress<'_>) -> Result<SendInfo, Error> {
     let paths = [run.to_path_buf()];
     for found in unusable(&paths)? {
+        if found.changed {
+            return Err(Error::RunChanged(found.why));
+        }
         found.note_override(&node.to_string())?;
     }
     let own = "SUPINE".parse().map_err(Error::Request)?;

@@ -83,6 +83,8 @@ pub struct BatchDone {
     pub page: PathBuf,
     /// Number of patients in both.
     pub patients: usize,
+    /// Names of others in the folder that are no cases of this call: neither table nor page holds them.
+    pub others: Vec<String>,
 }
 
 impl BatchDone {
@@ -126,7 +128,8 @@ pub fn batch(given: &Batch, observer: &dyn BatchObserver) -> Result<BatchDone, E
     let ended = work.all(jobs)?;
     let left = cases.len() - ended.len();
     let stopped = left > 0 || ended.iter().any(|status| status.status == Ended::Stopped);
-    Ok(BatchDone { left, stopped, ended, ..gathered(&folder, given.worst)? })
+    let own = |name: &str| cases.iter().any(|case| case.name == name);
+    Ok(BatchDone { left, stopped, ended, ..gathered(&folder, given.worst, &own)? })
 }
 
 /// Makes table and page of what a folder holds, and runs nothing: of the cases' states and runs that others left there.
@@ -135,15 +138,24 @@ pub fn batch(given: &Batch, observer: &dyn BatchObserver) -> Result<BatchDone, E
 /// When it is no folder of a batch, or cannot be written.
 pub fn collect(out: &Path, worst: Colour) -> Result<BatchDone, Error> {
     std::fs::read_dir(out).map_err(|source| Error::Unread { path: out.into(), source })?;
-    gathered(&CohortFolder::open(out)?, worst)
+    gathered(&CohortFolder::open(out)?, worst, &|_| true)
 }
 
-fn gathered(folder: &CohortFolder, worst: Colour) -> Result<BatchDone, Error> {
+/// Table and page of the patients in a folder that are wanted.
+fn gathered(
+    folder: &CohortFolder,
+    worst: Colour,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<BatchDone, Error> {
     let of_summary = |name: &str, summary: &Summary| of_summary(folder, name, summary, worst);
-    let patients: Vec<Patient> = folder.patients(&of_summary);
+    let names = folder.names();
+    let (own, others): (Vec<String>, Vec<String>) =
+        names.into_iter().partition(|name| wanted(name));
+    let patients: Vec<Patient> = folder.patients(own, &of_summary);
     let [table, page] = folder.write(&patients)?;
     let ended = patients.iter().map(|patient| patient.status.clone()).collect();
-    Ok(BatchDone { ended, left: 0, stopped: false, table, page, patients: patients.len() })
+    let patients = patients.len();
+    Ok(BatchDone { ended, left: 0, stopped: false, table, page, patients, others })
 }
 
 /// How a run ended of which a summary alone is left.

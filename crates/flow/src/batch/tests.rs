@@ -108,7 +108,7 @@ fn the_worst_case_has_the_exit_code() {
     let failure = |ended: &[(Ended, u8)], stopped: bool| {
         let ended = ended.iter().map(|(ended, exit)| status(*ended, *exit)).collect();
         let (table, page) = (PathBuf::new(), PathBuf::new());
-        BatchDone { ended, left: 0, stopped, table, page, patients: 0 }.failure()
+        BatchDone { ended, left: 0, stopped, table, page, patients: 0, others: vec![] }.failure()
     };
     let (usable, red) = ((Ended::Usable, 0), (Ended::NotUsable, 4));
     let (input, retry) = ((Ended::Failed, 1), (Ended::Failed, 75));

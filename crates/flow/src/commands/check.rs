@@ -42,6 +42,8 @@ pub struct CheckDone {
     /// The stages that a run into the folder would do, in their order, where one was named: all whose key is not that
     /// of the finished run in it.
     pub redone: Option<Vec<&'static str>>,
+    /// The finished result of another case in that folder, in words: a run is refused unless it may replace that.
+    pub would_replace: Option<String>,
     /// What the user must know.
     #[serde(serialize_with = "messages")]
     pub warnings: Vec<Warning>,
@@ -82,6 +84,8 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     spec.check_complete()?;
     let session = super::session(&spec)?;
     let redone = redone(given, &session)?;
+    let other = given.out.as_deref().and_then(|out| session.other_result(out));
+    let would_replace = other.map(|held| held.told());
     let gather = Gather::new(observer, &[]);
     let request = Request { observer: &gather, ..Request::default() };
     let input = session.get::<Import>(&request)?;
@@ -108,6 +112,7 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
         region_proposed: case.region.is_none(),
         tetrahedra: case.mesh.tetrahedra,
         redone,
+        would_replace,
         warnings: gather.warnings(),
     })
 }

@@ -19,6 +19,8 @@ pub struct Fit {
     pub changes: Vec<Change>,
     /// The folder of the run: what is made on the way is kept there for `supine run`.
     pub out: PathBuf,
+    /// Replaces the finished result of another case.
+    pub overwrite: bool,
     /// When and by which command it began.
     pub start: Option<Start>,
 }
@@ -47,8 +49,8 @@ pub fn fit(given: &Fit, observer: &dyn Observer) -> Result<FitDone, Error> {
     }
     let session = super::session(&spec)?;
     session.refuse_overlap(&given.out)?;
-    let session =
-        session.with_folder(RunFolder::open(&given.out)?)?.with_start(given.start.clone());
+    let folder = RunFolder::open(&given.out)?.overwriting(given.overwrite);
+    let session = session.with_folder(folder)?.with_start(given.start.clone());
     let gather = Gather::new(observer, &[]);
     let found = session.get::<Node>(&Request { observer: &gather, ..Request::default() })?;
     let fit = found.tissue().cloned().ok_or_else(|| usage("no scan was fitted"))?;

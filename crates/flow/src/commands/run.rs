@@ -49,7 +49,7 @@ impl std::str::FromStr for Change {
 pub struct RunDone {
     /// The summary; none of a run that was to end before its report.
     pub summary: Option<Summary>,
-    /// The folder held results of another version, which were removed.
+    /// The folder held results of another version, which were set aside.
     pub renewed: bool,
 }
 
@@ -90,9 +90,11 @@ pub(crate) fn into(
     peak_memory_mb: &mut Option<f64>,
 ) -> Result<RunDone, Error> {
     spec.check_complete()?;
-    let session = Session::new(spec.clone(), threads)?;
+    let spec = spec.clone();
+    let spec = if options.inputs_changed { spec.with_inputs_changed() } else { spec };
+    let session = Session::new(spec, threads)?;
     session.refuse_overlap(out)?;
-    let folder = RunFolder::open(out)?;
+    let folder = RunFolder::open(out)?.overwriting(options.overwrite);
     let renewed = folder.is_former();
     let session: Session = session.with_folder(folder)?.with_start(start);
     let summary = crate::run(&session, options, observer);

@@ -1,7 +1,7 @@
 //! Whether the runs that files belong to may be used: what `supine send` asks before anything leaves.
 
 use crate::Error;
-use crate::folder::{RunFolder, run_around, runs_within};
+use crate::folder::{RunFolder, changed_since, run_around, runs_within, summary_of};
 use std::path::{Path, PathBuf};
 use supine_report::{Colour, Verdict};
 
@@ -12,6 +12,8 @@ pub struct Unusable {
     pub run: PathBuf,
     /// Why.
     pub why: String,
+    /// Its files are not those that the run left: they are not sent even if one insists.
+    pub changed: bool,
 }
 
 impl Unusable {
@@ -27,8 +29,8 @@ impl Unusable {
     }
 }
 
-/// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, and
-/// those whose verdict is red.
+/// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, those
+/// whose verdict is red, and those whose files are not what the run left.
 ///
 /// # Errors
 /// When a folder cannot be read.
@@ -42,14 +44,22 @@ pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
     }
     runs.sort();
     runs.dedup();
-    let told = |run: PathBuf| why_not(&run).map(|why| Unusable { run, why });
+    let told = |run: PathBuf| {
+        let changed = summary_of(&run).and_then(|summary| changed_since(&run, &summary));
+        let (changed, why) = (changed.is_some(), changed.or_else(|| why_not(&run))?);
+        Some(Unusable { run, why, changed })
+    };
     Ok(runs.into_iter().filter_map(told).collect())
 }
 
 fn why_not(run: &Path) -> Option<String> {
-    let Some(summary) = crate::folder::summary_of(run) else {
+    let Some(summary) = summary_of(run) else {
         return Some("the run is unfinished: it has no summary.json".into());
     };
+    let ended = |status: &serde_json::Value| status == "done" || status == "not-usable";
+    if summary.get("status").is_some_and(|status| !ended(status)) {
+        return Some("the run is unfinished: its summary.json does not say that it is done".into());
+    }
     let verdict = summary.get("verdict").cloned().unwrap_or_default();
     match serde_json::from_value::<Verdict>(verdict) {
         Ok(verdict) if verdict.colour == Colour::Red => {

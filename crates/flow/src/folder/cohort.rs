@@ -82,7 +82,7 @@ impl CohortFolder {
     }
 
     /// The names of all cases that it knows of, by a run or by how it ended.
-    fn names(&self) -> BTreeSet<String> {
+    pub(crate) fn names(&self) -> BTreeSet<String> {
         let entries = |folder: &str| {
             let listed = fs::read_dir(self.root.join(folder)).into_iter().flatten().flatten();
             listed.map(|entry| entry.path()).collect::<Vec<_>>()
@@ -95,10 +95,11 @@ impl CohortFolder {
         named.filter(|name| usable_name(name).is_ok()).collect()
     }
 
-    /// All patients that it knows of, by name. One without a status has that of her summary, made by `of_summary`; one who has
+    /// The patients of some names. One without a status has that of her summary, made by `of_summary`; one who has
     /// neither was stopped.
     pub(crate) fn patients(
         &self,
+        names: Vec<String>,
         of_summary: &dyn Fn(&str, &Summary) -> RunStatus,
     ) -> Vec<Patient> {
         let patient = |name: String| {
@@ -121,7 +122,7 @@ impl CohortFolder {
             }
             patient
         };
-        self.names().into_iter().map(patient).collect()
+        names.into_iter().map(patient).collect()
     }
 
     /// Writes the table and the page of some patients; their paths. What holds the same already stays as it is.

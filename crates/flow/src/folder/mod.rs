@@ -5,10 +5,13 @@
 //! of two cases. Everything is written under a temporary name and renamed.
 
 mod cohort;
+mod held;
+mod lose_nothing;
 mod names;
 mod record;
 
 pub(crate) use cohort::{CohortFolder, usable_name};
+pub(crate) use held::HeldResult;
 pub(crate) use record::Record;
 
 use crate::key::Key;
@@ -20,12 +23,13 @@ use std::path::{Path, PathBuf};
 use supine_report::Output;
 
 /// The version of the layout. A folder of another version is made anew.
-const FORMAT: &str = "2";
+const FORMAT: &str = "3";
 
 /// The folder of a run, held against others as long as it lives.
 #[derive(Debug)]
 pub struct RunFolder {
     root: PathBuf,
+    overwrites: bool,
     _lock: File,
 }
 
@@ -48,12 +52,24 @@ impl RunFolder {
             Err(fs::TryLockError::WouldBlock) => return Err(Error::Busy { path: root.into() }),
             Err(fs::TryLockError::Error(e)) => return Err(output(e)),
         }
-        let folder = Self { root: root.into(), _lock: lock };
+        let folder = Self { root: root.into(), overwrites: false, _lock: lock };
         folder.move_out()?;
         if folder.former().next().is_none() {
             write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes(), USERS)?;
         }
         Ok(folder)
+    }
+
+    /// The same, whose finished result may be replaced by that of another case.
+    #[must_use]
+    pub fn overwriting(mut self, overwrites: bool) -> Self {
+        self.overwrites = overwrites;
+        self
+    }
+
+    /// Whether its finished result may be replaced by that of another case.
+    pub(crate) fn overwrites(&self) -> bool {
+        self.overwrites
     }
 
     /// What another version left.
@@ -64,16 +80,26 @@ impl RunFolder {
         all.map(|path| self.root.join(path)).filter(|path| path.exists())
     }
 
-    /// Whether it holds results of another version: they are removed before the first result is written.
+    /// Whether it holds results of another version: they are set aside before the first result is written.
     pub fn is_former(&self) -> bool {
         self.former().next().is_some()
     }
 
-    /// Removes what another version left.
+    /// Sets aside what another version left.
     pub(crate) fn renew(&self) -> Result<(), Error> {
         if self.is_former() {
             let former: Vec<PathBuf> = self.former().collect();
-            former.iter().try_for_each(|path| remove(path))?;
+            for path in &former {
+                match path.strip_prefix(&self.root).ok().and_then(Path::to_str) {
+                    Some(shown) if !shown.starts_with('.') => {
+                        // A folder may have gone with the one that it lies in.
+                        if path.exists() {
+                            self.set_aside(shown)?;
+                        }
+                    }
+                    _ => remove(path)?,
+                }
+            }
             write_atomically(&self.root.join(names::FORMAT), FORMAT.as_bytes(), USERS)?;
         }
         Ok(())
@@ -96,8 +122,7 @@ impl RunFolder {
     }
 
     fn record(&self, node: NodeId) -> Option<Record> {
-        let text = fs::read_to_string(self.record_path(node)).ok()?;
-        serde_json::from_str(&text).ok()
+        Record::of_file(&fs::read_to_string(self.record_path(node)).ok()?)
     }
 
     fn record_path(&self, node: NodeId) -> PathBuf {
@@ -110,15 +135,8 @@ impl RunFolder {
             let output = |source| Error::Output { path: self.root.join(path), source };
             record.files.push(Written::of(&self.root, path).map_err(output)?);
         }
-        write_atomically(&self.record_path(node), &serde_json::to_vec(&record)?, USERS)?;
+        write_atomically(&self.record_path(node), &record.to_file()?, USERS)?;
         Ok(record)
-    }
-
-    /// Removes a node's record and files, and the summary, which says that all are there.
-    pub(crate) fn clear(&self, node: NodeId) -> Result<(), Error> {
-        remove(&self.root.join(names::SUMMARY))?;
-        remove(&self.record_path(node))?;
-        names::paths_of(node).try_for_each(|path| remove(&self.root.join(path)))
     }
 
     /// Appends a line to the log.
@@ -141,9 +159,10 @@ impl RunFolder {
         Ok(made)
     }
 
-    /// Writes the summary: the last file of a run.
+    /// Writes the summary: the last file of a run. The result that it replaces goes with that.
     pub(crate) fn write_summary(&self, summary: &supine_report::Summary) -> Result<(), Error> {
-        Ok(supine_report::write_summary(summary, &self.root.join(names::SUMMARY))?)
+        supine_report::write_summary(summary, &self.root.join(names::SUMMARY))?;
+        self.drop_previous()
     }
 
     /// Keeps the case of a de-identified run, whose summary names no files.
@@ -214,6 +233,43 @@ fn is_run(folder: &Path) -> bool {
 /// The summary in a run's folder as it stands; none of an unfinished run.
 pub(crate) fn summary_of(run: &Path) -> Option<serde_json::Value> {
     serde_json::from_str(&fs::read_to_string(run.join(names::SUMMARY)).ok()?).ok()
+}
+
+/// What of a finished run is not as the run left it, in words; none when all is.
+pub(crate) fn changed_since(run: &Path, summary: &serde_json::Value) -> Option<String> {
+    let outputs = summary["outputs"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let outputs: Vec<(&str, &str)> = outputs
+        .iter()
+        .filter_map(|output| Some((output["path"].as_str()?, output["blake3"].as_str()?)))
+        .collect();
+    for (path, hash) in &outputs {
+        match crate::inputs::hash_of(&run.join(path)) {
+            Ok(found) if found.blake3 == *hash => {}
+            Ok(_) => {
+                return Some(format!("{path} is not what the run wrote: it was changed since"));
+            }
+            Err(error) => {
+                return Some(format!("{path}, which the run wrote, cannot be read: {error}"));
+            }
+        }
+    }
+    if let Some(told) = told_verdict(run).filter(|told| *told != summary["verdict"]) {
+        let colour = told["colour"].as_str().unwrap_or("another");
+        return Some(format!("the verdict of its summary.json was changed: it was {colour}"));
+    }
+    let known = |path: &Path| outputs.iter().any(|(output, _)| path.starts_with(run.join(output)));
+    let foreign = crate::inputs::files_below(run).unwrap_or_default();
+    let foreign =
+        foreign.into_iter().find(|path| !known(path) && supine_dicom::has_marker(path))?;
+    let shown = foreign.strip_prefix(run).unwrap_or(&foreign).display().to_string();
+    Some(format!("{shown} lies in its folder and was not written by the run"))
+}
+
+/// The verdict as the run recorded it beside its summary; none in a copy that lost its records.
+fn told_verdict(run: &Path) -> Option<serde_json::Value> {
+    let path = run.join(names::RECORDS).join(format!("{}.json", NodeId::Report));
+    let record = Record::of_file(&fs::read_to_string(path).ok()?)?;
+    record.facts.get("verdict").cloned()
 }
 
 /// The folder beside a run's, for what tells who the patient was.
@@ -351,8 +407,7 @@ impl FinishedRun {
     pub(crate) fn is_whole(&self, chain: &[supine_report::Link]) -> bool {
         chain.iter().all(|link| {
             let path = self.root.join(names::RECORDS).join(format!("{}.json", link.stage));
-            let read = fs::read_to_string(path).ok();
-            let record = read.and_then(|text| serde_json::from_str::<Record>(&text).ok());
+            let record = fs::read_to_string(path).ok().and_then(|text| Record::of_file(&text));
             let record = record.filter(|record| record.key == link.key);
             record.is_some_and(|record| record.files.iter().all(|file| file.is_whole(&self.root)))
         })
@@ -410,8 +465,9 @@ fn refuse_foreign(root: &Path) -> Result<(), Error> {
     }
 }
 
-/// A path from the root of the disk.
+/// A path from the root of the disk. That of a file without a folder, as it is typed where it lies, is nothing.
 pub(crate) fn whole(path: &Path) -> PathBuf {
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     std::path::absolute(path).unwrap_or_else(|_| path.into())
 }
 

@@ -4,6 +4,10 @@ use crate::NodeId;
 
 /// The summary: the last file of a run.
 pub(super) const SUMMARY: &str = "summary.json";
+/// The finished result that a run is replacing, until the run is finished itself.
+pub(super) const PREVIOUS: &str = "previous";
+/// What lay where the run writes and was not written by this program.
+pub(super) const SET_ASIDE: &str = "set-aside";
 /// What happened, line by line.
 pub(super) const LOG: &str = "log.jsonl";
 /// Records of the nodes, and what only the program reads.
@@ -92,5 +96,5 @@ pub(super) fn paths_of(node: NodeId) -> impl Iterator<Item = &'static str> {
 
 /// Everything that a run may write over.
 pub(super) fn all() -> impl Iterator<Item = &'static str> {
-    ARTIFACTS.iter().map(|(_, _, path)| *path).chain(["field", "mesh", "scans", SUMMARY])
+    ARTIFACTS.iter().map(|(_, _, path)| *path).chain(["field", "mesh", "scans", SUMMARY, PREVIOUS])
 }

@@ -22,6 +22,35 @@ pub(crate) struct Record {
     pub(crate) warnings: Vec<Warning>,
 }
 
+/// A record as it is kept: with the hash of all that it says, so that a changed number is no result.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    blake3: String,
+    record: Box<serde_json::value::RawValue>,
+}
+
+impl Record {
+    /// Its file.
+    ///
+    /// # Errors
+    /// When it holds what JSON cannot.
+    pub(super) fn to_file(&self) -> serde_json::Result<Vec<u8>> {
+        let record = serde_json::value::to_raw_value(self)?;
+        serde_json::to_vec(&Kept { blake3: hash_of_text(record.get()), record })
+    }
+
+    /// The record in a file; none when it was changed since it was written.
+    pub(super) fn of_file(text: &str) -> Option<Self> {
+        let kept: Kept = serde_json::from_str(text).ok()?;
+        let whole = hash_of_text(kept.record.get()) == kept.blake3;
+        serde_json::from_str(kept.record.get()).ok().filter(|_| whole)
+    }
+}
+
+fn hash_of_text(text: &str) -> String {
+    blake3::hash(text.as_bytes()).to_hex().to_string()
+}
+
 /// A file or folder that was written.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub(crate) struct Written {

@@ -43,7 +43,7 @@ fn hidden_files_count_as_those_that_are_seen() {
 }
 
 #[test]
-fn clearing_a_node_takes_its_files_and_the_summary() {
+fn clearing_a_node_takes_its_files_and_the_result_is_kept_until_another_is_finished() {
     let dir = tempfile::tempdir().unwrap();
     let f = folder(dir.path());
     for node in [NodeId::Mesh, NodeId::Solve] {
@@ -51,8 +51,14 @@ fn clearing_a_node_takes_its_files_and_the_summary() {
         fs::write(f.shelf(node).place(name).unwrap(), "x").unwrap();
         f.keep(node, record("k")).unwrap();
     }
-    fs::write(dir.path().join(names::SUMMARY), "{}").unwrap();
-    f.clear(NodeId::Solve).unwrap();
+    let summary = r#"{"tool": {"name": "supine"}, "outputs": []}"#;
+    fs::write(dir.path().join(names::SUMMARY), summary).unwrap();
+    f.retire(&[NodeId::Solve].into()).unwrap();
+    assert_eq!(f.clear(NodeId::Solve).unwrap(), Vec::<PathBuf>::new());
+    let kept = dir.path().join(names::PREVIOUS);
+    for name in [names::SUMMARY, "mesh/deformed.vtu", "mesh/rest.vtu"] {
+        assert!(kept.join(name).exists(), "{name}");
+    }
     assert!(f.result(NodeId::Mesh, &"k".into()).is_some());
     assert!(f.result(NodeId::Solve, &"k".into()).is_none());
     assert!(!dir.path().join("mesh/deformed.vtu").exists());
@@ -70,7 +76,7 @@ fn what_no_run_made_is_not_touched() {
 }
 
 #[test]
-fn results_of_the_version_before_are_removed_and_that_is_said() {
+fn results_of_the_version_before_are_set_aside_and_that_is_said() {
     let dir = tempfile::tempdir().unwrap();
     for old in ["labels-doubt.nrrd", ".stages/warped.nrrd", ".stages/mesh.json", "ct/1.dcm"] {
         let path = dir.path().join(old);
@@ -82,6 +88,8 @@ fn results_of_the_version_before_are_removed_and_that_is_said() {
     opened.renew().unwrap();
     drop(opened);
     assert!(!dir.path().join("ct").exists() && !dir.path().join("labels-doubt.nrrd").exists());
+    assert!(dir.path().join("set-aside/ct/1.dcm").exists());
+    assert!(dir.path().join("set-aside/labels-doubt.nrrd").exists());
     assert!(!folder(dir.path()).is_former());
 }
 

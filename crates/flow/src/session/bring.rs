@@ -6,6 +6,7 @@ use super::{Lane, Observer, Request, Session, lock};
 use crate::folder::RunFolder;
 use crate::ground::Ground;
 use crate::key::Key;
+use crate::shared::told;
 use crate::{Error, NodeId};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -84,8 +85,13 @@ impl Session {
         let known = Known { folder, forced, held: &held, shown: &shown, values: pass.values() };
         let plan = pool.install(|| Plan::new(ground, &pass.targets, &known))?;
         if let Some(folder) = folder {
+            self.refuse_overlap(folder.root())?;
             folder.renew()?;
-            clear_stale(ground, folder, &plan, &shown)?;
+            let gone = stale(ground, folder, &plan, &shown);
+            folder.retire(&gone)?;
+            for node in gone {
+                tell_aside(node, &folder.clear(node)?, request.observer);
+            }
         }
         let job = Job {
             ground,
@@ -176,32 +182,34 @@ fn first_targets(targets: &[NodeId], open: Option<NodeId>) -> Vec<NodeId> {
     now.chain([open]).collect()
 }
 
-/// Removes what the folder holds of nodes that are made anew, and of all nodes that the case no longer leads to.
-fn clear_stale(
-    ground: &Ground,
-    folder: &RunFolder,
-    plan: &Plan,
-    shown: Shown<'_>,
-) -> Result<(), Error> {
-    for node in NodeId::ALL {
-        let stale = match plan.steps.get(&node) {
-            Some(Step::Make(None) | Step::Write) => true,
-            Some(_) => false,
-            None => {
-                let keys =
-                    ancestors(ground, &[node]).and_then(|wanted| Keys::of(ground, &wanted, shown));
-                match keys.as_ref().map(|keys| keys.get(node)) {
-                    Ok(Some(key)) => folder.result(node, key).is_none(),
-                    Ok(None) => rests_on_made(node, plan),
-                    Err(_) => false,
-                }
+/// The nodes of which the folder holds what will go: those that are made anew, and all that the case no longer leads to.
+fn stale(ground: &Ground, folder: &RunFolder, plan: &Plan, shown: Shown<'_>) -> BTreeSet<NodeId> {
+    let is_stale = |node: &NodeId| match plan.steps.get(node) {
+        Some(Step::Make(None) | Step::Write) => true,
+        Some(_) => false,
+        None => {
+            let keys =
+                ancestors(ground, &[*node]).and_then(|wanted| Keys::of(ground, &wanted, shown));
+            match keys.as_ref().map(|keys| keys.get(*node)) {
+                Ok(Some(key)) => folder.result(*node, key).is_none(),
+                Ok(None) => rests_on_made(*node, plan),
+                Err(_) => false,
             }
-        };
-        if stale {
-            folder.clear(node)?;
         }
+    };
+    NodeId::ALL.into_iter().filter(is_stale).collect()
+}
+
+/// Says where something is now that this program did not write, or that was changed since.
+fn tell_aside(node: NodeId, moved: &[std::path::PathBuf], observer: &dyn Observer) {
+    for path in moved {
+        let text = format!(
+            "files that this program did not write, or that were changed since, lay where results are written: they are in {} \
+             now",
+            path.display()
+        );
+        observer.warning(node, &told(node, &supine_space::Warning::new("set-aside", text), false));
     }
-    Ok(())
 }
 
 /// Whether a node whose key is not known yet rests on one that is made anew, by more than its value.

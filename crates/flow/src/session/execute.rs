@@ -257,13 +257,16 @@ impl Job<'_> {
         work: &Work<'_>,
     ) -> Result<Option<Record>, Error> {
         let Some(folder) = self.folder else { return Ok(None) };
-        (entry(node).save)(output, work)?;
         let facts = (entry(node).facts)(output)?;
         let key = self.plan.keys.get(node).cloned().ok_or(Error::NotKept { node })?;
         let (method, parents) =
             (entry(node).method, self.plan.keys.shown_parents(self.ground, node));
         let record = Record { key, method, parents, files: vec![], facts, warnings };
-        folder.keep(node, record).map(Some)
+        let saved = (entry(node).save)(output, work).and_then(|()| folder.keep(node, record));
+        if saved.is_err() {
+            folder.undo(node);
+        }
+        saved.map(Some)
     }
 
     /// Takes a result over, and drops those that nobody needs any more.

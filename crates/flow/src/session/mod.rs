@@ -14,13 +14,13 @@ mod values;
 pub(crate) use observer::Watched;
 pub use observer::{Observer, Unwatched};
 
-use crate::folder::{Record, RunFolder, refuse_overlap};
+use crate::folder::{HeldResult, Record, RunFolder, refuse_overlap};
 use crate::graph::{Node, typed};
 use crate::ground::Ground;
 use crate::inputs::Inputs;
 use crate::key::Key;
 use crate::memory::Meter;
-use crate::spec::{Case, CaseError, Spec, TumourSpec};
+use crate::spec::{Case, CaseError, Spec};
 use crate::{Error, NodeId};
 use cells::Cells;
 use plan::{Keys, ancestors};
@@ -131,8 +131,10 @@ impl Session {
     /// A session of a specification, with a number of threads (0: all cores).
     ///
     /// # Errors
-    /// When the values contradict each other, or threads cannot be had.
+    /// When the values contradict each other, files that a repeated run read have changed since, or threads cannot be had.
     pub fn new(spec: Spec, threads: usize) -> Result<Self, Error> {
+        let inputs = Inputs::default();
+        check_recorded(&spec, &inputs)?;
         let meter = Meter::leaked();
         let pool = |threads: usize| {
             let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -142,7 +144,7 @@ impl Session {
         let ground = Ground {
             case: Arc::new(spec.case()?),
             spec: Arc::new(spec),
-            inputs: Arc::new(Inputs::default()),
+            inputs: Arc::new(inputs),
             tumours: Arc::default(),
             secret: None,
             given: BTreeMap::new(),
@@ -163,9 +165,10 @@ impl Session {
     /// The same with a folder, in which results are kept and from which they come back.
     ///
     /// # Errors
-    /// When an input lies where results are written.
+    /// When an input lies where results are written, or the folder holds the finished result of another case.
     pub fn with_folder(self, folder: RunFolder) -> Result<Self, Error> {
         self.refuse_overlap(folder.root())?;
+        self.refuse_other(&folder)?;
         *lock(&self.folder) = Some(folder);
         Ok(self)
     }
@@ -176,8 +179,40 @@ impl Session {
     /// [`Error::Overlap`].
     pub fn refuse_overlap(&self, root: &Path) -> Result<(), Error> {
         let ground = self.ground();
-        inputs(&ground.case)
-            .try_for_each(|(key, path)| refuse_overlap(root, key, &ground.path(path)))
+        for (key, path) in ground.spec.paths() {
+            let path = ground.path(path);
+            refuse_overlap(root, key, &path)?;
+            // The samples of a volume may lie elsewhere than its header.
+            for beside in supine_exchange::volume_files(&path).unwrap_or_default() {
+                refuse_overlap(root, key, &beside)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a folder that holds the finished result of another case, unless that may be replaced.
+    fn refuse_other(&self, folder: &RunFolder) -> Result<(), Error> {
+        if folder.overwrites() {
+            return Ok(());
+        }
+        match self.other_result(folder.root()) {
+            Some(held) => Err(Error::OtherResult {
+                path: folder.root().into(),
+                held: held.told(),
+                ct: self.ground().case.ct.clone().map(|ct| self.ground().path(&ct)),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// The finished result of another case that a folder holds; nothing is changed.
+    pub(crate) fn other_result(&self, root: &Path) -> Option<HeldResult> {
+        let held = HeldResult::of(root)?;
+        let ground = self.ground();
+        let ct = ground.case.ct.as_ref().map(|ct| ground.path(ct));
+        // A CT that was given in memory has no place, and no result of it is kept in a folder.
+        let other = ct.is_some_and(|ct| !held.is_of(&ct, &ground.inputs));
+        other.then_some(held)
     }
 
     /// The same with another budget for what is held while nobody works, bytes.
@@ -244,10 +279,11 @@ impl Session {
     /// Keeps results in a folder from now on; in memory alone without one.
     ///
     /// # Errors
-    /// When an input lies where results are written.
+    /// When an input lies where results are written, or the folder holds the finished result of another case.
     pub fn keep_in(&self, folder: Option<RunFolder>) -> Result<(), Error> {
         if let Some(folder) = &folder {
             self.refuse_overlap(folder.root())?;
+            self.refuse_other(folder)?;
         }
         *lock(&self.folder) = folder;
         Ok(())
@@ -375,18 +411,15 @@ impl Session {
     }
 }
 
-/// Every path that a case names, with its key.
-fn inputs(case: &Case) -> impl Iterator<Item = (&'static str, &Path)> {
-    let ct = case.ct.iter().map(|path| ("ct", path.as_path()));
-    let tumour = case.tumour.iter().filter_map(|tumour| match tumour {
-        TumourSpec::Structure { file, .. } => Some(("tumour.file", file.as_path())),
-        TumourSpec::Sphere(_) => None,
-    });
-    ct.chain(tumour)
-        .chain(case.labels.iter().map(|l| ("labels.file", l.file.as_path())))
-        .chain(case.seeds.files.iter().map(|p| ("seeds.file", p.as_path())))
-        .chain(case.points.iter().map(|p| ("carry.points", p.as_path())))
-        .chain(case.carried.iter().map(|c| (c.kind.key(), c.path.as_path())))
+/// That the files of a summary that is repeated are those that its run read.
+fn check_recorded(spec: &Spec, inputs: &Inputs) -> Result<(), Error> {
+    for (key, path, known) in spec.recorded() {
+        let path = spec.folder().join(path);
+        if !known.contains(&inputs.file(key, &path)?.hash()) {
+            return Err(Error::InputsChanged { key, path });
+        }
+    }
+    Ok(())
 }
 
 /// Whether a change is to be kept.

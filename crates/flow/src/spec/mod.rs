@@ -14,6 +14,7 @@ mod hint;
 mod mesh;
 mod parameter;
 mod read;
+mod recorded;
 mod schema;
 mod stroke;
 mod table;
@@ -34,6 +35,7 @@ pub use table::{Kind, Parameter, Preset, TABLE};
 pub use value::Value;
 
 use read::{Values, place, values};
+use recorded::Recorded;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 
@@ -42,12 +44,14 @@ use std::path::{Path, PathBuf};
 pub struct Spec {
     values: Values,
     folder: PathBuf,
+    /// Of a summary that is repeated: the values that name files, with the hashes of what its run read by them.
+    recorded: Recorded,
 }
 
 impl Spec {
     /// Nothing given; paths lead from `folder`.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
-        Self { values: Values::new(), folder: folder.into() }
+        Self { values: Values::new(), folder: folder.into(), recorded: Recorded::new() }
     }
 
     /// Reads a case file (TOML) or the `summary.json` of a run, whose case it repeats.
@@ -82,7 +86,7 @@ impl Spec {
         })?;
         let object = serde_json::to_value(table).map_err(|e| invalid(e.to_string()))?;
         let Json::Object(object) = object else { return Err(invalid("no table".into())) };
-        Ok(Self { values: values(&object)?, folder: folder.into() })
+        Ok(Self { values: values(&object)?, ..Self::new(folder) })
     }
 
     /// The case of a summary; of a de-identified run, whose summary names no files, the case that it kept beside it.
@@ -96,6 +100,7 @@ impl Spec {
             ));
         }
         let nameless = summary.pointer("/case/export/anonymise") == Some(&Json::Bool(true));
+        let inputs = summary["inputs"].clone();
         let kept = match nameless {
             true => crate::folder::kept_case(path)
                 .ok_or_else(|| CaseError::Withheld { path: path.into() })?,
@@ -103,7 +108,37 @@ impl Spec {
         };
         let case = kept.get("case").and_then(Json::as_object);
         let folder = kept.pointer("/run/case_folder").and_then(Json::as_str).unwrap_or_default();
-        Self::from_canonical(case.ok_or_else(|| invalid("it holds no case".into()))?, folder)
+        let mut spec =
+            Self::from_canonical(case.ok_or_else(|| invalid("it holds no case".into()))?, folder)?;
+        spec.recorded = recorded::of(&spec.values, &inputs);
+        Ok(spec)
+    }
+
+    /// The same, whose files may differ from those that the run of its summary read.
+    #[must_use]
+    pub fn with_inputs_changed(mut self) -> Self {
+        self.recorded.clear();
+        self
+    }
+
+    /// Keys and paths of the files that the run of a repeated summary read, with the hashes that it recorded, while the
+    /// values are those of the summary.
+    pub(crate) fn recorded(&self) -> impl Iterator<Item = (&'static str, &Path, Vec<&str>)> {
+        let same = self
+            .recorded
+            .iter()
+            .filter(|(place, (value, _))| self.values.get(place) == Some(value));
+        same.flat_map(|(&place, (value, hashes))| {
+            let hashes: Vec<&str> = hashes.iter().map(String::as_str).collect();
+            value.paths().iter().map(move |path| (TABLE[place].key, path.as_path(), hashes.clone()))
+        })
+    }
+
+    /// Every path that is given, with its key.
+    pub(crate) fn paths(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        self.values.iter().flat_map(|(&place, value)| {
+            value.paths().iter().map(move |path| (TABLE[place].key, path.as_path()))
+        })
     }
 
     /// The values of a case in its canonical form; paths lead from `folder`.
@@ -114,7 +149,7 @@ impl Spec {
         case: &serde_json::Map<String, Json>,
         folder: impl Into<PathBuf>,
     ) -> Result<Self, CaseError> {
-        Ok(Self { values: values(case)?, folder: folder.into() })
+        Ok(Self { values: values(case)?, ..Self::new(folder) })
     }
 
     /// The folder from which paths lead.

@@ -113,6 +113,15 @@ impl Value {
         }
     }
 
+    /// The paths that it names.
+    pub(crate) fn paths(&self) -> &[PathBuf] {
+        match self {
+            Self::File(path) => std::slice::from_ref(path),
+            Self::Files(all) => all,
+            _ => &[],
+        }
+    }
+
     /// The same with its paths made whole by a folder.
     pub(crate) fn within(self, folder: &std::path::Path) -> Self {
         match self {

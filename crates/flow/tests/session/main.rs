@@ -8,6 +8,7 @@
 
 mod edits;
 mod field;
+mod lost;
 mod methods;
 mod support;
 mod table;

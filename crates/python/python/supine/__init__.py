@@ -23,12 +23,17 @@ Arrays that a session gives share its memory and cannot be written to: ``.copy()
 Research software: the deformed CT is a simulation, not acquired anatomy. No clinical use is claimed.
 """
 
+import warnings as _warnings
+
 from ._core import version as _version
 from ._error import SupineError, SupineWarning
 from ._session import Session, parameters, read_ct
 from ._values import Deformation, Interval, Mesh, Tumour, Volume
 
 __version__: str = _version()
+
+# Python shows a warning once per line of code: in a loop over patients the second one's would not be seen.
+_warnings.simplefilter("always", SupineWarning, append=False)
 
 __all__ = [
     "Deformation",

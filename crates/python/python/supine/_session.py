@@ -56,6 +56,7 @@ class Session:
     ) -> None:
         own = _own(dict(values))
         self.progress = progress
+        self._changed()
         given = json.dumps(own.plain)
         self._core = _core.Core(given, Path(folder or Path.cwd()), threads, *_start())
         if own.ct is not None:
@@ -86,6 +87,7 @@ class Session:
         own = _own(dict(values))
         session = cls.__new__(cls)
         session.progress = progress
+        session._changed()
         session._core = _core.Core.read(Path(case), json.dumps(own.plain), threads, *_start())
         if own.ct is not None:
             session.ct = own.ct
@@ -104,6 +106,7 @@ class Session:
         """
         own = _own(dict(values))
         stale = tuple(self._core.merge(json.dumps(own.plain)))
+        self._changed()
         if own.ct is not None:
             self.ct = own.ct
         if own.labels is not None:
@@ -126,10 +129,12 @@ class Session:
         import numpy as np
 
         array = np.ascontiguousarray(ct.array, dtype=_int16(ct.array))
+        self._changed()
         self._core.give_ct(array, (ct.origin, ct.spacing, ct.direction))
 
     @ct.deleter
     def ct(self) -> None:
+        self._changed()
         self._core.take_back("import")
 
     @property
@@ -145,10 +150,12 @@ class Session:
         array = np.ascontiguousarray(labels.array, dtype=np.uint8)
         if not np.array_equal(array, labels.array):
             raise ValueError("labels are whole numbers from 0 to 10")
+        self._changed()
         self._core.give_labels(self._hear, array, (labels.origin, labels.spacing, labels.direction))
 
     @labels.deleter
     def labels(self) -> None:
+        self._changed()
         self._core.take_back("segment")
 
     @property
@@ -158,10 +165,12 @@ class Session:
 
     @mesh.setter
     def mesh(self, mesh: Mesh) -> None:
+        self._changed()
         self._core.give_mesh(_arrays(mesh))
 
     @mesh.deleter
     def mesh(self) -> None:
+        self._changed()
         self._core.take_back("mesh")
 
     @property
@@ -175,10 +184,12 @@ class Session:
         import numpy as np
 
         vectors = np.ascontiguousarray(deformation.displacement, dtype=np.float64)
+        self._changed()
         self._core.give_deformation(_arrays(deformation.mesh), vectors)
 
     @deformation.deleter
     def deformation(self) -> None:
+        self._changed()
         self._core.take_back("solve")
         self._core.take_back("mesh")
 
@@ -216,25 +227,48 @@ class Session:
         """Memory that results hold, bytes; those that come with least work go first when it gets too much."""
         return self._core.bytes()
 
-    def run(self, out: str | os.PathLike[str]) -> dict[str, Any]:
+    def run(self, out: str | os.PathLike[str], *, overwrite: bool = False) -> dict[str, Any]:
         """Writes the folder that ``supine run`` writes: DICOM series, report, mesh, field, ``summary.json``.
 
         What the session holds is not computed again, and what an earlier run of the same case left in the folder neither.
 
+        Args:
+            out: the folder.
+            overwrite: replace the finished result of another case in that folder.
+
         Returns:
             The summary. ``["verdict"]["colour"]`` is ``"green"``, ``"amber"`` or ``"red"``: a red one is not raised, as the
-            result is there; look at it.
+            result is there; look at it, here or at :attr:`verdict`.
 
         Raises:
-            SupineError: when a stage fails or the folder cannot be written.
+            SupineError: when a stage fails, the folder holds the finished result of another case, or it cannot be written.
         """
-        summary: dict[str, Any] = json.loads(self._core.run(self._hear, Path(out)))
+        summary: dict[str, Any] = json.loads(self._core.run(self._hear, Path(out), overwrite))
+        self._verdict = summary["verdict"]
         return summary
+
+    @property
+    def warnings(self) -> tuple[SupineWarning, ...]:
+        """All that the session has warned of since it was last changed, each once. They are also issued as Python warnings."""
+        return tuple(self._warnings)
+
+    @property
+    def verdict(self) -> dict[str, Any] | None:
+        """The verdict of the last run, with its reasons; ``None`` before the first one and after a change."""
+        return self._verdict
+
+    def _changed(self) -> None:
+        """What was told is of what was given before."""
+        self._warnings: list[SupineWarning] = []
+        self._verdict: dict[str, Any] | None = None
 
     def _hear(self, kind: str, stage: str, share: float, text: str) -> None:
         if kind == "warning":
             code, _, message = text.partition("\n")
-            warnings.warn(SupineWarning(message, code, stage), stacklevel=3)
+            warning = SupineWarning(message, code, stage)
+            if not any((w.stage, w.code, w.message) == (stage, code, message) for w in self._warnings):
+                self._warnings.append(warning)
+            warnings.warn(warning, stacklevel=3)
         elif self.progress is not None:
             self.progress(stage, share)
 

@@ -5,6 +5,10 @@ use crate::{SkinDistances, Summary, TumourMoved};
 /// Figures of one result, those of the tables of mesh, modulus and displacement that are printed of patients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
+    /// The short name of the result; empty where none was exported.
+    pub run_id: String,
+    /// Where its CT was, if the run tells that.
+    pub ct: Option<std::path::PathBuf>,
     /// The patient's side.
     pub breast: String,
     /// Tilt of the table, AP and LAT, degrees.
@@ -59,6 +63,8 @@ impl Figures {
             size: s.ct.size,
             spacing_mm: s.ct.spacing_mm,
             radius_mm: s.parameters.region.radius_mm,
+            run_id: s.id.clone().unwrap_or_default(),
+            ct: ct(s),
             tetrahedra: s.mesh.tetrahedra,
             nodes: s.mesh.points,
             unknowns: s.mesh.unknowns,
@@ -76,4 +82,10 @@ impl Figures {
             scan: run.map(|surface| surface.near),
         }
     }
+}
+
+/// The path of the CT, whole where the folder of the case is known.
+fn ct(summary: &Summary) -> Option<std::path::PathBuf> {
+    let ct = summary.case.get("ct").and_then(|ct| ct.as_str())?;
+    Some(summary.run.case_folder.as_ref().map_or_else(|| ct.into(), |folder| folder.join(ct)))
 }

@@ -66,6 +66,9 @@ const COLUMNS: &[(&str, Cell)] = &[
     ("seconds", Status(|p| plain(p.status.seconds, 1))),
     ("peak_memory_mb", Status(|p| p.status.peak_memory_mb.map_or("".into(), |m| plain(m, 0)))),
     ("threads", Status(|p| p.status.threads.to_string())),
+    ("version", Status(|p| p.status.version.clone())),
+    ("run_id", Figure(|f| f.run_id.clone())),
+    ("ct", Figure(|f| f.ct.as_ref().map_or("".into(), |ct| ct.display().to_string()))),
 ];
 
 /// The table: a head, then a row for each patient in the order given; lines end with CR LF, positions and displacements are

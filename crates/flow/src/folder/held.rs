@@ -1,0 +1,82 @@
+//! Whose finished result a folder holds.
+
+use super::{kept_case, names, resolve, summary_of};
+use crate::inputs::Inputs;
+use serde_json::Value as Json;
+use std::path::{Path, PathBuf};
+use supine_exchange::is_volume_name;
+use supine_space::Progress;
+
+/// What the summary of a finished run tells of its CT.
+#[derive(Clone, Debug)]
+pub(crate) struct HeldResult {
+    /// Where the CT was, if the run tells that.
+    pub(crate) ct: Option<PathBuf>,
+    /// When the run began.
+    pub(crate) started: Option<String>,
+    blake3: String,
+    /// The series as it was before the patient was taken out.
+    series: Option<String>,
+}
+
+impl HeldResult {
+    /// The result in a folder; none when no run was finished there.
+    pub(crate) fn of(root: &Path) -> Option<Self> {
+        let summary = summary_of(root).filter(|s| s["tool"]["name"] == "supine")?;
+        let text = |place: &str| summary.pointer(place).and_then(Json::as_str).map(str::to_owned);
+        let nameless = summary.pointer("/case/export/anonymise") == Some(&Json::Bool(true));
+        let kept = if nameless { kept_case(&root.join(names::SUMMARY)) } else { None };
+        let case = kept.as_ref().unwrap_or(&summary);
+        let at = |place: &str| case.pointer(place).and_then(Json::as_str).map(PathBuf::from);
+        let ct = at("/case/ct").and_then(|ct| match at("/run/case_folder") {
+            Some(folder) => Some(folder.join(ct)),
+            None => ct.is_absolute().then_some(ct),
+        });
+        let inputs = summary["inputs"].as_array();
+        let origin = inputs.and_then(|all| all.iter().find(|input| input["role"] == "ct"));
+        Some(Self {
+            ct,
+            started: text("/run/started"),
+            blake3: origin.and_then(|ct| ct["blake3"].as_str()).unwrap_or_default().to_owned(),
+            series: text("/source/series_uid").filter(|_| !nameless),
+        })
+    }
+
+    /// In words for people.
+    pub(crate) fn told(&self) -> String {
+        let of =
+            self.ct.as_ref().map_or("another CT".into(), |ct| format!("the CT {}", ct.display()));
+        let when = self.started.as_ref().map_or(String::new(), |at| format!(", made at {at}"));
+        format!("the finished result of {of}{when}")
+    }
+
+    /// Whether it is of a CT: one with the same content, or the same series in the same place, of which slices were
+    /// added, left out or changed. A volume of another format has no series: its place tells.
+    pub(crate) fn is_of(&self, ct: &Path, inputs: &Inputs) -> bool {
+        let hash = inputs.file("ct", ct).ok();
+        if hash.is_some_and(|found| found.hash() == self.blake3) {
+            return true;
+        }
+        let there = self.ct.as_deref().is_some_and(|held| place(held) == place(ct));
+        there && (is_volume_name(ct) || self.series.as_deref().is_some_and(|uid| holds(ct, uid)))
+    }
+}
+
+/// Where a CT lies: a file of a series stands for its folder.
+fn place(ct: &Path) -> PathBuf {
+    let whole = resolve(ct);
+    match whole.parent() {
+        Some(folder) if whole.is_file() && !is_volume_name(&whole) => folder.into(),
+        _ => whole,
+    }
+}
+
+/// Whether a folder, or one that is not there any more, may hold a series.
+fn holds(ct: &Path, uid: &str) -> bool {
+    if !ct.exists() {
+        return true;
+    }
+    let (depth, accept) = (supine_dicom::Depth::Headers, supine_dicom::Accept::default());
+    supine_dicom::inspect(ct, depth, accept, Progress::none())
+        .is_ok_and(|found| found.series.iter().any(|series| series.uid == uid))
+}
