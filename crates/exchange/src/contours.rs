@@ -6,6 +6,7 @@
 use crate::{Error, Problem, file};
 use std::{collections::BTreeMap, path::Path};
 use supine_space::Point;
+use supine_volume::Rule;
 
 const HEADING: [&str; 5] = ["structure", "contour", "x", "y", "z"];
 
@@ -14,8 +15,10 @@ const HEADING: [&str; 5] = ["structure", "contour", "x", "y", "z"];
 pub struct NamedContours {
     /// Its name.
     pub name: String,
-    /// Corners of each contour, LPS, mm; the inside follows the even-odd rule in each plane.
+    /// Corners of each contour, LPS, mm.
     pub contours: Vec<Vec<Point>>,
+    /// How contours of one plane go together; a CSV does not say it.
+    pub rule: Rule,
 }
 
 /// Whether a file is a CSV of contours, by its first line.
@@ -69,7 +72,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
         let (name, number) = (&record[0], &record[1]);
         let at = places.get(name).copied().unwrap_or_else(|| {
             places.insert(name.to_owned(), structures.len());
-            structures.push(NamedContours { name: name.into(), contours: vec![] });
+            let (name, rule) = (name.into(), Rule::default());
+            structures.push(NamedContours { name, contours: vec![], rule });
             structures.len() - 1
         });
         let contours = &mut structures[at].contours;

@@ -46,7 +46,9 @@ impl Ground {
     /// When it is not given, or its region cannot be had from its structure set.
     pub(crate) fn tumour(&self) -> Result<PlacedTumour, Error> {
         match self.case.tumour()? {
-            TumourSpec::Sphere(sphere) => Ok(PlacedTumour { sphere: *sphere, drawn: None }),
+            TumourSpec::Sphere(sphere) => {
+                Ok(PlacedTumour { sphere: *sphere, drawn: None, warnings: vec![] })
+            }
             TumourSpec::Structure { name, file } => {
                 self.tumours.place(name, self.file("tumour.file", file)?)
             }

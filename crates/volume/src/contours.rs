@@ -1,6 +1,6 @@
 //! Planar contours to voxels.
 
-use crate::{Volume, distance_mm, median};
+use crate::{Outlines, Rule, Volume, distance_mm, median};
 use rayon::prelude::*;
 use supine_space::{Failure, Grid, Matrix, Point, Vector};
 
@@ -12,8 +12,20 @@ const BRIDGED_MM: f64 = 10.0;
 /// Gaps wider than this many usual steps are told.
 const USUAL_STEPS: f64 = 1.5;
 
+/// Contours may lie this far beyond the grid that they belong to, mm: what was drawn on a larger CT, or beyond the field of the scanner.
+pub const MARGIN_MM: f64 = 500.0;
+
+/// Where contours of one plane cross or lie upon each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// In how many planes.
+    pub planes: usize,
+    /// A point of the lowest of them, LPS, mm.
+    pub at: [f64; 3],
+}
+
 /// What was made of the contours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Filled {
     /// Planes with contours.
     pub planes: usize,
@@ -21,6 +33,8 @@ pub struct Filled {
     pub degenerate: usize,
     /// Slices in gaps of more than one and a half usual steps, filled from the planes beside them.
     pub bridged_slices: usize,
+    /// Where contours cross or lie upon each other, if any do.
+    pub overlap: Option<Overlap>,
 }
 
 /// Why contours cannot be filled.
@@ -43,6 +57,36 @@ pub enum ContourError {
         number: usize,
         /// Its extent along the k axis, mm.
         spread_mm: f64,
+    },
+    /// A corner lies where nothing of the CT can be.
+    #[error(
+        "contour {number} has a corner at {}, {} beyond the CT on its slice through {}: a coordinate is \
+         mistyped or the contours belong to another CT",
+        place(at), far(*beyond_mm), place(beside)
+    )]
+    Beyond {
+        /// Number of the contour, from 1.
+        number: usize,
+        /// The corner, LPS, mm.
+        at: [f64; 3],
+        /// How far beyond the CT it lies, mm.
+        beyond_mm: f64,
+        /// Another corner of the contour, LPS, mm.
+        beside: [f64; 3],
+    },
+    /// A corner lies far from all others of its contour.
+    #[error(
+        "contour {number} has a corner at {}, far from its others about {}: a coordinate is mistyped",
+        place(at),
+        place(from)
+    )]
+    Stray {
+        /// Number of the contour, from 1.
+        number: usize,
+        /// The corner, LPS, mm.
+        at: [f64; 3],
+        /// The middle of the contour's corners, LPS, mm.
+        from: [f64; 3],
     },
     /// Planes are missing.
     #[error(
@@ -68,39 +112,50 @@ impl ContourError {
 }
 
 fn place(p: &[f64; 3]) -> String {
-    format!("({:.1}, {:.1}, {:.1}) mm", p[0], p[1], p[2])
+    let [x, y, z] = p.map(coordinate);
+    format!("({x}, {y}, {z}) mm")
+}
+
+/// A coordinate, mm; by its power of ten where it is none that a patient has.
+fn coordinate(mm: f64) -> String {
+    if mm.abs() < 1e6 { format!("{mm:.1}") } else { format!("{mm:e}") }
+}
+
+fn far(mm: f64) -> String {
+    if mm < 1e6 { format!("{:.1} m", mm / 1000.0) } else { "far".into() }
 }
 
 /// Contours of one plane.
 struct Plane {
     /// Place along the k axis, voxels.
     k: f64,
-    /// Corners of each contour, continuous index (i, j).
-    contours: Vec<Vec<[f64; 2]>>,
+    /// Contours, continuous index (i, j).
+    outlines: Outlines,
 }
 
 /// The voxels whose centres lie within closed contours parallel to the slices; LPS, mm.
 ///
-/// Within a plane the even-odd rule holds, so that a contour within another and a keyhole leave a
-/// hole. A slice within 0.1 mm of a plane takes that plane's contours; one between two planes the
+/// Within a plane `rule` tells how the contours go together ([`Outlines`]). A slice within 0.1 mm of a plane takes that plane's contours; one between two planes the
 /// zero of the signed distances of both, weighted by how near they are. Gaps of up to two usual
 /// steps (their median) or 10 mm are bridged so. Beyond the outermost planes the contours hold for
 /// half a usual step.
 ///
 /// # Errors
-/// When no contour encloses anything, one is not parallel to the slices, or planes are missing.
+/// When no contour encloses anything, one lies more than [`MARGIN_MM`] beyond the grid or is not parallel to the slices, or
+/// planes are missing.
 pub fn fill_contours(
     grid: &Grid,
     contours: &[Vec<Point>],
+    rule: Rule,
 ) -> Result<(Volume<bool>, Filled), ContourError> {
-    let planes = planes(grid, contours)?;
+    held_by(grid, contours)?;
+    let planes = planes(grid, contours, rule)?;
     let step = grid.spacing().z;
     let steps: Vec<f64> = planes.windows(2).map(|p| p[1].k - p[0].k).collect();
     let usual = median(&mut steps.clone()).unwrap_or(1.0);
     let limit = (2.0 * usual).max(BRIDGED_MM / step) + SAME_PLANE_MM / step;
     if let Some(n) = steps.iter().position(|gap| *gap > limit) {
-        let [i, j] = planes[n].contours[0][0];
-        let below = grid.patient_from_index([i, j, planes[n].k]).coords.into();
+        let below = planes[n].point(grid);
         let (gap_mm, usual_mm) = (steps[n] * step, usual * step);
         return Err(ContourError::Gap { below, gap_mm, usual_mm });
     }
@@ -111,6 +166,7 @@ pub fn fill_contours(
         planes: planes.len(),
         degenerate: contours.iter().filter(|c| c.len() < 3).count(),
         bridged_slices: 0,
+        overlap: overlap_of(grid, &planes),
     };
     let mut mask = Vec::with_capacity(ni * nj * nk);
     for (slice, bridged) in slices {
@@ -120,8 +176,49 @@ pub fn fill_contours(
     Ok((Volume::from_parts(grid.clone(), mask), filled))
 }
 
+/// That contours lie within [`MARGIN_MM`] of a grid: nothing is made for contours that lie nowhere.
+///
+/// # Errors
+/// When a corner lies further away or is no place.
+pub fn held_by(grid: &Grid, contours: &[Vec<Point>]) -> Result<(), ContourError> {
+    let (size, spacing) = (grid.size(), grid.spacing());
+    let beyond = |p: &Point| {
+        let index = grid.index_from_patient(p);
+        let off =
+            [0, 1, 2].map(|a| (-index[a]).max(index[a] - (size[a] as f64 - 1.0)) * spacing[a]);
+        off.into_iter()
+            .fold(0.0, |most: f64, mm| if mm.is_finite() { most.max(mm) } else { f64::MAX })
+    };
+    for (n, contour) in contours.iter().enumerate() {
+        let Some(at) = contour.iter().find(|p| beyond(p) > MARGIN_MM) else { continue };
+        let beside = contour.iter().find(|p| beyond(p) <= MARGIN_MM).unwrap_or(at);
+        return Err(ContourError::Beyond {
+            number: n + 1,
+            at: at.coords.into(),
+            beyond_mm: beyond(at),
+            beside: beside.coords.into(),
+        });
+    }
+    Ok(())
+}
+
+impl Plane {
+    /// A corner in it, LPS, mm.
+    fn point(&self, grid: &Grid) -> [f64; 3] {
+        let [i, j] = self.outlines.contours()[0][0];
+        grid.patient_from_index([i, j, self.k]).coords.into()
+    }
+}
+
+/// Where contours cross or lie upon each other.
+fn overlap_of(grid: &Grid, planes: &[Plane]) -> Option<Overlap> {
+    let mut crossed = planes.iter().filter(|plane| plane.outlines.overlap());
+    let at = crossed.next()?.point(grid);
+    Some(Overlap { planes: 1 + crossed.count(), at })
+}
+
 /// The contours by plane, ascending along k.
-fn planes(grid: &Grid, contours: &[Vec<Point>]) -> Result<Vec<Plane>, ContourError> {
+fn planes(grid: &Grid, contours: &[Vec<Point>], rule: Rule) -> Result<Vec<Plane>, ContourError> {
     let step = grid.spacing().z;
     let mut placed = Vec::new();
     for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
@@ -135,14 +232,19 @@ fn planes(grid: &Grid, contours: &[Vec<Point>]) -> Result<Vec<Plane>, ContourErr
         placed.push((0.5 * (low + high), index.iter().map(|v| [v[0], v[1]]).collect()));
     }
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut planes: Vec<Plane> = Vec::new();
+    let mut planes: Vec<(f64, Vec<Vec<[f64; 2]>>)> = Vec::new();
     for (k, contour) in placed {
         match planes.last_mut() {
-            Some(plane) if (k - plane.k) * step <= SAME_PLANE_MM => plane.contours.push(contour),
-            _ => planes.push(Plane { k, contours: vec![contour] }),
+            Some((at, contours)) if (k - *at) * step <= SAME_PLANE_MM => contours.push(contour),
+            _ => planes.push((k, vec![contour])),
         }
     }
-    if planes.is_empty() { Err(ContourError::Empty) } else { Ok(planes) }
+    if planes.is_empty() {
+        return Err(ContourError::Empty);
+    }
+    let mm = [grid.spacing().x, grid.spacing().y];
+    let outlined = |(k, contours)| Plane { k, outlines: Outlines::new(contours, mm, rule) };
+    Ok(planes.into_par_iter().map(outlined).collect())
 }
 
 /// One slice, and whether it was bridged over a gap wider than usual.
@@ -158,13 +260,13 @@ fn slice(grid: &Grid, planes: &[Plane], k: usize, usual: f64) -> (Vec<bool>, boo
     };
     let [ni, nj, _] = grid.size();
     match (nearest, below, above) {
-        (Some(p), ..) if (p.k - place).abs() <= near => (fill(ni, nj, &p.contours), false),
+        (Some(p), ..) if (p.k - place).abs() <= near => (fill(ni, nj, &p.outlines), false),
         (_, Some(a), Some(b)) => {
             let share = (place - a.k) / (b.k - a.k);
             (between(grid, a, b, share), b.k - a.k > USUAL_STEPS * usual)
         }
         (Some(p), ..) if (p.k - place).abs() < 0.5 * usual - near => {
-            (fill(ni, nj, &p.contours), false)
+            (fill(ni, nj, &p.outlines), false)
         }
         _ => (vec![false; ni * nj], false),
     }
@@ -176,7 +278,7 @@ fn between(grid: &Grid, a: &Plane, b: &Plane, share: f64) -> Vec<bool> {
     let [ni, nj, _] = grid.size();
     let spacing = Vector::new(grid.spacing().x, grid.spacing().y, 1.0);
     let signed = |plane: &Plane| -> Vec<f64> {
-        let inside = fill(ni, nj, &plane.contours);
+        let inside = fill(ni, nj, &plane.outlines);
         let Ok(flat) = Grid::new([ni, nj, 1], spacing, Point::origin(), Matrix::identity()) else {
             return Vec::new();
         };
@@ -190,33 +292,18 @@ fn between(grid: &Grid, a: &Plane, b: &Plane, share: f64) -> Vec<bool> {
     a.iter().zip(&b).map(|(a, b)| (1.0 - share) * a + share * b < 0.0).collect()
 }
 
-/// The pixels whose centres lie within the contours by the even-odd rule. A centre on an edge
-/// counts on the lower side of the shape, not on the upper.
-fn fill(ni: usize, nj: usize, contours: &[Vec<[f64; 2]>]) -> Vec<bool> {
+/// The pixels whose centres lie within the contours. A centre on an edge counts on the lower side of the shape, not on
+/// the upper.
+fn fill(ni: usize, nj: usize, outlines: &Outlines) -> Vec<bool> {
     let mut pixels = vec![false; ni * nj];
-    let rows = contours.iter().flatten().map(|p| p[1]);
+    let rows = outlines.contours().iter().flatten().map(|p| p[1]);
     let (low, high) =
         rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
     // Casts saturate, so that contours far outside stay within the rows.
     let rows = (low.ceil().max(0.0) as usize)..(high.floor() + 1.0).clamp(0.0, nj as f64) as usize;
-    let mut crossings = Vec::new();
     for j in rows {
-        let y = j as f64;
-        crossings.clear();
-        for contour in contours {
-            let Some(last) = contour.last() else { continue };
-            let mut from = last;
-            for to in contour {
-                if (from[1] <= y) != (to[1] <= y) {
-                    crossings.push(from[0] + (y - from[1]) / (to[1] - from[1]) * (to[0] - from[0]));
-                }
-                from = to;
-            }
-        }
-        crossings.sort_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            let column = |x: f64| x.ceil().clamp(0.0, ni as f64) as usize;
-            let (first, end) = (column(pair[0]), column(pair[1]));
+        for line in outlines.line(j as f64) {
+            let [first, end] = line.map(|x| x.ceil().clamp(0.0, ni as f64) as usize);
             pixels[j * ni + first..j * ni + end.max(first)].fill(true);
         }
     }
@@ -252,10 +339,10 @@ mod tests {
     fn voxels_whose_centres_lie_inside_are_filled_and_inner_contours_are_holes() {
         let g = grid([20, 20, 3]);
         let contours = [square(&g, 1.0, 2.5, 12.5), square(&g, 1.0, 4.5, 7.5)];
-        let (mask, filled) = fill_contours(&g, &contours).unwrap();
+        let (mask, filled) = fill_contours(&g, &contours, Rule::Joined).unwrap();
         assert_eq!([0, 1, 2].map(|k| count(&mask, k)), [0, 100 - 9, 0]);
         assert!(mask.at([3, 3, 1]) && !mask.at([5, 5, 1]) && !mask.at([2, 3, 1]));
-        assert_eq!(filled, Filled { planes: 1, degenerate: 0, bridged_slices: 0 });
+        assert_eq!(filled, Filled { planes: 1, degenerate: 0, bridged_slices: 0, overlap: None });
     }
 
     #[test]
@@ -276,7 +363,7 @@ mod tests {
             [4.5, 5.0],
             [2.5, 5.0],
         ];
-        let (mask, _) = fill_contours(&g, &[contour(&g, 0.0, &corners)]).unwrap();
+        let (mask, _) = fill_contours(&g, &[contour(&g, 0.0, &corners)], Rule::Joined).unwrap();
         assert_eq!(count(&mask, 0), 100 - 9);
     }
 
@@ -288,8 +375,8 @@ mod tests {
             contour(&g, 0.0, &[[6.0, 2.0], [11.0, 2.0], [11.0, 9.0], [6.0, 9.0]]),
         ];
         let whole = contour(&g, 0.0, &[[2.0, 2.0], [11.0, 2.0], [11.0, 9.0], [2.0, 9.0]]);
-        let (together, _) = fill_contours(&g, &halves).unwrap();
-        assert_eq!(together, fill_contours(&g, &[whole]).unwrap().0);
+        let (together, _) = fill_contours(&g, &halves, Rule::Joined).unwrap();
+        assert_eq!(together, fill_contours(&g, &[whole], Rule::Joined).unwrap().0);
         assert_eq!(count(&together, 0), 9 * 7);
     }
 
@@ -299,7 +386,7 @@ mod tests {
         // Planes on every second slice, growing, and the one on slice 4 is missing.
         let contours: Vec<_> =
             [0.0, 2.0, 6.0, 8.0].into_iter().map(|k| square(&g, k, 10.5 - k, 18.5 + k)).collect();
-        let (mask, filled) = fill_contours(&g, &contours).unwrap();
+        let (mask, filled) = fill_contours(&g, &contours, Rule::Joined).unwrap();
         for k in 0..9 {
             let side = 8 + 2 * k;
             let off = count(&mask, k).abs_diff(side * side);
@@ -312,7 +399,7 @@ mod tests {
     fn outermost_contours_hold_for_half_a_step() {
         let g = grid([20, 20, 9]);
         let contours: Vec<_> = [2.8, 5.2].into_iter().map(|k| square(&g, k, 2.5, 8.5)).collect();
-        let (mask, _) = fill_contours(&g, &contours).unwrap();
+        let (mask, _) = fill_contours(&g, &contours, Rule::Joined).unwrap();
         let found: Vec<usize> = (0..9).filter(|&k| count(&mask, k) > 0).collect();
         assert_eq!(found, [2, 3, 4, 5, 6], "2 and 6 lie 0.8 of 1.2 from the last planes");
     }
@@ -321,26 +408,54 @@ mod tests {
     fn what_cannot_be_filled_says_why() {
         let g = grid([20, 20, 20]);
         let two = contour(&g, 1.0, &[[2.0, 2.0], [6.0, 2.0]]);
-        assert_eq!(fill_contours(&g, std::slice::from_ref(&two)).unwrap_err(), ContourError::Empty);
-        assert_eq!(fill_contours(&g, &[]).unwrap_err(), ContourError::Empty);
-        let (_, filled) = fill_contours(&g, &[two, square(&g, 1.0, 2.5, 6.5)]).unwrap();
+        assert_eq!(
+            fill_contours(&g, std::slice::from_ref(&two), Rule::Joined).unwrap_err(),
+            ContourError::Empty
+        );
+        assert_eq!(fill_contours(&g, &[], Rule::Joined).unwrap_err(), ContourError::Empty);
+        let (_, filled) =
+            fill_contours(&g, &[two, square(&g, 1.0, 2.5, 6.5)], Rule::Joined).unwrap();
         assert_eq!(filled.degenerate, 1);
         let upright: Vec<Point> = [[3.0, 3.0, 2.0], [3.0, 9.0, 2.0], [3.0, 9.0, 5.0]]
             .map(|v| g.patient_from_index(v))
             .to_vec();
-        let error = fill_contours(&g, &[upright]).unwrap_err();
+        let error = fill_contours(&g, &[upright], Rule::Joined).unwrap_err();
         assert!(error.to_string().contains("9.00 mm"), "{error}");
         let far: Vec<_> = [1.0, 2.0, 3.0, 9.0].map(|k| square(&g, k, 2.5, 6.5)).to_vec();
-        let error = fill_contours(&g, &far).unwrap_err().to_string();
+        let error = fill_contours(&g, &far, Rule::Joined).unwrap_err().to_string();
         assert!(error.contains("18.0 mm") && error.contains("3.0 mm apart"), "{error}");
     }
 
     #[test]
-    fn contours_far_outside_fill_nothing_and_do_no_harm() {
+    fn contours_that_lie_nowhere_are_refused_before_anything_is_made() {
         let g = grid([20, 20, 3]);
-        let (mask, _) = fill_contours(&g, &[square(&g, 1.0, -1e12, 1e12)]).unwrap();
-        assert_eq!(count(&mask, 1), 400);
-        let (mask, _) = fill_contours(&g, &[square(&g, 1e9, 1.0, 5.0)]).unwrap();
-        assert!(mask.data().iter().all(|m| !m));
+        for value in [1e6, 1e9, 1e30, f64::MAX, -20_000.0, -244_262.0, -2442.0] {
+            for axis in 0..3 {
+                let mut contour = square(&g, 1.0, 2.5, 12.5);
+                contour[2][axis] = value;
+                let all = [square(&g, 1.0, 2.5, 12.5), contour];
+                let error = fill_contours(&g, &all, Rule::Joined).unwrap_err();
+                assert!(matches!(error, ContourError::Beyond { number: 2, .. }), "{error}");
+                let (text, value) = (error.to_string(), coordinate(value));
+                assert!(text.contains(&value) && text.contains("slice through"), "{text}");
+            }
+        }
+        let wide = [square(&g, 1.0, -300.0, 300.0)];
+        assert_eq!(count(&fill_contours(&g, &wide, Rule::Joined).unwrap().0, 1), 400);
+    }
+
+    #[test]
+    fn a_contour_drawn_twice_is_filled_and_told() {
+        let g = grid([20, 20, 3]);
+        let one = square(&g, 1.0, 2.5, 12.5);
+        let alone = fill_contours(&g, std::slice::from_ref(&one), Rule::Joined).unwrap();
+        let twice = fill_contours(&g, &[one.clone(), one.clone()], Rule::Joined).unwrap();
+        assert_eq!(twice.0, alone.0);
+        assert_eq!(alone.1.overlap, None);
+        assert!(matches!(twice.1.overlap, Some(Overlap { planes: 1, .. })));
+        let off = Point::from(twice.1.overlap.unwrap().at) - one[0];
+        assert!(off.norm() < 1e-9, "{off}");
+        let xor = fill_contours(&g, &[one.clone(), one], Rule::Exclusive).unwrap();
+        assert_eq!(count(&xor.0, 1), 0);
     }
 }

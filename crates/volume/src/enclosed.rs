@@ -1,7 +1,8 @@
 //! Volume and centroid of a solid that is drawn as contours.
 
-use crate::contours::{ContourError, fill_contours};
-use crate::median;
+use crate::contours::{ContourError, Overlap, fill_contours};
+use crate::{Outlines, Rule, median};
+use std::cmp::Ordering;
 use supine_space::{Grid, Matrix, Point, Vector};
 
 /// Pixels along the longer side of the contours: an area is then right to some thousandths.
@@ -10,6 +11,11 @@ const PIXELS: f64 = 256.0;
 const MAX_PLANES: f64 = 512.0;
 /// Contours nearer than this lie in one plane, mm.
 const SAME_PLANE_MM: f64 = 0.1;
+
+/// A corner is a stray that lies this many times as far from the middle of its contour as half of the corners do, ...
+const STRAY: f64 = 10.0;
+/// ... and this far at least, mm.
+const STRAY_MM: f64 = 30.0;
 
 /// A solid's volume and where it lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,13 +36,13 @@ impl Enclosed {
 /// What parallel closed contours enclose; LPS, mm.
 ///
 /// The rules are those of [`fill_contours`], on pixels of 1/256 of the contours' width and on planes as far apart as
-/// theirs: even-odd within a plane, missing planes interpolated, half a step beyond the outermost ones.
+/// theirs: `rule` within a plane, missing planes interpolated, half a step beyond the outermost ones.
 ///
 /// # Errors
 /// When no contour encloses anything, they lie in one plane alone, are not parallel, or planes are missing.
-pub fn enclosed(contours: &[Vec<Point>]) -> Result<Enclosed, ContourError> {
+pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, ContourError> {
     let grid = grid_of(contours)?;
-    let (mask, _) = fill_contours(&grid, contours)?;
+    let (mask, _) = fill_contours(&grid, contours, rule)?;
     let (mut voxels, mut sum) = (0usize, [0.0; 3]);
     for n in (0..grid.len()).filter(|&n| mask.data()[n]) {
         voxels += 1;
@@ -49,13 +55,68 @@ pub fn enclosed(contours: &[Vec<Point>]) -> Result<Enclosed, ContourError> {
     Ok(Enclosed { centroid, volume_mm3: voxels as f64 * grid.voxel_volume() })
 }
 
+/// Where closed contours of one plane cross or lie upon each other, if any do; LPS, mm.
+pub fn overlap(contours: &[Vec<Point>], rule: Rule) -> Option<Overlap> {
+    let axes = axes(normal_of(contours)?);
+    let flat = |contour: &Vec<Point>| -> Vec<[f64; 3]> {
+        contour.iter().map(|p| axes.tr_mul(&p.coords).into()).collect()
+    };
+    let mut placed: Vec<Vec<[f64; 3]>> = closed(contours).map(flat).collect();
+    placed.sort_by(|a, b| a[0][2].total_cmp(&b[0][2]));
+    let planes = placed.chunk_by(|a, b| b[0][2] - a[0][2] <= SAME_PLANE_MM);
+    let crossed = planes.filter(|plane| {
+        let spots = plane.iter().map(|c| c.iter().map(|p| [p[0], p[1]]).collect());
+        plane.len() > 1 && Outlines::new(spots.collect(), [1.0, 1.0], rule).overlap()
+    });
+    let mut crossed = crossed.map(|plane| axes * Vector::from(plane[0][0]));
+    let at = crossed.next()?.into();
+    Some(Overlap { planes: 1 + crossed.count(), at })
+}
+
+/// A corner that lies far from all others of its contour: a coordinate was mistyped, or lost its decimal point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stray {
+    /// Number of the contour, from 1.
+    pub number: usize,
+    /// The corner, LPS, mm.
+    pub at: [f64; 3],
+    /// The middle of the contour's corners, LPS, mm.
+    pub from: [f64; 3],
+}
+
+/// The first corner that lies far from all others of its contour.
+pub fn stray(contours: &[Vec<Point>]) -> Option<Stray> {
+    let of_one = |(n, contour): (usize, &Vec<Point>)| {
+        let middle = |axis: usize| median(&mut contour.iter().map(|p| p[axis]).collect::<Vec<_>>());
+        let from = Point::new(middle(0)?, middle(1)?, middle(2)?);
+        let far = |p: &Point| (p - from).norm();
+        let usual = median(&mut contour.iter().map(far).collect::<Vec<_>>())?;
+        let limit = (STRAY * usual).max(STRAY_MM);
+        // What is no number is no place either.
+        let at = contour.iter().find(|p| far(p).partial_cmp(&limit) != Some(Ordering::Less))?;
+        Some(Stray { number: n + 1, at: at.coords.into(), from: from.coords.into() })
+    };
+    contours.iter().enumerate().filter(|(_, contour)| contour.len() >= 3).find_map(of_one)
+}
+
+fn closed(contours: &[Vec<Point>]) -> impl Iterator<Item = &Vec<Point>> {
+    contours.iter().filter(|c| c.len() >= 3)
+}
+
+/// The normal of the largest contour.
+fn normal_of(contours: &[Vec<Point>]) -> Option<Vector> {
+    let areas = closed(contours).map(|contour| area(contour));
+    let largest = areas.max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    largest.filter(|a| a.norm() > 0.0 && a.norm().is_finite()).map(|a| a.normalize())
+}
+
 /// Pixels that hold the contours, on their own planes.
 fn grid_of(contours: &[Vec<Point>]) -> Result<Grid, ContourError> {
-    let closed = || contours.iter().filter(|c| c.len() >= 3);
-    let areas = closed().map(|contour| area(contour));
-    let largest = areas.max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let normal = largest.filter(|a| a.norm() > 0.0 && a.norm().is_finite());
-    let axes = axes(normal.ok_or(ContourError::Empty)?.normalize());
+    if let Some(Stray { number, at, from }) = stray(contours) {
+        return Err(ContourError::Stray { number, at, from });
+    }
+    let closed = || closed(contours);
+    let axes = axes(normal_of(contours).ok_or(ContourError::Empty)?);
     let place = |p: &Point, axis: usize| axes.column(axis).dot(&p.coords);
     let range = |axis: usize| {
         let all = closed().flatten().map(|p| place(p, axis));
@@ -121,7 +182,7 @@ mod tests {
     fn a_sphere_has_its_centre_and_radius_in_any_direction() {
         for turn in [Matrix::identity(), turned()] {
             for (radius, step) in [(9.0, 3.0), (12.5, 2.5), (20.0, 1.0)] {
-                let found = enclosed(&sphere(radius, step, turn)).unwrap();
+                let found = enclosed(&sphere(radius, step, turn), Rule::Joined).unwrap();
                 assert!((found.centroid - CENTRE).norm() < 0.05, "{found:?}");
                 assert!((found.radius() - radius).abs() < 0.02 * radius, "{}", found.radius());
             }
@@ -132,7 +193,7 @@ mod tests {
     fn a_hole_is_not_part_of_the_volume() {
         let (outer, inner) =
             (sphere(20.0, 2.0, Matrix::identity()), sphere(10.0, 2.0, Matrix::identity()));
-        let volume = |all: &[Vec<Point>]| enclosed(all).unwrap().volume_mm3;
+        let volume = |all: &[Vec<Point>]| enclosed(all, Rule::Joined).unwrap().volume_mm3;
         let ring = volume(&[outer.clone(), inner.clone()].concat());
         let expected = volume(&outer) - volume(&inner);
         assert!((ring - expected).abs() < 0.01 * expected, "{ring} {expected}");
@@ -141,12 +202,36 @@ mod tests {
     #[test]
     fn one_plane_or_nothing_has_no_volume() {
         let all = sphere(9.0, 3.0, Matrix::identity());
-        assert_eq!(enclosed(&all[2..3]), Err(ContourError::OnePlane));
-        assert_eq!(enclosed(&[]), Err(ContourError::Empty));
+        assert_eq!(enclosed(&all[2..3], Rule::Joined), Err(ContourError::OnePlane));
+        assert_eq!(enclosed(&[], Rule::Joined), Err(ContourError::Empty));
         let line = vec![CENTRE; 5];
-        assert_eq!(enclosed(&[line]), Err(ContourError::Empty));
+        assert_eq!(enclosed(&[line], Rule::Joined), Err(ContourError::Empty));
         let mut gap = sphere(40.0, 3.0, Matrix::identity());
         gap.drain(10..16);
-        assert!(matches!(enclosed(&gap), Err(ContourError::Gap { .. })));
+        assert!(matches!(enclosed(&gap, Rule::Joined), Err(ContourError::Gap { .. })));
+    }
+
+    #[test]
+    fn what_is_drawn_twice_counts_once_and_is_told() {
+        let one = sphere(9.0, 3.0, turned());
+        let twice = [one.clone(), one[2..5].to_vec()].concat();
+        let [alone, double] = [&one, &twice].map(|all| enclosed(all, Rule::Joined).unwrap());
+        assert_eq!(alone, double);
+        assert_eq!(overlap(&one, Rule::Joined), None);
+        let found = overlap(&twice, Rule::Joined).unwrap();
+        assert_eq!(found.planes, 3);
+        let height = turned().column(2).dot(&(Point::from(found.at) - CENTRE));
+        assert!((height + 3.0).abs() < 1e-9, "{height}");
+    }
+
+    #[test]
+    fn a_corner_that_strays_is_refused() {
+        for value in [1e30, 1e9, -244_262.0, -2442.0, 594.0] {
+            let mut all = sphere(9.0, 3.0, Matrix::identity());
+            all[2][17].x = value;
+            let error = enclosed(&all, Rule::Joined).unwrap_err();
+            assert!(matches!(error, ContourError::Stray { number: 3, .. }), "{error}");
+        }
+        assert_eq!(stray(&sphere(9.0, 3.0, turned())), None);
     }
 }

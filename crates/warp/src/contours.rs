@@ -8,7 +8,7 @@ use crate::{Carried, Error, Params, carry_surface, slices};
 use rayon::prelude::*;
 use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress};
-use supine_volume::{ContourError, Layers, isosurface};
+use supine_volume::{ContourError, Layers, Outlines, Rule, held_by, isosurface};
 
 /// Contours of one plane, and a contour and its plane, may lie this far apart, mm: as in
 /// [`supine_volume::fill_contours`].
@@ -30,20 +30,23 @@ const LID_MM: f64 = 0.01;
 /// are negative, each shifted towards the other where they then lie upon each other better (a thin structure that
 /// slants would vanish between them: see `shear`); it ends half a usual step beyond the outermost planes, and so does each part where planes
 /// lie further apart than two usual steps and 10 mm. The surface of the solid moves as in
-/// [`carry_surface`] and is cut by the slices; the inside follows the even-odd rule. In slices where nothing of it
+/// [`carry_surface`] and is cut by the slices; `rule` tells what contours of a plane hold together. In slices where nothing of it
 /// moves, the contours are those that were given there; elsewhere none encloses less than 2 mm², unless one that was
 /// given does.
 ///
 /// # Errors
-/// When no contour encloses anything, one is not parallel to the slices, a parameter is out of range, or the user stopped.
+/// When no contour encloses anything, one lies nowhere near the grid or is not parallel to the slices, a parameter is out of
+/// range, or the user stopped.
 pub fn carry_contours(
     contours: &[Vec<Point>],
+    rule: Rule,
     grid: &Grid,
     deformation: &Deformation,
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Vec<Vec<Point>>, Carried), Error> {
-    let planes = planes(contours, grid)?;
+    held_by(grid, contours)?;
+    let planes = planes(contours, rule, grid)?;
     let before = solid(&planes, grid)?;
     progress.at(0.3)?;
     let (after, facts) = carry_surface(&before, deformation, params, progress.part(0.3, 0.8))?;
@@ -60,11 +63,11 @@ pub fn carry_contours(
 /// Contours of one plane, in mm along the axes of the grid.
 struct Plane {
     level: f64,
-    contours: Vec<Vec<[f64; 2]>>,
+    outlines: Outlines,
 }
 
 /// The contours by plane, ascending.
-fn planes(contours: &[Vec<Point>], grid: &Grid) -> Result<Vec<Plane>, ContourError> {
+fn planes(contours: &[Vec<Point>], rule: Rule, grid: &Grid) -> Result<Vec<Plane>, ContourError> {
     let spacing = grid.spacing();
     let mut placed = Vec::new();
     for (n, contour) in contours.iter().enumerate().filter(|(_, c)| c.len() >= 3) {
@@ -82,21 +85,26 @@ fn planes(contours: &[Vec<Point>], grid: &Grid) -> Result<Vec<Plane>, ContourErr
         placed.push((0.5 * (low + high), mm.iter().map(|p| [p[0], p[1]]).collect()));
     }
     placed.sort_by(|a: &(f64, Vec<[f64; 2]>), b| a.0.total_cmp(&b.0));
-    let mut planes: Vec<Plane> = Vec::new();
+    let mut planes: Vec<(f64, Vec<Vec<[f64; 2]>>)> = Vec::new();
     for (level, contour) in placed {
         match planes.last_mut() {
-            Some(plane) if level - plane.level <= SAME_PLANE_MM => plane.contours.push(contour),
-            _ => planes.push(Plane { level, contours: vec![contour] }),
+            Some((at, contours)) if level - *at <= SAME_PLANE_MM => contours.push(contour),
+            _ => planes.push((level, vec![contour])),
         }
     }
-    if planes.is_empty() { Err(ContourError::Empty) } else { Ok(planes) }
+    if planes.is_empty() {
+        return Err(ContourError::Empty);
+    }
+    let outlined =
+        |(level, contours)| Plane { level, outlines: Outlines::new(contours, [1.0, 1.0], rule) };
+    Ok(planes.into_par_iter().map(outlined).collect())
 }
 
 /// How thick a structure is in its planes, mm: twice the area by the length of the outline, which is the width of a
 /// long band and the radius of a disc, in the mean over its area.
 fn thickness(planes: &[Plane]) -> f64 {
     let (mut area, mut weighed) = (0.0, 0.0);
-    for contour in planes.iter().flat_map(|p| &p.contours) {
+    for contour in planes.iter().flat_map(|p| p.outlines.contours()) {
         let segments = (0..contour.len()).map(|n| (contour[n], contour[(n + 1) % contour.len()]));
         let (mut twice, mut length) = (0.0, 0.0);
         for ([a, b], [c, d]) in segments {
@@ -137,10 +145,10 @@ fn part_of_solid(
     step: f64,
     grid: &Grid,
 ) -> (Vec<Point>, Vec<[u32; 3]>) {
-    let corners = planes.iter().flat_map(|p| p.contours.iter().flatten().copied());
+    let corners = planes.iter().flat_map(|p| p.outlines.contours().iter().flatten().copied());
     let pixels = Pixels::around(corners, step);
     let distances: Vec<Vec<f32>> =
-        planes.par_iter().map(|p| signed_distance(&pixels, &p.contours)).collect();
+        planes.par_iter().map(|p| signed_distance(&pixels, &p.outlines)).collect();
     // Beyond each end: the outline once more at half a step, and all outside behind.
     let (mut levels, mut values) = (Vec::new(), Vec::new());
     let outside = |outline: &Vec<f32>| outline.iter().map(|d| d.abs() + 1.0).collect::<Vec<f32>>();

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use supine_space::{Grid, Point, Vector};
-use supine_volume::{ContourError, Volume, fill_contours, sample_trilinear_at};
+use supine_volume::{ContourError, Rule, Volume, fill_contours, held_by, sample_trilinear_at};
 
 /// Structures are sampled this finely, mm, ...
 const STEP_MM: f64 = 1.0;
@@ -29,10 +29,12 @@ impl DoseVolume {
     pub fn of(
         dose: &Volume<f32>,
         contours: &[Vec<Point>],
+        rule: Rule,
         slices: &Grid,
     ) -> Result<Self, ContourError> {
+        held_by(slices, contours)?;
         let grid = around(contours, slices)?;
-        let (mask, _) = fill_contours(&grid, contours)?;
+        let (mask, _) = fill_contours(&grid, contours, rule)?;
         let inside: Vec<usize> = (0..grid.len()).filter(|&n| mask.data()[n]).collect();
         if inside.is_empty() {
             return Err(ContourError::Empty);
@@ -115,7 +117,7 @@ mod tests {
     #[test]
     fn a_block_in_a_wedge_has_the_doses_of_its_places() {
         let dose = wedge();
-        let of = DoseVolume::of(&dose, &block([0.0; 3], 10.0), dose.grid()).unwrap();
+        let of = DoseVolume::of(&dose, &block([0.0; 3], 10.0), Rule::Joined, dose.grid()).unwrap();
         let close = |a: f64, b: f64, within: f64| assert!((a - b).abs() < within, "{a} {b}");
         // Samples 1 mm apart.
         close(of.doses_gy.len() as f64 / 1000.0, 20.0 * 20.0 * 21.0 / 1000.0, 0.7);
@@ -131,9 +133,10 @@ mod tests {
     #[test]
     fn what_the_dose_does_not_cover_counts_as_none_and_is_told() {
         let dose = wedge();
-        let of = DoseVolume::of(&dose, &block([21.0, 0.0, 0.0], 10.0), dose.grid()).unwrap();
+        let of = DoseVolume::of(&dose, &block([21.0, 0.0, 0.0], 10.0), Rule::Joined, dose.grid())
+            .unwrap();
         assert!((of.beyond - 0.5).abs() < 0.08, "{}", of.beyond);
         assert!((of.at_dose(0.1) - 1.0 + of.beyond).abs() < 1e-9);
-        assert!(DoseVolume::of(&dose, &[], dose.grid()).is_err());
+        assert!(DoseVolume::of(&dose, &[], Rule::Joined, dose.grid()).is_err());
     }
 }

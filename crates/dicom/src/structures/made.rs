@@ -42,6 +42,7 @@ impl Structures {
                 interpreted_type: region.interpreted_type.into(),
                 colour: Some(region.colour),
                 frame_of_reference: ct.frame_of_reference_uid(),
+                rule: supine_volume::Rule::Joined,
                 contours: vec![],
                 lines: vec![],
                 unknown_contours: 0,

@@ -12,10 +12,13 @@ use crate::error::Error;
 use crate::number::{parse_ds, parse_is};
 use crate::object::Object;
 use crate::segmentation::{Meaning, not_compared, same_frame_of_reference};
+use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
 use std::path::Path;
-use supine_space::{Grid, Point, Warning};
-use supine_volume::{Enclosed, Filled, Volume, enclosed, fill_contours};
+use supine_space::{Grid, Point, Vector, Warning};
+use supine_volume::{
+    Enclosed, Filled, Overlap, Rule, Stray, Volume, enclosed, fill_contours, overlap, stray,
+};
 
 /// What is drawn without an inside (Contour Geometric Type, PS3.3 C.8.8.6.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,9 +66,10 @@ pub struct Roi {
     pub colour: Option<[u8; 3]>,
     /// UID of the frame of reference it was drawn in.
     pub frame_of_reference: String,
-    /// Closed contours in one plane each (CLOSED_PLANAR, CLOSEDPLANAR_XOR), LPS, mm. The inside
-    /// follows the even-odd rule per plane.
+    /// Closed contours in one plane each (CLOSED_PLANAR, CLOSEDPLANAR_XOR), LPS, mm.
     pub contours: Vec<Vec<Point>>,
+    /// How contours of one plane go together: exclusive where they are CLOSEDPLANAR_XOR, which then all have to be.
+    pub rule: Rule,
     /// Points and open lines, which enclose nothing.
     pub lines: Vec<Line>,
     /// Contours of types that are not known, which were left out.
@@ -77,6 +81,43 @@ impl Roi {
     pub fn meaning(&self) -> Option<Meaning> {
         (self.interpreted_type == "EXTERNAL").then_some(Meaning::Body)
     }
+
+    /// What a user must know of how it is drawn: contours of one plane that cross or lie upon each other, corners that stray.
+    pub fn oddly_drawn(&self) -> Vec<Warning> {
+        oddly_drawn(&self.name, &self.contours, self.rule)
+    }
+}
+
+/// What a user must know of how a region is drawn: contours of one plane that cross or lie upon each other, corners that
+/// stray.
+pub fn oddly_drawn(name: &str, contours: &[Vec<Point>], rule: Rule) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if let Some(Overlap { planes, at }) = overlap(contours, rule) {
+        let taken = match rule {
+            Rule::Joined => "they are taken together; only a contour well within another is a hole",
+            Rule::Exclusive => "what two of them hold is taken out (CLOSEDPLANAR_XOR)",
+        };
+        let text = format!(
+            " has contours that cross or lie upon each other in {planes} plane(s), the first through \
+             {}: {taken}",
+            place(at)
+        );
+        warnings.push(Warning::new("contours-overlap", "the region ").name(name).text(text));
+    }
+    if let Some(Stray { number, at, from }) = stray(contours) {
+        let text = format!(
+            " has a corner at {}, far from the others of its contour {number} about {}: was a \
+             coordinate mistyped?",
+            place(at),
+            place(from)
+        );
+        warnings.push(Warning::new("contour-strays", "the region ").name(name).text(text));
+    }
+    warnings
+}
+
+fn place([x, y, z]: [f64; 3]) -> String {
+    format!("({x:.1}, {y:.1}, {z:.1}) mm")
 }
 
 /// The regions of a structure set. It names the patient: not for logs, hence only the regions in its `Debug`.
@@ -105,7 +146,7 @@ impl Structures {
     /// # Errors
     /// When its contours enclose no volume.
     pub fn enclosed(&self, roi: &Roi) -> Result<Enclosed, Error> {
-        enclosed(&roi.contours).map_err(|source| self.contours_of(roi, source))
+        enclosed(&roi.contours, roi.rule).map_err(|source| self.contours_of(roi, source))
     }
 
     fn contours_of(&self, roi: &Roi, source: supine_volume::ContourError) -> Error {
@@ -127,9 +168,10 @@ impl Structures {
         frame_of_reference: Option<&str>,
     ) -> Result<(Volume<bool>, Vec<Warning>), Error> {
         same_frame_of_reference(&self.file, &roi.frame_of_reference, frame_of_reference)?;
-        let (mask, filled) =
-            fill_contours(grid, &roi.contours).map_err(|source| self.contours_of(roi, source))?;
+        let (mask, filled) = fill_contours(grid, &roi.contours, roi.rule)
+            .map_err(|source| self.contours_of(roi, source))?;
         let mut warnings = warnings_of(roi, &filled);
+        warnings.extend(roi.oddly_drawn());
         if frame_of_reference.is_none() {
             warnings.push(not_compared());
         }
@@ -183,6 +225,7 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
             colour: None,
             frame_of_reference: item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID),
             contours: Vec::new(),
+            rule: Rule::default(),
             lines: Vec::new(),
             unknown_contours: 0,
         });
@@ -203,6 +246,9 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
             let open = LineKind::ALL.iter().find(|(_, term)| *term == kind);
             match (kind.as_str(), open) {
                 ("CLOSED_PLANAR" | "CLOSEDPLANAR_XOR", _) => {
+                    if kind == "CLOSEDPLANAR_XOR" {
+                        roi.rule = Rule::Exclusive;
+                    }
                     roi.contours.push(points(&object, &roi.name, contour)?);
                 }
                 (_, Some(&(kind, _))) => {
@@ -237,7 +283,9 @@ fn points(object: &Object, name: &str, contour: &DataSet) -> Result<Vec<Point>, 
     let numbers: Option<Vec<f64>> = values.map(parse_ds).collect();
     match numbers {
         Some(numbers) if numbers.len() % 3 == 0 => {
-            Ok(numbers.chunks_exact(3).map(|p| Point::new(p[0], p[1], p[2])).collect())
+            let offset = offset(object, name, contour)?;
+            let corner = |p: &[f64]| Point::new(p[0], p[1], p[2]) + offset;
+            Ok(numbers.chunks_exact(3).map(corner).collect())
         }
         Some(numbers) => {
             let reason = format!(
@@ -249,5 +297,20 @@ fn points(object: &Object, name: &str, contour: &DataSet) -> Result<Vec<Point>, 
         None => {
             object.fail("Contour Data", format!("of the region {name:?} is not a list of numbers"))
         }
+    }
+}
+
+/// Contour Offset Vector, retired but read.
+const CONTOUR_OFFSET_VECTOR: Tag = Tag(0x3006, 0x0045);
+
+/// What a contour is moved by from where its corners are written (Contour Offset Vector, PS3.3 C.8.8.6.2), mm.
+fn offset(object: &Object, name: &str, contour: &DataSet) -> Result<Vector, Error> {
+    let texts = contour.texts(CONTOUR_OFFSET_VECTOR);
+    let numbers: Option<Vec<f64>> = texts.iter().map(|text| parse_ds(text)).collect();
+    match numbers.as_deref() {
+        Some([]) => Ok(Vector::zeros()),
+        Some(&[x, y, z]) => Ok(Vector::new(x, y, z)),
+        _ => object
+            .fail("Contour Offset Vector", format!("of the region {name:?} is not three numbers")),
     }
 }

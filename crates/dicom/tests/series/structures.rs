@@ -2,7 +2,7 @@
 
 use crate::segmentation::{FRAME, data, grid, label_at};
 use dicom_core::value::DataSetSequence;
-use dicom_core::{DataElement, VR};
+use dicom_core::{DataElement, Tag, VR};
 use dicom_dictionary_std::tags;
 use dicom_object::{DefaultDicomObject, InMemDicomObject, open_file};
 use supine_dicom::{Meaning, Structures, read_structures};
@@ -74,23 +74,105 @@ fn regions_that_cannot_be_filled_say_why() {
     assert!(warnings.last().unwrap().to_string().contains("frame of reference"), "{warnings:?}");
 }
 
-/// The message of the error that a structure set with this contour gives.
-fn refused(contour_data: &str) -> String {
+/// A structure set whose first region has these contours: what they are, corners, offset.
+fn drawn(contours: &[(&str, String, &str)]) -> Result<Structures, supine_dicom::Error> {
     let dir = TempDir::new().unwrap();
     let mut object: DefaultDicomObject = open_file(data("pydicom_rtstruct.dcm")).unwrap();
-    let mut contour = InMemDicomObject::new_empty();
-    contour.put_str(tags::CONTOUR_GEOMETRIC_TYPE, VR::CS, "CLOSED_PLANAR");
-    contour.put_str(tags::CONTOUR_DATA, VR::DS, contour_data);
+    let contours = contours.iter().map(|(kind, corners, offset)| {
+        let mut contour = InMemDicomObject::new_empty();
+        contour.put_str(tags::CONTOUR_GEOMETRIC_TYPE, VR::CS, *kind);
+        contour.put_str(tags::CONTOUR_DATA, VR::DS, corners.as_str());
+        if !offset.is_empty() {
+            contour.put_str(Tag(0x3006, 0x0045), VR::DS, *offset);
+        }
+        contour
+    });
+    let contours = DataSetSequence::from(contours.collect::<Vec<_>>());
     let mut drawn = InMemDicomObject::new_empty();
     drawn.put_str(tags::REFERENCED_ROI_NUMBER, VR::IS, "1");
-    let items = |item| DataSetSequence::from(vec![item]);
-    drawn.put(DataElement::new(tags::CONTOUR_SEQUENCE, VR::SQ, items(contour)));
-    object.put(DataElement::new(tags::ROI_CONTOUR_SEQUENCE, VR::SQ, items(drawn)));
+    drawn.put(DataElement::new(tags::CONTOUR_SEQUENCE, VR::SQ, contours));
+    let items = DataSetSequence::from(vec![drawn]);
+    object.put(DataElement::new(tags::ROI_CONTOUR_SEQUENCE, VR::SQ, items));
     let path = dir.path().join("rs.dcm");
     object.write_to_file(&path).unwrap();
-    match read_structures(&path) {
+    read_structures(&path)
+}
+
+/// The message of the error that a structure set with this contour gives.
+fn refused(contour_data: &str) -> String {
+    match drawn(&[("CLOSED_PLANAR", contour_data.to_owned(), "")]) {
         Err(error) => error.to_string(),
         Ok(s) => message(&s, "Outline", FRAME),
+    }
+}
+
+/// A square about the middle of slice `k`, half its side in voxels.
+fn square(k: usize, half: f64) -> String {
+    let [ni, nj, _] = grid().size();
+    let middle = [0.5 * ni as f64 + 0.3, 0.5 * nj as f64 + 0.3];
+    let corners = [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| {
+        let p = grid().patient_from_index([middle[0] + x, middle[1] + y, k as f64]);
+        format!("{}\\{}\\{}", p.x, p.y, p.z)
+    });
+    corners.join("\\")
+}
+
+#[test]
+fn a_contour_drawn_twice_counts_once_and_is_told() {
+    let closed = |half| ("CLOSED_PLANAR", square(1, half), "");
+    let filled = |contours: &[(&str, String, &str)]| mask(&drawn(contours).unwrap(), "Outline");
+    let (once, warnings) = filled(&[closed(4.0)]);
+    assert!(warnings.is_empty(), "{warnings:?}");
+    for again in [4.0, 4.0 + 1e-3] {
+        let (twice, warnings) = filled(&[closed(4.0), closed(again)]);
+        assert!(twice == once);
+        let told = warnings[0].to_string();
+        assert_eq!(warnings[0].code(), "contours-overlap");
+        assert!(told.contains("Outline") && told.contains("in 1 plane(s)"), "{told}");
+    }
+    let xor = |half| ("CLOSEDPLANAR_XOR", square(1, half), "");
+    let (none, warnings) = filled(&[xor(4.0), xor(4.0)]);
+    assert!(none.data().iter().all(|m| !m) && warnings.len() == 1, "{warnings:?}");
+    let (ring, hole) = (filled(&[closed(7.0), closed(2.0)]), filled(&[closed(2.0)]).0);
+    assert!(ring == filled(&[xor(7.0), xor(2.0)]));
+    let count = |mask: &Volume<bool>| mask.data().iter().filter(|m| **m).count();
+    assert_eq!(
+        (count(&ring.0), ring.1.len()),
+        (count(&filled(&[closed(7.0)]).0) - count(&hole), 0)
+    );
+}
+
+#[test]
+fn a_contour_is_moved_by_its_offset_vector() {
+    let z = grid().spacing().z;
+    let at = |k: usize, offset: &str| {
+        let drawn = drawn(&[("CLOSED_PLANAR", square(k, 4.0), offset)]);
+        mask(&drawn.unwrap(), "Outline").0
+    };
+    assert!(at(1, &format!("0\\0\\{z}")) == at(2, ""));
+    assert!(at(1, "0\\0\\0") == at(1, ""));
+    let error = drawn(&[("CLOSED_PLANAR", square(1, 4.0), "0\\1.5")]).unwrap_err().to_string();
+    assert!(error.contains("Contour Offset Vector") && error.contains("Outline"), "{error}");
+}
+
+#[test]
+fn a_coordinate_that_is_no_place_is_refused_by_region_slice_and_value() {
+    let z = grid().origin().z;
+    for (value, told) in [
+        ("1e9", "1e9"),
+        ("-244262", "-244262.0"),
+        ("1e30", "1e30"),
+        ("-2442", "-2442.0"),
+        ("-20000", "-20000.0"),
+    ] {
+        let text = refused(&format!("0\\0\\{z}\\9\\0\\{z}\\9\\{value}\\{z}\\0\\9\\{z}"));
+        let slice = format!("slice through (0.0, 0.0, {z:.1})");
+        assert!([told, "Outline", &slice].iter().all(|part| text.contains(part)), "{text}");
+        let s =
+            drawn(&[("CLOSED_PLANAR", format!("0\\0\\1\\9\\0\\1\\9\\{value}\\1\\0\\9\\1"), "")]);
+        let s = s.unwrap();
+        let text = s.enclosed(&s.rois()[0]).unwrap_err().to_string();
+        assert!(text.contains(told) && text.contains("Outline"), "{text}");
     }
 }
 

@@ -54,7 +54,7 @@ impl Node for Points {
     fn own(ground: &Ground) -> Result<Own, Error> {
         let case = &ground.case;
         let files = ground.files("carry.points", &case.points)?;
-        let PlacedTumour { sphere, drawn } = ground.tumour()?;
+        let PlacedTumour { sphere, drawn, .. } = ground.tumour()?;
         Ok(Own { tumour: sphere.into(), drawn: drawn.map(|(file, _)| file), files })
     }
 

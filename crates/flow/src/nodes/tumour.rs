@@ -11,7 +11,7 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
 use supine_segment::tumour_place;
-use supine_space::Side;
+use supine_space::{Side, Warning};
 
 pub(crate) struct Tumour;
 
@@ -21,6 +21,9 @@ pub(crate) struct Own {
     tumour: Ball,
     /// The structure set that it came from, and the frame of reference of its region.
     drawn: Option<(InputFile, String)>,
+    /// What is odd about how it was drawn; the file tells it too.
+    #[serde(skip)]
+    warnings: Vec<Warning>,
 }
 
 /// What the CT shows at its place.
@@ -32,7 +35,7 @@ pub(crate) struct Placed {
 
 impl Node for Tumour {
     const ID: NodeId = NodeId::Tumour;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import,);
@@ -40,14 +43,15 @@ impl Node for Tumour {
 
     fn own(ground: &Ground) -> Result<Own, Error> {
         let left = ground.case.breast()? == Side::Left;
-        let PlacedTumour { sphere, drawn } = ground.tumour()?;
-        Ok(Own { left, tumour: sphere.into(), drawn })
+        let PlacedTumour { sphere, drawn, warnings } = ground.tumour()?;
+        Ok(Own { left, tumour: sphere.into(), drawn, warnings })
     }
 
     fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
         if let Some((_, frame)) = &own.drawn {
             work.warn_all(of_the_ct(frame, input.source.as_ref())?);
         }
+        work.warn_all(own.warnings.iter().cloned());
         let side = if own.left { Side::Left } else { Side::Right };
         let placed = tumour_place(&input.ct, own.tumour.sphere()?, Some(side))?;
         Ok(Placed { mean_hu: placed.mean_hu })

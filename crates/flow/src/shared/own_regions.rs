@@ -6,7 +6,7 @@ use std::path::Path;
 use supine_dicom::{CompanionParams, Drawing, Named, ReadParams, Structures, write_structures};
 use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Point, Progress, Sphere, Vector, Warning};
-use supine_volume::{Ct, LabelMap, Volume, label};
+use supine_volume::{Ct, LabelMap, Rule, Volume, label};
 use supine_warp::{
     Origins, Params, carry_contours, carry_labels, fade, mask_contours, surface_contours,
 };
@@ -76,6 +76,7 @@ fn drawn(regions: &OwnRegions<'_>, progress: Progress<'_>) -> Result<Vec<Drawing
     let wall = outlined(label::is_chest_wall);
     let (tumour, _) = carry_contours(
         &outline(grid, tumour),
+        Rule::Joined,
         grid,
         deformation,
         &params,

@@ -5,7 +5,7 @@ use crate::inputs::InputFile;
 use crate::nearest::nearest;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
-use supine_dicom::{Source, Structures, read_structures};
+use supine_dicom::{Roi, Source, Structures, read_structures};
 use supine_space::{Sphere, Warning};
 
 /// Names of regions told in one message.
@@ -18,6 +18,8 @@ pub(crate) struct PlacedTumour {
     pub(crate) sphere: Sphere,
     /// The structure set that it came from, and the frame of reference of its region.
     pub(crate) drawn: Option<(InputFile, String)>,
+    /// What is odd about how it was drawn.
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// The sphere of a region, and its frame of reference.
@@ -26,7 +28,7 @@ type Drawn = (Sphere, String);
 /// Tumours that were found in structure sets, by the hash of the file and the name of the region: nodes ask often, and a
 /// file may hold hundreds of thousands of points.
 #[derive(Debug, Default)]
-pub(crate) struct TumourCache(Mutex<BTreeMap<(String, String), Drawn>>);
+pub(crate) struct TumourCache(Mutex<BTreeMap<(String, String), (Drawn, Vec<Warning>)>>);
 
 impl TumourCache {
     /// The tumour that a region of a structure set is: the sphere of its volume about its centroid.
@@ -36,15 +38,18 @@ impl TumourCache {
     pub(crate) fn place(&self, name: &str, file: InputFile) -> Result<PlacedTumour, Error> {
         let key = (file.hash().to_owned(), name.to_owned());
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let (sphere, frame) = match known.get(&key) {
+        let ((sphere, frame), warnings) = match known.get(&key) {
             Some(drawn) => drawn.clone(),
             None => {
                 let structures = read_structures(&file.path).map_err(Error::TumourFile)?;
                 file.check_unchanged()?;
-                known.entry(key).or_insert(drawn(&structures, name)?).clone()
+                let found = drawn(&structures, name)?;
+                let of_it = structures.rois().iter().filter(|roi| roi.name == name);
+                let odd = of_it.flat_map(Roi::oddly_drawn).collect();
+                known.entry(key).or_insert((found, odd)).clone()
             }
         };
-        Ok(PlacedTumour { sphere, drawn: Some((file, frame)) })
+        Ok(PlacedTumour { sphere, drawn: Some((file, frame)), warnings })
     }
 }
 

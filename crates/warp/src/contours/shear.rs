@@ -6,6 +6,7 @@
 
 use super::Plane;
 use crate::outline::{Pixels, signed_distance};
+use supine_volume::Outlines;
 
 /// Shifted outlines must cover this share of the smaller one more than the outlines as they lie.
 const BETTER: f64 = 0.1;
@@ -33,9 +34,8 @@ pub(super) fn layers(
     (1..count).map(layer).collect()
 }
 
-fn moved(plane: &Plane, shift: [f64; 2], share: f64) -> Vec<Vec<[f64; 2]>> {
-    let corner = |c: &[f64; 2]| [0, 1].map(|a| c[a] + shift[a] * share);
-    plane.contours.iter().map(|contour| contour.iter().map(corner).collect()).collect()
+fn moved(plane: &Plane, shift: [f64; 2], share: f64) -> Outlines {
+    plane.outlines.moved(shift.map(|mm| mm * share))
 }
 
 /// The way between the middles of two outlines, mm, when they cover each other better along it.

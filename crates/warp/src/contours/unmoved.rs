@@ -36,11 +36,17 @@ pub(super) fn put_back(
             .flatten()
             .all(|k| drawn.contains_key(&k) && still.get(k) == Some(&true))
     };
+    let overlapped = |k: usize| {
+        let level = k as f64 * grid.spacing().z;
+        let here = |plane: &&Plane| (plane.level - level).abs() <= SAME_PLANE_MM;
+        planes.iter().filter(here).any(|plane| plane.outlines.overlap())
+    };
     let speck = smallest(given).min(SPECK_MM2);
     let mut all = Vec::new();
     for k in 0..grid.size()[2] {
         match (still[k], drawn.get(&k)) {
-            (true, Some(contours)) => all.extend(contours.iter().cloned()),
+            // Contours that lie upon each other are given back as what they hold together.
+            (true, Some(contours)) if !overlapped(k) => all.extend(contours.iter().cloned()),
             (true, None) if kept(k) => {}
             _ => {
                 let contours = cut.get(&k).into_iter().flatten();

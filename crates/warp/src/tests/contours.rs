@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Deformation, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
-use supine_volume::ContourError;
+use supine_volume::{ContourError, Rule};
 
 const CENTRE: [f64; 3] = [1.0, -2.0, 3.0];
 const RADIUS: f64 = 15.0;
@@ -71,7 +71,8 @@ fn a_ball_under_an_affine_map_keeps_its_share_of_volume_and_its_shape() {
     let u = displaced(&mesh);
     for mirrored in [false, true] {
         let grid = slices(mirrored);
-        let carried = carry_contours(&ball(&grid, 1), &grid, &u, &params(), Progress::none());
+        let carried =
+            carry_contours(&ball(&grid, 1), Rule::Joined, &grid, &u, &params(), Progress::none());
         let (contours, carried) = carried.unwrap();
         let [before, after] = carried.volume_ml;
         let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
@@ -106,7 +107,7 @@ fn missing_slices_are_bridged_and_a_hole_stays_one() {
     let grid = slices(false);
     let det = affine().0.determinant();
     let carry = |given: &[Vec<Point>]| {
-        carry_contours(given, &grid, &u, &params(), Progress::none()).unwrap().1
+        carry_contours(given, Rule::Joined, &grid, &u, &params(), Progress::none()).unwrap().1
     };
     let thin = carry(&ball(&grid, 2)).volume_ml;
     let exact = 4.0 / 3.0 * PI * RADIUS.powi(3) / 1000.0;
@@ -125,13 +126,47 @@ fn missing_slices_are_bridged_and_a_hole_stays_one() {
 }
 
 #[test]
+fn contours_drawn_twice_are_carried_once() {
+    let mesh = block();
+    let (u, grid) = (displaced(&mesh), slices(false));
+    let once = ball(&grid, 1);
+    let twice = [once.clone(), once[3..8].to_vec()].concat();
+    let carry = |given: &[Vec<Point>]| {
+        carry_contours(given, Rule::Joined, &grid, &u, &params(), Progress::none()).unwrap()
+    };
+    let [(alone, one), (double, two)] = [&once, &twice].map(|given| carry(given));
+    let [one, two] = [one, two].map(|facts| facts.volume_ml);
+    for (one, two) in one.iter().zip(two) {
+        assert!((two / one - 1.0).abs() < 1e-3, "{one} ml, {two} ml");
+    }
+    assert_eq!(alone.len(), double.len());
+}
+
+#[test]
+fn contours_that_lie_nowhere_are_refused() {
+    let mesh = block();
+    let (u, grid) = (displaced(&mesh), slices(false));
+    for value in [1e9, -244_262.0, 1e30, -2442.0] {
+        let mut given = ball(&grid, 1);
+        given[4][7].y = value;
+        let refused = carry_contours(&given, Rule::Joined, &grid, &u, &params(), Progress::none());
+        let found = matches!(
+            &refused,
+            Err(Error::Contours(ContourError::Beyond { number: 5, at, .. })) if at[1] == value
+        );
+        assert!(found, "{refused:?}");
+    }
+}
+
+#[test]
 fn what_does_not_move_is_given_back_and_what_cannot_be_is_refused() {
     let mesh = block();
     let grid = slices(false);
     let still = still(&mesh);
     let given = ball(&grid, 1);
-    let carry =
-        |given: &[Vec<Point>]| carry_contours(given, &grid, &still, &params(), Progress::none());
+    let carry = |given: &[Vec<Point>]| {
+        carry_contours(given, Rule::Joined, &grid, &still, &params(), Progress::none())
+    };
     let (contours, carried) = carry(&given).unwrap();
     assert_eq!(carried.moved_points, 0);
     assert_eq!(contours, given);
@@ -164,7 +199,8 @@ fn a_thin_band_that_slants_is_still_there_between_its_planes() {
     };
     let given: Vec<Vec<Point>> = (0..5).map(band).collect();
     let u = moved(&mesh, Order::Linear, |_| Vector::new(0.0, 0.0, 0.8));
-    let (contours, _) = carry_contours(&given, &grid, &u, &params(), Progress::none()).unwrap();
+    let (contours, _) =
+        carry_contours(&given, Rule::Joined, &grid, &u, &params(), Progress::none()).unwrap();
     let area = |contours: &[Vec<Point>]| -> f64 {
         let one = |c: &Vec<Point>| {
             let fan = c.windows(2).map(|w| (w[0] - c[0]).cross(&(w[1] - c[0])));
@@ -184,7 +220,8 @@ fn slices_that_do_not_move_keep_what_was_drawn_in_them() {
     let deformation = moved(&mesh, Order::Linear, |p| Vector::new(3.0 * lift(p.z), 0.0, 0.0));
     let given = ball(&grid, 1);
     let (carried, facts) =
-        carry_contours(&given, &grid, &deformation, &params(), Progress::none()).unwrap();
+        carry_contours(&given, Rule::Joined, &grid, &deformation, &params(), Progress::none())
+            .unwrap();
     assert!(facts.moved_points > 0);
     let level = |c: &Vec<Point>| c[0].z;
     let below = |all: &[Vec<Point>]| -> Vec<Vec<Point>> {

@@ -4,6 +4,7 @@ use super::{CarryDone, ContoursFacts, Job};
 use crate::commands::usage;
 use crate::shared::carry::{CarriedContours, carry_named_contours};
 use crate::{Error, NodeId};
+use supine_dicom::oddly_drawn;
 use supine_exchange::{NamedContours, read_contours, write_contours};
 use supine_space::Warning;
 
@@ -16,6 +17,8 @@ impl Job<'_> {
             ));
         }
         let given = read_contours(&self.given.what).map_err(Error::product)?;
+        let odd = given.iter().flat_map(|s| oddly_drawn(&s.name, &s.contours, s.rule));
+        self.gather.warn_all(NodeId::Carry, odd);
         let grid = self.grid(self.ct()?.as_ref())?;
         let carried = self.gather.work(NodeId::Carry, |progress| {
             carry_named_contours(&given, &grid, &self.deformation, progress)
@@ -64,7 +67,7 @@ impl Job<'_> {
         instance_uid: Option<String>,
     ) -> CarryDone {
         let structures = carried.moved.iter().map(|(n, facts)| {
-            let NamedContours { name, contours } = &carried.structures[*n];
+            let NamedContours { name, contours, .. } = &carried.structures[*n];
             let [before_ml, after_ml] = facts.volume_ml;
             ContoursFacts {
                 name: name.clone(),

@@ -8,6 +8,7 @@ use supine_exchange::NamedContours;
 use supine_mesh::Deformation;
 use supine_report::CarriedRegion;
 use supine_space::{Grid, Point, Progress, Warning};
+use supine_volume::Rule;
 use supine_warp::{Carried, Params, carry_contours, carry_vertices};
 
 /// Structures in the operating position.
@@ -44,20 +45,20 @@ pub(crate) fn carry_named_contours(
     for (n, structure) in given.iter().enumerate() {
         let all = given.len() as f64;
         let progress = progress.part(n as f64 / all, (n + 1) as f64 / all);
-        let NamedContours { name, contours } = structure;
+        let NamedContours { name, contours, rule } = structure;
         if contours.is_empty() {
             carried.structures.push(structure.clone());
             continue;
         }
         let (contours, facts) =
-            carry_contours(contours, grid, deformation, &Params::default(), progress).map_err(
-                |error| match Error::from(error) {
+            carry_contours(contours, *rule, grid, deformation, &Params::default(), progress)
+                .map_err(|error| match Error::from(error) {
                     Error::Warp(source) => Error::Structure { name: name.clone(), source },
                     other => other,
-                },
-            )?;
+                })?;
         carried.moved.push((n, facts));
-        carried.structures.push(NamedContours { name: name.clone(), contours });
+        let (name, rule) = (name.clone(), Rule::Joined);
+        carried.structures.push(NamedContours { name, contours, rule });
     }
     Ok(carried)
 }
@@ -104,7 +105,8 @@ pub(crate) fn closed_contours(structures: &Structures) -> (Vec<NamedContours>, V
             warnings.push(Warning::new("contours-too-small", "").name(name).text(text));
             contours.clear();
         }
-        given.push(NamedContours { name: name.clone(), contours });
+        warnings.extend(roi.oddly_drawn());
+        given.push(NamedContours { name: name.clone(), contours, rule: roi.rule });
     }
     (given, warnings)
 }

@@ -1,8 +1,9 @@
 //! Dose and volume of every structure, where a case carries both.
 
 use super::object::{Given, GivenObject, MovedObject, file_names};
+use supine_exchange::NamedContours;
 use supine_report::{DoseVolumeCurve, DoseVolumeHistogram};
-use supine_space::{Grid, Point, Progress, Stopped, Warning};
+use supine_space::{Grid, Progress, Stopped, Warning};
 use supine_warp::DoseVolume;
 
 /// Steps of a curve.
@@ -12,7 +13,7 @@ const STEPS: usize = 120;
 struct Region<'a> {
     file: &'a str,
     name: &'a str,
-    contours: [&'a [Vec<Point>]; 2],
+    drawn: [&'a NamedContours; 2],
     /// As the contours enclose, ml.
     volume_ml: [f64; 2],
 }
@@ -39,7 +40,7 @@ pub(crate) fn histograms(
                 regions.extend(carried.moved.iter().map(|(n, facts)| Region {
                     file,
                     name: &closed[*n].name,
-                    contours: [&closed[*n].contours, &carried.structures[*n].contours],
+                    drawn: [&closed[*n], &carried.structures[*n]],
                     volume_ml: facts.volume_ml,
                 }));
             }
@@ -51,7 +52,10 @@ pub(crate) fn histograms(
     let all = (doses.len() * regions.len()) as f64;
     for (n, ((dose, volumes), region)) in pairs.enumerate() {
         progress.at(n as f64 / all)?;
-        let of = |n: usize| DoseVolume::of(volumes[n], region.contours[n], grid);
+        let of = |n: usize| {
+            let NamedContours { contours, rule, .. } = region.drawn[n];
+            DoseVolume::of(volumes[n], contours, *rule, grid)
+        };
         match (of(0), of(1)) {
             (Ok(before), Ok(after)) => found.push(histogram(dose, region, [&before, &after])),
             (Err(e), _) | (_, Err(e)) => {
