@@ -1,6 +1,6 @@
 //! Planar contours to voxels.
 
-use crate::{Outlines, Rule, Volume, distance_mm, median};
+use crate::{Outlines, Rule, Stray, Volume, distance_mm, median};
 use rayon::prelude::*;
 use supine_space::{Failure, Grid, Matrix, Point, Vector};
 
@@ -37,6 +37,19 @@ pub struct Filled {
     pub overlap: Option<Overlap>,
 }
 
+/// A corner that lies where nothing of a CT can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beyond {
+    /// Number of the contour, from 1.
+    pub number: usize,
+    /// The corner, LPS, mm.
+    pub at: [f64; 3],
+    /// How far beyond the CT it lies, mm.
+    pub beyond_mm: f64,
+    /// Another corner of the contour, LPS, mm.
+    pub beside: [f64; 3],
+}
+
 /// Why contours cannot be filled.
 #[derive(Debug, thiserror::Error, PartialEq)]
 #[non_exhaustive]
@@ -60,34 +73,17 @@ pub enum ContourError {
     },
     /// A corner lies where nothing of the CT can be.
     #[error(
-        "contour {number} has a corner at {}, {} beyond the CT on its slice through {}: a coordinate is \
+        "contour {} has a corner at {}, {} beyond the CT on its slice through {}: a coordinate is \
          mistyped or the contours belong to another CT",
-        place(at), far(*beyond_mm), place(beside)
+        .0.number, place(&.0.at), far(.0.beyond_mm), place(&.0.beside)
     )]
-    Beyond {
-        /// Number of the contour, from 1.
-        number: usize,
-        /// The corner, LPS, mm.
-        at: [f64; 3],
-        /// How far beyond the CT it lies, mm.
-        beyond_mm: f64,
-        /// Another corner of the contour, LPS, mm.
-        beside: [f64; 3],
-    },
+    Beyond(Box<Beyond>),
     /// A corner lies far from all others of its contour.
     #[error(
-        "contour {number} has a corner at {}, far from its others about {}: a coordinate is mistyped",
-        place(at),
-        place(from)
+        "contour {} has a corner at {}, far from its others about {}: a coordinate is mistyped",
+        .0.number, place(&.0.at), place(&.0.from)
     )]
-    Stray {
-        /// Number of the contour, from 1.
-        number: usize,
-        /// The corner, LPS, mm.
-        at: [f64; 3],
-        /// The middle of the contour's corners, LPS, mm.
-        from: [f64; 3],
-    },
+    Stray(Box<Stray>),
     /// Planes are missing.
     #[error(
         "its contours leave a gap of {gap_mm:.1} mm above the plane through {}, elsewhere they are \
@@ -192,12 +188,12 @@ pub fn held_by(grid: &Grid, contours: &[Vec<Point>]) -> Result<(), ContourError>
     for (n, contour) in contours.iter().enumerate() {
         let Some(at) = contour.iter().find(|p| beyond(p) > MARGIN_MM) else { continue };
         let beside = contour.iter().find(|p| beyond(p) <= MARGIN_MM).unwrap_or(at);
-        return Err(ContourError::Beyond {
+        return Err(ContourError::Beyond(Box::new(Beyond {
             number: n + 1,
             at: at.coords.into(),
             beyond_mm: beyond(at),
             beside: beside.coords.into(),
-        });
+        })));
     }
     Ok(())
 }
@@ -435,7 +431,7 @@ mod tests {
                 contour[2][axis] = value;
                 let all = [square(&g, 1.0, 2.5, 12.5), contour];
                 let error = fill_contours(&g, &all, Rule::Joined).unwrap_err();
-                assert!(matches!(error, ContourError::Beyond { number: 2, .. }), "{error}");
+                assert!(matches!(&error, ContourError::Beyond(b) if b.number == 2), "{error}");
                 let (text, value) = (error.to_string(), coordinate(value));
                 assert!(text.contains(&value) && text.contains("slice through"), "{text}");
             }

@@ -112,8 +112,8 @@ fn normal_of(contours: &[Vec<Point>]) -> Option<Vector> {
 
 /// Pixels that hold the contours, on their own planes.
 fn grid_of(contours: &[Vec<Point>]) -> Result<Grid, ContourError> {
-    if let Some(Stray { number, at, from }) = stray(contours) {
-        return Err(ContourError::Stray { number, at, from });
+    if let Some(stray) = stray(contours) {
+        return Err(ContourError::Stray(Box::new(stray)));
     }
     let closed = || closed(contours);
     let axes = axes(normal_of(contours).ok_or(ContourError::Empty)?);
@@ -230,7 +230,7 @@ mod tests {
             let mut all = sphere(9.0, 3.0, Matrix::identity());
             all[2][17].x = value;
             let error = enclosed(&all, Rule::Joined).unwrap_err();
-            assert!(matches!(error, ContourError::Stray { number: 3, .. }), "{error}");
+            assert!(matches!(&error, ContourError::Stray(s) if s.number == 3), "{error}");
         }
         assert_eq!(stray(&sphere(9.0, 3.0, turned())), None);
     }

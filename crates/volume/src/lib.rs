@@ -23,7 +23,7 @@ mod volume;
 pub mod label;
 
 pub use components::{Components, Parts, Run, components};
-pub use contours::{ContourError, Filled, MARGIN_MM, Overlap, fill_contours, held_by};
+pub use contours::{Beyond, ContourError, Filled, MARGIN_MM, Overlap, fill_contours, held_by};
 pub use distance::distance_mm;
 pub use enclosed::{Enclosed, Stray, enclosed, overlap, stray};
 pub use field::Field;

@@ -28,7 +28,10 @@ type Drawn = (Sphere, String);
 /// Tumours that were found in structure sets, by the hash of the file and the name of the region: nodes ask often, and a
 /// file may hold hundreds of thousands of points.
 #[derive(Debug, Default)]
-pub(crate) struct TumourCache(Mutex<BTreeMap<(String, String), (Drawn, Vec<Warning>)>>);
+pub(crate) struct TumourCache(Mutex<Known>);
+
+/// What was found, and what is odd about how it was drawn, by the hash of the file and the name of the region.
+type Known = BTreeMap<(String, String), (Drawn, Vec<Warning>)>;
 
 impl TumourCache {
     /// The tumour that a region of a structure set is: the sphere of its volume about its centroid.
