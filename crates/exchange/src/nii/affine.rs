@@ -14,17 +14,51 @@ pub(super) fn decimal(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }
 
-/// The grid of a header, LPS, mm: from the sform, or from the qform when there is no sform.
+/// sform and qform of one file may put a voxel this far apart, mm: what rounding to f32 and to four decimals leaves.
+const FORMS_MM: f64 = 0.1;
+
+/// The grid of a header, LPS, mm: from the sform, or from the qform when there is no sform; where there are both, they have to
+/// say the same.
 pub(super) fn grid(header: &NiftiHeader, size: [usize; 3]) -> Result<Grid, Problem> {
-    let (columns, origin) = if header.sform_code > 0 {
-        sform(header)
-    } else if header.qform_code > 0 {
-        qform(header)?
-    } else {
+    let forms = (header.sform_code > 0, header.qform_code > 0);
+    if forms == (false, false) {
         let reason = "sform_code and qform_code are both 0, so that left and right of the patient \
                       are not known: set one of them in the program that wrote the file";
         return Err(Problem::field("sform_code", reason));
-    };
+    }
+    let by_qform = || grid_of(header, size, qform(header)?);
+    if !forms.0 {
+        return by_qform();
+    }
+    let by_sform = grid_of(header, size, sform(header))?;
+    if forms.1 {
+        same_place(header, &by_sform, &by_qform()?)?;
+    }
+    Ok(by_sform)
+}
+
+/// Refuses a header that puts the voxels at two places: programs differ in which they read.
+fn same_place(header: &NiftiHeader, sform: &Grid, qform: &Grid) -> Result<(), Problem> {
+    let off = sform.offset_mm(qform).unwrap_or(f64::INFINITY);
+    if off <= FORMS_MM {
+        return Ok(());
+    }
+    let mirrored = sform.direction().determinant() * qform.direction().determinant() < 0.0;
+    let how = if mirrored { ", mirrored" } else { "" };
+    let reason = format!(
+        "sform (code {}) and qform (code {}) put the voxels up to {off:.1} mm apart{how}, and programs differ in which \
+         they read: set the code of the wrong one to 0",
+        header.sform_code, header.qform_code
+    );
+    Err(Problem::field("sform_code, qform_code", reason))
+}
+
+/// The grid of one of the forms.
+fn grid_of(
+    header: &NiftiHeader,
+    size: [usize; 3],
+    (columns, origin): (Matrix, Vector),
+) -> Result<Grid, Problem> {
     let unit = unit_mm(header)?;
     let columns = Matrix::from_fn(|r, c| columns[(r, c)] * FLIP[r] * unit);
     let norms = Vector::from_fn(|a, _| columns.column(a).norm());

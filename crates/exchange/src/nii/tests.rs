@@ -47,6 +47,42 @@ fn unusable_headers_are_refused_by_name() {
 }
 
 #[test]
+fn an_sform_against_the_qform_is_refused_unless_one_of_them_is_not_set() {
+    let float = |file: &[u8], at: usize| f32::from_le_bytes(file[at..at + 4].try_into().unwrap());
+    let with_codes = |qform: i16, sform: i16, change: &dyn Fn(&mut Vec<u8>)| {
+        let mut file = plain(0);
+        change(&mut file);
+        file[252..256].copy_from_slice(&[qform.to_le_bytes(), sform.to_le_bytes()].concat());
+        parse(&file, Progress::none()).map(|raster| raster.grid)
+    };
+    let mirrored = |file: &mut Vec<u8>| {
+        for at in [280, 284, 288, 292] {
+            let turned = -float(file, at);
+            file[at..at + 4].copy_from_slice(&turned.to_le_bytes());
+        }
+    };
+    let shifted = |file: &mut Vec<u8>| {
+        let beside = float(file, 268) + 0.5;
+        file[268..272].copy_from_slice(&beside.to_le_bytes());
+    };
+    for (qform, sform) in [(1, 1), (1, 2), (2, 1), (1, 4)] {
+        assert!(with_codes(qform, sform, &|_| {}).is_ok());
+        for (change, how) in
+            [(&mirrored as &dyn Fn(&mut Vec<u8>), ", mirrored"), (&shifted, "0.5 mm")]
+        {
+            let text = with_codes(qform, sform, change).unwrap_err().to_string();
+            let named = [format!("sform (code {sform})"), format!("qform (code {qform})")];
+            assert!(named.iter().all(|n| text.contains(n)) && text.contains(how), "{text}");
+        }
+    }
+    for (qform, sform) in [(1, 0), (0, 2)] {
+        for change in [&mirrored as &dyn Fn(&mut Vec<u8>), &shifted] {
+            assert!(with_codes(qform, sform, change).is_ok());
+        }
+    }
+}
+
+#[test]
 fn scaling_and_units_are_applied() {
     let slope = [0.5f32.to_le_bytes(), 10f32.to_le_bytes()].concat();
     let raster = changed(112, &slope).unwrap();
