@@ -68,7 +68,7 @@ pub use scan_distances::{read_scan_distances, write_scan_distances};
 pub use seeds::read_seeds;
 pub use surfaces::{LengthUnit, ScanFile, SurfaceFrame, read_scan, read_surface, write_surface};
 pub use volumes::{
-    FieldKind, read_ct, read_ct_and_note, read_signed_distance, read_tenths, write_ct,
-    write_ct_nifti, write_ct_nrrd, write_field, write_scalar, write_signed_distance, write_tenths,
+    CtFile, FieldKind, read_ct, read_signed_distance, read_tenths, write_ct, write_ct_nifti,
+    write_ct_nrrd, write_field, write_scalar, write_signed_distance, write_tenths,
 };
 pub use vtu::{read_vtu, write_vtu};

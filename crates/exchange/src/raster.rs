@@ -83,4 +83,30 @@ impl Raster {
         })?;
         Ok(values)
     }
+
+    /// All values as 16-bit numbers, rounded half to even, and whether one was further from a whole number than scaling
+    /// leaves it.
+    pub(crate) fn rounded(&self, expected: &'static str) -> Result<(Vec<i16>, bool), Problem> {
+        let mut values: Vec<i16> = Vec::new();
+        let samples = self.bytes.len() / self.scalar.size();
+        let memory = |_| Problem::Memory(samples.saturating_mul(size_of::<i16>()));
+        values.try_reserve_exact(samples).map_err(memory)?;
+        let mut rounded = false;
+        let converted = self.scalar.try_each(&self.bytes, self.big_endian, |place, sample| {
+            let value = sample * self.slope + self.intercept;
+            let near = value.round_ties_even();
+            // Neither NaN nor what is too large lies within.
+            if !(f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&near) {
+                return Err((place, value));
+            }
+            rounded |= (value - near).abs() > WHOLE_TOLERANCE;
+            values.push(near as i16);
+            Ok(())
+        });
+        converted.map_err(|(place, value)| {
+            let voxel = self.grid.voxel(self.voxel_of(place));
+            Problem::Value { voxel, value, reason: expected }
+        })?;
+        Ok((values, rounded))
+    }
 }

@@ -6,40 +6,63 @@ use crate::{
     raster_file,
 };
 use std::path::Path;
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 use supine_volume::{Ct, SignedDistance, Volume};
+
+/// A CT as a file holds it.
+#[derive(Clone, Debug)]
+pub struct CtFile {
+    /// The CT, HU.
+    pub ct: Ct,
+    /// What the file says in words about how it came to be: the note of [`write_ct`], in NIfTI-1 with the `aux_file`;
+    /// empty when the file says nothing.
+    pub note: String,
+    /// What one has to know before trusting it.
+    pub warnings: Vec<Warning>,
+}
+
+/// Values of a CT span more than this, HU; what spans less was scaled to something else.
+const SPAN_HU: i16 = 100;
 
 /// Reads a CT from NRRD (attached data), NIfTI-1 or MetaImage, told apart by their first bytes.
 ///
-/// Any scalar type is taken whose values, after the scaling of the file, are whole HU within i16.
+/// Any scalar type is taken whose values, after the scaling of the file, are HU within i16. Decimals are rounded, halves to
+/// even, and that is told.
 ///
 /// # Errors
 /// When the file cannot be read, is damaged, does not say which way its axes point, holds several
-/// values per voxel or a value that is no whole HU.
-pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<Ct, Error> {
-    read_ct_and_note(path, progress).map(|(ct, _)| ct)
-}
-
-/// Reads a CT as [`read_ct`] does, and what its file says in words about how it came to be: the note of [`write_ct`],
-/// in NIfTI-1 with the `aux_file`; empty when the file says nothing.
-///
-/// # Errors
-/// Those of [`read_ct`].
-pub fn read_ct_and_note(path: &Path, progress: Progress<'_>) -> Result<(Ct, String), Error> {
+/// values per voxel or a value that is no HU.
+pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<CtFile, Error> {
     let raster = raster_file::read(path, progress)?;
     let ct = || {
         if raster.layers != 1 {
             let reason = format!("{} values per voxel, a CT has one", raster.layers);
             return Err(Problem::field("sizes", reason));
         }
-        let expected = "expected a whole number of HU from -32768 to 32767";
-        let data = raster.whole::<i16>(expected)?;
-        Ok((raster.grid.clone(), data))
+        let (data, rounded) = raster.rounded("expected HU from -32768 to 32767")?;
+        if rounded {
+            refuse_scaled(&data)?;
+        }
+        Ok((raster.grid.clone(), data, rounded))
     };
-    let (grid, data) = ct().map_err(|p| p.of(path))?;
+    let (grid, data, rounded) = ct().map_err(|p| p.of(path))?;
     let ct = Volume::new(grid, data);
     let ct = ct.map_err(|e| Problem::field("sizes", e.to_string()).of(path))?;
-    Ok((ct, raster.note))
+    let text = "the values of the CT have decimals; HU were rounded to whole numbers";
+    let warnings = rounded.then(|| Warning::new("values-rounded", text)).into_iter().collect();
+    Ok(CtFile { ct, note: raster.note, warnings })
+}
+
+/// Refuses values with decimals that span too little to be HU: of a CT that was scaled to 0..1, nothing would be left.
+fn refuse_scaled(data: &[i16]) -> Result<(), Problem> {
+    let (low, high) = data.iter().fold((i16::MAX, i16::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
+    if i32::from(high) - i32::from(low) >= i32::from(SPAN_HU) {
+        return Ok(());
+    }
+    let reason = format!(
+        "all lie between {low} and {high}, with decimals: they are no HU; save the CT without scaling its values"
+    );
+    Err(Problem::field("values", reason))
 }
 
 /// Reads tenths of mm, 0 to 255, as [`write_tenths`] writes them.

@@ -53,7 +53,7 @@ fn volumes_of_other_tools() {
         ("sitk_left_handed.mha", true, 1e-14),
         ("big.mhd", false, 1e-14),
     ] {
-        let ct = read_ct(&data(name), Progress::none()).unwrap();
+        let ct = read_ct(&data(name), Progress::none()).unwrap().ct;
         expect_grid(name, ct.grid(), left_handed, tolerance);
         for (n, &value) in ct.data().iter().enumerate() {
             let [i, j, k] = ct.grid().voxel(n);

@@ -53,7 +53,7 @@ proptest! {
             let path = folder.path().join(name);
             let note = "DERIVED from series 1.2.3\nby an example";
             write_ct(&ct, &path, note, Progress::none()).unwrap();
-            let back = read_ct(&path, Progress::none()).unwrap();
+            let back = read_ct(&path, Progress::none()).unwrap().ct;
             prop_assert_eq!(back.data(), ct.data());
             expect_same(back.grid(), ct.grid(), tolerance);
         }
@@ -77,7 +77,7 @@ fn the_note_of_a_ct_comes_back() {
         let path = folder.path().join(name);
         for (note, told) in [(note, true), ("", false)] {
             write_ct(&ct, &path, note, Progress::none()).unwrap();
-            let (back, found) = read_ct_and_note(&path, Progress::none()).unwrap();
+            let CtFile { ct: back, note: found, .. } = read_ct(&path, Progress::none()).unwrap();
             assert_eq!(back.data(), ct.data());
             assert!(found.contains(note), "{name}: {found}");
             assert_eq!(found.is_empty(), !told, "{name}: {found}");
@@ -92,7 +92,7 @@ fn the_note_of_a_ct_comes_back() {
     bytes[348] = 0;
     bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
     std::fs::write(&path, bytes).unwrap();
-    let (_, found) = read_ct_and_note(&path, Progress::none()).unwrap();
+    let found = read_ct(&path, Progress::none()).unwrap().note;
     assert_eq!(found, note[..79]);
 }
 
@@ -108,7 +108,7 @@ fn both_forms_of_nifti_agree() {
         let mut bytes = std::fs::read(&path).unwrap();
         bytes[254..256].fill(0); // sform_code
         std::fs::write(&path, &bytes).unwrap();
-        expect_same(read_ct(&path, Progress::none()).unwrap().grid(), written.grid(), 5e-5);
+        expect_same(read_ct(&path, Progress::none()).unwrap().ct.grid(), written.grid(), 5e-5);
     }
 }
 
@@ -118,7 +118,7 @@ fn decimal_spacings_survive_single_precision() {
     let path = folder.path().join("a.nii");
     let written = ct(grid([2, 2, 2], [0.0; 3], [0.7, 0.9765625, 1.25], false));
     write_ct_nifti(&written, &path, "", Progress::none()).unwrap();
-    assert_eq!(read_ct(&path, Progress::none()).unwrap().grid(), written.grid());
+    assert_eq!(read_ct(&path, Progress::none()).unwrap().ct.grid(), written.grid());
 }
 
 /// A cube of 2 mm made of six tetrahedra, tags in turn.
@@ -413,4 +413,32 @@ fn a_stop_ends_reading_and_writing_and_leaves_nothing() {
     let error = read_labels(&path, Progress::new(&stop)).unwrap_err();
     assert!(matches!(error, Error::Stopped(_)), "{error}");
     assert_eq!(error.kind(), Failure::Stopped);
+}
+
+#[test]
+fn values_with_decimals_are_rounded_to_hu_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = grid([3, 4, 5], [0.0; 3], [1.0; 3], false);
+    let value = |n: usize| -1023.63 + 41.5 * n as f32;
+    let volume = Volume::from_fn(grid.clone(), |v| value(grid.offset(v)));
+    for name in ["a.nrrd", "a.nii.gz", "a.mha"] {
+        let path = folder.path().join(name);
+        write_scalar(&volume, &path, Progress::none()).unwrap();
+        let CtFile { ct, warnings, .. } = read_ct(&path, Progress::none()).unwrap();
+        let wanted: Vec<i16> = (0..60).map(|n| value(n).round_ties_even() as i16).collect();
+        assert_eq!(ct.data(), wanted);
+        assert_eq!(warnings.iter().map(|w| w.code()).collect::<Vec<_>>(), ["values-rounded"]);
+        // What was scaled to 0..1 is no CT.
+        let scaled = volume.map(|hu| (hu + 1024.0) / 4000.0);
+        write_scalar(&scaled, &path, Progress::none()).unwrap();
+        let error = read_ct(&path, Progress::none()).unwrap_err().to_string();
+        assert!(error.contains("they are no HU"), "{error}");
+        let beyond = volume.map(|hu| hu * 1e4);
+        write_scalar(&beyond, &path, Progress::none()).unwrap();
+        let error = read_ct(&path, Progress::none()).unwrap_err().to_string();
+        assert!(error.contains("expected HU from -32768 to 32767"), "{error}");
+    }
+    let whole = volume.map(|hu| hu.round());
+    write_scalar(&whole, &folder.path().join("b.nrrd"), Progress::none()).unwrap();
+    assert!(read_ct(&folder.path().join("b.nrrd"), Progress::none()).unwrap().warnings.is_empty());
 }

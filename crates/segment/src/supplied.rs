@@ -25,12 +25,14 @@ const INNER_BOUNDARY: f64 = 0.3;
 const WARN_CM3: f64 = 1.0;
 
 /// Takes labels that were made elsewhere, by any program or by hand, for a CT: on its own grid to
-/// the bit, with warnings of what is suspect about them.
+/// the bit, in whatever order its voxels are stored, with warnings of what is suspect about them.
 ///
 /// # Errors
 /// When the labels are on another grid, one of soft tissue and chest wall is missing, or they
 /// cannot be of this CT: mirrored, or in air.
 pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>), LabelsError> {
+    // Programs that keep to one orientation store the rows of an axial CT from their other end.
+    let labels = labels.in_order_of(ct.grid());
     let other_size = LabelsError::Size { labels: labels.grid().size(), ct: ct.grid().size() };
     let Some(off_mm) = labels.grid().offset_mm(ct.grid()) else { return Err(other_size) };
     if !labels.grid().is_same(ct.grid()) {
@@ -292,6 +294,22 @@ mod tests {
         let near = Grid::new(SIZE, g.spacing(), near, *g.direction()).unwrap();
         let (taken, _) = take_labels(&ct(), LabelMap::from_fn(near, truth)).unwrap();
         assert_eq!(taken.grid(), &g);
+    }
+
+    #[test]
+    fn labels_in_another_order_are_turned_without_loss() {
+        let g = grid();
+        // As nibabel's canonical orientation and dcm2niix store them: axes from their other ends.
+        for back in [[true, false, false], [false, true, false], [true, true, false], [true; 3]] {
+            let signs = Vector::from(back.map(|back| if back { -1.0 } else { 1.0 }));
+            let direction = g.direction() * Matrix::from_diagonal(&signs);
+            let turned =
+                |v: [usize; 3]| [0, 1, 2].map(|a| if back[a] { SIZE[a] - 1 - v[a] } else { v[a] });
+            let stored = Grid::new(SIZE, g.spacing(), g.centre(turned([0; 3])), direction).unwrap();
+            let (taken, _) =
+                take_labels(&ct(), LabelMap::from_fn(stored, |v| truth(turned(v)))).unwrap();
+            assert!(taken == labels(truth), "{back:?}");
+        }
     }
 
     #[test]

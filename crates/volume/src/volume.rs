@@ -1,7 +1,7 @@
 //! Samples on a grid.
 
 use rayon::prelude::*;
-use supine_space::{Failure, Grid};
+use supine_space::{Failure, Grid, Matrix, Vector};
 
 /// One value per voxel of a grid; i is fastest in memory, then j, then k.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +84,39 @@ impl<T> Volume<T> {
         (self.grid, self.data)
     }
 
+    /// The same voxels in the order of another grid, when they are the voxels of that grid in some order: axes exchanged or
+    /// turned round, as programs store them that keep to one orientation. Else the volume as it is.
+    #[must_use]
+    pub fn in_order_of(self, other: &Grid) -> Self
+    where
+        T: Copy,
+    {
+        let Some(axes) = same_axes(&self.grid, other) else { return self };
+        let place = |voxel: [usize; 3]| {
+            let mut from = [0; 3];
+            for (a, &(b, back)) in axes.iter().enumerate() {
+                from[b] = if back { self.grid.size()[b] - 1 - voxel[a] } else { voxel[a] };
+            }
+            from
+        };
+        let size = axes.map(|(b, _)| self.grid.size()[b]);
+        let spacing = Vector::from(axes.map(|(b, _)| self.grid.spacing()[b]));
+        let columns = axes.map(|(b, back)| {
+            let column = self.grid.direction().column(b).into_owned();
+            if back { -column } else { column }
+        });
+        let origin = self.grid.centre(place([0; 3]));
+        let turned = Grid::new(size, spacing, origin, Matrix::from_columns(&columns));
+        match turned {
+            Ok(grid) if grid.is_same(other) => {
+                let value = |n: usize| self.data[self.grid.offset(place(grid.voxel(n)))];
+                let data = (0..grid.len()).map(value).collect();
+                Self { grid, data }
+            }
+            _ => self,
+        }
+    }
+
     /// The volume of `f(value)` on the same grid.
     pub fn map<U>(&self, f: impl FnMut(&T) -> U) -> Volume<U> {
         Volume { grid: self.grid.clone(), data: self.data.iter().map(f).collect() }
@@ -103,5 +136,66 @@ impl<T: Copy> Volume<T> {
     #[inline]
     pub fn at(&self, voxel: [usize; 3]) -> T {
         self.data[self.grid.offset(voxel)]
+    }
+}
+/// For each axis of `other` the axis of `grid` along it, and whether that runs back; nothing when they differ in order
+/// not at all, or in more.
+fn same_axes(grid: &Grid, other: &Grid) -> Option<[(usize, bool); 3]> {
+    let along = |a: usize| {
+        let axis = other.direction().column(a);
+        let dots = [0, 1, 2].map(|b| grid.direction().column(b).dot(&axis));
+        let b = (0..3).max_by(|&b, &c| dots[b].abs().total_cmp(&dots[c].abs()))?;
+        Some((b, dots[b] < 0.0))
+    };
+    let axes = [along(0)?, along(1)?, along(2)?];
+    let mut found = [false; 3];
+    axes.iter().for_each(|&(b, _)| found[b] = true);
+    let turned = axes.iter().enumerate().any(|(a, &axis)| axis != (a, false));
+    (turned && found == [true; 3]).then_some(axes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn voxels_in_any_order_are_put_in_that_of_another_grid() {
+        let (sin, cos) = 0.3f64.sin_cos();
+        let turn = Matrix::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let spacing = Vector::new(0.7, 1.1, 2.5);
+        let origin = supine_space::Point::new(-20.0, 5.0, 100.0);
+        let grid = Grid::new([4, 5, 3], spacing, origin, turn).unwrap();
+        let volume = Volume::from_fn(grid.clone(), |v| grid.offset(v) as u8);
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            for back in 0..8 {
+                let back = [0, 1, 2].map(|a| back >> a & 1 == 1);
+                let mut first = [0; 3];
+                (0..3)
+                    .filter(|&a| back[a])
+                    .for_each(|a| first[order[a]] = grid.size()[order[a]] - 1);
+                let columns = [0, 1, 2].map(|a| {
+                    let column = turn.column(order[a]).into_owned();
+                    if back[a] { -column } else { column }
+                });
+                let other = Grid::new(
+                    order.map(|b| grid.size()[b]),
+                    order.map(|b| spacing[b]).into(),
+                    grid.centre(first),
+                    Matrix::from_columns(&columns),
+                );
+                // Every voxel knows where it belongs.
+                let stored = Volume::from_fn(other.unwrap(), |_| 0u8);
+                let at = |v| grid.offset(grid.voxel_at(&stored.grid().centre(v)).unwrap()) as u8;
+                let stored = Volume::from_fn(stored.grid().clone(), at);
+                let found = stored.in_order_of(&grid);
+                assert!(
+                    found.data() == volume.data() && found.grid().is_same(&grid),
+                    "{order:?} {back:?}"
+                );
+            }
+        }
+        let shifted = Grid::new([4, 5, 3], spacing, origin + Vector::x(), -turn).unwrap();
+        let beside = Volume::from_fn(shifted, |_| 1u8);
+        assert_eq!(beside.clone().in_order_of(&grid), beside);
     }
 }

@@ -47,7 +47,7 @@ impl Imported {
 
 impl Node for Import {
     const ID: NodeId = NodeId::Import;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = ();
@@ -69,9 +69,13 @@ impl Node for Import {
         own.ct.check_unchanged()?;
         let read = read.not_deformed(&own.ct.path)?;
         let field = read.field();
-        let CtInput { ct, dicom, .. } = read;
+        let CtInput { ct, dicom, warnings, .. } = read;
         let (source, info) = dicom.unzip();
-        work.warn_all(info.iter().flat_map(|info| info.warnings.clone()));
+        let position = info.as_ref().map_or("", |info| info.patient_position.as_str());
+        if let Some(why) = supine_dicom::not_supine(position) {
+            return Err(Error::NotSupine { path: own.ct.path.clone(), why });
+        }
+        work.warn_all(warnings);
         let facts = facts(&ct, info.as_ref());
         Ok(Imported { ct: Arc::new(ct), field, source, facts, origin: own.ct.told("ct") })
     }

@@ -3,7 +3,8 @@
 use crate::Error;
 use std::path::Path;
 use supine_dicom::{ReadInfo, ReadParams, Source, tells_deformation};
-use supine_space::Progress;
+use supine_exchange::CtFile;
+use supine_space::{Progress, Warning};
 use supine_volume::{Ct, Field};
 
 /// A CT and, when it came from DICOM, what an export inherits.
@@ -15,6 +16,8 @@ pub struct CtInput {
     pub dicom: Option<(Source, ReadInfo)>,
     /// Whether it is a result of this program: a CT that it deformed.
     pub deformed: bool,
+    /// What was noticed when it was read.
+    pub warnings: Vec<Warning>,
 }
 
 impl CtInput {
@@ -42,14 +45,15 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
         return Err(Error::Missing { key: "ct", path: path.into(), source });
     }
     if supine_exchange::is_volume_name(path) {
-        let read = supine_exchange::read_ct_and_note(path, progress);
-        let (ct, note) = read.map_err(|source| Error::file("ct", source))?;
-        return Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note) });
+        let read = supine_exchange::read_ct(path, progress);
+        let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
+        return Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings });
     }
     match supine_dicom::read_series(path, params, progress) {
         Ok((ct, source, info)) => {
             let deformed = source.is_deformed();
-            Ok(CtInput { ct, dicom: Some((source, info)), deformed })
+            let warnings = info.warnings.clone();
+            Ok(CtInput { ct, dicom: Some((source, info)), deformed, warnings })
         }
         Err(supine_dicom::Error::Stopped(_)) => Err(Error::Stopped),
         Err(error) => Err(Error::Ct(error)),
