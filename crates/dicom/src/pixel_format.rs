@@ -21,6 +21,17 @@ impl PixelFormat {
         self.len() * usize::from(self.bits_allocated / 8)
     }
 
+    /// The number that an attribute of 16 bits says in the Pixel Representation.
+    pub(crate) fn as_number(self, bits: u16) -> i32 {
+        if self.signed { i32::from(bits.cast_signed()) } else { bits.into() }
+    }
+
+    /// The values that Bits Stored can hold.
+    pub(crate) fn range(self) -> std::ops::RangeInclusive<i32> {
+        let bits = u32::from(self.bits_stored);
+        if self.signed { -(1 << (bits - 1))..=(1 << (bits - 1)) - 1 } else { 0..=(1 << bits) - 1 }
+    }
+
     /// The lower Bits Stored of a sample.
     #[inline]
     pub(crate) fn pattern(self, sample: u16) -> usize {

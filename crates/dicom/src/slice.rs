@@ -90,6 +90,7 @@ impl Slice {
         let mut warnings = Vec::new();
         let pixels = pixel_format(&r, syntax, pixel_bytes, &mut warnings)?;
         let rescale = rescale(&r, accept, &mut warnings)?;
+        let padding = padding(set, pixels, &mut warnings);
         let position: [f64; 3] =
             r.numbers(tags::IMAGE_POSITION_PATIENT, "Image Position (Patient)")?;
         let [a, b, c, d, e, f] =
@@ -130,7 +131,7 @@ impl Slice {
             column_spacing,
             pixels,
             rescale,
-            padding: padding(set, pixels),
+            padding,
             instance_number: parse_is(&text(tags::INSTANCE_NUMBER)),
             patient_position: text(tags::PATIENT_POSITION),
             acquisition: [
@@ -260,9 +261,23 @@ fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<Warning>) -> Resul
 const ASSUMED: &str =
     "Rescale Slope and Intercept are missing: the stored values were taken for HU, as was asked";
 
-/// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given.
-fn padding(set: &DataSet, pixels: PixelFormat) -> Option<[i32; 2]> {
-    let value = pixels.stored(set.u16(tags::PIXEL_PADDING_VALUE)?);
-    let limit = set.u16(tags::PIXEL_PADDING_RANGE_LIMIT).map_or(value, |l| pixels.stored(l));
+/// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given. What Bits Stored cannot
+/// hold no pixel has, whatever its lower bits are.
+fn padding(set: &DataSet, pixels: PixelFormat, warnings: &mut Vec<Warning>) -> Option<[i32; 2]> {
+    let held = |tag: Tag, name: &str, warnings: &mut Vec<Warning>| {
+        let value = pixels.as_number(set.u16(tag)?);
+        if pixels.range().contains(&value) {
+            return Some(value);
+        }
+        let bits = pixels.bits_stored;
+        let text = format!(
+            "{name} is {value}, which no pixel of {bits} bits can have: it is taken for missing"
+        );
+        warnings.push(Warning::new("padding-out-of-range", text));
+        None
+    };
+    let value = held(tags::PIXEL_PADDING_VALUE, "Pixel Padding Value", warnings)?;
+    let limit = held(tags::PIXEL_PADDING_RANGE_LIMIT, "Pixel Padding Range Limit", warnings);
+    let limit = limit.unwrap_or(value);
     Some([value.min(limit), value.max(limit)])
 }

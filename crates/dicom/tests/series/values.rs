@@ -255,3 +255,24 @@ fn values_that_are_no_hu_are_refused() {
     let message = refusal(&slices);
     assert!(message.contains("wrong sign"), "{message}");
 }
+
+#[test]
+fn padding_that_no_pixel_can_have_is_told_and_marks_none() {
+    // Signed and unsigned values of 12 bits; the lower 12 bits of the padding are those of a real value.
+    for (signed, padding) in [(true, 0x8000u16), (true, 0x0FFF), (false, 0xF428)] {
+        let mut all = six();
+        for slice in &mut all {
+            put(slice, tags::BITS_STORED, VR::US, PrimitiveValue::from(12u16));
+            put(slice, tags::HIGH_BIT, VR::US, PrimitiveValue::from(11u16));
+            put(slice, tags::PIXEL_REPRESENTATION, VR::US, PrimitiveValue::from(u16::from(signed)));
+        }
+        let (plain, ..) = read(folder(&all).path()).unwrap();
+        for slice in &mut all {
+            put(slice, tags::PIXEL_PADDING_VALUE, VR::US, PrimitiveValue::from(padding));
+        }
+        let (ct, _, info) = read(folder(&all).path()).unwrap();
+        assert!(ct.data() == plain.data(), "{padding:04x}");
+        let told = info.warnings.iter().filter(|w| w.code() == "padding-out-of-range").count();
+        assert_eq!(told, 1, "{:?}", info.warnings);
+    }
+}
