@@ -5,6 +5,7 @@ use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use crate::files::Place;
+use crate::geometry::leave_out;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::multi_frame;
 use crate::pixel_format::Frame;
@@ -185,9 +186,24 @@ impl Folder {
 
     /// The first damaged file that is, or may be, a slice of a series.
     pub(crate) fn damage_to(&mut self, series: &str) -> Option<Error> {
-        let may_be = |d: &Damaged| d.series.as_ref().is_none_or(|s| s == series);
-        let at = self.damaged.iter().position(may_be)?;
-        Some(self.damaged.remove(at).error)
+        let at = self.damaged_at(series)?;
+        let Damaged { error, file, .. } = self.damaged.remove(at);
+        Some(match error {
+            Error::Malformed { reason, .. } => {
+                let reason = reason + &leave_out(&file);
+                Error::Malformed { file, reason }
+            }
+            error => error,
+        })
+    }
+
+    /// What is wrong with the first damaged file that is, or may be, a slice of a series.
+    pub(crate) fn told_damage_to(&self, series: &str) -> Option<String> {
+        self.damaged_at(series).map(|at| self.damaged[at].error.to_string())
+    }
+
+    fn damaged_at(&self, series: &str) -> Option<usize> {
+        self.damaged.iter().position(|d| d.series.as_ref().is_none_or(|s| s == series))
     }
 
     /// The series to read: the asked one, or the only one that can make a volume.

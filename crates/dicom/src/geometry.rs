@@ -256,6 +256,22 @@ fn not_tilted(slices: &[&Slice], normal: &Vector) -> Result<(), Error> {
     Ok(())
 }
 
+/// Why a CT in a Patient Position (PS3.3 C.7.3.1.1.2) is none of a patient who lay on her back; none when it is, or when the
+/// position says nothing that is known.
+pub fn not_supine(position: &str) -> Option<String> {
+    let how = match position.get(2..)? {
+        "P" => "prone",
+        "DR" | "DL" => "on her side",
+        _ => return None,
+    };
+    ["HF", "FF"].contains(&&position[..2]).then(|| {
+        format!(
+            "its Patient Position is {position}: the patient lay {how}, and the method starts from gravity towards her back; \
+             use a CT of her lying on her back"
+        )
+    })
+}
+
 /// Gravity is taken along the patient's back; another posture than supine contradicts that.
 fn warn_about_position(slice: &Slice, warnings: &mut Vec<Warning>) {
     match slice.patient_position.as_str() {

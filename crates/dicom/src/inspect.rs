@@ -103,7 +103,7 @@ pub struct SeriesReport {
     pub slices: usize,
     /// Number of localizers.
     pub localizers: usize,
-    /// Whether the headers make one regular volume in HU that this program did not deform.
+    /// Whether the headers make one regular volume in HU that this program did not deform, and no damaged file may be of it.
     pub usable: bool,
     /// Why not, otherwise.
     pub reason: Option<String>,
@@ -190,6 +190,10 @@ pub fn inspect(
             before += series.files.len();
         }
     }
+    for report in series.iter_mut().filter(|report| report.usable) {
+        report.reason = folder.told_damage_to(&report.uid);
+        report.usable = report.reason.is_none();
+    }
     let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
     for object in &folder.other {
         *kinds.entry(object.reason.to_string()).or_default() += 1;
@@ -222,12 +226,18 @@ fn plan_objects(folder: &Folder, root: &Path) -> Vec<PlanObject> {
     folder.other.iter().filter_map(of).collect()
 }
 
+/// Why the patient of these slices did not lie as the method takes it.
+fn lying(slices: &[&Slice]) -> Option<String> {
+    slices.first().and_then(|slice| not_supine(&slice.patient_position))
+}
+
 fn report(series: &Series, accept: Accept) -> SeriesReport {
     let slices: Vec<&Slice> = series.files.iter().filter_map(|f| f.slice.as_ref().ok()).collect();
     let faulty = series.files.iter().find_map(|f| f.slice.as_ref().err());
     let stacked = match faulty {
         _ if slices.iter().any(|s| s.deformed) => Err(format!("it is {DEFORMED_ALREADY}")),
         Some(error) => Err(error.to_string()),
+        None if lying(&slices).is_some() => Err(lying(&slices).unwrap_or_default()),
         None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
     };
     let mut warnings: Vec<Warning> = slices.iter().flat_map(|s| s.warnings.clone()).collect();

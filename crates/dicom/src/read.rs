@@ -1,7 +1,7 @@
 //! A CT series as a volume of Hounsfield units.
 
 use crate::accept::Accept;
-use crate::data_set::{Container, DataSet, OpenError, TransferSyntax, Until};
+use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use crate::folder::{CtFile, Folder, Series};
 use crate::geometry::{Stack, stack};
@@ -242,6 +242,8 @@ pub(crate) struct Opened {
     data: DataSet,
     /// The header of each frame when the file holds several.
     frames: Vec<DataSet>,
+    /// Zeros behind the last element, bytes.
+    zeros: usize,
 }
 
 impl Opened {
@@ -256,11 +258,11 @@ impl Opened {
             OpenError::Malformed { reason, .. } => Error::Malformed { file: file.clone(), reason },
         };
         let mut container = Container::open(path).map_err(opened)?;
-        let mut data = container.data(Until::End).map_err(opened)?.set;
+        let Parsed { set: mut data, zeros, .. } = container.data(Until::End).map_err(opened)?;
         container.identify(&mut data);
         let several = slice.frame != Frame::ONLY;
         let frames = if several { multi_frame::headers(file, &data)? } else { Vec::new() };
-        Ok(Self { syntax: container.syntax, data, frames })
+        Ok(Self { syntax: container.syntax, data, frames, zeros })
     }
 
     /// Decodes a slice whose first voxel is `start` into its HU.
@@ -272,7 +274,11 @@ impl Opened {
             Some(header) => header.clone(),
             None => self.data.without(tags::PIXEL_DATA),
         };
-        let source = SourceSlice { header, slice: slice.clone() };
+        let mut slice = slice.clone();
+        if self.zeros > 0 {
+            slice.warnings.push(Warning::new("zeros-behind-data", ZEROS));
+        }
+        let source = SourceSlice { header, slice };
         Ok(Decoded { source, padding, clipped })
     }
 
@@ -287,6 +293,9 @@ impl Opened {
         pixels::samples(&slice.file, &self.data, &self.syntax, slice.pixels, slice.frame)
     }
 }
+
+/// Said of files that are longer than what they hold.
+const ZEROS: &str = "files go on with zeros behind their last element; they were passed over";
 
 fn rescale(slice: &Slice, samples: &[u16], hu: &mut [i16]) {
     let table = slice.rescale.table(slice.pixels);

@@ -71,7 +71,11 @@ impl Container {
     fn open_bytes(path: &Path, limit: usize) -> Result<Self, OpenError> {
         let (bytes, total) = read(path, limit)?;
         if bytes.is_empty() {
-            return Err(OpenError::malformed("the file is empty"));
+            return Err(if may_be_dicom(path) {
+                OpenError::malformed("the file is empty")
+            } else {
+                OpenError::NotDicom("an empty file")
+            });
         }
         let (at, preamble) = match marker(&bytes) {
             Ok(found) => found,
@@ -161,6 +165,19 @@ impl Container {
         self.total = self.bytes.len();
         Ok(())
     }
+}
+
+/// Endings that DICOM files have, besides numbers and none.
+const ENDINGS: [&str; 8] = ["dcm", "dicom", "dic", "ima", "img", "ct", "acr", "v2"];
+
+/// Whether the name of an empty file may be that of a slice that was lost: not `Thumbs.db` and its like, which file managers
+/// leave.
+fn may_be_dicom(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
+    let name = name.unwrap_or_default();
+    let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+    let word = !ending.is_empty() && ending.bytes().all(|b| b.is_ascii_alphabetic());
+    (!word || ENDINGS.contains(&ending)) && name != "icon\r"
 }
 
 /// Up to `limit` bytes of a regular file, and its length.

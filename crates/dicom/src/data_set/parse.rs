@@ -53,6 +53,8 @@ pub(crate) struct Parsed {
     pub(crate) end: usize,
     /// Length of native Pixel Data when the walk stopped there.
     pub(crate) pixel_bytes: Option<usize>,
+    /// Zeros behind the last element, bytes: no part of the data set, but of its file.
+    pub(crate) zeros: usize,
 }
 
 /// What is being filled.
@@ -75,6 +77,9 @@ struct Walk<'a> {
     encoding: Encoding,
     count: usize,
     stack: Vec<Open>,
+    /// How many items and sequences are open around `bytes`.
+    around: usize,
+    zeros: usize,
 }
 
 /// The data set that starts at `start`. `total` is the length of the whole file, of which `bytes`
@@ -87,12 +92,21 @@ pub(crate) fn parse(
     until: Until,
 ) -> Result<Parsed, Fault> {
     let root = Open::Item { end: Some(total), elements: Vec::new(), implicit: !encoding.explicit };
-    let mut walk = Walk { bytes, total, at: start, encoding, count: 0, stack: vec![root] };
+    let mut walk = Walk {
+        bytes,
+        total,
+        at: start,
+        encoding,
+        count: 0,
+        stack: vec![root],
+        around: 0,
+        zeros: 0,
+    };
     let pixel_bytes = walk.run(until).map_err(|fault| walk.with_series(fault))?;
-    let end = walk.at;
+    let (end, zeros) = (walk.at, walk.zeros);
     match walk.stack.pop() {
         Some(Open::Item { elements, .. }) if walk.stack.is_empty() => {
-            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes })
+            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes, zeros })
         }
         _ => bad("ends inside a sequence"),
     }
@@ -124,6 +138,9 @@ impl Walk<'_> {
             {
                 return Ok(None);
             }
+            if top_level && !matches!(until, Until::GroupEnds(_)) && self.only_zeros_follow()? {
+                return Ok(None);
+            }
             let start = self.at;
             let header = self.header()?;
             match until {
@@ -138,6 +155,20 @@ impl Walk<'_> {
                 _ => self.element(header, start)?,
             }
         }
+    }
+
+    /// Whether all that follows is zeros, which media and programs that write in blocks leave; then the walk is done.
+    fn only_zeros_follow(&mut self) -> Result<bool, Fault> {
+        let soon = self.total.min(self.at + 4);
+        if self.at == 0 || self.bytes.get(self.at..soon).is_none_or(|b| b.iter().any(|&b| b != 0)) {
+            return Ok(false);
+        }
+        let Some(rest) = self.bytes.get(self.at..self.total) else { return Err(Fault::NeedMore) };
+        if rest.iter().all(|&b| b == 0) {
+            self.zeros = rest.len();
+            self.at = self.total;
+        }
+        Ok(self.zeros > 0)
     }
 
     /// The fault, with the series it is of if the walk came that far.
@@ -223,10 +254,53 @@ impl Walk<'_> {
         }
         self.check_length(&header, start)?;
         let mut bytes = self.take(length as usize)?.to_vec();
+        if vr == VR::UN && dictionary_vr(tag) == VR::SQ {
+            return match self.unknown_items(&bytes) {
+                Some((items, count)) => {
+                    self.count += count;
+                    self.push(Element { tag, vr: VR::SQ, value: Value::Items(items) })
+                }
+                None => self.push(Element { tag, vr, value: Value::Bytes(bytes) }),
+            };
+        }
         if self.encoding.big_endian {
             swap(&mut bytes, vr);
         }
         self.push(Element { tag, vr, value: Value::Bytes(bytes) })
+    }
+
+    /// The items of a sequence that came as UN with its length, and how many elements they have: implicit VR little endian
+    /// by the standard (PS3.5 6.2.2 note), explicit by some programs. None when the bytes are neither: they stay what they are.
+    fn unknown_items(&self, bytes: &[u8]) -> Option<(Vec<DataSet>, usize)> {
+        [false, true].into_iter().find_map(|explicit| {
+            let encoding = Encoding { explicit, big_endian: false };
+            let sequence = Open::Sequence {
+                tag: ITEM,
+                end: Some(bytes.len()),
+                items: Vec::new(),
+                implicit: !explicit,
+            };
+            let root = Open::Item { end: None, elements: Vec::new(), implicit: !explicit };
+            let mut walk = Walk {
+                bytes,
+                total: bytes.len(),
+                at: 0,
+                encoding,
+                count: self.count,
+                stack: vec![root, sequence],
+                around: self.around + self.stack.len(),
+                zeros: 0,
+            };
+            if walk.around > 2 * MAX_DEPTH {
+                return None;
+            }
+            walk.run(Until::End).ok()?;
+            let Some(Open::Item { mut elements, .. }) = walk.stack.pop() else { return None };
+            match elements.pop()?.value {
+                Value::Items(items) => Some((items, walk.count - self.count)),
+                _ => None,
+            }
+        })
     }
 
     fn push(&mut self, element: Element) -> Result<(), Fault> {
@@ -243,7 +317,7 @@ impl Walk<'_> {
     }
 
     fn open(&mut self, open: Open, start: usize) -> Result<(), Fault> {
-        if self.stack.len() > 2 * MAX_DEPTH {
+        if self.around + self.stack.len() > 2 * MAX_DEPTH {
             return bad(format!("nested deeper than {MAX_DEPTH} at byte {start}"));
         }
         self.stack.push(open);
@@ -361,4 +435,75 @@ fn swap(bytes: &mut [u8], vr: VR) {
         _ => return,
     };
     bytes.chunks_exact_mut(width).for_each(<[u8]>::reverse);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data_set::{encode, encode_implicit};
+    use dicom_dictionary_std::tags;
+
+    const EXPLICIT: Encoding = Encoding { explicit: true, big_endian: false };
+
+    fn item() -> DataSet {
+        let mut inner = DataSet::default();
+        inner.put_text(tags::REFERENCED_SOP_INSTANCE_UID, VR::UI, "1.2.3.4");
+        let mut item = DataSet::default();
+        item.put_text(tags::ROI_NAME, VR::LO, "Breast");
+        item.put_items(tags::CONTOUR_IMAGE_SEQUENCE, vec![inner]);
+        item
+    }
+
+    fn known() -> DataSet {
+        let mut set = DataSet::default();
+        set.put_items(tags::ROI_CONTOUR_SEQUENCE, vec![item(), item()]);
+        set
+    }
+
+    /// The sequence of `known` as UN of its length, its items encoded by `items`.
+    fn unknown(items: &[u8]) -> DataSet {
+        let mut set = DataSet::default();
+        set.put(tags::ROI_CONTOUR_SEQUENCE, VR::UN, Value::Bytes(items.to_vec()));
+        set
+    }
+
+    fn read(set: &DataSet) -> DataSet {
+        let bytes = encode(set);
+        parse(&bytes, bytes.len(), 0, EXPLICIT, Until::End).unwrap().set
+    }
+
+    #[test]
+    fn a_sequence_that_came_as_unknown_with_its_length_is_one() {
+        // Behind the headers of the sequence: 12 bytes explicit, 8 implicit.
+        assert_eq!(read(&unknown(&encode_implicit(&known())[8..])), known());
+        assert_eq!(read(&unknown(&encode(&known())[12..])), known());
+        let none = read(&unknown(&[]));
+        assert_eq!(none.get(tags::ROI_CONTOUR_SEQUENCE).unwrap().value, Value::Items(vec![]));
+        // One within the other, and what is no sequence stays what it is.
+        let mut outer = DataSet::default();
+        outer.put_items(
+            tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE,
+            vec![unknown(&encode(&known())[12..])],
+        );
+        let mut wanted = DataSet::default();
+        wanted.put_items(tags::REFERENCED_FRAME_OF_REFERENCE_SEQUENCE, vec![known()]);
+        assert_eq!(read(&outer), wanted);
+        let raw = unknown(b"no items");
+        assert_eq!(read(&raw), raw);
+    }
+
+    #[test]
+    fn unknown_sequences_do_not_nest_for_ever() {
+        let mut set = known();
+        for _ in 0..200 {
+            let mut outer = DataSet::default();
+            let mut bytes = vec![0xFE, 0xFF, 0x00, 0xE0];
+            let inner = encode(&set);
+            bytes.extend((inner.len() as u32).to_le_bytes());
+            bytes.extend(inner);
+            outer.put(tags::ROI_CONTOUR_SEQUENCE, VR::UN, Value::Bytes(bytes));
+            set = outer;
+        }
+        let _ends = read(&set);
+    }
 }

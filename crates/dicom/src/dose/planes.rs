@@ -73,8 +73,10 @@ fn offsets(
     }
     let values: Option<Vec<f64>> = texts.iter().map(|t| parse_ds(t)).collect();
     let Some(values) = values else { return object.fail(OFFSETS, "is not a list of numbers") };
-    if values[0] == 0.0 {
-        return Ok(values);
+    let distances = || values.iter().map(|v| v - values[0]).collect();
+    // Programs that subtract positions leave 1e-14 for 0.
+    if values[0].abs() <= SAME_MM {
+        return Ok(distances());
     }
     let axial = (row - Vector::x()).norm() < SKEW && (column - Vector::y()).norm() < SKEW;
     if !axial {
@@ -92,7 +94,7 @@ fn offsets(
         );
         return object.fail(OFFSETS, reason);
     }
-    Ok(values.iter().map(|v| v - values[0]).collect())
+    Ok(distances())
 }
 
 /// The distance of neighbouring planes, mm.

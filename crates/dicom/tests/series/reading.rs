@@ -184,6 +184,49 @@ fn damaged_files_are_refused_by_name() {
 }
 
 #[test]
+fn what_file_managers_leave_empty_is_no_slice() {
+    let dir = folder(&six());
+    for name in ["Thumbs.db", "desktop.ini", "Icon\r", "notes.txt"] {
+        std::fs::write(dir.path().join(name), b"").unwrap();
+    }
+    let (ct, _, info) = read(dir.path()).unwrap();
+    assert_eq!((ct.grid().size()[2], info.left_out.len()), (6, 4));
+    let seen = || inspect(dir.path(), Depth::Headers, Accept::default(), Progress::none()).unwrap();
+    assert_eq!((seen().usable().count(), seen().damaged.len()), (1, 0));
+    // What may be a slice that was lost is not passed over, by neither.
+    for name in ["7.dcm", "IM0007", "1.2.840.7"] {
+        let path = dir.path().join(name);
+        std::fs::write(&path, b"").unwrap();
+        let error = read(dir.path()).unwrap_err().to_string();
+        assert!(error.contains("empty") && error.contains("exclude"), "{error}");
+        assert_eq!(seen().usable().count(), 0);
+        assert!(seen().series[0].reason.as_ref().unwrap().contains(name));
+        std::fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn zeros_behind_the_last_element_are_passed_over_and_told() {
+    let dir = folder(&six());
+    let (ct, ..) = read(dir.path()).unwrap();
+    for (name, count) in [("1.dcm", 1), ("2.dcm", 8), ("4.dcm", 2048)] {
+        let path = dir.path().join(name);
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes.resize(bytes.len() + count, 0);
+        std::fs::write(&path, bytes).unwrap();
+    }
+    let (again, _, info) = read(dir.path()).unwrap();
+    assert!(again == ct);
+    let told = info.warnings.iter().filter(|w| w.code() == "zeros-behind-data").count();
+    assert_eq!(told, 1, "{:?}", info.warnings);
+    let path = dir.path().join("3.dcm");
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes.extend([0, 0, 0, 0, 7, 0, 0, 0]);
+    std::fs::write(&path, bytes).unwrap();
+    assert!(read(dir.path()).is_err(), "what is no zero is no padding");
+}
+
+#[test]
 fn a_damaged_file_of_another_series_does_not_matter() {
     let dir = folder(&six().into_iter().chain(other_series()).collect::<Vec<_>>());
     for n in 7..10 {
