@@ -5,7 +5,7 @@ use crate::deformed::DEFORMED_ALREADY;
 use crate::error::Error;
 use crate::files::Place;
 use crate::folder::{Folder, Series, kind};
-use crate::geometry::stack;
+use crate::geometry::{not_supine, stack};
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
@@ -237,8 +237,10 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
     let stacked = match faulty {
         _ if slices.iter().any(|s| s.deformed) => Err(format!("it is {DEFORMED_ALREADY}")),
         Some(error) => Err(error.to_string()),
-        None if lying(&slices).is_some() => Err(lying(&slices).unwrap_or_default()),
-        None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
+        None => match lying(&slices) {
+            Some(why) => Err(why),
+            None => stack(&series.head.uid, &slices, accept).map_err(|e| e.to_string()),
+        },
     };
     let mut warnings: Vec<Warning> = slices.iter().flat_map(|s| s.warnings.clone()).collect();
     let (grid, reason) = match stacked {

@@ -72,6 +72,7 @@ pub use dose::{Dose, DoseInfo, read_dose, write_dose};
 pub use error::Error;
 pub use export::{ExportParams, WriteInfo, write_series};
 pub use files::{source_files, source_folder};
+pub use geometry::not_supine;
 pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, PlanObject, PlanObjectKind,
     SeriesReport, SlicePixels, inspect,

@@ -34,6 +34,14 @@ pub enum Error {
         /// The path.
         path: PathBuf,
     },
+    /// A CT of a patient who did not lie on her back.
+    #[error("`ct` {path} cannot be used: {why}")]
+    NotSupine {
+        /// The path.
+        path: PathBuf,
+        /// How she lay, and what to do.
+        why: String,
+    },
     /// Another file that the case names.
     #[error("`{key}`: {source}")]
     File {
@@ -345,6 +353,7 @@ impl Error {
             | Self::Missing { .. }
             | Self::Unread { .. }
             | Self::Deformed { .. }
+            | Self::NotSupine { .. }
             | Self::CaseChanged { .. }
             | Self::CaseThere { .. }
             | Self::Overlap { .. }

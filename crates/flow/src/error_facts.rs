@@ -52,6 +52,7 @@ impl Error {
             Self::Case(error) => error.code(),
             Self::Ct(_) => "ct-unusable",
             Self::Deformed { .. } => "ct-already-deformed",
+            Self::NotSupine { .. } => "ct-not-supine",
             Self::CaseChanged { .. } => "case-changed",
             Self::CaseThere { .. } => "case-there-already",
             Self::File { source, .. } | Self::Product(source) => of_exchange(source),
@@ -110,7 +111,7 @@ impl Error {
         match self {
             Self::Case(error) => error.place(),
             Self::Ct(_) => Place { key: Some("ct"), ..Place::stage("import") },
-            Self::Deformed { path } => Place::of_file("ct", path),
+            Self::Deformed { path } | Self::NotSupine { path, .. } => Place::of_file("ct", path),
             Self::CaseChanged { path } | Self::CaseThere { path } => Place::file(path),
             Self::File { key, source } => Place { key: Some(key), ..place_of_exchange(source) },
             Self::Product(source) => place_of_exchange(source),

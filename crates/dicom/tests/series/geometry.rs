@@ -249,3 +249,15 @@ fn a_patient_who_did_not_lie_on_her_back_is_a_warning() {
     let (.., info) = read(folder(&slices).path()).unwrap();
     assert!(info.warnings.iter().any(|w| w.to_string().contains("HFP")), "{:?}", info.warnings);
 }
+
+#[test]
+fn a_patient_who_lay_prone_or_on_her_side_is_named() {
+    for (position, how) in [("HFP", "prone"), ("FFP", "prone"), ("HFDR", "side"), ("FFDL", "side")]
+    {
+        let told = supine_dicom::not_supine(position);
+        assert!(told.is_some_and(|why| why.contains(how) && why.contains(position)), "{position}");
+    }
+    for position in ["HFS", "FFS", "", "H", "HFSU", "é", "SITTING"] {
+        assert_eq!(supine_dicom::not_supine(position), None, "{position}");
+    }
+}

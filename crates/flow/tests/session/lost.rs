@@ -197,7 +197,9 @@ fn what_was_changed_in_a_result_does_not_leave() {
     );
     let deleted = why(&|out| fs::remove_file(first(out)).unwrap());
     assert!(deleted.is_some_and(|(changed, _)| changed));
-    let carried = why(&|out| drop(fs::copy(first(out), out.join("carried.dcm")).unwrap()));
+    let carried = why(&|out| {
+        fs::copy(first(out), out.join("carried.dcm")).unwrap();
+    });
     assert!(carried.is_some_and(|(_, why)| why.starts_with("carried.dcm lies")));
     let verdict = why(&|out| {
         let path = out.join("summary.json");
@@ -227,4 +229,17 @@ fn overwriting_is_asked_for() {
     let session = session.with_folder(folder).unwrap();
     supine_flow::run(&session, Options::default(), &Unwatched).unwrap();
     assert!(!done.out().join("previous").exists());
+}
+
+#[test]
+fn a_patient_who_lay_prone_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let case = patient(dir.path());
+    let prone = read_all(&dir.path().join("ct")).into_iter().map(|(name, mut file)| {
+        dicom_value(&mut file, 0x0018_5100, b"CS").copy_from_slice(b"HFP ");
+        (name, file)
+    });
+    write_all(&dir.path().join("ct"), &prone.collect());
+    let said = run(&case, dir.path(), &dir.path().join("out")).unwrap_err();
+    assert!(said.contains("HFP: the patient lay prone"), "{said}");
 }

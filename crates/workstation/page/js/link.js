@@ -34,8 +34,29 @@ async function refusal(answer) {
   return { message: told?.error?.message ?? `The program refused this (${answer.status}).`, advice: told?.error?.advice ?? null };
 }
 
+/** After so long without an answer the user is told, ms. */
+const patience = 3000;
+/** Commands that change the case. */
+const changing = new Set(["edit", "carry", "tumour", "undo", "redo", "tick", "save"]);
+
+/** Counts a change of the case until it is answered. @template T @param {() => Promise<T>} work @returns {Promise<T>} */
+async function counted(work) {
+  change({ unanswered: now().unanswered + 1 });
+  const late = setTimeout(() => change({ silent: true }), patience);
+  try {
+    return await work();
+  } finally {
+    clearTimeout(late);
+    const unanswered = now().unanswered - 1;
+    change({ unanswered, silent: unanswered > 0 && now().silent });
+  }
+}
+
 /** Sends a command; what goes wrong is shown. @param {string} name @param {object} [body] @returns {Promise<boolean>} */
-export async function send(name, body = {}) {
+export const send = (name, body = {}) => (changing.has(name) ? counted(() => sendNow(name, body)) : sendNow(name, body));
+
+/** @param {string} name @param {object} body @returns {Promise<boolean>} */
+async function sendNow(name, body) {
   try {
     const answer = await ask(`/api/${name}`, { body });
     if (!answer.ok) change({ problem: await refusal(answer) });
@@ -52,7 +73,10 @@ export const edit = (edits) => send("edit", { revision: revision(), edits });
 
 /** Sends edits that are made from the case's newest values: when someone else was faster they are made anew, once.
  * @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
-export async function editNewest(edits) {
+export const editNewest = (edits) => counted(() => editNow(edits));
+
+/** @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
+async function editNow(edits) {
   try {
     for (const last of [false, true]) {
       const answer = await ask("/api/edit", { body: { revision: revision(), edits: edits(now().server?.case?.values ?? {}) } });

@@ -15,8 +15,11 @@ const at = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.ge
 /** @param {State} state */
 function drawCase(state) {
   const opened = state.server?.case ?? null;
-  remake(at("case"), opened && [opened.name, opened.saved], () => opened
-    ? [element("span", { class: "name" }, opened.name), element("span", { class: "saved" }, opened.saved ? "\u25cf saved" : "\u25cb not saved")]
+  // What the program has not answered it may not have heard.
+  const word = state.silent ? "\u25cb not saved: the program does not answer"
+    : state.unanswered > 0 ? "\u25cb saving\u2026" : opened?.saved ? "\u25cf saved" : "\u25cb not saved";
+  remake(at("case"), opened && [opened.name, word], () => opened
+    ? [element("span", { class: "name" }, opened.name), element("span", { class: "saved" }, word)]
     : [element("span", { class: "saved" }, "no case")]);
 }
 
@@ -78,10 +81,13 @@ function drawProblems(state) {
 
 /** @param {State} state */
 function drawCurtain(state) {
-  const saved = state.server?.case?.name;
+  const opened = state.server?.case;
+  const kept = !opened ? ""
+    : !opened.saved ? " The case was not saved: no file holds it."
+      : state.unanswered > 0 ? ` The case is in ${opened.name}, but for the last change.` : ` The case is saved in ${opened.name}.`;
   const text = state.link === "refused"
     ? "This page\u2019s key is not valid any more. Open the address that the program printed anew."
-    : state.link === "gone" ? `The program was closed.${saved ? ` The case is saved in ${saved}.` : ""}` : "";
+    : state.link === "gone" ? `The program was closed.${kept}` : "";
   let curtain = document.getElementById("curtain");
   if (!text) return curtain?.remove();
   if (!curtain) {

@@ -72,6 +72,8 @@ const initial = {
   /** @type {Server|null} */ server: null,
   /** @type {"waiting"|"live"|"gone"|"refused"} */ link: "waiting",
   /** @type {Problem|null} a problem that the page itself found */ problem: null,
+  /** Changes of the case that were sent and not answered: nobody knows whether they are saved. */ unanswered: 0,
+  /** One of them has waited for longer than the program takes. */ silent: false,
   /** @type {Record<string, Held>} */ voxels: {},
   /** @type {Record<string, Surface>} */ surfaces: {},
   step: "open",
