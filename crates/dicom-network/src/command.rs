@@ -1,6 +1,6 @@
 //! Command sets: what a message asks or answers (PS3.7 6.3 and Annex E).
 //!
-//! A command set is flat, always in Implicit VR Little Endian, and has no element outside group 0000.
+//! A command set is flat, always in Implicit VR Little Endian; elements outside group 0000 do not belong there and are passed over.
 
 use std::collections::BTreeMap;
 
@@ -134,12 +134,14 @@ impl Command {
             let [g0, g1, e0, e1, l0, l1, l2, l3] = *header;
             let (group, number) = (u16::from_le_bytes([g0, g1]), u16::from_le_bytes([e0, e1]));
             let length = u32::from_le_bytes([l0, l1, l2, l3]);
-            if group != 0 {
-                return Err(format!("a command set with an element of group {group:04X}"));
-            }
             let Some((value, after)) = after.split_at_checked(length as usize) else {
                 return Err(format!("a command element declares {length} bytes, it has fewer"));
             };
+            // Programs on dcmtk add what failed (0008,0058) here and not as a data set: it is told by its number too.
+            if group != 0 {
+                rest = after;
+                continue;
+            }
             if number != 0 && command.elements.insert(number, value.to_vec()).is_some() {
                 return Err(format!("a command set has element {number:04X} twice"));
             }
@@ -177,6 +179,17 @@ mod tests {
         assert_eq!(answer.get_number(element::MESSAGE_ID_RESPONDED_TO), Some(7));
         assert_eq!(answer.get_text(element::AFFECTED_SOP_INSTANCE), "1.2.3");
         assert!(!answer.has_data_set());
+    }
+
+    #[test]
+    fn elements_of_other_groups_are_passed_over() {
+        let answer = Command::default().number(element::COMMAND_FIELD, 0x8010);
+        let mut bytes = answer.to_bytes();
+        bytes.extend([8, 0, 0x58, 0, 4, 0, 0, 0]);
+        bytes.extend(b"1.2\0");
+        assert_eq!(Command::from_bytes(&bytes).unwrap(), answer);
+        bytes.truncate(bytes.len() - 1);
+        assert!(Command::from_bytes(&bytes).is_err());
     }
 
     #[test]

@@ -122,6 +122,9 @@ pub fn fetch(
             Ok(()) if progressed => {}
             // Asked in good order and nothing came: it will not come.
             Ok(()) => break,
+            // Archives end a request as failed when one object of it failed, or was refused here: the others on another
+            // association.
+            Err(Error::Failed { .. }) if progressed => {}
             Err(error) if !error.of_the_peer() => {
                 return Err(because(error, &inbox.problems));
             }

@@ -423,3 +423,25 @@ fn a_study_of_two_patients_is_fetched_for_the_one_who_is_named() {
     let strangers: usize = info.strangers.iter().map(|one| one.instances.len()).sum();
     assert_eq!((info.received, info.missing.len(), strangers), (2, 0, 1), "{info:?}");
 }
+
+#[test]
+fn a_request_that_ends_as_failed_is_gone_on_with_as_long_as_something_comes() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let mut asked = 0;
+    let archive = mover(move || {
+        asked += 1;
+        // The first of a series is another patient's, and the archive gives up there; then it sends one at a time.
+        match asked {
+            1 => {
+                let evil = object_of("EVIL", SERIES, INSTANCES[0]);
+                assert_eq!(store_at(port, INSTANCES[0], &evil), 0xA900);
+            }
+            n @ 2..=3 => assert_eq!(store_at(port, INSTANCES[n - 1], &object(INSTANCES[n - 1])), 0),
+            _ => panic!("all has come"),
+        }
+        (0xC000, 1)
+    });
+    let info = fetch(&archive, port, out.path()).unwrap();
+    assert_eq!((info.received, info.missing.len(), info.strangers.len()), (2, 0, 1), "{info:?}");
+}

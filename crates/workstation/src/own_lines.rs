@@ -2,7 +2,7 @@
 
 use crate::lines::{Cut, Spot, joined};
 use supine_flow::Contours;
-use supine_volume::{Volume, contour, sample_trilinear};
+use supine_volume::{Outlines, Rule, Volume, contour, sample_trilinear};
 
 /// A contour lies in a plane of the grid when its corners are no farther apart across it, voxels.
 const FLAT: f64 = 0.2;
@@ -82,8 +82,10 @@ fn across(layers: &[Layer], gap: f64, axis: usize, cut: &Cut<'_>) -> Vec<Vec<Spo
     // Along the other axis and along that of the layers.
     let spot = |x: f64, h: f64| if right == axis { [h, x] } else { [x, h] };
     let normal = cut.view.normal();
+    let mm = [other, normal].map(|a| cut.grid.spacing()[a]);
+    let at = cut.slice as f64;
     let ends: Vec<Vec<f64>> =
-        layers.iter().map(|layer| crossings(layer, normal, cut.slice as f64, other)).collect();
+        layers.iter().map(|layer| crossings(layer, [other, normal], at, mm)).collect();
     let near =
         |n: usize| layers.get(n + 1).is_some_and(|next| next.at - layers[n].at < NEIGHBOURS * gap);
     let mut segments = vec![];
@@ -110,19 +112,12 @@ fn across(layers: &[Layer], gap: f64, axis: usize, cut: &Cut<'_>) -> Vec<Vec<Spo
     joined(segments)
 }
 
-/// Where the rings of a layer cross a plane, along another axis, ascending: inside from each odd one to the next.
-fn crossings(layer: &Layer, normal: usize, at: f64, other: usize) -> Vec<f64> {
-    let mut found = vec![];
-    for ring in &layer.rings {
-        for (a, b) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-            if (a[normal] > at) != (b[normal] > at) {
-                let t = (at - a[normal]) / (b[normal] - a[normal]);
-                found.push(a[other] + t * (b[other] - a[other]));
-            }
-        }
-    }
-    found.sort_by(f64::total_cmp);
-    found
+/// Where the edge of what a layer holds crosses a plane, along another axis, ascending: inside from each odd one to the next.
+/// `mm` is the spacing along the other axis and across the plane.
+fn crossings(layer: &Layer, [other, normal]: [usize; 2], at: f64, mm: [f64; 2]) -> Vec<f64> {
+    let flat = |ring: &Vec<[f64; 3]>| ring.iter().map(|p| [p[other], p[normal]]).collect();
+    let rings = layer.rings.iter().map(flat).collect();
+    Outlines::new(rings, mm, Rule::Joined).line(at).into_iter().flatten().collect()
 }
 
 /// The lines of doses, Gy, in their order; nothing beyond the grid of the dose.

@@ -116,6 +116,9 @@ fn planes_are_found_in_either_form_and_any_order() {
         ([0, 1, 2], [0.0, 3.0, 6.0]),
         ([2, 1, 0], [0.0, -3.0, -6.0]),
         ([1, 2, 0], [0.0, 3.0, -3.0]),
+        // What subtracting positions leaves of 0.
+        ([0, 1, 2], [1e-14, 3.0, 6.0]),
+        ([2, 1, 0], [-2.8e-14, -3.0, -6.0]),
         // Absolute positions: the first is that of the first plane.
         ([0, 1, 2], [100.0, 103.0, 106.0]),
         ([2, 0, 1], [106.0, 100.0, 103.0]),
