@@ -187,6 +187,12 @@ pub enum Error {
         /// The object.
         path: PathBuf,
     },
+    /// What is carried belongs to another patient.
+    #[error("{path} is of another patient than the CT: its Patient ID differs")]
+    OtherPatient {
+        /// The object.
+        path: PathBuf,
+    },
     /// A registration beside a series that it does not register.
     #[error("{path} is not the registration of {series}")]
     OtherRegistration {
@@ -361,6 +367,7 @@ impl Error {
             | Self::Unfinished { .. }
             | Self::LabelsObject(_)
             | Self::OtherFrame { .. }
+            | Self::OtherPatient { .. }
             | Self::OtherRegistration { .. }
             | Self::NoSeries
             | Self::NoDisplacement { .. }

@@ -85,9 +85,10 @@ impl Error {
             Self::Mirrored => "scan-mirrored",
             Self::Warp(_) | Self::Structure { .. } => "warping-failed",
             Self::Export(_) | Self::DicomLabels(_) => "export-failed",
-            Self::Carried(_) | Self::OtherFrame { .. } | Self::OtherRegistration { .. } => {
-                "carried-object-unusable"
-            }
+            Self::Carried(_)
+            | Self::OtherFrame { .. }
+            | Self::OtherPatient { .. }
+            | Self::OtherRegistration { .. } => "carried-object-unusable",
             Self::NoSeries => "no-dicom-series",
             Self::Output { .. } | Self::Report(_) | Self::Record(_) => "output-not-written",
             Self::NoDisplacement { .. } | Self::OtherMesh(_) | Self::Eighths(_) => "mesh-unusable",
@@ -137,6 +138,7 @@ impl Error {
             Self::Export(_) => Place::stage("export"),
             Self::Report(_) => Place::stage("report"),
             Self::OtherFrame { path }
+            | Self::OtherPatient { path }
             | Self::OtherRegistration { path, .. }
             | Self::NoDisplacement { path }
             | Self::Unread { path, .. }

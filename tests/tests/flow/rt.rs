@@ -104,6 +104,34 @@ fn what_belongs_elsewhere_is_refused_before_anything_is_written() {
 }
 
 #[test]
+fn an_object_of_another_patient_is_refused_and_one_without_a_frame_is_told() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    readers_python("bead.py", [folder]).success("bead.py");
+    let dose = std::fs::read(folder.join("dose.dcm")).expect("a dose");
+    let at = |wanted: &[u8]| {
+        dose.windows(wanted.len()).position(|w| w == wanted).expect("the element is there")
+    };
+    let [patient, frame] = [at(b"\x10\0\x20\0LO"), at(b"\x20\0\x52\0UI")];
+    let carried = |name: &str, change: &dyn Fn(&mut [u8])| {
+        let (file, out) = (folder.join(name), folder.join("o.nrrd"));
+        let mut bytes = dose.clone();
+        change(&mut bytes);
+        std::fs::write(&file, bytes).expect("it is written");
+        let (mesh, ct) = (folder.join("run/mesh/deformed.vtu"), folder.join("ct"));
+        supine(&[&"carry", &mesh, &file, &"--ct", &ct, &"--out", &out])
+    };
+    carried("own.dcm", &|_| {}).success("her own dose");
+    // SYN-001 becomes SYN-002.
+    let said = carried("other.dcm", &|bytes| bytes[patient + 14] = b'2');
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("of another patient than the CT"), "{}", said.stderr);
+    let length = usize::from(dose[frame + 6]);
+    let said = carried("no-frame.dcm", &|bytes| bytes[frame + 8..frame + 8 + length].fill(0));
+    assert!(said.stderr.contains("names no frame of reference"), "{}", said.stderr);
+}
+
+#[test]
 fn a_run_leaves_registrations_that_are_valid_and_says_how_far_they_are_off() {
     let out = &shared().out;
     valid(&out.join("registration/deformable.dcm"), "DeformableSpatialRegistration");

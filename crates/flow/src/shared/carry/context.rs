@@ -14,6 +14,8 @@ use supine_dicom::{
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::Ct;
 
+/// Said of an object that names no frame of reference (PS3.3 C.7.4.1 asks for it).
+const NO_FRAME: &str = "it names no frame of reference: that it was made on this CT rests on its patient and its place alone";
 /// Said when the CT before deformation is not known.
 const NOT_COMPARED: &str = "the frame of reference was not compared with the CT's (--ct)";
 
@@ -40,6 +42,8 @@ pub(crate) struct CarryContext {
     anonymiser: Option<Anonymiser>,
     /// Frame of reference of the CT before deformation, as far as it is known.
     before: Option<String>,
+    /// Patient ID of the CT before deformation, where that is at hand; empty where it has none.
+    patient: Option<String>,
 }
 
 impl CarryContext {
@@ -75,16 +79,18 @@ impl CarryContext {
         }
         let anonymised = exported.as_ref().is_some_and(|(_, source)| source.is_anonymised());
         let anonymiser = secret.filter(|_| anonymised).map(Anonymiser::new);
+        let patient = before.map(|source| source.whose().id);
         let before = before.map(Source::frame_of_reference_uid);
         let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
-        Ok(Self { exported, ahead: None, registration, anonymiser, before })
+        Ok(Self { exported, ahead: None, registration, anonymiser, before, patient })
     }
 
     /// What is known before the CT is exported; `before` is the series as it was read.
     pub(crate) fn ahead(before: &Source, exported: &ExportSource) -> Self {
         let (ahead, anonymiser) = (Some(exported.source.clone()), exported.anonymiser.clone());
+        let patient = Some(before.whose().id);
         let before = Some(before.frame_of_reference_uid());
-        Self { exported: None, ahead, registration: None, anonymiser, before }
+        Self { exported: None, ahead, registration: None, anonymiser, before, patient }
     }
 
     /// The series whose patient an object has to be of.
@@ -155,6 +161,7 @@ impl CarryContext {
     /// What is carried must lie in the frame of reference of the CT, under its own UID or the mapped one; a warning when
     /// that is not known.
     fn compare(&self, path: &Path, found: &[String]) -> Result<Option<Warning>, Error> {
+        self.compare_patient(path)?;
         let Some(own) = &self.before else {
             return Ok(Some(Warning::new("frame-not-compared", NOT_COMPARED)));
         };
@@ -165,7 +172,20 @@ impl CarryContext {
         if found.iter().any(|uid| !uid.is_empty() && !same(uid)) {
             return Err(Error::OtherFrame { path: path.into() });
         }
-        Ok(None)
+        let nameless = found.iter().any(String::is_empty);
+        Ok(nameless.then(|| Warning::new("frame-missing", NO_FRAME)))
+    }
+
+    /// What is carried must be of the patient of the CT. Where there is an exported CT, it is held against that one when it
+    /// is made ready for it.
+    fn compare_patient(&self, path: &Path) -> Result<(), Error> {
+        let Some(own) = self.patient.as_ref().filter(|id| !id.is_empty() && self.whose().is_none())
+        else {
+            return Ok(());
+        };
+        let found = supine_dicom::object_files(path, Progress::none()).map_err(Error::Carried)?;
+        let other = found.objects.iter().any(|object| object.owner.patient != *own);
+        if other { Err(Error::OtherPatient { path: path.into() }) } else { Ok(()) }
     }
 
     /// The headers that an object is written with.
