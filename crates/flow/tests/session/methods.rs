@@ -38,7 +38,8 @@ struct Left {
 
 fn left(out: &Path, node: NodeId) -> Left {
     let text = std::fs::read(out.join(format!(".stages/{node}.json"))).unwrap();
-    let record: Value = serde_json::from_slice(&text).unwrap();
+    let kept: Value = serde_json::from_slice(&text).unwrap();
+    let record = &kept["record"];
     let files: Vec<&Value> = record["files"].as_array().unwrap().iter().collect();
     let files: Vec<Value> = files.iter().map(|f| json!([f["path"], f["blake3"]])).collect();
     let mut facts = record["facts"].clone();
