@@ -76,8 +76,16 @@ pub fn run(
 fn keep_case(session: &Session, summary: &Summary) -> Result<(), Error> {
     let kept = json!({
         "case": session.case().canonical(), "run": { "case_folder": summary.run.case_folder },
+        "source": { "series_uid": series(session) },
     });
     session.folder(|folder| folder.keep_case(&kept))
+}
+
+/// The series that was read, by which the next run knows its CT again.
+fn series(session: &Session) -> Option<String> {
+    let (case, ground) = (session.case(), session.ground());
+    let ct = ground.path(case.ct.as_ref()?);
+    case.series.clone().or_else(|| crate::folder::only_series(&ct))
 }
 
 fn times(done: &BTreeMap<NodeId, Done>) -> Vec<StageTime> {

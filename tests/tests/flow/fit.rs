@@ -113,8 +113,9 @@ fn change_landmarks(path: &Path, frame: &str, change: impl Fn([f64; 3]) -> [f64;
 fn facts(out: &Path) -> Value {
     let text = std::fs::read_to_string(out.join(".stages/evaluation.json")).expect("a record");
     let record: Value = serde_json::from_str(&text).expect("JSON");
-    assert!(record["facts"]["facts"].is_object(), "{record}");
-    record["facts"].clone()
+    let facts = &record["record"]["facts"];
+    assert!(facts["facts"].is_object(), "{record}");
+    facts.clone()
 }
 
 /// Linear elements in one rest state: quick.

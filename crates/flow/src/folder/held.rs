@@ -38,7 +38,7 @@ impl HeldResult {
             ct,
             started: text("/run/started"),
             blake3: origin.and_then(|ct| ct["blake3"].as_str()).unwrap_or_default().to_owned(),
-            series: text("/source/series_uid").filter(|_| !nameless),
+            series: case.pointer("/source/series_uid").and_then(Json::as_str).map(str::to_owned),
         })
     }
 
@@ -76,7 +76,17 @@ fn holds(ct: &Path, uid: &str) -> bool {
     if !ct.exists() {
         return true;
     }
+    series_in(ct).iter().any(|series| series == uid)
+}
+
+/// The series of a folder that can be read, if there is but one.
+pub(crate) fn only_series(ct: &Path) -> Option<String> {
+    let mut all = if is_volume_name(ct) { Vec::new() } else { series_in(ct) };
+    all.pop().filter(|_| all.is_empty())
+}
+
+fn series_in(ct: &Path) -> Vec<String> {
     let (depth, accept) = (supine_dicom::Depth::Headers, supine_dicom::Accept::default());
-    supine_dicom::inspect(ct, depth, accept, Progress::none())
-        .is_ok_and(|found| found.series.iter().any(|series| series.uid == uid))
+    let found = supine_dicom::inspect(ct, depth, accept, Progress::none());
+    found.map_or_else(|_| Vec::new(), |found| found.series.into_iter().map(|s| s.uid).collect())
 }

@@ -11,7 +11,7 @@ mod names;
 mod record;
 
 pub(crate) use cohort::{CohortFolder, usable_name};
-pub(crate) use held::HeldResult;
+pub(crate) use held::{HeldResult, only_series};
 pub(crate) use record::Record;
 
 use crate::key::Key;

@@ -46,6 +46,9 @@ class Session:
         SupineError: when there is no such key, or a value does not fit.
     """
 
+    _warnings: list[SupineWarning]
+    _verdict: dict[str, Any] | None
+
     def __init__(
         self,
         *,
@@ -259,8 +262,8 @@ class Session:
 
     def _changed(self) -> None:
         """What was told is of what was given before."""
-        self._warnings: list[SupineWarning] = []
-        self._verdict: dict[str, Any] | None = None
+        self._warnings = []
+        self._verdict = None
 
     def _hear(self, kind: str, stage: str, share: float, text: str) -> None:
         if kind == "warning":
