@@ -4,12 +4,14 @@
 //! recorded. Before anything is made anew, all that no longer belongs is removed, so that a folder never mixes results
 //! of two cases. Everything is written under a temporary name and renamed.
 
+mod changed;
 mod cohort;
 mod held;
 mod lose_nothing;
 mod names;
 mod record;
 
+pub(crate) use changed::changed_since;
 pub(crate) use cohort::{CohortFolder, usable_name};
 pub(crate) use held::{HeldResult, only_series};
 pub(crate) use record::Record;
@@ -122,11 +124,11 @@ impl RunFolder {
     }
 
     fn record(&self, node: NodeId) -> Option<Record> {
-        Record::of_file(&fs::read_to_string(self.record_path(node)).ok()?)
+        Record::read(&self.root, node.name())
     }
 
     fn record_path(&self, node: NodeId) -> PathBuf {
-        self.root.join(names::RECORDS).join(format!("{node}.json"))
+        record::path_of(&self.root, node.name())
     }
 
     /// Records a node as made, with the files that it left.
@@ -233,43 +235,6 @@ fn is_run(folder: &Path) -> bool {
 /// The summary in a run's folder as it stands; none of an unfinished run.
 pub(crate) fn summary_of(run: &Path) -> Option<serde_json::Value> {
     serde_json::from_str(&fs::read_to_string(run.join(names::SUMMARY)).ok()?).ok()
-}
-
-/// What of a finished run is not as the run left it, in words; none when all is.
-pub(crate) fn changed_since(run: &Path, summary: &serde_json::Value) -> Option<String> {
-    let outputs = summary["outputs"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let outputs: Vec<(&str, &str)> = outputs
-        .iter()
-        .filter_map(|output| Some((output["path"].as_str()?, output["blake3"].as_str()?)))
-        .collect();
-    for (path, hash) in &outputs {
-        match crate::inputs::hash_of(&run.join(path)) {
-            Ok(found) if found.blake3 == *hash => {}
-            Ok(_) => {
-                return Some(format!("{path} is not what the run wrote: it was changed since"));
-            }
-            Err(error) => {
-                return Some(format!("{path}, which the run wrote, cannot be read: {error}"));
-            }
-        }
-    }
-    if let Some(told) = told_verdict(run).filter(|told| *told != summary["verdict"]) {
-        let colour = told["colour"].as_str().unwrap_or("another");
-        return Some(format!("the verdict of its summary.json was changed: it was {colour}"));
-    }
-    let known = |path: &Path| outputs.iter().any(|(output, _)| path.starts_with(run.join(output)));
-    let foreign = crate::inputs::files_below(run).unwrap_or_default();
-    let foreign =
-        foreign.into_iter().find(|path| !known(path) && supine_dicom::has_marker(path))?;
-    let shown = foreign.strip_prefix(run).unwrap_or(&foreign).display().to_string();
-    Some(format!("{shown} lies in its folder and was not written by the run"))
-}
-
-/// The verdict as the run recorded it beside its summary; none in a copy that lost its records.
-fn told_verdict(run: &Path) -> Option<serde_json::Value> {
-    let path = run.join(names::RECORDS).join(format!("{}.json", NodeId::Report));
-    let record = Record::of_file(&fs::read_to_string(path).ok()?)?;
-    record.facts.get("verdict").cloned()
 }
 
 /// The folder beside a run's, for what tells who the patient was.
@@ -406,9 +371,7 @@ impl FinishedRun {
     /// Whether its files still are what it recorded.
     pub(crate) fn is_whole(&self, chain: &[supine_report::Link]) -> bool {
         chain.iter().all(|link| {
-            let path = self.root.join(names::RECORDS).join(format!("{}.json", link.stage));
-            let record = fs::read_to_string(path).ok().and_then(|text| Record::of_file(&text));
-            let record = record.filter(|record| record.key == link.key);
+            let record = Record::read(&self.root, &link.stage).filter(|r| r.key == link.key);
             record.is_some_and(|record| record.files.iter().all(|file| file.is_whole(&self.root)))
         })
     }

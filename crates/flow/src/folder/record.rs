@@ -39,12 +39,18 @@ impl Record {
         serde_json::to_vec(&Kept { blake3: hash_of_text(record.get()), record })
     }
 
-    /// The record in a file; none when it was changed since it was written.
-    pub(super) fn of_file(text: &str) -> Option<Self> {
-        let kept: Kept = serde_json::from_str(text).ok()?;
+    /// The record of a stage in a run's folder; none when it is not there or was changed since it was written.
+    pub(super) fn read(run: &Path, stage: &str) -> Option<Self> {
+        let text = std::fs::read_to_string(path_of(run, stage)).ok()?;
+        let kept: Kept = serde_json::from_str(&text).ok()?;
         let whole = hash_of_text(kept.record.get()) == kept.blake3;
         serde_json::from_str(kept.record.get()).ok().filter(|_| whole)
     }
+}
+
+/// Where the record of a stage lies.
+pub(super) fn path_of(run: &Path, stage: &str) -> PathBuf {
+    run.join(super::names::RECORDS).join(format!("{stage}.json"))
 }
 
 fn hash_of_text(text: &str) -> String {

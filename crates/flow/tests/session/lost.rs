@@ -1,9 +1,10 @@
 //! Nothing is lost: neither a result, nor what a user keeps beside it, and no result is taken for that of another patient.
 
-use crate::support::{Files, assert_same, patient, read_all, run, value as dicom_value, write_all};
+use crate::support::{
+    assert_same, finished_patient, patient, read_all, run, value as dicom_value, write_all,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 use supine_flow::commands::usable::unusable;
 use supine_flow::{Error, Options, RunFolder, Session, Spec, Unwatched};
 
@@ -15,15 +16,8 @@ struct Done {
 
 impl Done {
     fn new() -> Self {
-        static FIRST: LazyLock<Files> = LazyLock::new(|| {
-            let dir = tempfile::tempdir().unwrap();
-            run(&patient(dir.path()), dir.path(), &dir.path().join("out")).unwrap();
-            read_all(&dir.path().join("out"))
-        });
         let dir = tempfile::tempdir().unwrap();
-        let done = Self { case: patient(dir.path()), dir };
-        write_all(&done.out(), &FIRST);
-        done
+        Self { case: finished_patient(dir.path()), dir }
     }
 
     fn at(&self, path: &str) -> PathBuf {

@@ -26,7 +26,19 @@ pub(crate) fn patient(folder: &Path) -> String {
     case()
 }
 
-/// The same with the CT as the fixture has it.
+/// The same with a finished run in `out`, which is made once for all tests of the process.
+pub(crate) fn finished_patient(folder: &Path) -> String {
+    static FIRST: LazyLock<Files> = LazyLock::new(|| {
+        let dir = tempfile::tempdir().unwrap();
+        let out = dir.path().join("out");
+        run(&patient(dir.path()), dir.path(), &out).unwrap();
+        read_all(&out)
+    });
+    write_all(&folder.join("out"), &FIRST);
+    patient(folder)
+}
+
+/// The text of the case; her CT is written as the fixture has it.
 pub(crate) fn full_size_patient(folder: &Path) -> String {
     write_all(&folder.join("ct"), &slices());
     case()
