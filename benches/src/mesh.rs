@@ -11,9 +11,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use supine_exchange::{read_labels, write_vtu};
-use supine_flow::{Effort, by_cgal};
+use supine_flow::{Effort, by_edge_length};
 use supine_space::{Point, Progress, Sphere};
 use supine_tetrahedralise::{Domain, Params};
+use supine_tetrahedralise_cgal::{Params as Cgal, Solid, tetrahedralise};
 use supine_volume::Region;
 
 /// How near CGAL's count must come, as those who need a number would ask, in so many meshes.
@@ -35,7 +36,14 @@ fn main() -> Result<()> {
     let (native, _) = domain.mesh(tetrahedra, Progress::none())?;
     let native_s = start.elapsed().as_secs_f64();
     let asked = (tetrahedra, Effort { tries: TRIES, near: NEAR });
-    let cgal = by_cgal(&domain, &region, asked, Progress::none())?;
+    let shell = domain.shell(tetrahedra, Progress::none())?;
+    let beyond = |p: &Point| domain.beyond(p);
+    let solid = Solid { beyond: &beyond, sphere: region.sphere(), rims: &shell.rims };
+    let cgal =
+        by_edge_length(domain.volume_mm3(), asked, Progress::none(), |edge_mm, progress| {
+            let made = tetrahedralise(&solid, &Cgal { edge_mm, ..Cgal::default() }, progress);
+            made.map_err(|e| supine_flow::Error::Fill { kind: e.kind(), source: e.into() })
+        })?;
     let count = cgal.mesh.tets().len();
     let best = cgal.tries.iter().find(|t| t.tetrahedra == count).context("no try")?;
     write_vtu(&native, None, &folder.join("native.vtu"))?;

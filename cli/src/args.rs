@@ -120,7 +120,7 @@ pub(crate) enum Command {
     },
     /// The process in which TetGen runs; started by `mesh` and `run`
     #[cfg(feature = "tetgen")]
-    #[command(hide = true, name = supine_flow::TETGEN_WORKER)]
+    #[command(hide = true, name = crate::meshers::TETGEN_WORKER)]
     TetgenWorker,
     /// Print the help of a command; `help case`: every key of the case file
     Help {

@@ -13,6 +13,7 @@ mod commands;
 mod elementary;
 mod failure;
 mod log;
+mod meshers;
 mod parameters;
 mod profile;
 mod resident;
@@ -84,6 +85,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         pool.map_err(|e| Failure::new(Kind::Usage, format!("--threads: {e}")))?;
     }
     screen.catch_interrupts()?;
+    meshers::offer();
     match cli.command {
         Command::Demo(args) => demo::demo(&args, screen),
         Command::Open(args) => open::open(&args, screen),
@@ -119,7 +121,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         }
         #[cfg(feature = "tetgen")]
         Command::TetgenWorker => {
-            supine_flow::tetgen_work().map_err(|e| Failure::new(Kind::Method, e))?;
+            supine_tetrahedralise_tetgen::work().map_err(|e| Failure::new(Kind::Method, e))?;
             Ok(End::Done)
         }
         Command::Help { topic } => manual::help(topic.as_deref()),

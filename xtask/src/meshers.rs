@@ -11,11 +11,11 @@ pub(crate) const HEADERS: [(&str, &str); 2] = [
     ("/usr/include/tetgen.h", "libtet1.5-dev"),
 ];
 /// What the features compile otherwise than without them, and what is tested with them.
-pub(crate) const PACKAGES: [&str; 4] =
-    ["supine-tetrahedralise-cgal", "supine-tetrahedralise-tetgen", "supine-flow", "supine"];
+pub(crate) const PACKAGES: [&str; 3] =
+    ["supine-tetrahedralise-cgal", "supine-tetrahedralise-tetgen", "supine"];
 /// What cargo is told to switch both on.
 const FEATURES: &str = "supine-tetrahedralise-cgal/cgal,supine-tetrahedralise-tetgen/tetgen,\
-                        supine-flow/cgal,supine-flow/tetgen,supine/cgal,supine/tetgen";
+                        supine/cgal,supine/tetgen";
 
 /// Installs what is missing.
 ///

@@ -127,14 +127,14 @@ pub enum Error {
         /// Its name.
         mesher: &'static str,
     },
-    /// Meshing by CGAL.
-    #[cfg(feature = "cgal")]
-    #[error("meshing: {0}")]
-    Cgal(supine_tetrahedralise_cgal::Error),
-    /// Meshing by TetGen.
-    #[cfg(feature = "tetgen")]
-    #[error("meshing: {0}")]
-    Tetgen(supine_tetrahedralise_tetgen::Error),
+    /// Meshing by another mesher than our own.
+    #[error("meshing: {source}")]
+    Fill {
+        /// What it failed with.
+        source: Box<dyn std::error::Error + Send + Sync>,
+        /// The kind of failure.
+        kind: Failure,
+    },
     /// Mechanics.
     #[error("mechanics: {0}")]
     Solve(supine_fem::Error),
@@ -385,10 +385,6 @@ impl Error {
             | Self::NotRefined { .. }
             | Self::NoFolder
             | Self::Given { .. } => Failure::Usage,
-            #[cfg(feature = "cgal")]
-            Self::Cgal(error) => error.kind(),
-            #[cfg(feature = "tetgen")]
-            Self::Tetgen(error) => error.kind(),
             Self::Structure { source, .. } | Self::Warp(source) => source.kind(),
             Self::Segment(error) => error.kind(),
             Self::Mesh(error) => error.kind(),
@@ -396,7 +392,7 @@ impl Error {
             Self::Interval(error) | Self::Fit(error) | Self::Evaluation(error) => error.kind(),
             Self::Landmarks { .. } | Self::Mirrored => Failure::Input,
             Self::Carried(error) | Self::Dicom(error) => error.kind(),
-            Self::Refused { kind, .. } => *kind,
+            Self::Refused { kind, .. } | Self::Fill { kind, .. } => *kind,
             Self::Export(error) | Self::DicomLabels(error) => error.kind(),
             Self::Product(error) => error.kind(),
             Self::Report(error) => error.kind(),
@@ -424,10 +420,6 @@ macro_rules! from_stage {
     )*};
 }
 
-#[cfg(feature = "cgal")]
-from_stage! { supine_tetrahedralise_cgal => Cgal }
-#[cfg(feature = "tetgen")]
-from_stage! { supine_tetrahedralise_tetgen => Tetgen }
 from_stage! {
     supine_segment => Segment,
     supine_tetrahedralise => Mesh,

@@ -70,13 +70,9 @@ impl Error {
             Self::Tumour(_) => "tumour-outside-region",
             Self::Segment(_) => "segmentation-failed",
             Self::Given { .. } => "result-given",
-            Self::Mesh(_) => "meshing-failed",
+            Self::Mesh(_) | Self::Fill { .. } => "meshing-failed",
             Self::NotBuilt { .. } => "mesher-not-built",
             Self::NotRefined { .. } => "mesher-cannot-refine",
-            #[cfg(feature = "cgal")]
-            Self::Cgal(_) => "meshing-failed",
-            #[cfg(feature = "tetgen")]
-            Self::Tetgen(_) => "meshing-failed",
             Self::Solve(_) => "mechanics-failed",
             Self::Interval(_) => "interval-failed",
             Self::Fit(_) => "fit-failed",

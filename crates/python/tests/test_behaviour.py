@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 import signal
@@ -72,6 +73,25 @@ def test_warnings_have_codes(values: dict[str, Any]) -> None:
     own = [warning.message for warning in heard if issubclass(warning.category, supine.SupineWarning)]
     assert "labels-uncertainty-unknown" in {w.code for w in own}, "how sure labels are that somebody gives is not known"
     assert all(w.code and w.stage and isinstance(pickle.loads(pickle.dumps(w)), supine.SupineWarning) for w in own)
+
+
+TWO_PATIENTS = """
+import json, sys, supine
+values = json.loads(sys.argv[1])
+for _ in range(2):
+    session = supine.Session(**values)
+    session.labels
+    print(len(session.warnings))
+"""
+
+
+def test_each_session_tells_its_warnings_and_keeps_them(values: dict[str, Any]) -> None:
+    """Of itself Python tells what came from one line only once: of a loop over patients, of the first."""
+    plain = json.dumps(values, default=str)
+    done = subprocess.run([sys.executable, "-c", TWO_PATIENTS, plain], capture_output=True, text=True, check=True)
+    first, second = map(int, done.stdout.split())
+    assert first == second > 0
+    assert done.stderr.count("SupineWarning: ") == first + second
 
 
 def test_progress_is_told_and_may_end_the_work(values: dict[str, Any]) -> None:

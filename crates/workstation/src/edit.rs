@@ -205,9 +205,9 @@ impl Held {
         // What was proposed stays on the screen.
         shown.region = shown.region.or(region);
         shown.side_proposed = self.side_proposed && session.case().breast.is_some();
-        if let Some(path) = case.path() {
-            self.state.command = run_command(&name_of(path), &self.edited);
-        }
+        // No command does the same as a case that no file holds: the line before spoke of something else.
+        let command = case.path().map(|path| run_command(&name_of(path), &self.edited));
+        self.state.command = command.unwrap_or_default();
         self.state.case = Some(shown);
         self.show_beside();
         self.show_ticks();

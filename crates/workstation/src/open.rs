@@ -252,7 +252,10 @@ pub(crate) fn has_breast(session: &Session) -> bool {
 impl Held {
     /// Tells the command line of a run.
     fn tell_run(&mut self, out: &str, until: Option<NodeId>) {
-        let Some(path) = self.case.as_ref().and_then(CaseFile::path) else { return };
+        let Some(path) = self.case.as_ref().and_then(CaseFile::path) else {
+            self.state.command.clear();
+            return;
+        };
         let until = until.map_or(String::new(), |node| format!(" --until {node}"));
         let (case, out) = (quoted(&name_of(path)), quoted(out));
         self.state.command = format!("supine run {case} --out {out}{until}");
@@ -261,6 +264,12 @@ impl Held {
     /// Shows what a run left.
     fn show_result(&mut self, path: &Path, summary: &Summary) {
         let shown = result(path, summary);
+        let is_saved = self.case.as_ref().is_some_and(|case| case.path().is_some());
+        if !is_saved && summary.run.case_folder.is_some() {
+            let name = name_of(path);
+            let (of, out) = (quoted(&format!("{name}/summary.json")), quoted(&name));
+            self.state.command = format!("supine run {of} --out {out}");
+        }
         (self.result, self.state.result) = (Some(path.into()), Some(shown));
     }
 }

@@ -127,6 +127,21 @@ fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
     assert_eq!(lines(&said).len(), 3);
     let anew = std::fs::read_to_string(out.join("index.html")).expect("a page");
     assert_eq!(anew, page);
+
+    // What is no case of a call any more is in neither its table nor its page, and stays.
+    let words = ["batch", "good", "red", "--out", "out", "--json"];
+    let said = Outcome::of(supine_command().current_dir(at).args(words));
+    let document: Value = serde_json::from_str(&said.stdout).expect("one document");
+    let names = document["cases"].as_array().expect("a list of cases").iter();
+    let names: Vec<_> = names.map(|case| case["case"].as_str().unwrap_or_default()).collect();
+    assert_eq!((names, &document["others"]), (vec!["good", "red"], &serde_json::json!(["typo"])));
+    let csv = std::fs::read_to_string(out.join("cohort.csv")).expect("a table");
+    let (heads, rows) = csv.split_once("\r\n").expect("a line of names");
+    let heads: Vec<&str> = heads.split(',').collect();
+    assert!(["version", "run_id", "ct"].iter().all(|head| heads.contains(head)), "{heads:?}");
+    assert!(rows.matches("\r\n").count() == 2 && !rows.contains("typo"), "{rows}");
+    let page = std::fs::read_to_string(&index).expect("a page");
+    assert!(!page.contains("typo") && out.join("status/typo.json").is_file());
 }
 
 #[test]

@@ -39,7 +39,7 @@ const BENEATH: i8 = -1;
 const HOUSE: i8 = 7;
 
 /// All that the command line may use: it is a view on the flow and calls no method itself.
-const FRONT: (&str, [&str; 6]) = (
+const FRONT: (&str, [&str; 8]) = (
     "supine",
     [
         "supine-features",
@@ -48,6 +48,9 @@ const FRONT: (&str, [&str; 6]) = (
         "supine-dicom-network",
         "supine-navigate",
         "supine-workstation",
+        // Which it hands to the flow where it was built with them.
+        "supine-tetrahedralise-cgal",
+        "supine-tetrahedralise-tetgen",
     ],
 );
 

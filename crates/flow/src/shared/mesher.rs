@@ -1,12 +1,12 @@
 //! The meshers a case can ask for, and one call for all.
 
 use super::Refine;
-#[cfg(any(feature = "cgal", feature = "tetgen"))]
-use super::search::{Effort, Found, search};
+use super::search::{Effort, by_edge_length};
 use crate::Error;
+use std::sync::OnceLock;
 use supine_mesh::TetMesh;
-use supine_space::Progress;
-use supine_tetrahedralise::{Domain, Info, Params};
+use supine_space::{Progress, Sphere};
+use supine_tetrahedralise::{Domain, Info, Params, Shell};
 use supine_volume::Region;
 
 /// What makes the tetrahedra.
@@ -21,12 +21,28 @@ pub enum Mesher {
     Tetgen,
 }
 
-/// The argument by which a program that calls [`mesh_region`] is started again as the process in which
-/// TetGen runs: it must then do nothing but `tetgen_work`.
-pub const TETGEN_WORKER: &str = "tetgen-worker";
+/// What another mesher than our own is asked to fill.
+#[derive(Clone, Copy, Debug)]
+pub struct Solid<'a> {
+    /// Which surface a place lies beyond.
+    pub domain: &'a Domain,
+    /// The boundary with triangles of the size that suits the number of tetrahedra, and the rims.
+    pub shell: &'a Shell,
+    /// The region's sphere.
+    pub sphere: Sphere,
+    /// How many tetrahedra were asked for.
+    pub tetrahedra: usize,
+}
 
-#[cfg(feature = "tetgen")]
-pub use supine_tetrahedralise_tetgen::work as tetgen_work;
+/// Fills a solid with tetrahedra of about an edge length, mm.
+pub type Fill = fn(&Solid<'_>, f64, Progress<'_>) -> Filled;
+
+/// What comes of it.
+pub type Filled = Result<TetMesh, Error>;
+
+/// The other meshers that this program was built with.
+static CGAL: OnceLock<Fill> = OnceLock::new();
+static TETGEN: OnceLock<Fill> = OnceLock::new();
 
 impl Mesher {
     /// All, the default first.
@@ -41,18 +57,29 @@ impl Mesher {
         }
     }
 
-    /// Whether this program was built with it.
+    /// Tells what fills a solid for this mesher, once, by the program that was built with it: so that nothing here is compiled
+    /// anew for a mesher, nor comes under its licence. Our own needs none.
+    pub fn is_built_with(self, fill: Fill) {
+        let place = match self {
+            Self::Native => return,
+            Self::Cgal => &CGAL,
+            Self::Tetgen => &TETGEN,
+        };
+        place.get_or_init(|| fill);
+    }
+
+    /// What fills a solid for another mesher than our own; `None` for our own.
     ///
     /// # Errors
-    /// When not: the message says how to build it.
-    pub fn check_built(self) -> Result<(), Error> {
+    /// When this program was built without the mesher: the message says how to build it.
+    pub fn fill(self) -> Result<Option<Fill>, Error> {
         let built = match self {
-            Self::Native => true,
-            Self::Cgal => cfg!(feature = "cgal"),
-            Self::Tetgen => cfg!(feature = "tetgen"),
+            Self::Native => return Ok(None),
+            Self::Cgal => &CGAL,
+            Self::Tetgen => &TETGEN,
         };
         let mesher = self.name();
-        if built { Ok(()) } else { Err(Error::NotBuilt { mesher }) }
+        built.get().copied().map(Some).ok_or(Error::NotBuilt { mesher })
     }
 
     /// Whether it can make the mesh finer where it is asked to.
@@ -81,79 +108,32 @@ pub fn mesh_region(
     (mesher, refine): (Mesher, &Refine),
     progress: Progress<'_>,
 ) -> Result<(TetMesh, Info), Error> {
-    mesher.check_built()?;
+    let fill = mesher.fill()?;
     mesher.check_refines(refine)?;
     let domain = Domain::new(region, params, progress.part(0.0, 0.2))?;
     let refinement = refine.of(&domain, params.tetrahedra, progress.part(0.2, 0.4))?;
     let domain = domain.refined(refinement)?;
     let progress = progress.part(0.4, 1.0);
-    match mesher {
-        Mesher::Native => Ok(domain.mesh(params.tetrahedra, progress)?),
-        #[cfg(feature = "cgal")]
-        Mesher::Cgal => {
-            let found = by_cgal(
-                &domain,
-                region,
-                (params.tetrahedra, Effort::default()),
-                progress.part(0.0, 0.6),
-            )?;
-            Ok(domain.improve(&found.mesh, params.tetrahedra, progress.part(0.6, 1.0))?)
-        }
-        #[cfg(feature = "tetgen")]
-        Mesher::Tetgen => {
-            let found = by_tetgen(&domain, params.tetrahedra, progress.part(0.0, 0.6))?;
-            Ok(domain.improve(&found.mesh, params.tetrahedra, progress.part(0.6, 1.0))?)
-        }
-        #[cfg(not(all(feature = "cgal", feature = "tetgen")))]
-        other => Err(Error::NotBuilt { mesher: other.name() }),
-    }
+    let Some(fill) = fill else { return Ok(domain.mesh(params.tetrahedra, progress)?) };
+    let filled = filled((&domain, region), params.tetrahedra, fill, progress.part(0.0, 0.6))?;
+    Ok(domain.improve(&filled, params.tetrahedra, progress.part(0.6, 1.0))?)
 }
 
-/// CGAL's mesh with the number of tetrahedra nearest to the asked one.
-///
-/// # Errors
-/// When CGAL fails or the progress callback says stop.
-#[cfg(feature = "cgal")]
-pub fn by_cgal(
-    domain: &Domain,
-    region: &Region,
-    (tetrahedra, effort): (usize, Effort),
-    progress: Progress<'_>,
-) -> Result<Found, Error> {
-    use supine_tetrahedralise_cgal::{Params, Solid, tetrahedralise};
-    let shell = domain.shell(tetrahedra, progress.part(0.0, 0.1))?;
-    let beyond = |p: &supine_space::Point| domain.beyond(p);
-    let solid = Solid { beyond: &beyond, sphere: region.sphere(), rims: &shell.rims };
-    let asked = (tetrahedra, effort);
-    search(domain.volume_mm3(), asked, progress.part(0.1, 1.0), |edge_mm, progress| {
-        Ok(tetrahedralise(&solid, &Params { edge_mm, ..Params::default() }, progress)?)
-    })
-}
-
-/// TetGen's mesh with the number of tetrahedra nearest to the asked one.
-///
-/// # Errors
-/// When TetGen fails or the progress callback says stop.
-#[cfg(feature = "tetgen")]
-pub fn by_tetgen(
-    domain: &Domain,
+/// Another mesher's mesh with the number of tetrahedra nearest to the asked one.
+fn filled(
+    (domain, region): (&Domain, &Region),
     tetrahedra: usize,
+    fill: Fill,
     progress: Progress<'_>,
-) -> Result<Found, Error> {
-    use std::process::Command;
-    use supine_tetrahedralise_tetgen::{Error, Params, fill};
-    let program = std::env::current_exe().map_err(Error::Start)?;
+) -> Result<TetMesh, Error> {
     let shell = domain.shell(tetrahedra, progress.part(0.0, 0.1))?;
+    let solid = Solid { domain, shell: &shell, sphere: region.sphere(), tetrahedra };
     let asked = (tetrahedra, Effort::default());
-    search(domain.volume_mm3(), asked, progress.part(0.1, 1.0), |edge_mm, progress| {
-        let params = Params {
-            // The volume of a regular tetrahedron with that edge, and what the largest exceeds it by.
-            max_volume_mm3: 1.6 * edge_mm.powi(3) / 72f64.sqrt(),
-            max_points: 20 * tetrahedra,
-            ..Params::default()
-        };
-        let mut worker = Command::new(&program);
-        worker.arg(TETGEN_WORKER);
-        Ok(fill(&shell.points, &shell.faces, &params, &mut worker, progress)?)
-    })
+    let found = by_edge_length(
+        domain.volume_mm3(),
+        asked,
+        progress.part(0.1, 1.0),
+        |edge_mm, progress| fill(&solid, edge_mm, progress),
+    )?;
+    Ok(found.mesh)
 }

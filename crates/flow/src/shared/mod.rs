@@ -12,7 +12,6 @@ mod own_regions;
 mod refine;
 mod registration;
 mod scans;
-#[cfg(any(feature = "cgal", feature = "tetgen", test))]
 mod search;
 mod skin;
 mod statics;
@@ -30,19 +29,14 @@ pub(crate) use facts::{movement, quality_check, told, whose};
 pub use labels::{
     LabelOrigin, RegionNameError, RegionNames, SuppliedLabels, read_supplied, write_dicom_labels,
 };
-#[cfg(feature = "cgal")]
-pub use mesher::by_cgal;
-pub use mesher::{Mesher, TETGEN_WORKER, mesh_region};
-#[cfg(feature = "tetgen")]
-pub use mesher::{by_tetgen, tetgen_work};
+pub use mesher::{Fill, Filled, Mesher, Solid, mesh_region};
 pub(crate) use moduli::{Map as TissueMap, moduli, shares};
 pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};
 pub(crate) use scans::{PosedScan, landmarks, read_scans};
-#[cfg(any(feature = "cgal", feature = "tetgen", test))]
-pub use search::{Effort, Found, Try};
+pub use search::{Effort, Found, Try, by_edge_length};
 pub(crate) use skin::{other_breast, skin_distance};
 pub use statics::statics;
 pub(crate) use supine_exchange::is_volume_name as is_volume;

@@ -46,7 +46,10 @@ pub struct Try {
 
 /// Asks for meshes by edge length (mm) until one has about the asked number of tetrahedra, and returns
 /// the nearest. `volume`: of what is meshed, mm³.
-pub(crate) fn search(
+///
+/// # Errors
+/// When a mesh cannot be made or the progress callback says stop.
+pub fn by_edge_length(
     volume: f64,
     (asked, effort): (usize, Effort),
     progress: Progress<'_>,
@@ -123,8 +126,10 @@ mod tests {
     /// A mesher whose count follows a power of the edge length.
     fn by_power(scale: f64, power: f64) -> Found {
         let count = |edge: f64| (scale * edge.powf(-power)).round().max(1.0) as usize;
-        search(8000.0, (400, Effort::default()), Progress::none(), |edge, _| Ok(many(count(edge))))
-            .unwrap()
+        by_edge_length(8000.0, (400, Effort::default()), Progress::none(), |edge, _| {
+            Ok(many(count(edge)))
+        })
+        .unwrap()
     }
 
     #[test]

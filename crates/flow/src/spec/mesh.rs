@@ -76,7 +76,7 @@ pub(super) fn spec(given: Given<'_>) -> Result<MeshSpec, CaseError> {
 fn mesher(given: Given<'_>) -> Result<Mesher, CaseError> {
     let word = given.word("mesh.mesher");
     let mesher = Mesher::ALL.into_iter().find(|m| m.name() == word).unwrap_or_default();
-    mesher.check_built().map_err(|e| value("mesh.mesher", e.to_string()))?;
+    mesher.fill().map_err(|e| value("mesh.mesher", e.to_string()))?;
     Ok(mesher)
 }
 

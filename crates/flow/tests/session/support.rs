@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{LazyLock, Mutex};
-use supine_flow::{NodeId, Observer, Options, RunFolder, Session, Spec, read_ct};
+use supine_flow::{NodeId, Observer, Options, Request, RunFolder, Session, Spec, read_ct};
 use supine_space::Progress;
 use supine_volume::Ct;
 
@@ -146,12 +146,26 @@ impl Observer for Seen {
 /// Runs a case into a folder; what was made.
 pub(crate) fn run(case: &str, base: &Path, out: &Path) -> Result<Vec<NodeId>, String> {
     let seen = Seen::default();
+    let session = session(case, base, out)?;
+    supine_flow::run(&session, Options::default(), &seen).map_err(|e| e.to_string())?;
+    Ok(seen.made())
+}
+
+/// The same up to the report and its pictures, which are most of a small run.
+pub(crate) fn run_stages(case: &str, base: &Path, out: &Path) -> Result<Vec<NodeId>, String> {
+    let seen = Seen::default();
+    let last = [NodeId::Pictures, NodeId::Report, NodeId::ReportObject];
+    let stages: Vec<_> = NodeId::ALL.into_iter().filter(|node| !last.contains(node)).collect();
+    let request = Request { observer: &seen, drops: true, ..Request::default() };
+    session(case, base, out)?.update(&stages, &request).map_err(|e| e.to_string())?;
+    Ok(seen.made())
+}
+
+fn session(case: &str, base: &Path, out: &Path) -> Result<Session, String> {
     let spec = Spec::from_text(case, base).map_err(|e| e.to_string())?;
     let session = Session::new(spec, 2).map_err(|e| e.to_string())?;
     let folder = RunFolder::open(out).map_err(|e| e.to_string())?;
-    let session = session.with_folder(folder).map_err(|e| e.to_string())?;
-    supine_flow::run(&session, Options::default(), &seen).map_err(|e| e.to_string())?;
-    Ok(seen.made())
+    session.with_folder(folder).map_err(|e| e.to_string())
 }
 
 /// Every file of a run with its content, but what differs from run to run.
@@ -180,9 +194,31 @@ pub(crate) fn read_all(folder: &Path) -> Files {
     files
 }
 
-/// Says which files differ.
+/// Says which files of two runs differ.
 pub(crate) fn assert_same(what: &str, kept: &Path, cold: &Path) {
-    let (kept, cold) = (results(kept), results(cold));
+    same_files(what, &results(kept), &results(cold));
+}
+
+/// Says which files of the stages before the report differ, or their records: keys, facts, warnings.
+pub(crate) fn assert_same_stages(what: &str, kept: &Path, cold: &Path) {
+    let apart = ["log.jsonl", "previous/", ".stages/report"];
+    let [kept, cold] = [kept, cold].map(|out| {
+        let mut files = read_all(out);
+        files.retain(|name, _| !apart.iter().any(|start| name.starts_with(start)));
+        let is_record = |name: &str| name.starts_with(".stages/") && name.ends_with(".json");
+        files.iter_mut().filter(|(name, _)| is_record(name)).for_each(|(_, file)| {
+            let kept: serde_json::Value = serde_json::from_slice(file).unwrap();
+            let mut record = kept["record"].clone();
+            // Its files are looked at themselves; that it knows their times differs.
+            record.as_object_mut().unwrap().remove("files").unwrap();
+            *file = serde_json::to_vec(&record).unwrap();
+        });
+        files
+    });
+    same_files(what, &kept, &cold);
+}
+
+fn same_files(what: &str, kept: &Files, cold: &Files) {
     let names = |all: &Files| all.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&kept), names(&cold), "{what}: the files of a changed run and of a cold one");
     let differing: Vec<&String> =

@@ -2,7 +2,8 @@
 //! byte, and what the change does not reach is not made again.
 
 use crate::support::{
-    assert_same, finished_patient, full_size_patient, patient, run, value as dicom_value,
+    assert_same, assert_same_stages, finished_patient, full_size_patient, patient, run, run_stages,
+    value as dicom_value,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -29,13 +30,21 @@ const SERIES: &[NodeId] = &[
 ];
 
 /// A key, another value for it as TOML, and what that leaves alone.
-type Change = (&'static str, &'static str, &'static [NodeId]);
+type Change<'a> = (&'a str, &'a str, &'a [NodeId]);
+
+/// How far a change is followed. The report takes up the whole case and is written anew after any change, so that it cannot
+/// be an old one: it is compared where a change reaches little else, and at the end of each walk.
+#[derive(Clone, Copy)]
+enum To {
+    Stages,
+    Report,
+}
 
 /// Every key: what comes before the tissue, the tissue, and what comes after. A key with several rows is changed several
 /// times.
-const CHANGES: [&[Change]; 3] = [GEOMETRY, TISSUE, RESULTS];
+const CHANGES: [&[Change<'_>]; 3] = [GEOMETRY, TISSUE, RESULTS];
 
-const GEOMETRY: &[Change] = &[
+const GEOMETRY: &[Change<'_>] = &[
     ("ct", "\"ct/IM0040\"", NOTHING),
     ("series", "\"UID\"", NOTHING),
     ("exclude", "\"IM0027\"", NOTHING),
@@ -68,7 +77,7 @@ const GEOMETRY: &[Change] = &[
     ("seeds.file", "\"chest_wall.csv\"", NOTHING),
 ];
 
-const TISSUE: &[Change] = &[
+const TISSUE: &[Change<'_>] = &[
     ("tissue.young", "0.7", MESH),
     ("tissue.poisson", "0.44", MESH),
     ("tissue.density", "950.0", MESH),
@@ -88,7 +97,7 @@ const TISSUE: &[Change] = &[
     ("tissue.cut", "\"free\"", MESH),
 ];
 
-const RESULTS: &[Change] = &[
+const RESULTS: &[Change<'_>] = &[
     ("tissues", "true", SOLUTION),
     ("warp.interpolation", "\"linear\"", SOLUTION),
     ("carry.points", "\"points.csv\"", SERIES),
@@ -223,6 +232,17 @@ impl Walk {
         made
     }
 
+    /// The same up to the report.
+    fn run_stages(&self, what: &str) -> Vec<NodeId> {
+        let made = run_stages(&self.case, self.dir.path(), &self.out());
+        let made = made.unwrap_or_else(|e| panic!("{what}: {e}"));
+        let _none_yet = fs::remove_dir_all(self.cold());
+        let cold = run_stages(&self.case, self.dir.path(), &self.cold());
+        cold.unwrap_or_else(|e| panic!("{what}, cold: {e}"));
+        assert_same_stages(what, &self.out(), &self.cold());
+        made
+    }
+
     /// Runs the case again whose cold run was the last one, and of which none of the files that it names has changed.
     fn repair(&self, what: &str) -> Vec<NodeId> {
         let made = self.again(what);
@@ -234,11 +254,14 @@ impl Walk {
         self.case = changed(&self.case, key, toml);
     }
 
-    /// Changes a value and compares with a cold run; what was made again.
-    fn change(&mut self, key: &str, toml: &str, untouched: &[NodeId]) -> Vec<NodeId> {
+    /// Changes a value and compares with a cold run up to a point; what was made again.
+    fn change(&mut self, (key, toml, untouched): Change, to: To) -> Vec<NodeId> {
         self.edit(key, toml);
         let what = format!("{key} = {toml}");
-        let made = self.run(&what);
+        let made = match to {
+            To::Report => self.run(&what),
+            To::Stages => self.run_stages(&what),
+        };
         let needless: Vec<_> = untouched.iter().filter(|node| made.contains(node)).collect();
         assert!(needless.is_empty(), "{what}: made {needless:?} again");
         made
@@ -255,12 +278,14 @@ fn every_parameter_is_changed() {
     assert!(open.is_empty(), "no change of {open:?} is tried");
 }
 
-fn changed_equals_cold(changes: &[Change]) {
+fn changed_equals_cold(changes: &[Change<'_>]) {
     let mut walk = Walk::new();
     let uid = series_uid(&walk.out());
     for (key, toml, untouched) in changes {
-        walk.change(key, &toml.replace("UID", &uid), untouched);
+        let to = if *untouched == SERIES { To::Report } else { To::Stages };
+        walk.change((key, &toml.replace("UID", &uid), untouched), to);
     }
+    walk.run("the last change");
 }
 
 #[test]
@@ -282,7 +307,7 @@ fn what_comes_after_the_tissue_changed_equals_a_cold_run() {
 const ALL_STAGES: &str = "tissues = true\nexport = { pdf = true }\n[tissue]\nmap = \"hu\"\n";
 
 /// Changes that reach, together, every stage of such a case.
-const FULL_SIZE: &[Change] = &[
+const FULL_SIZE: &[Change<'_>] = &[
     ("carry.segmentation", "\"labels.dcm\"", SERIES),
     ("bed.ap", "3.0", MESH),
     ("mesh.tetrahedra", "450", LABELS),
@@ -294,8 +319,9 @@ const FULL_SIZE: &[Change] = &[
 fn a_ct_in_full_size_changed_equals_a_cold_run() {
     let mut walk = Walk::in_full_size(ALL_STAGES);
     let mut open = NodeId::ALL.to_vec();
-    for (key, toml, untouched) in FULL_SIZE {
-        let made = walk.change(key, toml, untouched);
+    for (n, change) in FULL_SIZE.iter().enumerate() {
+        let is_outermost = n == 0 || n + 1 == FULL_SIZE.len();
+        let made = walk.change(*change, if is_outermost { To::Report } else { To::Stages });
         open.retain(|node| !made.contains(node));
     }
     // A case without scans has nothing to fit.
@@ -333,7 +359,7 @@ fn every_input_files_bytes_count() {
     // The name of the file says which tissue its points are of.
     fs::rename(walk.dir.path().join("chest_wall.csv"), walk.dir.path().join("exclude.csv"))
         .unwrap();
-    walk.change("seeds.file", "\"exclude.csv\"", NOTHING);
+    walk.change(("seeds.file", "\"exclude.csv\"", NOTHING), To::Report);
 }
 
 /// Makes a slice brighter by 1 HU, whether its pixels are compressed or not: the number that is added to them is text.
@@ -352,7 +378,7 @@ fn what_was_deleted_comes_back() {
     walk.edit("mesh.geometry", "\"curved\"");
     walk.again("curved");
     fs::remove_file(walk.out().join(".stages/curved.vtu")).unwrap();
-    walk.change("tissue.young", "0.7", LABELS);
+    walk.change(("tissue.young", "0.7", LABELS), To::Report);
     fs::remove_dir_all(walk.out().join("field")).unwrap();
     assert!(walk.repair("fields deleted").contains(&NodeId::Fields));
     fs::remove_dir_all(walk.out().join(".stages/surfaces")).unwrap();
@@ -383,7 +409,7 @@ fn anonymised() {
     let summary = fs::read_to_string(walk.out().join("summary.json")).unwrap();
     assert!(!summary.contains("\"ct\": \"ct\""), "a de-identified run names no files");
     assert_eq!(run(&walk.case, walk.dir.path(), &walk.out()).unwrap(), []);
-    walk.change("export.anonymise", "false", LABELS);
+    walk.change(("export.anonymise", "false", LABELS), To::Report);
 }
 
 #[test]

@@ -278,6 +278,15 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     assert_eq!(state["problem"], Value::Null);
     assert_eq!((fresh(&state), state["result"]["verdict"].is_string()), (vec![true; 3], true));
     assert!(summary(&dir.path().join("result")) == ours);
+    // A case that no file holds has no command line, once it is another one than what was opened.
+    assert_eq!(state["command"], "supine run result/summary.json --out result");
+    let edits = json!([{ "key": "export.anonymise", "value": true }]);
+    left.post("/api/edit", &json!({ "revision": state["revision"], "edits": edits }));
+    assert_eq!(left.idle()["command"], "");
+    let out = json!({ "dir": "0", "name": "anon" });
+    assert_eq!(left.post("/api/run", &json!({ "out": out })).status, 200);
+    let state = left.idle();
+    assert_eq!((&state["result"]["name"], &state["command"]), (&json!("anon"), &json!("")));
     drop(left);
     // One key of the chain is another one now.
     let path = dir.path().join("result/summary.json");
