@@ -71,7 +71,9 @@ impl Session {
 /// Whether what was moved may be these: one by one of one kind and with as many regions.
 fn same_objects(given: &[GivenObject], moved: &[MovedObject]) -> bool {
     let fits = |(given, moved): (&GivenObject, &MovedObject)| match (&given.what, moved) {
-        (Given::Dose(given), MovedObject::Dose(moved, _)) => given.volume().grid() == moved.grid(),
+        (Given::Dose(given), MovedObject::Dose(moved, _)) => {
+            given.volume().grid() == moved.carried.grid()
+        }
         (Given::Structures(_, closed), MovedObject::Structures(carried, _)) => {
             let names = |all: &[supine_exchange::NamedContours]| -> Vec<String> {
                 all.iter().map(|one| one.name.clone()).collect()
@@ -146,7 +148,7 @@ impl OwnObjects {
         self.all().filter_map(|(file, given, moved)| {
             let Given::Dose(dose) = &given.what else { return None };
             let after = match moved {
-                Some(MovedObject::Dose(carried, _)) => Some(carried),
+                Some(MovedObject::Dose(moved, _)) => Some(&moved.carried),
                 _ => None,
             };
             Some(OwnDose { file, before: dose.volume(), after })

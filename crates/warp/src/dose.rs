@@ -1,34 +1,58 @@
 //! Doses carried along with the tissue, and what they sum to.
 
+use crate::air::{continued, is_tissue};
 use crate::{Origin, Origins, origins::there};
 use supine_space::{Point, Progress, Stopped};
 use supine_volume::{Ct, Volume, sample_trilinear_at};
 
-/// A dose after deformation, on the grid of `origins`: what the tissue that lies in a voxel had received.
+/// A dose before and after deformation, Gy.
+#[derive(Clone, Debug)]
+pub struct CarriedDose {
+    /// As it was given; in the air beside moving tissue as it goes on from there, where no such dose was given.
+    pub planned: Volume<f32>,
+    /// On the grid of the origins: what the tissue that lies in a voxel had received. Outside the skin, as far as the
+    /// origins have a layer there, it goes on from the tissue, so that who interpolates it has the dose of tissue up to the
+    /// skin.
+    pub carried: Volume<f32>,
+}
+
+/// A dose after deformation, on the grid of `origins`.
 ///
 /// A deformed dose, not one that is computed anew on the deformed anatomy. Trilinear; 0 where the
-/// tissue left and outside the grid of the dose.
+/// tissue left and outside the grid of the dose. `ct`, before deformation, tells tissue from air; without it all that lies
+/// outside the mesh and beside its skin is taken for air, and the dose there for one of tissue.
 ///
 /// # Errors
 /// [`Stopped`].
 pub fn carry_dose(
     dose: &Volume<f32>,
+    ct: Option<&Ct>,
     origins: &Origins,
     progress: Progress<'_>,
-) -> Result<Volume<f32>, Stopped> {
+) -> Result<CarriedDose, Stopped> {
     let same = dose.grid() == origins.grid();
-    let sample = |p: Point| {
-        if dose.grid().voxel_at(&p).is_some() { sample_trilinear_at(dose, &p) } else { 0.0 }
-    };
-    origins.volume(progress, |voxel, origin| {
-        let centre = origins.grid().centre(voxel);
-        match origin {
-            Origin::Here | Origin::Beside(_) if same => dose.at(voxel),
-            Origin::Here | Origin::Beside(_) => sample(centre),
-            Origin::Vacated | Origin::BesideVacated(_) => 0.0,
-            Origin::Tissue(to) => sample(there(centre, to)),
+    let planned = match (ct, origins.moving()) {
+        (Some(ct), Some((start, part))) if same => {
+            continued(dose, ct, (*start, part.grid().size()))
         }
-    })
+        _ => dose.clone(),
+    };
+    let sample = |of: &Volume<f32>, p: Point| {
+        if of.grid().voxel_at(&p).is_some() { sample_trilinear_at(of, &p) } else { 0.0 }
+    };
+    let carried = origins.volume(progress, |voxel, origin| {
+        let centre = origins.grid().centre(voxel);
+        let stays = || if same { planned.at(voxel) } else { sample(&planned, centre) };
+        match origin {
+            Origin::Here => stays(),
+            Origin::Beside(_) if ct.is_some_and(|ct| is_tissue(ct, &centre)) => stays(),
+            Origin::Vacated => 0.0,
+            Origin::Tissue(to) | Origin::Beside(to) | Origin::BesideVacated(to) => {
+                sample(&planned, there(centre, to))
+            }
+        }
+    })?;
+    Ok(CarriedDose { planned, carried })
 }
 
 /// Density of tissue of a CT number, g/mL: 1 + HU / 1000, 0 below -1000 HU.
@@ -51,14 +75,21 @@ pub struct DoseTotals {
     pub mass_g: Option<[f64; 2]>,
 }
 
-/// Sums of a dose, before (on its grid) and after ([`carry_dose`], on the grid of `origins`), weighted
+/// Sums of a dose, before (as given, on its grid) and after ([`carry_dose`], on the grid of `origins`), weighted
 /// with the [`density`] of the CT's tissue at the centres of the voxels. HU are carried unchanged, so
-/// that mass goes with volume.
+/// that mass goes with volume. What goes on from the tissue into the air beside it is not counted.
 pub fn dose_totals(
     [before, after]: [&Volume<f32>; 2],
     origins: &Origins,
     ct: Option<&Ct>,
 ) -> DoseTotals {
+    let outside = |voxel| match origins.at(voxel) {
+        Origin::Beside(_) => Some(sample_trilinear_at(before, &origins.grid().centre(voxel))),
+        Origin::BesideVacated(_) => Some(0.0),
+        _ => None,
+    };
+    let counted = |voxel| outside(voxel).unwrap_or_else(|| after.at(voxel));
+    let after = &Volume::par_from_fn(after.grid().clone(), counted);
     let volume = [before, after].map(|dose| {
         let sum: f64 = dose.data().iter().map(|&d| f64::from(d)).sum();
         sum * dose.grid().voxel_volume() / 1000.0

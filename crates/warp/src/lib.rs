@@ -15,6 +15,7 @@
 //! fields against each other; `resampling` crops fields to what moves and leads them on into the air that the tissue
 //! left, for other programs; `dense` keeps clips and wires whole; `beyond` counts what was never measured.
 
+mod air;
 mod batch;
 mod beyond;
 mod collar;
@@ -61,7 +62,7 @@ pub use beyond::beyond_field_mm3;
 pub use consistency::{Consistency, consistency, interpolation_error};
 pub use contours::carry_contours;
 pub use dense::{Dense, DenseFate, keep_dense};
-pub use dose::{DoseTotals, carry_dose, density, dose_totals};
+pub use dose::{CarriedDose, DoseTotals, carry_dose, density, dose_totals};
 pub use dose_volume::DoseVolume;
 pub use error::Error;
 pub use fade::{Faded, Fading, fade};
@@ -74,7 +75,7 @@ pub use masks::carry_mask;
 pub use origins::{Origin, Origins};
 pub use params::Params;
 pub use points::carry_points;
-pub use resampling::{MovingPart, moving_part, resampling};
+pub use resampling::{MovingPart, cell_mm, moving_part, resampling};
 pub use slices::contours as surface_contours;
 pub use surface::{Carried, carry_surface, carry_vertices};
 

@@ -35,7 +35,7 @@ pub fn resampling(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<Volume<[f32; 3]>, Error> {
-    let origins = Origins::new(grid, deformation, params, layer_mm(grid), progress)?;
+    let origins = Origins::new(grid, deformation, params, cell_mm(grid), progress)?;
     let vectors = led_on(&origins)?;
     crop(&vectors, moving(&vectors).wider(vectors.grid().size()))
 }
@@ -51,7 +51,7 @@ pub fn moving_part(
     progress: Progress<'_>,
 ) -> Result<MovingPart, Error> {
     let (origins, fields) =
-        Origins::with_fields(grid, deformation, params, layer_mm(grid), progress)?;
+        Origins::with_fields(grid, deformation, params, cell_mm(grid), progress)?;
     let vectors = led_on(&origins)?;
     let fields = match fields {
         Some(fields) => fields,
@@ -67,8 +67,8 @@ pub fn moving_part(
     Ok(MovingPart { fields, resampling: crop(&vectors, window)? })
 }
 
-/// How far outside the skin vectors follow it, mm: somewhat more than the diagonal of a cell.
-fn layer_mm(grid: &Grid) -> f64 {
+/// Somewhat more than the diagonal of a cell, mm: what follows the skin so far outside is all that is interpolated within it.
+pub fn cell_mm(grid: &Grid) -> f64 {
     1.01 * grid.spacing().norm()
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct Carried {
 
 impl Node for Carry {
     const ID: NodeId = NodeId::Carry;
-    const METHOD: u32 = 9;
+    const METHOD: u32 = 10;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

@@ -23,7 +23,7 @@ pub(crate) struct Moved {
 
 impl Node for MovedObjects {
     const ID: NodeId = NodeId::MovedObjects;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = false;
     /// Whether there are none.
     type Own = bool;

@@ -201,7 +201,7 @@ pub(crate) fn assert_same(what: &str, kept: &Path, cold: &Path) {
 
 /// Says which files of the stages before the report differ, or their records: keys, facts, warnings.
 pub(crate) fn assert_same_stages(what: &str, kept: &Path, cold: &Path) {
-    let apart = ["log.jsonl", "previous/", ".stages/report"];
+    let apart = ["log.jsonl", "previous/", ".stages/pictures", ".stages/report"];
     let [kept, cold] = [kept, cold].map(|out| {
         let mut files = read_all(out);
         files.retain(|name, _| !apart.iter().any(|start| name.starts_with(start)));

@@ -255,7 +255,7 @@ impl Walk {
     }
 
     /// Changes a value and compares with a cold run up to a point; what was made again.
-    fn change(&mut self, (key, toml, untouched): Change, to: To) -> Vec<NodeId> {
+    fn change(&mut self, (key, toml, untouched): Change<'_>, to: To) -> Vec<NodeId> {
         self.edit(key, toml);
         let what = format!("{key} = {toml}");
         let made = match to {

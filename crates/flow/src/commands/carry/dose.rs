@@ -22,9 +22,10 @@ impl Job<'_> {
             ));
         }
         let ct = self.ct()?;
-        let (carried, totals) = self.gather.work(NodeId::Carry, |progress| {
+        let (moved, totals) = self.gather.work(NodeId::Carry, |progress| {
             carry_with_totals(given, ct.as_ref().map(|ct| &ct.ct), &self.deformation, progress)
         })?;
+        let carried = moved.carried;
         self.write(&carried)?;
         let note = Warning::new("dose-not-computed-anew", DOSE_NOTE);
         let told = self.told_dose([given, &carried].map(max_gy), &totals, vec![note]);

@@ -7,14 +7,14 @@ use supine_dicom::{Dose, DoseInfo, write_dose};
 use supine_mesh::Deformation;
 use supine_space::Progress;
 use supine_volume::{Ct, Volume};
-use supine_warp::{DoseTotals, Origins, Params, carry_dose, dose_totals};
+use supine_warp::{CarriedDose, DoseTotals, Origins, Params, carry_dose, cell_mm, dose_totals};
 
 /// What everyone who looks at a carried dose has to know.
 pub(crate) const DOSE_NOTE: &str = "the dose was carried with the tissue; it was not computed anew on the deformed \
                              anatomy";
 
-/// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before deformation, gives the density
-/// of the tissue. `deformation` as the solver gave it.
+/// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before deformation, tells tissue from air
+/// and gives its density. `deformation` as the solver gave it.
 ///
 /// # Errors
 /// When the user stopped.
@@ -23,12 +23,13 @@ pub(crate) fn carry_with_totals(
     ct: Option<&Ct>,
     deformation: &Deformation,
     progress: Progress<'_>,
-) -> Result<(Volume<f32>, DoseTotals), Error> {
-    let origins =
-        Origins::new(given.grid(), deformation, &Params::default(), 0.0, progress.part(0.0, 0.8))?;
-    let carried = carry_dose(given, &origins, progress.part(0.8, 1.0))?;
-    let totals = dose_totals([given, &carried], &origins, ct);
-    Ok((carried, totals))
+) -> Result<(CarriedDose, DoseTotals), Error> {
+    let (grid, params) = (given.grid(), Params::default());
+    let layer_mm = cell_mm(grid);
+    let origins = Origins::new(grid, deformation, &params, layer_mm, progress.part(0.0, 0.8))?;
+    let moved = carry_dose(given, ct, &origins, progress.part(0.8, 1.0))?;
+    let totals = dose_totals([given, &moved.carried], &origins, ct);
+    Ok((moved, totals))
 }
 
 /// Writes a carried dose as an RT dose of the exported CT.

@@ -33,8 +33,8 @@ pub(crate) fn histograms(
     let (mut doses, mut regions) = (vec![], vec![]);
     for ((given, moved), file) in given.iter().zip(moved).zip(&names) {
         match (&given.what, moved) {
-            (Given::Dose(before), MovedObject::Dose(after, _)) => {
-                doses.push((file, [before.volume(), after]));
+            (Given::Dose(_), MovedObject::Dose(moved, _)) => {
+                doses.push((file, [&moved.planned, &moved.carried]));
             }
             (Given::Structures(_, closed), MovedObject::Structures(carried, _)) => {
                 regions.extend(carried.moved.iter().map(|(n, facts)| Region {

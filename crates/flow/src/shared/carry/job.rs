@@ -74,7 +74,8 @@ impl CarryJob<'_> {
     ) -> Result<CarriedDose, Error> {
         let (given, mut warnings) = self.context.dose(path)?;
         let volume = given.volume();
-        let (carried, totals) = carry_with_totals(volume, ct, self.deformation, progress)?;
+        let (moved, totals) = carry_with_totals(volume, ct, self.deformation, progress)?;
+        let carried = moved.carried;
         let write = |out| write_carried_dose(&carried, &given, self.place(), out);
         let written = out.map(write).transpose()?;
         warnings.insert(0, Warning::new("dose-not-computed-anew", DOSE_NOTE));

@@ -14,8 +14,8 @@ use supine_exchange::NamedContours;
 use supine_mesh::Deformation;
 use supine_report::CarriedObject;
 use supine_space::{Grid, Progress, Warning};
-use supine_volume::{Ct, Volume};
-use supine_warp::DoseTotals;
+use supine_volume::Ct;
+use supine_warp::{CarriedDose, DoseTotals};
 
 /// An object as it was given, held against the CT.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub(crate) enum Given {
 #[derive(Debug)]
 pub(crate) enum MovedObject {
     /// Gy.
-    Dose(Volume<f32>, DoseTotals),
+    Dose(CarriedDose, DoseTotals),
     /// With points and open lines of its regions.
     Structures(CarriedContours, Vec<Vec<Line>>),
     Segmentation(CarriedSegments),
@@ -97,9 +97,9 @@ impl GivenObject {
     ) -> Result<MovedObject, Error> {
         Ok(match &self.what {
             Given::Dose(dose) => {
-                let (carried, totals) =
+                let (moved, totals) =
                     carry_with_totals(dose.volume(), Some(ct), deformation, progress)?;
-                MovedObject::Dose(carried, totals)
+                MovedObject::Dose(moved, totals)
             }
             Given::Structures(given, closed) => {
                 let carried = carry_named_contours(closed, ct.grid(), deformation, progress)?;
@@ -132,7 +132,8 @@ impl GivenObject {
             regions: vec![],
         };
         match (&self.what, moved) {
-            (Given::Dose(given), MovedObject::Dose(carried, totals)) => {
+            (Given::Dose(given), MovedObject::Dose(moved, totals)) => {
+                let carried = &moved.carried;
                 let info = write_carried_dose(carried, given, place, out)?;
                 let max_gy = Some([given.volume(), carried].map(super::max_gy));
                 let energy_mj = totals.energy_mj;
@@ -165,7 +166,7 @@ impl GivenObject {
 impl MovedObject {
     pub(crate) fn bytes(&self) -> usize {
         match self {
-            Self::Dose(dose, _) => 4 * dose.data().len(),
+            Self::Dose(dose, _) => 2 * 4 * dose.carried.data().len(),
             Self::Structures(carried, _) => contour_bytes(&carried.structures),
             Self::Segmentation(carried) => carried.bytes(),
         }
