@@ -44,6 +44,9 @@ pub(crate) struct Navigate {
     /// Latency that the maker of the tracker states, ms
     #[arg(long, value_name = "MS", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) latency: f64,
+    /// Results for poses older than this are late, ms
+    #[arg(long, value_name = "MS", default_value_t = 200.0, allow_negative_numbers = true)]
+    pub(crate) late: f64,
     /// Keep poses and results in a new file, for `supine replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,

@@ -40,6 +40,7 @@ pub(crate) fn navigate(args: &Navigate, screen: &Screen) -> Result<End, Failure>
         device: args.device.clone(),
         frame: frame(args.frame),
         frames,
+        late: duration("--late", args.late)?,
     };
     let motion = args.simulate.map(|motion| moved(motion, &patient, &settings)).transpose()?;
     let live = Live {
@@ -142,10 +143,14 @@ fn frames(args: &Navigate) -> Result<(Frames, f64, Vec<String>), Failure> {
         ));
         from_tool = Pose::translation(found.tip.x, found.tip.y, found.tip.z);
     }
-    let latency = Duration::try_from_secs_f64(args.latency / 1e3).map_err(|_| {
-        Failure::new(Kind::Usage, "--latency: a number of ms, not below 0, is needed")
-    })?;
+    let latency = duration("--latency", args.latency)?;
     Ok((Frames { to_patient, from_tool, latency }, registration_mm, notes))
+}
+
+/// A time that an option gives in ms.
+fn duration(option: &str, ms: f64) -> Result<Duration, Failure> {
+    let needed = || format!("{option}: a number of ms, not below 0, is needed");
+    Duration::try_from_secs_f64(ms / 1e3).map_err(|_| Failure::new(Kind::Usage, needed()))
 }
 
 /// The tumour on the table, as the run's summary has it.

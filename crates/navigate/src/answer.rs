@@ -11,6 +11,8 @@ pub enum State {
     Ok,
     /// Not in balance yet: a prediction, right to within its bound.
     Predicted,
+    /// Right for a pose that is older than what may be shown as now.
+    Late,
     /// The last answer; poses stopped, froze or are refused since.
     Stale,
 }
@@ -21,6 +23,7 @@ impl State {
         match self {
             Self::Ok => "ok",
             Self::Predicted => "predicted",
+            Self::Late => "late",
             Self::Stale => "stale",
         }
     }
@@ -44,7 +47,7 @@ pub struct Answer {
     /// The place lies within this distance with a probability of 95 %, mm: tissue, registration and solver together. None where
     /// the run could not say how sure it is.
     pub within_mm: Option<f64>,
-    /// Age of the pose when the answer was ready, s.
+    /// Age of the pose when the answer was ready, or when it was told again, s.
     pub age_s: f64,
     /// Time that the solver took, s.
     pub solve_s: f64,

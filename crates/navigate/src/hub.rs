@@ -93,6 +93,8 @@ impl Lead {
 #[derive(Clone, Debug, Default)]
 struct Told {
     answer: Option<Arc<Answer>>,
+    /// When its age was what it says.
+    at: Duration,
     /// Why it is stale, if it is.
     stale: Option<String>,
 }
@@ -102,6 +104,8 @@ struct Told {
 pub(crate) struct Hub {
     begun: Instant,
     pub(crate) frame: Frame,
+    /// Answers for poses older than this are late.
+    late: Duration,
     /// Radius of the tumour, mm.
     pub(crate) radius_mm: f64,
     /// Triangles of points of the mesh.
@@ -123,10 +127,15 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Hub {
-    pub(crate) fn new(frame: Frame, radius_mm: f64, surface: Vec<[u32; 3]>) -> Self {
+    pub(crate) fn new(
+        (frame, late): (Frame, Duration),
+        radius_mm: f64,
+        surface: Vec<[u32; 3]>,
+    ) -> Self {
         Self {
             begun: Instant::now(),
             frame,
+            late,
             radius_mm,
             surface,
             poses: Slot::default(),
@@ -230,11 +239,30 @@ impl Hub {
         (silent > (interval * INTERVALS).max(SILENCE)).then_some(silent)
     }
 
-    /// A new answer goes to everybody.
+    /// How good an answer is for a pose of that age, s.
+    pub(crate) fn state(&self, is_settled: bool, age_s: f64) -> State {
+        match (age_s > self.late.as_secs_f64(), is_settled) {
+            (true, _) => State::Late,
+            (false, true) => State::Ok,
+            (false, false) => State::Predicted,
+        }
+    }
+
+    /// A new answer goes to everybody; that it is late is told where the one before was not.
     pub(crate) fn publish(&self, answer: Answer) {
         let answer = Arc::new(answer);
-        *lock(&self.told) = Told { answer: Some(Arc::clone(&answer)), stale: None };
-        lock(&self.outboxes).iter().for_each(|outbox| outbox.answer(&answer));
+        let told = Told { answer: Some(Arc::clone(&answer)), at: self.now(), stale: None };
+        let before = std::mem::replace(&mut *lock(&self.told), told);
+        let is_late = |answer: &Arc<Answer>| answer.state == State::Late;
+        let begins = is_late(&answer) && !before.answer.as_ref().is_some_and(is_late);
+        let (age, late) = (1e3 * answer.age_s, self.late.as_millis());
+        let text = format!("the pose is {age:.0} ms old, more than {late} ms");
+        for outbox in lock(&self.outboxes).iter() {
+            outbox.answer(&answer);
+            if begins {
+                outbox.note(messages::status(StatusCode::TimedOut, "Late", &text));
+            }
+        }
     }
 
     /// The shape that belongs to it; it is carried on for those who want the region.
@@ -258,9 +286,8 @@ impl Hub {
             return false;
         }
         told.stale = Some(name.to_owned());
-        let stale = told.answer.as_ref().map(|answer| Answer { state: State::Stale, ..**answer });
-        told.answer = stale.map(Arc::new);
-        let answer = told.answer.clone();
+        let answer = self.as_of_now(&told);
+        (told.answer, told.at) = (answer.clone(), self.now());
         drop(told);
         for outbox in lock(&self.outboxes).iter() {
             answer.iter().for_each(|answer| outbox.answer(answer));
@@ -269,10 +296,20 @@ impl Hub {
         true
     }
 
-    /// The last answer, and why it is stale.
+    /// The last answer with the age that its pose has now, and why it is stale.
     pub(crate) fn last(&self) -> (Option<Arc<Answer>>, Option<String>) {
-        let told = lock(&self.told).clone();
-        (told.answer, told.stale)
+        let told = lock(&self.told);
+        (self.as_of_now(&told), told.stale.clone())
+    }
+
+    fn as_of_now(&self, told: &Told) -> Option<Arc<Answer>> {
+        let answer = told.answer.as_deref()?;
+        let age_s = answer.age_s + self.now().saturating_sub(told.at).as_secs_f64();
+        let state = match told.stale {
+            Some(_) => State::Stale,
+            None => self.state(answer.tissue.settled, age_s),
+        };
+        Some(Arc::new(Answer { age_s, state, ..*answer }))
     }
 
     /// A note goes to everybody.
@@ -301,9 +338,15 @@ impl Hub {
         let frame = self.frame.name();
         let rate = self.interval().map_or(0.0, |mean| 1.0 / mean.as_secs_f64().max(1e-3));
         match (answer, stale) {
-            (None, _) => (StatusCode::NotReady, "Waiting", format!("frame {frame}; no pose yet")),
-            (Some(_), Some(why)) => {
-                (StatusCode::TimedOut, "Stale", format!("frame {frame}; stale: {why}"))
+            (None, _) => {
+                let late = self.late.as_millis();
+                let text = format!("frame {frame}; late after {late} ms; no pose yet");
+                (StatusCode::NotReady, "Waiting", text)
+            }
+            (Some(answer), Some(why)) => {
+                let age = 1e3 * answer.age_s;
+                let text = format!("frame {frame}; stale: {why}; the last pose is {age:.0} ms old");
+                (StatusCode::TimedOut, "Stale", text)
             }
             (Some(answer), None) => {
                 let age_ms = answer.age_s * 1e3;
@@ -312,7 +355,10 @@ impl Hub {
                 let text = format!(
                     "frame {frame}; {rate:.0} poses/s; age {age_ms:.1} ms; within {within} (95 %)"
                 );
-                (StatusCode::Ok, answer.state.name(), text)
+                match answer.state {
+                    State::Late => (StatusCode::TimedOut, "Late", text),
+                    state => (StatusCode::Ok, state.name(), text),
+                }
             }
         }
     }
@@ -364,8 +410,16 @@ mod tests {
     }
 
     #[test]
+    fn a_pose_that_is_too_old_is_late_whether_the_tissue_has_settled_or_not() {
+        let hub = Hub::new((Frame::Lps, Duration::from_millis(200)), 5.0, vec![]);
+        let states = [(true, 0.2), (false, 0.2), (true, 0.21), (false, 2.0)];
+        let found = states.map(|(is_settled, age_s)| hub.state(is_settled, age_s));
+        assert_eq!(found, [State::Ok, State::Predicted, State::Late, State::Late]);
+    }
+
+    #[test]
     fn one_that_comes_back_keeps_its_interval_and_another_begins_anew() {
-        let hub = Hub::new(Frame::Lps, 5.0, vec![]);
+        let hub = Hub::new((Frame::Lps, Duration::from_millis(200)), 5.0, vec![]);
         *lock(&hub.lead) = Lead {
             peer: Some((1, "a".into())),
             last: Duration::ZERO,

@@ -49,11 +49,12 @@ pub(crate) const TYPES: [&str; 22] = [
     "STP_IMAGE",
 ];
 
-/// Green, amber and grey, as a planner reads them; the group says the same in a word.
+/// Green, amber, red and grey, as a planner reads them; the group says the same in a word.
 fn colour(state: State) -> [u8; 4] {
     match state {
         State::Ok => [0, 158, 115, 255],
         State::Predicted => [230, 159, 0, 255],
+        State::Late => [213, 94, 0, 255],
         State::Stale => [128, 128, 128, 255],
     }
 }

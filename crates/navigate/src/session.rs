@@ -34,6 +34,8 @@ pub struct Link {
     pub frame: Frame,
     /// How the frame of the poses lies.
     pub frames: Frames,
+    /// Answers for poses older than this are late.
+    pub late: Duration,
 }
 
 /// What a session starts from.
@@ -90,7 +92,7 @@ pub fn run(start: Start<'_>, link: &Link, host: &dyn Host) -> Result<Counts, Err
     listener.set_nonblocking(true).map_err(failed)?;
     host.listening(listener.local_addr().map_err(failed)?);
     let Start { follower, region, certainty, radius_mm, record } = start;
-    let hub = Hub::new(link.frame, radius_mm, follower.surface()?);
+    let hub = Hub::new((link.frame, link.late), radius_mm, follower.surface()?);
     let centre = follower.target_on_table();
     std::thread::scope(|scope| {
         // Whatever ends one of them ends all.

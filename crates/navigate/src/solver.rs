@@ -1,7 +1,7 @@
 //! The loop that takes the newest pose and tells where the tumour is.
 
 use crate::Error;
-use crate::answer::{Answer, Certainty, State};
+use crate::answer::{Answer, Certainty};
 use crate::follower::Follower;
 use crate::hub::{Hub, Shape};
 use crate::intake::Wanted;
@@ -42,15 +42,16 @@ pub(crate) fn follow(
         let (tissue, deformation) = follower.follow(&wanted.pose)?;
         let now = hub.now();
         number += 1;
+        let age_s = wanted.age_s + now.saturating_sub(wanted.arrived).as_secs_f64();
         let answer = Answer {
             number,
             stamp: wanted.stamp,
             pose: wanted.pose,
             tool: follower.plan().tool,
-            state: if tissue.settled { State::Ok } else { State::Predicted },
+            state: hub.state(tissue.settled, age_s),
             tissue,
             within_mm: certainty.within_mm(tissue.error_mm),
-            age_s: wanted.age_s + now.saturating_sub(wanted.arrived).as_secs_f64(),
+            age_s,
             solve_s: now.saturating_sub(begun).as_secs_f64(),
         };
         let again = before.filter(|(before, _)| before.arrived == wanted.arrived);
@@ -117,11 +118,12 @@ pub(crate) fn watch(hub: &Hub) {
     while !hub.is_over() {
         std::thread::sleep(LOOK);
         let (last, stale) = hub.last();
-        if last.is_some()
+        if let Some(last) = last
             && stale.is_none()
             && let Some(silent) = hub.silence()
         {
-            let text = format!("no pose for {} ms", silent.as_millis());
+            let (silent, age) = (silent.as_millis(), 1e3 * last.age_s);
+            let text = format!("no pose for {silent} ms; the last one is {age:.0} ms old");
             hub.stale(StatusCode::TimedOut, "Silence", &text);
         }
         if hub.now().saturating_sub(told) >= KEEP_ALIVE {

@@ -149,8 +149,9 @@ impl Ear {
         let state = match point.group.to_string().as_str() {
             "ok" => "ok",
             "predicted" => "predicted",
+            "late" => "late",
             STALE => STALE,
-            _ => return Err("its state is none of ok, predicted and stale".into()),
+            _ => return Err("its state is none of ok, predicted, late and stale".into()),
         };
         let frame = Frame::of(message)?;
         let tumour = place(frame, point.position).ok_or("the tumour\u{2019}s place is no place")?;

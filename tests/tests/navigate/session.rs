@@ -39,6 +39,8 @@ impl Session {
     pub(crate) fn start(run: &Path, words: &[&dyn AsRef<OsStr>]) -> Self {
         let mut command = supine_command();
         command.arg("navigate").arg(run).args(["--port", "0", "--json", "--no-progress"]);
+        // The stamps of the tests do not keep to time.
+        command.args(["--late", "3600000"]);
         command.args(words.iter().map(|word| word.as_ref()));
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("supine can be started");

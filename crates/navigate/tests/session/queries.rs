@@ -64,14 +64,14 @@ fn before_the_first_pose_there_is_nothing_to_tell() {
         let told = client.until(|m| status(m, "Waiting"));
         assert_eq!(
             (told.code, told.text.as_str()),
-            (StatusCode::NotReady, "frame RAS; no pose yet")
+            (StatusCode::NotReady, "frame RAS; late after 3600000 ms; no pose yet")
         );
         client.ask(Verb::Get, "STRING");
         let text = client.until(|m| match &m.content {
             Content::Text(text) => Some(text.text.clone()),
             _ => None,
         });
-        assert_eq!(text, "frame RAS; no pose yet");
+        assert_eq!(text, "frame RAS; late after 3600000 ms; no pose yet");
         client.ask(Verb::Get, "CAPABILITY");
         let types = client.until(|m| match &m.content {
             Content::Capabilities(types) => Some(types.clone()),

@@ -2,10 +2,11 @@
 
 use crate::support::{
     Client, PATIENCE, TRIES, answered, during, link, longest_silence, near, stale, stamp, status,
+    tumour,
 };
 use std::time::{Duration, Instant};
 use supine_fem::Contact;
-use supine_navigate::Frame;
+use supine_navigate::{Frame, Link};
 use supine_openigtlink::{Content, Message, Stamp, Status, StatusCode};
 
 /// Time between two poses of a tracker.
@@ -108,6 +109,32 @@ fn poses_that_are_equal_to_the_bit_are_frozen() {
 }
 
 #[test]
+fn an_answer_for_an_old_pose_is_late_and_everybody_is_told_so() {
+    let link = Link { late: Duration::from_millis(200), ..link(Frame::Lps) };
+    during(&link, Contact::Tied, |session| {
+        let (mut client, mut other) = (session.client(), session.client());
+        client.follow(stamp(20), &near(1));
+        // Its stamp is 20 ms later, and it comes half a second later.
+        std::thread::sleep(Duration::from_millis(520));
+        client.pose(stamp(40), &near(2));
+        for client in [&mut client, &mut other] {
+            let (passed, told) = client.passing(|m| status(m, "Late"));
+            let is_good = |item: supine_openigtlink::PointItem| item.group.to_string() == "ok";
+            let good = |m: &Message| m.stamp == stamp(40) && tumour(m).is_some_and(is_good);
+            assert!(!passed.iter().any(good), "{passed:?}");
+            assert_eq!(told.code, StatusCode::TimedOut);
+            let ms: u32 = told.text.split(' ').find_map(|word| word.parse().ok()).unwrap();
+            assert!(ms >= 480, "{told:?}");
+        }
+        // After some silence the age is that of the pose, not that of the answer when it was ready.
+        let silent = client.until(|m| status(m, "Stale"));
+        // "… the last pose is 530 ms old"
+        let old = silent.text.rsplit(' ').find_map(|word| word.parse::<u32>().ok()).unwrap();
+        assert!(old >= 480, "{silent:?}");
+    });
+}
+
+#[test]
 fn each_second_everybody_is_told_the_state_and_the_frame() {
     for frame in [Frame::Lps, Frame::Ras] {
         during(&link(frame), Contact::Tied, |session| {
@@ -117,7 +144,10 @@ fn each_second_everybody_is_told_the_state_and_the_frame() {
                 for _ in 0..2 {
                     let told = client.until(each_second);
                     assert_eq!((told.code, told.name.as_str()), (StatusCode::NotReady, "Waiting"));
-                    assert_eq!(told.text, format!("frame {}; no pose yet", frame.name()));
+                    assert_eq!(
+                        told.text,
+                        format!("frame {}; late after 3600000 ms; no pose yet", frame.name())
+                    );
                 }
             }
             // A tracker at work: the state is good.

@@ -22,7 +22,7 @@
  *   inserted: boolean, tracked?: boolean}} Applicator `tracked`: where a tracker had it; put in at `centre`, its shaft along `axis`; since then moved, mm, and turned, radians about its centre */
 /** @typedef {{force: number, moment: number, tumour: Triple|null, away: number|null, gap: number|null}} Load force in N, moment in
  *   N mm, the tumour's place now; how far its centre and its surface are from the applicator's surface, mm */
-/** @typedef {{state: "ok"|"predicted"|"stale", age_ms: number|null, within_mm: number|null, moved_mm: number|null, from_surface_mm: number|null,
+/** @typedef {{state: "ok"|"predicted"|"late"|"stale", age_ms: number|null, within_mm: number|null, moved_mm: number|null, from_surface_mm: number|null,
  *   from_axis_mm: number|null, force_n: number|null, solver_error_mm: number|null, tumour: Triple, radius_mm: number,
  *   sphere_radius_mm: number|null, shaft_radius_mm: number|null, rest: Triple|null,
  *   centre: Triple, axis: Triple, stamp: number|null}} Answer of a navigation; `rest`: where the tumour is without the applicator */

@@ -11,7 +11,7 @@ import { change, now } from "../state.js";
 /** @typedef {import("../state.js").Answer} Answer */
 /** @typedef {import("./parts.js").Part} Part */
 
-const words = { ok: "ok: in balance", predicted: "predicted", stale: "\u26a0 stale" };
+const words = { ok: "ok: in balance", predicted: "predicted", late: "\u26a0 late: the pose is old", stale: "\u26a0 stale" };
 /** @param {number|null} x @param {string} unit @param {number} [digits] */
 const known = (x, unit, digits) => (x === null ? "not told" : `${fixed(x, digits)} ${unit}`);
 

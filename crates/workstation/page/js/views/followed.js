@@ -6,12 +6,13 @@ import { colours, stroke, swell, write } from "./pen.js";
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./pane.js").Pane} Pane */
 /** @typedef {import("../state.js").Sphere} Sphere */
-/** @typedef {Sphere & {state: "ok"|"predicted"|"stale"}} Followed */
+/** @typedef {Sphere & {state: "ok"|"predicted"|"late"|"stale"}} Followed */
 
 /** @type {Record<Followed["state"], {colour: string, dashes: number[], word: string}>} */
 const looks = {
   ok: { colour: colours.tumour, dashes: [], word: "" },
   predicted: { colour: "#ffa21a", dashes: [], word: ", predicted" },
+  late: { colour: "#ff5a1f", dashes: [3, 4], word: ", LATE" },
   stale: { colour: "#b8b8b8", dashes: [6, 5], word: ", STALE" },
 };
 
