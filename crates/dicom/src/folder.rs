@@ -330,10 +330,12 @@ fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error
         let error = Error::attribute(&name, "Series Instance UID", "is missing");
         return Ok((Found::Damaged(Damaged { error, file: name, series: None }), preamble));
     }
+    let ill_formed = crate::form::told(&head.set);
     let ct_file = |(series, mut slice): SliceOfSeries| {
         if let (Ok(slice), true) = (&mut slice, identified) {
             slice.warnings.push(Warning::new("uids-from-file-header", IDENTIFIED));
         }
+        slice.iter_mut().for_each(|slice| slice.warnings.extend(ill_formed.clone()));
         let (path, name, syntax) = (path.to_owned(), name.clone(), container.syntax.name());
         CtFile { path, name, series, syntax, slice }
     };

@@ -35,6 +35,7 @@ mod error;
 mod export;
 mod files;
 mod folder;
+mod form;
 mod geometry;
 mod inspect;
 mod left_out;

@@ -4,6 +4,7 @@ use crate::accept::Accept;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
 use crate::folder::{CtFile, Folder, Series};
+use crate::form;
 use crate::geometry::{Stack, stack};
 use crate::left_out::{LeftOut, LeftOutReason as Reason};
 use crate::multi_frame;
@@ -270,10 +271,11 @@ impl Opened {
         let samples = self.samples(slice)?;
         rescale(slice, &samples, hu);
         let (clipped, padding) = padding_and_clipped(slice, &samples, start, hu);
-        let header = match self.frames.get(slice.frame.index) {
+        let mut header = match self.frames.get(slice.frame.index) {
             Some(header) => header.clone(),
             None => self.data.without(tags::PIXEL_DATA),
         };
+        form::mend(&mut header);
         let mut slice = slice.clone();
         if self.zeros > 0 {
             slice.warnings.push(Warning::new("zeros-behind-data", ZEROS));

@@ -1,6 +1,7 @@
 //! Whether a result may be used: what a planner reads first.
 
 use crate::summary::{Colour, Reason, Summary, TissueFit, Verdict, Warning};
+use crate::tg132;
 use crate::words::{count, fixed};
 
 /// How far off the tumour's place may be for green unless another distance is asked for, mm.
@@ -25,7 +26,7 @@ const TOLD: [&str; 6] = [
 /// Residuals on the breast above which one modulus does not describe it, mm rms.
 const MISFIT_MM: f64 = 0.7;
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 12] = [
+const NOTES: [&str; 13] = [
     "dose-not-computed-anew",
     "dose-without-plan",
     "labels-uncertainty-unknown",
@@ -37,6 +38,7 @@ const NOTES: [&str; 12] = [
     "patient-not-identified",
     "pixel-data-too-long",
     "rescale-type-unspecified",
+    "source-ill-formed",
     "uids-from-file-header",
 ];
 /// A displacement may lie this far outside its interval, mm and as a share: the interval is without the fade at the cut.
@@ -79,8 +81,11 @@ fn failures(summary: &Summary) -> Vec<Reason> {
         let text = format!("The simulated tissue folds over itself in {} voxels.", count(folded));
         let many = folded as f64 > FOLDED * summary.warp.moved_voxels as f64;
         let colour = if many { Colour::Red } else { Colour::Amber };
-        reasons.push(reason(colour, "folded-map", text));
+        // Where it folds the fields do not lead back.
+        let effect_mm = summary.warp.forward_then_backward.as_ref().map(|fields| fields.max_mm);
+        reasons.push(Reason { effect_mm, ..reason(colour, "folded-map", text) });
     }
+    reasons.extend(outside(summary));
     match summary.export.as_ref().map(|export| &export.verified) {
         None => {
             reasons.push(reason(Colour::Amber, "not-exported", "No DICOM series was exported."))
@@ -97,6 +102,35 @@ fn failures(summary: &Summary) -> Vec<Reason> {
         Some(_) => {}
     }
     reasons
+}
+
+/// Measures of the table of TG-132 that lie outside their tolerance, but for folds.
+fn outside(summary: &Summary) -> Vec<Reason> {
+    let Some(agreement) = &summary.agreement else { return Vec::new() };
+    let skin = agreement.skin.as_ref().filter(|skin| !tg132::is_skin_within(skin));
+    let skin = skin.map(|skin| {
+        let text = format!(
+            "The skin of the exported CT lies {} mm from that of the simulated tissue in the mean, at most {} mm; near {} of {} \
+             places there is none.",
+            fixed(skin.mean_mm, 1),
+            fixed(skin.max_mm, 1),
+            count(skin.lost),
+            count(skin.places)
+        );
+        let effect_mm = Some(skin.mean_mm);
+        Reason { effect_mm, ..reason(Colour::Amber, "skins-apart", text) }
+    });
+    let fields = summary.warp.forward_then_backward.as_ref();
+    let fields = fields.filter(|fields| !tg132::is_consistent(fields, agreement)).map(|fields| {
+        let text = format!(
+            "The displacement fields do not lead back to where one began: {} mm are left in the worst place, {} mm are tolerated.",
+            fixed(fields.max_mm, 2),
+            fixed(agreement.voxel_mm, 2)
+        );
+        let effect_mm = Some(fields.max_mm);
+        Reason { effect_mm, ..reason(Colour::Amber, "fields-inconsistent", text) }
+    });
+    skin.into_iter().chain(fields).collect()
 }
 
 /// What is wrong with the tumour's place.
@@ -455,6 +489,29 @@ mod tests {
         let mut summary = sound();
         (summary.solve.min_det_f, summary.solve.min_det_f_mm) = (0.2, [40.0, -30.0, 70.0]);
         assert_eq!(verdict(&summary, 2.0).colour, Colour::Amber);
+    }
+
+    #[test]
+    fn a_measure_outside_its_tolerance_is_a_reason_with_its_mm() {
+        let mut summary = sound();
+        summary.warp.folded_voxels = 1;
+        if let Some(fields) = &mut summary.warp.forward_then_backward {
+            fields.max_mm = 7.23;
+        }
+        if let Some(skin) = summary.agreement.as_mut().and_then(|a| a.skin.as_mut()) {
+            (skin.mean_mm, skin.max_mm) = (2.1, 9.0);
+        }
+        let found = verdict(&summary, 2.0);
+        let told: Vec<_> = found.reasons.iter().map(|r| (r.code.as_str(), r.effect_mm)).collect();
+        assert_eq!(
+            told,
+            [
+                ("folded-map", Some(7.23)),
+                ("fields-inconsistent", Some(7.23)),
+                ("skins-apart", Some(2.1))
+            ]
+        );
+        assert_eq!(found.colour, Colour::Amber);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use dicom_dictionary_std::{tags, uids};
 use supine_space::{Grid, Side, Warning};
 
 /// Copied from the first slice beside patient and study: the same scan for the whole series.
-const SCAN: &[Tag] = &[
+pub(crate) const SCAN: &[Tag] = &[
     tags::BODY_PART_EXAMINED,
     tags::PATIENT_POSITION,
     tags::SLICE_THICKNESS,
@@ -34,7 +34,7 @@ const SCAN: &[Tag] = &[
 ];
 
 /// Copied slice by slice.
-const COPIED_PER_SLICE: &[Tag] = &[
+pub(crate) const COPIED_PER_SLICE: &[Tag] = &[
     tags::ACQUISITION_DATE,
     tags::ACQUISITION_TIME,
     tags::ACQUISITION_NUMBER,
@@ -53,7 +53,7 @@ const REQUIRED: &[(Tag, VR)] = &[
 ];
 
 /// What the scanner says about itself, for Contributing Equipment.
-const EQUIPMENT: &[Tag] = &[
+pub(crate) const EQUIPMENT: &[Tag] = &[
     tags::MANUFACTURER,
     tags::INSTITUTION_NAME,
     tags::STATION_NAME,

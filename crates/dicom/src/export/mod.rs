@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::geometry::{grid_of, same_grid};
 use crate::source::Source;
 use attributes::Attributes;
+pub(crate) use attributes::{COPIED_PER_SLICE, EQUIPMENT, SCAN};
 use encoding::Encoding;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};

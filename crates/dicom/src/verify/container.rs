@@ -2,10 +2,10 @@
 
 use super::{Checks, Image};
 use crate::data_set::{DataSet, Element, Value, dictionary_vr};
-use crate::number::{parse_ds, parse_is};
-use crate::uid::is_uid;
+use crate::form;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
+use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 use std::collections::BTreeSet;
 
 pub(super) fn check(checks: &mut Checks, images: &[Image], unreadable: &[String]) {
@@ -85,71 +85,59 @@ fn value_fault(element: &Element, bytes: &[u8], utf8: bool) -> Option<String> {
         return Some(format!("should be {known}"));
     }
     let longest = match vr {
-        VR::AE | VR::CS | VR::DS | VR::SH => 16,
-        VR::IS => 12,
-        VR::DA => 8,
-        VR::AS => 4,
-        VR::TM => 14,
-        VR::DT => 26,
-        VR::LO | VR::UI => 64,
-        VR::PN => 324,
         VR::ST => return (bytes.len() > 1024).then(|| "is longer than 1024".into()),
         VR::LT => return (bytes.len() > 10240).then(|| "is longer than 10240".into()),
-        _ => return None,
+        _ => form::longest(vr)?,
     };
     let text: String = if utf8 {
         String::from_utf8_lossy(bytes).into_owned()
     } else {
         bytes.iter().map(|&b| char::from(b)).collect()
     };
-    text.split('\\').find_map(|value| one_value_fault(vr, value, longest))
-}
-
-fn one_value_fault(vr: VR, value: &str, longest: usize) -> Option<String> {
-    // The padding to even length does not count but for numbers, which it must not exceed.
-    let value = match vr {
-        VR::UI => value.trim_end_matches('\0'),
-        _ => value,
-    };
-    let bare = value.trim_matches(' ');
-    let counted = if matches!(vr, VR::DS | VR::IS) { value } else { bare };
-    let length = counted.chars().count();
-    if length > longest {
-        return Some(format!("has a value of {length} characters, {longest} fit"));
-    }
-    let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
-    let code = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || matches!(c, ' ' | '_');
-    let formed = bare.is_empty()
-        || match vr {
-            VR::UI => is_uid(value),
-            VR::DS => parse_ds(value).is_some(),
-            VR::IS => parse_is(value).is_some(),
-            VR::CS => value.chars().all(code),
-            VR::DA => bare.len() == 8 && digits(bare),
-            VR::TM => digits(&bare.replace('.', "")) && bare.len() >= 2,
-            VR::AS => bare.len() == 4 && digits(&bare[..3]) && bare.ends_with(['D', 'W', 'M', 'Y']),
-            _ => true,
-        };
-    (!formed).then(|| "does not have the form of its VR".into())
+    text.split('\\').find_map(|value| form::fault(vr, value, longest))
 }
 
 fn check_text(checks: &mut Checks, images: &[Image]) {
     let rule = "A5 texts fit the Specific Character Set";
     let mut found = Vec::new();
     for image in images {
-        let set = image.text(tags::SPECIFIC_CHARACTER_SET);
-        let fits: fn(&[u8]) -> bool = match set.as_str() {
-            "" | "ISO_IR 6" => |bytes| bytes.is_ascii(),
-            "ISO_IR 192" => |bytes| std::str::from_utf8(bytes).is_ok(),
-            "ISO_IR 100" => |bytes| !bytes.iter().any(|b| (0x80..0xA0).contains(b)),
-            other => return checks.skip(rule, &format!("{other} is not known here")),
+        let sets = image.text(tags::SPECIFIC_CHARACTER_SET);
+        let Some(fits) = character_set(&sets) else {
+            return checks.skip(rule, &format!("{sets} is not known here"));
         };
-        text_faults(&image.set, fits, &image.file, &mut found);
+        text_faults(&image.set, &fits, &image.file, &mut found);
     }
     checks.none_of(rule, &found);
 }
 
-fn text_faults(set: &DataSet, fits: fn(&[u8]) -> bool, file: &str, found: &mut Vec<String>) {
+/// Whether a text is of a character set.
+type Fits = Box<dyn Fn(&[u8]) -> bool>;
+
+/// How it is told whether a text is of the named sets (PS3.3 C.12.1.1.2); of code extensions it is only known that they name sets.
+fn character_set(sets: &str) -> Option<Fits> {
+    match sets {
+        "" | "ISO_IR 6" => return Some(Box::new(<[u8]>::is_ascii)),
+        "ISO_IR 192" => return Some(Box::new(|bytes| std::str::from_utf8(bytes).is_ok())),
+        "ISO_IR 100" => {
+            return Some(Box::new(|bytes| !bytes.iter().any(|b| (0x80..0xA0).contains(b))));
+        }
+        _ => {}
+    }
+    let named = |set: &str| set.is_empty() || SpecificCharacterSet::from_code(set).is_some();
+    let mut all = sets.split('\\').map(str::trim);
+    if !all.clone().all(named) {
+        return None;
+    }
+    if sets.contains("ISO 2022") {
+        return Some(Box::new(|_| true));
+    }
+    let set = SpecificCharacterSet::from_code(all.next()?)?;
+    Some(Box::new(move |bytes| {
+        set.decode(bytes).is_ok_and(|text| !text.contains(char::REPLACEMENT_CHARACTER))
+    }))
+}
+
+fn text_faults(set: &DataSet, fits: &dyn Fn(&[u8]) -> bool, file: &str, found: &mut Vec<String>) {
     for element in set.elements() {
         match &element.value {
             Value::Items(items) => {

@@ -36,7 +36,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 12;
+    const METHOD: u32 = 13;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;

@@ -220,7 +220,7 @@ pub(crate) fn assert_same_stages(what: &str, kept: &Path, cold: &Path) {
 
 fn same_files(what: &str, kept: &Files, cold: &Files) {
     let names = |all: &Files| all.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(&kept), names(&cold), "{what}: the files of a changed run and of a cold one");
+    assert_eq!(names(kept), names(cold), "{what}: the files of a changed run and of a cold one");
     let differing: Vec<&String> =
         kept.iter().filter(|(name, bytes)| cold[*name] != **bytes).map(|(name, _)| name).collect();
     assert!(differing.is_empty(), "{what}: differ from a cold run: {differing:?}");

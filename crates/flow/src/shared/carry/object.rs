@@ -38,7 +38,7 @@ pub(crate) enum Given {
 #[derive(Debug)]
 pub(crate) enum MovedObject {
     /// Gy.
-    Dose(CarriedDose, DoseTotals),
+    Dose(Box<CarriedDose>, DoseTotals),
     /// With points and open lines of its regions.
     Structures(CarriedContours, Vec<Vec<Line>>),
     Segmentation(CarriedSegments),
@@ -99,7 +99,7 @@ impl GivenObject {
             Given::Dose(dose) => {
                 let (moved, totals) =
                     carry_with_totals(dose.volume(), Some(ct), deformation, progress)?;
-                MovedObject::Dose(moved, totals)
+                MovedObject::Dose(Box::new(moved), totals)
             }
             Given::Structures(given, closed) => {
                 let carried = carry_named_contours(closed, ct.grid(), deformation, progress)?;
