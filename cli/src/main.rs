@@ -41,6 +41,8 @@ use words::Schema;
 static ALLOCATOR: supine_flow::CountingAllocator = supine_flow::CountingAllocator;
 
 fn main() -> ExitCode {
+    // Before the arguments, which may name one.
+    meshers::offer();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return manual::usage(&error),
@@ -85,7 +87,6 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         pool.map_err(|e| Failure::new(Kind::Usage, format!("--threads: {e}")))?;
     }
     screen.catch_interrupts()?;
-    meshers::offer();
     match cli.command {
         Command::Demo(args) => demo::demo(&args, screen),
         Command::Open(args) => open::open(&args, screen),

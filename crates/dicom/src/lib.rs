@@ -23,6 +23,7 @@
 mod accept;
 mod acquisitions;
 mod anonymise;
+mod character_set;
 mod clock;
 mod companion;
 mod data_set;

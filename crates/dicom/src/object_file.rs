@@ -1,5 +1,6 @@
 //! Objects as files that are handed on unchanged: what a file holds and where its data set begins.
 
+use crate::character_set::readable;
 use crate::data_set::{
     Container, DataSet, Encoding, OpenError, TransferSyntax, Until, can_be_implicit, encode,
     encode_implicit, parse, part10_head,
@@ -9,7 +10,6 @@ use crate::files::{MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
-use crate::whose::readable;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
 use rayon::prelude::*;

@@ -1,10 +1,8 @@
 //! Whose CT a series is, as a person reads it.
 
-use crate::data_set::{DataSet, text_of};
+use crate::character_set::readable;
 use crate::source::Source;
-use dicom_core::Tag;
 use dicom_dictionary_std::tags;
-use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 
 /// Whose CT a series is: for the eyes of those who treat her, not for logs, hence no content in its `Debug`.
 #[derive(Clone, PartialEq, Eq, Default)]
@@ -59,18 +57,6 @@ impl Source {
     }
 }
 
-/// A text in its own character set (PS3.3 C.12.1.1.2); code extensions are read as far as the first set goes.
-pub(crate) fn readable(header: &DataSet, tag: Tag) -> String {
-    let bytes = header.bytes(tag).unwrap_or_default();
-    let named = header.text(tags::SPECIFIC_CHARACTER_SET);
-    let set = named.split('\\').find(|name| !name.is_empty());
-    let decoded = set
-        .and_then(SpecificCharacterSet::from_code)
-        .and_then(|set| set.decode(bytes).ok())
-        .unwrap_or_else(|| text_of(bytes));
-    decoded.trim_matches([' ', '\0']).into()
-}
-
 /// A person's name (PS3.5 6.2.1.1): of the alphabetic group family name, given and middle names.
 fn name(text: &str) -> String {
     let group = text.split('=').find(|group| !group.is_empty()).unwrap_or_default();
@@ -94,7 +80,7 @@ fn date(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data_set::Value;
+    use crate::data_set::{DataSet, Value};
     use dicom_core::VR;
 
     #[test]

@@ -80,7 +80,7 @@ import json, sys, supine
 values = json.loads(sys.argv[1])
 for _ in range(2):
     session = supine.Session(**values)
-    session.labels
+    session.movement
     print(len(session.warnings))
 """
 

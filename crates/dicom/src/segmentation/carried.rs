@@ -3,6 +3,7 @@
 use super::marked::Marked;
 use super::write::{check, common};
 use super::{Segmentation, SegmentationInfo, SegmentationParams};
+use crate::character_set::readable_in;
 use crate::companion::{characters, plain, same_patient};
 use crate::data_set::DataSet;
 use crate::derived::{code, copy};
@@ -69,7 +70,9 @@ pub fn write_carried_segmentation(
     if ascii_only {
         items.iter_mut().for_each(plain);
     }
-    let names = items.iter().map(|i| i.text(tags::SEGMENT_LABEL)).collect();
+    let sets = set.text(tags::SPECIFIC_CHARACTER_SET);
+    let name = |item: &DataSet| readable_in(&sets, item, tags::SEGMENT_LABEL);
+    let names = items.iter().map(name).collect();
     set.put_items(tags::SEGMENT_SEQUENCE, items);
     let holds = |segment: usize, voxel: usize| masks[segment].data()[voxel];
     let marked = Marked { grid: &grid, carried: Some(params.before), names, holds: &holds };

@@ -12,6 +12,7 @@ pub use carried::write_carried_segmentation;
 pub use codes::Meaning;
 pub use write::{SegmentationInfo, SegmentationParams, write_segmentation};
 
+use crate::character_set::readable_in;
 use crate::data_set::{DataSet, PixelCoding, Value};
 use crate::error::Error;
 use crate::number::parse_is;
@@ -208,6 +209,7 @@ pub fn frame_of_reference(path: &Path) -> Result<String, Error> {
 }
 
 fn segments(object: &Object) -> Result<Vec<Segment>, Error> {
+    let sets = object.set.text(tags::SPECIFIC_CHARACTER_SET);
     let mut segments: Vec<Segment> = Vec::new();
     for item in object.set.items(tags::SEGMENT_SEQUENCE) {
         let Some(number) = item.u16(tags::SEGMENT_NUMBER) else {
@@ -216,7 +218,7 @@ fn segments(object: &Object) -> Result<Vec<Segment>, Error> {
         if segments.iter().any(|s| s.number == number) {
             return object.fail("Segment Number", format!("{number} is there twice"));
         }
-        let name = item.text(tags::SEGMENT_LABEL);
+        let name = readable_in(&sets, item, tags::SEGMENT_LABEL);
         segments.push(Segment { number, name, meaning: codes::meaning(item) });
     }
     if segments.is_empty() {

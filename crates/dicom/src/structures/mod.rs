@@ -7,6 +7,7 @@ mod write;
 pub use made::Named;
 pub use write::{Drawing, StructuresInfo, write_structures};
 
+use crate::character_set::readable_in;
 use crate::data_set::{DataSet, text_of};
 use crate::error::Error;
 use crate::number::{parse_ds, parse_is};
@@ -210,6 +211,7 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
     if class != uids::RT_STRUCTURE_SET_STORAGE {
         return object.unsupported(format!("not a structure set: {}", crate::folder::kind(&class)));
     }
+    let sets = object.set.text(tags::SPECIFIC_CHARACTER_SET);
     let mut rois: Vec<Roi> = Vec::new();
     for item in object.set.items(tags::STRUCTURE_SET_ROI_SEQUENCE) {
         let Some(number) = parse_is(&item.text(tags::ROI_NUMBER)) else {
@@ -220,7 +222,7 @@ pub fn read_structures(path: &Path) -> Result<Structures, Error> {
         }
         rois.push(Roi {
             number,
-            name: item.text(tags::ROI_NAME),
+            name: readable_in(&sets, item, tags::ROI_NAME),
             interpreted_type: String::new(),
             colour: None,
             frame_of_reference: item.text(tags::REFERENCED_FRAME_OF_REFERENCE_UID),

@@ -123,7 +123,11 @@ fn character_set(sets: &str) -> Option<Fits> {
         }
         _ => {}
     }
-    let named = |set: &str| set.is_empty() || SpecificCharacterSet::from_code(set).is_some();
+    // Two that are read by their escape sequences alone.
+    let more = ["ISO 2022 IR 148", "ISO 2022 IR 159"];
+    let named = |set: &str| {
+        set.is_empty() || more.contains(&set) || SpecificCharacterSet::from_code(set).is_some()
+    };
     let mut all = sets.split('\\').map(str::trim);
     if !all.clone().all(named) {
         return None;

@@ -10,7 +10,7 @@ use supine_volume::Volume;
 use supine_warp::DoseTotals;
 
 const NO_CT: &str = "without --ct (the CT before deformation) the density of the tissue is not known: the total is by \
-                     volume only";
+                     volume only, and beside the skin air cannot be told from tissue: the dose there is carried as it was given";
 
 impl Job<'_> {
     /// A dose of a plain volume, Gy.
