@@ -88,7 +88,8 @@ for _ in range(2):
 def test_each_session_tells_its_warnings_and_keeps_them(values: dict[str, Any]) -> None:
     """Of itself Python tells what came from one line only once: of a loop over patients, of the first."""
     plain = json.dumps(values, default=str)
-    done = subprocess.run([sys.executable, "-c", TWO_PATIENTS, plain], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", TWO_PATIENTS, plain]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
     first, second = map(int, done.stdout.split())
     assert first == second > 0
     assert done.stderr.count("SupineWarning: ") == first + second
