@@ -63,6 +63,32 @@ fn decode(sets: &str, bytes: &[u8]) -> String {
     first.and_then(|name| letters(name).text(bytes)).unwrap_or_else(|| text_of(bytes))
 }
 
+/// Whether every set that a Specific Character Set names is known.
+pub(crate) fn is_known(sets: &str) -> bool {
+    let known = |name: &str| match letters(name) {
+        Letters::Named(known) => !known.is_empty() || name.is_empty() || name.ends_with(" 159"),
+        Letters::Kanji(_) | Letters::Turkish => true,
+    };
+    sets.split('\\').map(str::trim).all(known)
+}
+
+/// Whether bytes are a text in known sets.
+pub(crate) fn holds(sets: &str, bytes: &[u8]) -> bool {
+    let text = match sets {
+        "" | "ISO_IR 6" => return bytes.is_ascii(),
+        // The decoder puts question marks.
+        "ISO_IR 192" => return std::str::from_utf8(bytes).is_ok(),
+        // What Latin-1 has no letters for is read all the same.
+        "ISO_IR 100" => return !bytes.iter().any(|b| (0x80..0xA0).contains(b)),
+        _ if bytes.contains(&ESCAPE) => extended(sets, bytes),
+        _ => {
+            let first = sets.split('\\').map(str::trim).find(|name| !name.is_empty());
+            first.and_then(|name| letters(name).text(bytes))
+        }
+    };
+    text.is_some_and(|text| !text.contains(char::REPLACEMENT_CHARACTER))
+}
+
 /// The letters of a defined term.
 fn letters(name: &str) -> Letters {
     let names = SEQUENCES.iter().filter_map(|(.., letters)| match letters {
@@ -173,16 +199,20 @@ mod tests {
         ];
         for (sets, bytes, want) in cases {
             assert_eq!(decode(sets, bytes), want, "{sets}");
+            assert!(is_known(sets) && holds(sets, bytes), "{sets}");
         }
     }
 
     #[test]
     fn what_is_in_no_set_is_still_read() {
+        assert!(!is_known("NONSENSE"));
+        assert!(!holds("ISO_IR 192", b"J\xe9r"));
         assert_eq!(decode("NONSENSE", b"J\xe9r\xf4me"), "Jérôme");
         assert_eq!(decode("", "Jérôme".as_bytes()), "Jérôme");
         // An escape sequence that nobody knows, and one that is cut off.
         for bytes in [&b"\x1b%Z"[..], b"Y\x1b$"] {
             assert_eq!(decode("\\ISO 2022 IR 87", bytes), text_of(bytes));
+            assert!(!holds("\\ISO 2022 IR 87", bytes));
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Rules A: files, forms of values, character sets.
 
 use super::{Checks, Image};
+use crate::character_set;
 use crate::data_set::{DataSet, Element, Value, dictionary_vr};
 use crate::form;
 use dicom_core::VR;
 use dicom_dictionary_std::{tags, uids};
-use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 use std::collections::BTreeSet;
 
 pub(super) fn check(checks: &mut Checks, images: &[Image], unreadable: &[String]) {
@@ -102,57 +102,26 @@ fn check_text(checks: &mut Checks, images: &[Image]) {
     let mut found = Vec::new();
     for image in images {
         let sets = image.text(tags::SPECIFIC_CHARACTER_SET);
-        let Some(fits) = character_set(&sets) else {
+        if !character_set::is_known(&sets) {
             return checks.skip(rule, &format!("{sets} is not known here"));
-        };
-        text_faults(&image.set, &fits, &image.file, &mut found);
+        }
+        text_faults(&image.set, &sets, &image.file, &mut found);
     }
     checks.none_of(rule, &found);
 }
 
-/// Whether a text is of a character set.
-type Fits = Box<dyn Fn(&[u8]) -> bool>;
-
-/// How it is told whether a text is of the named sets (PS3.3 C.12.1.1.2); of code extensions it is only known that they name sets.
-fn character_set(sets: &str) -> Option<Fits> {
-    match sets {
-        "" | "ISO_IR 6" => return Some(Box::new(<[u8]>::is_ascii)),
-        "ISO_IR 192" => return Some(Box::new(|bytes| std::str::from_utf8(bytes).is_ok())),
-        "ISO_IR 100" => {
-            return Some(Box::new(|bytes| !bytes.iter().any(|b| (0x80..0xA0).contains(b))));
-        }
-        _ => {}
-    }
-    // Two that are read by their escape sequences alone.
-    let more = ["ISO 2022 IR 148", "ISO 2022 IR 159"];
-    let named = |set: &str| {
-        set.is_empty() || more.contains(&set) || SpecificCharacterSet::from_code(set).is_some()
-    };
-    let mut all = sets.split('\\').map(str::trim);
-    if !all.clone().all(named) {
-        return None;
-    }
-    if sets.contains("ISO 2022") {
-        return Some(Box::new(|_| true));
-    }
-    let set = SpecificCharacterSet::from_code(all.next()?)?;
-    Some(Box::new(move |bytes| {
-        set.decode(bytes).is_ok_and(|text| !text.contains(char::REPLACEMENT_CHARACTER))
-    }))
-}
-
-fn text_faults(set: &DataSet, fits: &dyn Fn(&[u8]) -> bool, file: &str, found: &mut Vec<String>) {
+fn text_faults(set: &DataSet, sets: &str, file: &str, found: &mut Vec<String>) {
     for element in set.elements() {
         match &element.value {
             Value::Items(items) => {
-                items.iter().for_each(|item| text_faults(item, fits, file, found));
+                items.iter().for_each(|item| text_faults(item, sets, file, found));
             }
             Value::Bytes(bytes) => {
                 let text = matches!(
                     element.vr,
                     VR::PN | VR::LO | VR::SH | VR::ST | VR::LT | VR::UT | VR::UC
                 );
-                if text && !fits(bytes) {
+                if text && !character_set::holds(sets, bytes) {
                     found.push(format!("{file}: {}", element.tag));
                 }
             }
