@@ -5,16 +5,20 @@
 //! w goes on along its slope.
 
 use crate::Error;
-use supine_fem::{Body, Load, Params, RestState, sensitivity};
+use supine_fem::{Body, Load, Params, RestState, sensitivity, unload};
 use supine_mesh::{Edges, Located, Locator};
 use supine_space::{Point, Progress, Vector, Warning};
 
-/// Iterations after which a soft modulus is given up: usable unloaded shapes are found in ten or less.
+/// Iterations after which a soft modulus is given up: usable solutions are found in ten or less.
 const PATIENCE: usize = 20;
-/// A modulus at which there is no usable solution is followed by one so many times larger.
-const STIFFER: f64 = 1.4;
-/// Attempts before no curve is drawn.
-const ATTEMPTS: usize = 4;
+/// The softest modulus that has an unloaded shape, and that which has a solution on the table, are found to this ratio: where
+/// the tissue gives way, the displacement grows by as much within a hundredth as by a degree of tilt.
+const FINE: f64 = 1.01;
+/// A solution whose product of modulus and displacement is so many times that of the stiff end has snapped to another
+/// position: on breasts it grows by half at most.
+const SNAPPED: f64 = 3.0;
+/// Solutions that are put between two whose slopes lead elsewhere.
+const BETWEEN: usize = 5;
 
 /// What is asked.
 #[derive(Clone, Copy)]
@@ -30,6 +34,10 @@ pub(crate) struct Solver<'a> {
 pub(crate) struct Curve {
     /// From soft to stiff.
     nodes: Vec<Node>,
+    /// Whether no modulus softer than the first can be solved.
+    ends: bool,
+    /// The softest modulus that is possible in this state, kPa: zero when every modulus is.
+    pub(crate) possible_from_kpa: f64,
     pub(crate) warnings: Vec<Warning>,
 }
 
@@ -44,56 +52,85 @@ struct Node {
 }
 
 impl Curve {
-    /// Through solutions at moduli from soft to stiff, kPa. Where the softest has no usable solution, a stiffer one takes
-    /// its place; `None` when none up to the next modulus has.
+    /// Through the solutions at both ends of a range of moduli, kPa. Where the softer end has none, through those on the way to
+    /// the softest modulus that has one; `None` when the stiffer end has none either.
     ///
     /// # Errors
-    /// As [`supine_fem::sensitivity`] at the other moduli, and when the user asks to stop.
+    /// When the user asks to stop.
     pub(crate) fn through(
         solver: Solver<'_>,
         rest: RestState,
-        moduli_kpa: &[f64],
+        [soft, stiff]: [f64; 2],
         progress: Progress<'_>,
     ) -> Result<Option<Self>, Error> {
-        let (mut nodes, mut warnings) = (Vec::new(), Vec::new());
-        let mut solve = |kpa: f64, progress| -> Result<Node, supine_fem::Error> {
-            let (node, told) = solver.at(rest, kpa, progress)?;
+        let mut warnings = Vec::new();
+        let mut solve = |kpa: f64| -> Result<Option<Node>, Error> {
+            let Some((node, told)) = found(solver.at(rest, kpa, progress))? else {
+                return Ok(None);
+            };
             // Of a stretched belief not each solution's warnings: what the run's own solution says counts.
             if told.iter().any(|warning| warning.code() == "folded-elements") {
                 warnings.extend(told);
             }
-            Ok(node)
+            Ok(Some(node))
         };
-        let share = |n: usize| {
-            let whole = moduli_kpa.len() as f64;
-            progress.part(n as f64 / whole, (n + 1) as f64 / whole)
+        let Some(last) = solve(stiff)? else { return Ok(None) };
+        let mut solve = |kpa: f64| -> Result<Option<Node>, Error> {
+            Ok(solve(kpa)?.filter(|node| node.w.norm() <= SNAPPED * last.w.norm()))
         };
-        for (n, kpa) in moduli_kpa.iter().enumerate().skip(1) {
-            nodes.push(solve(*kpa, share(n))?);
+        let mut nodes = vec![last];
+        let ends_at = softest([soft, stiff], |kpa| {
+            let node = solve(kpa)?;
+            nodes.extend(node);
+            Ok(node.is_some())
+        })?;
+        nodes.sort_by(|a, b| b.x.total_cmp(&a.x));
+        for _ in 0..BETWEEN {
+            let Some(after) = nodes.windows(2).position(|pair| is_bent(&pair[0], &pair[1])) else {
+                break;
+            };
+            let middle = (nodes[after].x * nodes[after + 1].x).sqrt();
+            let Some(node) = solve(1.0 / middle)? else { break };
+            nodes.insert(after + 1, node);
         }
-        let (soft, next) = (moduli_kpa[0], moduli_kpa.get(1).copied().unwrap_or(f64::INFINITY));
-        let tries = (0..ATTEMPTS as i32).map(|n| soft * STIFFER.powi(n)).take_while(|e| *e < next);
-        for kpa in tries {
-            match solve(kpa, share(0)) {
-                Ok(node) => {
-                    nodes.insert(0, node);
-                    break;
-                }
-                Err(stopped @ supine_fem::Error::Stopped(_)) => return Err(stopped.into()),
-                Err(_) => {}
-            }
-        }
-        Ok((!nodes.is_empty()).then_some(Self { nodes, warnings }))
+        Ok(Some(Self { nodes, ends: ends_at > soft, possible_from_kpa: 0.0, warnings }))
     }
 
-    /// The softest modulus that was solved, kPa.
+    /// The same in the unloaded state, where a modulus is possible only from `floor_kpa` on and if it has an unloaded shape. Which
+    /// have one is a question of the CT's gravity alone, so that no tilt makes a modulus impossible: one that has no solution
+    /// on the table is read beyond the softest one that has.
+    ///
+    /// # Errors
+    /// As [`Curve::through`].
+    pub(crate) fn of_unloaded(
+        solver: Solver<'_>,
+        [low, stiff]: [f64; 2],
+        floor_kpa: f64,
+        progress: Progress<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let soft = low.max(floor_kpa);
+        if !solver.has_shape(stiff, progress)? {
+            return Ok(None);
+        }
+        let from = softest([soft, stiff], |kpa| solver.has_shape(kpa, progress))?;
+        let curve = Self::through(solver, RestState::Unloaded, [from, stiff], progress)?;
+        let possible_from_kpa = if from > low { from } else { 0.0 };
+        Ok(curve.map(|curve| Self { possible_from_kpa, ..curve }))
+    }
+
+    /// The softest modulus that is possible, or that was solved when all are, kPa.
     pub(crate) fn softest_kpa(&self) -> f64 {
-        self.nodes.first().map_or(f64::INFINITY, |node| 1.0 / node.x)
+        let solved = self.nodes.first().map_or(f64::INFINITY, |node| 1.0 / node.x);
+        if self.possible_from_kpa > 0.0 { self.possible_from_kpa } else { solved }
     }
 
-    /// The displacement at a modulus, mm.
+    /// The displacement at a modulus, mm. Where none softer than the first can be solved, the displacement turns without measure
+    /// near that one, and its slope leads nowhere: softer ones move farther in proportion to 1/E.
     pub(crate) fn at(&self, kpa: f64) -> Vector {
         let x = 1.0 / kpa;
+        if let Some(softest) = self.nodes.first().filter(|node| self.ends && x > node.x) {
+            return softest.w * x;
+        }
         let after = self.nodes.iter().position(|node| node.x < x).unwrap_or(self.nodes.len());
         let w = match (after.checked_sub(1).map(|n| &self.nodes[n]), self.nodes.get(after)) {
             (Some(a), Some(b)) => between(a, b, x),
@@ -101,6 +138,43 @@ impl Curve {
             (None, None) => Vector::zeros(),
         };
         w * x
+    }
+}
+
+/// Whether the slope at one of two solutions leads past the other by more than lies between them: the cubic would swing.
+fn is_bent(a: &Node, b: &Node) -> bool {
+    let (way, rise) = (b.x - a.x, b.w - a.w);
+    let off = |slope: Vector| (slope * way - rise).norm();
+    off(a.slope).max(off(b.slope)) > rise.norm() + 0.05 * b.w.norm()
+}
+
+/// The softest modulus of a range that can be solved, within [`FINE`]; its stiff end can.
+fn softest(
+    [soft, stiff]: [f64; 2],
+    mut is_solved: impl FnMut(f64) -> Result<bool, Error>,
+) -> Result<f64, Error> {
+    if soft >= stiff || is_solved(soft)? {
+        return Ok(soft.min(stiff));
+    }
+    let (mut without, mut with) = (soft, stiff);
+    while with > FINE * without {
+        let middle = (without * with).sqrt();
+        *(if is_solved(middle)? { &mut with } else { &mut without }) = middle;
+    }
+    Ok(with)
+}
+
+/// What the mechanics found; `None` when there is no solution.
+fn found<T>(result: Result<T, supine_fem::Error>) -> Result<Option<T>, Error> {
+    match result {
+        Ok(found) => Ok(Some(found)),
+        Err(
+            supine_fem::Error::NonConvergence { .. }
+            | supine_fem::Error::NoUnloadedShape { .. }
+            | supine_fem::Error::Singular
+            | supine_fem::Error::Flat { .. },
+        ) => Ok(None),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -114,6 +188,12 @@ fn between(a: &Node, b: &Node, x: f64) -> Vector {
 }
 
 impl Solver<'_> {
+    /// Whether a mean modulus has an unloaded shape.
+    fn has_shape(&self, kpa: f64, progress: Progress<'_>) -> Result<bool, Error> {
+        let body = self.body.with_mean(kpa);
+        Ok(found(unload(&body, self.load.ct, self.params, progress))?.is_some())
+    }
+
     /// The place's displacement and its slope at a mean modulus.
     fn at(
         &self,

@@ -134,17 +134,15 @@ pub fn tumour_interval(
     let errors = goal_errors(body, load, params, &tumour, progress.part(0.0, 0.2))?;
     let net = match wanted(RestState::Net) {
         true => {
-            let moduli = range(RestState::Net);
-            Curve::through(solver, RestState::Net, &moduli, progress.part(0.2, 0.4))?
+            let part = progress.part(0.2, 0.4);
+            Curve::through(solver, RestState::Net, range(RestState::Net), part)?
         }
         false => None,
     };
     let unloaded = match wanted(RestState::Unloaded) {
         true => {
-            let [low, high] = range(RestState::Unloaded);
-            let soft = if both { low.max(slack_kpa(body)) } else { low };
-            let moduli: &[f64] = if soft < high { &[soft, high] } else { &[high] };
-            Curve::through(solver, RestState::Unloaded, moduli, progress.part(0.4, 1.0))?
+            let (range, part) = (range(RestState::Unloaded), progress.part(0.4, 1.0));
+            Curve::of_unloaded(solver, range, if both { slack_kpa(body) } else { 0.0 }, part)?
         }
         false => None,
     };
@@ -182,7 +180,9 @@ pub fn tumour_interval(
 fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, Error> {
     let nominal = rests.nominal;
     let cloud = rests.cloud(Drawn::ALL)?;
-    let lengths = |cloud: &[Vector]| middle(LEVEL, cloud.iter().map(Vector::norm));
+    let lengths = |cloud: &[Vector]| {
+        holding(nominal.displacement.norm(), middle(LEVEL, cloud.iter().map(Vector::norm)))
+    };
     let share = |source: Source, drawn: Drawn| -> Result<Share, Error> {
         let cloud = rests.cloud(drawn)?;
         let within_mm = within(&cloud, &nominal.displacement);
@@ -211,7 +211,8 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         displacement: nominal.displacement,
         within_mm: within(&cloud, &nominal.displacement),
         length_mm: lengths(&cloud),
-        components_mm: [0, 1, 2].map(|k| middle(LEVEL, cloud.iter().map(|v| v[k]))),
+        components_mm: [0, 1, 2]
+            .map(|k| holding(nominal.displacement[k], middle(LEVEL, cloud.iter().map(|v| v[k])))),
         ellipsoid: Ellipsoid::holding(LEVEL, &cloud),
         shares,
         other,
@@ -219,6 +220,11 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         patches,
         warnings: Vec::new(),
     })
+}
+
+/// An interval that reaches to the value found, as one must that is told beside it.
+fn holding(value: f64, [low, high]: [f64; 2]) -> [f64; 2] {
+    [low.min(value), high.max(value)]
 }
 
 /// The distance from a displacement that is not exceeded with the probability [`LEVEL`], and that reaches both ends of the

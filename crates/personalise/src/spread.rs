@@ -66,7 +66,9 @@ impl Rests<'_> {
             RestState::Net => self.net,
             RestState::Unloaded => self.unloaded,
         }?;
-        if rest == RestState::Unloaded && kpa < curve.softest_kpa() && (rest, kpa) != (state, own) {
+        // The run's modulus was solved, so that it and stiffer ones are possible in its state.
+        let was_solved = rest == state && kpa >= own;
+        if kpa < curve.possible_from_kpa && !was_solved {
             return None;
         }
         Some(curve.at(kpa) + self.off(own, state, displacement) * (own / kpa))
