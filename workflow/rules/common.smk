@@ -1,6 +1,9 @@
 # The cases, what a job asks for, and the one command that all patients' rules share.
 
 import csv
+import difflib
+import hashlib
+import json
 import os
 import re
 import shlex
@@ -11,11 +14,31 @@ SUPINE = config["supine"]
 NAME = r"[A-Za-z0-9][A-Za-z0-9._-]*"
 
 
+def keys_of(schema, path=""):
+    """The keys of a case file, and whether each names files."""
+    for key, of in schema["properties"].items():
+        if "properties" in of:
+            yield path + key, False
+            yield from keys_of(of, f"{path}{key}.")
+        else:
+            yield path + key, any(one.get("format") == "path" for one in of.get("anyOf", [of]))
+
+
+with open(own("schemas/case.schema.json"), encoding="utf-8") as file:
+    KEYS = dict(keys_of(json.load(file)))
+
+
 def read_cases(table):
     """The rows of the table of cases by name: the case file, and what other columns change in it. A row that cannot be used
     ends the plan, not a job of hours later."""
     with open(real(table), newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.DictReader(file))
+        reader = csv.DictReader(file)
+        rows = list(reader)
+    for column in reader.fieldnames or []:
+        if column and column not in (*KEYS, "name", "case"):
+            near = difflib.get_close_matches(column, KEYS, 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise WorkflowError(f"{table}: the column {column!r} is no key of a case file{hint}")
     cases = {}
     for line, row in enumerate(rows, start=2):
         row = {key: value.strip() for key, value in row.items() if key and value and value.strip()}
@@ -46,6 +69,51 @@ def case_of(wildcards):
 def options_of(wildcards):
     changes = CASES[wildcards.name]["changes"].items()
     return " ".join([config["options"], *(f"--set {shlex.quote(f'{key}={value}')}" for key, value in changes)])
+
+
+def files_below(path, whole_folder):
+    """The files that are read when a key of the case names this path: of one slice of a CT, those of its folder; of a header
+    whose samples lie beside it, what is called alike."""
+    if not os.path.isdir(path):
+        folder, name = os.path.split(path)
+        if whole_folder and not name.lower().endswith(VOLUMES):
+            return files_below(folder or ".", False)
+        start = os.path.splitext(name)[0] + "."
+        beside = sorted(other for other in os.listdir(folder or ".") if other.startswith(start))
+        return [path, *(os.path.join(folder, other) for other in beside if other != name)]
+    return sorted(os.path.join(folder, file) for folder, _, files in os.walk(path) for file in files)
+
+
+VOLUMES = (".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".nii.gz")
+
+
+def named_files(case, changes):
+    """Key and path of each file that a case names."""
+    with open(case, "rb") as file:
+        values = tomllib.load(file)
+    for key in (key for key, is_file in KEYS.items() if is_file):
+        value = values
+        for part in key.split("."):
+            value = value.get(part) if isinstance(value, dict) else None
+        value = changes.get(key, value)
+        for path in value if isinstance(value, list) else [value] if value else []:
+            yield key, os.path.join(os.path.dirname(case), os.path.expanduser(path))
+
+
+def inputs_of(wildcards):
+    """Tells the content of all files that a case names from what it was: sizes and times, that of the last change of the entry
+    too, which no program can set back. `supine` looks at the content itself, and makes nothing anew where that is the same."""
+    case = CASES[wildcards.name]
+    told = hashlib.blake2b(digest_size=16)
+    try:
+        for key, path in named_files(real(case["case"]), case["changes"]):
+            for file in files_below(path, key == "ct"):
+                is_at = os.stat(file)
+                told.update(repr((key, file, is_at.st_size, is_at.st_mtime_ns, is_at.st_ctime_ns)).encode())
+    except (OSError, TypeError, tomllib.TOMLDecodeError):
+        # What cannot be read is no reason not to plan the others; `supine` says what is wrong with it.
+        told.update(b"unreadable")
+    return told.hexdigest()
 
 
 def voxels_of(name):

@@ -13,6 +13,7 @@ rule patient:
         status=real(OUT + "/status/{name}.json"),
         run=real(OUT + "/runs/{name}"),
         options=options_of,
+        inputs=inputs_of,
     threads: config["threads"]
     resources:
         mem_mb=memory_mb("run"),

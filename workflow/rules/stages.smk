@@ -38,6 +38,7 @@ for before, stage in zip([None, *STAGES], STAGES):
             status=real(OUT + ("/status/{name}.json" if stage == END else "/stages/{name}." + stage + ".json")),
             run=real(OUT + "/runs/{name}"),
             options=options_of,
+            inputs=inputs_of,
             until="" if stage == END else f"--until {stage}",
         threads: config["threads"]
         resources:

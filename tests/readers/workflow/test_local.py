@@ -1,7 +1,9 @@
 """Cohorts on this machine: who fails does not stop the others, what is worth a retry is tried again, and what was finished is
 not made again."""
 
+import json
 import os
+import shutil
 import signal
 import subprocess
 
@@ -86,10 +88,30 @@ def test_one_job_per_stage(cohort):
     assert not FIRST & cohort.made("good")
 
 
+def test_a_changed_slice_is_seen_whatever_its_time_says(cohort):
+    ct = cohort.folder / "ct"
+    shutil.copytree(cohort.ct, ct)
+    cohort.add("own", {"ct": json.dumps(str(ct)), **TYPO})
+    cohort.add("other", TYPO)
+    assert cohort.snakemake().returncode == 0
+    before = cohort.calls()
+    changed = sorted(ct.iterdir())[3]
+    was, content = changed.stat(), bytearray(changed.read_bytes())
+    content[-1] ^= 1
+    changed.write_bytes(content)
+    os.utime(changed, ns=(was.st_atime_ns, was.st_mtime_ns))
+    assert cohort.snakemake().returncode == 0
+    assert ["own/case" in call for call in cohort.calls()[len(before):] if call.startswith("run ")] == [True]
+    assert "Nothing to be done" in cohort.snakemake().stderr
+
 
 def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
-    for row, why in (("a/b,x.toml", "no name of a folder"), ("a,x.toml\na,y.toml", "twice")):
-        (cohort.folder / "cases.csv").write_text(f"name,case\n{row}\n")
+    for header, row, why in (
+        ("name,case", "a/b,x.toml", "no name of a folder"),
+        ("name,case", "a,x.toml\na,y.toml", "twice"),
+        ("name,case,bed.app", "a,x.toml,5", "'bed.app' is no key of a case file; did you mean bed.ap?"),
+    ):
+        (cohort.folder / "cases.csv").write_text(f"{header}\n{row}\n")
         done = cohort.snakemake("--dry-run")
         assert done.returncode != 0 and why in done.stdout + done.stderr
     cohort.configure(thread=2)

@@ -88,13 +88,16 @@ fn property(parameter: &Parameter) -> Json {
     let text = json!({ "type": "string" });
     let point =
         json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 });
-    let one_or_more = json!({ "anyOf": [text, { "type": "array", "items": text }] });
+    // Tells keys that name files from other texts: the workflow watches these.
+    let file = json!({ "type": "string", "format": "path" });
+    let one_or_more = |one: &Json| json!({ "anyOf": [one, { "type": "array", "items": one }] });
     let mut schema = match parameter.kind {
         Kind::Switch => json!({ "type": "boolean" }),
         Kind::Number { min, max } => json!({ "type": "number", "minimum": min, "maximum": max }),
         Kind::Whole { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
         Kind::Choice(words) => json!({ "enum": words }),
-        Kind::Text | Kind::File => text,
+        Kind::Text => text,
+        Kind::File => file,
         Kind::Point => point,
         Kind::Points => json!({ "type": "array", "items": point }),
         Kind::Strokes => strokes(&point),
@@ -102,7 +105,8 @@ fn property(parameter: &Parameter) -> Json {
             "type": "array", "items": { "type": "number", "minimum": min, "maximum": max },
             "minItems": 2, "maxItems": 2,
         }),
-        Kind::Files | Kind::Names => one_or_more,
+        Kind::Files => one_or_more(&file),
+        Kind::Names => one_or_more(&text),
     };
     let unit =
         if parameter.unit.is_empty() { String::new() } else { format!(" ({})", parameter.unit) };

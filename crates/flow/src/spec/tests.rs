@@ -298,3 +298,13 @@ fn a_modulus_is_fitted_or_given_but_not_both() {
     let held = with("scans = { intraop = 'i.ply' }\ntissue = { young = 0.5 }").unwrap();
     assert!(held.fit_scans().is_none() && held.tissue.young_kpa == 0.5);
 }
+
+/// The workflow knows by it which keys there are and which of them name files.
+#[test]
+fn the_schema_that_the_workflow_has_is_that_of_the_program() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../workflow/schemas/case.schema.json");
+    let kept: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    assert_eq!(kept, case_schema(), "supine schema case > workflow/schemas/case.schema.json");
+}
