@@ -164,19 +164,27 @@ impl Core {
         })
     }
 
-    fn give_mesh(&self, mesh: MeshArrays<'_>) -> PyResult<()> {
-        self.session.give_mesh(Arc::new(taken::mesh(&mesh)?));
-        Ok(())
+    fn give_mesh(&self, py: Python<'_>, hear: Py<PyAny>, mesh: MeshArrays<'_>) -> PyResult<()> {
+        let mesh = Arc::new(taken::mesh(&mesh)?);
+        let session = &self.session;
+        wait(py, &hear, |observer| {
+            session.give_mesh(mesh, &Request { observer, ..Request::default() })
+        })
     }
 
     fn give_deformation(
         &self,
+        py: Python<'_>,
+        hear: Py<PyAny>,
         mesh: MeshArrays<'_>,
         vectors: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<()> {
         let mesh = Arc::new(taken::mesh(&mesh)?);
-        self.session.give_deformation(taken::deformation(mesh, &vectors)?);
-        Ok(())
+        let deformation = taken::deformation(mesh, &vectors)?;
+        let session = &self.session;
+        wait(py, &hear, |observer| {
+            session.give_deformation(deformation, &Request { observer, ..Request::default() })
+        })
     }
 
     /// Drops what was given for a stage; it is made again.

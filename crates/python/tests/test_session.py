@@ -197,3 +197,45 @@ def test_what_cannot_be_taken_says_why(values: dict[str, Any], session: supine.S
     with pytest.raises(ValueError, match="round it"):
         given.ct = supine.Volume(session.ct.array + 0.5)
     assert given.given == ()
+
+
+def test_an_own_mesh_lies_in_the_tissue_or_is_refused_with_the_reading_that_fits(
+    session: supine.Session, values: dict[str, Any]
+) -> None:
+    taking, mesh = supine.Session(**values), session.mesh
+    for factors, hint in (((-1, -1, 1), "if it is in RAS"), (0.001, "if it is in metres"), (0.1, "in centimetres")):
+        with pytest.raises(supine.SupineError, match=hint):
+            taking.mesh = supine.Mesh(mesh.points * factors, mesh.tets, mesh.faces, mesh.tags)
+    assert taking.given == ()
+    beside = mesh.points + (0, -12, 0)
+    with pytest.warns(supine.SupineWarning, match="of the given mesh lie in the soft tissue"):
+        taking.mesh = supine.Mesh(beside, mesh.tets, mesh.faces, mesh.tags)
+
+
+def test_an_own_displacement_is_in_its_order_unit_and_axes_or_that_is_said(
+    session: supine.Session, values: dict[str, Any]
+) -> None:
+    quadratic = supine.Session(**{**values, "mesh": {"tetrahedra": 500, "order": 2}}).deformation
+    taking, mesh, right = supine.Session(**values), quadratic.mesh, quadratic.displacement
+    count = len(mesh.points)
+    # In the order in which a file of quadratic tetrahedra has them: those of the first tetrahedron first.
+    ends = np.sort(mesh.tets[:, [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]].reshape(-1, 2), axis=1)
+    unique, first = np.unique(ends, axis=0, return_index=True)
+    assert len(unique) == len(right) - count
+    other = np.concatenate([right[:count], right[count:][np.argsort(first)]])
+    with pytest.raises(supine.SupineError, match="sorted by the edge's"):
+        taking.deformation = supine.Deformation(mesh, other, 2)
+    with pytest.raises(ValueError, match="order is 1"):
+        taking.deformation = supine.Deformation(mesh, right, 1)
+    torn = np.zeros_like(mesh.points)
+    torn[0] = 40.0
+    with pytest.raises(supine.SupineError, match="inside out"):
+        taking.deformation = supine.Deformation(mesh, torn, 1)
+    assert taking.given == ()
+    for wrong, said in ((0.001 * right, "not in metres"), (right * (-1, -1, 1), "is it in RAS?")):
+        with pytest.warns(supine.SupineWarning, match=said):
+            taking.deformation = supine.Deformation(mesh, wrong, 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", supine.SupineWarning)
+        taking.deformation = quadratic
+    assert np.array_equal(taking.deformation.displacement, right)

@@ -2,12 +2,14 @@
 
 use super::{Request, Session};
 use crate::nodes::{Import, Imported, Mesh, Meshed, Segment, Segmented, Solve, Solved};
+use crate::shared::own_model::{check_displacement, check_mesh};
 use crate::shared::told;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::Input;
 use supine_segment::take_labels;
+use supine_space::{Vector, Warning};
 use supine_volume::{Ct, LabelMap};
 
 impl Session {
@@ -35,28 +37,51 @@ impl Session {
         hash.update(labels.data());
         let key = hash.finalize().to_hex().to_string();
         self.give::<Segment>(Segmented::given(Arc::new(labels), None), key);
-        let nameless = self.case().export.anonymise;
-        for warning in &warnings {
-            request.observer.warning(NodeId::Segment, &told(NodeId::Segment, warning, nameless));
-        }
+        self.tell(NodeId::Segment, &warnings, request);
         Ok(())
     }
 
-    /// Takes a mesh in the CT shape in place of the mesher's; points LPS, mm.
-    pub fn give_mesh(&self, mesh: Arc<TetMesh>) {
+    /// Takes a mesh in the CT shape in place of the mesher's; points LPS, mm. The observer hears what is doubtful about it.
+    ///
+    /// # Errors
+    /// When there are no labels to look at it by, or it does not lie in their soft tissue.
+    pub fn give_mesh(&self, mesh: Arc<TetMesh>, request: &Request<'_>) -> Result<(), Error> {
+        let doubts = check_mesh(&mesh, &*self.labels(request)?)?;
+        self.tell(NodeId::Mesh, &doubts, request);
         let key = hash_of_mesh(&mesh).finalize().to_hex().to_string();
         self.give::<Mesh>(Meshed::given(mesh), key);
+        Ok(())
     }
 
-    /// Takes a displacement (mm, LPS, from the CT shape) in place of the solver's, with its mesh in place of the mesher's.
-    pub fn give_deformation(&self, deformation: Deformation) {
-        self.give_mesh(Arc::clone(deformation.mesh()));
+    /// Takes a displacement (mm, LPS, from the CT shape) in place of the solver's, with its mesh in place of the mesher's. The
+    /// observer hears what is doubtful about them.
+    ///
+    /// # Errors
+    /// As [`Session::give_mesh`]; when the displacement is in another order, or turns tetrahedra inside out.
+    pub fn give_deformation(
+        &self,
+        deformation: Deformation,
+        request: &Request<'_>,
+    ) -> Result<(), Error> {
+        // Without a tilt nothing says which way the tissue should go.
+        let pull = self.case().load().map_or(Vector::zeros(), |load| load.target - load.ct);
+        let doubts = check_displacement(&deformation, &pull)?;
+        self.give_mesh(Arc::clone(deformation.mesh()), request)?;
+        self.tell(NodeId::Solve, &doubts, request);
         let mut hash = hash_of_mesh(deformation.mesh());
         let vectors = deformation.displacement().values();
         let bytes = vectors.iter().flat_map(|u| u.iter().flat_map(|c| c.to_le_bytes()));
         hash.update(&bytes.collect::<Vec<u8>>());
         let key = hash.finalize().to_hex().to_string();
         self.give::<Solve>(Solved::given(deformation), key);
+        Ok(())
+    }
+
+    fn tell(&self, node: NodeId, doubts: &[Warning], request: &Request<'_>) {
+        let nameless = self.case().export.anonymise;
+        doubts
+            .iter()
+            .for_each(|doubt| request.observer.warning(node, &told(node, doubt, nameless)));
     }
 
     /// Lets a node make its result again.

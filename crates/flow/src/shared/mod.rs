@@ -8,6 +8,7 @@ mod facts;
 mod labels;
 mod mesher;
 mod moduli;
+pub(crate) mod own_model;
 mod own_regions;
 mod refine;
 mod registration;

@@ -169,7 +169,7 @@ class Session:
     @mesh.setter
     def mesh(self, mesh: Mesh) -> None:
         self._changed()
-        self._core.give_mesh(_arrays(mesh))
+        self._core.give_mesh(self._hear, _arrays(mesh))
 
     @mesh.deleter
     def mesh(self) -> None:
@@ -187,8 +187,12 @@ class Session:
         import numpy as np
 
         vectors = np.ascontiguousarray(deformation.displacement, dtype=np.float64)
+        rows, points = len(vectors), len(deformation.mesh.points)
+        # Any other number is refused with what would fit.
+        if rows >= points and deformation.order != (order := 1 if rows == points else 2):
+            raise ValueError(f"order is {deformation.order}, but there are as many rows as of order {order}")
         self._changed()
-        self._core.give_deformation(_arrays(deformation.mesh), vectors)
+        self._core.give_deformation(self._hear, _arrays(deformation.mesh), vectors)
 
     @deformation.deleter
     def deformation(self) -> None:
