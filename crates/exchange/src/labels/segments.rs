@@ -54,6 +54,9 @@ pub(crate) fn parse(
     keys: &BTreeMap<String, String>,
     layers: usize,
 ) -> Result<Vec<Segment>, Problem> {
+    let says = |what: &str| keys.keys().any(|k| k.starts_with("Segment") && k.ends_with(what));
+    // 3D Slicer up to 4.10 gave each segment a layer of its own, of ones, and said neither layer nor value.
+    let one_each = layers > 1 && !says("_Layer") && !says("_LabelValue");
     let mut segments = Vec::new();
     for n in 0.. {
         let get = |what: &str| keys.get(&format!("Segment{n}_{what}"));
@@ -64,12 +67,14 @@ pub(crate) fn parse(
                 Problem::field(format!("Segment{n}_{what}"), format!("`{text}` is not a number"))
             }),
         };
-        let layer = usize::try_from(number("Layer", 0)?).unwrap_or(usize::MAX);
+        let layer =
+            usize::try_from(number("Layer", if one_each { n } else { 0 })?).unwrap_or(usize::MAX);
         if layer >= layers {
             let reason = format!("{layer} is not one of the {layers} layers of the file");
             return Err(Problem::field(format!("Segment{n}_Layer"), reason));
         }
-        let value = i16::try_from(number("LabelValue", n + 1)?).unwrap_or(0);
+        let value =
+            i16::try_from(number("LabelValue", if one_each { 1 } else { n + 1 })?).unwrap_or(0);
         segments.push(Segment::new(name, get("ID").map(String::as_str), layer, value));
     }
     Ok(segments)

@@ -3,15 +3,21 @@ use std::fmt::Write as _;
 
 /// Four voxels in a row, in layers, with segments of (name, layer, value).
 fn read(layers: &[[u8; 4]], segments: &[(&str, usize, u8)]) -> Result<Vec<u8>, String> {
+    let mut keys = String::new();
+    for (n, (name, layer, value)) in segments.iter().enumerate() {
+        writeln!(keys, "Segment{n}_ID:=S{n}\nSegment{n}_Name:={name}").unwrap();
+        writeln!(keys, "Segment{n}_Layer:={layer}\nSegment{n}_LabelValue:={value}").unwrap();
+    }
+    read_with(layers, &keys)
+}
+
+fn read_with(layers: &[[u8; 4]], keys: &str) -> Result<Vec<u8>, String> {
     let mut text = format!(
         "NRRD0004\ntype: uint8\ndimension: 4\nspace: LPS\nsizes: {} 4 1 1\nspace directions: none \
          (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n",
         layers.len()
     );
-    for (n, (name, layer, value)) in segments.iter().enumerate() {
-        writeln!(text, "Segment{n}_ID:=S{n}\nSegment{n}_Name:={name}").unwrap();
-        writeln!(text, "Segment{n}_Layer:={layer}\nSegment{n}_LabelValue:={value}").unwrap();
-    }
+    text.push_str(keys);
     text.push('\n');
     let mut bytes = text.into_bytes();
     bytes.extend((0..4).flat_map(|v| layers.iter().map(move |l| l[v])));
@@ -33,6 +39,16 @@ fn the_finer_label_stands_where_segments_overlap() {
     assert_eq!(read(&[[1, 1, 2, 0], [0, 1, 0, 0]], &segments).unwrap(), [1, 9, 2, 0]);
     let message = read(&[[1, 1, 2, 2], [0, 1, 1, 1]], &segments).unwrap_err();
     assert!(message.contains("2 voxels belong both to `chest wall` and to `tumour`"), "{message}");
+}
+
+/// As 3D Slicer 4.10 and older ones wrote it.
+#[test]
+fn segments_that_say_neither_layer_nor_value_are_a_layer_each() {
+    let keys =
+        "Segment0_ID:=a\nSegment0_Name:=soft tissue\nSegment1_ID:=b\nSegment1_Name:=chest wall\n";
+    assert_eq!(read_with(&[[1, 1, 0, 0], [0, 0, 1, 1]], keys).unwrap(), [1, 1, 2, 2]);
+    let message = read_with(&[[1, 1, 0, 0], [0, 0, 1, 1]], &format!("{keys}Segment2_Name:=fat\n"));
+    assert!(message.unwrap_err().contains("2 is not one of the 2 layers"));
 }
 
 #[test]

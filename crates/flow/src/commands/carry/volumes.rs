@@ -4,7 +4,26 @@ use super::{CarryDone, Job, LabelVolume, SegmentVolume};
 use crate::commands::{input, usage};
 use crate::{Error, NodeId};
 use supine_exchange::{LabelLayers, write_label_layers};
+use supine_space::Warning;
 use supine_warp::{Origins, Params, carry_labels};
+
+/// A label whose volume changes by more than this share is told.
+const TOLD_CHANGE: f64 = 0.05;
+
+/// Says that a label has another volume after it was carried.
+fn other_volume(label: &LabelVolume) -> Option<Warning> {
+    let LabelVolume { number, name, before_ml, after_ml, .. } = label;
+    let change = after_ml / before_ml - 1.0;
+    let name = name.as_ref().map_or(String::new(), |name| format!(" (\"{name}\")"));
+    (*before_ml > 0.0 && change.abs() > TOLD_CHANGE).then(|| {
+        let text = format!(
+            "label {number}{name} has {before_ml:.2} ml in the CT and {after_ml:.2} ml after it was carried ({:+.0} %): each \
+             voxel takes the label of one place, by which small regions lose; where the volume counts, carry contours",
+            100.0 * change
+        );
+        Warning::new("label-volume-changed", text)
+    })
+}
 
 impl Job<'_> {
     /// Label maps, on their own voxels or on those of the CT.
@@ -31,7 +50,9 @@ impl Job<'_> {
             let name = known.map(|(.., name)| name.clone());
             LabelVolume { layer, number, name, before_ml, after_ml }
         });
-        Ok(CarryDone::Labels { out: self.out().into(), labels: labels.collect() })
+        let labels: Vec<LabelVolume> = labels.collect();
+        self.gather.warn_all(NodeId::Carry, labels.iter().filter_map(other_volume));
+        Ok(CarryDone::Labels { out: self.out().into(), labels })
     }
 
     /// Segments, on the voxels of the CT, as a segmentation of the exported one.
@@ -60,5 +81,26 @@ impl Job<'_> {
             instance_uid: done.written.instance_uid,
             warnings: self.gather.warnings(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_that_loses_is_told_with_both_volumes() {
+        let label = |before_ml, after_ml| {
+            let name = Some("clip".into());
+            other_volume(&LabelVolume { layer: 0, number: 3, name, before_ml, after_ml })
+        };
+        let told = label(3.05, 2.72).unwrap().to_string();
+        assert!(
+            told.contains("label 3 (\"clip\") has 3.05 ml") && told.contains("2.72 ml"),
+            "{told}"
+        );
+        assert!(
+            told.contains("(-11 %)") && label(3.05, 3.0).is_none() && label(0.0, 0.0).is_none()
+        );
     }
 }
