@@ -189,6 +189,8 @@ def opened(browser, address):
     button.click()
     window.idle("the CT")
     page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
+    whose = page.locator("#patient").inner_text()
+    assert all(word in whose for word in ("FIXTURE", "PH0143", "1968", "2026", NAME)), whose
     return window
 
 
@@ -247,6 +249,14 @@ def marked(window, image, data):
     window.until("undone", lambda s: s["case"]["tumour"]["radius_mm"] != RADIUS)
     window.key("Control+Shift+z")
     window.until("redone", lambda s: s["case"]["tumour"]["radius_mm"] == RADIUS)
+    # Typed faster than the program answers: none of them is lost.
+    found = state["case"]["tumour"]["centre_mm"]
+    for wanted in ([x + 1 for x in found], found):
+        for name, value in zip(("L", "P", "S"), wanted):
+            page.locator(f"#tumour-{name}").fill(f"{value:.2f}")
+            page.locator(f"#tumour-{name}").press("Enter")
+        window.until("all that was typed", lambda s: np.allclose(s["case"]["tumour"]["centre_mm"], wanted, atol=0.02))
+    assert window.state()["problem"] is None and not page.locator(".problem").count()
     window.picture("mark")
     page.keyboard.press("Alt+1")
     page.locator("#case-name").fill("case.toml")
@@ -402,6 +412,15 @@ def tilted(browser, address, window):
         page.locator(f"#angle-bed-{name}").fill("0")
         page.locator(f"#angle-bed-{name}").press("Enter")
     previewed(window)
+    field = page.locator("#angle-bed-ap")
+    field.fill("2,5")
+    field.press("Enter")
+    window.until("a decimal comma", lambda s: s["case"]["values"].get("bed.ap") == 2.5)
+    for wrong in ("1.234,5", "5 degrees", "95"):
+        field.fill(wrong)
+        field.press("Enter")
+        assert not field.evaluate("field => field.checkValidity()"), wrong
+    assert window.state()["case"]["values"]["bed.ap"] == 2.5
     for name, value in (("ap", 7.0), ("lat", 5.0)):
         field = page.locator(f"#angle-bed-{name}")
         field.fill(str(value))
@@ -436,6 +455,10 @@ def dosed(window, image):
 def compared(window, image):
     page = window.page
     page.keyboard.press("Alt+5")
+    told = page.locator(".verdict-part").inner_text()
+    assert "AMBER at best" in told and "2.0 mm are asked for" in told, told
+    page.locator(".panel").evaluate("panel => panel.scrollTo(0, 0)")
+    window.picture("unjudged")
     dosed(window, image)
     page.get_by_role("button", name="Volume change").click()
     wait_for(page, "() => import('/js/state.js').then(({ now }) => now().voxels.jacobian?.arrived ?? 0)")
@@ -443,6 +466,13 @@ def compared(window, image):
     page.get_by_role("button", name="Curtain").click()
     window.picture("check")
     page.get_by_role("button", name="Difference").click()
+    # Simulated minus CT, whichever of both is shown.
+    colours = []
+    for shown in ("ct", "deformed"):
+        page.evaluate("shown => import('/js/state.js').then(({ change }) => change({ show: shown }))", shown)
+        window.drawn()
+        colours.append(window.pixels("axial"))
+    assert len(np.unique(colours[0])) > 20 and np.array_equal(*colours), "the difference turns its sign with what is shown"
     window.picture("difference")
     page.get_by_role("button", name="One", exact=True).click()
 
@@ -491,6 +521,10 @@ def followed(window):
     page.keyboard.press("Alt+4")
     window.key("Shift+P")
     wait_for(page, "() => import('/js/state.js').then(({ now }) => now().preview?.load ?? null)")
+    # Every state of an answer has its look in 3D, however seldom it comes.
+    looks = "import('/js/views/cast.js').then(({ number, baseOf }) => STATES.map((one) => [number(`tumour, ${one}`), baseOf(`tumour, ${one}`)]))"
+    found = page.evaluate(looks.replace("STATES", "['predicted', 'late', 'stale']"))
+    assert all(kind > 0 and base == "tumour" for kind, base in found), found
     # A motion takes 20 s. Where the machine has other work the page may be too slow for it: then another one begins.
     window.comes("the navigation in the slices", lambda: follows_a_motion(window))
 

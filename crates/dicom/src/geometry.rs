@@ -9,6 +9,7 @@ use crate::number::ROUNDING_MM;
 use crate::slice::Slice;
 use crate::source::Source;
 use crate::tilt::Lean;
+use std::collections::BTreeSet;
 use supine_space::{Grid, Matrix, Point, Vector, Warning};
 
 /// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not measured:
@@ -39,8 +40,9 @@ pub(crate) fn stack(series: &str, slices: &[&Slice], accept: Accept) -> Result<S
     if slices.len() < MIN_SLICES {
         return Err(Error::TooFewSlices { series: series.to_owned(), slices: slices.len() });
     }
+    let each_its_own = each_its_own_frame(slices);
     for slice in slices {
-        must_agree(slices[0], slice)?;
+        must_agree(slices[0], slice, each_its_own)?;
     }
     let (row, column) = orthonormal(slices[0]);
     let normal = row.cross(&column);
@@ -62,6 +64,11 @@ pub(crate) fn stack(series: &str, slices: &[&Slice], accept: Accept) -> Result<S
     };
     not_tilted(&names, &normal)?;
     warn_about_position(names[0], &mut warnings);
+    if each_its_own {
+        let text = "each slice has a Frame of Reference UID of its own; patient, study, acquisition and geometry are those of \
+                    one series, and it is taken for one";
+        warnings.push(Warning::new("frame-of-reference-per-slice", text));
+    }
 
     let first = names[0];
     let size = [first.pixels.columns.into(), first.pixels.rows.into(), count];
@@ -78,7 +85,16 @@ fn orthonormal(slice: &Slice) -> (Vector, Vector) {
     (row, column.normalize())
 }
 
-fn must_agree(a: &Slice, b: &Slice) -> Result<(), Error> {
+/// Whether no two slices have the same Frame of Reference UID, as some programs write every file anew. Two frames in a series of
+/// many slices are two scans.
+fn each_its_own_frame(slices: &[&Slice]) -> bool {
+    let frames: BTreeSet<&str> = slices.iter().map(|s| s.frame_of_reference.as_str()).collect();
+    frames.len() == slices.len() && !frames.contains("")
+}
+
+/// Checks that two slices are of one series; with `frames_apart` their acquisition must be the same in place of their frame of
+/// reference.
+fn must_agree(a: &Slice, b: &Slice, frames_apart: bool) -> Result<(), Error> {
     let differs = |attribute, values: String| {
         Err(Error::Differs { attribute, a: a.file.clone(), b: b.file.clone(), values })
     };
@@ -87,7 +103,7 @@ fn must_agree(a: &Slice, b: &Slice) -> Result<(), Error> {
             return differs(attribute, String::new());
         }
     }
-    if a.frame_of_reference != b.frame_of_reference {
+    if !frames_apart && a.frame_of_reference != b.frame_of_reference {
         return differs("Frame of Reference UID", String::new());
     }
     let turn = (a.row_direction - b.row_direction).abs().max();
@@ -118,7 +134,7 @@ fn must_agree(a: &Slice, b: &Slice) -> Result<(), Error> {
         return differs("Patient Position", values);
     }
     for (attribute, x, y) in differing_acquisition(a, b) {
-        if matches!(attribute, "KVP" | "Convolution Kernel") {
+        if frames_apart || matches!(attribute, "KVP" | "Convolution Kernel") {
             return differs(attribute, format!(" ({x:?} and {y:?}): not one reconstruction"));
         }
     }

@@ -354,6 +354,7 @@ impl Held {
     /// Closes what is open.
     pub(crate) fn clear(&mut self) {
         (self.session, self.case, self.state.case) = (None, None, None);
+        self.state.patient = None;
         (self.state.result, self.state.tumour, self.result) = (None, None, None);
         (self.state.sent, self.state.own, self.own) = (None, None, None);
         (self.side_proposed, self.beside) = (false, vec![]);

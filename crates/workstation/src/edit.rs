@@ -7,7 +7,7 @@ use crate::roots::name_of;
 use crate::state::{PreviewShown, Readiness};
 use serde::Deserialize;
 use std::sync::Arc;
-use supine_flow::spec::{Edit, set_argument};
+use supine_flow::spec::{Edit, Kind, TABLE, set_argument};
 use supine_flow::{Freshness, NodeId, Session};
 
 /// Changes that the page asks for, and the state that it saw.
@@ -59,6 +59,24 @@ pub(crate) enum Way {
 }
 
 impl Desk {
+    /// Makes changes of the case that the page sent. Files are no values that it may type: it names them by the numbers that were
+    /// given out, and can only take them away here.
+    ///
+    /// # Errors
+    /// As [`Self::edit`]; [`Error::NotBelow`] when a value names a file.
+    pub(crate) fn edit_sent(self: &Arc<Self>, asked: Edits) -> Result<(), Error> {
+        let may_send = |edit: &OneEdit| {
+            // A table of keys may hold any of them.
+            let is_within = |key: &str| {
+                key.strip_prefix(&*edit.key)
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            let mut files = TABLE.iter().filter(|p| matches!(p.kind, Kind::File | Kind::Files));
+            edit.value.is_null() || !files.any(|file| is_within(file.key))
+        };
+        if asked.edits.iter().all(may_send) { self.edit(asked) } else { Err(Error::NotBelow) }
+    }
+
     /// Makes changes of the case.
     ///
     /// # Errors

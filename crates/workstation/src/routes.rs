@@ -152,7 +152,7 @@ async fn open_it(State(app): State<App>, body: Bytes) -> Told {
 }
 
 async fn edit(State(app): State<App>, body: Bytes) -> Told {
-    told(app.desk.edit(read(&body)?))
+    told(app.desk.edit_sent(read(&body)?))
 }
 
 async fn carry(State(app): State<App>, body: Bytes) -> Told {

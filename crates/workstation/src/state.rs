@@ -2,7 +2,7 @@
 
 use crate::roots::Named;
 use serde::Serialize;
-use supine_flow::{Case, CaseError, NodeId};
+use supine_flow::{Case, CaseError, NodeId, Whose};
 use supine_space::{Grid, View};
 
 /// All that the page shows, but the voxels.
@@ -12,6 +12,8 @@ pub(crate) struct State {
     pub(crate) revision: u64,
     pub(crate) version: &'static str,
     pub(crate) case: Option<CaseShown>,
+    /// Whose CT is open.
+    pub(crate) patient: Option<PatientShown>,
     pub(crate) phase: Phase,
     pub(crate) problem: Option<Problem>,
     pub(crate) volumes: Vec<VolumeShown>,
@@ -69,6 +71,29 @@ pub(crate) struct CaseShown {
     pub(crate) region: Option<Ball>,
     /// Whether the side was proposed from the tumour's place, and nobody has set it since.
     pub(crate) side_proposed: bool,
+}
+
+/// Whose CT is open; what is not known is empty. Shown and never logged.
+#[derive(Clone, Serialize)]
+pub(crate) struct PatientShown {
+    pub(crate) name: String,
+    pub(crate) id: String,
+    pub(crate) born: String,
+    /// Study and its date.
+    pub(crate) study: String,
+    pub(crate) series: String,
+}
+
+impl std::fmt::Debug for PatientShown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("PatientShown(..)")
+    }
+}
+
+impl From<Whose> for PatientShown {
+    fn from(Whose { name, id, born, study, series }: Whose) -> Self {
+        Self { name, id, born, study, series }
+    }
 }
 
 /// A sphere, LPS, mm.

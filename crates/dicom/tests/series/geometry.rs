@@ -221,6 +221,39 @@ fn slices_that_disagree_are_named() {
     }
 }
 
+/// As some programs write a series anew: 275 of 275 slices had a frame of reference of their own.
+#[test]
+fn slices_with_a_frame_each_are_one_series_when_all_else_agrees() {
+    let framed = || {
+        let mut slices = six();
+        for (n, slice) in slices.iter_mut().enumerate() {
+            put(slice, tags::FRAME_OF_REFERENCE_UID, VR::UI, format!("2.25.{}", n + 5));
+        }
+        slices
+    };
+    let (plain, ..) = read(folder(&six()).path()).unwrap();
+    let series = folder(&framed());
+    let (ct, source, info) = read(series.path()).unwrap();
+    assert_eq!(ct, plain);
+    let codes: Vec<&str> = info.warnings.iter().map(|w| w.code()).collect();
+    assert_eq!(codes, ["frame-of-reference-per-slice"]);
+    // The export has one frame for all.
+    let out = tempfile::TempDir::new().unwrap();
+    let dir = out.path().join("ct");
+    write_series(&ct, &source, &export_params(&source), &dir, Progress::none()).unwrap();
+    let original = Some(Original::Files(series.path()));
+    let checks = verify_export(&dir, original, Expected::default(), Progress::none()).unwrap();
+    let failed: Vec<_> = checks.checks.iter().filter(|c| c.passed == Some(false)).collect();
+    assert!(failed.is_empty(), "{failed:?}");
+    // Two of them with the same one are two scans; another acquisition is another scan.
+    let mut slices = framed();
+    put(&mut slices[3], tags::FRAME_OF_REFERENCE_UID, VR::UI, "2.25.5");
+    assert!(refusal(&slices).starts_with("Frame of Reference UID"));
+    let mut slices = framed();
+    put(&mut slices[3], tags::ACQUISITION_NUMBER, VR::IS, "7");
+    assert!(refusal(&slices).starts_with("Acquisition Number"), "{}", refusal(&slices));
+}
+
 #[test]
 fn unusable_geometry_is_refused_by_attribute() {
     let change = |tag, value: &'static str| {

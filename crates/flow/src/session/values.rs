@@ -3,11 +3,12 @@
 use super::observer::Watched;
 use super::{Freshness, Request, Session};
 use crate::nodes::{Import, Interval, Mesh, Points, Region, Segment, Solve, Warp};
+use crate::shared::whose;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_mesh::{Deformation, TetMesh};
-use supine_report::{Movement, TumourInterval, UncertainPatch};
+use supine_report::{Movement, TumourInterval, UncertainPatch, Whose};
 use supine_segment::tumour_place;
 use supine_space::{Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Surfaces, Volume};
@@ -27,6 +28,12 @@ impl Session {
     /// When a stage fails, or the observer ends the work.
     pub fn labels(&self, request: &Request<'_>) -> Result<Arc<LabelMap>, Error> {
         Ok(Arc::clone(&self.get::<Segment>(request)?.labels))
+    }
+
+    /// Whose CT is held; none when it is none of DICOM, or is not read.
+    pub fn peek_whose(&self) -> Option<Whose> {
+        let (imported, _) = self.peek::<Import>()?;
+        imported.source.as_ref().map(|source| whose(source))
     }
 
     /// Labels that are held, of what is given now or of what was given before; nothing is made.

@@ -57,7 +57,9 @@ export function say(place, text) {
 /** Sets a field's value unless the user is typing in it.
  * @param {HTMLInputElement|HTMLSelectElement} field @param {string} value */
 export function show(field, value) {
-  if (document.activeElement !== field && field.value !== value) field.value = value;
+  if (document.activeElement === field || field.value === value) return;
+  field.value = value;
+  field.setCustomValidity("");
 }
 
 /** A number with a true minus sign. @param {number} x @param {number} [digits] */

@@ -36,8 +36,8 @@ async function refusal(answer) {
 
 /** After so long without an answer the user is told, ms. */
 const patience = 3000;
-/** Commands that change the case. */
-const changing = new Set(["edit", "carry", "tumour", "undo", "redo", "tick", "save"]);
+/** Commands that change the case whatever it holds. */
+const changing = new Set(["tick", "save"]);
 
 /** Counts a change of the case until it is answered. @template T @param {() => Promise<T>} work @returns {Promise<T>} */
 async function counted(work) {
@@ -59,7 +59,8 @@ export const send = (name, body = {}) => (changing.has(name) ? counted(() => sen
 async function sendNow(name, body) {
   try {
     const answer = await ask(`/api/${name}`, { body });
-    if (!answer.ok) change({ problem: await refusal(answer) });
+    // What was refused before is no problem any more when the next command is taken.
+    change({ problem: answer.ok ? null : await refusal(answer) });
     return answer.ok;
   } catch {
     change({ problem: { message: "The program does not answer.", advice: "See whether it still runs." } });
@@ -68,12 +69,31 @@ async function sendNow(name, body) {
 }
 
 const revision = () => now().server?.revision ?? 0;
+
+/** @type {Promise<unknown>} */
+let last = Promise.resolve();
+/** Changes of the case are made one after the other, each from what the one before left: what is typed faster than it is answered is
+ * no conflict. @template T @param {() => Promise<T>} work @returns {Promise<T>} */
+function inTurn(work) {
+  const turn = last.then(work);
+  last = turn.catch(() => {});
+  return turn;
+}
+
+/** A change of the case as this page shows it: refused when another window was faster.
+ * @param {string} name @param {object} [body] @returns {Promise<boolean>} */
+const changeCase = (name, body = {}) => counted(() => inTurn(async () => {
+  const taken = await sendNow(name, { revision: revision(), ...body });
+  await poll();
+  return taken;
+}));
+
 /** @param {{key: string, value: any}[]} edits */
-export const edit = (edits) => send("edit", { revision: revision(), edits });
+export const edit = (edits) => changeCase("edit", { edits });
 
 /** Sends edits that are made from the case's newest values: when someone else was faster they are made anew, once.
  * @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
-export const editNewest = (edits) => counted(() => editNow(edits));
+export const editNewest = (edits) => counted(() => inTurn(() => editNow(edits)));
 
 /** @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
 async function editNow(edits) {
@@ -81,6 +101,7 @@ async function editNow(edits) {
     for (const last of [false, true]) {
       const answer = await ask("/api/edit", { body: { revision: revision(), edits: edits(now().server?.case?.values ?? {}) } });
       if (answer.ok) {
+        change({ problem: null });
         await poll();
         return true;
       }
@@ -97,11 +118,11 @@ async function editNow(edits) {
 }
 
 /** The case carries an object along, or not. @param {string} id @param {boolean} on */
-export const carry = (id, on) => send("carry", { revision: revision(), id, on });
+export const carry = (id, on) => changeCase("carry", { id, on });
 /** A region of a structure set becomes the tumour. @param {string} id @param {string} region */
-export const tumourFrom = (id, region) => send("tumour", { revision: revision(), id, region });
-export const undo = () => send("undo", { revision: revision() });
-export const redo = () => send("redo", { revision: revision() });
+export const tumourFrom = (id, region) => changeCase("tumour", { id, region });
+export const undo = () => changeCase("undo");
+export const redo = () => changeCase("redo");
 /** @param {string|null} until */
 export const run = (until) => send("run", { until });
 /** The whole run, written into a folder. @param {string} dir @param {string} name */

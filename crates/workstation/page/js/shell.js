@@ -23,6 +23,14 @@ function drawCase(state) {
     : [element("span", { class: "saved" }, "no case")]);
 }
 
+/** Whose CT is open, in every step. @param {State} state */
+function drawPatient({ server }) {
+  const { patient = null, phase } = server ?? {};
+  const told = patient ? [patient.name || "no name", patient.id && `ID ${patient.id}`, patient.born && `born ${patient.born}`, patient.study, patient.series]
+    : server?.case && phase === "ready" ? ["The CT names no patient"] : [];
+  remake(at("patient"), told, () => told.filter(Boolean).map((text, n) => element(n === 0 ? "strong" : "span", {}, text)));
+}
+
 /** Takes of the state only what it needs: its buttons stay as long as the step does, and would keep the voxels of another CT.
  * @param {State} state */
 function drawSteps({ step: chosen, server }) {
@@ -164,6 +172,7 @@ export function speak(state, before) {
 export function drawShell(state) {
   document.body.classList.toggle("folded", !state.panel);
   drawCase(state);
+  drawPatient(state);
   drawSteps(state);
   drawWarnings(state);
   drawProblems(state);

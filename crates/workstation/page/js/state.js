@@ -37,7 +37,7 @@
 /** @typedef {{id: string, description: string, modality: string, size: number[]|null, spacing_mm: number[]|null,
  *   files: number, usable: boolean, problems: string[], picture: boolean}} Series */
 /** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
- *   case: Case|null,
+ *   case: Case|null, patient?: {name: string, id: string, born: string, study: string, series: string}|null,
  *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[],
  *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],

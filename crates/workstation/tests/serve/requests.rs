@@ -171,7 +171,11 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     // The second of two windows.
     let answer = edit(revision, "bed.ap", json!(4.0));
     assert_eq!(answer.status, 409);
-    // What was not given out.
+    // What was not given out: files are named by numbers alone.
+    for key in ["labels.file", "seeds.file", "carry.dose", "carry", "ct"] {
+        let answer = edit(revision + 1, key, json!("/etc/passwd"));
+        assert_eq!(answer.status, 403, "{key}: {}", answer.text());
+    }
     for (path, body) in [
         ("/api/carry", json!({ "revision": 0, "id": "7", "on": true })),
         ("/api/carry", json!({ "revision": 0, "id": "../rt", "on": true })),

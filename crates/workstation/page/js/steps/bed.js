@@ -5,7 +5,7 @@ import { change, now } from "../state.js";
 import { applicatorPart } from "./applicator.js";
 import { runButton } from "./look.js";
 import { history } from "./mark.js";
-import { numberField, part, percent, way } from "./parts.js";
+import { numberField, numberIn, part, percent, way } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./parts.js").Part} Part */
@@ -45,8 +45,8 @@ function bothAngles() {
   const told = (/** @type {boolean} */ held) => {
     const missing = fields.some(({ field }) => field.value === "");
     hint.textContent = missing ? "Give both angles; 0 is level." : "";
-    if (missing || fields.some(({ field }) => !field.checkValidity())) return;
-    const [ap, lat] = fields.map(({ field }) => Number(field.value));
+    const [ap, lat] = fields.map(({ field }) => numberIn(field));
+    if (ap === null || lat === null) return;
     if (held) tryAngles({ ap, lat });
     else setAngles({ ap, lat });
   };

@@ -1,6 +1,6 @@
 // Step 5: the verdict, then warnings, each with its tick; CT and simulated CT in one picture; structures and doses; figures.
 import { goToWarning } from "../actions.js";
-import { element } from "../dom.js";
+import { element, fixed } from "../dom.js";
 import { hint } from "../keys.js";
 import { tick } from "../link.js";
 import { change, now } from "../state.js";
@@ -30,7 +30,7 @@ function warnings() {
   const data = (/** @type {State} */ state) => ({ all: state.server?.warnings ?? [], current: state.warning });
   const shown = part("warnings", data, ({ all, current }) => {
     const open = all.filter((one) => !one.ticked).length;
-    if (all.length === 0) return [element("h3", {}, "No warnings")];
+    if (all.length === 0) return [element("h3", {}, "No warnings of the stages")];
     return [
       element("h3", {}, `Warnings: ${open} of ${all.length} not ticked`),
       element("button", { type: "button", "data-key": "next", disabled: open === 0, title: hint("warning"), onclick: () => goToWarning() }, "Next warning"),
@@ -46,11 +46,24 @@ function warnings() {
   } };
 }
 
-/** What the run said, as long as the case is that of the run. @returns {Part} */
+/** What is known of the verdict before anything was written: how far the tumour's place may be off. @param {State} state */
+function unjudged({ server }) {
+  const within = server?.tumour?.within_mm ?? null;
+  const asked = server?.case?.values.tolerance;
+  if (!server?.tumour) return null;
+  const worse = within === null || (typeof asked === "number" && within > asked);
+  const reason = within === null ? "How sure the tumour\u2019s place is, is not known."
+    : `The tumour\u2019s place is known to ${fixed(within)} mm only; ${fixed(asked)} mm are asked for.`;
+  return worse ? { colour: /** @type {"amber"} */ ("amber"), headline: "AMBER at best; a run that is written gives the verdict", reasons: [reason] }
+    : { colour: null, headline: "Not judged yet: a run that is written gives the verdict.", reasons: [] };
+}
+
+/** What the run said, as long as the case is that of the run; before it, what is known already. @returns {Part} */
 function verdict() {
-  const data = (/** @type {State} */ { server }) => (server?.result
-    ? { colour: server.result.verdict, headline: server.result.headline, reasons: server.result.reasons } : null);
-  return part("verdict-part", data, (told) => (told ? [element("h3", {}, "Verdict"), ...verdictLines(told)] : []));
+  const data = (/** @type {State} */ state) => (state.server?.result
+    ? { colour: state.server.result.verdict, headline: state.server.result.headline, reasons: state.server.result.reasons } : unjudged(state));
+  return part("verdict-part", data, (told) => (told ? [element("h3", {}, "Verdict"),
+    ...(told.colour ? verdictLines(/** @type {any} */ (told)) : [element("p", { class: "quiet" }, told.headline)])] : []));
 }
 
 /** @returns {Part} */
@@ -96,7 +109,7 @@ function share() {
     all.hidden = chosen === "off";
     root.hidden = chosen !== "curtain" && chosen !== "blend";
     scale.hidden = chosen !== "volume";
-    hintText.textContent = chosen === "difference" ? `Red is brighter in the other volume, blue darker; full colour from \u00b1${window.width / 2} HU.` : "";
+    hintText.textContent = chosen === "difference" ? `Simulated CT \u2212 CT. Red: denser after, blue: less dense; full colour from \u00b1${window.width / 2} HU.` : "";
     if (document.activeElement !== slider) slider.value = String(part);
   } };
 }

@@ -82,13 +82,36 @@ export function way() {
   });
 }
 
+/** The number typed in a field, with a decimal point or a comma; null when it is none or out of range, which the field then says.
+ * A field of type number would read a comma as nothing in some languages: 25 for 2,5.
+ * @param {HTMLInputElement} field */
+export function numberIn(field) {
+  const text = field.value.trim().replace("\u2212", "-").replace(",", ".");
+  const x = /^[+-]?(\d+\.?\d*|\.\d+)$/.test(text) ? Number(text) : null;
+  const [least, most] = [field.min || "-Infinity", field.max || "Infinity"].map(Number);
+  const out = x !== null && (x < least || x > most);
+  const wrong = x === null && text !== "" ? "Give one number, such as 2.5 or 2,5." : out ? `Give a number from ${least} to ${most}.` : "";
+  field.setCustomValidity(wrong);
+  return wrong === "" ? x : null;
+}
+
 /** @param {string} label @param {{id: string, unit?: string, min?: number, max?: number,
  *   onchange: (value: number) => void}} options @returns {{root: HTMLElement, field: HTMLInputElement}} */
 export function numberField(label, { id, unit = "", min, max, onchange }) {
-  // What is typed may have any digits: a step would refuse those between two.
-  const field = element("input", { type: "number", id, min, max, step: "any", onchange: () => {
-    if (field.value !== "" && field.reportValidity()) onchange(Number(field.value));
-  } });
+  const told = () => {
+    const x = numberIn(field);
+    if (x === null) field.reportValidity();
+    else onchange(x);
+  };
+  const step = (/** @type {KeyboardEvent} */ event) => {
+    const [way, x] = [event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0, numberIn(field)];
+    if (way === 0 || x === null || field.readOnly) return;
+    event.preventDefault();
+    field.value = String(Number((x + way).toFixed(3)));
+    told();
+  };
+  const field = element("input", { type: "text", inputmode: "decimal", class: "number", autocomplete: "off", id, min, max, onchange: told,
+    onkeydown: step, oninput: () => field.setCustomValidity("") });
   const root = element("p", { class: "field" }, element("label", { for: id }, label), field, element("span", { class: "unit" }, unit));
   return { root, field };
 }

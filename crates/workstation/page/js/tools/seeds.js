@@ -85,7 +85,7 @@ export const removeAll = () => edit([strokesKey, ...told.map(({ id }) => `seeds.
 export function addPoint(tissue, place) {
   const key = `seeds.${tissue}`;
   const rounded = place.map((x) => Math.round(x * 10) / 10);
-  queue = queue.then(async () => { await editNewest((values) => [{ key, value: [...(values[key] ?? []), rounded] }]); });
+  return editNewest((values) => [{ key, value: [...(values[key] ?? []), rounded] }]);
 }
 
 /** @param {Point} point */

@@ -14,12 +14,13 @@ import { followedTumour } from "./followed.js";
 const kinds = [["", [0, 0, 0]], ["skin", [236, 204, 190]], ["chest wall", [196, 84, 30]], ["cut", [150, 150, 255]], ["tumour", [255, 221, 51]],
   ["mesh", [190, 200, 215]], ["frames", [70, 84, 104]], ["crosshair", [255, 255, 255]], ["body", [150, 170, 195]],
   ["applicator", [168, 172, 180]], ["displacement", [0, 0, 0]], ["scan", [0, 0, 0]], ["scan elsewhere", [96, 98, 102]],
-  ["other", [150, 185, 170]], ["tumour, predicted", [255, 150, 20]], ["tumour, stale", [165, 165, 165]]];
+  ["other", [150, 185, 170]], ["tumour, predicted", [255, 150, 20]], ["tumour, late", [255, 90, 31]],
+  ["tumour, stale", [165, 165, 165]]];
 /** @param {string} kind */
 export const number = (kind) => kinds.findIndex(([name]) => name === kind);
 
 /** The name of a part, whichever shape it has. @param {string} part */
-export const baseOf = (part) => part.replace(/, (simulated|preview|predicted|stale)$/, "");
+export const baseOf = (part) => part.replace(/, (simulated|preview|predicted|late|stale)$/, "");
 
 /** @param {string} part @param {Surface} surface */
 export function kindOf(part, { kind }) {

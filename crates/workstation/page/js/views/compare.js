@@ -18,7 +18,8 @@ export function otherPane(state, pane) {
   return other && { ...pane, held: other };
 }
 
-/** Blue is darker in the other, red is brighter, in full from half the window. @param {number} d @param {number} width */
+/** Red is brighter in the simulated CT, blue is darker, as in the report; in full from half the window.
+ * @param {number} d simulated minus CT @param {number} width */
 function differenceColour(d, width) {
   const share = Math.max(-1, Math.min(1, d / (width / 2)));
   const [strong, weak] = [Math.round(40 + 215 * Math.abs(share)), Math.round(40 * (1 - Math.abs(share)))];
@@ -35,11 +36,13 @@ export function blendPlanes(pixels, pane, other, { way, share }, greys, window) 
   const { start, right, down } = walk(pane.held.grid, pane.view, pane.slice);
   const { width } = planeOf(pane.held.grid, pane.view);
   const [mine, theirs] = [pane.held.voxels, other.voxels];
+  // Whichever of both is the one that is shown.
+  const sign = pane.held.grid.id === "ct" ? 1 : -1;
   const edge = Math.round(fromScreen(pane.plane, pane.frame, [share * pane.box[0], 0])[0] + 0.5);
   for (let n = 0, from = start; n < pixels.length; from += down) {
     for (let x = 0, at = from; x < width; x++, n++, at += right) {
       if (way === "difference") {
-        pixels[n] = differenceColour(theirs[at] - mine[at], window.width);
+        pixels[n] = differenceColour(sign * (theirs[at] - mine[at]), window.width);
         continue;
       }
       if (way === "curtain" && x < edge) continue;

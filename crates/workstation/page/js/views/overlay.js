@@ -132,7 +132,8 @@ function standing(state, pane) {
   if (other && state.compare.way === "volume") return { word: `VOLUME CHANGE${other.grid.fresh === false ? ", OLD" : ""}`, colour: colours.simulated };
   if (other) {
     const [mine, theirs] = [pane.held, other].map(({ grid }) => `${grid.simulated ? "SIMULATED" : "CT"}${grid.fresh === false ? ", OLD" : ""}`);
-    const words = { curtain: `${mine} | ${theirs}`, blend: `${mine} + ${theirs}`, difference: `${theirs} \u2212 ${mine}` };
+    const [before, after] = pane.held.grid.simulated ? [theirs, mine] : [mine, theirs];
+    const words = { curtain: `${mine} | ${theirs}`, blend: `${mine} + ${theirs}`, difference: `${after} \u2212 ${before}` };
     return { word: /** @type {Record<string, string>} */ (words)[state.compare.way], colour: colours.simulated };
   }
   const live = previewWord(state, pane);
