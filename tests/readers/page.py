@@ -9,6 +9,7 @@ import numpy as np
 import pydicom
 import SimpleITK as sitk
 from axe_playwright_python.sync_playwright import Axe
+from page_planes import WAIT, check_planes, looked_at
 from playwright.sync_api import sync_playwright
 
 SUPINE, FOLDER, PICTURES = sys.argv[1:4]
@@ -18,8 +19,6 @@ TUMOUR, RADIUS = (91.37, -248.09, -594.5), 9.0
 PAINTED = (91.37, -217.0, -594.5)
 # What a site may have named a series: it must be shown as it is, and do nothing.
 NAME = "<img src=x onerror=alert(1)>"
-# All waits end after so many ms: the longest work takes half a minute, and much longer where the machine has other work.
-WAIT = 600_000
 # The lines of an axial plane.
 LINES = """async ([set, slice]) => (await (await fetch(`/api/lines/${set}/axial/${slice}`, {headers:
     {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()).lines"""
@@ -120,39 +119,6 @@ class Window:
         assert self.page.title() == "supine" and "#" not in self.page.url, self.page.url
         assert self.page.evaluate("() => localStorage.length") == 0
         self.context.close()
-
-
-def grey(hu, window):
-    """As the page's table: halves to even, as canvas data are rounded."""
-    width, level = window
-    return np.clip(np.rint(((hu - level) / width + 0.5) * 255), 0, 255).astype(int)
-
-
-def looked_at(window):
-    """Width and level of the grey values."""
-    return window.page.evaluate("""() => [document.getElementById("window-width").value,
-        document.getElementById("window-level").value].map(Number)""")
-
-
-def check_planes(window, image, data, at):
-    """Every plane through a voxel, pixel by pixel, against another reader's volume, once the page has drawn them."""
-    end = time.monotonic() + WAIT / 1000
-    while (wrong := wrong_planes(window, image, data, at)) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not wrong, wrong
-
-
-def wrong_planes(window, image, data, at):
-    """How many pixels of a plane through a voxel differ, by the name of its view."""
-    look = looked_at(window)
-    i, j, k = image.TransformPhysicalPointToIndex(at)
-    planes = {"axial": data[k], "coronal": data[::-1, j], "sagittal": data[::-1, :, i]}
-    wrong = {}
-    for name, plane in planes.items():
-        wanted, drawn = grey(plane.astype(float), look), window.pixels(name)
-        if wanted.shape != drawn.shape or (wanted != drawn).any():
-            wrong[name] = int(np.sum(wanted != drawn)) if wanted.shape == drawn.shape else drawn.shape
-    return wrong
 
 
 def spot(window, view, image, at):

@@ -33,7 +33,7 @@ impl Session {
     /// Whose CT is held; none when it is none of DICOM, or is not read.
     pub fn peek_whose(&self) -> Option<Whose> {
         let (imported, _) = self.peek::<Import>()?;
-        imported.source.as_ref().map(|source| whose(source))
+        imported.source.as_ref().map(whose)
     }
 
     /// Labels that are held, of what is given now or of what was given before; nothing is made.
