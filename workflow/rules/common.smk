@@ -105,14 +105,18 @@ def inputs_of(wildcards):
     too, which no program can set back. `supine` looks at the content itself, and makes nothing anew where that is the same."""
     case = CASES[wildcards.name]
     told = hashlib.blake2b(digest_size=16)
+    # What cannot be read is no reason not to plan the others, nor to leave the other files out; `supine` says what is wrong with it.
     try:
-        for key, path in named_files(real(case["case"]), case["changes"]):
-            for file in files_below(path, key == "ct"):
-                is_at = os.stat(file)
-                told.update(repr((key, file, is_at.st_size, is_at.st_mtime_ns, is_at.st_ctime_ns)).encode())
+        named = list(named_files(real(case["case"]), case["changes"]))
     except (OSError, TypeError, tomllib.TOMLDecodeError):
-        # What cannot be read is no reason not to plan the others; `supine` says what is wrong with it.
-        told.update(b"unreadable")
+        named = []
+    for key, path in named:
+        try:
+            files = [(file, os.stat(file)) for file in files_below(path, key == "ct")]
+        except OSError:
+            files = []
+        for file, at in files:
+            told.update(repr((key, file, at.st_size, at.st_mtime_ns, at.st_ctime_ns)).encode())
     return told.hexdigest()
 
 
@@ -121,16 +125,14 @@ def voxels_of(name):
     two bytes per voxel, or one when it is compressed: rather too many than too few."""
     if config["voxels"]:
         return config["voxels"]
-    case = real(CASES[name]["case"])
+    case = CASES[name]
     try:
-        with open(case, "rb") as file:
-            ct = os.path.join(os.path.dirname(case), tomllib.load(file)["ct"])
-        if os.path.isdir(ct):
-            return sum(len(files) for _, _, files in os.walk(ct)) * 512 * 512
-        if ct.endswith((".nrrd", ".mha", ".nii", ".nii.gz")):
-            return os.path.getsize(ct) // (1 if ct.endswith((".nrrd", ".gz")) else 2)
-        return len(os.listdir(os.path.dirname(ct))) * 512 * 512
-    except (OSError, KeyError, TypeError, tomllib.TOMLDecodeError):
+        ct = next(path for key, path in named_files(real(case["case"]), case["changes"]) if key == "ct")
+        files = files_below(ct, True)
+        if not ct.lower().endswith(VOLUMES):
+            return len(files) * 512 * 512
+        return sum(map(os.path.getsize, files)) // (1 if ct.lower().endswith((".nrrd", ".gz")) else 2)
+    except (OSError, StopIteration, TypeError, tomllib.TOMLDecodeError):
         # A case that cannot be read is no reason not to plan the others; `supine` says what is wrong with it.
         return 0
 

@@ -60,5 +60,5 @@ pub use status::{
 };
 pub use supine_report::{
     DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,
-    Whose, directions, headline, held, moves,
+    Whose, directions, headline, held, moves, too_wide,
 };

@@ -64,8 +64,9 @@ impl Curve {
         progress: Progress<'_>,
     ) -> Result<Option<Self>, Error> {
         let mut warnings = Vec::new();
+        let mut steps = Steps(progress);
         let mut solve = |kpa: f64| -> Result<Option<Node>, Error> {
-            let Some((node, told)) = found(solver.at(rest, kpa, progress))? else {
+            let Some((node, told)) = found(solver.at(rest, kpa, steps.next()))? else {
                 return Ok(None);
             };
             // Of a stretched belief not each solution's warnings: what the run's own solution says counts.
@@ -97,8 +98,7 @@ impl Curve {
     }
 
     /// The same in the unloaded state, where a modulus is possible only from `floor_kpa` on and if it has an unloaded shape. Which
-    /// have one is a question of the CT's gravity alone, so that no tilt makes a modulus impossible: one that has no solution
-    /// on the table is read beyond the softest one that has.
+    /// have one is a question of the CT's gravity alone, so that no tilt makes a modulus impossible.
     ///
     /// # Errors
     /// As [`Curve::through`].
@@ -108,14 +108,18 @@ impl Curve {
         floor_kpa: f64,
         progress: Progress<'_>,
     ) -> Result<Option<Self>, Error> {
-        let soft = low.max(floor_kpa);
-        if !solver.has_shape(stiff, progress)? {
-            return Ok(None);
-        }
-        let from = softest([soft, stiff], |kpa| solver.has_shape(kpa, progress))?;
-        let curve = Self::through(solver, RestState::Unloaded, [from, stiff], progress)?;
+        let soft = low.max(floor_kpa).min(stiff);
+        let part = progress.part(0.0, 0.7);
+        let curve = Self::through(solver, RestState::Unloaded, [soft, stiff], part)?;
+        let Some(curve) = curve else { return Ok(None) };
+        let mut steps = Steps(progress.part(0.7, 1.0));
+        // What was solved has a shape.
+        let from = match curve.ends {
+            true => softest([soft, stiff], |kpa| solver.has_shape(kpa, steps.next()))?,
+            false => soft,
+        };
         let possible_from_kpa = if from > low { from } else { 0.0 };
-        Ok(curve.map(|curve| Self { possible_from_kpa, ..curve }))
+        Ok(Some(Self { possible_from_kpa, ..curve }))
     }
 
     /// The softest modulus that is possible, or that was solved when all are, kPa.
@@ -138,6 +142,17 @@ impl Curve {
             (None, None) => Vector::zeros(),
         };
         w * x
+    }
+}
+
+/// The progress of solutions whose number is not known: each takes a third of what is left.
+struct Steps<'a>(Progress<'a>);
+
+impl<'a> Steps<'a> {
+    fn next(&mut self) -> Progress<'a> {
+        let part = self.0.part(0.0, 1.0 / 3.0);
+        self.0 = self.0.part(1.0 / 3.0, 1.0);
+        part
     }
 }
 

@@ -180,13 +180,13 @@ pub fn tumour_interval(
 fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, Error> {
     let nominal = rests.nominal;
     let cloud = rests.cloud(Drawn::ALL)?;
-    let lengths = |cloud: &[Vector]| {
-        holding(nominal.displacement.norm(), middle(LEVEL, cloud.iter().map(Vector::norm)))
-    };
+    let lengths = |cloud: &[Vector]| middle(LEVEL, cloud.iter().map(Vector::norm));
     let share = |source: Source, drawn: Drawn| -> Result<Share, Error> {
         let cloud = rests.cloud(drawn)?;
         let within_mm = within(&cloud, &nominal.displacement);
-        Ok(Share { source, length_mm: lengths(&cloud), within_mm })
+        // What one source does begins at the value found; whether that is possible at all, the whole interval tells.
+        let ([low, high], found) = (lengths(&cloud), nominal.displacement.norm());
+        Ok(Share { source, length_mm: [low.min(found), high.max(found)], within_mm })
     };
     let none = Drawn::default();
     let mut shares = vec![
@@ -211,8 +211,7 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         displacement: nominal.displacement,
         within_mm: within(&cloud, &nominal.displacement),
         length_mm: lengths(&cloud),
-        components_mm: [0, 1, 2]
-            .map(|k| holding(nominal.displacement[k], middle(LEVEL, cloud.iter().map(|v| v[k])))),
+        components_mm: [0, 1, 2].map(|k| middle(LEVEL, cloud.iter().map(|v| v[k]))),
         ellipsoid: Ellipsoid::holding(LEVEL, &cloud),
         shares,
         other,
@@ -220,11 +219,6 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         patches,
         warnings: Vec::new(),
     })
-}
-
-/// An interval that reaches to the value found, as one must that is told beside it.
-fn holding(value: f64, [low, high]: [f64; 2]) -> [f64; 2] {
-    [low.min(value), high.max(value)]
 }
 
 /// The distance from a displacement that is not exceeded with the probability [`LEVEL`], and that reaches both ends of the

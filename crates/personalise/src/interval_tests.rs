@@ -186,6 +186,14 @@ fn every_range_holds_the_value_told_and_the_softest_modulus_has_the_next_one_bel
     assert!(has_shape(softest));
 }
 
+/// The verdict is red for it: what was found must not widen the interval of what is possible.
+#[test]
+fn a_modulus_that_nobody_measured_lies_outside_the_interval() {
+    let case = case(6.0, RestState::Net);
+    let found = case.ask(Belief::literature(), 0.1);
+    assert!(found.displacement.norm() < 0.8 * found.length_mm[0], "{found:?}");
+}
+
 #[test]
 fn a_worse_wall_widens_its_share_in_proportion() {
     let case = case(0.9, RestState::Unloaded);

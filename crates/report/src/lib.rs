@@ -51,7 +51,7 @@ pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown};
 pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, status_schema};
 pub use summary::*;
-pub use verdict::{TOLERANCE_MM, held, verdict};
+pub use verdict::{TOLERANCE_MM, held, too_wide, verdict};
 pub use volumes::volume_changes;
 pub use whose::Whose;
 pub use words::directions;

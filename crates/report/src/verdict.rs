@@ -1,6 +1,6 @@
 //! Whether a result may be used: what a planner reads first.
 
-use crate::summary::{Colour, Reason, Summary, TissueFit, Verdict, Warning};
+use crate::summary::{Colour, Reason, Summary, TissueFit, TumourInterval, Verdict, Warning};
 use crate::tg132;
 use crate::words::{count, fixed};
 
@@ -223,16 +223,21 @@ fn tissue(summary: &Summary, tolerance_mm: f64) -> Vec<Reason> {
         reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "tissue-is-a-guess", text) });
     }
     reasons.extend(summary.fit.iter().flat_map(fit));
-    if interval.within_mm > tolerance_mm {
+    reasons.extend(too_wide(interval, tolerance_mm));
+    reasons
+}
+
+/// That the tumour's place is not known as well as is asked for, mm.
+pub fn too_wide(interval: &TumourInterval, tolerance_mm: f64) -> Option<Reason> {
+    (interval.within_mm > tolerance_mm).then(|| {
         let text = format!(
             "The tumour's place is known to {} mm only; {} mm are asked for.",
             fixed(interval.within_mm, 1),
             fixed(tolerance_mm, 1)
         );
         let effect_mm = Some(interval.within_mm);
-        reasons.push(Reason { effect_mm, ..reason(Colour::Amber, "interval-too-wide", text) });
-    }
-    reasons
+        Reason { effect_mm, ..reason(Colour::Amber, "interval-too-wide", text) }
+    })
 }
 
 /// What speaks against a modulus that was fitted.

@@ -1,7 +1,7 @@
 //! Whose CT a report shows.
 
-/// Whose CT a report shows: stands on the page alone, never in the summary. What is not known is empty.
-#[derive(Clone, Default)]
+/// Whose CT a report or the workstation shows: stands on their pages alone, never in the summary. What is not known is empty.
+#[derive(Clone, Default, serde::Serialize)]
 pub struct Whose {
     /// Name, family name first.
     pub name: String,

@@ -124,7 +124,7 @@ impl Desk {
             };
             let beside = found.into_iter().map(|(kind, path)| Beside::new(kind, path)).collect();
             desk.change(|held| {
-                held.state.patient = session.peek_whose().map(Into::into);
+                held.state.patient = session.peek_whose();
                 held.state.views = views(ct.grid());
                 held.show("ct", Voxels::Hu(Arc::clone(&ct), false), true);
                 held.state.phase = Phase::Ready;

@@ -7,7 +7,7 @@ use crate::own::levels_gy;
 use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
 use crate::surface::{Drawn, Shape, Surface};
 use std::sync::Arc;
-use supine_flow::{Freshness, NodeId, OwnObjects, Session};
+use supine_flow::{Freshness, NodeId, OwnObjects, Session, too_wide};
 use supine_mesh::{BoundaryTag, Deformation, Edges, Embedding, Motion, Surround, TetMesh};
 use supine_space::{Point, Sphere};
 use supine_volume::{LabelMap, Surfaces};
@@ -56,6 +56,10 @@ impl Held {
             distance_mm: movement.distance_mm,
             length_mm: interval.as_ref().map(|interval| interval.length_mm),
             within_mm: interval.as_ref().map(|interval| interval.within_mm),
+            reason: interval
+                .as_ref()
+                .and_then(|interval| too_wide(interval, session.case().tolerance_mm))
+                .map(|reason| reason.message),
             level: interval.as_ref().map(|interval| interval.level),
         });
         self.state.preview_bed.final_mm = preview_differs(self, session);

@@ -13,7 +13,7 @@ pub(crate) struct State {
     pub(crate) version: &'static str,
     pub(crate) case: Option<CaseShown>,
     /// Whose CT is open.
-    pub(crate) patient: Option<PatientShown>,
+    pub(crate) patient: Option<Whose>,
     pub(crate) phase: Phase,
     pub(crate) problem: Option<Problem>,
     pub(crate) volumes: Vec<VolumeShown>,
@@ -71,29 +71,6 @@ pub(crate) struct CaseShown {
     pub(crate) region: Option<Ball>,
     /// Whether the side was proposed from the tumour's place, and nobody has set it since.
     pub(crate) side_proposed: bool,
-}
-
-/// Whose CT is open; what is not known is empty. Shown and never logged.
-#[derive(Clone, Serialize)]
-pub(crate) struct PatientShown {
-    pub(crate) name: String,
-    pub(crate) id: String,
-    pub(crate) born: String,
-    /// Study and its date.
-    pub(crate) study: String,
-    pub(crate) series: String,
-}
-
-impl std::fmt::Debug for PatientShown {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("PatientShown(..)")
-    }
-}
-
-impl From<Whose> for PatientShown {
-    fn from(Whose { name, id, born, study, series }: Whose) -> Self {
-        Self { name, id, born, study, series }
-    }
 }
 
 /// A sphere, LPS, mm.
@@ -230,6 +207,8 @@ pub(crate) struct TumourShown {
     /// Interval of that distance, and how far off its place may be; nothing where they could not be found.
     pub(crate) length_mm: Option<[f64; 2]>,
     pub(crate) within_mm: Option<f64>,
+    /// Why no verdict on it can be green, if so.
+    pub(crate) reason: Option<String>,
     /// Probability of both.
     pub(crate) level: Option<f64>,
 }

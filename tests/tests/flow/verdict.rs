@@ -55,6 +55,21 @@ fn a_guess_is_amber_and_only_denied_when_asked() {
 }
 
 #[test]
+fn a_modulus_that_is_none_of_the_possible_ones_ends_with_4() {
+    let folder = scratch();
+    let case = Case::small().with("tissue", "{ young = 6.0 }").write(folder.path());
+    let out = folder.path().join("out");
+    shared().begin(&out);
+    let ended = run(&case, &out, 2);
+    assert_eq!(ended.code, Some(4), "{}", ended.stderr);
+    let verdict = &summary(&out)["verdict"];
+    assert_eq!(
+        (&verdict["colour"], &verdict["reasons"][0]["code"]),
+        (&"red".into(), &"outside-interval".into())
+    );
+}
+
+#[test]
 fn an_unfinished_run_is_not_sent() {
     let folder = scratch();
     let out = folder.path().join("out");

@@ -50,7 +50,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 6;
+    const METHOD: u32 = 7;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);

@@ -3,8 +3,8 @@
 
 use crate::Error;
 use rayon::prelude::*;
-use supine_mesh::{Deformation, Edges, Order, TetMesh};
-use supine_space::{Failure, Matrix, Point, Vector, Warning};
+use supine_mesh::{Deformation, Edges, Order, TetMesh, det_f};
+use supine_space::{Failure, Point, Vector, Warning};
 use supine_volume::{LabelMap, label};
 
 /// A mesh of which less lies in the soft tissue is of something else.
@@ -145,10 +145,7 @@ fn folds(deformation: &Deformation, edges: &Edges, tet: usize) -> bool {
         [[NEAR, FAR, FAR, FAR], [FAR, NEAR, FAR, FAR], [FAR, FAR, NEAR, FAR], [FAR, FAR, FAR, NEAR]]
     };
     let (mesh, displacement) = (deformation.mesh(), deformation.displacement());
-    let det = |at: [f64; 4]| {
-        (Matrix::identity() + displacement.gradient(mesh, edges, tet, at)).determinant()
-    };
-    PLACES.into_iter().any(|at| det(at) <= 0.0)
+    PLACES.into_iter().any(|at| det_f(mesh, edges, displacement, tet, at) <= 0.0)
 }
 
 fn refused(message: String) -> Error {

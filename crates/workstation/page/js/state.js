@@ -53,7 +53,8 @@
 /** @typedef {{id: string, kind: "structures"|"dose"|"segmentation", name: string, on: boolean, regions: string[]}} Beside an object
  *   drawn beside the CT; `on`: the case carries it along; `regions`: those that can be a tumour */
 /** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
-/** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null}} Way the tumour's */
+/** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null,
+ *   reason?: string|null}} Way the tumour's */
 /** @typedef {{name: string, saved: boolean, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
  *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since */
 /** @typedef {{name: string, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],

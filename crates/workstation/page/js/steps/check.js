@@ -1,6 +1,6 @@
 // Step 5: the verdict, then warnings, each with its tick; CT and simulated CT in one picture; structures and doses; figures.
 import { goToWarning } from "../actions.js";
-import { element, fixed } from "../dom.js";
+import { element } from "../dom.js";
 import { hint } from "../keys.js";
 import { tick } from "../link.js";
 import { change, now } from "../state.js";
@@ -46,15 +46,11 @@ function warnings() {
   } };
 }
 
-/** What is known of the verdict before anything was written: how far the tumour's place may be off. @param {State} state */
+/** What is known of the verdict before anything was written. @param {State} state */
 function unjudged({ server }) {
-  const within = server?.tumour?.within_mm ?? null;
-  const asked = server?.case?.values.tolerance;
-  if (!server?.tumour) return null;
-  const worse = within === null || (typeof asked === "number" && within > asked);
-  const reason = within === null ? "How sure the tumour\u2019s place is, is not known."
-    : `The tumour\u2019s place is known to ${fixed(within)} mm only; ${fixed(asked)} mm are asked for.`;
-  return worse ? { colour: /** @type {"amber"} */ ("amber"), headline: "AMBER at best; a run that is written gives the verdict", reasons: [reason] }
+  const told = server?.tumour;
+  if (!told) return null;
+  return told.reason ? { colour: /** @type {"amber"} */ ("amber"), headline: "AMBER at best; a run that is written gives the verdict", reasons: [told.reason] }
     : { colour: null, headline: "Not judged yet: a run that is written gives the verdict.", reasons: [] };
 }
 
