@@ -27,14 +27,7 @@ pub(crate) fn install() -> Result<()> {
     if packages.is_empty() { Ok(()) } else { debian::install(&packages) }
 }
 
-/// The lints of what the features compile.
-pub(crate) fn lints(mut cargo: Command) -> Command {
-    with_features(cargo.arg("clippy"));
-    cargo.args(["--all-targets", "--", "-D", "warnings"]);
-    cargo
-}
-
-/// Its tests.
+/// The tests of what the features compile.
 pub(crate) fn tests(mut cargo: Command) -> Command {
     with_features(cargo.arg("test"));
     cargo.args(["--test", "layer", "--test", "worker", "--test", "meshers"]);

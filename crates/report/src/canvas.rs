@@ -215,7 +215,9 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Balanced);
+        // Measured on the pictures of a report: 2 % larger than what the encoder takes for balanced, in a third of the time.
+        encoder.set_deflate_compression(png::DeflateCompression::Level(4));
+        encoder.set_filter(png::Filter::Up);
         encoder.write_header()?.write_image_data(&self.data)?;
         Ok(bytes)
     }

@@ -35,7 +35,7 @@ pub use region::{Region, RegionError, largest_radius};
 pub use sample::{Cell, sample_trilinear, sample_trilinear_at, sample_vector};
 pub use seeds::{SeedKind, Seeds};
 pub use signed_distance::SignedDistance;
-pub use smooth::{gaussian, gaussian_rows, gaussian_slice, slice_kernel};
+pub use smooth::{gaussian, gaussian_rows, gaussian_slice, slice_kernel, weigh};
 pub use stroke::Stroke;
 pub use surfaces::Surfaces;
 pub use volume::{Ct, LabelMap, Volume, VolumeError};

@@ -14,22 +14,46 @@ pub struct Cell {
     t: [f64; 3],
 }
 
+/// The two voxels of an axis around a continuous index: where the first lies in memory, how far the other is from it, and
+/// the way between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pair {
+    first: usize,
+    stride: usize,
+    t: f64,
+}
+
+impl Pair {
+    /// The pair of an axis of `size` voxels that are `stride` apart in memory.
+    #[inline]
+    pub(crate) fn new(size: usize, stride: usize, index: f64) -> Self {
+        let q = index.clamp(0.0, (size - 1) as f64);
+        let at = (q as usize).min(size.saturating_sub(2));
+        let stride_between = if size == 1 { 0 } else { stride };
+        Self { first: at * stride, stride: stride_between, t: q - at as f64 }
+    }
+}
+
 impl Cell {
     /// The cell of a continuous index in a volume of that size, i fastest in memory.
     #[inline]
     pub fn new(size: [usize; 3], index: [f64; 3]) -> Self {
-        let mut stride = [1, size[0], size[0] * size[1]];
-        let (mut first, mut t) = (0, [0.0; 3]);
-        for a in 0..3 {
-            let q = index[a].clamp(0.0, (size[a] - 1) as f64);
-            let at = (q as usize).min(size[a].saturating_sub(2));
-            first += at * stride[a];
-            t[a] = q - at as f64;
-            if size[a] == 1 {
-                stride[a] = 0;
-            }
+        let [i, j, _] = size;
+        Self::of([
+            Pair::new(i, 1, index[0]),
+            Pair::new(j, i, index[1]),
+            Pair::new(size[2], i * j, index[2]),
+        ])
+    }
+
+    /// The cell of a pair along each axis.
+    #[inline]
+    pub(crate) fn of([i, j, k]: [Pair; 3]) -> Self {
+        Self {
+            first: i.first + j.first + k.first,
+            stride: [i.stride, j.stride, k.stride],
+            t: [i.t, j.t, k.t],
         }
-        Self { first, stride, t }
     }
 
     /// Places in memory of the corners; i fastest, then j, then k.
@@ -76,7 +100,12 @@ impl Cell {
 /// Position in f64, interpolation in f32.
 #[inline]
 pub fn sample_trilinear<T: Copy + Into<f32>>(volume: &Volume<T>, index: [f64; 3]) -> f32 {
-    let cell = Cell::new(volume.grid().size(), index);
+    sample_cell(volume, &Cell::new(volume.grid().size(), index))
+}
+
+/// Trilinear sample in a cell of the volume, interpolated in f32.
+#[inline]
+pub(crate) fn sample_cell<T: Copy + Into<f32>>(volume: &Volume<T>, cell: &Cell) -> f32 {
     cell.mix_f32(&cell.corners().map(|n| volume.data()[n].into()))
 }
 

@@ -98,9 +98,17 @@ fn smooth_row(row: &mut [f32], kernel: &[f32], padded: &mut Vec<f32>) {
 /// Values summed at once: they stay in registers for all weights.
 const BLOCK: usize = 16;
 
-/// The sums of what lies `x` to both sides, `beside(x)`, weighed by the kernel.
+/// The sums of what lies `x` to both sides, `beside(x)`, weighed by the one-sided half of a kernel and added from the centre
+/// outwards. The slices of both sides are as long as `out` at least.
+///
+/// # Panics
+/// When one of them is shorter.
 #[inline]
-fn weigh<'a>(out: &mut [f32], kernel: &[f32], beside: impl Fn(usize) -> (&'a [f32], &'a [f32])) {
+pub fn weigh<'a>(
+    out: &mut [f32],
+    kernel: &[f32],
+    beside: impl Fn(usize) -> (&'a [f32], &'a [f32]),
+) {
     let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
     let whole = blocks.len() * BLOCK;
     for (block, out) in blocks.iter_mut().enumerate() {

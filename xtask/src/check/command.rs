@@ -1,4 +1,6 @@
 //! Commands of the check: bound to the processors that they have, what they print kept in a file.
+//!
+//! Cargo compiles the packages of the workspace by clippy's driver, which compiles as the compiler does and lints on the way.
 
 use super::pool::Seat;
 use anyhow::{Context, Result, bail};
@@ -51,6 +53,30 @@ pub(crate) fn seated(command: &Command, seat: &Seat) -> Command {
     bound
 }
 
+/// The same command, with which cargo compiles and lints the packages of the workspace. All commands of the check that
+/// compile have it, so that they share what they compile.
+pub(crate) fn linting(command: &mut Command) -> &mut Command {
+    command.env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+}
+
+/// Holds that cargo warned of nothing, in what it printed. Of crates from elsewhere it shows no warnings.
+///
+/// # Errors
+/// With every warning.
+pub(crate) fn no_warnings(log: &Path) -> Result<()> {
+    let said = std::fs::read(log).with_context(|| log.display().to_string())?;
+    let warned = warnings(&String::from_utf8_lossy(&said));
+    if warned.is_empty() { Ok(()) } else { bail!("{warned}") }
+}
+
+/// The paragraphs that begin with a warning.
+fn warnings(said: &str) -> String {
+    let is_warning = |paragraph: &&str| {
+        paragraph.lines().any(|line| line.starts_with("warning: ") || line.starts_with("warning["))
+    };
+    said.split_inclusive("\n\n").filter(is_warning).collect()
+}
+
 /// Runs a command to its end; all that it prints goes into the file.
 ///
 /// # Errors
@@ -65,4 +91,17 @@ pub(crate) fn run_quietly(command: &mut Command, log: &Path) -> Result<()> {
         bail!("{}\n{command:?} ended with {status}", String::from_utf8_lossy(&said));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::warnings;
+
+    #[test]
+    fn warnings_are_told_from_the_rest() {
+        let said = "   Compiling a v0.1.0\nwarning: unused variable: `x`\n --> src/lib.rs:1:1\n\nwarning: `a` (lib) \
+                    generated 1 warning\n   Compiling b v0.1.0\n\n    Finished `dev` profile\n";
+        assert!(warnings(said).contains("src/lib.rs:1:1") && !warnings(said).contains("Finished"));
+        assert_eq!(warnings("   Compiling warning: v0.1.0\n    Finished `dev` profile\n"), "");
+    }
 }

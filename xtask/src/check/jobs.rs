@@ -1,8 +1,9 @@
 //! What is done beside the tests, and the tests themselves, as jobs.
 
-use super::executables::{Built, shares};
+use super::command::{linting, no_warnings};
+use super::executables::{Built, build, shares};
 use super::pool::{Job, Seat};
-use super::{Check, Options, Report, cargo_job, pytest, run_quietly, seated};
+use super::{COMPILING, Check, Options, Report, cargo_job, pytest, run_quietly, seated};
 use crate::steps::cargo;
 use crate::{meshers, python, readers};
 use anyhow::Result;
@@ -38,10 +39,10 @@ impl<'a> Check<'a> {
             }));
         }
         jobs.extend(self.examples());
+        jobs.push(self.lints());
+        jobs.extend(self.benchmarks());
         if !options.fast {
             jobs.extend(self.meshers());
-            let lints = ["clippy", "--all-targets", "--keep-going", "--", "-D", "warnings"];
-            jobs.push(self.by_cargo("lints", "the packages", &lints));
             let pages = ["doc", "--no-deps", "--keep-going"];
             jobs.push(self.by_cargo("documentation", "the packages", &pages));
         }
@@ -77,6 +78,29 @@ impl<'a> Check<'a> {
             Ok(Report::default())
         };
         Job { work: Box::new(work), ..self.job(step, name, true) }
+    }
+
+    /// What the lints said of what was compiled first.
+    fn lints(&'a self) -> Job<'a> {
+        let work = |_: &Seat| {
+            no_warnings(&self.logs.path(COMPILING))?;
+            Ok(Report::default())
+        };
+        Job { work: Box::new(work), seconds: 0.0, ..self.job("lints", "the packages", false) }
+    }
+
+    /// The benchmarks, which have no tests: they compile, and are linted.
+    fn benchmarks(&'a self) -> Option<Job<'a>> {
+        const PACKAGE: &str = "supine-benches";
+        let words = ["build", "--package", PACKAGE, "--bins"].map(String::from);
+        let work = move |seat: &Seat| {
+            let log = self.log("benchmarks")?;
+            cargo_job(self.house, &words, seat, &log)?;
+            no_warnings(&log)?;
+            Ok(Report::default())
+        };
+        let job = self.job("lints", "the benchmarks", true);
+        self.selection.has(PACKAGE).then(|| Job { work: Box::new(work), ..job })
     }
 
     /// Licences and sources of foreign crates, by cargo-deny.
@@ -118,7 +142,9 @@ impl<'a> Check<'a> {
     fn wheel(&'a self) -> Job<'a> {
         let work = move |seat: &Seat| {
             let log = self.log("wheel")?;
-            python::installed(self.house, "dev", &|c| run_quietly(&mut seated(c, seat), &log))?;
+            let run = |c: &mut Command| run_quietly(&mut seated(linting(c), seat), &log);
+            python::installed(self.house, "dev", &run)?;
+            no_warnings(&log)?;
             Ok(Report::default())
         };
         Job { work: Box::new(work), ..self.job("Python package", "wheel", true) }
@@ -143,7 +169,7 @@ impl<'a> Check<'a> {
         Job { work: Box::new(work), ..self.job("workflow", "tests", false) }
     }
 
-    /// Lints and tests of what the features of the other meshers compile.
+    /// What the features of the other meshers compile: it is linted and tested.
     fn meshers(&'a self) -> Option<Job<'a>> {
         let packages = meshers::PACKAGES;
         if !packages.iter().any(|package| self.selection.has(package)) {
@@ -151,10 +177,11 @@ impl<'a> Check<'a> {
         }
         let work = move |seat: &Seat| {
             let log = self.log("meshers")?;
-            let quietly = |command: &mut Command| run_quietly(&mut seated(command, seat), &log);
-            quietly(&mut meshers::lints(cargo(&self.house.root)))?;
             let mut report = Report::default();
-            let built = self.built_with_meshers(seat, &log)?;
+            let mut command = meshers::tests(cargo(&self.house.root));
+            let command = &mut seated(linting(&mut command), seat);
+            let built = build(command, self.metadata, &log)?;
+            no_warnings(&log)?;
             let supine = self.supine.with_file_name("supine-meshers");
             std::fs::copy(built.supine.as_deref().unwrap_or(Path::new("")), &supine)?;
             for executable in &built.executables {
@@ -165,10 +192,5 @@ impl<'a> Check<'a> {
             Ok(report)
         };
         Some(Job { work: Box::new(work), ..self.job("other meshers", "CGAL and TetGen", true) })
-    }
-
-    fn built_with_meshers(&self, seat: &Seat, log: &Path) -> Result<Built> {
-        let command = meshers::tests(cargo(&self.house.root));
-        super::executables::build(&mut seated(&command, seat), self.metadata, log)
     }
 }

@@ -1,8 +1,8 @@
 //! `cargo xtask test`: everything that must hold.
 //!
 //! What others provide is installed first; what cannot be installed ends the check before anything is compiled. The tests
-//! are compiled by one call of cargo with all processors. Then they run side by side, one process and one processor each,
-//! while cargo does on one processor what is left for it: the wheel, the other meshers, lints, documentation.
+//! are compiled and linted by one call of cargo with all processors. Then they run side by side, one process and one
+//! processor each, while cargo does on one processor what is left for it: the wheel, the other meshers, documentation.
 
 mod command;
 mod executables;
@@ -18,7 +18,7 @@ use crate::steps::{cargo, run};
 use crate::{House, readers};
 use anyhow::{Context, Result, bail};
 use cargo_metadata::{Metadata, MetadataCommand};
-use command::{Logs, run_quietly, seated};
+use command::{Logs, linting, run_quietly, seated};
 use executables::Built;
 use outcome::{Done, Report};
 use pool::Job;
@@ -33,7 +33,7 @@ pub(crate) struct Options {
     /// Only what a change of this crate can break: itself and all that rests on it
     #[arg(long, value_name = "CRATE")]
     only: Option<String>,
-    /// Leaves out the lints, the documentation and the other meshers
+    /// Leaves out the documentation and the other meshers
     #[arg(long)]
     fast: bool,
     /// Keeps what the tests took for those who run them for the first time, in xtask/test-times.txt
@@ -51,6 +51,9 @@ pub(crate) struct Check<'a> {
     /// A copy of the program under test: cargo's own is made anew with other features while the tests run.
     supine: PathBuf,
 }
+
+/// The log of what is compiled first.
+const COMPILING: &str = "tests";
 
 /// Installs, compiles, tests.
 ///
@@ -85,7 +88,7 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     let mut done = Vec::new();
     let built = check.compile(&mut done);
     if let Some(built) = &built {
-        println!("\n== tests, lints, documentation, side by side");
+        println!("\n== tests and documentation, side by side");
         done.extend(pool::run(check.jobs(built, options)?, processors()));
     }
     let file = if options.keep_times { &lists[0] } else { &lists[1] };
@@ -144,9 +147,9 @@ impl Check<'_> {
             compiles: true,
             work: Box::new(|_| {
                 let mut cargo = cargo(&self.house.root);
-                cargo.arg("test").args(self.selection.to_be_built());
+                linting(&mut cargo).arg("test").args(self.selection.to_be_built());
                 let mut built =
-                    executables::build(&mut cargo, self.metadata, &self.logs.path("tests"))?;
+                    executables::build(&mut cargo, self.metadata, &self.logs.path(COMPILING))?;
                 if let Some(supine) = &built.supine {
                     std::fs::copy(supine, &self.supine).context("the program cannot be copied")?;
                 } else if self.selection.runs_program() {
@@ -180,6 +183,8 @@ fn cargo_job(house: &House, arguments: &[String], seat: &pool::Seat, log: &Path)
     command.args(arguments);
     if arguments.first().is_some_and(|word| word == "doc") {
         command.env("RUSTDOCFLAGS", "-D warnings");
+    } else {
+        linting(&mut command);
     }
     run_quietly(&mut seated(&command, seat), log)
 }
