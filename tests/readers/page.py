@@ -149,7 +149,8 @@ def opened(browser, address):
     page = window.page
     button = page.locator(".card button", has_text="Open")
     button.wait_for()
-    assert page.locator(".card strong").inner_text() == NAME
+    assert NAME in page.locator(".card").inner_text()
+    assert "PH0143" in page.locator(".card strong").inner_text()
     page.wait_for_function("() => document.querySelector('.card img')?.naturalWidth > 0")
     window.picture("open")
     button.click()

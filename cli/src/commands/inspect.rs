@@ -104,7 +104,10 @@ fn describe_series(series: &SeriesReport, text: &mut String) -> std::fmt::Result
         None => writeln!(text, "  usable")?,
         Some(reason) => writeln!(text, "  NOT usable: {reason}")?,
     }
-    let SeriesReport { description, number, slices, .. } = series;
+    let SeriesReport { whose, description, number, slices, .. } = series;
+    if !whose.line().is_empty() {
+        writeln!(text, "  {}", whose.line())?;
+    }
     writeln!(text, "  {description:?}, number {number:?}, {slices} slices")?;
     if let Some(grid) = &series.grid {
         let ([i, j, k], [x, y, z]) = (grid.size, grid.spacing);

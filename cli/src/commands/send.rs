@@ -49,18 +49,18 @@ fn incomplete(info: &SendInfo) -> Option<Failure> {
 /// What must not be used does not leave by habit.
 fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
     for found in unusable(&args.paths)? {
-        let (run, why) = (from_here(&found.run), found.why.trim_end_matches('.'));
+        let (run, why) = (from_here(&found.path), found.why.trim_end_matches('.'));
         if found.changed {
             let message = format!(
                 "{run} must not be used: {why}. Nothing was sent; run the case again, or send a changed object from a folder of its own"
             );
-            return Err(Failure::coded(Kind::Check, "run-changed", message).at(&found.run));
+            return Err(Failure::coded(Kind::Check, "run-changed", message).at(&found.path));
         }
         if !args.although_not_usable {
             let message = format!(
                 "{run} must not be used: {why}. Nothing was sent; --although-not-usable sends it all the same"
             );
-            return Err(Failure::coded(Kind::Check, "run-not-usable", message).at(&found.run));
+            return Err(Failure::coded(Kind::Check, "run-not-usable", message).at(&found.path));
         }
         screen.say(&format!("warning: {run} is sent although it must not be used: {why}"));
         found.note_override(&args.to.to_string())?;

@@ -90,6 +90,7 @@ mod tests {
             data_start: 0,
             data_bytes: 10,
             owner: Owner::default(),
+            not_usable: false,
         }
     }
 

@@ -11,6 +11,7 @@ use crate::multi_frame;
 use crate::pixel_format::Frame;
 use crate::series_summary::SeriesSummary;
 use crate::slice::Slice;
+use crate::whose::Whose;
 use dicom_core::dictionary::UidDictionary as _;
 use dicom_dictionary_std::{StandardSopClassDictionary, tags, uids};
 use rayon::prelude::*;
@@ -39,6 +40,7 @@ pub(crate) struct SeriesHead {
     pub(crate) uid: String,
     pub(crate) description: String,
     pub(crate) number: String,
+    pub(crate) whose: Whose,
     pub(crate) localizer: bool,
 }
 
@@ -402,6 +404,7 @@ fn series_head(set: &DataSet) -> SeriesHead {
         uid: set.text(tags::SERIES_INSTANCE_UID),
         description: set.text(tags::SERIES_DESCRIPTION),
         number: set.text(tags::SERIES_NUMBER),
+        whose: Whose::of(set),
         localizer: set.texts(tags::IMAGE_TYPE).get(2).is_some_and(|v| v == "LOCALIZER"),
     }
 }

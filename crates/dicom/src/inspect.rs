@@ -11,6 +11,7 @@ use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
 use crate::warnings::distinct;
+use crate::whose::Whose;
 use dicom_dictionary_std::uids;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -95,6 +96,9 @@ pub struct SeriesReport {
     /// The innermost folder that holds all its files. It is not told: folders may be named after patients.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Whose it is. For the screen, not for logs and documents.
+    #[serde(skip)]
+    pub whose: Whose,
     /// Series Description.
     pub description: String,
     /// Series Number as written.
@@ -261,6 +265,7 @@ fn report(series: &Series, accept: Accept) -> SeriesReport {
     SeriesReport {
         uid: series.head.uid.clone(),
         folder: innermost(series),
+        whose: series.head.whose.clone(),
         description: series.head.description.clone(),
         number: series.head.number.clone(),
         slices: series.files.len(),

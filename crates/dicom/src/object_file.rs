@@ -5,6 +5,7 @@ use crate::data_set::{
     Container, DataSet, Encoding, OpenError, TransferSyntax, Until, can_be_implicit, encode,
     encode_implicit, parse, part10_head,
 };
+use crate::derived::MANUFACTURER;
 use crate::error::Error;
 use crate::files::{MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
@@ -36,7 +37,12 @@ pub struct ObjectFile {
     pub data_bytes: u64,
     /// Where it belongs.
     pub owner: Owner,
+    /// It is one of this program's and says that it must not be used ([`NOT_USABLE`]).
+    pub not_usable: bool,
 }
+
+/// Begins the Series Description of an object that was carried from a run that must not be used.
+pub const NOT_USABLE: &str = "NOT USABLE";
 
 /// Whose an object is and where it belongs, as its data set says it; what that lacks is empty. For comparing, not for
 /// logs, hence no content in its `Debug`.
@@ -173,6 +179,8 @@ fn open(
         data_start: start as u64,
         data_bytes: (total - start) as u64,
         owner: Owner::of(&set),
+        not_usable: set.text(tags::MANUFACTURER) == MANUFACTURER
+            && set.text(tags::SERIES_DESCRIPTION).starts_with(NOT_USABLE),
     }))
 }
 

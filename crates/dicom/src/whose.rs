@@ -1,6 +1,7 @@
 //! Whose CT a series is, as a person reads it.
 
 use crate::character_set::readable;
+use crate::data_set::DataSet;
 use crate::source::Source;
 use dicom_dictionary_std::tags;
 
@@ -25,22 +26,36 @@ impl std::fmt::Debug for Whose {
     }
 }
 
-impl Source {
-    /// Whose CT it is; what its header lacks is empty.
-    pub fn whose(&self) -> Whose {
-        let header = &self.slices[0].header;
+impl Whose {
+    /// By the header of a file.
+    pub(crate) fn of(header: &DataSet) -> Self {
         let text = |tag| readable(header, tag);
         let joined = |parts: [String; 2]| {
             let there: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
             there.join(", ")
         };
-        Whose {
+        Self {
             name: name(&text(tags::PATIENT_NAME)),
             id: text(tags::PATIENT_ID),
             born: date(&text(tags::PATIENT_BIRTH_DATE)),
             study: joined([text(tags::STUDY_DESCRIPTION), date(&text(tags::STUDY_DATE))]),
             series: joined([text(tags::SERIES_NUMBER), text(tags::SERIES_DESCRIPTION)]),
         }
+    }
+
+    /// Name, ID, date of birth and study, as far as they are known, in one line.
+    pub fn line(&self) -> String {
+        let Self { name, id, born, study, .. } = self;
+        let born = if born.is_empty() { String::new() } else { format!("born {born}") };
+        let known = [name, id, &born, study].into_iter().filter(|text| !text.is_empty());
+        known.map(String::as_str).collect::<Vec<_>>().join(" \u{b7} ")
+    }
+}
+
+impl Source {
+    /// Whose CT it is; what its header lacks is empty.
+    pub fn whose(&self) -> Whose {
+        Whose::of(&self.slices[0].header)
     }
 
     /// Study Instance UID.
@@ -80,7 +95,7 @@ fn date(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data_set::{DataSet, Value};
+    use crate::data_set::Value;
     use dicom_core::VR;
 
     #[test]

@@ -1,5 +1,6 @@
 //! What is known of each voxel: the patient, her lungs and bones, and how deep it lies under the skin.
 
+use crate::devices::Device;
 use crate::frame::Frame;
 use crate::plane::squared_distance;
 use rayon::prelude::*;
@@ -38,6 +39,8 @@ pub(crate) struct Body {
     pub(crate) foreign_cm3: f64,
     /// Volume of the implants, ml.
     pub(crate) implant_ml: f64,
+    /// Metal devices under the skin.
+    pub(crate) devices: Vec<Device>,
 }
 
 impl Body {
@@ -51,6 +54,7 @@ impl Body {
             truncated: vec![false; frame.size[2]],
             foreign_cm3: 0.0,
             implant_ml: 0.0,
+            devices: Vec::new(),
         };
         body.measure_depth(frame);
         body

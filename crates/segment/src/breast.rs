@@ -92,18 +92,14 @@ impl Breast {
         let why = "there is no chest wall in the labels";
         let front = Front::new(labels).ok_or(Error::NoBreast { side, why })?;
         let found = Self::in_front(&front, side, tumour);
-        let opposite = if side == Side::Left { Side::Right } else { Side::Left };
-        let Ok(other) = Self::in_front(&front, opposite, None) else { return found };
-        let at = front.axis.mirrored(other.centre);
-        let thickness = |at: &Point| thickness_at(&front, at);
-        let (Some(own_mm), Some(other_mm)) = (thickness(&at), thickness(&other.centre)) else {
+        let Some(compared) = Compared::new(&front, side, found.as_ref().ok(), tumour) else {
             return found;
         };
-        let share = own_mm / other_mm;
-        if share < MISSING_SHARE {
+        if compared.share() < MISSING_SHARE {
+            let Compared { own_mm, other_mm, at } = compared;
             return Err(Error::BreastMissing { side, own_mm, other_mm, at: at.coords.into() });
         }
-        Ok(Self { share_of_other: Some(share), ..found? })
+        Ok(Self { share_of_other: Some(compared.share()), ..found? })
     }
 
     /// The mound of one side.
@@ -214,6 +210,43 @@ impl Breast {
             }
             _ => Ok((sphere, fitted(along, sphere))),
         }
+    }
+}
+
+/// The soft tissue of one side against that about the breast of the other, mm.
+struct Compared {
+    own_mm: f64,
+    other_mm: f64,
+    /// Where the side's own breast should be.
+    at: Point,
+}
+
+impl Compared {
+    /// The other breast is looked for about the place that mirrors the tumour, or this breast: elsewhere a raised arm may
+    /// stand higher. A breast found without a tumour may be an arm itself; then the highest mound of the other side counts
+    /// too, and of the two the one that speaks for a breast. `None` without a mound on the other side.
+    fn new(
+        front: &Front,
+        side: Side,
+        breast: Option<&Breast>,
+        tumour: Option<Point>,
+    ) -> Option<Self> {
+        let opposite = if side == Side::Left { Side::Right } else { Side::Left };
+        let of = |about: Option<Point>| {
+            let other = Breast::in_front(front, opposite, about.map(|p| front.axis.mirrored(p)));
+            let other = other.ok()?.centre;
+            let at = front.axis.mirrored(other);
+            let [own_mm, other_mm] = [thickness_at(front, &at)?, thickness_at(front, &other)?];
+            Some(Self { own_mm, other_mm, at })
+        };
+        let about = breast.map(|breast| breast.centre).or(tumour);
+        let highest = if tumour.is_none() { of(None) } else { None };
+        let mirrored = about.and_then(|at| of(Some(at)));
+        highest.into_iter().chain(mirrored).max_by(|a, b| a.share().total_cmp(&b.share()))
+    }
+
+    fn share(&self) -> f64 {
+        self.own_mm / self.other_mm
     }
 }
 
@@ -405,6 +438,29 @@ mod tests {
             let centre = of(Some(BREAST + off));
             assert!((centre.z - BREAST.z).abs() < 4.0, "{centre}");
             assert!((centre.x - BREAST.x).abs() < 8.0, "{centre}");
+        }
+    }
+
+    #[test]
+    fn a_raised_arm_of_the_other_side_is_not_what_the_breast_is_compared_with() {
+        // The larger mound of `chest`, at the height of an arm, on the right alone; two equal breasts.
+        let grid = chest(440).grid().clone();
+        let mirrored = |p: &Point| Point::new(-p.x, p.y, p.z);
+        let arm = Point::new(-90.0, -75.0, 320.0);
+        let labels = LabelMap::from_fn(grid.clone(), |v| {
+            let p = grid.centre(v);
+            let near = |p: &Point| (p - BREAST).norm() < 60.0;
+            match p.x.hypot(p.y) {
+                r if r < 100.0 => label::CHEST_WALL,
+                r if r < 108.0 => label::SOFT_TISSUE,
+                _ if near(&p) || near(&mirrored(&p)) => label::SOFT_TISSUE,
+                _ if (p - arm).norm() < 75.0 => label::SOFT_TISSUE,
+                _ => label::OUTSIDE,
+            }
+        });
+        for tumour in [None, Some(BREAST), Some(BREAST + Vector::new(-30.0, 10.0, 25.0))] {
+            let share = Breast::find(&labels, Side::Left, tumour).unwrap().share_of_other;
+            assert!((0.9..1.1).contains(&share.unwrap()), "{share:?} {tumour:?}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! What was found, and what the user should look at.
 
 use crate::Params;
+use crate::devices::Device;
 use crate::find_body::LUNGS_L;
 use crate::levels::{Levels, MIN_CONTRAST_HU};
 use crate::quality_check::QualityCheck;
@@ -29,6 +30,8 @@ pub struct Info {
     pub foreign_cm3: f64,
     /// Volume of breast implants, ml.
     pub implant_ml: f64,
+    /// Metal devices under the skin in front.
+    pub devices: Vec<Device>,
     /// Share of the rays in front along which fat meets muscle at the surface; elsewhere the
     /// surface rests on shape alone.
     pub edge_share: f64,
@@ -71,6 +74,7 @@ pub(crate) fn info(
         truncated_share: truncated as f64 / body.truncated.len() as f64,
         foreign_cm3: body.foreign_cm3,
         implant_ml: body.implant_ml,
+        devices: body.devices.clone(),
         edge_share: f64::from(front.iter().sum::<f32>()) / front.len().max(1) as f64,
         ribless_slices,
         seeds_used,
@@ -131,6 +135,16 @@ fn warnings(info: &Info, truncated: usize) -> Vec<Warning> {
                 "breast implants or fluid of {:.0} ml lie in front of the chest wall: they, and muscle \
              over them, count as soft tissue and will move like breast",
                 info.implant_ml
+            ),
+        );
+    }
+    for Device { ml, middle } in &info.devices {
+        warn(
+            "device",
+            format!(
+                "a metal device (a port, a pacemaker, a valve) of {ml:.1} ml with its streaks lies under the skin at {:.0} {:.0} {:.0} mm: \
+                 it counts as soft tissue and will move like breast; look at the chest wall behind it",
+                middle.x, middle.y, middle.z
             ),
         );
     }

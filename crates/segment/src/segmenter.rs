@@ -18,8 +18,8 @@ use crate::shell::{self, Shell};
 use crate::slice_tissue::SliceTissue;
 use crate::wall::{Search, Wall};
 use crate::{
-    Error, Info, Params, Seeds, bones, confidence, contents, free_border, hounsfield, implant,
-    info, whole_chest,
+    Error, Info, Params, Seeds, bones, confidence, contents, devices, free_border, hounsfield,
+    implant, info, whole_chest,
 };
 use std::sync::Arc;
 use supine_space::{Progress, Warning};
@@ -27,7 +27,7 @@ use supine_volume::{Ct, Field, LabelMap, SeedKind, Surfaces, Volume, label};
 
 /// All that the segmentation of one CT rests on but the seeds.
 pub struct Segmenter {
-    /// Implants are filled with fat.
+    /// Implants and devices are filled with fat.
     ct: Arc<Ct>,
     /// The same with less noise.
     quiet: Arc<Ct>,
@@ -74,6 +74,7 @@ impl Segmenter {
         checks.extend(posture.checks().into_iter().chain(orientation.checks()));
         let warnings = posture.warning().into_iter().chain(orientation.warnings()).collect();
         let ct = implant::as_fat(ct, &frame, &mut body);
+        let ct = devices::as_fat(ct, &frame, &mut body);
         let bone_hu = params.bone_hu as f32;
         let quiet = quiet(&ct, &frame, &body);
         let levels = Levels::of_body(&quiet, &frame, &body);

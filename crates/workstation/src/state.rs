@@ -342,6 +342,8 @@ pub(crate) struct ObjectShown {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SeriesShown {
     pub(crate) id: String,
+    /// The patient and her study, in one line.
+    pub(crate) whose: String,
     pub(crate) description: String,
     pub(crate) modality: &'static str,
     pub(crate) size: Option<[usize; 3]>,
@@ -485,6 +487,7 @@ impl InspectionShown {
     ) -> Self {
         let series = found.series.iter().enumerate().map(|(n, series)| SeriesShown {
             id: id(n),
+            whose: series.whose.line(),
             description: series.description.clone(),
             modality: "CT",
             size: series.grid.as_ref().map(|grid| grid.size),

@@ -3,7 +3,7 @@
 use crate::shared::{held, run, scratch, shared, summary};
 use serde_json::Value;
 use std::path::Path;
-use supine_tests::{Case, source, supine};
+use supine_tests::{Case, readers_python, source, supine};
 
 #[test]
 fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
@@ -37,6 +37,29 @@ fn a_tumour_held_by_the_chest_wall_ends_with_4_and_is_not_sent() {
     assert_ne!(sent.code, Some(4), "{}", sent.stderr);
     let log = std::fs::read_to_string(out.join("log.jsonl")).expect("there is a log");
     assert!(log.contains("sent although not usable"), "{log}");
+}
+
+#[test]
+fn what_is_carried_from_a_run_that_must_not_be_used_is_not_sent_from_anywhere() {
+    let folder = scratch();
+    let given = folder.path().join("rtss");
+    let drawn = [source(), given.clone(), "91.37,-248.09,-594.5".into(), "12".into()];
+    readers_python("draw.py", drawn).success("draw.py");
+    let out = folder.path().join("elsewhere/carried.dcm");
+    std::fs::create_dir(folder.path().join("elsewhere")).expect("the folder can be made");
+    let carried = supine(&[&"carry", &held().out, &given, &"--out", &out]);
+    assert_eq!(carried.code, Some(0), "{}", carried.stderr);
+    assert!(carried.stderr.contains("must not be used"), "{}", carried.stderr);
+    for path in [out.clone(), folder.path().join("elsewhere")] {
+        let sent = supine(&[&"send", &path, &"--to", &"PACS@127.0.0.1:9"]);
+        assert_eq!(sent.code, Some(4), "{}", sent.stderr);
+        assert!(sent.stderr.contains("carried.dcm must not be used"), "{}", sent.stderr);
+    }
+    // From a run that may be used it leaves; the archive is not there.
+    let carried = supine(&[&"carry", &shared().out, &given, &"--out", &out]);
+    assert_eq!(carried.code, Some(0), "{}", carried.stderr);
+    let sent = supine(&[&"send", &out, &"--to", &"PACS@127.0.0.1:9"]);
+    assert_ne!(sent.code, Some(4), "{}", sent.stderr);
 }
 
 #[test]

@@ -3,13 +3,15 @@
 use crate::Error;
 use crate::folder::{RunFolder, changed_since, run_around, runs_within, summary_of};
 use std::path::{Path, PathBuf};
+use supine_dicom::object_files;
 use supine_report::{Colour, Verdict};
+use supine_space::Progress;
 
-/// A run whose files must not leave, and why.
+/// What must not leave, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unusable {
-    /// Its folder.
-    pub run: PathBuf,
+    /// The folder of a run, or an object that was carried from one.
+    pub path: PathBuf,
     /// Why.
     pub why: String,
     /// Its files are not those that the run left: they are not sent even if one insists.
@@ -17,12 +19,15 @@ pub struct Unusable {
 }
 
 impl Unusable {
-    /// Notes in the run's log that its files left all the same.
+    /// Notes in the log of a run that its files left all the same.
     ///
     /// # Errors
     /// When another run works in the folder, or it cannot be written.
     pub fn note_override(&self, to: &str) -> Result<(), Error> {
-        let folder = RunFolder::open(&self.run)?;
+        if !self.path.is_dir() {
+            return Ok(());
+        }
+        let folder = RunFolder::open(&self.path)?;
         folder.log(&serde_json::json!({
             "event": "sent although not usable", "to": to, "why": self.why,
         }))
@@ -30,26 +35,37 @@ impl Unusable {
 }
 
 /// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, those
-/// whose verdict is red, and those whose files are not what the run left.
+/// whose verdict is red, and those whose files are not what the run left. And objects beside runs that were carried from one
+/// that must not be used.
 ///
 /// # Errors
 /// When a folder cannot be read.
 pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
-    let mut runs: Vec<PathBuf> = Vec::new();
+    let (mut runs, mut marked): (Vec<PathBuf>, Vec<PathBuf>) = (Vec::new(), Vec::new());
     for path in paths {
         match run_around(path) {
             Some(run) => runs.push(run),
-            None => runs.extend(runs_within(path)?),
+            None => {
+                runs.extend(runs_within(path)?);
+                let found = object_files(path, Progress::none()).map_err(Error::Dicom)?;
+                let objects = found.objects.into_iter().filter(|object| object.not_usable);
+                marked.extend(objects.map(|object| object.path));
+            }
         }
     }
+    marked.retain(|object| run_around(object).is_none());
     runs.sort();
     runs.dedup();
     let told = |run: PathBuf| {
         let changed = summary_of(&run).and_then(|summary| changed_since(&run, &summary));
         let (changed, why) = (changed.is_some(), changed.or_else(|| why_not(&run))?);
-        Some(Unusable { run, why, changed })
+        Some(Unusable { path: run, why, changed })
     };
-    Ok(runs.into_iter().filter_map(told).collect())
+    let carried = |path: PathBuf| {
+        let why = "it was carried from a run that must not be used".to_owned();
+        Unusable { path, why, changed: false }
+    };
+    Ok(runs.into_iter().filter_map(told).chain(marked.into_iter().map(carried)).collect())
 }
 
 fn why_not(run: &Path) -> Option<String> {
@@ -103,7 +119,7 @@ mod tests {
         let open = run(root.path(), "open", None);
         let old = run(root.path(), "old", Some("{}"));
         let of = |path: &Path| -> Vec<PathBuf> {
-            unusable(&[path.to_path_buf()]).unwrap().into_iter().map(|u| u.run).collect()
+            unusable(&[path.to_path_buf()]).unwrap().into_iter().map(|u| u.path).collect()
         };
         for path in [red.clone(), red.join("ct"), red.join("ct/1.dcm")] {
             assert_eq!(of(&path), std::slice::from_ref(&red), "{}", path.display());

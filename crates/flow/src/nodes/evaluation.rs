@@ -60,7 +60,7 @@ impl Evaluated {
 
 impl Node for Evaluation {
     const ID: NodeId = NodeId::Evaluation;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Segment, Region, Mesh, Solve, Points);

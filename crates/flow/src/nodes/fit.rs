@@ -116,7 +116,7 @@ impl Case {
 
 impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
-    const METHOD: u32 = 3;
+    const METHOD: u32 = 4;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);

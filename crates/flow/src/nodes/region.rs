@@ -114,7 +114,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;

@@ -88,7 +88,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Prepare);

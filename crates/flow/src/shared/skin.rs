@@ -36,14 +36,15 @@ pub(crate) fn other_breast(
     skin: &Skin,
     region: Sphere,
 ) -> Option<Sphere> {
-    let side = if left { Side::Right } else { Side::Left };
-    let found = Breast::find(&segmented.labels, side, None);
-    if let Ok((sphere, _)) = found.and_then(|breast| breast.region(&segmented.labels, None)) {
-        return Some(sphere);
-    }
     let x = skin.points().iter().map(|p| p.x);
     let (low, high) = x.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
     let mut centre = region.centre();
     centre.x = low + high - centre.x;
+    // Elsewhere on that side a raised arm may stand higher than the breast.
+    let side = if left { Side::Right } else { Side::Left };
+    let found = Breast::find(&segmented.labels, side, Some(centre));
+    if let Ok((sphere, _)) = found.and_then(|breast| breast.region(&segmented.labels, None)) {
+        return Some(sphere);
+    }
     Sphere::new(centre, region.radius()).ok()
 }

@@ -82,6 +82,47 @@ fn no_implant_is_seen_where_there_is_none() {
     assert_eq!(info.implant_ml, 0.0);
 }
 
+/// A port in the fat over the left second rib, as a place in it: 1 at the rim.
+fn in_port(p: &Point) -> f64 {
+    let off = p - Point::new(45.0, -94.5, 55.0);
+    (off.x.hypot(off.z) / 11.0).max(off.y.abs() / 3.5)
+}
+
+#[test]
+fn a_port_is_told_and_does_not_draw_the_wall_over_itself() {
+    let object: fn(&Point) -> Option<f64> = |p| match in_port(p) {
+        r if r < 0.6 => Some(3071.0),
+        r if r < 1.0 => Some(450.0),
+        _ => None,
+    };
+    let (labels, info, dice) = with(object);
+    assert!(good(dice), "{dice:?}");
+    let [device] = &info.devices[..] else { panic!("{:?}", info.devices) };
+    assert!((device.middle - Point::new(45.0, -94.5, 55.0)).norm() < 3.0, "{device:?}");
+    assert!((1.5..6.0).contains(&device.ml), "{device:?}");
+    assert!(info.warnings.iter().any(|w| w.to_string().contains("a port")), "{:?}", info.warnings);
+    let grid = labels.grid();
+    // But for what touches the muscle.
+    let port = |p: &Point| in_port(p) < 0.9 && Thorax::above_ribs(p) > Thorax::muscle_mm(p) + 1.5;
+    let port = (0..grid.len()).filter(|&n| port(&grid.centre(grid.voxel(n))));
+    let wall = |p: Point| format!("{p:?} {:.1}", Thorax::above_ribs(&p) - Thorax::muscle_mm(&p));
+    let not_soft = port.filter(|&n| labels.data()[n] != label::SOFT_TISSUE);
+    let not_soft: Vec<String> = not_soft.map(|n| wall(grid.centre(grid.voxel(n)))).collect();
+    assert!(not_soft.is_empty(), "{not_soft:?}");
+}
+
+#[test]
+fn wires_round_the_breastbone_are_no_device() {
+    let object: fn(&Point) -> Option<f64> = |p| {
+        let depth = -Thorax::above_ribs(p);
+        let ring = (p.x.abs() / 15.0).max((depth - 4.0).abs() / 5.0);
+        let wire = p.y < 0.0 && (0.7..1.0).contains(&ring) && (p.z / 20.0).fract().abs() < 0.25;
+        wire.then_some(3071.0)
+    };
+    let (_, info, dice) = with(object);
+    assert!(info.devices.is_empty() && good(dice), "{:?} {dice:?}", info.devices);
+}
+
 #[test]
 fn clips_and_their_streaks_change_nothing() {
     let object: fn(&Point) -> Option<f64> = |p| {

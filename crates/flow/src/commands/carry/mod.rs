@@ -9,6 +9,7 @@ pub use done::{
     CarryDone, ContoursFacts, DicomDose, DoseFacts, LabelVolume, SegmentVolume, SurfaceFacts,
 };
 
+use super::usable::unusable;
 use super::{Gather, SurfaceFrame, ends, given_deformation, usage};
 use crate::folder::FinishedRun;
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
@@ -22,7 +23,7 @@ use supine_exchange::{
     write_points, write_surface,
 };
 use supine_mesh::Deformation;
-use supine_space::Grid;
+use supine_space::{Grid, Warning};
 use supine_warp::{Params, carry_points, carry_surface};
 
 /// Keys of the table that it takes: for the CT before deformation.
@@ -122,7 +123,16 @@ impl<'a> Job<'a> {
         let mesh = run.as_ref().map_or_else(|| given.from.clone(), FinishedRun::deformed);
         let deformation = given_deformation(&mesh)?;
         let (reading, ct_path) = (case.read_params(), case.ct);
-        Ok(Self { given, gather, run, deformation, reading, ct_path })
+        let job = Self { given, gather, run, deformation, reading, ct_path };
+        if let Some(why) = job.why_not_usable()? {
+            let why = why.trim_end_matches('.');
+            let text = format!(
+                "{} must not be used: {why}. What is carried from it must not be used either; a DICOM object says so",
+                given.from.display()
+            );
+            gather.warn_all(NodeId::Import, vec![Warning::new("run-not-usable", text)]);
+        }
+        Ok(job)
     }
 
     fn out(&self) -> &'a Path {
@@ -169,6 +179,8 @@ impl<'a> Job<'a> {
         let context = self
             .gather
             .work(NodeId::Import, |progress| CarryContext::of(&files, before, progress))?;
+        let context =
+            if self.why_not_usable()?.is_some() { context.of_unusable() } else { context };
         if self.to_dicom() && context.exported().is_none() {
             return Err(usage(
                 "a DICOM object (.dcm) goes with the exported CT of a run: name the folder of a run whose CT came as \
@@ -176,6 +188,13 @@ impl<'a> Job<'a> {
             ));
         }
         Ok(context)
+    }
+
+    /// Why the run must not be used, if it must not.
+    fn why_not_usable(&self) -> Result<Option<String>, Error> {
+        let run = self.run.as_ref().map(|_| self.given.from.clone());
+        let found = run.map(|run| unusable(&[run])).transpose()?;
+        Ok(found.into_iter().flatten().next().map(|found| found.why))
     }
 
     /// What a DICOM object is carried with.

@@ -7,9 +7,9 @@ use crate::Error;
 use crate::shared::{CtInput, ExportSource, read_ct};
 use std::path::{Path, PathBuf};
 use supine_dicom::{
-    Anonymiser, CompanionParams, Deformable, Dose, ObjectReference, ReadParams, Segmentation,
-    Source, Structures, frame_of_reference, read_deformable, read_dose, read_segmentation,
-    read_structures,
+    Anonymiser, CompanionParams, Deformable, Dose, NOT_USABLE, ObjectReference, ReadParams,
+    Segmentation, Source, Structures, frame_of_reference, read_deformable, read_dose,
+    read_segmentation, read_structures,
 };
 use supine_space::{Grid, Progress, Warning};
 use supine_volume::Ct;
@@ -44,6 +44,8 @@ pub(crate) struct CarryContext {
     before: Option<String>,
     /// Patient ID of the CT before deformation, where that is at hand; empty where it has none.
     patient: Option<String>,
+    /// What is carried comes from a run that must not be used.
+    not_usable: bool,
 }
 
 impl CarryContext {
@@ -82,7 +84,13 @@ impl CarryContext {
         let patient = before.map(|source| source.whose().id);
         let before = before.map(Source::frame_of_reference_uid);
         let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
-        Ok(Self { exported, ahead: None, registration, anonymiser, before, patient })
+        let (ahead, not_usable) = (None, false);
+        Ok(Self { exported, ahead, registration, anonymiser, before, patient, not_usable })
+    }
+
+    /// The same for a run that must not be used: what is written says so.
+    pub(crate) fn of_unusable(self) -> Self {
+        Self { not_usable: true, ..self }
     }
 
     /// What is known before the CT is exported; `before` is the series as it was read.
@@ -90,7 +98,8 @@ impl CarryContext {
         let (ahead, anonymiser) = (Some(exported.source.clone()), exported.anonymiser.clone());
         let patient = Some(before.whose().id);
         let before = Some(before.frame_of_reference_uid());
-        Self { exported: None, ahead, registration: None, anonymiser, before, patient }
+        let (exported, registration, not_usable) = (None, None, false);
+        Self { exported, ahead, registration, anonymiser, before, patient, not_usable }
     }
 
     /// The series whose patient an object has to be of.
@@ -192,18 +201,27 @@ impl CarryContext {
     pub(super) fn source(&self) -> Result<&Source, Error> {
         self.exported.as_ref().map(|(_, source)| source).ok_or(Error::NoSeries)
     }
-}
 
-/// What a carried object says about itself, behind `before` others of its kind.
-pub(super) fn params(what: &str, source: &Source, before: usize) -> CompanionParams {
-    CompanionParams {
-        series_description: format!("DEFORMED {what} [supine]"),
-        derivation: format!(
-            "DERIVED: {what} carried with the tissue of a simulated deformation, not made anew on \
-             it. The CT:"
-        ),
-        clock: source.clock(),
-        before,
-        software_version: env!("CARGO_PKG_VERSION").into(),
+    /// Series Description of what is carried.
+    pub(super) fn description(&self, what: &str) -> String {
+        let mark = if self.not_usable { format!("{NOT_USABLE} ") } else { String::new() };
+        format!("{mark}DEFORMED {what} [supine]")
+    }
+
+    /// What a carried object says about itself, behind `before` others of its kind.
+    ///
+    /// # Errors
+    /// When there is no exported CT.
+    pub(super) fn params(&self, what: &str, before: usize) -> Result<CompanionParams, Error> {
+        Ok(CompanionParams {
+            series_description: self.description(what),
+            derivation: format!(
+                "DERIVED: {what} carried with the tissue of a simulated deformation, not made anew on \
+                 it. The CT:"
+            ),
+            clock: self.source()?.clock(),
+            before,
+            software_version: env!("CARGO_PKG_VERSION").into(),
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! Contours and structure sets.
 
-use super::context::{CarryContext, params};
+use super::context::CarryContext;
 use crate::Error;
 use std::path::Path;
 use supine_dicom::{Drawing, Line, LineKind, Structures, StructuresInfo, write_structures};
@@ -131,6 +131,6 @@ pub(crate) fn write_carried_structures(
         .zip(lines)
         .map(|(s, lines)| Drawing { contours: s.contours.clone(), lines })
         .collect();
-    write_structures(&drawn, from, source, &params("structures", source, before), path)
-        .map_err(Error::Carried)
+    let params = context.params("structures", before)?;
+    write_structures(&drawn, from, source, &params, path).map_err(Error::Carried)
 }

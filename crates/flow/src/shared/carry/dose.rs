@@ -1,6 +1,6 @@
 //! Doses.
 
-use super::context::{CarryContext, params};
+use super::context::CarryContext;
 use crate::Error;
 use std::path::Path;
 use supine_dicom::{Dose, DoseInfo, write_dose};
@@ -43,6 +43,6 @@ pub(crate) fn write_carried_dose(
     path: &Path,
 ) -> Result<DoseInfo, Error> {
     let source = context.source()?;
-    let params = params("dose", source, before);
+    let params = context.params("dose", before)?;
     write_dose(carried, from, source, &params, context.registration(), path).map_err(Error::Carried)
 }

@@ -71,7 +71,7 @@ pub(crate) fn write_carried_segments(
     let source = context.source()?;
     let version = env!("CARGO_PKG_VERSION");
     let params = SegmentationParams {
-        series_description: "DEFORMED segments [supine]".into(),
+        series_description: context.description("segments"),
         automatic: true,
         algorithm: format!("carried by supine {version}"),
         clock: source.clock(),
