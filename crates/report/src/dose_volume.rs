@@ -13,8 +13,8 @@ const MARGIN: [f64; 4] = [44.0, 24.0, 12.0, 34.0];
 /// A chart, as SVG that any browser draws; the template escapes the name.
 #[derive(Template)]
 #[template(path = "dose_volume.svg")]
-pub(crate) struct Chart<'a> {
-    region: &'a str,
+pub(crate) struct Chart {
+    region: String,
     /// Left and right end of the horizontal lines, and the bottom of the vertical axis.
     frame: [f64; 3],
     /// Height of each horizontal line and its share, %.
@@ -25,12 +25,19 @@ pub(crate) struct Chart<'a> {
     after: String,
 }
 
-/// The charts, one per structure.
-pub(crate) fn charts(s: &Summary) -> Vec<Chart<'_>> {
-    s.dose_volume.iter().map(chart).collect()
+/// The charts, one per structure and dose; none of a structure that the dose does not cover.
+pub(crate) fn charts(s: &Summary) -> Vec<Chart> {
+    let covered = s.dose_volume.iter().filter(|of| of.outside().is_none());
+    covered.map(|of| chart(of, named(s, of))).collect()
 }
 
-fn chart(of: &DoseVolumeHistogram) -> Chart<'_> {
+/// The structure, and where there are several doses the dose.
+fn named(s: &Summary, of: &DoseVolumeHistogram) -> String {
+    let several = s.dose_volume.iter().any(|other| other.dose != of.dose);
+    if several { format!("{} in {}", of.region, of.dose) } else { of.region.clone() }
+}
+
+fn chart(of: &DoseVolumeHistogram, region: String) -> Chart {
     let [wide, high] = SIZE;
     let [left, top, right, bottom] = MARGIN;
     let last = of.before.shares.len().max(2) - 1;
@@ -43,7 +50,7 @@ fn chart(of: &DoseVolumeHistogram) -> Chart<'_> {
         points.collect::<Vec<_>>().join(" ")
     };
     Chart {
-        region: &of.region,
+        region,
         frame: [left, wide - right, high - bottom],
         shares: [0u8, 50, 100].map(|percent| (y(f64::from(percent) / 100.0), percent)),
         doses: [0.0, 0.5, 1.0]
@@ -72,14 +79,15 @@ pub(crate) fn table(s: &Summary) -> Option<Table> {
         let pair = |value: fn(&DoseVolumeCurve) -> f64, digits| {
             format!("{} to {}", fixed(value(&of.before), digits), fixed(value(&of.after), digits))
         };
+        let gy = |value| if of.outside().is_some() { "\u{2013}".into() } else { pair(value, 2) };
         t.rows.push(vec![
-            of.region.clone(),
+            named(s, of),
             pair(|c| c.volume_ml, 1),
-            pair(|c| c.mean_gy, 2),
-            pair(|c| c.d98_gy, 2),
-            pair(|c| c.d50_gy, 2),
-            pair(|c| c.d2_gy, 2),
-            pair(|c| c.max_gy, 2),
+            gy(|c| c.mean_gy),
+            gy(|c| c.d98_gy),
+            gy(|c| c.d50_gy),
+            gy(|c| c.d2_gy),
+            gy(|c| c.max_gy),
             format!("{} %", pair(|c| 100.0 * c.beyond, 0)),
         ]);
     }
@@ -114,7 +122,22 @@ mod tests {
             );
             assert!(points.windows(2).all(|p| p[1][1] >= p[0][1]), "cumulative: it only falls");
         }
-        let row = &table(&summary).unwrap().rows[0];
-        assert_eq!(row[2], "19.80 to 19.60");
+    }
+
+    #[test]
+    fn of_what_the_dose_does_not_cover_no_dose_is_told_and_several_doses_have_their_names() {
+        let mut summary = example();
+        let first = |summary: &Summary| table(summary).unwrap().rows[0].clone();
+        assert_eq!(first(&summary)[2], "19.80 to 19.60");
+        summary.dose_volume[0].after.beyond = 0.93;
+        let row = first(&summary);
+        assert!(row[2..7].iter().all(|cell| cell == "\u{2013}"), "{row:?}");
+        assert_eq!(row[7], "0 to 93 %");
+        assert!(charts(&summary).is_empty());
+        let mut other = summary.dose_volume[0].clone();
+        (other.dose, other.after.beyond) = ("boost.dcm".into(), 0.0);
+        summary.dose_volume.push(other);
+        assert!(table(&summary).unwrap().rows[1][0].ends_with(" in boost.dcm"));
+        assert!(charts(&summary)[0].render().unwrap().contains("in boost.dcm"));
     }
 }

@@ -26,7 +26,7 @@ struct Page<'a> {
     tables: Vec<Table>,
     points: Option<Table>,
     carried: Option<Table>,
-    charts: Vec<Chart<'a>>,
+    charts: Vec<Chart>,
     dose_volume: Option<Table>,
     tg132: Option<Table>,
     files: Vec<Table>,

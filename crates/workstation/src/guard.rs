@@ -44,13 +44,10 @@ pub(crate) fn admit(asked: &Asked<'_>, token: &str) -> Result<(), Refusal> {
         None if asked.path == LINK => return Err(Refusal::Origin),
         _ => {}
     }
-    if !asked.path.starts_with(API) {
-        return Ok(());
-    }
-    if asked.site.is_some_and(|site| site != "same-origin") {
+    if asked.path.starts_with(API) && asked.site.is_some_and(|site| site != "same-origin") {
         return Err(Refusal::Origin);
     }
-    if asked.path == LINK {
+    if !needs_key(asked.path) {
         return Ok(());
     }
     let given = asked.authorization.and_then(|text| text.strip_prefix("Bearer "));
@@ -58,6 +55,11 @@ pub(crate) fn admit(asked: &Asked<'_>, token: &str) -> Result<(), Refusal> {
         true => Ok(()),
         false => Err(Refusal::Token),
     }
+}
+
+/// Whether a request there bears the key in its header.
+pub(crate) fn needs_key(path: &str) -> bool {
+    path.starts_with(API) && path != LINK
 }
 
 /// Whether a token is this one; how long that takes tells nothing of where they differ.

@@ -14,6 +14,7 @@ mod body;
 mod browser;
 mod bytes;
 mod desk;
+mod doors;
 mod edit;
 mod error;
 mod follow;
@@ -38,6 +39,7 @@ mod surface;
 pub use error::Error;
 
 use desk::Desk;
+use doors::{Doors, Guest};
 use routes::{App, router};
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -108,7 +110,10 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
             host.no_browser(&why.to_string());
         }
         tokio::select! {
-            served = async { axum::serve(listener, router(app)).await } => served.map_err(port),
+            served = async {
+                let app = router(app).into_make_service_with_connect_info::<Guest>();
+                axum::serve(Doors::new(listener), app).await
+            } => served.map_err(port),
             () = ended(host, &links) => Ok(()),
         }
     });

@@ -1,11 +1,12 @@
 //! The socket by which the page is told of each change.
 
 use crate::bed::{Applicator, Asked, Frames, Table};
+use crate::doors::Guest;
 use crate::follow::Navigation;
 use crate::guard::is_same;
 use crate::routes::App;
-use axum::extract::State;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{ConnectInfo, State};
 use axum::response::Response;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -14,8 +15,6 @@ use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 
-/// How long a socket may say nothing before it has said the token.
-const TOKEN_WITHIN: Duration = Duration::from_secs(10);
 /// Between two answers of a navigation: no screen shows more.
 const NAVIGATION_EVERY: Duration = Duration::from_micros(33_334);
 /// What the page says is short, bytes.
@@ -36,18 +35,24 @@ struct First {
     token: String,
 }
 
-pub(crate) async fn link(State(app): State<App>, upgrade: WebSocketUpgrade) -> Response {
-    upgrade.max_message_size(MOST).on_upgrade(move |socket| serve(app, socket))
+pub(crate) async fn link(
+    State(app): State<App>,
+    ConnectInfo(guest): ConnectInfo<Guest>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let upgrade = upgrade.max_message_size(MOST).max_frame_size(MOST);
+    upgrade.on_upgrade(move |socket| serve(app, guest, socket))
 }
 
-async fn serve(app: App, mut socket: WebSocket) {
-    let first = tokio::time::timeout(TOKEN_WITHIN, socket.recv()).await;
-    let Ok(Some(Ok(Message::Text(text)))) = first else { return };
+async fn serve(app: App, guest: Guest, mut socket: WebSocket) {
+    // Who says nothing is sent away at the door.
+    let Some(Ok(Message::Text(text))) = socket.recv().await else { return };
     let known =
         serde_json::from_str(&text).is_ok_and(|first: First| is_same(&first.token, &app.token));
     if !known {
         return;
     }
+    guest.let_in();
     app.links.fetch_add(1, Ordering::SeqCst);
     tell(&app, &mut socket).await;
     app.links.fetch_sub(1, Ordering::SeqCst);

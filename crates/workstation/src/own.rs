@@ -2,7 +2,7 @@
 
 use crate::bytes::Voxels;
 use crate::desk::Held;
-use crate::state::{OwnDoseShown, OwnShown, OwnStructureShown};
+use crate::state::{HistogramShown, OwnDoseShown, OwnShown, OwnStructureShown};
 use std::sync::Arc;
 use supine_flow::{OwnObjects, Session};
 use supine_volume::Volume;
@@ -80,7 +80,7 @@ fn shown(own: &OwnObjects) -> OwnShown {
         fresh: own.is_fresh(),
         structures: structures.collect(),
         doses,
-        histograms: own.histograms().to_vec(),
+        histograms: own.histograms().iter().map(HistogramShown::of).collect(),
         notes,
     }
 }

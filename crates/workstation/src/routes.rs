@@ -1,12 +1,13 @@
 //! The table of routes. All of it passes the guard; all data bear `no-store`.
 
 use crate::desk::Desk;
+use crate::doors::Guest;
 use crate::edit::Way;
-use crate::guard::{Asked, Refusal, admit};
+use crate::guard::{Asked, Refusal, admit, needs_key};
 use crate::{Error, follow, link, open};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
+use axum::extract::{ConnectInfo, DefaultBodyLimit, Path, Query, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
@@ -70,6 +71,13 @@ pub(crate) fn router(app: App) -> Router {
 /// Lets through what may pass, and adds what every answer bears.
 async fn guard(State(app): State<App>, request: Request, next: Next) -> Response {
     let admitted = admit(&asked(&request), &app.token);
+    let guest = request.extensions().get::<ConnectInfo<Guest>>();
+    // What is admitted there bears the key.
+    if let (Ok(()), true, Some(ConnectInfo(guest))) =
+        (&admitted, needs_key(request.uri().path()), guest)
+    {
+        guest.let_in();
+    }
     let mut answer = match admitted {
         Ok(()) => next.run(request).await,
         Err(Refusal::Token) => {

@@ -220,7 +220,7 @@ pub(crate) struct OwnShown {
     pub(crate) fresh: bool,
     pub(crate) structures: Vec<OwnStructureShown>,
     pub(crate) doses: Vec<OwnDoseShown>,
-    pub(crate) histograms: Vec<supine_flow::DoseVolumeHistogram>,
+    pub(crate) histograms: Vec<HistogramShown>,
     /// What the user must know.
     pub(crate) notes: Vec<String>,
 }
@@ -353,6 +353,21 @@ pub(crate) struct SeriesShown {
     pub(crate) problems: Vec<String>,
     /// Whether there is one.
     pub(crate) picture: bool,
+}
+
+/// The dose in a structure.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct HistogramShown {
+    #[serde(flatten)]
+    of: supine_flow::DoseVolumeHistogram,
+    /// The share beyond the grid of the dose, where it is too much for a dose to be told.
+    outside: Option<f64>,
+}
+
+impl HistogramShown {
+    pub(crate) fn of(of: &supine_flow::DoseVolumeHistogram) -> Self {
+        Self { of: of.clone(), outside: of.outside() }
+    }
 }
 
 impl Problem {

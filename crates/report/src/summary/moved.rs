@@ -199,3 +199,15 @@ pub struct DoseVolumeCurve {
     /// Share of the volume that receives at least 0, 1, 2, ... steps, 0 to 1.
     pub shares: Vec<f64>,
 }
+
+/// Of a structure of which more lies beyond the grid of the dose no dose is told: what is counted as 0 Gy there is not known.
+/// Chosen: less than half of the 2 % that D98 leaves out, and what rounding at the rim of a grid amounts to.
+const MOST_BEYOND: f64 = 0.005;
+
+impl DoseVolumeHistogram {
+    /// The larger share of the structure that lies beyond the grid of the dose, where that is too much for its doses to be told.
+    pub fn outside(&self) -> Option<f64> {
+        let share = self.before.beyond.max(self.after.beyond);
+        (share > MOST_BEYOND).then_some(share)
+    }
+}

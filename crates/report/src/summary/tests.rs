@@ -237,7 +237,7 @@ pub(crate) fn example() -> Summary {
             },
             after: DoseVolumeCurve {
                 volume_ml: 13.05,
-                beyond: 0.01,
+                beyond: 0.004,
                 mean_gy: 19.6,
                 d98_gy: 16.0,
                 d50_gy: 20.0,

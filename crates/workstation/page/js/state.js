@@ -46,7 +46,8 @@
  *   preview_applicator?: Ready|null, own?: Own|null, beside?: Beside[]}} Server */
 /** @typedef {{volume_ml: number, mean_gy: number, d98_gy: number, d50_gy: number, d2_gy: number, max_gy: number,
  *   shares: number[]}} Curve `shares`: of the volume, 0 to 1, with at least n steps of dose */
-/** @typedef {{region: string, dose: string, step_gy: number, before: Curve, after: Curve|null}} Histogram */
+/** @typedef {{region: string, dose: string, step_gy: number, before: Curve, after: Curve|null,
+ *   outside: number|null}} Histogram */
 /** @typedef {{fresh: boolean, structures: {name: string, file: string, volume_ml: [number, number|null]|null}[],
  *   doses: {file: string, max_gy: [number, number|null], levels_gy: number[]}[], histograms: Histogram[], notes: string[]}} Own
  *   structures and doses before and after; `fresh`: after is of what is given now; `levels_gy`: of isodoses, the highest first */

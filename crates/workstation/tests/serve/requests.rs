@@ -1,7 +1,9 @@
 //! Requests: what is admitted, refused, opened, edited and run.
 
-use crate::client::{Answer, Page, patient, small};
+use crate::client::{Answer, PATIENCE, Page, patient, small};
 use serde_json::{Value, json};
+use std::io::{ErrorKind, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use supine_flow::{Request, Session, Spec};
 
@@ -81,6 +83,32 @@ fn requests_that_are_refused() {
     assert_eq!(page.ask("POST /api/open", &host, &[token], &[b'x'; 70_000]).status, 413);
     assert_eq!(page.get("/api/volume/ct/7").status, 204);
     assert_eq!(page.get("/api/picture/99").status, 403);
+}
+
+/// More than may stand at the door; a process that holds both ends has no descriptors for a thousand.
+#[test]
+fn who_has_no_key_neither_stays_nor_keeps_the_owner_out() {
+    let page = Page::open(&patient());
+    let strangers: Vec<TcpStream> = (0..300)
+        .map(|n| {
+            let mut stream = TcpStream::connect(("127.0.0.1", page.port)).unwrap();
+            // Silent ones, half a request, and whole ones without the key.
+            let said =
+                ["", "GET /api/state HTTP/1.1\r\nHo", "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"];
+            // It may have been closed for the next already.
+            let _closed = stream.write_all(said[n % 3].as_bytes());
+            stream
+        })
+        .collect();
+    assert_eq!(page.get("/api/state").status, 200);
+    assert!(page.link(&page.token).is_some());
+    // None is left open, whatever it waits for.
+    for mut stream in strangers {
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let ended = std::io::copy(&mut stream, &mut std::io::sink());
+        assert!(!matches!(&ended, Err(e) if e.kind() == ErrorKind::WouldBlock), "{ended:?}");
+    }
+    assert_eq!(page.get("/api/state").status, 200);
 }
 
 #[test]

@@ -41,11 +41,17 @@ const isodoseList = (isodoses, hidden) => element("div", { class: "switches", ro
 /** @type {[string, "mean_gy"|"d98_gy"|"d50_gy"|"d2_gy"][]} */
 const measures = [["Mean", "mean_gy"], ["D98", "d98_gy"], ["D50", "d50_gy"], ["D2", "d2_gy"]];
 
+/** The doses in a region; none where the grid of the dose does not cover it.
+ * @param {import("../state.js").Histogram} histogram @param {boolean} fresh */
+function doses({ before, after, outside }, fresh) {
+  if (outside === null) return measures.map(([, id]) => element("td", {}, ...pair(before[id], after?.[id], fresh)));
+  return [element("td", { colspan: String(measures.length) }, `\u2013, outside the dose grid (${fixed(100 * outside, 0)} %)`)];
+}
+
 /** @param {import("./plot.js").Plotted[]} all @param {boolean} fresh @param {string} title */
 function doseTable(all, fresh, title) {
-  const rows = all.map(({ region, colour, before, after }) => element("tr", {},
-    element("th", { scope: "row" }, swatch(colour, []), region),
-    ...measures.map(([, id]) => element("td", {}, ...pair(before[id], after?.[id], fresh)))));
+  const rows = all.map((one) => element("tr", {},
+    element("th", { scope: "row" }, swatch(one.colour, []), one.region), ...doses(one, fresh)));
   return element("table", { class: "facts doses" }, element("caption", {}, title),
     headOf(["Region", ...measures.map(([name]) => name)]), element("tbody", {}, ...rows));
 }
@@ -54,8 +60,9 @@ function doseTable(all, fresh, title) {
 function histogramsIn(own, dose) {
   const all = own.histograms.filter((one) => one.dose === dose).map((one) => ({ ...one, colour: regionColour(own, one.region) }));
   const words = all.some(({ after }) => after) ? "Dashed: before. Solid: after." : "Dashed: before.";
-  return [doseTable(all, own.fresh, own.doses.length > 1 ? `${dose}: dose, Gy` : "Dose, Gy"), plot(all, own.fresh),
-    element("p", { class: "quiet" }, words)];
+  const covered = all.filter(({ outside }) => outside === null);
+  return [doseTable(all, own.fresh, own.doses.length > 1 ? `${dose}: dose, Gy` : "Dose, Gy"),
+    ...(covered.length > 0 ? [plot(covered, own.fresh), element("p", { class: "quiet" }, words)] : [])];
 }
 
 /** Whether the numbers after are there, and of what is given now. @param {Own} own */
