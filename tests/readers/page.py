@@ -150,7 +150,8 @@ def opened(browser, address):
     button = page.locator(".card button", has_text="Open")
     button.wait_for()
     assert NAME in page.locator(".card").inner_text()
-    assert "PH0143" in page.locator(".card strong").inner_text()
+    assert page.locator(".card strong").inner_text() == "PHANTOM, FIXTURE"
+    assert "PH0143" in page.locator(".card").inner_text()
     page.wait_for_function("() => document.querySelector('.card img')?.naturalWidth > 0")
     window.picture("open")
     button.click()
@@ -177,6 +178,7 @@ def drawn_beside(window):
         window.until(name, lambda s: any(one["name"] == name and one["on"] for one in s["beside"]))
     state = window.until("structures and dose", lambda s: s["own"] and s["own"]["doses"] and s["own"]["structures"])
     assert [one["name"] for one in state["own"]["structures"]] == ["PTV_50.4Gy", "Scar"], state["own"]["structures"]
+    assert not any("carried" in note for note in state["own"]["notes"]), "nothing was carried yet"
 
 
 def marked(window, image, data):
@@ -411,6 +413,16 @@ def dosed(window, image):
     before, after = own["structures"][0]["volume_ml"]
     assert abs(before / 7.24 - 1) < 0.03 and abs(after / before - 1) < 0.05, own["structures"]
     assert abs(own["doses"][0]["max_gy"][0] - 20) < 0.5, own["doses"]
+    assert any("carried with the tissue" in note for note in own["notes"]), own["notes"]
+    # Half-way between two voxels of a dose lies its mean.
+    told = page.evaluate("""async () => {
+      const { doseText } = await import("/js/views/own.js");
+      const grid = { size: [2, 1, 1], spacing_mm: [2, 2, 2], origin_mm: [0, 0, 0], axes: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
+      const dose = { grid, voxels: Int16Array.of(100, 300), arrived: 2 };
+      const at = (x) => doseText({ voxels: { dose }, preview: null }, { grid: { simulated: false } }, [x, 0, 0]);
+      return [-1.5, 0, 1, 1.5, 3.5].map(at);
+    }""")
+    assert told == [None, "1.00 Gy", "2.00 Gy", "2.50 Gy", None], told
     slice = image.TransformPhysicalPointToIndex(TUMOUR)[2]
     lines = lambda one: page.evaluate(LINES, [f"{one['volume']}/{one['key']}", slice])
     names = [[line["name"] for line in lines(one)] for one in window.state()["lines"]]

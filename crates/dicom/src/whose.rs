@@ -45,10 +45,14 @@ impl Whose {
 
     /// Name, ID, date of birth and study, as far as they are known, in one line.
     pub fn line(&self) -> String {
-        let Self { name, id, born, study, .. } = self;
+        in_line([&self.name, &self.beside_name()])
+    }
+
+    /// The same without the name.
+    pub fn beside_name(&self) -> String {
+        let Self { id, born, study, .. } = self;
         let born = if born.is_empty() { String::new() } else { format!("born {born}") };
-        let known = [name, id, &born, study].into_iter().filter(|text| !text.is_empty());
-        known.map(String::as_str).collect::<Vec<_>>().join(" \u{b7} ")
+        in_line([id, &born, study])
     }
 }
 
@@ -70,6 +74,12 @@ impl Source {
         uids.dedup();
         uids
     }
+}
+
+/// What is known of these, in one line.
+fn in_line<const N: usize>(all: [&String; N]) -> String {
+    let known = all.into_iter().filter(|text| !text.is_empty()).map(String::as_str);
+    known.collect::<Vec<_>>().join(" \u{b7} ")
 }
 
 /// A person's name (PS3.5 6.2.1.1): of the alphabetic group family name, given and middle names.
@@ -106,6 +116,14 @@ mod tests {
         assert_eq!(name("=Kanji^Name"), "Kanji, Name");
         assert_eq!(date("19600517"), "1960-05-17");
         assert_eq!(date("1960"), "1960");
+    }
+
+    #[test]
+    fn what_is_known_stands_in_one_line() {
+        let [name, id] = ["Doe, Jane", "7"].map(String::from);
+        let whose = Whose { name, id, born: "1960-05-17".into(), ..Whose::default() };
+        assert_eq!(whose.line(), "Doe, Jane \u{b7} 7 \u{b7} born 1960-05-17");
+        assert_eq!(Whose::default().line(), "");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::nodes::{Moved, MovedObjects, Objects};
 use crate::session::{Freshness, Session};
-use crate::shared::carry::{Given, GivenObject, MovedObject, max_gy};
+use crate::shared::carry::{Given, GivenObject, MovedObject, NOT_ANEW, max_gy};
 use std::sync::Arc;
 use supine_report::DoseVolumeHistogram;
 use supine_space::Point;
@@ -160,9 +160,11 @@ impl OwnObjects {
         self.moved.as_ref().map_or(&[], |moved| &moved.histograms)
     }
 
-    /// What a user has to know of them.
+    /// What a user has to know of them. That a dose was carried is told once it was.
     pub fn notes(&self) -> Vec<String> {
+        let carried = self.moved.is_some();
         let of = self.given.iter().flat_map(|given| &given.warnings);
+        let of = of.filter(|warning| carried || warning.code() != NOT_ANEW);
         let more = self.moved.iter().flat_map(|moved| &moved.warnings);
         let mut all: Vec<String> = of.chain(more).map(ToString::to_string).collect();
         all.dedup();

@@ -342,8 +342,10 @@ pub(crate) struct ObjectShown {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SeriesShown {
     pub(crate) id: String,
-    /// The patient and her study, in one line.
-    pub(crate) whose: String,
+    /// The patient's name.
+    pub(crate) patient: String,
+    /// Her ID, date of birth and study, in one line.
+    pub(crate) known: String,
     pub(crate) description: String,
     pub(crate) modality: &'static str,
     pub(crate) size: Option<[usize; 3]>,
@@ -502,7 +504,8 @@ impl InspectionShown {
     ) -> Self {
         let series = found.series.iter().enumerate().map(|(n, series)| SeriesShown {
             id: id(n),
-            whose: series.whose.line(),
+            patient: series.whose.name.clone(),
+            known: series.whose.beside_name(),
             description: series.description.clone(),
             modality: "CT",
             size: series.grid.as_ref().map(|grid| grid.size),

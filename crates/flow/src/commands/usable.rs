@@ -68,7 +68,8 @@ pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
     Ok(runs.into_iter().filter_map(told).chain(marked.into_iter().map(carried)).collect())
 }
 
-fn why_not(run: &Path) -> Option<String> {
+/// Why a run must not be used by its own word: it is unfinished, or its verdict is red.
+pub(crate) fn why_not(run: &Path) -> Option<String> {
     let Some(summary) = summary_of(run) else {
         return Some("the run is unfinished: it has no summary.json".into());
     };

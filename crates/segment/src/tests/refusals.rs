@@ -240,19 +240,22 @@ fn a_breast_on_the_other_side_only_is_refused_by_name_and_half_of_one_is_told() 
             if off { label::OUTSIDE } else { labels.at(v) }
         })
     };
-    let found = |mm: f64| {
+    let found = |mm: f64, tumour: Option<Point>| {
         let labels = with_mound(mm);
         assert!(Breast::find(&labels, Side::Right, None).is_ok(), "{mm}");
-        let breast = Breast::find(&labels, Side::Left, None)?;
+        let breast = Breast::find(&labels, Side::Left, tumour)?;
         let checked = check_region(&ct, &labels, &place(region, Some(&breast)))?;
         Ok::<_, Error>(checked.warnings.iter().any(|w| w.to_string().contains("other breast")))
     };
-    let error = found(0.0).unwrap_err();
-    assert!(matches!(error, Error::BreastMissing { side: Side::Left, .. }), "{error}");
-    assert!(error.to_string().contains("mastectomy"), "{error}");
-    let told: Vec<bool> = (0..10).filter_map(|step| found(4.0 * f64::from(step)).ok()).collect();
-    assert!(told.first() == Some(&true) && told.last() == Some(&false), "{told:?}");
-    assert!(told.is_sorted_by(|a, b| a >= b), "{told:?}");
+    for tumour in [None, Some(Point::new(75.0, -98.0, 0.0)), Some(Point::new(50.0, -100.0, 30.0))] {
+        let error = found(0.0, tumour).unwrap_err();
+        assert!(matches!(error, Error::BreastMissing { side: Side::Left, .. }), "{error}");
+        assert!(error.to_string().contains("mastectomy"), "{error}");
+        let steps = (0..10).map(|step| found(4.0 * f64::from(step), tumour));
+        let told: Vec<bool> = steps.filter_map(Result::ok).collect();
+        assert!(told.first() == Some(&true) && told.last() == Some(&false), "{told:?}");
+        assert!(told.is_sorted_by(|a, b| a >= b), "{told:?}");
+    }
 }
 
 #[test]

@@ -34,7 +34,7 @@
 /** @typedef {{centre_mm: Triple, area_cm2: number, error_mm: number, name: string}} Patch */
 /** @typedef {{what: string, share: number|null, can_cancel: boolean}} Job */
 /** @typedef {{name: string, state: string, share: number|null, seconds: number|null, found: string|null}} Stage */
-/** @typedef {{id: string, whose: string, description: string, modality: string, size: number[]|null, spacing_mm: number[]|null,
+/** @typedef {{id: string, patient: string, known: string, description: string, modality: string, size: number[]|null, spacing_mm: number[]|null,
  *   files: number, usable: boolean, problems: string[], picture: boolean}} Series */
 /** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
  *   case: Case|null, patient?: {name: string, id: string, born: string, study: string, series: string}|null,

@@ -2,7 +2,7 @@
 
 use super::{CarryDone, DicomDose, DoseFacts, Job};
 use crate::commands::usage;
-use crate::shared::carry::{CarriedDose, DOSE_NOTE, carry_with_totals, max_gy};
+use crate::shared::carry::{CarriedDose, carry_with_totals, max_gy, not_anew};
 use crate::{Error, NodeId};
 use supine_exchange::write_scalar;
 use supine_space::Warning;
@@ -27,7 +27,7 @@ impl Job<'_> {
         })?;
         let carried = moved.carried;
         self.write(&carried)?;
-        let note = Warning::new("dose-not-computed-anew", DOSE_NOTE);
+        let note = not_anew();
         let told = self.told_dose([given, &carried].map(max_gy), &totals, vec![note]);
         Ok(CarryDone::Dose(Box::new(told)))
     }

@@ -9,9 +9,9 @@ pub use done::{
     CarryDone, ContoursFacts, DicomDose, DoseFacts, LabelVolume, SegmentVolume, SurfaceFacts,
 };
 
-use super::usable::unusable;
+use super::usable::why_not;
 use super::{Gather, SurfaceFrame, ends, given_deformation, usage};
-use crate::folder::FinishedRun;
+use crate::folder::{FinishedRun, run_around};
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
 use crate::shared::{CtInput, read_ct};
 use crate::spec::Spec;
@@ -124,7 +124,7 @@ impl<'a> Job<'a> {
         let deformation = given_deformation(&mesh)?;
         let (reading, ct_path) = (case.read_params(), case.ct);
         let job = Self { given, gather, run, deformation, reading, ct_path };
-        if let Some(why) = job.why_not_usable()? {
+        if let Some(why) = job.why_not_usable() {
             let why = why.trim_end_matches('.');
             let text = format!(
                 "{} must not be used: {why}. What is carried from it must not be used either; a DICOM object says so",
@@ -179,8 +179,7 @@ impl<'a> Job<'a> {
         let context = self
             .gather
             .work(NodeId::Import, |progress| CarryContext::of(&files, before, progress))?;
-        let context =
-            if self.why_not_usable()?.is_some() { context.of_unusable() } else { context };
+        let context = if self.why_not_usable().is_some() { context.of_unusable() } else { context };
         if self.to_dicom() && context.exported().is_none() {
             return Err(usage(
                 "a DICOM object (.dcm) goes with the exported CT of a run: name the folder of a run whose CT came as \
@@ -190,11 +189,10 @@ impl<'a> Job<'a> {
         Ok(context)
     }
 
-    /// Why the run must not be used, if it must not.
-    fn why_not_usable(&self) -> Result<Option<String>, Error> {
-        let run = self.run.as_ref().map(|_| self.given.from.clone());
-        let found = run.map(|run| unusable(&[run])).transpose()?;
-        Ok(found.into_iter().flatten().next().map(|found| found.why))
+    /// Why the run must not be used, if it must not. Objects that lie beside its own, as those carried before may, change
+    /// nothing of what is carried.
+    fn why_not_usable(&self) -> Option<String> {
+        self.run.as_ref().and_then(|_| why_not(&run_around(&self.given.from)?))
     }
 
     /// What a DICOM object is carried with.

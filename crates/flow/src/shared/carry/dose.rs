@@ -5,13 +5,19 @@ use crate::Error;
 use std::path::Path;
 use supine_dicom::{Dose, DoseInfo, write_dose};
 use supine_mesh::Deformation;
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 use supine_volume::{Ct, Volume};
 use supine_warp::{CarriedDose, DoseTotals, Origins, Params, carry_dose, cell_mm, dose_totals};
 
+/// The code of [`not_anew`].
+pub(crate) const NOT_ANEW: &str = "dose-not-computed-anew";
+
 /// What everyone who looks at a carried dose has to know.
-pub(crate) const DOSE_NOTE: &str = "the dose was carried with the tissue; it was not computed anew on the deformed \
-                             anatomy";
+pub(crate) fn not_anew() -> Warning {
+    let text =
+        "the dose was carried with the tissue; it was not computed anew on the deformed anatomy";
+    Warning::new(NOT_ANEW, text)
+}
 
 /// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before deformation, tells tissue from air
 /// and gives its density. `deformation` as the solver gave it.

@@ -4,7 +4,7 @@ use super::context::CarryContext;
 use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
-use super::dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
+use super::dose::{carry_with_totals, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
@@ -78,7 +78,7 @@ impl CarryJob<'_> {
         let carried = moved.carried;
         let write = |out| write_carried_dose(&carried, &given, self.place(), out);
         let written = out.map(write).transpose()?;
-        warnings.insert(0, Warning::new("dose-not-computed-anew", DOSE_NOTE));
+        warnings.insert(0, not_anew());
         warnings.extend(written.iter().flat_map(|info| info.warnings.clone()));
         Ok(CarriedDose { given, carried, totals, written, warnings })
     }

@@ -11,7 +11,7 @@ mod segments;
 
 pub(crate) use context::{CarryContext, ExportedFiles};
 pub(crate) use contours::{CarriedContours, carry_named_contours};
-pub(crate) use dose::{DOSE_NOTE, carry_with_totals};
+pub(crate) use dose::{NOT_ANEW, carry_with_totals, not_anew};
 pub(crate) use dose_volume::histograms;
 pub(crate) use job::{CarriedDose, CarryJob, max_gy};
 pub use kinds::{CarriedFile, CarriedKind};

@@ -5,7 +5,7 @@ use super::context::CarryContext;
 use super::contours::{
     CarriedContours, carry_lines, carry_named_contours, closed_contours, write_carried_structures,
 };
-use super::dose::{DOSE_NOTE, carry_with_totals, write_carried_dose};
+use super::dose::{carry_with_totals, not_anew, write_carried_dose};
 use super::segments::{CarriedSegments, carry_segments, write_carried_segments};
 use crate::Error;
 use std::path::Path;
@@ -68,7 +68,7 @@ impl GivenObject {
         let (what, warnings) = match kind {
             CarriedKind::Dose => {
                 let (dose, mut warnings) = context.dose(path)?;
-                warnings.insert(0, Warning::new("dose-not-computed-anew", DOSE_NOTE));
+                warnings.insert(0, not_anew());
                 (Given::Dose(dose), warnings)
             }
             CarriedKind::Structures => {

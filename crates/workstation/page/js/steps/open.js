@@ -56,13 +56,14 @@ const times = (all, digits) => all.map((x) => fixed(x, digits)).join(" \u00d7 ")
 
 /** @param {Series} series */
 function card(series) {
-  const { id, whose, description, modality, size, spacing_mm: spacing, files, usable, problems } = series;
+  const { id, patient, known, description, modality, size, spacing_mm: spacing, files, usable, problems } = series;
   const image = element("img", { alt: "", width: "72", height: "72" });
   if (series.picture) showPicture(image, id);
   return element("li", { class: usable ? "card" : "card unusable" },
     series.picture ? image : element("span", { class: "no-picture", "aria-hidden": "true" }, "no picture"),
     element("div", {},
-      element("strong", {}, whose || "(no name)"),
+      element("strong", {}, patient || "(no name)"),
+      element("p", {}, known),
       element("p", {}, description || "(no description)"),
       element("p", {}, `${modality} \u00b7 ${files} ${files === 1 ? "file" : "files"}`),
       element("p", {}, size ? `${times(size, 0)} voxels` : "size unknown"),
