@@ -4,8 +4,8 @@
 //! out to the skin. What follows sees them as fat, so that the wall ends behind them.
 
 use crate::body::{Body, flag};
-use crate::bones::fat_of;
 use crate::frame::Frame;
+use crate::implant::{FATTY_HU, RIM_MM as BLUR_MM, filled};
 use crate::lung_hull::{Hull, to_back};
 use crate::plane::near;
 use std::collections::BTreeSet;
@@ -30,9 +30,6 @@ const DEPTH_MM: f32 = 15.0;
 const MOST_CM3: f64 = 60.0;
 /// Parts of metal whose middles lie nearer to each other are one device, mm. Chosen, not measured.
 const ONE_MM: f64 = 40.0;
-/// Width of the blurred rim, mm, and the level that tells fat beside it, HU, as with implants.
-const BLUR_MM: f32 = 3.0;
-const FATTY_HU: i16 = -40;
 
 /// A metal device under the skin.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,15 +57,7 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     let all: BTreeSet<usize> = found.iter().flatten().copied().collect();
     body.devices = devices(&ct, frame, &found);
     let blurred = blurred(&ct, frame, body, &all);
-    let fat = fat_of(&ct, body) as i16;
-    let mut filled = ct;
-    let values = Arc::make_mut(&mut filled).data_mut();
-    blurred.into_iter().for_each(|n| values[n] = fat);
-    for n in all {
-        values[n] = fat;
-        body.flags[n] |= flag::IMPLANT;
-    }
-    filled
+    filled(ct, body, all.into_iter(), blurred.into_iter())
 }
 
 fn is_core(ct: &Ct, body: &Body, n: usize) -> bool {
@@ -111,7 +100,7 @@ fn around(ct: &Ct, frame: &Frame, body: &Body, core: &[Run]) -> Option<Vec<usize
             near += beside;
             dense += beside * usize::from(hu[n] > RIM_HU);
         } else if hu[n] > RIM_HU {
-            if own.contains(&n) && !in_front(n) {
+            if from_own.data()[v] == 0.0 && !in_front(n) {
                 return None;
             }
             device.push(n);
@@ -156,7 +145,7 @@ fn blurred(ct: &Ct, frame: &Frame, body: &Body, device: &BTreeSet<usize>) -> Vec
     let of_slice = |k: usize| {
         let on: Vec<bool> = (0..plane).map(|n| device.contains(&(k * plane + n))).collect();
         let hu = &ct.data()[k * plane..(k + 1) * plane];
-        let fatty: Vec<bool> = hu.iter().map(|&hu| hu < FATTY_HU).collect();
+        let fatty: Vec<bool> = hu.iter().map(|&hu| f32::from(hu) < FATTY_HU).collect();
         let [at_device, at_fat] = [&on, &fatty].map(|on| near(on, frame.size[0], spacing, BLUR_MM));
         let inside = move |n: &usize| at_device[*n] && at_fat[*n];
         let voxels = (0..plane).filter(inside).map(move |n| k * plane + n);

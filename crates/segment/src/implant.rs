@@ -40,8 +40,8 @@ const GROW_SMOOTH_MM: f32 = 1.5;
 const WAY_MM: f32 = 2.5;
 const BRIGHTER_HU: f32 = 60.0;
 /// Width of the blurred rim, mm, and the level and smoothing that tell fat beside it.
-const RIM_MM: f32 = 3.0;
-const FATTY_HU: f32 = -40.0;
+pub(crate) const RIM_MM: f32 = 3.0;
+pub(crate) const FATTY_HU: f32 = -40.0;
 
 /// The CT in which the implants are filled with this patient's fat; their volume and voxels go
 /// into the body.
@@ -58,14 +58,24 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     if body.implant_ml == 0.0 {
         return ct;
     }
+    filled(ct, body, implants.into_iter(), std::iter::empty())
+}
+
+/// The CT with this patient's fat in the voxels of implants, which are marked, and in those that are blurred by them.
+pub(crate) fn filled(
+    mut ct: Arc<Ct>,
+    body: &mut Body,
+    implants: impl Iterator<Item = usize>,
+    blurred: impl Iterator<Item = usize>,
+) -> Arc<Ct> {
     let fat = fat_of(&ct, body) as i16;
-    let mut filled = ct;
-    let values = Arc::make_mut(&mut filled).data_mut();
+    let values = Arc::make_mut(&mut ct).data_mut();
+    blurred.for_each(|n| values[n] = fat);
     for n in implants {
         values[n] = fat;
         body.flags[n] |= flag::IMPLANT;
     }
-    filled
+    ct
 }
 
 /// Where implants are looked for.

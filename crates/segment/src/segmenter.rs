@@ -191,7 +191,7 @@ impl Segmenter {
         Ok(surfaces)
     }
 
-    /// The breast implants that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
+    /// The breast implants and the devices under the skin that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
     /// `None` when there are none.
     pub fn implants(&self) -> Option<LabelMap> {
         let implant = |f: u8| if f & flag::IMPLANT != 0 { label::IMPLANT } else { label::OUTSIDE };

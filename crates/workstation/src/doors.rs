@@ -7,7 +7,7 @@ use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};
 use std::collections::VecDeque;
 use std::future::Future as _;
-use std::io;
+use std::io::{self, IoSlice};
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,12 +16,12 @@ use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::time::{Sleep, sleep};
+use tokio::time::{Instant, Sleep, sleep};
 
 /// So many connections may be without the key at a time; a page's files come over six. The oldest makes room for the next.
 const MOST: usize = 64;
-/// So long a connection may be without it.
-pub(crate) const WITHIN: Duration = Duration::from_secs(5);
+/// So long a connection may be without it and take nothing: the page's files may come by a slow tunnel.
+const WITHIN: Duration = Duration::from_secs(5);
 /// Between two tries to accept a connection while there are no descriptors.
 const AGAIN: Duration = Duration::from_millis(50);
 
@@ -55,14 +55,8 @@ impl Standing {
 
 impl Connected<IncomingStream<'_, Doors>> for Guest {
     fn connect_info(stream: IncomingStream<'_, Doors>) -> Self {
-        stream.remote_addr().guest.clone()
+        stream.remote_addr().clone()
     }
-}
-
-/// Where a connection comes from.
-#[derive(Clone, Debug)]
-pub(crate) struct From {
-    guest: Guest,
 }
 
 /// A listener with a door.
@@ -93,9 +87,9 @@ impl Doors {
 
 impl Listener for Doors {
     type Io = Connection;
-    type Addr = From;
+    type Addr = Guest;
 
-    async fn accept(&mut self) -> (Connection, From) {
+    async fn accept(&mut self) -> (Connection, Guest) {
         loop {
             match self.listener.accept().await {
                 Ok((stream, _)) => {
@@ -104,7 +98,7 @@ impl Listener for Doors {
                     self.strangers.push_back(Arc::downgrade(&standing));
                     let guest = Guest(standing);
                     let deadline = Box::pin(sleep(WITHIN));
-                    return (Connection { stream, guest: guest.clone(), deadline }, From { guest });
+                    return (Connection { stream, guest: guest.clone(), deadline }, guest);
                 }
                 // No descriptors, or a connection that was gone before it was accepted.
                 Err(_) => {
@@ -115,8 +109,8 @@ impl Listener for Doors {
         }
     }
 
-    fn local_addr(&self) -> io::Result<From> {
-        self.listener.local_addr().map(|_: SocketAddr| From { guest: Guest(Arc::default()) })
+    fn local_addr(&self) -> io::Result<Guest> {
+        self.listener.local_addr().map(|_: SocketAddr| Guest(Arc::default()))
     }
 }
 
@@ -141,6 +135,15 @@ impl Connection {
         }
         Ok(())
     }
+
+    /// Whoever takes what is sent may go on.
+    fn took(&mut self, taken: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
+        let took_some = matches!(taken, Poll::Ready(Ok(n)) if n > 0);
+        if took_some && !self.guest.0.known.load(Ordering::SeqCst) {
+            self.deadline.as_mut().reset(Instant::now() + WITHIN);
+        }
+        taken
+    }
 }
 
 impl AsyncRead for Connection {
@@ -161,7 +164,23 @@ impl AsyncWrite for Connection {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         self.stays(cx)?;
-        Pin::new(&mut self.stream).poll_write(cx, bytes)
+        let taken = Pin::new(&mut self.stream).poll_write(cx, bytes);
+        self.took(taken)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        parts: &[IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        self.stays(cx)?;
+        let taken = Pin::new(&mut self.stream).poll_write_vectored(cx, parts);
+        self.took(taken)
+    }
+
+    /// Else every volume that is sent is copied once more.
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {

@@ -43,8 +43,7 @@ impl<'a> Check<'a> {
         jobs.extend(self.benchmarks());
         if !options.fast {
             jobs.extend(self.meshers());
-            let pages = ["doc", "--no-deps", "--keep-going"];
-            jobs.push(self.by_cargo("documentation", "the packages", &pages));
+            jobs.push(self.documentation());
         }
         if readers::on_path("cargo-deny") {
             jobs.push(self.deny());
@@ -68,16 +67,16 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A command of cargo's for the packages that are looked at.
-    fn by_cargo(&'a self, step: &'static str, name: &str, words: &[&str]) -> Job<'a> {
-        let mut arguments = vec![words[0].to_owned()];
-        arguments.extend(self.selection.arguments());
-        arguments.extend(words[1..].iter().map(|word| (*word).to_owned()));
+    /// The pages of the packages that are looked at.
+    fn documentation(&'a self) -> Job<'a> {
         let work = move |seat: &Seat| {
-            cargo_job(self.house, &arguments, seat, &self.log(step)?)?;
+            let mut command = cargo(&self.house.root);
+            command.args(["doc", "--no-deps", "--keep-going"]).args(self.selection.arguments());
+            command.env("RUSTDOCFLAGS", "-D warnings");
+            run_quietly(&mut seated(&command, seat), &self.log("documentation")?)?;
             Ok(Report::default())
         };
-        Job { work: Box::new(work), ..self.job(step, name, true) }
+        Job { work: Box::new(work), ..self.job("documentation", "the packages", true) }
     }
 
     /// What the lints said of what was compiled first.

@@ -174,17 +174,12 @@ impl Check<'_> {
     }
 }
 
-/// Runs a command of cargo's on the processors of a job.
+/// Runs a command of cargo's that compiles as the tests were compiled, on the processors of a job.
 ///
 /// # Errors
 /// When it does not end with 0: with what it printed.
 fn cargo_job(house: &House, arguments: &[String], seat: &pool::Seat, log: &Path) -> Result<()> {
     let mut command = cargo(&house.root);
-    command.args(arguments);
-    if arguments.first().is_some_and(|word| word == "doc") {
-        command.env("RUSTDOCFLAGS", "-D warnings");
-    } else {
-        linting(&mut command);
-    }
+    linting(command.args(arguments));
     run_quietly(&mut seated(&command, seat), log)
 }

@@ -54,7 +54,8 @@ impl Node for Carry {
         work: &Work<'_>,
     ) -> Result<Carried, Error> {
         let (series, registration) = (exported.series.clone(), registered.deformable.clone());
-        let files = ExportedFiles { series, registration, secret: own.secret };
+        // What lies in the run's folder is judged by its verdict, which is not known yet.
+        let files = ExportedFiles { series, registration, secret: own.secret, not_usable: false };
         let progress = work.progress;
         let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.5))?;
         let folder = work.place("objects")?;

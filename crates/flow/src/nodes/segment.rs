@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
-use supine_space::{Point, Progress, Warning};
+use supine_space::{Point, Progress};
 use supine_volume::{LabelMap, SeedKind, Seeds, Stroke, Surfaces, Volume};
 
 pub(crate) struct Segment;
@@ -88,7 +88,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 10;
+    const METHOD: u32 = 11;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Prepare);
@@ -223,7 +223,7 @@ fn found(own: &Own, ready: &Prepared, work: &Work<'_>) -> Result<Segmented, Erro
     let segmenter = ready.segmenter.as_ref().ok_or(Error::NotKept { node: NodeId::Prepare })?;
     let seeds = seeds(own, progress.part(0.0, 0.1))?;
     let (made, info) = segmenter.segment(&seeds, progress.part(0.1, 0.4))?;
-    work.warn_all(beside_region(info.warnings));
+    work.warn_all(info.warnings);
     let automatic =
         own.seed_files.is_empty() && own.seed_points.is_empty() && own.seed_strokes.is_empty();
     let facts = Facts {
@@ -250,13 +250,6 @@ fn found(own: &Own, ready: &Prepared, work: &Work<'_>) -> Result<Segmented, Erro
         implants: segmenter.implants().map(Lazy::held),
         facts,
     })
-}
-
-/// Without what only helps to choose a region: whether the end of the reconstructed field cuts the one that was chosen is told
-/// with the region.
-fn beside_region(mut warnings: Vec<Warning>) -> Vec<Warning> {
-    warnings.retain(|warning| warning.code() != "truncated-field");
-    warnings
 }
 
 /// Strokes in the words of a case file.

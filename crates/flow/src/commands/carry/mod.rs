@@ -104,12 +104,22 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     }
 }
 
+fn of_unusable(run: &Path, why: &str) -> Warning {
+    let (run, why) = (run.display(), why.trim_end_matches('.'));
+    let text = format!(
+        "{run} must not be used: {why}. What is carried from it must not be used either; a DICOM object says so"
+    );
+    Warning::new("run-not-usable", text)
+}
+
 /// What every kind needs.
 struct Job<'a> {
     given: &'a Carry,
     gather: &'a Gather<'a>,
     /// None where a mesh was given.
     run: Option<FinishedRun>,
+    /// The run must not be used.
+    not_usable: bool,
     deformation: Deformation,
     reading: ReadParams,
     /// The CT before deformation, where one was given.
@@ -123,16 +133,11 @@ impl<'a> Job<'a> {
         let mesh = run.as_ref().map_or_else(|| given.from.clone(), FinishedRun::deformed);
         let deformation = given_deformation(&mesh)?;
         let (reading, ct_path) = (case.read_params(), case.ct);
-        let job = Self { given, gather, run, deformation, reading, ct_path };
-        if let Some(why) = job.why_not_usable() {
-            let why = why.trim_end_matches('.');
-            let text = format!(
-                "{} must not be used: {why}. What is carried from it must not be used either; a DICOM object says so",
-                given.from.display()
-            );
-            gather.warn_all(NodeId::Import, vec![Warning::new("run-not-usable", text)]);
-        }
-        Ok(job)
+        // Objects that lie beside the run's own, as those carried before may, change nothing of what is carried.
+        let why = run.as_ref().and_then(|_| why_not(&run_around(&given.from)?));
+        let not_usable = why.is_some();
+        gather.warn_all(NodeId::Import, why.map(|why| of_unusable(&given.from, &why)));
+        Ok(Self { given, gather, run, not_usable, deformation, reading, ct_path })
     }
 
     fn out(&self) -> &'a Path {
@@ -173,13 +178,13 @@ impl<'a> Job<'a> {
                 series: run.series(),
                 registration: Some(run.registration()),
                 secret: run.secret()?,
+                not_usable: self.not_usable,
             },
         };
         let before = before.and_then(|ct| ct.dicom.as_ref()).map(|(source, _)| source);
         let context = self
             .gather
             .work(NodeId::Import, |progress| CarryContext::of(&files, before, progress))?;
-        let context = if self.why_not_usable().is_some() { context.of_unusable() } else { context };
         if self.to_dicom() && context.exported().is_none() {
             return Err(usage(
                 "a DICOM object (.dcm) goes with the exported CT of a run: name the folder of a run whose CT came as \
@@ -187,12 +192,6 @@ impl<'a> Job<'a> {
             ));
         }
         Ok(context)
-    }
-
-    /// Why the run must not be used, if it must not. Objects that lie beside its own, as those carried before may, change
-    /// nothing of what is carried.
-    fn why_not_usable(&self) -> Option<String> {
-        self.run.as_ref().and_then(|_| why_not(&run_around(&self.given.from)?))
     }
 
     /// What a DICOM object is carried with.

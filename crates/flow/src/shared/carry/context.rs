@@ -28,6 +28,8 @@ pub(crate) struct ExportedFiles {
     pub(crate) registration: Option<PathBuf>,
     /// What took the patient out, while it is known.
     pub(crate) secret: Option<[u8; 32]>,
+    /// They are of a run that must not be used: what is carried with them says so.
+    pub(crate) not_usable: bool,
 }
 
 /// What an object of the patient is held against before it is carried.
@@ -59,7 +61,7 @@ impl CarryContext {
         before: Option<&Source>,
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
-        let ExportedFiles { series, registration: path, secret } = exported;
+        let ExportedFiles { series, registration: path, secret, not_usable } = exported;
         let exported = match series {
             Some(folder) => match read_ct(folder, &ReadParams::default(), progress)? {
                 CtInput { ct, dicom: Some((source, _)), .. } => Some((ct, source)),
@@ -84,13 +86,8 @@ impl CarryContext {
         let patient = before.map(|source| source.whose().id);
         let before = before.map(Source::frame_of_reference_uid);
         let before = before.or_else(|| registration.as_ref().map(|r| r.source_frame_uid.clone()));
-        let (ahead, not_usable) = (None, false);
+        let (ahead, not_usable) = (None, *not_usable);
         Ok(Self { exported, ahead, registration, anonymiser, before, patient, not_usable })
-    }
-
-    /// The same for a run that must not be used: what is written says so.
-    pub(crate) fn of_unusable(self) -> Self {
-        Self { not_usable: true, ..self }
     }
 
     /// What is known before the CT is exported; `before` is the series as it was read.
