@@ -10,6 +10,7 @@
 )]
 
 mod check;
+mod compiler;
 mod debian;
 mod fuzz;
 mod meshers;
@@ -105,7 +106,7 @@ fn chore() -> Result<()> {
 }
 
 fn main() -> ExitCode {
-    match chore() {
+    match compiler::stand_in().and_then(|()| chore()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("cargo xtask: {error:#}");

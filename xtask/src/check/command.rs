@@ -1,6 +1,7 @@
 //! Commands of the check: bound to the processors that they have, what they print kept in a file.
 //!
-//! Cargo compiles the packages of the workspace by clippy's driver, which compiles as the compiler does and lints on the way.
+//! Cargo compiles the packages of the workspace through this program ([`crate::compiler`]), that is by clippy's driver, which
+//! compiles as the compiler does and lints on the way.
 
 use super::pool::Seat;
 use anyhow::{Context, Result, bail};
@@ -55,8 +56,12 @@ pub(crate) fn seated(command: &Command, seat: &Seat) -> Command {
 
 /// The same command, with which cargo compiles and lints the packages of the workspace. All commands of the check that
 /// compile have it, so that they share what they compile.
-pub(crate) fn linting(command: &mut Command) -> &mut Command {
-    command.env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver")
+///
+/// # Errors
+/// When nobody knows where this program lies.
+pub(crate) fn linting(command: &mut Command) -> Result<&mut Command> {
+    let program = std::env::current_exe().context("this program's own path is not known")?;
+    Ok(command.env("RUSTC_WORKSPACE_WRAPPER", program))
 }
 
 /// Holds that cargo warned of nothing, in what it printed. Of crates from elsewhere it shows no warnings.

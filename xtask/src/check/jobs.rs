@@ -4,9 +4,11 @@ use super::command::{linting, no_warnings};
 use super::executables::{Built, build, shares};
 use super::pool::{Job, Seat};
 use super::{COMPILING, Check, Options, Report, cargo_job, pytest, run_quietly, seated};
+use crate::compiler::Call;
 use crate::steps::cargo;
 use crate::{meshers, python, readers};
-use anyhow::Result;
+use anyhow::{Result, bail};
+use cargo_metadata::Target;
 use std::path::Path;
 use std::process::Command;
 
@@ -20,7 +22,9 @@ impl<'a> Check<'a> {
     /// When an executable does not list its tests.
     pub(crate) fn jobs(&'a self, built: &'a Built, options: &Options) -> Result<Vec<Job<'a>>> {
         let mut jobs = Vec::new();
+        let mut compiled = Vec::new();
         if self.selection.has("supine-python") {
+            compiled.push(jobs.len());
             jobs.push(self.wheel());
             jobs.push(self.package(jobs.len() - 1));
         }
@@ -40,10 +44,13 @@ impl<'a> Check<'a> {
         }
         jobs.extend(self.examples());
         jobs.push(self.lints());
-        jobs.extend(self.benchmarks());
+        if let Some(benchmarks) = self.benchmarks() {
+            compiled.push(jobs.len());
+            jobs.push(benchmarks);
+        }
         if !options.fast {
             jobs.extend(self.meshers());
-            jobs.push(self.documentation());
+            jobs.push(self.documentation(compiled));
         }
         if readers::on_path("cargo-deny") {
             jobs.push(self.deny());
@@ -67,16 +74,36 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// The pages of the packages that are looked at.
-    fn documentation(&'a self) -> Job<'a> {
+    /// The pages of the packages that are looked at, made of what was compiled by then.
+    fn documentation(&'a self, after: Vec<usize>) -> Job<'a> {
         let work = move |seat: &Seat| {
-            let mut command = cargo(&self.house.root);
-            command.args(["doc", "--no-deps", "--keep-going"]).args(self.selection.arguments());
-            command.env("RUSTDOCFLAGS", "-D warnings");
-            run_quietly(&mut seated(&command, seat), &self.log("documentation")?)?;
+            let log = self.log("documentation")?;
+            let compiled = self.house.target.join("debug/deps");
+            let pages = self.house.target.join("doc");
+            let mut wrong = Vec::new();
+            for (name, program) in self.documented() {
+                let command = Call::last(&compiled, &name)?.documentation(&pages, program);
+                wrong.extend(run_quietly(&mut seated(&command, seat), &log).err().map(|_| name));
+            }
+            if !wrong.is_empty() {
+                let said = std::fs::read(&log).unwrap_or_default();
+                bail!("{}\nin {}", String::from_utf8_lossy(&said), wrong.join(", "));
+            }
             Ok(Report::default())
         };
-        Job { work: Box::new(work), ..self.job("documentation", "the packages", true) }
+        let job = self.job("documentation", "the packages", false);
+        Job { work: Box::new(work), after, ..job }
+    }
+
+    /// The crates that have pages, and whether each is a program. What wants a feature has none, as with cargo.
+    fn documented(&self) -> Vec<(String, bool)> {
+        let packages = self.metadata.workspace_packages().into_iter();
+        let targets = packages.filter(|p| self.selection.has(&p.name)).flat_map(|p| &p.targets);
+        let has_pages = |t: &&Target| t.doc && t.required_features.is_empty();
+        targets
+            .filter(has_pages)
+            .map(|target| (target.name.replace('-', "_"), target.is_bin()))
+            .collect()
     }
 
     /// What the lints said of what was compiled first.
@@ -141,7 +168,7 @@ impl<'a> Check<'a> {
     fn wheel(&'a self) -> Job<'a> {
         let work = move |seat: &Seat| {
             let log = self.log("wheel")?;
-            let run = |c: &mut Command| run_quietly(&mut seated(linting(c), seat), &log);
+            let run = |c: &mut Command| run_quietly(&mut seated(linting(c)?, seat), &log);
             python::installed(self.house, "dev", &run)?;
             no_warnings(&log)?;
             Ok(Report::default())
@@ -178,7 +205,7 @@ impl<'a> Check<'a> {
             let log = self.log("meshers")?;
             let mut report = Report::default();
             let mut command = meshers::tests(cargo(&self.house.root));
-            let command = &mut seated(linting(&mut command), seat);
+            let command = &mut seated(linting(&mut command)?, seat);
             let built = build(command, self.metadata, &log)?;
             no_warnings(&log)?;
             let supine = self.supine.with_file_name("supine-meshers");

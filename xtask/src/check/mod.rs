@@ -147,7 +147,7 @@ impl Check<'_> {
             compiles: true,
             work: Box::new(|_| {
                 let mut cargo = cargo(&self.house.root);
-                linting(&mut cargo).arg("test").args(self.selection.to_be_built());
+                linting(&mut cargo)?.arg("test").args(self.selection.to_be_built());
                 let mut built =
                     executables::build(&mut cargo, self.metadata, &self.logs.path(COMPILING))?;
                 if let Some(supine) = &built.supine {
@@ -180,6 +180,6 @@ impl Check<'_> {
 /// When it does not end with 0: with what it printed.
 fn cargo_job(house: &House, arguments: &[String], seat: &pool::Seat, log: &Path) -> Result<()> {
     let mut command = cargo(&house.root);
-    linting(command.args(arguments));
+    linting(command.args(arguments))?;
     run_quietly(&mut seated(&command, seat), log)
 }
