@@ -138,6 +138,45 @@ def refusals():
         assert process.wait(9) == 130, "Ctrl-C is heard while it connects"
 
 
+def many_classes():
+    """A study of more classes than one association has contexts for comes whole, and a title that the archive does not
+    know is named."""
+    node, sent, got = f"ARCHIVE@127.0.0.1:{ARCHIVE}", SCRATCH / "many-sent", SCRATCH / "many-got"
+    sent.mkdir()
+    head = pydicom.dcmread(next(iter(by_instance(SERIES).values())), stop_before_pixels=True)
+    head.StudyInstanceUID, classes = pydicom.uid.generate_uid(), STORED
+    for number, uid in enumerate(classes):
+        head.SOPClassUID = head.file_meta.MediaStorageSOPClassUID = uid
+        head.SOPInstanceUID = head.file_meta.MediaStorageSOPInstanceUID = pydicom.uid.generate_uid()
+        head.SeriesInstanceUID, head.SeriesNumber, head.Modality = pydicom.uid.generate_uid(), number, "OT"
+        head.save_as(sent / f"{number}.dcm")
+    said, _ = supine("send", sent, "--all", "--to", node)
+    assert said["stored"] == len(classes), said
+    wanted = ["fetch", "--from", node, "--study", head.StudyInstanceUID]
+    said, _ = supine(*wanted, "--out", got)
+    assert (said["received"], said["missing"], said["warnings"]) == (len(classes), [], []), said
+    assert said["associations"] > 1, said
+    assert_same(sent, got)
+    nowhere = SCRATCH / "nowhere" / "deep"
+    _, words = supine(*wanted, "--out", nowhere, "--move-to", "NOBODY", "--port", RECEIVER, code=1)
+    assert f"AE title NOBODY entered there as a receiver, at 127.0.0.1 port {RECEIVER}?" in words, words
+    assert not nowhere.parent.exists(), "a folder was left"
+
+
+# Images of many kinds, which may be compressed, and objects that may not.
+STORED = [f"1.2.840.10008.5.1.4.1.1.{end}" for end in
+          ("1", "1.1", "1.2", "1.3", "4", "6.1", "7", "12.1", "12.2", "20", "128", "481.1", "481.2", "77.1.1", "77.1.2",
+           "77.1.4", "481.3", "481.5", "66", "66.1", "66.2", "66.3", "88.11", "88.22", "88.33", "11.1", "11.2", "104.1")]
+
+
+def not_permitted():
+    """Orthanc aborts what a title may not do: that is no failure to try again."""
+    one = copy("forbidden", SOURCE)
+    for word in (["send", one, "--to"], ["fetch", "--study", "1.2.3", "--list", "--from"]):
+        _, words = supine(*word, f"ARCHIVE@127.0.0.1:{ARCHIVE}", "--retries", 1, code=1)
+        assert "SUPINE, calling from 127.0.0.1, may not be permitted" in words, words
+
+
 def send(*words):
     return subprocess.Popen([SUPINE, "send", *map(str, words)], stderr=subprocess.DEVNULL)
 
@@ -149,5 +188,9 @@ with orthanc():
     assert subprocess.run(verify, capture_output=True).returncode == 0, "verify-export"
     round_trip("source", SOURCE)
     broken_fetch(exported, wanted)
+    many_classes()
     broken_send()
     refusals()
+with orthanc("forbidding", DicomAlwaysAllowStore=False, DicomAlwaysAllowFind=False):
+    wait_for(ARCHIVE)
+    not_permitted()

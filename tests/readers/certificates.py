@@ -28,10 +28,11 @@ class Authority:
 NEW_KEY = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
 
 
-def self_signed(folder, name):
+def self_signed(folder, name, common=None, kind="rsa:2048"):
     """As handbooks of archives say: an issuer by its form, with a Common Name and no other."""
     pem, key = (pathlib.Path(folder) / f"{name}.{end}" for end in ("pem", "key"))
-    openssl("req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", f"/CN={name}",
+    new = NEW_KEY if kind == "ec" else ["-newkey", kind]
+    openssl("req", "-x509", *new, "-nodes", "-days", "2", "-subj", f"/CN={common or name}",
             "-keyout", key, "-out", pem)
     return pem, key
 

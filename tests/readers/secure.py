@@ -135,6 +135,16 @@ def by_itself():
     with storescp("impostor", *other, "-ic"):
         _, words = supine("send", sent, "--again", *node, "--tls", "--tls-ca", own[0], code=1)
         assert "give that of its issuer" in words, words
+    # Renewed: what was given bears its name, and no longer its key, be that of another kind too.
+    for kind in ("rsa:2048", "ec"):
+        new = self_signed(SCRATCH, f"renewed-{kind[:2]}", "orthanc", kind)
+        with storescp(f"renewed-{kind[:2]}", *new, "-ic"):
+            _, words = supine("send", sent, "--again", *node, "--tls", "--tls-ca", own[0], code=1)
+            assert "it was renewed" in words and "--tls-ca" in words, words
+            both = SCRATCH / "both.pem"
+            both.write_text(own[0].read_text() + new[0].read_text())
+            said, _ = supine("send", sent, "--again", *node, "--tls", "--tls-ca", both)
+            assert said["stored"] == 3, f"the new one is among those that were given: {said}"
 
 
 def strangers(wanted):

@@ -29,8 +29,7 @@ pub(crate) fn fetch(args: &args::Fetch, screen: &Screen) -> Result<End, Failure>
     let Some(out) = &args.out else {
         let studies = supine_dicom_network::list(&call, &wanted, progress)?;
         let failure = studies.is_empty().then(|| {
-            let message = format!("{} lists nothing of that", args.from);
-            Failure::coded(Kind::Input, "nothing-listed", message)
+            Failure::coded(Kind::Input, "nothing-listed", wanted.nothing_listed(&args.from))
         });
         screen.answer_but(failure.as_ref(), &studies, &table(&studies));
         return failure.map_or(Ok(End::Done), Err);
@@ -81,13 +80,24 @@ fn table(studies: &[StudyEntry]) -> String {
     let mut text = String::new();
     for StudyEntry { study, date, description, series } in studies {
         // Writing to a string cannot fail.
+        let date = plain(date);
         let _infallible = writeln!(text, "study {study}\n  {date} {description:?}");
         for one in series {
             let count = one.instances.map_or_else(|| "?".to_owned(), |n| n.to_string());
-            let (modality, description) = (&one.modality, &one.description);
-            let line = format!("  {modality:9} {count:>6}  {}  {description:?}", one.series);
+            let number = Some(plain(&one.number)).filter(|number| !number.is_empty());
+            let number = number.unwrap_or_else(|| "-".into());
+            let (modality, description) = (plain(&one.modality), &one.description);
+            let line = format!(
+                "  {modality:9} number {number:>4} {count:>6} objects  {}  {description:?}",
+                one.series
+            );
             let _infallible = writeln!(text, "{line}");
         }
     }
     text
+}
+
+/// A short text of an archive's, without what a terminal would obey.
+fn plain(text: &str) -> String {
+    text.chars().filter(char::is_ascii_graphic).collect()
 }

@@ -80,8 +80,11 @@ fn describe(info: &SendInfo, args: &args::Send) -> String {
     if info.converted > 0 {
         text += &format!(", {} of them converted to Implicit VR Little Endian", info.converted);
     }
-    if info.known > 0 {
-        text += &format!(", {} were there before (--again sends them)", info.known);
+    if info.present > 0 {
+        text += &format!(", {} were there already", info.present);
+    }
+    if let Some(known) = info.known_in_words() {
+        text += &format!(", {known} (--again sends them)");
     }
     if info.foreign > 0 {
         text += &format!(", {} files are not DICOM", info.foreign);

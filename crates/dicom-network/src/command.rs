@@ -18,6 +18,7 @@ pub(crate) mod element {
     pub(crate) const DATA_SET_TYPE: u16 = 0x0800;
     pub(crate) const STATUS: u16 = 0x0900;
     pub(crate) const AFFECTED_SOP_INSTANCE: u16 = 0x1000;
+    pub(crate) const COMPLETED: u16 = 0x1021;
     pub(crate) const FAILED: u16 = 0x1022;
 }
 

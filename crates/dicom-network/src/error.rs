@@ -1,6 +1,6 @@
 //! What can go wrong, in words that name the peer and never the patient.
 
-use crate::node::Node;
+use crate::node::{Node, Title};
 use std::path::PathBuf;
 use supine_space::{Failure, Stopped};
 
@@ -42,6 +42,29 @@ pub enum Error {
         node: String,
         /// How.
         what: String,
+    },
+    /// The peer ended the association by A-ABORT, without a reason.
+    #[error("the association with {node} broke: the peer aborted it")]
+    Aborted {
+        /// The peer, or who called us.
+        node: String,
+        /// The address from which it was called.
+        from: std::net::IpAddr,
+    },
+    /// The peer ends every association as soon as it is asked for something.
+    #[error(
+        "{node} ends the association whenever it is asked to {what}: {own}, calling from {from}, may not be \
+         permitted to there; have that AE title and address entered, or give the title that it knows"
+    )]
+    NotPermitted {
+        /// The peer.
+        node: Node,
+        /// What it is asked to do.
+        what: &'static str,
+        /// Our title.
+        own: Title,
+        /// The address from which it was called.
+        from: std::net::IpAddr,
     },
     /// The peer does not want the association.
     #[error("{node} rejects the association: {reason}")]
@@ -128,7 +151,7 @@ impl Error {
     /// What kind of failure it is; that the peer or the network was not there is worth a retry.
     pub fn kind(&self) -> Failure {
         match self {
-            Self::Connect { .. } | Self::Broken { .. } => Failure::Retry,
+            Self::Connect { .. } | Self::Broken { .. } | Self::Aborted { .. } => Failure::Retry,
             Self::Rejected { transient, .. } | Self::Failed { transient, .. } if *transient => {
                 Failure::Retry
             }
@@ -137,6 +160,16 @@ impl Error {
             Self::Stopped(_) => Failure::Stopped,
             Self::Dicom(error) => error.kind(),
             _ => Failure::Input,
+        }
+    }
+
+    /// What a failure means that came again and again, with nothing ever got through: archives abort what they do not
+    /// permit, and a further try would end the same.
+    pub(crate) fn in_vain(self, call: &crate::Call, what: &'static str) -> Self {
+        let (node, own) = (call.peer.clone(), call.own.clone());
+        match self {
+            Self::Aborted { from, .. } => Self::NotPermitted { node, what, own, from },
+            error => error,
         }
     }
 

@@ -4,12 +4,15 @@ use crate::Call;
 use crate::command::{Command, element, field};
 use crate::contexts::Proposal;
 use crate::error::Error;
+use crate::fetch::patiently;
 use crate::go_on::GoOn;
 use crate::link::Link;
 use crate::message::{Payload, Talk};
+use crate::node::Node;
 use crate::{status, syntaxes};
 use dicom_core::Tag;
 use dicom_dictionary_std::{tags, uids};
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use supine_dicom::{Identifier, is_uid};
 use supine_space::Progress;
@@ -20,6 +23,8 @@ const MODEL: &str = uids::STUDY_ROOT_QUERY_RETRIEVE_INFORMATION_MODEL_FIND;
 const MAX_MATCHES: usize = 100_000;
 /// Longest identifier that is taken, bytes.
 const MAX_IDENTIFIER: u64 = 1 << 20;
+/// Most bytes of all matches of one query; a real one has some hundred.
+const MAX_ALL: usize = 64 << 20;
 
 /// What is no part of a Patient ID at its ends (PS3.5 6.2, LO).
 pub(crate) const PADDING: [char; 2] = [' ', '\0'];
@@ -35,6 +40,15 @@ pub struct QuerySpec {
     pub patient_id: Option<String>,
     /// Study Date: `YYYYMMDD`, or two with `-` between.
     pub date: Option<String>,
+}
+
+impl QuerySpec {
+    /// That an archive lists nothing of this, and what to do.
+    pub fn nothing_listed(&self, archive: &Node) -> String {
+        let alone = self.series.is_some() && self.study.is_none() && self.patient_id.is_none();
+        let advice = if alone { format!("; {NAME_STUDY}") } else { String::new() };
+        format!("{archive} lists nothing of that{advice}")
+    }
 }
 
 /// A study in an archive. What would tell the patient is not kept.
@@ -91,10 +105,12 @@ pub fn list(
     progress: Progress<'_>,
 ) -> Result<Vec<StudyEntry>, Error> {
     let go_on = || -> Result<(), Error> { Ok(progress.at(0.0)?) };
-    let mut finder = Finder::open(call, &go_on)?;
-    let studies = finder.studies(spec)?;
-    finder.close();
-    Ok(studies.into_iter().map(|found| found.entry).collect())
+    patiently(call, &go_on, || {
+        let mut finder = Finder::open(call, &go_on)?;
+        let studies = finder.studies(spec)?;
+        finder.close();
+        Ok(studies.into_iter().map(|found| found.entry).collect())
+    })
 }
 
 /// An association for queries.
@@ -135,9 +151,10 @@ impl<'a> Finder<'a> {
     /// The studies that may be meant, each once, by their dates, without their series.
     fn studies_alone(&mut self, spec: &QuerySpec) -> Result<Vec<Found>, Error> {
         let mut study = spec.study.clone();
-        if let (None, Some(series)) = (&study, &spec.series) {
+        let patient_id = spec.patient_id.as_deref().map(|id| id.trim_matches(PADDING));
+        if let (None, None, Some(series)) = (&study, patient_id, &spec.series) {
             // Which study it is of: a query across levels, which most archives answer though the
-            // standard leaves it to them (PS3.4 C.4.1.2.2).
+            // standard leaves it to them (PS3.4 C.4.1.2.2). Of a named patient every study is asked instead.
             let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
             let found = self.find("SERIES", &keys).map_err(with_study)?;
             let uids = found.iter().map(|f| f.text(tags::STUDY_INSTANCE_UID));
@@ -154,7 +171,7 @@ impl<'a> Finder<'a> {
         }
         let keys = [
             (tags::STUDY_INSTANCE_UID, study.as_deref().unwrap_or_default()),
-            (tags::PATIENT_ID, spec.patient_id.as_deref().unwrap_or_default()),
+            (tags::PATIENT_ID, patient_id.unwrap_or_default()),
             (tags::STUDY_DATE, spec.date.as_deref().unwrap_or_default()),
             (tags::STUDY_DESCRIPTION, ""),
         ];
@@ -166,19 +183,27 @@ impl<'a> Finder<'a> {
                 entry: StudyEntry {
                     study: one.text(tags::STUDY_INSTANCE_UID),
                     date: one.text(tags::STUDY_DATE),
-                    description: one.text(tags::STUDY_DESCRIPTION),
+                    description: one.readable(tags::STUDY_DESCRIPTION),
                     series: Vec::new(),
                 },
             })
             .filter(|found| is_meant(found, study.as_deref(), spec))
             .collect();
-        let order = |found: &Found| {
+        // Archives list a study more than once, not always with the same date, or a Patient ID each time: of two the
+        // one that says more is kept.
+        let said = |found: &Found| {
+            let StudyEntry { date, description, .. } = &found.entry;
+            (found.patient.clone(), date.clone(), description.clone())
+        };
+        studies.sort_by_cached_key(|found| Reverse((found.entry.study.clone(), said(found))));
+        studies.dedup_by(|later, kept| {
+            later.entry.study == kept.entry.study
+                && (later.patient == kept.patient || later.patient.is_empty())
+        });
+        studies.sort_by_cached_key(|found| {
             let StudyEntry { study, date, .. } = &found.entry;
             (date.clone(), study.clone(), found.patient.clone())
-        };
-        studies.sort_by_cached_key(order);
-        // An archive may list a study more than once.
-        studies.dedup_by(|a, b| a.patient == b.patient && a.entry.study == b.entry.study);
+        });
         Ok(studies)
     }
 
@@ -198,12 +223,13 @@ impl<'a> Finder<'a> {
                 series: found.text(tags::SERIES_INSTANCE_UID),
                 modality: found.text(tags::MODALITY),
                 number: found.text(tags::SERIES_NUMBER),
-                description: found.text(tags::SERIES_DESCRIPTION),
+                description: found.readable(tags::SERIES_DESCRIPTION),
                 instances: found.text(tags::NUMBER_OF_SERIES_RELATED_INSTANCES).parse().ok(),
             })
             .filter(|entry| is_uid(&entry.series) && series.is_none_or(|s| s == entry.series))
             .collect();
         entries.sort_by(|a, b| a.series.cmp(&b.series));
+        entries.dedup_by(|a, b| a.series == b.series);
         Ok(entries)
     }
 
@@ -246,7 +272,7 @@ impl<'a> Finder<'a> {
         let id = self.talk.next_id();
         let request = Command::request(field::FIND, id, MODEL, true).number(element::PRIORITY, 0);
         self.talk.send(self.context, &request, Some(Payload::of(&mut &bytes[..])))?;
-        let mut matches = Vec::new();
+        let (mut matches, mut all) = (Vec::new(), 0);
         loop {
             let message = self.talk.answer()?;
             let answer = message.command.get_number(element::STATUS);
@@ -266,9 +292,10 @@ impl<'a> Finder<'a> {
                 let found = found
                     .map_err(|_| self.talk.link.protocol("a match that is no sound data set"))?;
                 matches.push(found);
-                if matches.len() > MAX_MATCHES {
-                    let what = format!("more than {MAX_MATCHES} matches: ask for less");
-                    return Err(Error::Query(what));
+                all += bytes.len();
+                if matches.len() > MAX_MATCHES || all > MAX_ALL {
+                    let most = format!("{MAX_MATCHES} matches or {} MiB of them", MAX_ALL >> 20);
+                    return Err(Error::Query(format!("more than {most}: ask for less")));
                 }
             } else if answer == status::SUCCESS {
                 return Ok(matches);
@@ -284,12 +311,16 @@ impl<'a> Finder<'a> {
     }
 }
 
+/// What to do where an archive finds no series by itself.
+const NAME_STUDY: &str = "archives that look for a series only within a study or of a patient want --study or \
+                          --patient-id too";
+
 /// A refusal to find a series without its study, with what to do.
 fn with_study(error: Error) -> Error {
     match error {
-        Error::Failed { node, what, status, transient: false } => Error::Query(format!(
-            "{node} fails to {what}: {status}; name the study too, with --study"
-        )),
+        Error::Failed { node, what, status, transient: false } => {
+            Error::Query(format!("{node} fails to {what}: {status}; {NAME_STUDY}"))
+        }
         error => error,
     }
 }
@@ -320,8 +351,14 @@ fn check(spec: &QuerySpec) -> Result<(), Error> {
     if [study, series].into_iter().flatten().any(|uid| !is_uid(uid)) {
         return wrong("a study or series is named by its UID: digits and dots, 64 at most");
     }
-    let wild = |id: &String| id.is_empty() || id.len() > 64 || id.contains(['*', '?', '\\']);
-    if patient_id.as_ref().is_some_and(wild) {
+    // An empty one would ask for every patient (PS3.4 C.2.2.2.3).
+    let wild = |id: &str| {
+        id.is_empty()
+            || id.chars().count() > 64
+            || id.contains(['*', '?', '\\'])
+            || id.contains(char::is_control)
+    };
+    if patient_id.as_ref().is_some_and(|id| wild(id.trim_matches(PADDING))) {
         return wrong("a Patient ID has 1 to 64 characters, none of them * ? or \\");
     }
     let day = |d: &str| d.is_empty() || (d.len() == 8 && d.bytes().all(|b| b.is_ascii_digit()));
@@ -352,8 +389,10 @@ mod tests {
     #[test]
     fn a_query_names_what_it_wants() {
         let patient = |id: &str| QuerySpec { patient_id: Some(id.into()), ..QuerySpec::default() };
-        assert!(check(&patient("A 17")).is_ok());
-        for id in ["", "*", "A?", "A\\B"] {
+        for id in ["A 17", " A 17 ", &"é".repeat(64)] {
+            assert!(check(&patient(id)).is_ok(), "{id}");
+        }
+        for id in ["", "  ", "*", "A?", "A\\B"] {
             assert!(check(&patient(id)).is_err(), "{id}");
         }
         assert!(check(&QuerySpec::default()).is_err());

@@ -14,6 +14,8 @@ use supine_space::{Progress, Warning};
 
 /// Largest data set that is kept, bytes: what this software reads.
 const MAX_OBJECT: u64 = 1 << 30;
+/// Most problems that are told: a peer may make any number.
+const MAX_PROBLEMS: usize = 100;
 /// Name of a file while it comes in.
 const TEMPORARY: &str = ".supine-incoming-";
 
@@ -96,14 +98,23 @@ impl Inbox {
 
     /// Tells of files that were there before, have the name of what was asked for and belong elsewhere.
     pub(crate) fn tell_strangers_in_the_folder(&mut self) {
+        let mut told = Vec::new();
         for instance in self.refused.iter().chain(&self.missing) {
             let path = self.folder.join(file_name(instance));
             let Ok(owner) = holds(&path, instance) else { continue };
             if let Some(of) = self.expected.elsewhere(instance, &owner) {
                 let name = path.display();
                 let text = format!("{name} was there before and is of {of}: remove it");
-                self.problems.push(Warning::new("object-of-another", text));
+                told.push(Warning::new("object-of-another", text));
             }
+        }
+        told.into_iter().for_each(|problem| self.tell(problem));
+    }
+
+    /// Notes what went wrong, once.
+    pub(crate) fn tell(&mut self, problem: Warning) {
+        if self.problems.len() < MAX_PROBLEMS && !self.problems.contains(&problem) {
+            self.problems.push(problem);
         }
     }
 
@@ -125,7 +136,7 @@ impl Inbox {
                 let twice = is_uid(&instance) && self.folder.join(file_name(&instance)).exists();
                 if !twice {
                     let text = "an object came that was not asked for";
-                    self.problems.push(Warning::new("object-not-asked-for", text));
+                    self.tell(Warning::new("object-not-asked-for", text));
                 }
                 if twice { status::SUCCESS } else { status::NOT_AUTHORISED }
             }
@@ -174,8 +185,9 @@ impl Inbox {
         if let Some(of) = self.expected.elsewhere(instance, &owner) {
             // What an archive has under this name is not what was asked for: it is not asked for again.
             self.missing.remove(instance);
-            self.refused.insert(instance.to_owned());
-            Strangers::count(&mut self.strangers, of, instance, &owner);
+            if self.refused.insert(instance.to_owned()) {
+                Strangers::count(&mut self.strangers, of, instance, &owner);
+            }
             return Ok(status::DOES_NOT_MATCH);
         }
         self.expected.kept(&owner);
@@ -195,7 +207,7 @@ impl Inbox {
             Unfit::Unsound(reason) => (reason, status::CANNOT_UNDERSTAND),
         };
         let text = format!("{instance} is not kept: {reason}");
-        self.problems.push(Warning::new("object-not-kept", text));
+        self.tell(Warning::new("object-not-kept", text));
         status
     }
 }

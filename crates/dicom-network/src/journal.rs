@@ -1,11 +1,11 @@
 //! What a peer has acknowledged, so that it is not sent twice.
 //!
-//! A hidden text file beside the data: a line for each object, with the peer, the SOP Instance UID and
-//! the length of the data set. It is written after each acknowledgement; a line that was cut short
-//! counts as none, so at worst an object is sent again.
+//! A hidden text file beside the data: a line for each object, with the peer, the SOP Instance UID, the
+//! length of the data set and the date. It is written after each acknowledgement; a line that was cut
+//! short counts as none, so at worst an object is sent again.
 
 use crate::node::Node;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,8 @@ const MAX_BYTES: u64 = 64 << 20;
 pub(crate) struct Journal {
     pub(crate) path: PathBuf,
     peer: String,
-    known: BTreeSet<(String, u64)>,
+    /// SOP Instance UID and length, with the date of the acknowledgement.
+    known: BTreeMap<(String, u64), String>,
     file: Option<File>,
 }
 
@@ -38,16 +39,20 @@ impl Journal {
         Self { path, peer, known, file: None }
     }
 
-    pub(crate) fn knows(&self, object: &ObjectFile) -> bool {
-        self.known.contains(&(object.instance.clone(), object.data_bytes))
+    /// When the peer has acknowledged the object, `YYYY-MM-DD` by the clock here; `None` when it has not.
+    pub(crate) fn acknowledged(&self, object: &ObjectFile) -> Option<&str> {
+        let of = (object.instance.clone(), object.data_bytes);
+        self.known.get(&of).map(String::as_str)
     }
 
     /// Notes that the peer has the object.
     pub(crate) fn note(&mut self, object: &ObjectFile) -> std::io::Result<()> {
-        if !self.known.insert((object.instance.clone(), object.data_bytes)) {
+        let date = chrono::Local::now().format("%Y-%m-%d").to_string();
+        let of = (object.instance.clone(), object.data_bytes);
+        let mut line = format!("{}\t{}\t{}\t{date}\n", self.peer, of.0, of.1);
+        if self.known.insert(of, date.clone()).is_some_and(|before| before == date) {
             return Ok(());
         }
-        let mut line = format!("{}\t{}\t{}\n", self.peer, object.instance, object.data_bytes);
         let file = match &mut self.file {
             Some(file) => file,
             None => {
@@ -64,21 +69,36 @@ impl Journal {
 }
 
 /// The objects that whole lines say this peer has.
-fn known(text: &str, peer: &str) -> BTreeSet<(String, u64)> {
+fn known(text: &str, peer: &str) -> BTreeMap<(String, u64), String> {
     let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
     let entry = |line: &str| {
         let mut fields = line.split('\t');
         let ours = fields.next()? == peer;
         let (instance, length) = (fields.next()?, fields.next()?.parse().ok()?);
-        (ours && fields.next().is_none()).then(|| (instance.to_owned(), length))
+        let date = fields.next().filter(|date| is_date(date))?;
+        let whole = ours && fields.next().is_none();
+        whole.then(|| ((instance.to_owned(), length), date.to_owned()))
     };
     whole.lines().filter_map(entry).collect()
+}
+
+/// Whether a text, which is shown, has the form `YYYY-MM-DD`.
+fn is_date(text: &str) -> bool {
+    let form =
+        |(n, b): (usize, u8)| if matches!(n, 4 | 7) { b == b'-' } else { b.is_ascii_digit() };
+    text.len() == 10 && text.bytes().enumerate().all(form)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use supine_dicom::Owner;
+
+    impl Journal {
+        fn knows(&self, object: &ObjectFile) -> bool {
+            self.acknowledged(object).is_some_and(is_date)
+        }
+    }
 
     fn object(instance: &str) -> ObjectFile {
         ObjectFile {
@@ -111,13 +131,13 @@ mod tests {
     fn a_line_cut_short_counts_as_none_and_spoils_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let peer: Node = "A@host:104".parse().unwrap();
-        let whole = "A@host:104\t1.2\t10\nA@host:104\t1.3\t1";
+        let whole = "A@host:104\t1.2\t10\t2026-03-10\nA@host:104\t1.3\t10\t2026-03-1";
         std::fs::write(folder.path().join(JOURNAL), whole).unwrap();
         let mut journal = Journal::open(folder.path(), &peer);
         assert!(journal.knows(&object("1.2")) && !journal.knows(&object("1.3")));
         journal.note(&object("1.4")).unwrap();
         let next = Journal::open(folder.path(), &peer);
         assert!(next.knows(&object("1.2")) && next.knows(&object("1.4")));
-        assert!(!next.knows(&object("1.3")), "its length was cut");
+        assert!(!next.knows(&object("1.3")), "its date was cut");
     }
 }

@@ -10,11 +10,13 @@ use crate::node::Title;
 use crate::tls::Tls;
 use crate::units::{MAX_PDU, kind, own_variables};
 use crate::wire::{Wire, connect};
+use dicom_dictionary_std::uids;
 use dicom_ul::pdu::{
-    AssociationAC, AssociationRQ, PDataValue, Pdu, PresentationContextProposed,
-    PresentationContextResult, PresentationContextResultReason, RequestorRoles, UserVariableItem,
+    AbortRQServiceProviderReason, AbortRQSource, AssociationAC, AssociationRQ, PDataValue, Pdu,
+    PresentationContextProposed, PresentationContextResult, PresentationContextResultReason,
+    RequestorRoles, UserVariableItem,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
@@ -25,6 +27,9 @@ const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
 const MIN_PDU: u32 = 64;
 /// Longest time for the peer to answer a release; the work is done by then.
 const RELEASE: Duration = Duration::from_secs(5);
+/// Slowest rate at which a message may move once it has begun, bytes per second. A peer below it is never silent for
+/// long and would still keep us for days.
+const SLOWEST: u64 = 1 << 10;
 
 /// An association. One that is dropped without [`Link::release`] is aborted.
 pub(crate) struct Link<'a> {
@@ -33,8 +38,12 @@ pub(crate) struct Link<'a> {
     pub(crate) peer: String,
     /// The contexts agreed on, by their number.
     pub(crate) contexts: BTreeMap<u8, Context>,
+    /// Classes that the peer does not even take in the default transfer syntax (PS3.5 10.1).
+    pub(crate) untaken: BTreeSet<String>,
     /// What came and is not used yet.
     buffer: Vec<u8>,
+    /// When the message that is coming in began, and how many bytes have come since.
+    coming: Option<(Instant, u64)>,
     /// Longest protocol data unit that the peer takes, without its header, bytes.
     pub(crate) peer_max: u32,
     timeout: Duration,
@@ -54,7 +63,8 @@ impl<'a> Link<'a> {
         let wire = Wire::call(socket, call.tls.as_ref(), &call.peer.host)
             .map_err(|what| Error::Tls { node: peer.clone(), what })?;
         let mut link = Self::new(wire, peer, call.timeout, go_on)?;
-        let numbered = || (1u8..).step_by(2).zip(proposals);
+        // As many as there are numbers: nobody proposes more than [`crate::contexts::MAX_CONTEXTS`].
+        let numbered = || (1..=u8::MAX).step_by(2).zip(proposals);
         let presentation_contexts = numbered().map(|(id, p)| PresentationContextProposed {
             id,
             abstract_syntax: p.class.clone(),
@@ -92,7 +102,11 @@ impl<'a> Link<'a> {
             Pdu::AssociationRJ(rejected) => {
                 link.open = false;
                 let transient = rejected.result == dicom_ul::pdu::AssociationRJResult::Transient;
-                let (node, reason) = (call.peer.clone(), rejected.source.to_string());
+                let (node, mut reason) = (call.peer.clone(), rejected.source.to_string());
+                if !transient {
+                    let (own, from) = (&call.own, link.local_address()?);
+                    reason += &format!(" (we call as {own} from {from})");
+                }
                 return Err(Error::Rejected { node, reason, transient });
             }
             other => return Err(link.unexpected(&other)),
@@ -102,6 +116,12 @@ impl<'a> Link<'a> {
             let Some(result) = accepted.presentation_contexts.iter().find(|c| c.id == id) else {
                 continue;
             };
+            // Of the reasons none is to be relied on: some refuse a class in a transfer syntax as a class.
+            if result.reason != PresentationContextResultReason::Acceptance
+                && proposal.syntaxes.iter().any(|s| s == uids::IMPLICIT_VR_LITTLE_ENDIAN)
+            {
+                link.untaken.insert(proposal.class.clone());
+            }
             let role = accepted.user_variables.iter().any(|item| {
                 matches!(item, UserVariableItem::ScuScpRoleSelectionSubItem(class, roles)
                     if bare(class) == proposal.class && roles.scp)
@@ -182,18 +202,26 @@ impl<'a> Link<'a> {
 
     /// An association to be: both sides agree on keys, where there is TLS.
     fn new(wire: Wire, peer: String, timeout: Duration, go_on: GoOn<'a>) -> Result<Self, Error> {
-        let (contexts, buffer) = (BTreeMap::new(), Vec::new());
-        let mut link =
-            Self { wire, peer, contexts, buffer, peer_max: MAX_PDU, timeout, go_on, open: false };
+        let mut link = Self {
+            wire,
+            peer,
+            contexts: BTreeMap::new(),
+            untaken: BTreeSet::new(),
+            buffer: Vec::new(),
+            coming: None,
+            peer_max: MAX_PDU,
+            timeout,
+            go_on,
+            open: false,
+        };
         link.wire.prepare().map_err(|e| link.broken(e.to_string()))?;
         let start = Instant::now();
         while link.wire.is_handshaking() {
             (link.go_on)()?;
             match link.wire.shake_hands() {
-                Ok(()) => {}
                 Err(e) if !is_pause(&e) => return Err(link.failed(&e)),
-                Err(_) if start.elapsed() < timeout => {}
-                Err(_) => return Err(link.failed(&ErrorKind::TimedOut.into())),
+                _ if start.elapsed() < timeout => {}
+                _ => return Err(link.failed(&ErrorKind::TimedOut.into())),
             }
         }
         link.open = true;
@@ -237,9 +265,11 @@ impl<'a> Link<'a> {
     /// Sends bytes that are whole protocol data units.
     pub(crate) fn send_bytes(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let mut rest = bytes;
-        let mut moved = Instant::now();
+        let start = Instant::now();
+        let mut moved = start;
         while !rest.is_empty() {
             (self.go_on)()?;
+            self.mind_rate(start, bytes.len() as u64)?;
             match self.wire.write(rest) {
                 Ok(0) => return Err(self.broken("the connection is closed")),
                 Ok(written) => {
@@ -253,6 +283,11 @@ impl<'a> Link<'a> {
         Ok(())
     }
 
+    /// A command set or a data set ends, or begins: its time counts from its first byte.
+    pub(crate) fn begin(&mut self) {
+        self.coming = None;
+    }
+
     /// The next protocol data unit.
     pub(crate) fn receive(&mut self) -> Result<Pdu, Error> {
         let mut moved = Instant::now();
@@ -262,9 +297,13 @@ impl<'a> Link<'a> {
                 return Ok(pdu);
             }
             (self.go_on)()?;
+            if let Some((start, came)) = self.coming {
+                self.mind_rate(start, came)?;
+            }
             match self.wire.read(&mut chunk) {
                 Ok(0) => return Err(self.broken("the connection was closed")),
                 Ok(read) => {
+                    self.coming.get_or_insert((Instant::now(), 0)).1 += read as u64;
                     self.buffer.extend_from_slice(&chunk[..read]);
                     acknowledge(&self.wire.socket);
                     moved = Instant::now();
@@ -282,6 +321,13 @@ impl<'a> Link<'a> {
         if self.buffer.starts_with(&[0x15, 3]) {
             // An alert, RFC 8446 section 5.1; no unit of DICOM has this type.
             return Err(self.protocol("it wants TLS on this port: try with --tls"));
+        }
+        if self.buffer.starts_with(b"HTTP/") {
+            return Err(self.protocol("it speaks HTTP on this port: name its port for DICOM"));
+        }
+        if !(1..=7).contains(&self.buffer[0]) {
+            // PS3.8 9.3.1.
+            return Err(self.protocol("it speaks something else than DICOM on this port"));
         }
         if length > MAX_PDU {
             let what = format!("a unit of {length} bytes, {MAX_PDU} were agreed on");
@@ -307,6 +353,15 @@ impl<'a> Link<'a> {
         Err(self.broken(format!("no answer within {} s", self.timeout.as_secs_f64())))
     }
 
+    /// Gives the peer up when so many bytes took too long, though it was never silent.
+    fn mind_rate(&self, start: Instant, bytes: u64) -> Result<(), Error> {
+        if start.elapsed() < self.timeout.saturating_add(Duration::from_secs(bytes / SLOWEST)) {
+            return Ok(());
+        }
+        let seconds = start.elapsed().as_secs();
+        Err(self.broken(format!("too slow: no more than {bytes} bytes within {seconds} s")))
+    }
+
     /// The presentation data values of the next unit; `None` when the peer releases the association.
     pub(crate) fn receive_values(&mut self) -> Result<Option<Vec<PDataValue>>, Error> {
         match self.receive()? {
@@ -323,6 +378,7 @@ impl<'a> Link<'a> {
     /// Ends the association in good order.
     pub(crate) fn release(mut self) -> Result<(), Error> {
         self.timeout = self.timeout.min(RELEASE);
+        self.begin();
         self.send(&Pdu::ReleaseRQ)?;
         loop {
             match self.receive()? {
@@ -339,9 +395,18 @@ impl<'a> Link<'a> {
 
     fn unexpected(&mut self, pdu: &Pdu) -> Error {
         match pdu {
-            Pdu::AbortRQ { .. } => {
+            Pdu::AbortRQ { source } => {
                 self.open = false;
-                self.broken("the peer aborted it")
+                match (source, self.local_address()) {
+                    // Something is wrong with what was sent, as the peer sees it.
+                    (AbortRQSource::ServiceProvider(reason), _)
+                        if *reason != AbortRQServiceProviderReason::ReasonNotSpecified =>
+                    {
+                        self.broken(format!("the peer aborted it: {reason}"))
+                    }
+                    (_, Ok(from)) => Error::Aborted { node: self.peer.clone(), from },
+                    (_, Err(error)) => error,
+                }
             }
             Pdu::ReleaseRQ => self.broken("the peer released it early"),
             other => self.protocol(format!("an unexpected unit: {}", kind(other))),

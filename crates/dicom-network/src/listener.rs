@@ -105,7 +105,7 @@ impl<'a> Listener<'a> {
                             *lock(&failed) = Some(e)
                         }
                         Err(e) if e.kind() != Failure::Stopped => {
-                            lock(inbox).problems.push(Warning::new("caller-failed", e.to_string()));
+                            lock(inbox).tell(Warning::new("caller-failed", e.to_string()));
                         }
                         _ => {}
                     }

@@ -94,6 +94,7 @@ impl<'a> Talk<'a> {
     pub(crate) fn receive(&mut self) -> Result<Option<Message>, Error> {
         let mut bytes = Vec::new();
         let mut context = None;
+        self.link.begin();
         loop {
             let Some(value) = self.next_value()? else {
                 return match context {
@@ -134,6 +135,7 @@ impl<'a> Talk<'a> {
         sink: &mut dyn FnMut(&[u8]),
     ) -> Result<u64, Error> {
         let mut total = 0;
+        self.link.begin();
         loop {
             let Some(value) = self.next_value()? else {
                 return Err(self.link.broken("released within a data set"));
@@ -156,6 +158,10 @@ impl<'a> Talk<'a> {
     fn next_value(&mut self) -> Result<Option<PDataValue>, Error> {
         loop {
             if let Some(value) = self.values.pop_front() {
+                if value.data.is_empty() && !value.is_last {
+                    // Such a message would never end, and never be too long.
+                    return Err(self.link.protocol("a piece of a message without a byte"));
+                }
                 return Ok(Some(value));
             }
             match self.link.receive_values()? {

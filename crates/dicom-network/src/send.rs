@@ -10,7 +10,7 @@ use crate::link::Link;
 use crate::message::{Payload, Talk};
 use crate::{status, syntaxes};
 use dicom_dictionary_std::uids;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, Cursor, Read, Seek as _, SeekFrom};
 use std::path::PathBuf;
@@ -42,8 +42,12 @@ pub struct Refused {
 pub struct SendInfo {
     /// Objects the peer has acknowledged in this call.
     pub stored: usize,
-    /// Objects it had acknowledged before, which were not sent.
+    /// Objects it had acknowledged before, which were not sent. Whether it still has them it was not asked.
     pub known: usize,
+    /// The dates of these acknowledgements, `YYYY-MM-DD` by the clock here.
+    pub known_on: BTreeSet<String>,
+    /// Objects that were sent and of which it says that it has them already (status 0111H).
+    pub present: usize,
     /// Objects that were not sent because the association broke; a further call sends them.
     pub left: usize,
     /// Of them, those that were converted to Implicit VR Little Endian, since the peer takes no other.
@@ -61,6 +65,24 @@ pub struct SendInfo {
     pub warnings: Vec<Warning>,
     /// Why the rest did not get through, when some are left.
     pub broken: Option<String>,
+}
+
+impl SendInfo {
+    /// In words what was not sent since it was acknowledged before; `None` where there is none.
+    pub fn known_in_words(&self) -> Option<String> {
+        let (first, last) = (self.known_on.first()?, self.known_on.last()?);
+        let count = self.known;
+        Some(if first == last {
+            format!("{count} acknowledged on {first}")
+        } else {
+            format!("{count} acknowledged between {first} and {last}")
+        })
+    }
+
+    /// How many objects nothing more is to be done about.
+    fn settled(&self) -> usize {
+        self.stored + self.present + self.refused.len()
+    }
 }
 
 /// Sends the objects below folders, or in files, to an archive.
@@ -88,14 +110,19 @@ pub fn send(
     };
     let mut vain = 0;
     while !load.waiting.is_empty() {
-        let before = info.stored + info.refused.len();
+        let before = info.settled();
         let outcome = load.one_association(call, &mut info, &moved, &go_on);
         let Err(error) = outcome else { continue };
         if !error.of_the_peer() {
             return Err(error);
         }
-        vain = if info.stored + info.refused.len() > before { 0 } else { vain + 1 };
+        vain = if info.settled() > before { 0 } else { vain + 1 };
         if vain > call.retries {
+            let nothing = info.stored + info.present == 0;
+            let error = if nothing { error.in_vain(call, "store") } else { error };
+            if !error.of_the_peer() {
+                return Err(error);
+            }
             info.broken = Some(error.to_string());
             break;
         }
@@ -157,11 +184,17 @@ impl Load {
                 if let Some(first) = seen.insert(object.instance.clone(), object.name.clone()) {
                     let reason = format!("has the SOP Instance UID of {first}, which is sent");
                     info.refused.push(refused(&object.name, reason));
-                } else if !params.all && !syntaxes::KINDS.contains(&object.class.as_str()) {
+                    continue;
+                }
+                if !params.all && !syntaxes::KINDS.contains(&object.class.as_str()) {
                     let reason = format!("{}: sent only with --all", class_name(&object.class));
                     info.refused.push(refused(&object.name, reason));
-                } else if !params.again && load.journals[journal].knows(&object) {
+                    continue;
+                }
+                let known = load.journals[journal].acknowledged(&object).filter(|_| !params.again);
+                if let Some(date) = known {
                     info.known += 1;
+                    info.known_on.insert(date.to_owned());
                 } else {
                     load.waiting.push(Waiting { object, journal });
                 }
@@ -246,23 +279,38 @@ impl Load {
     /// Notes what the peer answered; the reason when it refuses the object.
     fn settle(
         &mut self,
-        answer: u16,
+        answer: Answer,
         object: &ObjectFile,
         journal: usize,
         call: &Call,
         info: &mut SendInfo,
     ) -> Result<Option<String>, Error> {
+        let Answer { status: answer, instance } = answer;
         let words = status::words(answer);
         if status::is_transient(answer) {
             let (node, what) = (call.peer.clone(), "keep an object");
             return Err(Error::Failed { node, what, status: words, transient: true });
         }
+        if instance.is_some_and(|instance| instance != object.instance) {
+            return Ok(Some("the archive answers for another object than was sent".into()));
+        }
+        let told = |code, text: String| Warning::new(code, "").name(&object.name).text(text);
+        if answer == status::DUPLICATE {
+            // Not on record: whether that is the same object nobody has said.
+            let text = ": an object of its SOP Instance UID is there already and was kept as it is";
+            info.warnings.push(told("there-already", format!("{text} ({words})")));
+            info.present += 1;
+            return Ok(None);
+        }
+        if answer == status::NOT_AUTHORISED {
+            let own = &call.own;
+            return Ok(Some(format!("{words}: is the AE title {own} permitted to store there?")));
+        }
         if answer != status::SUCCESS && !status::is_warning(answer) {
             return Ok(Some(words));
         }
         if answer != status::SUCCESS {
-            let kept = Warning::new("stored-with-warning", "").name(&object.name);
-            info.warnings.push(kept.text(format!(": {words}")));
+            info.warnings.push(told("stored-with-warning", format!(": {words}")));
         }
         info.stored += 1;
         info.bytes += object.data_bytes;
@@ -311,6 +359,10 @@ impl Body {
         let implicit = link.context(&object.class, Some(uids::IMPLICIT_VR_LITTLE_ENDIAN));
         let (true, Some((context, _))) = (convertible, implicit) else {
             let (class, syntax) = (class_name(&object.class), syntax_name(&object.syntax));
+            if link.untaken.contains(&object.class) {
+                let default = syntax_name(uids::IMPLICIT_VR_LITTLE_ENDIAN);
+                return Err(format!("{} takes no {class}, not even in {default}", link.peer));
+            }
             return Err(format!("{} takes no {class} in {syntax}", link.peer));
         };
         let bytes = implicit_data_set(object).map_err(|why| {
@@ -329,7 +381,7 @@ fn echo(talk: &mut Talk<'_>, call: &Call) -> Result<(), Error> {
     let Some((context, _)) = talk.link.context(uids::VERIFICATION, None) else { return Ok(()) };
     let id = talk.next_id();
     talk.send(context, &Command::request(field::ECHO, id, uids::VERIFICATION, false), None)?;
-    let answer = answer_to(talk, field::ECHO, id)?;
+    let Answer { status: answer, .. } = answer_to(talk, field::ECHO, id)?;
     if answer == status::SUCCESS {
         return Ok(());
     }
@@ -337,23 +389,34 @@ fn echo(talk: &mut Talk<'_>, call: &Call) -> Result<(), Error> {
     Err(Error::Failed { node, what, status: status::words(answer), transient: false })
 }
 
-/// The status that answers a request.
-fn answer_to(talk: &mut Talk<'_>, asked: u16, id: u16) -> Result<u16, Error> {
+/// What a peer answers.
+struct Answer {
+    status: u16,
+    /// The SOP Instance UID it answers for, where it says that.
+    instance: Option<String>,
+}
+
+/// The answer to a request.
+fn answer_to(talk: &mut Talk<'_>, asked: u16, id: u16) -> Result<Answer, Error> {
     let command = talk.answer()?.command;
     let of = command.get_number(element::MESSAGE_ID_RESPONDED_TO);
+    let instance = command.get_text(element::AFFECTED_SOP_INSTANCE).to_owned();
+    let instance = Some(instance).filter(|instance| !instance.is_empty());
     match command.get_number(element::STATUS) {
-        Some(answer) if command.field() == asked | field::ANSWER && of == Some(id) => Ok(answer),
+        Some(status) if command.field() == asked | field::ANSWER && of == Some(id) => {
+            Ok(Answer { status, instance })
+        }
         _ => Err(talk.link.protocol("an answer to something else than was asked")),
     }
 }
 
-/// Sends one object; the peer's status.
+/// Sends one object; the peer's answer.
 fn store(
     talk: &mut Talk<'_>,
     body: Body,
     object: &ObjectFile,
     moved: &AtomicU64,
-) -> Result<u16, Error> {
+) -> Result<Answer, Error> {
     let (context, inner, length): (u8, Box<dyn Read>, u64) = match body {
         Body::File(context, file, length) => (context, Box::new(file), length),
         Body::Converted(context, bytes) => {

@@ -12,6 +12,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
+
+mod answers;
+mod queries;
+mod retrieval;
+
 use supine_dicom::{Identifier, file_header};
 use supine_space::{Failure, Progress};
 
@@ -55,7 +60,15 @@ struct Archive {
 }
 
 impl Archive {
-    fn start(mut answer: impl FnMut(&mut Talk<'_>, &Message) + Send + 'static) -> Self {
+    fn start(answer: impl FnMut(&mut Talk<'_>, &Message) + Send + 'static) -> Self {
+        Self::taking(|_| &syntaxes::IDENTIFIER, answer)
+    }
+
+    /// One that takes classes in the transfer syntaxes that `syntaxes_of` gives.
+    fn taking(
+        syntaxes_of: fn(&str) -> &'static [&'static str],
+        mut answer: impl FnMut(&mut Talk<'_>, &Message) + Send + 'static,
+    ) -> Self {
         let (socket, port) = listen();
         let over = Arc::new(AtomicBool::new(false));
         let ended = over.clone();
@@ -64,7 +77,6 @@ impl Archive {
                 if ended.load(Ordering::Relaxed) {
                     break;
                 }
-                let syntaxes_of = |_: &str| -> &'static [&'static str] { &syntaxes::IDENTIFIER };
                 let own = title("ARCHIVE");
                 let link = Link::accept(stream, None, &own, &syntaxes_of, PATIENCE, &go_on);
                 let mut talk = Talk::new(link.unwrap());
@@ -111,6 +123,11 @@ fn object_of(patient: &str, series: &str, instance: &str) -> Vec<u8> {
         .with(tags::PATIENT_ID, patient)
         .with(tags::STUDY_INSTANCE_UID, STUDY)
         .with(tags::SERIES_INSTANCE_UID, series)
+        // One pixel.
+        .with(tags::ROWS, "\x01\0")
+        .with(tags::COLUMNS, "\x01\0")
+        .with(tags::BITS_ALLOCATED, "\x10\0")
+        .with(tags::PIXEL_DATA, "\0\0")
         .to_bytes(true)
 }
 

@@ -5,6 +5,7 @@
 use crate::Call;
 use crate::error::Error;
 use crate::go_on::GoOn;
+use crate::pinned::Renewed;
 use crate::tls::{Asked, Tls};
 use rustls::{AlertDescription, CertificateError, Connection};
 use std::io::{ErrorKind, Read as _, Result, Write as _};
@@ -116,8 +117,20 @@ impl Wire {
 
     /// Does one turn of it.
     pub(crate) fn shake_hands(&mut self) -> Result<()> {
-        let Some(tunnel) = &mut self.tunnel else { return Ok(()) };
-        pauses(tunnel.connection.complete_io(&mut self.socket)).map(drop)
+        let Some(Tunnel { connection, .. }) = &mut self.tunnel else { return Ok(()) };
+        // One read a turn: the library's own loop goes on for as long as single bytes come.
+        if connection.wants_write() {
+            return pauses(connection.write_tls(&mut self.socket)).map(drop);
+        }
+        if pauses(connection.read_tls(&mut self.socket))? == 0 {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        if let Err(fault) = connection.process_new_packets() {
+            // What is wrong is told the peer as an alert; whether it gets through is no matter.
+            let _best_effort = connection.write_tls(&mut self.socket);
+            return Err(std::io::Error::new(ErrorKind::InvalidData, fault));
+        }
+        Ok(())
     }
 
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
@@ -231,6 +244,11 @@ impl Tunnel {
         use CertificateError as C;
         let host = self.host.as_deref().unwrap_or("it");
         match fault {
+            C::Other(other) if other.0.is::<Renewed>() => {
+                "its certificate, or that of its issuer, has the name of one in --tls-ca and is another: it was \
+                 renewed, or another answers in its place; ask its administrator, and give the new one with --tls-ca"
+                    .into()
+            }
             C::UnknownIssuer | C::Other(_) => {
                 "nobody known here answers for its certificate: give that of its issuer, or its own \
                  where it signed itself, with --tls-ca"

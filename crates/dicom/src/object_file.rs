@@ -145,6 +145,26 @@ fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
     }
 }
 
+/// Classes of which every object has Pixel Data.
+const IMAGES: [&str; 5] = [
+    uids::CT_IMAGE_STORAGE,
+    uids::ENHANCED_CT_IMAGE_STORAGE,
+    uids::LEGACY_CONVERTED_ENHANCED_CT_IMAGE_STORAGE,
+    uids::SEGMENTATION_STORAGE,
+    uids::LABEL_MAP_SEGMENTATION_STORAGE,
+];
+
+/// Whether so many bytes are native pixels enough for an image (PS3.5 8.1.1).
+fn fills(set: &DataSet, bytes: usize) -> bool {
+    let number = |tag| set.u16(tag).map_or(0, u64::from);
+    let count = |tag, missing: u64| set.text(tag).trim().parse().unwrap_or(missing);
+    let frames: u64 = count(tags::NUMBER_OF_FRAMES, 1);
+    let samples = set.u16(tags::SAMPLES_PER_PIXEL).map_or(1, u64::from);
+    let size = [number(tags::ROWS), number(tags::COLUMNS), number(tags::BITS_ALLOCATED), samples];
+    let bits = size.iter().try_fold(frames, |bits, n| bits.checked_mul(*n));
+    bits.is_some_and(|bits| bits > 0 && bits.div_ceil(8) <= bytes as u64)
+}
+
 /// The object of a file whose header was read: its data set is walked up to Pixel Data, whose length
 /// is checked. Else why it does not say which object it is.
 fn open(
@@ -153,7 +173,9 @@ fn open(
     file: &str,
 ) -> Result<Result<ObjectFile, LeftOutReason>, OpenError> {
     let (start, total) = container.extent();
-    let mut set = container.data(Until::PixelData)?.set;
+    let parsed = container.data(Until::PixelData)?;
+    let (has_pixels, native) = (parsed.has_pixels, parsed.pixel_bytes);
+    let mut set = parsed.set;
     for (in_header, tag) in [
         (tags::MEDIA_STORAGE_SOP_CLASS_UID, tags::SOP_CLASS_UID),
         (tags::MEDIA_STORAGE_SOP_INSTANCE_UID, tags::SOP_INSTANCE_UID),
@@ -167,6 +189,10 @@ fn open(
     let (class, instance) = (set.text(tags::SOP_CLASS_UID), set.text(tags::SOP_INSTANCE_UID));
     if !is_uid(&class) || !is_uid(&instance) {
         let reason = "it lacks its SOP Class or Instance UID";
+        return Ok(Err(LeftOutReason::Damaged(reason.to_owned())));
+    }
+    if IMAGES.contains(&class.as_str()) && !(has_pixels && native.is_none_or(|n| fills(&set, n))) {
+        let reason = "it is an image and lacks pixels";
         return Ok(Err(LeftOutReason::Damaged(reason.to_owned())));
     }
     let syntax = container.syntax.uid().to_owned();
@@ -315,15 +341,40 @@ mod tests {
     }
 
     #[test]
+    fn an_image_without_all_its_pixels_is_no_object() {
+        let folder = tempfile::tempdir().unwrap();
+        let head = Identifier::default()
+            .with(tags::SOP_CLASS_UID, uids::CT_IMAGE_STORAGE)
+            .with(tags::SOP_INSTANCE_UID, "1.2.3")
+            .with(tags::ROWS, "\x02\0")
+            .with(tags::COLUMNS, "\x02\0")
+            .with(tags::BITS_ALLOCATED, "\x10\0");
+        let found = |set: &Identifier| {
+            let explicit = uids::EXPLICIT_VR_LITTLE_ENDIAN;
+            let mut bytes = file_header(uids::CT_IMAGE_STORAGE, "1.2.3", explicit);
+            bytes.extend(set.to_bytes(true));
+            std::fs::write(folder.path().join("a"), bytes).unwrap();
+            object_files(folder.path(), Progress::none()).unwrap()
+        };
+        let whole = found(&head.clone().with(tags::PIXEL_DATA, "\0\0\0\0\0\0\0\0"));
+        assert_eq!((whole.objects.len(), whole.damaged.len()), (1, 0), "{whole:?}");
+        for set in [head.clone(), head.clone().with(tags::PIXEL_DATA, "\0\0\0\0")] {
+            let found = found(&set);
+            assert!(found.objects.is_empty(), "{found:?}");
+            assert!(found.damaged[0].reason.to_string().contains("lacks pixels"), "{found:?}");
+        }
+    }
+
+    #[test]
     fn a_file_of_header_and_data_set_is_that_object() {
         let folder = tempfile::tempdir().unwrap();
         let data = Identifier::default()
-            .with(tags::SOP_CLASS_UID, uids::CT_IMAGE_STORAGE)
+            .with(tags::SOP_CLASS_UID, uids::RT_STRUCTURE_SET_STORAGE)
             .with(tags::SOP_INSTANCE_UID, "1.2.3")
             .to_bytes(true);
         let syntax = uids::EXPLICIT_VR_LITTLE_ENDIAN;
         let write = |name: &str, instance: &str| {
-            let mut bytes = file_header(uids::CT_IMAGE_STORAGE, instance, syntax);
+            let mut bytes = file_header(uids::RT_STRUCTURE_SET_STORAGE, instance, syntax);
             bytes.extend(&data);
             std::fs::write(folder.path().join(name), bytes).unwrap();
         };

@@ -53,6 +53,8 @@ pub(crate) struct Parsed {
     pub(crate) end: usize,
     /// Length of native Pixel Data when the walk stopped there.
     pub(crate) pixel_bytes: Option<usize>,
+    /// Whether the walk stopped at Pixel Data with anything in it, native or in fragments.
+    pub(crate) has_pixels: bool,
     /// Zeros behind the last element, bytes: no part of the data set, but of its file.
     pub(crate) zeros: usize,
 }
@@ -80,6 +82,7 @@ struct Walk<'a> {
     /// How many items and sequences are open around `bytes`.
     around: usize,
     zeros: usize,
+    has_pixels: bool,
 }
 
 /// The data set that starts at `start`. `total` is the length of the whole file, of which `bytes`
@@ -101,12 +104,13 @@ pub(crate) fn parse(
         stack: vec![root],
         around: 0,
         zeros: 0,
+        has_pixels: false,
     };
     let pixel_bytes = walk.run(until).map_err(|fault| walk.with_series(fault))?;
-    let (end, zeros) = (walk.at, walk.zeros);
+    let (end, zeros, has_pixels) = (walk.at, walk.zeros, walk.has_pixels);
     match walk.stack.pop() {
         Some(Open::Item { elements, .. }) if walk.stack.is_empty() => {
-            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes, zeros })
+            Ok(Parsed { set: collect(elements, end)?, end, pixel_bytes, has_pixels, zeros })
         }
         _ => bad("ends inside a sequence"),
     }
@@ -146,10 +150,12 @@ impl Walk<'_> {
             match until {
                 Until::PixelData if top_level && header.tag == tags::PIXEL_DATA => {
                     if header.length == UNDEFINED {
-                        self.fragments(false)?;
+                        // The first is the table of offsets (PS3.5 A.4).
+                        self.has_pixels = self.fragments(false)?.len() > 1;
                         return Ok(None);
                     }
                     self.check_length(&header, start)?;
+                    self.has_pixels = header.length > 0;
                     return Ok(Some(header.length as usize));
                 }
                 _ => self.element(header, start)?,
@@ -290,6 +296,7 @@ impl Walk<'_> {
                 stack: vec![root, sequence],
                 around: self.around + self.stack.len(),
                 zeros: 0,
+                has_pixels: false,
             };
             if walk.around > 2 * MAX_DEPTH {
                 return None;
