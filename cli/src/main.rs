@@ -14,6 +14,8 @@ mod elementary;
 mod failure;
 mod log;
 mod meshers;
+#[cfg(unix)]
+mod out_of_memory;
 mod parameters;
 mod profile;
 mod resident;
@@ -41,6 +43,8 @@ use words::Schema;
 static ALLOCATOR: supine_flow::CountingAllocator = supine_flow::CountingAllocator;
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    out_of_memory::ends_as_a_retry();
     // Before the arguments, which may name one.
     meshers::offer();
     let cli = match Cli::try_parse() {

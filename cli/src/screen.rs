@@ -16,6 +16,9 @@ use supine_space::Failure as Kind;
 /// Set by Ctrl-C; every progress callback answers with it.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// What is left to be told when a second Ctrl-C ends the program at once.
+static LAST_WORDS: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
+
 /// stderr, and the request to stop.
 pub(crate) struct Screen {
     bar: ProgressBar,
@@ -79,12 +82,20 @@ impl Screen {
         let (bar, log) = (self.bar.clone(), self.log);
         ctrlc::set_handler(move || {
             if INTERRUPTED.swap(true, Ordering::SeqCst) {
+                if let Some(tell) = &*LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) {
+                    tell();
+                }
                 std::process::exit(Kind::Stopped.exit_code().into());
             }
             let text = "stopping (Ctrl-C again to end at once)";
             bar.suspend(|| err(&if log { log::say(text) } else { text.into() }));
         })
         .map_err(|e| Failure::new(Kind::Retry, format!("Ctrl-C cannot be caught: {e}")))
+    }
+
+    /// What a second Ctrl-C still does before it ends the program.
+    pub(crate) fn tell_last(&self, tell: impl Fn() + Send + 'static) {
+        *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(tell));
     }
 
     /// Progress of a command that is no part of the flow.

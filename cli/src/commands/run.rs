@@ -10,8 +10,8 @@ use supine_flow::commands::Colour;
 use supine_flow::commands::fit::{self, Fit};
 use supine_flow::commands::run::{self, Run, RunDone};
 use supine_flow::{
-    Denial, Options, Summary, denial, directions, held, moves, run_told, verdict_lines,
-    write_status,
+    Denial, Options, Summary, denial, directions, held, moves, run_told, stopped_at_once,
+    verdict_lines, write_status,
 };
 use supine_space::Failure as Kind;
 
@@ -23,7 +23,12 @@ pub(crate) fn run(args: args::Run, screen: &Screen) -> Result<End, Failure> {
     let start = Some(start()?);
     let given = Run { case, changes, anonymise, out, options, start };
     let Some(file) = status else { return case_into(&given, worst, screen) };
+    let stopped = stopped_at_once(&given, &file);
+    let last = file.clone();
+    // Nobody is left to be told that it cannot be written.
+    screen.tell_last(move || drop(write_status(&stopped, &last)));
     let (done, status) = run_told(&given, (worst, &file), screen);
+    screen.tell_last(|| {});
     // The run's own failure is told before that of the small file.
     let ended = done.map_err(Failure::from).and_then(|done| tell(&given, &done, worst, screen));
     match (ended, write_status(&status, &file)) {

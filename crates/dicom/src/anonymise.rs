@@ -65,6 +65,42 @@ const KEPT: &[Tag] = &[
     tags::BURNED_IN_ANNOTATION,
 ];
 
+/// Of these what a site may have typed: kept unless it names the patient.
+const TYPED: &[Tag] = &[
+    tags::MANUFACTURER,
+    tags::MANUFACTURER_MODEL_NAME,
+    tags::SOFTWARE_VERSIONS,
+    tags::FILTER_TYPE,
+    tags::CONVOLUTION_KERNEL,
+];
+
+/// Parts of the body that a CT of a breast is said to be of (PS3.16 annex L); any other word of Body Part Examined goes.
+const BODY_PARTS: &[&str] = &[
+    "ABDOMEN",
+    "ABDOMENPELVIS",
+    "AXILLA",
+    "BREAST",
+    "CHEST",
+    "CHESTABDOMEN",
+    "CHESTABDPELVIS",
+    "CLAVICLE",
+    "HEART",
+    "HEADNECK",
+    "LUNG",
+    "MEDIASTINUM",
+    "NECK",
+    "NECKCHEST",
+    "NECKCHESTABDOMEN",
+    "NECKCHESTABDPELV",
+    "RIB",
+    "SHOULDER",
+    "SPINE",
+    "STERNUM",
+    "THORAX",
+    "TSPINE",
+    "WHOLEBODY",
+];
+
 /// Action U: replaced.
 const REPLACED: &[Tag] = &[
     tags::SOP_INSTANCE_UID,
@@ -132,8 +168,13 @@ impl Anonymiser {
     pub(crate) fn clean(&self, header: &DataSet) -> DataSet {
         let mut clean = DataSet::default();
         for &tag in KEPT {
+            let leaves = match tag {
+                tags::BODY_PART_EXAMINED => BODY_PARTS.contains(&header.text(tag).as_str()),
+                _ => !(TYPED.contains(&tag) && names::name_somebody(&header.text(tag), header)),
+            };
             if let Some(element) = header.get(tag)
                 && matches!(element.value, Value::Bytes(_))
+                && leaves
             {
                 clean.put(tag, element.vr, element.value.clone());
             }
@@ -182,6 +223,12 @@ impl Source {
         Self { slices: self.slices.iter().map(slice).collect(), padding: self.padding.clone() }
     }
 
+    /// Whether a slice says that text which identifies the patient may stand in its pixels (PS3.3 C.7.6.1.1.10).
+    pub fn has_burned_in_text(&self) -> bool {
+        let says_yes = |s: &SourceSlice| s.header.text(tags::BURNED_IN_ANNOTATION) == "YES";
+        self.slices.iter().any(says_yes)
+    }
+
     /// Whether the series was de-identified by this software: its UIDs were mapped by a key.
     pub fn is_anonymised(&self) -> bool {
         let header = &self.slices[0].header;
@@ -216,6 +263,39 @@ mod tests {
         assert_eq!(called("Doe^Jane", "4711"), called("DOE^JANE^^", "4711"));
         assert_ne!(called("Doe^Jane", "4711"), called("Doe^Jane", "4712"));
         assert_ne!(called("Doe^Jane", ""), called("Roe^Jane", ""));
+    }
+
+    #[test]
+    fn what_a_site_typed_stays_unless_it_names_somebody() {
+        let mut header = DataSet::default();
+        header.put_text(tags::PATIENT_NAME, VR::PN, "Doe^Jane");
+        header.put_text(tags::PATIENT_ID, VR::LO, "4711");
+        header.put_text(tags::PATIENT_BIRTH_DATE, VR::DA, "19600101");
+        header.put_text(tags::OPERATORS_NAME, VR::PN, "Roe^Richard");
+        let cleaned = |tag: Tag, text: &str| {
+            let mut header = header.clone();
+            header.put_text(tag, VR::SH, text);
+            Anonymiser::new([1; 32]).clean(&header).text(tag)
+        };
+        for (tag, text) in [
+            (tags::CONVOLUTION_KERNEL, "B30f"),
+            (tags::FILTER_TYPE, "BODY FILTER"),
+            (tags::SOFTWARE_VERSIONS, "syngo CT 2012B"),
+            (tags::MANUFACTURER_MODEL_NAME, "Sensation 40"),
+            (tags::BODY_PART_EXAMINED, "CHEST"),
+        ] {
+            assert_eq!(cleaned(tag, text), text);
+        }
+        for (tag, text) in [
+            (tags::CONVOLUTION_KERNEL, "B30f for DOE"),
+            (tags::FILTER_TYPE, "4711"),
+            (tags::SOFTWARE_VERSIONS, "as Richard set it"),
+            (tags::MANUFACTURER_MODEL_NAME, "CT 19600101"),
+            (tags::BODY_PART_EXAMINED, "BREAST DOE"),
+            (tags::BODY_PART_EXAMINED, "MRS DOE"),
+        ] {
+            assert_eq!(cleaned(tag, text), "", "{text}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use crate::{Error, Problem, file};
 use std::{collections::BTreeMap, path::Path};
-use supine_space::Point;
+use supine_space::{Point, from_cell, to_cell};
 use supine_volume::Rule;
 
 const HEADING: [&str; 5] = ["structure", "contour", "x", "y", "z"];
@@ -69,7 +69,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
                 Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
             })?;
         }
-        let (name, number) = (&record[0], &record[1]);
+        let (name, number) = (from_cell(&record[0]), &record[1]);
         let at = places.get(name).copied().unwrap_or_else(|| {
             places.insert(name.to_owned(), structures.len());
             let (name, rule) = (name.into(), Rule::default());
@@ -107,7 +107,7 @@ pub fn write_contours(structures: &[NamedContours], path: &Path) -> Result<(), E
                 let number = (n + 1).to_string();
                 for p in contour {
                     let [x, y, z] = [p.x, p.y, p.z].map(|c| format!("{c:.4}"));
-                    csv.write_record([structure.name.as_str(), &number, &x, &y, &z])?;
+                    csv.write_record([&*to_cell(&structure.name), &number, &x, &y, &z])?;
                 }
             }
         }
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn structures_and_contours_are_told_apart() {
-        let text = b"structure,contour,x,y,z\nA,1,0,0,0\nA,1,1,0,0\nB,1,5,5,5\nA,2,1,2,3\n";
+        let text = b"structure,contour,x,y,z\nA,1,0,0,0\nA,1,1,0,0\n=B,1,5,5,5\nA,2,1,2,3\n";
         let read = parse(text).unwrap();
         let sizes: Vec<Vec<usize>> =
             read.iter().map(|s| s.contours.iter().map(Vec::len).collect()).collect();
@@ -131,6 +131,7 @@ mod tests {
         let path = folder.path().join("c.csv");
         write_contours(&read, &path).unwrap();
         assert!(is_contours(&path).unwrap());
+        assert!(std::fs::read_to_string(&path).unwrap().contains("\n'=B,1,"));
         assert_eq!(read_contours(&path).unwrap(), read);
     }
 

@@ -2,7 +2,7 @@
 
 use crate::{Error, Problem, file, markups};
 use std::path::Path;
-use supine_space::Point;
+use supine_space::{Point, from_cell, to_cell};
 
 /// A point with a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +49,7 @@ pub fn write_points(points: &[NamedPoint], path: &Path) -> Result<(), Error> {
             csv.write_record(["name", "x", "y", "z"])?;
             for p in points {
                 let [x, y, z] = [p.position.x, p.position.y, p.position.z].map(|c| c.to_string());
-                csv.write_record([p.name.as_str(), &x, &y, &z])?;
+                csv.write_record([&*to_cell(&p.name), &x, &y, &z])?;
             }
             csv.flush()
         })
@@ -86,7 +86,7 @@ pub(crate) fn parse_csv(bytes: &[u8]) -> Result<Vec<NamedPoint>, Problem> {
                 Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
             })?;
         }
-        let name = record.get(0).unwrap_or_default().to_string();
+        let name = from_cell(record.get(0).unwrap_or_default()).to_string();
         points.push(NamedPoint { name, position: xyz.into() });
     }
     Ok(points)

@@ -350,6 +350,12 @@ impl Error {
         }
     }
 
+    /// Whether a place cannot be written at all, however often it is tried.
+    pub(crate) fn is_unwritable(&self) -> bool {
+        use std::io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
+        matches!(self, Self::Output { source, .. } if [PermissionDenied, ReadOnlyFilesystem].contains(&source.kind()))
+    }
+
     /// What kind of failure it is.
     pub fn kind(&self) -> Failure {
         match self {

@@ -45,7 +45,7 @@ pub use figures::Figure;
 pub use folder::{FinishedRun, RunFolder};
 pub use live_bed::{Applied, Held, LiveBed};
 pub use live_tissue::{LiveMesh, LiveTissue};
-pub use memory::CountingAllocator;
+pub use memory::{CountingAllocator, memory_was_refused};
 pub use node_id::NodeId;
 pub use own_objects::{Contours, OwnDose, OwnObjects, OwnStructure};
 pub use run::{Options, run};
@@ -56,7 +56,8 @@ pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
 
 pub use spec::{Case, CaseError, Spec};
 pub use status::{
-    Denial, advice, case_name, denial, run_told, verdict_lines, write_status, write_text,
+    Denial, advice, case_name, denial, run_told, stopped_at_once, verdict_lines, write_status,
+    write_text,
 };
 pub use supine_report::{
     DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,

@@ -22,6 +22,20 @@ const BATCH: isize = 1 << 16;
 pub struct CountingAllocator;
 
 static COUNTS: AtomicBool = AtomicBool::new(false);
+static REFUSED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the system has refused memory: what aborts the program after that is most likely that.
+pub fn memory_was_refused() -> bool {
+    REFUSED.load(Ordering::Relaxed)
+}
+
+/// Memory as the system gave it; remembers when it gave none.
+fn given(memory: *mut u8) -> *mut u8 {
+    if memory.is_null() {
+        REFUSED.store(true, Ordering::Relaxed);
+    }
+    memory
+}
 
 /// What the threads of a session hold, bytes.
 #[derive(Debug, Default)]
@@ -99,13 +113,13 @@ unsafe impl GlobalAlloc for CountingAllocator {
         COUNTS.store(true, Ordering::Relaxed);
         count(layout.size() as isize);
         // SAFETY: the caller's promise, handed on.
-        unsafe { System.alloc(layout) }
+        given(unsafe { System.alloc(layout) })
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as isize);
         // SAFETY: the caller's promise, handed on.
-        unsafe { System.alloc_zeroed(layout) }
+        given(unsafe { System.alloc_zeroed(layout) })
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
@@ -117,7 +131,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         count(size as isize - layout.size() as isize);
         // SAFETY: the caller's promise, handed on.
-        unsafe { System.realloc(memory, layout, size) }
+        given(unsafe { System.realloc(memory, layout, size) })
     }
 }
 

@@ -10,6 +10,9 @@ use std::time::Instant;
 use supine_report::{Colour, Ended, RunError, RunStatus, TumourMoved};
 use supine_space::Failure;
 
+/// The code of a run that the system ended.
+pub(crate) const NOT_ENDED: &str = "not-ended";
+
 /// Why a run that has its result ends with another code than 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Denial {
@@ -70,25 +73,20 @@ pub(crate) struct Told<'a> {
     pub(crate) worst: Colour,
 }
 
-/// Runs a case; how that ended, and the same in the words of a status.
+/// Runs a case; how that ended, and the same in the words of a status. Until it ended the file says that it did not.
 pub fn run_told(
     given: &Run,
-    (worst, status): (Colour, &Path),
+    (worst, path): (Colour, &Path),
     observer: &dyn Observer,
 ) -> (Result<RunDone, Error>, RunStatus) {
-    let told = Told {
-        name: case_name(&given.case),
-        nameless: case_name(status),
-        case_file: &given.case,
-        spec: crate::commands::run::spec(&given.case, &given.changes),
-        anonymise: given.anonymise,
-        out: &given.out,
-        options: given.options,
-        start: given.start.clone(),
-        threads: rayon::current_num_threads(),
-        worst,
-    };
-    told.run(observer)
+    let told = Told::of(given, (worst, path));
+    let not_ended = told.not_ended();
+    // A pipe or a device takes one status.
+    let takes_another = std::fs::metadata(path).map_or(true, |there| there.is_file());
+    match takes_another.then(|| write_status(&not_ended, path)) {
+        Some(Err(error)) => (Err(error), not_ended),
+        _ => told.run(observer),
+    }
 }
 
 /// Writes a status; see [`write_text`].
@@ -122,6 +120,29 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
             let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
             folder.map_or(Ok(()), std::fs::create_dir_all).map_err(output)?;
             write_atomically(&file, text.as_bytes(), USERS)
+        }
+    }
+}
+
+/// The status of a run that somebody ends at once, for whoever ends it.
+pub fn stopped_at_once(given: &Run, path: &Path) -> RunStatus {
+    let told = Told::of(given, (Colour::Amber, path));
+    failed(told.bare(told.is_nameless()), &Error::Stopped, false)
+}
+
+impl<'a> Told<'a> {
+    fn of(given: &'a Run, (worst, path): (Colour, &Path)) -> Self {
+        Self {
+            name: case_name(&given.case),
+            nameless: case_name(path),
+            case_file: &given.case,
+            spec: crate::commands::run::spec(&given.case, &given.changes),
+            anonymise: given.anonymise,
+            out: &given.out,
+            options: given.options,
+            start: given.start.clone(),
+            threads: rayon::current_num_threads(),
+            worst,
         }
     }
 }
@@ -161,6 +182,13 @@ impl Told<'_> {
         let error = RunError::new(kind, code, message.into(), advice(message));
         let (status, exit, error) = (Ended::Failed, kind.exit_code(), Some(error));
         RunStatus { status, exit, error, ..self.bare(self.is_nameless()) }
+    }
+
+    /// Of a run that the system ended: it stands where the status goes while the run goes on, as nobody could say it then.
+    pub(crate) fn not_ended(&self) -> RunStatus {
+        let text = "the run did not come to its end: the memory did not suffice, or somebody ended the program from outside; \
+                    run it again, with more memory or fewer at once";
+        self.broken(Failure::Retry, NOT_ENDED, text)
     }
 
     /// Whether nothing may name the patient. A case that cannot be read is taken for one that asks for it if its text

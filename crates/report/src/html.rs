@@ -10,7 +10,8 @@ use crate::verdict::notes;
 use crate::{Mesh, Summary, Whose, dose_volume, tg132, words};
 use askama::Template;
 use base64::Engine;
-use supine_space::Warning;
+use std::borrow::Cow;
+use supine_space::{Warning, visible};
 
 /// The page as the template sees it.
 #[derive(Template)]
@@ -102,6 +103,15 @@ pub(crate) fn page(
         places: place::places(summary),
     }
     .render()
+    .map(shown)
+}
+
+/// A page whose texts read in the direction in which they stand, whatever names are in them.
+pub(crate) fn shown(page: String) -> String {
+    match visible(&page) {
+        Cow::Owned(shown) => shown,
+        Cow::Borrowed(_) => page,
+    }
 }
 
 /// The page of a mesh alone as the template sees it.
@@ -127,7 +137,7 @@ pub(crate) fn mesh_page(
     let version = env!("CARGO_PKG_VERSION");
     let title = format!("Mesh of {} tetrahedra", words::count(facts.tetrahedra));
     let (table, sections) = (tables::shape(facts), sections(rows));
-    MeshPage { title, warnings, version, table, sections }.render()
+    MeshPage { title, warnings, version, table, sections }.render().map(shown)
 }
 
 /// The rows under their headings, with their pictures in order.

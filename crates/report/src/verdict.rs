@@ -26,7 +26,7 @@ const TOLD: [&str; 6] = [
 /// Residuals on the breast above which one modulus does not describe it, mm rms.
 const MISFIT_MM: f64 = 0.7;
 /// Warnings that say nothing of where the tumour is: notes beside the verdict.
-const NOTES: [&str; 13] = [
+const NOTES: [&str; 14] = [
     "dose-not-computed-anew",
     "dose-without-plan",
     "labels-uncertainty-unknown",
@@ -39,6 +39,8 @@ const NOTES: [&str; 13] = [
     "pixel-data-too-long",
     "rescale-type-unspecified",
     "source-ill-formed",
+    // Where it cuts the region, `region-truncated` says so.
+    "truncated-field",
     "uids-from-file-header",
 ];
 /// A displacement may lie this far outside its interval, mm and as a share: the interval is without the fade at the cut.
@@ -355,6 +357,21 @@ mod tests {
             interval.within_mm = 1.5;
         }
         summary
+    }
+
+    #[test]
+    fn a_field_that_ends_where_nothing_is_simulated_is_a_note() {
+        let mut summary = sound();
+        let warned = |code: &str| Warning {
+            code: code.into(),
+            message: "the body reaches the end of the field".into(),
+            ..example().warnings[0].clone()
+        };
+        summary.warnings = vec![warned("truncated-field")];
+        assert_eq!(verdict(&summary, 2.0).colour, Colour::Green);
+        assert_eq!(notes(&summary), ["the body reaches the end of the field"]);
+        summary.warnings.push(warned("region-truncated"));
+        assert_eq!(verdict(&summary, 2.0).colour, Colour::Amber);
     }
 
     #[test]

@@ -183,11 +183,12 @@ mod tests {
     fn no_name_ends_the_script_and_every_doubtful_place_can_be_shown() {
         let phantom = Phantom::new(Matrix::identity(), Vector::zeros());
         let mut summary = example();
-        summary.points[0].name = "</script><script>alert(1)</script>".into();
+        summary.points[0].name = "</script><script>alert(1)</script>\u{202e}tfel".into();
         let pictures = drawn(&phantom.scene(), Progress::none()).unwrap();
         let page = html::page(&summary, None, &pictures.rows, &pictures.viewer).unwrap();
         assert_eq!([page.matches("<script").count(), page.matches("</script").count()], [2, 2]);
         assert!(page.contains("data-at=\"30.0,-25.0,0.0\">&#60;/script&#62;"));
+        assert!(!page.contains('\u{202e}') && page.contains("\u{27e8}U+202E\u{27e9}tfel"));
         assert!(page.contains("data-at=\"55.0,-12.0,31.0\">Show<"));
         assert_eq!(viewer_data(&page)["focus_mm"], serde_json::json!(crate::phantom::MARKER));
     }

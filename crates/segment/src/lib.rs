@@ -81,6 +81,7 @@ pub use nipple::Nipple;
 pub use params::Params;
 pub use quality_check::{Bound, QualityCheck};
 pub use region_check::{BreastPlace, RegionCheck, check_region};
+pub use seeds::check_seeds_lie_in;
 pub use segmentation::Segmentation;
 pub use segmenter::Segmenter;
 pub use supine_volume::{SeedKind, Seeds};

@@ -1,6 +1,7 @@
 //! De-identified results.
 
 use crate::shared::{run, scratch, shared, summary};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use supine_tests::{Case, copy_series, readers_python, source, supine, tool};
 
@@ -10,10 +11,24 @@ fn nothing_of_the_patient_is_in_a_de_identified_run() {
     // Sites name files after patients: one that is no slice, and is told as left out.
     let (ct, _) = copy_series(folder.path());
     std::fs::write(ct.join("PHANTOM^FIXTURE.txt"), "notes").expect("a file can be written");
-    let case = Case::small().with_ct(&ct).with("export", "{ anonymise = true, pdf = true }");
+    // What nobody would look into, and what only eyes see.
+    let typed =
+        ["ConvolutionKernel=B30 FIXTURE", "BodyPartExamined=FIXTURE", "BurnedInAnnotation=YES"];
+    let words = std::iter::once(ct.clone().into_os_string()).chain(typed.map(OsString::from));
+    readers_python("headers.py", words).success("headers.py");
+    let case = Case::small()
+        .with_ct(&ct)
+        .with("export", "{ anonymise = true, pdf = true }")
+        .with("report", "{ seen = ['told-0123456789ab'] }");
     let case = case.write(folder.path());
+    let checked = supine(&[&"check", &case]).success("supine check");
+    assert!(checked.stderr.contains("text stands in its pixels"), "{}", checked.stderr);
     let out = folder.path().join("out");
     run(&case, &out, 2).success("supine run");
+    let told = summary(&out);
+    let reasons = told["verdict"]["reasons"].as_array().expect("reasons");
+    assert!(reasons.iter().any(|reason| reason["code"] == "burned-in-text"), "{reasons:?}");
+    assert!(!told.to_string().contains("0123456789ab"), "{}", told["case"]);
     std::fs::remove_file(ct.join("PHANTOM^FIXTURE.txt")).expect("it can be removed");
     let said = readers_python("identifiers.py", [&ct, &out]).success("identifiers.py");
     println!("{}", said.stdout.trim());

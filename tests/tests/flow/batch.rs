@@ -5,8 +5,9 @@ use crate::repeat::assert_same_bytes;
 use crate::shared::{held, scratch, shared};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 use supine_tests::{
     Case, Outcome, files_below, forgotten, readers_python, supine, supine_command, target,
@@ -218,4 +219,68 @@ fn a_run_tells_how_it_ended_in_a_file_of_its_own() {
     for name in ["Meier", "other", "case.toml"] {
         assert!(!told.to_string().contains(name), "{name} is in {told}");
     }
+}
+
+#[test]
+fn a_run_that_the_system_ends_has_told_so_and_a_batch_tries_it_last() {
+    let folder = scratch();
+    let (at, file) = (folder.path(), folder.path().join("status.json"));
+    let mut command = Command::new("sh");
+    // Address space for the program and its threads, not for a CT.
+    command.args(["-c", "ulimit -v 220000; exec \"$0\" \"$@\""]);
+    command.arg(supine_command().get_program()).arg("run").arg(&shared().case);
+    command.arg("--out").arg(at.join("out")).arg("--status").arg(&file).args(["--threads", "2"]);
+    let said = Outcome::of(&mut command);
+    assert_eq!(said.code, Some(75), "{}", said.stderr);
+    assert!(said.stderr.contains("the memory does not suffice"), "{}", said.stderr);
+    let told = status(&file);
+    assert_eq!((&told["status"], &told["exit"]), (&"failed".into(), &75.into()));
+    assert_eq!(told["error"]["code"], "not-ended");
+
+    let out = at.join("cohort");
+    let [a, b] = ["a", "b"].map(|name| case(at, name, &Case::small().with("ct", "'/nowhere'")));
+    let order = || {
+        let said = supine(&[&"batch", &a, &b, &"--out", &out, &"--jobs", &"1"]);
+        let names = said.stdout.lines().map(|line| {
+            let told: Value = serde_json::from_str(line).expect("a line of JSON");
+            told["case"].as_str().unwrap_or_default().to_owned()
+        });
+        names.collect::<Vec<_>>()
+    };
+    assert_eq!(order(), ["a", "b"]);
+    let kept = out.join("status/a.json");
+    let text =
+        std::fs::read_to_string(&kept).expect("a status").replace("input-missing", "not-ended");
+    std::fs::write(&kept, text).expect("it can be written");
+    assert_eq!(order(), ["b", "a"]);
+}
+
+#[test]
+fn a_second_ctrl_c_leaves_how_the_run_ended() {
+    let folder = scratch();
+    let file = folder.path().join("status.json");
+    let case = case(folder.path(), "a", &Case::small()).join("case.toml");
+    let mut command = supine_command();
+    command.arg("run").arg(case).arg("--out").arg(folder.path().join("out"));
+    command.arg("--status").arg(&file).stdin(Stdio::null()).stdout(Stdio::null());
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("supine can be started");
+    let begun = Instant::now();
+    while !folder.path().join("out/.stages").is_dir() {
+        let ended = child.try_wait().expect("it can be asked");
+        assert!(ended.is_none() && begun.elapsed() < PATIENCE, "it does not begin: {ended:?}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(status(&file)["error"]["code"], "not-ended");
+    let (id, stderr) = (child.id().to_string(), child.stderr.take().expect("it is piped"));
+    let interrupt = || {
+        let kill = Command::new("kill").args(["-INT", &id]).output();
+        kill.expect("kill can be started");
+    };
+    interrupt();
+    let mut lines = BufReader::new(stderr).lines();
+    lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("Ctrl-C again")));
+    interrupt();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let told = status(&file);
+    assert_eq!((&told["status"], &told["exit"]), (&"stopped".into(), &130.into()));
 }

@@ -1,6 +1,6 @@
 //! `supine check` answers at once, and a run fails in the same words.
 
-use crate::shared::scratch;
+use crate::shared::{scratch, shared};
 use serde_json::Value;
 use supine_tests::{Case, supine};
 
@@ -54,5 +54,26 @@ fn a_check_and_a_run_refuse_a_case_in_the_same_words() {
         assert_eq!((checked.code, run.code), (Some(1), Some(1)), "{}", run.stderr);
         assert!(checked.stderr.contains(words), "{}", checked.stderr);
         assert_eq!(checked.stderr, run.stderr);
+    }
+}
+
+#[test]
+fn what_lies_metres_beside_the_ct_is_refused_before_any_work() {
+    let words_of = |key: &str, value: &str| {
+        let folder = scratch();
+        let out = folder.path().join("out");
+        shared().begin(&out);
+        let case = Case::small().with(key, value).write(folder.path());
+        let checked = supine(&[&"check", &case, &"--quiet"]);
+        let run = supine(&[&"run", &case, &"--out", &out, &"--quiet"]);
+        assert_eq!((checked.code, run.code), (Some(1), Some(1)), "{}", run.stderr);
+        assert_eq!(checked.stderr, run.stderr);
+        checked.stderr
+    };
+    let said = words_of("region", "{ centre = [9900.0, -236.5, -612.5], radius = 96.0 }");
+    assert!(said.contains("holds no soft tissue"), "{said}");
+    for kind in ["chest_wall", "soft_tissue", "exclude"] {
+        let said = words_of("seeds", &format!("{{ {kind} = [[5000.0, 0.0, 0.0]] }}"));
+        assert!(said.contains("lies outside the CT; move or remove it"), "{said}");
     }
 }

@@ -4,9 +4,9 @@ use crate::interrupt::{PATIENCE, interrupt};
 use crate::shared::{run, scratch, shared, summary};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use supine_tests::{Case, forgotten, results, supine, supine_command};
+use supine_tests::{Case, Outcome, forgotten, results, supine, supine_command};
 
 /// `summary.json` without what differs from run to run.
 fn lasting_summary(out: &Path) -> Value {
@@ -148,4 +148,30 @@ fn redone(out: &Path) -> Vec<String> {
     let own = stages.iter().filter(|stage| stage["cached"] == Value::Bool(false));
     let names = own.map(|stage| stage["name"].as_str().expect("a stage has a name").to_owned());
     names.filter(|name| !["import", "source"].contains(&name.as_str())).collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_finished_run_on_a_disk_that_cannot_be_written_is_finished() {
+    let folder = scratch();
+    let out = folder.path().join("out");
+    shared().copy_to(&out);
+    // A view of the folder in which nobody can write, for this program alone; root could write against its mode.
+    let script = "mount --bind \"$1\" \"$1\" && mount -o remount,bind,ro \"$1\" || exit 99; shift; exec \"$@\"";
+    let again = |more: &[&str]| {
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "--map-root-user", "sh", "-c", script, "sh"]).arg(&out);
+        command.arg(supine_command().get_program()).arg("run").arg(&shared().case);
+        Outcome::of(command.arg("--out").arg(&out).args(more))
+    };
+    let said = again(&[]);
+    if said.code == Some(1) && said.stderr.contains("unshare failed") || said.code == Some(99) {
+        println!("left out: this system lets nobody mount: {}", said.stderr);
+        return;
+    }
+    let said = said.success("the finished run");
+    assert!(said.stderr.contains("42 of 42 checks"), "{}", said.stderr);
+    let said = again(&["--set", "bed.ap=8"]);
+    assert_eq!(said.code, Some(5), "{}", said.stderr);
+    assert!(said.stderr.contains("Read-only"), "{}", said.stderr);
 }

@@ -5,6 +5,7 @@
 //! longer name could say something else ("not the tumor").
 
 use crate::data_set::DataSet;
+use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 
 /// Words of structures' names, lower case: those of AAPM Task Group 263 (2018) for chest, neck and upper
@@ -95,17 +96,40 @@ fn digits(token: &str) -> bool {
     token.bytes().all(|b| b.is_ascii_digit())
 }
 
+/// Numbers by which a patient is found.
+const NUMBERS: [Tag; 4] = [
+    tags::PATIENT_ID,
+    // Other Patient IDs, retired and still written.
+    Tag(0x0010, 0x1000),
+    tags::PATIENT_BIRTH_DATE,
+    tags::ACCESSION_NUMBER,
+];
+
+/// Whether a text has a word of the name of anybody in the header, the patient or who treats her, or one of her numbers.
+pub(super) fn name_somebody(text: &str, header: &DataSet) -> bool {
+    let people = header.elements().iter().filter(|e| e.vr == VR::PN).map(|e| e.tag);
+    let known = words(people.chain(NUMBERS).map(|tag| header.text(tag)));
+    words([text.to_owned()]).iter().any(|word| known.contains(word))
+}
+
+/// The words of texts that have more than one letter, lower case.
+fn words(texts: impl IntoIterator<Item = String>) -> Vec<String> {
+    let of = |text: String| {
+        let text = text.to_lowercase();
+        let words = text.split(|c: char| !c.is_alphanumeric());
+        words.filter(|w| w.chars().count() > 1).map(str::to_owned).collect::<Vec<_>>()
+    };
+    texts.into_iter().flat_map(of).collect()
+}
+
 /// The words of the patient's name and ID, lower case: a patient may be called as a part of the body is.
 fn hers(patient: &DataSet) -> Vec<String> {
-    let texts = [tags::PATIENT_NAME, tags::PATIENT_ID].map(|tag| patient.text(tag).to_lowercase());
-    let words = texts.iter().flat_map(|t| t.split(|c: char| !c.is_alphanumeric()));
-    words.filter(|w| w.chars().count() > 1).map(str::to_owned).collect()
+    words([tags::PATIENT_NAME, tags::PATIENT_ID].map(|tag| patient.text(tag)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dicom_core::VR;
 
     #[test]
     fn words_of_planning_stay_and_all_else_goes() {

@@ -133,7 +133,7 @@ impl<'a> Attributes<'a> {
             copy(&mut common, tag, first);
         }
         put_series(&mut common, params, series_number, first);
-        put_derivation(&mut common, params, first);
+        put_derivation(&mut common, params, source);
         put_lossy(&mut common, source);
         put_grid(&mut common, first);
         put_pixel_format(&mut common, source, encoding, params.policy.clip_padding);
@@ -252,13 +252,14 @@ fn put_series(set: &mut DataSet, params: &ExportParams, series_number: i64, firs
 }
 
 /// What says that this is no acquired image (PS3.3 C.7.6.1, C.12.1).
-fn put_derivation(set: &mut DataSet, params: &ExportParams, first: &DataSet) {
+fn put_derivation(set: &mut DataSet, params: &ExportParams, source: &Source) {
+    let first = &source.slices[0].header;
     set.put_text(tags::IMAGE_TYPE, VR::CS, "DERIVED\\SECONDARY\\AXIAL");
     set.put_text(tags::DERIVATION_DESCRIPTION, VR::ST, &params.derivation);
     let resampling = code("DCM", "113085", "Spatial resampling");
     set.put_items(tags::DERIVATION_CODE_SEQUENCE, vec![resampling]);
     set.put_text(tags::IMAGE_COMMENTS, VR::LT, &params.image_comments);
-    let burned_in = if first.text(tags::BURNED_IN_ANNOTATION) == "YES" { "YES" } else { "NO" };
+    let burned_in = if source.has_burned_in_text() { "YES" } else { "NO" };
     set.put_text(tags::BURNED_IN_ANNOTATION, VR::CS, burned_in);
 
     let mut scanner = DataSet::default();

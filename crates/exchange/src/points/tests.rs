@@ -14,6 +14,21 @@ fn csv_as_it_comes() {
 }
 
 #[test]
+fn a_name_that_a_spreadsheet_would_compute_is_written_as_text_and_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("points.csv");
+    let points = ["=HYPERLINK(\"x\")", "-clip", "clip", "'=1"]
+        .map(|name| NamedPoint { name: name.into(), position: Point::new(1.0, 2.0, 3.0) });
+    write_points(&points, &path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        text.lines().all(|line| !line.starts_with(['=', '-']) && !line.starts_with("\"=")),
+        "{text}"
+    );
+    assert_eq!(read_points(&path).unwrap(), points);
+}
+
+#[test]
 fn unusable_tables_are_refused_with_their_line() {
     for (text, expected) in [
         ("a,1,2,3\n", "line 1: `a,1,2,3` instead of the heading"),

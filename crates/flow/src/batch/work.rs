@@ -4,7 +4,8 @@ use super::admit::Admission;
 use super::cases::{Case, place_in};
 use super::need::need_of;
 use super::{Batch, BatchObserver};
-use crate::folder::{CohortFolder, FinishedRun};
+use crate::commands::run::finished;
+use crate::folder::CohortFolder;
 use crate::session::Session;
 use crate::spec::Spec;
 use crate::status::Told;
@@ -31,14 +32,16 @@ impl Work<'_> {
     /// Runs all cases, so many at once; how each ended that was looked at, by name.
     pub(super) fn all(&self, jobs: usize) -> Result<Vec<RunStatus>, Error> {
         let (next, broken) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let order = self.order();
         let ended: Mutex<Vec<(usize, RunStatus)>> = Mutex::default();
         let failed: Mutex<Option<Error>> = Mutex::default();
         let worker = || {
             while self.observer.go_on() && !broken.load(Ordering::SeqCst) {
-                let n = next.fetch_add(1, Ordering::SeqCst);
-                let Some(case) = self.cases.get(n) else { break };
+                let Some(&n) = order.get(next.fetch_add(1, Ordering::SeqCst)) else { break };
+                let case = &self.cases[n];
+                let before = self.folder.kept(&case.name);
                 let Some((status, kept)) = self.one(case) else { break };
-                if let Err(error) = self.folder.keep(&case.name, &status) {
+                if let Err(error) = self.folder.keep(&case.name, &status, before.as_ref()) {
                     // Where nothing can be kept, no case can be told of.
                     broken.store(true, Ordering::SeqCst);
                     lock(&failed).get_or_insert(error);
@@ -59,6 +62,15 @@ impl Work<'_> {
         let mut ended = std::mem::take(&mut *lock(&ended));
         ended.sort_by_key(|(n, _)| *n);
         Ok(ended.into_iter().map(|(_, status)| status).collect())
+    }
+
+    /// Indices of the cases in the order in which they are begun: by name, those in the midst of which the system ended an
+    /// earlier call after all others, which they shall not cost their turn once more.
+    fn order(&self) -> Vec<usize> {
+        let ended = |n: &usize| self.folder.was_not_ended(&self.cases[*n].name);
+        let (last, mut order): (Vec<_>, Vec<_>) = (0..self.cases.len()).partition(ended);
+        order.extend(last);
+        order
     }
 
     /// Runs a case, if it is not finished; how it ended, and whether its result was there. None when it was not begun.
@@ -86,6 +98,10 @@ impl Work<'_> {
         let admitted = self.admission.enter(need, &|| self.observer.go_on())?;
         self.observer.begin(&case.name, admitted.threads);
         let told = Told { threads: admitted.threads, ..told };
+        if told.spec.is_ok() {
+            // That nothing can be kept is told when the case ended.
+            let _kept = self.folder.keep(&case.name, &told.not_ended(), None);
+        }
         let watch = Watch { name: &case.name, done: AtomicUsize::new(0), observer: self.observer };
         let (done, mut status) = told.run(&watch);
         if let (Err(error), Some(told)) = (&done, &mut status.error) {
@@ -138,14 +154,6 @@ enum Look {
     Finished(Box<Summary>),
     /// It is not, and needs so many bytes.
     Open(u64),
-}
-
-/// The summary of a finished run, if it is of what a session is given and all its files are there.
-fn finished(session: &Session, out: &Path) -> Result<Option<Summary>, Error> {
-    let Ok(run) = FinishedRun::open(out) else { return Ok(None) };
-    let Ok(summary) = run.summary() else { return Ok(None) };
-    let own = run.is_whole(&summary.chain) && run.is_of(session)?;
-    Ok(own.then_some(summary))
 }
 
 /// A case as its run sees who watches.

@@ -3,13 +3,15 @@
 use super::run::{Change, spec};
 use super::{Gather, messages};
 use crate::folder::FinishedRun;
-use crate::nodes::{Import, Objects, Tumour};
+use crate::nodes::{Import, Objects, Source, Tumour, check_seeds};
 use crate::session::{Request, Session};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
 use supine_exchange::read_points;
 use supine_report::Warning;
+use supine_space::Grid;
+use supine_volume::RegionError;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -91,7 +93,10 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     let input = session.get::<Import>(&request)?;
     let placed = session.get::<Tumour>(&request)?;
     session.get::<Objects>(&request)?;
+    session.get::<Source>(&request)?;
     check_points(&session)?;
+    check_seeds(&session.ground(), input.ct.grid())?;
+    check_region(&session, input.ct.grid())?;
     let (case, sphere) = (session.case(), session.ground().tumour()?.sphere);
     let bed = case.bed()?;
     Ok(CheckDone {
@@ -126,6 +131,17 @@ fn redone(given: &Check, session: &Session) -> Result<Option<Vec<&'static str>>,
     let redone = session.redone(&left.unwrap_or_default(), secret)?;
     let names = redone.into_iter().map(NodeId::name).collect();
     Ok(given.out.is_some().then_some(names))
+}
+
+/// That a region that was given lies in the CT. A run tells it in the same words.
+fn check_region(session: &Session, grid: &Grid) -> Result<(), Error> {
+    match session.case().region {
+        Some(region) if grid.around(&region).is_none() => {
+            let (centre, radius) = (region.centre().coords.into(), region.radius());
+            Err(RegionError::NoSoftTissue { centre, radius }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// That the lists of points can be read.

@@ -1,6 +1,6 @@
 //! `supine run`: the whole flow of a case.
 
-use crate::folder::RunFolder;
+use crate::folder::{FinishedRun, RunFolder};
 use crate::run::Options;
 use crate::session::{Session, Start};
 use crate::spec::Spec;
@@ -94,12 +94,40 @@ pub(crate) fn into(
     let spec = if options.inputs_changed { spec.with_inputs_changed() } else { spec };
     let session = Session::new(spec, threads)?;
     session.refuse_overlap(out)?;
-    let folder = RunFolder::open(out)?.overwriting(options.overwrite);
+    let folder = match RunFolder::open(out) {
+        Ok(folder) => folder.overwriting(options.overwrite),
+        Err(error) => return unchanged(&session, (out, options), error),
+    };
     let renewed = folder.is_former();
     let session: Session = session.with_folder(folder)?.with_start(start);
     let summary = crate::run(&session, options, observer);
     *peak_memory_mb = session.peak_memory_mb();
     Ok(RunDone { summary: summary?, renewed })
+}
+
+/// The finished run in a folder that cannot be written, when there is nothing to write.
+///
+/// # Errors
+/// Why it cannot be written, when there is.
+fn unchanged(
+    session: &Session,
+    (out, options): (&Path, Options),
+    why: Error,
+) -> Result<RunDone, Error> {
+    let whole = options.until.is_none() && options.force.is_none();
+    let summary = if whole && why.is_unwritable() { finished(session, out)? } else { None };
+    summary.map(|summary| RunDone { summary: Some(summary), renewed: false }).ok_or(why)
+}
+
+/// The summary of a finished run, if it is of what a session is given and all its files are there.
+///
+/// # Errors
+/// When what the session is given cannot be read.
+pub(crate) fn finished(session: &Session, out: &Path) -> Result<Option<Summary>, Error> {
+    let Ok(run) = FinishedRun::open(out) else { return Ok(None) };
+    let Ok(summary) = run.summary() else { return Ok(None) };
+    let own = run.is_whole(&summary.chain) && run.is_of(session)?;
+    Ok(own.then_some(summary))
 }
 
 /// The values of a case with some changes.

@@ -1,7 +1,7 @@
 //! The folder of a cohort: `runs/NAME`, `status/NAME.json`, a table and a page.
 
 use super::{FinishedRun, is_run, names};
-use crate::status::write_text;
+use crate::status::{NOT_ENDED, write_text};
 use crate::{Error, NodeId};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -63,22 +63,35 @@ impl CohortFolder {
         self.root.join(names::STATUS).join(format!("{name}.json"))
     }
 
-    /// Tells how a run ended. A file that says the same, time and memory aside, stays as it is.
+    /// Tells how a run ended. Where it `before` ended so, time and memory aside, the file says what it said.
     ///
     /// # Errors
     /// [`Error::Output`] when it cannot be written.
-    pub(crate) fn keep(&self, name: &str, status: &RunStatus) -> Result<(), Error> {
-        let known = self.kept(name);
-        if known.is_some_and(|known| {
-            known == *status || (known.says_the_same(status) && known.error.is_some())
-        }) {
+    pub(crate) fn keep(
+        &self,
+        name: &str,
+        status: &RunStatus,
+        before: Option<&RunStatus>,
+    ) -> Result<(), Error> {
+        let same = before.filter(|known| {
+            *known == status || (known.says_the_same(status) && known.error.is_some())
+        });
+        let status = same.unwrap_or(status);
+        if self.kept(name).as_ref() == Some(status) {
             return Ok(());
         }
         write_text(&self.status(name), &status.text())
     }
 
-    fn kept(&self, name: &str) -> Option<RunStatus> {
+    /// How a case's run is told to have ended, if at all.
+    pub(crate) fn kept(&self, name: &str) -> Option<RunStatus> {
         RunStatus::read(&fs::read_to_string(self.status(name)).ok()?)
+    }
+
+    /// Whether the system ended an earlier run of a case.
+    pub(crate) fn was_not_ended(&self, name: &str) -> bool {
+        let error = self.kept(name).and_then(|status| status.error);
+        error.is_some_and(|error| error.code == NOT_ENDED)
     }
 
     /// The names of all cases that it knows of, by a run or by how it ended.

@@ -26,6 +26,8 @@ pub(crate) struct Own {
     /// The canonical case; of a de-identified run without its paths.
     case: serde_json::Map<String, serde_json::Value>,
     anonymise: bool,
+    /// The planner's ticks, which a de-identified case does not hold.
+    seen: Vec<String>,
     tumour: OwnBall,
     #[serde(skip)]
     typed: Arc<Case>,
@@ -36,7 +38,7 @@ pub(crate) type Reported = Summary;
 
 impl Node for Report {
     const ID: NodeId = NodeId::Report;
-    const METHOD: u32 = 13;
+    const METHOD: u32 = 14;
     const KEPT: bool = true;
     const WRITES: bool = true;
     type Own = Own;
@@ -65,7 +67,8 @@ impl Node for Report {
         let anonymise = case.export.anonymise;
         let canonical = if anonymise { without_paths(case) } else { case.canonical() };
         let tumour = ground.tumour()?.sphere.into();
-        Ok(Own { case: canonical, anonymise, tumour, typed: Arc::clone(case) })
+        let seen = case.seen.clone();
+        Ok(Own { case: canonical, anonymise, seen, tumour, typed: Arc::clone(case) })
     }
 
     fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Reported, Error> {
@@ -88,7 +91,7 @@ impl Node for Report {
     }
 }
 
-/// The canonical case without what names files.
+/// The canonical case without what names files or stands for what was looked at.
 fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
     let mut nameless = case.clone();
     nameless.ct = None;
@@ -102,6 +105,7 @@ fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
     nameless.seeds.files.clear();
     nameless.points.clear();
     nameless.carried.clear();
+    nameless.seen.clear();
     nameless.canonical()
 }
 
@@ -179,7 +183,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         carried: carried.objects.clone(),
         dose_volume: carried.histograms.clone(),
         export,
-        warnings: ticked(work.warned, &own.typed.seen),
+        warnings: ticked(work.warned, &own.seen),
         outputs: work.written.to_vec(),
         chain: vec![],
         run: Run::default(),

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
-use supine_space::{Point, Progress};
+use supine_space::{Grid, Point, Progress};
 use supine_volume::{LabelMap, SeedKind, Seeds, Stroke, Surfaces, Volume};
 
 pub(crate) struct Segment;
@@ -194,6 +194,15 @@ fn supplied(
     let mut segmented = Segmented::given(Arc::new(labels), None);
     segmented.facts.inputs.push(file.told("labels"));
     Ok(segmented)
+}
+
+/// That the seeds of a case lie in its CT.
+///
+/// # Errors
+/// When one does not, or a file of seeds cannot be read.
+pub(crate) fn check_seeds(ground: &Ground, grid: &Grid) -> Result<(), Error> {
+    let seeds = seeds(&Segment::own(ground)?, Progress::none())?;
+    Ok(supine_segment::check_seeds_lie_in(grid, &seeds)?)
 }
 
 /// All seeds of the case together.

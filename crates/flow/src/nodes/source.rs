@@ -8,14 +8,21 @@ use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Serialize, Serializer};
 use supine_dicom::Anonymiser;
+use supine_space::Warning;
 
 pub(crate) struct Source;
+
+/// What no de-identification of headers takes away.
+const BURNED_IN: &str = "the CT says of itself that text stands in its pixels (Burned In Annotation is YES), which may name \
+    the patient: de-identification changes no pixels; look at the exported slices before they leave";
 
 /// What takes the patient out; only its hash is ever written.
 #[derive(Serialize)]
 pub(crate) struct Own {
     #[serde(serialize_with = "hashed")]
     secret: Option<[u8; 32]>,
+    /// Whether she has to be out.
+    anonymise: bool,
 }
 
 fn hashed<S: Serializer>(secret: &Option<[u8; 32]>, to: S) -> Result<S::Ok, S::Error> {
@@ -24,7 +31,7 @@ fn hashed<S: Serializer>(secret: &Option<[u8; 32]>, to: S) -> Result<S::Ok, S::E
 
 impl Node for Source {
     const ID: NodeId = NodeId::Source;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = (Import,);
@@ -32,10 +39,15 @@ impl Node for Source {
     type Out = Option<ExportSource>;
 
     fn own(ground: &Ground) -> Result<Own, Error> {
-        Ok(Own { secret: ground.secret.filter(|_| ground.case.export.anonymise) })
+        let anonymise = ground.case.export.anonymise;
+        Ok(Own { secret: ground.secret.filter(|_| anonymise), anonymise })
     }
 
-    fn run(own: &Own, (input,): Outs<Self>, _: &Work<'_>) -> Result<Self::Out, Error> {
+    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error> {
+        let marked = input.source.as_ref().is_some_and(supine_dicom::Source::has_burned_in_text);
+        if own.anonymise && marked {
+            work.warn(Warning::new("burned-in-text", BURNED_IN));
+        }
         Ok(input.source.as_ref().map(|source| match own.secret {
             Some(key) => ExportSource::anonymised(source, Anonymiser::new(key)),
             None => ExportSource::named(source),

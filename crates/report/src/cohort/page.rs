@@ -4,6 +4,7 @@ use super::Patient;
 use super::card::{Card, anchor, class, headline, rank};
 use super::forest::forest;
 use super::plot::{Plot, plots};
+use crate::html::shown;
 use crate::{Ended, Error};
 use askama::Template;
 use std::collections::BTreeMap;
@@ -61,7 +62,8 @@ pub fn page(patients: &[Patient], table: &str) -> Result<String, Error> {
         cards: patients.iter().map(Card::of).collect(),
         table,
     }
-    .render()?)
+    .render()
+    .map(shown)?)
 }
 
 fn counts(patients: &[Patient]) -> Vec<Count> {

@@ -2,6 +2,7 @@
 
 use super::{Figures, Patient};
 use crate::words::plain;
+use supine_space::to_cell;
 
 /// A column: its name, and what stands in it; the figures' columns are empty without a result.
 enum Cell {
@@ -88,11 +89,9 @@ pub fn table(patients: &[Patient]) -> String {
     std::iter::once(names).chain(rows).map(line).collect()
 }
 
-/// A cell, in quotation marks where it must be. A text that a spreadsheet would take for a formula gets a mark before it.
+/// A cell, in quotation marks where it must be.
 fn quoted(cell: &str) -> String {
-    let is_number = cell.parse::<f64>().is_ok();
-    let formula = cell.starts_with(['=', '+', '-', '@', '\t']) && !is_number;
-    let cell = if formula { format!("'{cell}") } else { cell.to_owned() };
+    let cell = to_cell(cell).into_owned();
     if cell.contains([',', '"', '\r', '\n']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {

@@ -5,7 +5,7 @@ use super::resample::on_grid;
 use crate::Error;
 use crate::body::flag;
 use crate::scan::Scan;
-use supine_space::Point;
+use supine_space::{Grid, Point};
 use supine_volume::{SeedKind, Seeds};
 
 // Chosen, not measured.
@@ -26,6 +26,26 @@ pub(crate) struct Mark {
     pub(super) painted: bool,
 }
 
+/// That no seed that is a point lies outside a CT: what can be told of them before the CT is segmented.
+///
+/// # Errors
+/// [`Error::Seed`] of the first that does.
+pub fn check_seeds_lie_in(grid: &Grid, seeds: &Seeds) -> Result<(), Error> {
+    points_in(grid, seeds).map(drop)
+}
+
+/// Seeds that are points, with their voxels.
+fn points_in(grid: &Grid, seeds: &Seeds) -> Result<Vec<(SeedKind, Point, [usize; 3])>, Error> {
+    let kinds = [SeedKind::ChestWall, SeedKind::SoftTissue, SeedKind::Exclude];
+    let all =
+        kinds.iter().flat_map(|&kind| seeds.points(kind).iter().map(move |point| (kind, *point)));
+    let placed = |(kind, point): (SeedKind, Point)| match grid.voxel_at(&point) {
+        Some(at) => Ok((kind, point, at)),
+        None => Err(refused(kind, point, "lies outside the CT".into())),
+    };
+    all.map(placed).collect()
+}
+
 /// All seeds as voxels of the CT, in order of memory.
 ///
 /// # Errors
@@ -35,13 +55,8 @@ pub(crate) struct Mark {
 pub(crate) fn marks(scan: Scan<'_>, seeds: &Seeds) -> Result<Vec<Mark>, Error> {
     let grid = scan.ct.grid();
     let mut marks = Vec::new();
-    for kind in [SeedKind::ChestWall, SeedKind::SoftTissue, SeedKind::Exclude] {
-        for point in seeds.points(kind) {
-            let Some(at) = grid.voxel_at(point) else {
-                return Err(refused(kind, *point, "lies outside the CT".into()));
-            };
-            marks.push(Mark { kind, voxel: grid.offset(at), point: *point, painted: false });
-        }
+    for (kind, point, at) in points_in(grid, seeds)? {
+        marks.push(Mark { kind, voxel: grid.offset(at), point, painted: false });
     }
     for map in &seeds.painted {
         let before = marks.len();

@@ -13,6 +13,7 @@ mod stamp;
 pub(crate) use bend::bent;
 pub(crate) use bind::Constraints;
 pub(crate) use effect::{Walls, warnings};
+pub use marks::check_seeds_lie_in;
 pub(crate) use marks::marks;
 pub(crate) use pull::Free;
 pub(crate) use stamp::stamp;

@@ -1,0 +1,79 @@
+//! Texts that others chose (names of patients, structures, points, files), where people or spreadsheets read them.
+
+use std::borrow::Cow;
+
+/// Characters that turn the direction of the text about them (Unicode Standard Annex 9): with them a name reads as another.
+const TURNING: [char; 12] = [
+    '\u{061c}', '\u{200e}', '\u{200f}', '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}',
+    '\u{2066}', '\u{2067}', '\u{2068}', '\u{2069}',
+];
+/// What a spreadsheet takes for the beginning of a formula.
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+/// What makes it take a cell as text.
+const AS_TEXT: char = '\'';
+
+/// A text as it is shown to people: characters that turn its direction by their numbers, as in `⟨U+202E⟩`.
+pub fn visible(text: &str) -> Cow<'_, str> {
+    if !text.contains(TURNING) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if TURNING.contains(&c) {
+            shown.push_str(&format!("\u{27e8}U+{:04X}\u{27e9}", u32::from(c)));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// A text as it stands in a table for spreadsheets: with a `'` before it where they would take it for a formula.
+/// [`from_cell`] takes that away.
+pub fn to_cell(text: &str) -> Cow<'_, str> {
+    let is_number = text.parse::<f64>().is_ok();
+    let guarded = text.starts_with(FORMULA) && !is_number || begins_guarded(text);
+    if guarded { Cow::Owned(format!("{AS_TEXT}{text}")) } else { Cow::Borrowed(text) }
+}
+
+/// The text of a cell that [`to_cell`] wrote.
+pub fn from_cell(cell: &str) -> &str {
+    match cell.strip_prefix(AS_TEXT) {
+        Some(text) if text.starts_with(FORMULA) || begins_guarded(text) => text,
+        _ => cell,
+    }
+}
+
+/// Whether a text itself begins as a guarded cell does.
+fn begins_guarded(text: &str) -> bool {
+    text.strip_prefix(AS_TEXT)
+        .is_some_and(|rest| rest.trim_start_matches(AS_TEXT).starts_with(FORMULA))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_turns_a_text_is_shown_by_its_number() {
+        assert_eq!(visible("Doe^Jane"), "Doe^Jane");
+        assert_eq!(
+            visible("PTV\u{202e}left\u{2069}"),
+            "PTV\u{27e8}U+202E\u{27e9}left\u{27e8}U+2069\u{27e9}"
+        );
+        // A name in a script from right to left needs none of them.
+        assert_eq!(visible("\u{5d0}\u{5d1}"), "\u{5d0}\u{5d1}");
+    }
+
+    #[test]
+    fn no_cell_is_a_formula_and_every_text_comes_back() {
+        for text in [
+            "=1+1", "+x", "-cmd", "@SUM", "\tx", "'=1", "''=1", "it's", "'quoted'", "-4.5", "", "'",
+        ] {
+            let cell = to_cell(text);
+            let is_number = cell.parse::<f64>().is_ok();
+            assert!(is_number || !cell.starts_with(FORMULA), "{cell}");
+            assert_eq!(from_cell(&cell), text);
+        }
+    }
+}
