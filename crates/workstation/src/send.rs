@@ -92,8 +92,14 @@ fn send(run: &Path, node: &Node, progress: Progress<'_>) -> Result<SendInfo, Err
 
 fn told(info: &SendInfo) -> String {
     let mut text = format!("{} objects stored", info.stored);
-    if info.known > 0 {
-        text += &format!(", {} were there before", info.known);
+    if info.present > 0 {
+        text += &format!(", {} were there already", info.present);
+    }
+    if let Some(known) = info.known_in_words() {
+        text += &format!(", {known}");
+    }
+    if let Some(first) = info.warnings.first() {
+        text += &format!("; {} with a warning, the first: {first}", info.warnings.len());
     }
     if let Some(first) = info.refused.first() {
         text += &format!("; {} not stored, the first: {}", info.refused.len(), first.reason);
