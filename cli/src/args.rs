@@ -35,12 +35,24 @@ pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be u
 method failed; 4 a check failed, outputs are there; 5 an output cannot be written; 75 worth a \
 retry; 130 interrupted.";
 
+/// The most threads that anybody may ask for: each of many thousands takes memory and hands others no work.
+const MOST_THREADS: usize = 1024;
+
+/// A number of threads.
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse::<NonZeroUsize>().map_err(|error| error.to_string())?;
+    if number.get() > MOST_THREADS {
+        return Err(format!("at most {MOST_THREADS}; more than there are processors gain nothing"));
+    }
+    Ok(number)
+}
+
 /// Options of every command.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Common options")]
 pub(crate) struct Common {
     /// Number of threads [default: all cores]; the result does not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Print the result as JSON on stdout, nothing else there
     #[arg(long, global = true)]

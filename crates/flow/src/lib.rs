@@ -36,6 +36,7 @@ mod session;
 mod shared;
 pub mod spec;
 mod status;
+mod text_file;
 mod work;
 
 pub use case_file::CaseFile;

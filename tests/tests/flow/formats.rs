@@ -173,3 +173,45 @@ fn meta_images_are_those_of_itk() {
     let files = std::iter::once("same".into()).chain(made.map(|(_, out)| to(out).into_os_string()));
     readers_python("meta_image.py", files).success("meta_image.py same");
 }
+
+#[test]
+fn what_cannot_be_written_is_told_before_the_work() {
+    let folder = scratch();
+    let at = folder.path();
+    let (ct, mesh) = (source(), shared().out.join("mesh/deformed.vtu"));
+    let nowhere = |name: &str| at.join("none").join(name);
+    let said = supine(&[&"segment", &"--ct", &ct, &"--out", &nowhere("l.nrrd")]);
+    assert_eq!(said.code, Some(5), "{}", said.stderr);
+    // Not a stage was begun.
+    assert_eq!(said.stderr.lines().count(), 1, "{}", said.stderr);
+    for (command, file) in [("warp", "w.nrrd"), ("solve", "s.vtu")] {
+        let (given, value) =
+            if command == "warp" { ("--ct", ct.as_os_str()) } else { ("--bed", "7,5".as_ref()) };
+        let out = nowhere(file);
+        let said = supine(&[&command, &given, &value, &"--mesh", &mesh, &"--out", &out]);
+        assert_eq!((said.code, said.stderr.lines().count()), (Some(5), 1), "{}", said.stderr);
+    }
+    let said = supine(&[&"warp", &"--ct", &ct, &"--mesh", &mesh, &"--out", &at.join("w.xyz")]);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
+    assert!(said.stderr.contains("a CT is written as .nrrd"), "{}", said.stderr);
+    let said = supine(&[&"check", &shared().case, &"--threads", &"100000"]);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
+    let said = supine(&[&"fit", &shared().case, &"--out", &at.join("fit")]);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    let text = std::fs::read_to_string(&shared().case).expect("a case");
+    let wide: Vec<u8> =
+        std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    let other = at.join("other.toml");
+    for (bytes, words) in
+        [(wide, "it is UTF-16"), (b"# M\xfcller\n".to_vec(), "the byte FC in line 1")]
+    {
+        std::fs::write(&other, bytes).expect("it can be written");
+        let said = supine(&[&"check", &other]);
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        assert!(
+            said.stderr.contains(words) && said.stderr.contains("save it as UTF-8"),
+            "{}",
+            said.stderr
+        );
+    }
+}

@@ -3,6 +3,7 @@
 use super::cases::refused;
 use crate::Error;
 use crate::spec::Spec;
+use crate::text_file::read_text;
 use std::path::{Path, PathBuf};
 
 /// The column of the names.
@@ -51,16 +52,16 @@ fn folder_of(table: &Path) -> PathBuf {
     std::path::absolute(folder).or_else(|_| std::path::absolute(".")).unwrap_or_default()
 }
 
-/// The rows of a table. Separators are commas, or semicolons where the head has those alone.
+/// The rows of a table. Separators are commas, or semicolons or tabs where the head has those alone.
 ///
 /// # Errors
 /// When it cannot be read, the head names no key of a case, or a row has no name.
 pub(super) fn rows(table: &Path) -> Result<Vec<Row>, Error> {
-    let text = std::fs::read_to_string(table)
-        .map_err(|source| Error::Unread { path: table.into(), source })?;
+    let text = read_text(table).map_err(|source| Error::Unread { path: table.into(), source })?;
     let text = text.trim_start_matches('\u{feff}');
     let head = text.lines().next().unwrap_or_default();
-    let delimiter = if head.contains(';') && !head.contains(',') { b';' } else { b',' };
+    let others = [b';', b'\t'].into_iter().filter(|_| !head.contains(','));
+    let delimiter = others.into_iter().find(|&c| head.contains(char::from(c))).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter)
         .trim(csv::Trim::All)
@@ -140,6 +141,9 @@ mod tests {
         assert_eq!(case.bed().unwrap().ap_deg, 7.0);
         let spec = rows[1].spec(&path).unwrap();
         assert!(spec.get("bed.ap").is_none(), "an empty cell gives nothing");
+        let path = table(dir.path(), "name\tct\ttumour.centre\np1\ta/ct\t1,2.5,-3\n");
+        let spec = super::rows(&path).unwrap()[0].spec(&path).unwrap();
+        assert!(spec.get("tumour.centre").is_some() && spec.get("ct").is_some());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! `supine fit`: the modulus of a case by its scans.
 
 use super::run::{Change, spec};
-use super::{Gather, messages, usage};
+use super::{Gather, input, messages, usage};
 use crate::folder::RunFolder;
 use crate::nodes::Fit as Node;
 use crate::session::{Request, Start};
@@ -43,7 +43,7 @@ pub fn fit(given: &Fit, observer: &dyn Observer) -> Result<FitDone, Error> {
     let spec = spec(&given.case, &given.changes)?;
     spec.check_complete()?;
     if spec.case()?.fit_scans().is_none() {
-        return Err(usage(
+        return Err(input(
             "the case names no scan of the sitting patient: add scans = { sitting = \"sitting.ply\" }",
         ));
     }

@@ -1,6 +1,6 @@
 //! `supine mesh`: tetrahedra of the soft tissue in a sphere.
 
-use super::{Gather, SurfaceFrame, input, messages, session};
+use super::{Gather, SurfaceFrame, check_folder_of, input, messages, session};
 use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented};
 use crate::session::Request;
@@ -106,6 +106,7 @@ fn without_unknowns<S: Serializer>(facts: &supine_report::Mesh, to: S) -> Result
 /// When an input cannot be used, the mesher fails, or a file cannot be written.
 pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     MeshFile::of(&given.out).map_err(Error::product)?;
+    check_folder_of(&given.out)?;
     let session = session(&given.spec)?;
     let case = session.case();
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };

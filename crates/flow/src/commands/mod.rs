@@ -59,6 +59,16 @@ pub fn check_there(path: &Path) -> Result<(), Error> {
     std::fs::metadata(path).map(drop).map_err(unread)
 }
 
+/// That there is a folder for a file that a command will write, before its work is begun.
+///
+/// # Errors
+/// [`Error::Output`].
+fn check_folder_of(file: &Path) -> Result<(), Error> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
+    found.map_err(|source| Error::Output { path: file.into(), source })
+}
+
 /// Whether a name has one of these endings, which are in small letters.
 fn ends(path: &Path, endings: &[&str]) -> bool {
     let name = path.to_string_lossy().to_lowercase();

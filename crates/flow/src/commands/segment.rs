@@ -1,6 +1,6 @@
 //! `supine segment`: labels of a CT.
 
-use super::{Gather, ends, messages, session, usage};
+use super::{Gather, check_folder_of, ends, messages, session, usage};
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
 use crate::session::{Request, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
@@ -84,6 +84,9 @@ pub struct TissueFacts {
 /// # Errors
 /// When a stage fails, or labels are asked for as DICOM of a CT that did not come as DICOM.
 pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, Error> {
+    for file in std::iter::once(&given.out).chain(&given.uncertainty) {
+        check_folder_of(file)?;
+    }
     let session = session(&spec(given)?)?;
     let gather = Gather::new(observer, &[NodeId::Region]);
     let request = Request { observer: &gather, ..Request::default() };

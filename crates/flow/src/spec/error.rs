@@ -9,6 +9,7 @@ pub(crate) fn readable(why: &std::io::Error) -> &'static str {
     match why.kind() {
         ErrorKind::NotFound => "give the path of one that is there",
         ErrorKind::IsADirectory => "name a file, not a folder",
+        ErrorKind::InvalidData => "save it as UTF-8",
         ErrorKind::PermissionDenied => "see to it that you may read it",
         _ => "give a path that can be read",
     }

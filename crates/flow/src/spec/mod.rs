@@ -34,6 +34,7 @@ pub(crate) use stroke::to_json as stroke_json;
 pub use table::{Kind, Parameter, Preset, TABLE};
 pub use value::Value;
 
+use crate::text_file::read_text;
 use read::{Values, place, values};
 use recorded::Recorded;
 use serde_json::Value as Json;
@@ -61,7 +62,7 @@ impl Spec {
     /// # Errors
     /// [`CaseError`], naming the key and what to do.
     pub fn read(path: &Path) -> Result<Self, CaseError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|source| CaseError::Unreadable { path: path.into(), source })?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
             return Self::from_summary(&text, path);

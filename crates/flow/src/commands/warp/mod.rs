@@ -4,7 +4,7 @@ mod grid;
 
 pub use grid::OutputGrid;
 
-use super::{Gather, ends, given_deformation, messages, session, usage};
+use super::{Gather, check_folder_of, ends, given_deformation, messages, session, usage};
 use crate::nodes::{
     Fields, Import, Imported, Segment, Segmented, Solve, Solved, Source, Warp as WarpNode,
     beyond_field, warp_facts,
@@ -143,8 +143,23 @@ pub fn warp(given: &Warp, observer: &dyn Observer) -> Result<WarpDone, Error> {
     })
 }
 
+/// Whether a name ends as those of files do, and not as that of a folder with a dot in it may.
+fn names_a_kind(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    (3..=4).contains(&ending.len()) && ending.bytes().all(|byte| byte.is_ascii_alphabetic())
+}
+
 /// Refuses what a series, or a file, cannot have.
 fn check_together(given: &Warp, file: bool) -> Result<(), Error> {
+    if file {
+        check_folder_of(&given.out)?;
+    } else if names_a_kind(&given.out) && !given.out.is_dir() {
+        return Err(usage(format!(
+            "--out {}: a CT is written as .nrrd, .nii, .nii.gz or .mha, or as a DICOM series into a folder, whose name has no \
+             ending",
+            given.out.display()
+        )));
+    }
     if given.grid.is_other() && !file {
         return Err(usage(
             "--spacing, --around, --axial: a DICOM series keeps the CT's grid; name a .nrrd, .nii.gz or .mha file",
