@@ -9,8 +9,10 @@ use crate::status;
 use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
 use supine_dicom::{LeftOutReason, Owner, file_header, is_uid, object_files};
 use supine_space::{Progress, Warning};
+use tempfile::NamedTempFile;
 
 /// Largest data set that is kept, bytes: what this software reads.
 const MAX_OBJECT: u64 = 1 << 30;
@@ -118,67 +120,28 @@ impl Inbox {
         }
     }
 
-    /// Takes the object of a C-STORE request and answers it.
-    pub(crate) fn take(&mut self, talk: &mut Talk<'_>, message: &Message) -> Result<(), Error> {
-        let instance = message.command.get_text(element::AFFECTED_SOP_INSTANCE).to_owned();
-        let class = message.command.get_text(element::AFFECTED_SOP_CLASS).to_owned();
-        let context = talk.link.contexts.get(&message.context).cloned();
-        let context = context.filter(|c| c.class == class && message.command.has_data_set());
-        let status = match context {
-            Some(context) if is_uid(&instance) && self.is_wanted(&instance) => {
-                self.keep(talk, message, &context, &instance)?
-            }
-            _ => {
-                if message.command.has_data_set() {
-                    talk.data(message, MAX_OBJECT, &mut |_| {})?;
-                }
-                // Sent twice is no fault of the peer's; anything else nobody asked for.
-                let twice = is_uid(&instance) && self.folder.join(file_name(&instance)).exists();
-                if !twice {
-                    let text = "an object came that was not asked for";
-                    self.tell(Warning::new("object-not-asked-for", text));
-                }
-                if twice { status::SUCCESS } else { status::NOT_AUTHORISED }
-            }
-        };
-        talk.send(message.context, &Command::answer(&message.command, status), None)
-    }
-
     fn is_wanted(&self, instance: &str) -> bool {
         self.missing.contains(instance) || self.refused.contains(instance)
     }
 
-    /// Writes the object; the status to answer with.
-    fn keep(
-        &mut self,
-        talk: &mut Talk<'_>,
-        message: &Message,
-        context: &Context,
-        instance: &str,
-    ) -> Result<u16, Error> {
-        let write_error = |source| Error::Write { path: self.folder.clone(), source };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(TEMPORARY);
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            // As files are that programs make: the user's mask decides, not the temporary file.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
+    /// What is answered to an object that is not wanted.
+    fn unwanted(&mut self, instance: &str) -> u16 {
+        // Sent twice is no fault of the peer's; anything else nobody asked for.
+        if is_uid(instance) && self.folder.join(file_name(instance)).exists() {
+            return status::SUCCESS;
         }
-        let mut file = builder.tempfile_in(&self.folder).map_err(write_error)?;
-        let header = file_header(&context.class, instance, &context.syntax);
-        let mut written = file.write_all(&header);
-        let bytes = talk.data(message, MAX_OBJECT, &mut |piece| {
-            if written.is_ok() {
-                written = file.write_all(piece);
-            }
-        })?;
-        if let Err(source) = written.and_then(|()| file.flush()) {
-            let refusal = Command::answer(&message.command, status::OUT_OF_RESOURCES);
-            let _best_effort = talk.send(message.context, &refusal, None);
-            return Err(write_error(source));
+        let text = "an object came that was not asked for";
+        self.tell(Warning::new("object-not-asked-for", text));
+        status::NOT_AUTHORISED
+    }
+
+    /// Gives what came its name, if it is what was asked for; the status to answer with.
+    fn keep(&mut self, instance: &str, came: Came) -> Result<u16, Error> {
+        if !self.is_wanted(instance) {
+            // It came on another association meanwhile.
+            return Ok(self.unwanted(instance));
         }
-        let owner = match holds(file.path(), instance) {
+        let owner = match holds(came.file.path(), instance) {
             Ok(owner) => owner,
             Err(unfit) => return Ok(self.refuse(instance, unfit)),
         };
@@ -192,11 +155,11 @@ impl Inbox {
         }
         self.expected.kept(&owner);
         let path = self.folder.join(file_name(instance));
-        file.persist(&path).map_err(|e| Error::Write { path, source: e.error })?;
+        came.file.persist(&path).map_err(|e| Error::Write { path, source: e.error })?;
         self.missing.remove(instance);
         self.refused.remove(instance);
         self.received += 1;
-        self.bytes += bytes;
+        self.bytes += came.bytes;
         Ok(status::SUCCESS)
     }
 
@@ -210,4 +173,85 @@ impl Inbox {
         self.tell(Warning::new("object-not-kept", text));
         status
     }
+}
+
+/// Takes the object of a C-STORE request and answers it; how many have arrived. The inbox is free for others while the
+/// object comes in, which may take its sender as long as it likes.
+pub(crate) fn take(
+    inbox: &Mutex<&mut Inbox>,
+    talk: &mut Talk<'_>,
+    message: &Message,
+) -> Result<usize, Error> {
+    let instance = message.command.get_text(element::AFFECTED_SOP_INSTANCE).to_owned();
+    let class = message.command.get_text(element::AFFECTED_SOP_CLASS).to_owned();
+    let context = talk.link.contexts.get(&message.context).cloned();
+    let context = context.filter(|c| c.class == class && message.command.has_data_set());
+    let (folder, wanted) = {
+        let inbox = lock(inbox);
+        (inbox.folder.clone(), is_uid(&instance) && inbox.is_wanted(&instance))
+    };
+    let came = match context {
+        Some(context) if wanted => Some(receive(&folder, talk, message, &context, &instance)?),
+        _ => {
+            if message.command.has_data_set() {
+                talk.data(message, MAX_OBJECT, &mut |_| {})?;
+            }
+            None
+        }
+    };
+    let (status, received) = {
+        let mut inbox = lock(inbox);
+        let status = match came {
+            Some(came) => inbox.keep(&instance, came)?,
+            None => inbox.unwanted(&instance),
+        };
+        (status, inbox.received)
+    };
+    talk.send(message.context, &Command::answer(&message.command, status), None)?;
+    Ok(received)
+}
+
+/// What came, under a temporary name.
+struct Came {
+    file: NamedTempFile,
+    /// Length of its data set.
+    bytes: u64,
+}
+
+/// Writes an object to a file that is gone when it is dropped.
+fn receive(
+    folder: &Path,
+    talk: &mut Talk<'_>,
+    message: &Message,
+    context: &Context,
+    instance: &str,
+) -> Result<Came, Error> {
+    let write_error = |source| Error::Write { path: folder.to_owned(), source };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // As files are that programs make: the user's mask decides, not the temporary file.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder).map_err(write_error)?;
+    let header = file_header(&context.class, instance, &context.syntax);
+    let mut written = file.write_all(&header);
+    let bytes = talk.data(message, MAX_OBJECT, &mut |piece| {
+        if written.is_ok() {
+            written = file.write_all(piece);
+        }
+    })?;
+    if let Err(source) = written.and_then(|()| file.flush()) {
+        let refusal = Command::answer(&message.command, status::OUT_OF_RESOURCES);
+        let _best_effort = talk.send(message.context, &refusal, None);
+        return Err(write_error(source));
+    }
+    Ok(Came { file, bytes })
+}
+
+/// What a mutex guards; a thread that panicked leaves the inbox as whole as its files are.
+pub(crate) fn lock<T>(guarded: &Mutex<T>) -> MutexGuard<'_, T> {
+    guarded.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

@@ -4,7 +4,7 @@ use crate::Call;
 use crate::command::{Command, field};
 use crate::error::Error;
 use crate::go_on::GoOn;
-use crate::inbox::Inbox;
+use crate::inbox::{Inbox, lock, take};
 use crate::link::Link;
 use crate::message::Talk;
 use crate::node::Title;
@@ -129,9 +129,8 @@ impl<'a> Listener<'a> {
         while let Some(message) = talk.receive()? {
             match message.command.field() {
                 field::STORE => {
-                    let mut inbox = lock(inbox);
-                    inbox.take(&mut talk, &message)?;
-                    arrived.store(inbox.received, Ordering::Relaxed);
+                    let received = take(inbox, &mut talk, &message)?;
+                    arrived.fetch_max(received, Ordering::Relaxed);
                 }
                 field::ECHO => {
                     let answer = Command::answer(&message.command, status::SUCCESS);
@@ -153,9 +152,4 @@ fn syntaxes_of(class: &str) -> &'static [&'static str] {
     } else {
         &[]
     }
-}
-
-/// What a mutex guards; a thread that panicked leaves the inbox as whole as its files are.
-fn lock<T>(guarded: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    guarded.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

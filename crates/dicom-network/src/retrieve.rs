@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::fetch::FetchInfo;
 use crate::find::InstanceEntry;
 use crate::go_on::GoOn;
-use crate::inbox::Inbox;
+use crate::inbox::{self, Inbox};
 use crate::link::Link;
 use crate::listener::Listener;
 use crate::message::{Message, Payload, Talk};
@@ -135,13 +135,13 @@ impl<'a> Retrieval<'a> {
         let destination = None;
         let asking = Asking { field: field::GET, model, context, explicit, destination };
         let mut talk = Talk::new(link);
-        for request in self.requests(&inbox.missing, Some(&agreed)) {
-            let arrived = self.arrived;
+        let requests = self.requests(&inbox.missing, Some(&agreed));
+        let (inbox, arrived) = (Mutex::new(inbox), self.arrived);
+        for request in requests {
             let mut take = |talk: &mut Talk<'_>, message: &Message| {
                 let is_object = message.command.field() == field::STORE;
                 if is_object {
-                    inbox.take(talk, message)?;
-                    arrived.store(inbox.received, Ordering::Relaxed);
+                    arrived.store(inbox::take(&inbox, talk, message)?, Ordering::Relaxed);
                 }
                 Ok(is_object)
             };

@@ -1,6 +1,7 @@
 //! What comes of a retrieval that fails in part.
 
 use super::*;
+use dicom_ul::pdu::{PDataValue, PDataValueType, Pdu};
 
 #[test]
 fn an_object_that_fails_takes_no_other_with_it() {
@@ -81,4 +82,42 @@ fn an_image_without_pixels_is_not_kept() {
     assert!(told.contains("lacks pixels"), "{told}");
     let strangers: usize = info.strangers.iter().map(|one| one.instances.len()).sum();
     assert_eq!(strangers, 2, "{info:?}");
+}
+
+/// Begins to store an instance at a port and gets no further.
+fn half_a_store(port: u16, instance: &str) -> Talk<'static> {
+    let mut call = call(port, 0);
+    call.peer.title = title("RECEIVER");
+    let proposals = [Proposal::new(CLASS, &syntaxes::IDENTIFIER)];
+    let mut talk = Talk::new(Link::open(&call, &proposals, &go_on).unwrap());
+    let (context, _) = talk.link.context(CLASS, None).unwrap();
+    let request = Command::request(field::STORE, 1, CLASS, true)
+        .text(element::AFFECTED_SOP_INSTANCE, instance);
+    talk.send(context, &request, None).unwrap();
+    let half = PDataValue {
+        presentation_context_id: context,
+        value_type: PDataValueType::Data,
+        is_last: false,
+        data: object(instance)[..20].to_vec(),
+    };
+    talk.link.send(&Pdu::PData { data: vec![half] }).unwrap();
+    talk
+}
+
+#[test]
+fn a_caller_who_sends_half_an_object_keeps_no_other_out() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let mut kept = Vec::new();
+    let archive = mover(move || {
+        kept.push(half_a_store(port, INSTANCES[0]));
+        for instance in INSTANCES {
+            assert_eq!(store_at(port, instance, &object(instance)), 0);
+        }
+        (0, 0)
+    });
+    let info = fetch(&archive, port, out.path()).unwrap();
+    assert_eq!((info.received, info.missing.len()), (3, 0), "{info:?}");
+    let files = std::fs::read_dir(out.path()).unwrap().count();
+    assert_eq!(files, 3, "nothing half is left");
 }
