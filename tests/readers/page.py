@@ -4,7 +4,7 @@ page.py SUPINE FOLDER PICTURES TIME: FOLDER holds the series in `ct`, and in `rt
 left there.
 Pictures of each step go to PICTURES; results bear TIME, seconds since 1970. Ends with 0 when all is as it must be.
 """
-import base64, json, os, signal, subprocess, sys, time
+import base64, json, os, signal, subprocess, sys, tempfile, time
 import numpy as np
 import pydicom
 import SimpleITK as sitk
@@ -14,6 +14,8 @@ from playwright.sync_api import sync_playwright
 
 SUPINE, FOLDER, PICTURES = sys.argv[1:4]
 os.environ["SOURCE_DATE_EPOCH"] = sys.argv[4]
+# Where unsaved changes are kept.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
 TUMOUR, RADIUS = (91.37, -248.09, -594.5), 9.0
 # In the chest wall, behind the tumour: 12 mm in front of the lung.
 PAINTED = (91.37, -217.0, -594.5)
@@ -95,6 +97,11 @@ class Window:
         self.page.locator("#view-axial").focus()
         self.page.keyboard.press(keys)
 
+    def works_on(self):
+        """That the focus is not lost."""
+        self.drawn()
+        assert self.page.evaluate("() => Boolean(document.activeElement?.closest('#panel, .view'))"), "the focus is lost"
+
     def picture(self, name):
         # For those who look at it: lines of planes come a moment later. Nothing that is checked waits for them.
         time.sleep(0.3)
@@ -156,6 +163,7 @@ def opened(browser, address):
     window.picture("open")
     button.click()
     window.idle("the CT")
+    window.works_on()
     page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
     whose = page.locator("#patient").inner_text()
     assert all(word in whose for word in ("FIXTURE", "PH0143", "1968", "2026", NAME)), whose
@@ -227,11 +235,95 @@ def marked(window, image, data):
         window.until("all that was typed", lambda s: np.allclose(s["case"]["tumour"]["centre_mm"], wanted, atol=0.02))
     assert window.state()["problem"] is None and not page.locator(".problem").count()
     window.picture("mark")
-    page.keyboard.press("Alt+1")
+
+
+def word(window):
+    return window.page.locator("#case .saved").inner_text()
+
+
+def unsaved(browser, server, window):
+    """The program dies with a case that no file holds: the page says so, and the next start offers it."""
+    tumour = window.state()["case"]["tumour"]
+    assert word(window) == "○ not saved", word(window)
+    server.kill()
+    server.wait()
+    curtain = window.page.locator("#curtain", has_text="closed")
+    curtain.wait_for()
+    told = curtain.inner_text()
+    assert "in no file" in told and "are kept" in told and "saved in" not in told, told
+    window.picture("unsaved-closed")
+    window.wrong.clear()  # that nobody answers is an error of the console
+    window.close()
+    server, address = start()
+    window = Window(browser, address, {"width": 1280, "height": 800}, "dark")
+    offer = window.page.locator(".unsaved")
+    offer.get_by_text("PHANTOM").wait_for()
+    assert "New case from ct" in offer.inner_text(), offer.inner_text()
+    window.picture("unsaved")
+    offer.get_by_role("button", name="Go on with it").click()
+    state = window.idle("what was not saved")
+    assert state["case"]["tumour"] == tumour and not state["case"]["saved"] and state["case"]["kept"], state["case"]
+    assert sum(one["on"] for one in state["beside"]) == 2, state["beside"]
+    page = window.page
     page.locator("#case-name").fill("case.toml")
-    page.get_by_role("button", name="Save the case").click()
+    page.locator("#case-name").press("Enter")
     window.until("the case", lambda s: s["case"]["saved"])
+    assert word(window) == "● saved" and not os.listdir(f"{os.environ['XDG_STATE_HOME']}/supine/unsaved"), word(window)
     assert "radius = 9.0" in open(f"{FOLDER}/case.toml").read()
+    return server, window
+
+
+def stopped(server, window):
+    """A program that does not answer: what it was sent is not called saved."""
+    page = window.page
+    page.evaluate("""() => { const told = window.told = [], place = document.getElementById("case");
+        new MutationObserver(() => told.push(place.querySelector(".saved")?.textContent ?? "")).observe(place, { childList: true, subtree: true }); }""")
+    assert word(window) == "● saved", word(window)
+    server.send_signal(signal.SIGSTOP)
+    try:
+        page.locator("#angle-bed-ap").fill("3")
+        page.locator("#angle-bed-ap").press("Enter")
+        page.locator(".problem", has_text="has not answered for 3 s").wait_for()
+        told = page.evaluate("() => window.told")
+        assert told and not any("●" in one for one in told), told
+        assert word(window) == "○ not saved: the program does not answer", word(window)
+        assert page.locator(".problem button").count() == 0
+        window.picture("stopped")
+    finally:
+        server.send_signal(signal.SIGCONT)
+    window.until("the edit after all", lambda s: s["case"]["values"]["bed.ap"] == 3)
+    window.comes("the word", lambda: word(window) == "● saved" and not page.locator(".problem").count())
+
+
+def changed_by_two(first, second):
+    """The same value is changed in two windows: both are shown, and the user chooses."""
+    here, there = second.page.locator("#angle-bed-ap"), first.page.locator("#angle-bed-ap")
+    second.page.keyboard.press("Alt+4")
+    for theirs, choice, stays in ((4, "Keep the other\u2019s", 4), (5, "Use this one", 9)):
+        here.fill("9")
+        there.fill(str(theirs))
+        there.press("Enter")
+        for one in (first, second):
+            one.until("the first", lambda s: s["case"]["values"]["bed.ap"] == theirs)
+        here.press("Enter")
+        row = second.page.locator(".conflict")
+        row.wait_for()
+        assert f"bed, AP: there {theirs}, here 9." in row.inner_text(), row.inner_text()
+        assert word(second) == "○ not saved: choose a value", word(second)
+        if theirs == 4:
+            second.picture("conflict")
+        row.get_by_role("button", name=choice).click()
+        for one in (first, second):
+            one.until(choice, lambda s: s["case"]["values"]["bed.ap"] == stays)
+        second.comes("what was chosen", lambda: here.input_value() == str(stays) and word(second) == "● saved")
+    # Another value of the same part is no conflict.
+    second.page.locator("#angle-bed-lat").fill("6")
+    there.fill("2")
+    there.press("Enter")
+    second.until("the first", lambda s: s["case"]["values"]["bed.ap"] == 2)
+    second.page.locator("#angle-bed-lat").press("Enter")
+    first.until("both", lambda s: [s["case"]["values"][f"bed.{name}"] for name in ("ap", "lat")] == [2, 6])
+    assert not second.page.locator(".conflict").count()
 
 
 def killed(browser, server, window):
@@ -371,7 +463,7 @@ def previewed(window):
     window.key("Shift+P")
 
 
-def tilted(browser, address, window):
+def tilted(browser, address, server, window):
     """Bed: two windows, the slower one is told."""
     page = window.page
     page.keyboard.press("Alt+4")
@@ -390,6 +482,8 @@ def tilted(browser, address, window):
         field.press("Enter")
         assert not field.evaluate("field => field.checkValidity()"), wrong
     assert window.state()["case"]["values"]["bed.ap"] == 2.5
+    stopped(server, window)
+    changed_by_two(window, second)
     for name, value in (("ap", 7.0), ("lat", 5.0)):
         field = page.locator(f"#angle-bed-{name}")
         field.fill(str(value))
@@ -398,6 +492,7 @@ def tilted(browser, address, window):
     assert second.until("the other window", lambda s: True)["revision"] == window.state()["revision"]
     second.close()
     page.get_by_role("button", name="Simulate").click()
+    window.works_on()
     state = window.until("the deformed CT", lambda s: s["job"] is None and any(v["id"] == "deformed" for v in s["volumes"]))
     way = state["tumour"]
     assert way["length_mm"][0] < way["distance_mm"] < way["length_mm"][1], way
@@ -433,10 +528,12 @@ def dosed(window, image):
 
 def compared(window, image):
     page = window.page
+    page.locator(".panel").evaluate("panel => panel.scrollTo(0, 200)")
     page.keyboard.press("Alt+5")
+    window.drawn()
+    assert page.locator(".panel").evaluate("panel => panel.scrollTop") == 0
     told = page.locator(".verdict-part").inner_text()
     assert "AMBER at best" in told and "2.0 mm are asked for" in told, told
-    page.locator(".panel").evaluate("panel => panel.scrollTo(0, 0)")
     window.picture("unjudged")
     dosed(window, image)
     page.get_by_role("button", name="Volume change").click()
@@ -460,8 +557,15 @@ def exported(window):
     page = window.page
     page.keyboard.press("Alt+6")
     way = window.state()["tumour"]
+    name = page.get_by_label("Take the patient", exact=False)
+    name.check()
+    page.locator("#patient", has_text="leaves de-identified").wait_for()
+    assert "FIXTURE" in page.locator("#patient").inner_text()
+    window.picture("anonymised")
+    name.uncheck()
+    window.until("the name", lambda s: not s["case"]["values"]["export.anonymise"])
     page.locator("#out-name").fill("result")
-    page.get_by_role("button", name="Run and write").click()
+    page.locator("#out-name").press("Enter")
     window.until("the result", lambda s: s["job"] is None and s["result"])
     result = window.state()["result"]
     assert result["verified"]["ok"] and result["confirm"] == "send although amber", result
@@ -470,7 +574,8 @@ def exported(window):
     assert page.get_by_role("button", name="Send", exact=True).is_disabled()
     page.locator("#confirm").fill(result["confirm"])
     window.picture("export")
-    page.get_by_role("button", name="Send", exact=True).click()
+    page.locator("#confirm").press("Enter")
+    window.works_on()
     state = window.until("the sending", lambda s: s["job"] is None and s["sent"])
     assert not state["sent"]["ok"] and "127.0.0.1" in state["sent"]["to"], state["sent"]
     # What was known before it was written is known still.
@@ -480,6 +585,29 @@ def exported(window):
     page.get_by_role("button", name="Simulated", exact=False).first.click()
     crosshair_to(window, TUMOUR)
     check_planes(window, image, data, TUMOUR)
+    old(window)
+
+
+def old(window):
+    """After a change what was found before is marked, until the change is taken back."""
+    page = window.page
+    page.keyboard.press("Alt+4")
+    page.locator("#angle-bed-ap").fill("8")
+    page.locator("#angle-bed-ap").press("Enter")
+    window.until("another table", lambda s: s["result"]["old"])
+    page.keyboard.press("Alt+5")
+    window.drawn()
+    for part in (".verdict-part", ".figures-part"):
+        assert "OLD" in page.locator(part).inner_text(), page.locator(part).inner_text()
+    window.picture("old")
+    page.keyboard.press("Alt+6")
+    window.drawn()
+    assert page.locator(".send").is_hidden() and "OLD" in page.locator(".written").inner_text()
+    window.key("Control+z")
+    window.until("as before", lambda s: not s["result"]["old"])
+    page.keyboard.press("Alt+5")
+    window.drawn()
+    assert "OLD" not in page.locator(".step-panel.check").inner_text()
 
 
 def large(browser, address):
@@ -564,11 +692,12 @@ def job(browser):
     try:
         window = opened(browser, address)
         marked(window, image, data)
+        server, window = unsaved(browser, server, window)
         server, address, window = killed(browser, server, window)
         segmented(window)
         painted(window, image)
         painted_by_two(browser, address, window, image)
-        tilted(browser, address, window)
+        tilted(browser, address, server, window)
         compared(window, image)
         exported(window)
         large(browser, address)

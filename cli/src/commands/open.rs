@@ -18,6 +18,7 @@ pub(crate) fn open(args: &args::Open, screen: &Screen) -> Result<End, Failure> {
         nodes: args.node.clone(),
         threads: rayon::current_num_threads(),
         start: Some(start()?),
+        unsaved: supine_workstation::unsaved_folder(),
     };
     let opened = supine_workstation::open(&given, screen);
     opened.map_err(|error| Failure::new(error.kind(), error.to_string()))?;

@@ -65,12 +65,32 @@ impl CaseFile {
         let text = edit(self.text(), edits)?;
         let spec = self.spec_of(&text)?;
         self.write(&text)?;
+        self.put(text);
+        Ok(spec)
+    }
+
+    fn put(&mut self, text: String) {
         if text != self.text() {
             self.texts.truncate(self.at + 1);
             self.texts.push(text);
             self.at += 1;
         }
-        Ok(spec)
+    }
+
+    /// Takes over what another program wrote into its file: what it says then, nothing when that is the same. It is a change
+    /// that can be taken back.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or is no case: nothing is changed then.
+    pub fn reread(&mut self) -> Result<Option<Spec>, Error> {
+        let Some(path) = &self.path else { return Ok(None) };
+        let text = read(path)?;
+        if text == self.text() {
+            return Ok(None);
+        }
+        let spec = self.spec_of(&text)?;
+        self.put(text);
+        Ok(Some(spec))
     }
 
     /// Whether a change can be taken back, and made again.
@@ -188,7 +208,15 @@ mod tests {
         std::fs::write(&path, &theirs).unwrap();
         let error = case.edit(&change("bed.ap", json!(1.0))).unwrap_err();
         assert!(matches!(error, Error::CaseChanged { .. }), "{error}");
-        assert_eq!((std::fs::read_to_string(&path).unwrap(), case.text()), (theirs, TEXT));
+        assert_eq!((std::fs::read_to_string(&path).unwrap(), case.text()), (theirs.clone(), TEXT));
+        // What they wrote is taken over, can be changed, and taken back.
+        assert_eq!(case.reread().unwrap().unwrap().case().unwrap().bed().unwrap().lat_deg, 6.0);
+        assert!(case.reread().unwrap().is_none());
+        case.edit(&change("bed.ap", json!(1.0))).unwrap();
+        case.undo().unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), theirs);
+        std::fs::write(&path, "no case").unwrap();
+        assert!(case.reread().is_err() && case.text() == theirs);
     }
 
     #[test]

@@ -14,6 +14,7 @@ use crate::state::{
     Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown, VolumeShown,
 };
 use crate::surface::{Drawn, Shape};
+use crate::unsaved::Kept;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,6 +49,9 @@ pub(crate) struct Held {
     pub(crate) roots: Roots,
     pub(crate) session: Option<Arc<Session>>,
     pub(crate) case: Option<CaseFile>,
+    /// Where changes of cases that no file holds are kept, and those of the case that is open.
+    pub(crate) unsaved: Option<PathBuf>,
+    pub(crate) kept: Option<Kept>,
     pub(crate) state: State,
     /// Volumes by name, with the keys under which they are fetched.
     pub(crate) voxels: BTreeMap<&'static str, (String, Voxels)>,
@@ -66,6 +70,8 @@ pub(crate) struct Held {
     pub(crate) edited: Vec<String>,
     /// The folder of the run that is shown.
     pub(crate) result: Option<PathBuf>,
+    /// The case that it is of, as text; none where it was changed during the run.
+    pub(crate) result_of: Option<String>,
     /// What was told of the work, the newest last.
     pub(crate) log: VecDeque<Told>,
     /// The last picture of the table.
@@ -100,6 +106,8 @@ impl Desk {
             roots: Roots::new(root)?,
             session: None,
             case: None,
+            unsaved: None,
+            kept: None,
             state,
             voxels: BTreeMap::new(),
             surfaces: BTreeMap::new(),
@@ -110,6 +118,7 @@ impl Desk {
             side_proposed: false,
             edited: vec![],
             result: None,
+            result_of: None,
             log: VecDeque::new(),
             previewed: None,
             series: vec![],
@@ -164,6 +173,14 @@ impl Desk {
             NodeShown { id, name, address }
         });
         self.change(|held| held.state.nodes = shown.collect());
+    }
+
+    /// Keeps what no file holds in a folder from now on, and offers what is there.
+    pub(crate) fn keep_unsaved(&self, folder: Option<PathBuf>) {
+        self.change(|held| {
+            held.unsaved = folder;
+            held.show_unsaved();
+        });
     }
 
     /// Begins work on a thread of its own; what it fails with is told.
@@ -223,7 +240,10 @@ impl Desk {
     /// # Errors
     /// When it does not lie below the root, or cannot be read.
     pub(crate) fn list(&self, dir: Option<&str>) -> Result<Listing, Error> {
-        self.held().roots.list(dir)
+        self.change(|held| {
+            held.show_unsaved();
+            held.roots.list(dir)
+        })
     }
 
     /// The bytes of a surface under a key.
@@ -287,14 +307,22 @@ impl Held {
         self.state.job = None;
         if self.state.phase == Phase::Reading {
             self.state.phase = Phase::Empty;
+            // What could not be opened is offered still.
+            self.kept = None;
+            self.show_unsaved();
         }
         let failed = match done {
-            Ok(()) | Err(Error::Flow(supine_flow::Error::Stopped)) => None,
+            Ok(()) => None,
+            Err(error) if error.is_stop() => None,
             Err(error) => Some(Problem::of(&error)),
         };
         let state = if failed.is_some() { "failed" } else { "none" };
         for stage in self.state.stages.iter_mut().filter(|stage| stage.state == "running") {
             (stage.state, stage.share) = (state, None);
+        }
+        // What was there before work that was given up is there still.
+        if let (None, Some(session)) = (&failed, self.session.clone()) {
+            self.mark_as(&session);
         }
         self.state.problem = failed.or(self.state.problem.take());
     }
@@ -354,6 +382,7 @@ impl Held {
     /// Closes what is open.
     pub(crate) fn clear(&mut self) {
         (self.session, self.case, self.state.case) = (None, None, None);
+        self.kept = None;
         self.state.patient = None;
         (self.state.result, self.state.tumour, self.result) = (None, None, None);
         (self.state.sent, self.state.own, self.own) = (None, None, None);

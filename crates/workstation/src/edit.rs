@@ -4,11 +4,12 @@ use crate::Error;
 use crate::desk::{Desk, Held};
 use crate::open::{run_command, shown_case};
 use crate::roots::name_of;
-use crate::state::{PreviewShown, Readiness};
+use crate::state::{PreviewShown, Readiness, State};
+use crate::unsaved::Kept;
 use serde::Deserialize;
 use std::sync::Arc;
 use supine_flow::spec::{Edit, Kind, TABLE, set_argument};
-use supine_flow::{Freshness, NodeId, Session};
+use supine_flow::{CaseFile, Freshness, NodeId, Session};
 
 /// Changes that the page asks for, and the state that it saw.
 #[derive(Debug, Deserialize)]
@@ -130,40 +131,31 @@ impl Desk {
         seen: u64,
         change: impl FnOnce(&mut Held) -> Result<Option<supine_flow::Spec>, Error>,
     ) -> Result<(), Error> {
-        let follows = self.change(|held| {
-            let session = held.session.clone().ok_or(Error::Nothing)?;
-            if held.state.revision != seen {
-                return Err(Error::Old);
-            }
-            if let Some(spec) = change(held)? {
-                let stale = session.set_all(spec)?;
-                held.state.revision += 1;
-                // What could not be made may be possible now.
-                if held.state.preview_bed.state == Readiness::Failed {
-                    held.state.preview_bed = PreviewShown::default();
-                }
-                // What was written is not of this case any more.
-                (held.state.result, held.result) = (None, None);
-                held.mark(&stale);
-                held.show_results(&session);
-            }
-            held.show_case();
-            // Labels that are looked at follow.
-            let stale = session.peek_labels().is_some_and(|(_, of)| of == Freshness::Stale);
-            if stale {
+        let session = self.held().session.clone().ok_or(Error::Nothing)?;
+        let (taken_over, done) = self.change(|held| {
+            // What another program wrote into the file meanwhile is seen first.
+            let taken_over = held.take_over(&session);
+            let is_seen = held.state.revision == seen;
+            let done = if is_seen { held.make(&session, change) } else { Err(Error::Old) };
+            (taken_over, done)
+        });
+        if taken_over || done.is_ok() {
+            self.follow_case(&session);
+        }
+        done
+    }
+
+    /// Labels that are looked at follow the case, and so do objects that it carries along.
+    pub(crate) fn follow_case(self: &Arc<Self>, session: &Arc<Session>) {
+        if session.peek_labels().is_some_and(|(_, of)| of == Freshness::Stale) {
+            self.change(|held| {
                 let live = &mut held.state.live;
                 (live.following, live.busy, live.problem) = (true, true, None);
-            }
-            let objects = !session.case().carried.is_empty() && !session.is_fresh(NodeId::Objects);
-            Ok((session, stale, objects))
-        })?;
-        let (session, stale, objects) = follows;
-        if stale {
-            self.follow_seeds(&session);
-        } else if objects {
-            self.prepare(&session);
+            });
+            self.follow_seeds(session);
+        } else if !session.case().carried.is_empty() && !session.is_fresh(NodeId::Objects) {
+            self.prepare(session);
         }
-        Ok(())
     }
 
     /// Puts a new case into a file.
@@ -178,10 +170,17 @@ impl Desk {
         self.change(|held| {
             let path = held.roots.path_of(dir, name)?;
             held.case.as_mut().ok_or(Error::Nothing)?.save_as(&path)?;
+            held.keep_no_longer();
             held.show_case();
             Ok(())
         })
     }
+}
+
+/// A case without its ticks of warnings.
+fn without_ticks(text: &str) -> String {
+    let none = Edit { key: "report.seen".into(), value: serde_json::Value::Null };
+    supine_flow::spec::edit(text, &[none]).unwrap_or_else(|_| text.into())
 }
 
 /// A tumour that is placed is no region of a structure set any more.
@@ -215,13 +214,80 @@ impl Held {
         Some(Edit { key: "breast".into(), value: side.to_string().into() })
     }
 
+    /// Makes a change of the case.
+    fn make(
+        &mut self,
+        session: &Arc<Session>,
+        change: impl FnOnce(&mut Self) -> Result<Option<supine_flow::Spec>, Error>,
+    ) -> Result<(), Error> {
+        if let Some(spec) = change(self)? {
+            self.use_spec(session, spec)?;
+        }
+        self.show_case();
+        Ok(())
+    }
+
+    /// The case says something else now: what is of the case before is marked.
+    pub(crate) fn use_spec(
+        &mut self,
+        session: &Arc<Session>,
+        spec: supine_flow::Spec,
+    ) -> Result<(), Error> {
+        session.set_all(spec)?;
+        self.state.revision += 1;
+        // What could not be made may be possible now.
+        if self.state.preview_bed.state == Readiness::Failed {
+            self.state.preview_bed = PreviewShown::default();
+        }
+        self.keep_case();
+        self.mark_as(session);
+        Ok(())
+    }
+
+    /// Marks what is shown as of the case, or of the case before.
+    pub(crate) fn mark_as(&mut self, session: &Session) {
+        let written = self.result_of.as_deref();
+        let now = self.case.as_ref().map(CaseFile::text);
+        // Ticks make the written report old, and nothing that was computed.
+        let is_ticked = written.map(without_ticks) == now.map(without_ticks);
+        let is_of = written.is_some() && written == now;
+        if let Some(result) = &mut self.state.result {
+            result.old = !is_of;
+        }
+        // A run keeps what it has written in its folder alone.
+        let is_old_run = self.state.result.is_some() && !is_ticked;
+        let is_old =
+            |node: &NodeId| session.is_stale(*node) || (is_old_run && !session.is_fresh(*node));
+        let old: Vec<NodeId> = NodeId::ALL.into_iter().filter(is_old).collect();
+        self.mark(&old, |name| NodeId::of_name(name).is_some_and(|node| session.is_stale(node)));
+        self.show_results(session);
+    }
+
+    /// Nothing that is shown but the CT is known to be of the case: its file says something that cannot be taken over.
+    pub(crate) fn mark_all_old(&mut self) {
+        let State { volumes, stages, warnings, figures, result, own, .. } = &mut self.state;
+        volumes
+            .iter_mut()
+            .filter(|volume| volume.id != "ct")
+            .for_each(|volume| volume.fresh = false);
+        stages.iter_mut().filter(|stage| stage.state == "done").for_each(|one| one.state = "stale");
+        warnings.iter_mut().for_each(|warning| warning.old = true);
+        figures.iter_mut().for_each(|figure| figure.old = true);
+        result.iter_mut().for_each(|result| result.old = true);
+        own.iter_mut().for_each(|own| own.fresh = false);
+        (self.state.patches_old, self.state.tumour) = (true, None);
+    }
+
     /// Shows the case as it is now, and the command that does the same.
     pub(crate) fn show_case(&mut self) {
         let (Some(case), Some(session)) = (&self.case, &self.session) else { return };
-        let region = self.state.case.as_ref().and_then(|case| case.region);
+        let before = self.state.case.as_ref();
+        let (region, astray) =
+            (before.and_then(|case| case.region), before.and_then(|case| case.astray.clone()));
         let mut shown = shown_case(session, case);
         // What was proposed stays on the screen.
-        shown.region = shown.region.or(region);
+        (shown.region, shown.astray) = (shown.region.or(region), astray);
+        shown.kept = self.kept.as_ref().is_some_and(Kept::is_there);
         shown.side_proposed = self.side_proposed && session.case().breast.is_some();
         // No command does the same as a case that no file holds: the line before spoke of something else.
         let command = case.path().map(|path| run_command(&name_of(path), &self.edited));
@@ -241,14 +307,21 @@ impl Held {
     }
 
     /// Marks the stages whose results are of what was given before.
-    fn mark(&mut self, stale: &[NodeId]) {
+    ///
+    /// `held`: whether the old result of one is in memory.
+    fn mark(&mut self, stale: &[NodeId], held: impl Fn(&str) -> bool) {
         let is_stale = |name: &str| stale.iter().any(|node| node.name() == name);
         for stage in self.state.stages.iter_mut().filter(|stage| stage.state != "running") {
             match (is_stale(stage.name), stage.state) {
+                // What an old run would have made is no more than not made yet.
+                (true, state) if state != "done" && !held(stage.name) => {}
                 (true, _) => stage.state = "stale",
                 (false, "stale") => stage.state = "done",
                 _ => {}
             }
+        }
+        for warning in &mut self.state.warnings {
+            warning.old = is_stale(&warning.stage);
         }
     }
 }

@@ -84,6 +84,15 @@ impl Error {
         }
     }
 
+    /// Whether the user ended the work.
+    pub(crate) fn is_stop(&self) -> bool {
+        match self {
+            Self::Flow(error) => matches!(error, supine_flow::Error::Stopped),
+            Self::Network(error) => error.kind() == Failure::Stopped,
+            _ => false,
+        }
+    }
+
     /// The status of an answer.
     pub(crate) fn status(&self) -> u16 {
         match self {

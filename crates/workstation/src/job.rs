@@ -91,6 +91,7 @@ impl Observer for Watching {
         let shown = WarningShown {
             id: supine_flow::warning_id(warning),
             ticked: false,
+            old: false,
             place_mm: warning.place_mm,
             stage: node.name().into(),
             code: warning.code.clone(),

@@ -25,6 +25,7 @@ mod link;
 mod live;
 mod navigation;
 mod open;
+mod outside;
 mod own;
 mod own_lines;
 mod picture;
@@ -35,6 +36,8 @@ mod send;
 mod show;
 mod state;
 mod surface;
+mod unsaved;
+mod whose;
 
 pub use error::Error;
 
@@ -72,6 +75,13 @@ pub struct Open {
     pub threads: usize,
     /// When and by which command it began: exported objects bear it.
     pub start: Option<Start>,
+    /// Where changes of cases that no file holds are kept; without one they are not.
+    pub unsaved: Option<PathBuf>,
+}
+
+/// The user's own folder for [`Open::unsaved`]; none where the system names no place.
+pub fn unsaved_folder() -> Option<PathBuf> {
+    unsaved::usual_folder()
 }
 
 /// Who started it.
@@ -102,7 +112,9 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
         let links = Arc::<AtomicUsize>::default();
         let app = App { desk: Arc::clone(&desk), token: token.into(), links: Arc::clone(&links) };
         desk.name_nodes(&given.nodes);
+        desk.keep_unsaved(given.unsaved.clone());
         desk.start(&path, given.look_through)?;
+        desk.look_at_the_file();
         host.address(&address);
         // The file is there as long as the page.
         let _page = given.browser.then(|| browser::open(&address)).transpose();

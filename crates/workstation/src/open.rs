@@ -10,6 +10,7 @@ use crate::roots::{is_case, is_run, name_of};
 use crate::send::words;
 use crate::show::ball;
 use crate::state::{CaseShown, InspectionShown, Phase, ResultShown, VerifiedShown, stages, views};
+use crate::unsaved::{Kept, Record};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,8 @@ pub(crate) enum Asked {
     Case(String),
     /// The folder of a run.
     Run(String),
+    /// What was kept of a case that no file holds.
+    Unsaved(String),
 }
 
 /// What is opened.
@@ -38,6 +41,7 @@ enum Opened {
     Series { dir: PathBuf, uid: String },
     Case(PathBuf),
     Run(PathBuf),
+    Unsaved(Box<Record>),
 }
 
 impl Desk {
@@ -47,10 +51,10 @@ impl Desk {
     /// When work goes on.
     pub(crate) fn start(self: &Arc<Self>, path: &Path, look_through: bool) -> Result<(), Error> {
         if path.is_dir() && is_run(path) {
-            return self.open_it(Opened::Run(path.into()));
+            return self.open_it(Opened::Run(path.into()), None);
         }
         if path.is_file() && is_case(path) {
-            return self.open_it(Opened::Case(path.into()));
+            return self.open_it(Opened::Case(path.into()), None);
         }
         if look_through { self.look_through(path.into()) } else { Ok(()) }
     }
@@ -86,6 +90,7 @@ impl Desk {
     /// # Errors
     /// When it was not given out, or work goes on.
     pub(crate) fn open(self: &Arc<Self>, asked: &Asked) -> Result<(), Error> {
+        let mut kept = None;
         let opened = {
             let held = self.held();
             match asked {
@@ -95,14 +100,21 @@ impl Desk {
                 }
                 Asked::Case(id) => Opened::Case(held.roots.path(id)?),
                 Asked::Run(id) => Opened::Run(held.roots.path(id)?),
+                Asked::Unsaved(id) => {
+                    let (record, taken) = held.take_unsaved(id)?;
+                    kept = Some(taken);
+                    Opened::Unsaved(Box::new(record))
+                }
             }
         };
-        self.open_it(opened)
+        self.open_it(opened, kept)
     }
 
-    fn open_it(self: &Arc<Self>, opened: Opened) -> Result<(), Error> {
+    /// Opens it; `kept`: what was kept of it before.
+    fn open_it(self: &Arc<Self>, opened: Opened, kept: Option<Kept>) -> Result<(), Error> {
         self.begin("reading the CT", move |desk, watching| {
             let case = opened.case()?;
+            let kept = kept.or_else(|| Some(Kept::new(opened.place()?.into(), &case)));
             let session = Session::new(case.spec()?, desk.threads)?.with_start(desk.start.clone());
             let session = Arc::new(session);
             desk.live.end();
@@ -114,6 +126,8 @@ impl Desk {
                 held.state.stages = stages(&session.case());
                 held.state.command = opened.command();
                 held.state.case = Some(shown_case(&session, &case));
+                held.kept = kept;
+                held.show_unsaved();
             });
             let request = Request { observer: watching, ..Request::default() };
             let ct = session.ct(&request)?;
@@ -132,6 +146,9 @@ impl Desk {
                 (held.session, held.case) = (Some(Arc::clone(&session)), Some(case));
                 held.beside = beside;
                 held.show_beside();
+                if let (Some(shown), Some(kept)) = (&mut held.state.case, &held.kept) {
+                    shown.kept = kept.is_there();
+                }
             });
             desk.read_objects(&session, watching, Lane::Final);
             let patient = body(&ct);
@@ -165,6 +182,7 @@ impl Desk {
         self.read_objects(session, watching, Lane::Final);
         self.change(|held| {
             held.show_results(session);
+            held.result_of = held.case.as_ref().map(|case| case.text().to_owned());
             held.show_result(path, &summary);
             held.show_ticks();
         });
@@ -211,6 +229,8 @@ impl Desk {
         let session = self.held().session.clone().ok_or(Error::Nothing)?;
         let path = self.held().roots.path_of(dir, name)?;
         let name = name.to_owned();
+        let text = |held: &Held| held.case.as_ref().map(|case| case.text().to_owned());
+        let before = text(&self.held());
         self.begin("the whole run", move |desk, watching| {
             desk.change(|held| held.tell_run(&name, None));
             // The deformed CT is shown before its files are written.
@@ -226,7 +246,10 @@ impl Desk {
             desk.read_objects(&session, watching, Lane::Final);
             desk.change(|held| held.show_results(&session));
             if let Some(summary) = done? {
-                desk.change(|held| held.show_result(&path, &summary));
+                desk.change(|held| {
+                    held.result_of = text(held).filter(|now| before.as_ref() == Some(now));
+                    held.show_result(&path, &summary);
+                });
             }
             Ok(())
         })
@@ -271,6 +294,7 @@ impl Held {
             let (of, out) = (quoted(&format!("{name}/summary.json")), quoted(&name));
             self.state.command = format!("supine run {of} --out {out}");
         }
+        let shown = ResultShown { old: self.result_of.is_none(), ..shown };
         (self.result, self.state.result) = (Some(path.into()), Some(shown));
     }
 }
@@ -287,6 +311,7 @@ fn result(path: &Path, summary: &Summary) -> ResultShown {
         }),
         confirm: words(summary.verdict.colour),
         name: name_of(path),
+        old: false,
         verdict: summary.verdict.colour,
         headline: headline(summary),
         reasons: summary.verdict.reasons.iter().map(|reason| reason.message.clone()).collect(),
@@ -324,6 +349,7 @@ impl Opened {
                 Ok(CaseFile::new(text(&of_series(dir, uid)?)?, PathBuf::new()))
             }
             Self::Case(path) => Ok(CaseFile::open(path)?),
+            Self::Unsaved(record) => Ok(record.case()),
             Self::Run(path) => {
                 let spec = Spec::read(&path.join("summary.json"))?;
                 Ok(CaseFile::new(text(&spec)?, spec.folder().into()))
@@ -331,9 +357,20 @@ impl Opened {
         }
     }
 
-    /// The command line that goes on from here.
+    /// The folder that a case is made from which no file holds.
+    fn place(&self) -> Option<&Path> {
+        match self {
+            Self::Series { dir, .. } => Some(dir),
+            Self::Run(path) => Some(path),
+            Self::Unsaved(record) => Some(record.place()),
+            Self::Case(_) => None,
+        }
+    }
+
+    /// The command line that goes on from here; empty where there is none.
     fn command(&self) -> String {
         match self {
+            Self::Unsaved(_) => String::new(),
             Self::Series { dir, .. } => format!("supine init {}", quoted(&name_of(dir))),
             Self::Case(path) => run_command(&name_of(path), &[]),
             Self::Run(path) => run_command(&format!("{}/summary.json", name_of(path)), &[]),
@@ -379,6 +416,8 @@ pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
     CaseShown {
         name: file.path().map_or_else(|| "new case".into(), name_of),
         saved: file.path().is_some(),
+        kept: false,
+        astray: None,
         can_undo,
         can_redo,
         values,

@@ -112,6 +112,11 @@ impl Roots {
         Named { id: place.to_string(), name: name_of(path) }
     }
 
+    /// Whether a folder is there, at or below the root.
+    pub(crate) fn holds(&self, path: &Path) -> bool {
+        self.below(path).is_ok_and(|path| path.is_dir())
+    }
+
     /// A path with all links followed, if it lies below the root.
     fn below(&self, path: &Path) -> Result<PathBuf, Error> {
         let there = path.canonicalize().map_err(|source| Error::unreadable(path, source))?;

@@ -50,6 +50,7 @@ pub(crate) fn router(app: App) -> Router {
         .route("/api/undo", post(undo))
         .route("/api/redo", post(redo))
         .route("/api/save", post(save))
+        .route("/api/discard", post(discard))
         .route("/api/run", post(run))
         .route("/api/cancel", post(cancel))
         .route("/api/dismiss", post(dismiss))
@@ -62,6 +63,7 @@ pub(crate) fn router(app: App) -> Router {
         .route("/api/surface/{part}/{key}", get(surface))
         .route("/api/lines/{volume}/{key}/{view}/{slice}", get(lines))
         .route("/api/picture/{id}", get(picture))
+        .route("/api/whose/{id}", get(whose))
         .fallback(get(file))
         .layer(DefaultBodyLimit::max(MOST))
         .layer(from_fn_with_state(app.clone(), guard))
@@ -183,6 +185,10 @@ async fn save(State(app): State<App>, body: Bytes) -> Told {
     told(app.desk.save_as(&read(&body)?))
 }
 
+async fn discard(State(app): State<App>, body: Bytes) -> Told {
+    told(app.desk.discard(&read(&body)?))
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Run {
@@ -286,6 +292,12 @@ async fn picture(State(app): State<App>, Path(id): Path<String>) -> Result<Respo
     let work = move || app.desk.picture(&id);
     let png = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
     Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response())
+}
+
+async fn whose(State(app): State<App>, Path(id): Path<String>) -> Told {
+    let work = move || app.desk.whose(&id);
+    let line = tokio::task::spawn_blocking(work).await.map_err(|_| Error::Broken)??;
+    Ok(axum::Json(json!({ "whose": line })))
 }
 
 /// A file of the page itself.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use supine_dicom_network::{Call, Node, SendInfo, SendParams};
+use supine_dicom_network::{Call, JOURNAL, Node, SendInfo, SendParams};
 use supine_flow::Observer;
 use supine_flow::commands::{Colour, usable::unusable};
 use supine_space::Progress;
@@ -45,7 +45,7 @@ impl Desk {
         let node: Node = to.trim().parse().map_err(Error::Request)?;
         let path = {
             let held = self.held();
-            let (Some(ResultShown { confirm: wanted, .. }), Some(path)) =
+            let (Some(ResultShown { confirm: wanted, old: false, .. }), Some(path)) =
                 (&held.state.result, &held.result)
             else {
                 return Err(Error::NoResult);
@@ -61,6 +61,7 @@ impl Desk {
                 let name = crate::open::quoted(&crate::roots::name_of(&path));
                 held.state.command = format!("supine send {name} --to {node}");
             });
+            let before = acknowledged(&path, &node);
             let share = |share: f64| {
                 watching.work(share);
                 watching.go_on()
@@ -68,6 +69,15 @@ impl Desk {
             let done = send(&path, &node, Progress::new(&share));
             let (text, ok) = match &done {
                 Ok(info) => (told(info), info.broken.is_none() && info.refused.is_empty()),
+                Err(error) if error.is_stop() => {
+                    let stored = acknowledged(&path, &node).saturating_sub(before);
+                    (
+                        format!(
+                            "cancelled: {stored} objects stored, sending again goes on from there"
+                        ),
+                        false,
+                    )
+                }
                 Err(error) => (error.to_string(), false),
             };
             let to = node.to_string();
@@ -88,6 +98,13 @@ fn send(run: &Path, node: &Node, progress: Progress<'_>) -> Result<SendInfo, Err
     let own = "SUPINE".parse().map_err(Error::Request)?;
     let call = Call { peer: node.clone(), own, tls: None, timeout: TIMEOUT, retries: RETRIES };
     Ok(supine_dicom_network::send(&paths, &call, &SendParams::default(), progress)?)
+}
+
+/// How many objects of a run an archive has acknowledged.
+fn acknowledged(run: &Path, node: &Node) -> usize {
+    let peer = format!("{node}\t");
+    let journal = std::fs::read_to_string(run.join(JOURNAL)).unwrap_or_default();
+    journal.lines().filter(|line| line.starts_with(&peer)).count()
 }
 
 fn told(info: &SendInfo) -> String {

@@ -6,6 +6,7 @@ use crate::lines::{Body, Cuttable, Own};
 use crate::own::levels_gy;
 use crate::state::{Ball, LinesShown, PatchShown, Readiness, TumourShown};
 use crate::surface::{Drawn, Shape, Surface};
+use serde::Serialize;
 use std::sync::Arc;
 use supine_flow::{Freshness, NodeId, OwnObjects, Session, too_wide};
 use supine_mesh::{BoundaryTag, Deformation, Edges, Embedding, Motion, Surround, TetMesh};
@@ -51,7 +52,7 @@ impl Held {
         self.show_shapes(session, labels.map(|(labels, _)| labels));
         self.show_scans(session);
         self.show_jacobian(session);
-        self.state.figures = session.figures();
+        self.state.figures = session.figures().into_iter().map(|of| figure(session, of)).collect();
         self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
             distance_mm: movement.distance_mm,
             length_mm: interval.as_ref().map(|interval| interval.length_mm),
@@ -68,6 +69,7 @@ impl Held {
         if let Some((sphere, patches)) = session.peek_region() {
             case.region = Some(ball(sphere));
             self.state.patches = patches.into_iter().map(patch).collect();
+            self.state.patches_old = !session.is_fresh(NodeId::Region);
         }
     }
 
@@ -249,6 +251,25 @@ fn same<T>(one: &Option<Arc<T>>, other: &Option<Arc<T>>) -> bool {
 
 pub(crate) fn ball(sphere: Sphere) -> Ball {
     Ball { centre_mm: sphere.centre().coords.into(), radius_mm: sphere.radius() }
+}
+
+/// A figure of a stage.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct FigureShown {
+    #[serde(flatten)]
+    pub(crate) of: supine_flow::Figure,
+    /// Whether it is of what was given before.
+    pub(crate) old: bool,
+}
+
+/// A figure, which is held, of the stage that its group is named after.
+fn figure(session: &Session, of: supine_flow::Figure) -> FigureShown {
+    let node = match of.group {
+        "Mesh" => NodeId::Mesh,
+        "Mechanics" => NodeId::Solve,
+        _ => NodeId::Warp,
+    };
+    FigureShown { old: !session.is_fresh(node), of }
 }
 
 fn patch(patch: supine_flow::UncertainPatch) -> PatchShown {

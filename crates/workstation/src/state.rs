@@ -1,6 +1,8 @@
 //! What the page is told: one object, whole, after each change.
 
 use crate::roots::Named;
+use crate::show::FigureShown;
+use crate::unsaved::UnsavedShown;
 use serde::Serialize;
 use supine_flow::{Case, CaseError, NodeId, Whose};
 use supine_space::{Grid, View};
@@ -28,7 +30,11 @@ pub(crate) struct State {
     pub(crate) job: Option<Job>,
     pub(crate) warnings: Vec<WarningShown>,
     pub(crate) patches: Vec<PatchShown>,
+    /// Whether they are of what was given before.
+    pub(crate) patches_old: bool,
     pub(crate) inspection: Option<InspectionShown>,
+    /// Cases that were changed here before and are in no file.
+    pub(crate) unsaved: Vec<UnsavedShown>,
     /// How far the tumour moves; nothing that is of what was given before.
     pub(crate) tumour: Option<TumourShown>,
     /// The patient's own structures and doses, where the case names some.
@@ -38,7 +44,7 @@ pub(crate) struct State {
     /// What a run left in a folder.
     pub(crate) result: Option<ResultShown>,
     /// Mesh, mechanics and map in a few figures.
-    pub(crate) figures: Vec<supine_flow::Figure>,
+    pub(crate) figures: Vec<FigureShown>,
     /// Archives that were named at the start.
     pub(crate) nodes: Vec<NodeShown>,
     pub(crate) sent: Option<SentShown>,
@@ -62,6 +68,10 @@ pub(crate) struct CaseShown {
     pub(crate) name: String,
     /// Whether a file holds what is shown.
     pub(crate) saved: bool,
+    /// Whether its changes, which no file holds, are kept for the next start.
+    pub(crate) kept: bool,
+    /// Why what another program wrote into its file could not be taken over: what is shown is of the case before.
+    pub(crate) astray: Option<String>,
     /// Whether a change can be taken back, and made again.
     pub(crate) can_undo: bool,
     pub(crate) can_redo: bool,
@@ -262,6 +272,8 @@ pub(crate) struct BesideShown {
 pub(crate) struct ResultShown {
     /// The folder's name.
     pub(crate) name: String,
+    /// Whether it is of the case before a change.
+    pub(crate) old: bool,
     /// `green`, `amber` or `red`.
     pub(crate) verdict: supine_flow::commands::Colour,
     /// What stands first in the report.
@@ -305,6 +317,8 @@ pub(crate) struct WarningShown {
     /// By what the case knows it.
     pub(crate) id: String,
     pub(crate) ticked: bool,
+    /// Whether its stage was made of what was given before.
+    pub(crate) old: bool,
     /// LPS, mm in the CT, where there is one place.
     pub(crate) place_mm: Option<[f64; 3]>,
     pub(crate) stage: String,

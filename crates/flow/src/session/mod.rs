@@ -313,7 +313,7 @@ impl Session {
     }
 
     /// Whether a result is held that is not of what is given now.
-    fn is_stale(&self, node: NodeId) -> bool {
+    pub fn is_stale(&self, node: NodeId) -> bool {
         let held = lock(&self.cells).peek(node).map(|cell| cell.key.clone());
         held.is_some_and(|held| self.key(node).as_ref() != Some(&held))
     }

@@ -36,19 +36,32 @@ async function refusal(answer) {
 
 /** After so long without an answer the user is told, ms. */
 const patience = 3000;
+
+/** Waits for an answer; that none comes is told after a while. @param {Promise<Response>} asked */
+async function timely(asked) {
+  let late = 0;
+  const tell = () => {
+    late = 1;
+    change({ late: now().late + 1 });
+  };
+  const timer = setTimeout(tell, patience);
+  try {
+    return await asked;
+  } finally {
+    clearTimeout(timer);
+    if (late) change({ late: now().late - 1 });
+  }
+}
 /** Commands that change the case whatever it holds. */
 const changing = new Set(["tick", "save"]);
 
 /** Counts a change of the case until it is answered. @template T @param {() => Promise<T>} work @returns {Promise<T>} */
 async function counted(work) {
   change({ unanswered: now().unanswered + 1 });
-  const late = setTimeout(() => change({ silent: true }), patience);
   try {
     return await work();
   } finally {
-    clearTimeout(late);
-    const unanswered = now().unanswered - 1;
-    change({ unanswered, silent: unanswered > 0 && now().silent });
+    change({ unanswered: now().unanswered - 1 });
   }
 }
 
@@ -58,16 +71,17 @@ export const send = (name, body = {}) => (changing.has(name) ? counted(() => sen
 /** @param {string} name @param {object} body @returns {Promise<boolean>} */
 async function sendNow(name, body) {
   try {
-    const answer = await ask(`/api/${name}`, { body });
+    const answer = await timely(ask(`/api/${name}`, { body }));
     // What was refused before is no problem any more when the next command is taken.
     change({ problem: answer.ok ? null : await refusal(answer) });
     return answer.ok;
   } catch {
-    change({ problem: { message: "The program does not answer.", advice: "See whether it still runs." } });
+    change({ problem: mute });
     return false;
   }
 }
 
+const mute = { message: "The program does not answer.", advice: "See whether it still runs." };
 const revision = () => now().server?.revision ?? 0;
 
 /** @type {Promise<unknown>} */
@@ -80,7 +94,7 @@ function inTurn(work) {
   return turn;
 }
 
-/** A change of the case as this page shows it: refused when another window was faster.
+/** A way in the history of the case as this page shows it: refused when another window was faster.
  * @param {string} name @param {object} [body] @returns {Promise<boolean>} */
 const changeCase = (name, body = {}) => counted(() => inTurn(async () => {
   const taken = await sendNow(name, { revision: revision(), ...body });
@@ -88,8 +102,91 @@ const changeCase = (name, body = {}) => counted(() => inTurn(async () => {
   return taken;
 }));
 
-/** @param {{key: string, value: any}[]} edits */
-export const edit = (edits) => changeCase("edit", { edits });
+/** @typedef {{key: string, value: any}[]} Edits */
+
+const values = () => now().server?.case?.values ?? {};
+/** Which case is open: another window may open another one. */
+const opened = () => now().server?.volumes.find(({ id }) => id === "ct")?.key;
+/** @param {any} a @param {any} b */
+const same = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
+
+/** What this page has put into the case: it is no conflict with what it puts there next. @type {Map<string, any>} */
+const own = new Map();
+
+/** What the case said when the user began to type in a field. @type {{field: EventTarget|null, values: Record<string, any>}|null} */
+let typing = null;
+addEventListener("input", ({ target }) => {
+  if (typing?.field !== target) typing = { field: target, values: values() };
+}, true);
+for (const end of ["change", "focusout"]) {
+  addEventListener(end, () => {
+    const ended = typing;
+    // What the field sets is sent first.
+    setTimeout(() => { if (typing === ended) typing = null; });
+  }, true);
+}
+/** What the user saw of the case when the change began that is made now. */
+export const valuesSeen = () => typing?.values ?? values();
+
+/** @type {((mine: boolean) => void)|null} */
+let decide = null;
+/** Whether the user wants what this window has, and not what another one put there. @param {import("./state.js").Conflict[]} conflict
+ * @returns {Promise<boolean>} */
+const mineIsWanted = (conflict) => new Promise((done) => {
+  decide = done;
+  change({ conflict });
+});
+/** The user's choice. @param {boolean} mine */
+export function choose(mine) {
+  change({ conflict: null });
+  decide?.(mine);
+  decide = null;
+}
+
+/** Makes a change of the case from its newest values. Where another window has changed the same values since the user saw them, the user
+ * is asked which are to stay. @param {string} name of the command @param {object} body beside the edits of an edit @param {Edits} edits what it sets
+ * @param {Record<string, any>} [seen] what the user saw @returns {Promise<boolean>} */
+function changeSeen(name, body, edits, seen = valuesSeen()) {
+  const ofThis = opened();
+  return counted(() => inTurn(async () => {
+    try {
+      for (;;) {
+        if (opened() !== ofThis) {
+          change({ problem: { message: "Another case was opened in another window: this change was not made.", advice: null } });
+          return false;
+        }
+        const newest = values();
+        const theirs = edits.filter(({ key, value }) => !same(newest[key], seen[key]) && !same(newest[key], value)
+          && !(own.has(key) && same(newest[key], own.get(key))));
+        // What the user left as it was stays as the other window has it.
+        const differ = theirs.filter(({ key, value }) => !same(value, seen[key]));
+        if (differ.length > 0) {
+          if (!await mineIsWanted(differ.map(({ key, value }) => ({ key, mine: value ?? null, theirs: newest[key] ?? null })))) return false;
+          seen = newest;
+          continue;
+        }
+        const kept = edits.filter((one) => !theirs.includes(one));
+        const what = name === "edit" ? { edits: kept } : body;
+        const answer = await timely(ask(`/api/${name}`, { body: { revision: revision(), ...what } }));
+        if (answer.ok) kept.forEach(({ key, value }) => own.set(key, value ?? null));
+        else if (answer.status !== 409) change({ problem: await refusal(answer) });
+        if (answer.status !== 409) {
+          if (answer.ok) change({ problem: null });
+          await poll();
+          return answer.ok;
+        }
+        if (await poll() !== "live") break;
+      }
+    } catch {
+      // It is told below.
+    }
+    change({ problem: mute });
+    return false;
+  }));
+}
+
+/** @param {Edits} edits @param {Record<string, any>} [seen] what the user saw when the change began */
+export const edit = (edits, seen) => changeSeen("edit", {}, edits, seen);
 
 /** Sends edits that are made from the case's newest values: when someone else was faster they are made anew, once.
  * @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
@@ -97,30 +194,33 @@ export const editNewest = (edits) => counted(() => inTurn(() => editNow(edits)))
 
 /** @param {(values: Record<string, any>) => {key: string, value: any}[]} edits @returns {Promise<boolean>} */
 async function editNow(edits) {
+  const ofThis = opened();
   try {
     for (const last of [false, true]) {
-      const answer = await ask("/api/edit", { body: { revision: revision(), edits: edits(now().server?.case?.values ?? {}) } });
+      const answer = await timely(ask("/api/edit", { body: { revision: revision(), edits: edits(values()) } }));
       if (answer.ok) {
         change({ problem: null });
         await poll();
         return true;
       }
-      if (answer.status !== 409 || last) {
+      const refused = answer.status !== 409 || last;
+      if (!refused) await poll();
+      if (refused || opened() !== ofThis) {
         change({ problem: await refusal(answer) });
         return false;
       }
-      await poll();
     }
   } catch {
-    change({ problem: { message: "The program does not answer.", advice: "See whether it still runs." } });
+    change({ problem: mute });
   }
   return false;
 }
 
 /** The case carries an object along, or not. @param {string} id @param {boolean} on */
-export const carry = (id, on) => changeCase("carry", { id, on });
+export const carry = (id, on) => changeSeen("carry", { id, on }, []);
 /** A region of a structure set becomes the tumour. @param {string} id @param {string} region */
-export const tumourFrom = (id, region) => changeCase("tumour", { id, region });
+export const tumourFrom = (id, region) => changeSeen("tumour", { id, region }, [{ key: "tumour.structure", value: region },
+  { key: "tumour.centre", value: null }, { key: "tumour.radius", value: null }]);
 export const undo = () => changeCase("undo");
 export const redo = () => changeCase("redo");
 /** @param {string|null} until */
@@ -134,6 +234,13 @@ export const followAt = (address) => send("follow", { address });
 export const leave = () => send("leave");
 /** @param {string} id @param {boolean} on */
 export const tick = (id, on) => send("tick", { id, on });
+/** Throws away what was kept of a case. @param {string} id */
+export const discard = (id) => send("discard", { id });
+/** Whose CT a case, a run or what was kept is of, in one line. @param {string} id @returns {Promise<string|null>} */
+export async function whose(id) {
+  const answer = await ask(`/api/whose/${encodeURIComponent(id)}`).catch(() => null);
+  return answer?.ok ? (await answer.json()).whose : null;
+}
 /** @param {string} dir @param {string} name */
 export const saveAs = (dir, name) => send("save", { dir, name });
 export const cancel = () => send("cancel");
@@ -212,7 +319,7 @@ export const refresh = () => poll();
 /** Asks for the state once. @returns {Promise<"live"|"gone"|"refused">} */
 async function poll() {
   try {
-    const answer = await ask("/api/state");
+    const answer = await timely(ask("/api/state"));
     if (answer.status === 401) return "refused";
     if (!answer.ok) return "gone";
     change({ server: await answer.json(), link: "live" });

@@ -1,7 +1,7 @@
 // The live picture of the turned bed, with or without an applicator: what is asked for, one frame at a time, and what comes.
 import { isIn, isTracked, loadFrom, questionOf, takenOut } from "./applicator.js";
 import { clamp, nearest } from "./geometry.js";
-import { editNewest, followFrames, tell } from "./link.js";
+import { edit, followFrames, tell, valuesSeen } from "./link.js";
 import { change, now, planes, viewOf } from "./state.js";
 
 /** @typedef {import("./state.js").State} State */
@@ -104,32 +104,46 @@ function take(buffer) {
   ask();
 }
 
+/** What the case said when the hand began to turn the bed. @type {Record<string, any>|null} */
+let seen = null;
+/** What is being sent, which the case will say next. @type {Record<string, any>|null} */
+let sent = null;
+const seenNow = () => seen ?? sent ?? valuesSeen();
+
 /** A slider is being moved. @param {Angles} bed */
-export const tryAngles = (bed) => change({ bed, turning: true });
+export function tryAngles(bed) {
+  seen = seenNow();
+  change({ bed, turning: true });
+}
 
 let sending = false;
 let again = false;
 
 /** The angles go into the case: the newest, one edit at a time, however fast the keys come. @param {Angles} bed */
 export async function setAngles(bed) {
+  seen = seenNow();
   change({ bed, turning: false });
   again = true;
   if (sending) return;
   sending = true;
   while (again) {
     again = false;
-    const { bed: newest } = now();
-    if (newest && !sameAngles(newest, caseAngles(now()))) await editNewest(() => editsOf(newest));
+    const [{ bed: newest }, began] = [now(), seen];
+    const edits = newest && began ? editsOf(newest, began) : [];
+    if (!now().turning) seen = null;
+    sent = newest && { "bed.ap": newest.ap, "bed.lat": newest.lat };
+    if (edits.length > 0 && !await edit(edits, began ?? {}) && !again) change({ bed: caseAngles(now()) });
   }
   sending = false;
+  sent = null;
+  // An angle that another window has changed meanwhile is shown.
+  if (!now().turning && caseAngles(now())) change({ bed: caseAngles(now()) });
   settle(now());
 }
 
-/** Only what changes: the history has no steps without one. @param {Angles} bed */
-function editsOf(bed) {
-  const { case: opened } = now().server ?? {};
-  return [{ key: "bed.ap", value: bed.ap }, { key: "bed.lat", value: bed.lat }].filter(({ key, value }) => opened?.values[key] !== value);
-}
+/** Only what the hand has changed: the other angle may be another window's. @param {Angles} bed @param {Record<string, any>} before */
+const editsOf = (bed, before) => [{ key: "bed.ap", value: bed.ap }, { key: "bed.lat", value: bed.lat }]
+  .filter(({ key, value }) => before[key] !== value);
 
 /** The simulated CT of these very angles is in the page. @param {State} state */
 function simulated(state) {

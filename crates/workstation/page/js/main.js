@@ -1,5 +1,6 @@
 // Puts the page together: events change the state, a change asks for one drawing.
 import { followCase, placeCrosshair } from "./actions.js";
+import { followFocus, keepFocus } from "./focus.js";
 import { makeHelp } from "./help.js";
 import { listenKeys } from "./keys.js";
 import { follow as followLink, takeToken } from "./link.js";
@@ -43,6 +44,7 @@ function drawOnChange(views, drawPanels) {
     drawShell(state);
     drawPanels(state);
     views.forEach((view) => view.draw(state));
+    keepFocus();
   };
   // Events come faster than the screen: each picture is drawn once, of the newest state.
   const ask = () => {
@@ -74,6 +76,7 @@ function start() {
     speak(state, before);
   });
   listenKeys(help);
+  followFocus();
   addEventListener("pagehide", keepLook);
   // A new address in the same tab differs in its key alone, and the browser would not load the page again.
   addEventListener("hashchange", () => {

@@ -2,7 +2,7 @@
 import { chooseStep, steps, toggle } from "./actions.js";
 import { element, fixed, remake, say } from "./dom.js";
 import { hint } from "./keys.js";
-import { send } from "./link.js";
+import { choose, send } from "./link.js";
 import { change, now, shownVolume } from "./state.js";
 import { changeText } from "./views/change.js";
 import { readAt } from "./views/overlay.js";
@@ -16,7 +16,8 @@ const at = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.ge
 function drawCase(state) {
   const opened = state.server?.case ?? null;
   // What the program has not answered it may not have heard.
-  const word = state.silent ? "\u25cb not saved: the program does not answer"
+  const word = state.unanswered > 0 && state.late > 0 ? "\u25cb not saved: the program does not answer"
+    : state.conflict ? "\u25cb not saved: choose a value"
     : state.unanswered > 0 ? "\u25cb saving\u2026" : opened?.saved ? "\u25cf saved" : "\u25cb not saved";
   remake(at("case"), opened && [opened.name, word], () => opened
     ? [element("span", { class: "name" }, opened.name), element("span", { class: "saved" }, word)]
@@ -28,7 +29,11 @@ function drawPatient({ server }) {
   const { patient = null, phase } = server ?? {};
   const told = patient ? [patient.name || "no name", patient.id && `ID ${patient.id}`, patient.born && `born ${patient.born}`, patient.study, patient.series]
     : server?.case && phase === "ready" ? ["The CT names no patient"] : [];
-  remake(at("patient"), told, () => told.filter(Boolean).map((text, n) => element(n === 0 ? "strong" : "span", {}, text)));
+  // Who prints the page takes the name along.
+  const leaves = Boolean(patient) && server?.case?.values["export.anonymise"] === true;
+  at("patient").classList.toggle("unprinted", leaves);
+  remake(at("patient"), [told, leaves], () => [...told.filter(Boolean).map((text, n) => element(n === 0 ? "strong" : "span", {}, text)),
+    leaves ? element("span", { class: "leaves" }, "leaves de-identified") : ""]);
 }
 
 /** Takes of the state only what it needs: its buttons stay as long as the step does, and would keep the voxels of another CT.
@@ -73,25 +78,59 @@ function drawWarnings(state) {
   at("fold").setAttribute("aria-expanded", String(state.panel));
 }
 
+/** Values by their keys, as the panels call them. @type {Record<string, string>} */
+const names = { "bed.ap": "bed, AP", "bed.lat": "bed, LAT", "tumour.centre": "tumour\u2019s centre", "tumour.radius": "tumour\u2019s radius",
+  "tumour.structure": "tumour, as a region", "region.centre": "region\u2019s centre", "region.radius": "region\u2019s radius" };
+
+/** A value of the case in words. @param {any} value */
+function inWords(value) {
+  const numbers = (/** @type {any[]} */ all) => all.length === 3 && all.every((one) => typeof one === "number");
+  if (value === null) return "not given";
+  if (typeof value === "number") return fixed(value, Number.isInteger(value) ? 0 : 1);
+  if (Array.isArray(value)) return numbers(value) ? placeText(/** @type {any} */ (value)) : `${value.length} entries`;
+  return String(value);
+}
+
+/** Two windows have changed the same: which of both stays. @param {State} state */
+const conflictRow = ({ conflict }) => (conflict ? [element("div", { class: "problem conflict" },
+  element("div", {}, element("p", {}, element("strong", {}, "Another window has changed the same value.")),
+    ...conflict.map(({ key, mine, theirs }) => element("p", {}, `${names[key] ?? key}: there ${inWords(theirs)}, here ${inWords(mine)}.`))),
+  element("div", { class: "choices" }, element("button", { type: "button", "data-key": "theirs", onclick: () => choose(false) }, "Keep the other\u2019s"),
+    element("button", { type: "button", "data-key": "mine", onclick: () => choose(true) }, "Use this one")))] : []);
+
+/** What stays until it is so no longer. @param {State} state */
+function standing(state) {
+  const { late, server } = state;
+  const astray = server?.case?.astray;
+  return [
+    ...late > 0 ? [{ message: "The program has not answered for 3 s.", advice: "What was changed last may not be saved. It goes on as soon as the program answers." }] : [],
+    ...astray ? [{ message: `${server?.case?.name} was changed by another program and cannot be taken over: ${astray}`,
+      advice: "What is shown is of the case before. Mend the file, or open it again." }] : [],
+  ];
+}
+
 /** @param {State} state */
 function drawProblems(state) {
-  const problems = [];
+  /** @type {{message: string, advice: string|null, own?: boolean}[]} */
+  const problems = standing(state);
   if (state.problem) problems.push({ ...state.problem, own: true });
   const told = state.server?.problem;
   // A refused command may be told twice: as its answer and in the state.
   if (told && told.message !== state.problem?.message) problems.push({ ...told, own: false });
-  remake(at("problems"), problems, (all) => all.map(({ message, advice, own }) => element("div", { class: "problem" },
+  remake(at("problems"), { problems, conflict: state.conflict }, () => [...conflictRow(state), ...problems.map(({ message, advice, own }) => element("div", { class: "problem" },
     element("p", {}, element("strong", {}, message), advice ? ` ${advice}` : ""),
-    element("button", {
+    own === undefined ? "" : element("button", {
       type: "button", "aria-label": "Dismiss", onclick: () => (own ? change({ problem: null }) : send("dismiss")),
-    }, "\u2715"))));
+    }, "\u2715")))]);
 }
 
 /** @param {State} state */
 function drawCurtain(state) {
   const opened = state.server?.case;
+  const but = state.unanswered > 0 ? ", but for the last one" : "";
   const kept = !opened ? ""
-    : !opened.saved ? " The case was not saved: no file holds it."
+    : opened.kept ? ` The case is in no file. Its changes are kept${but}: step 1 offers them when the program is started here again.`
+      : !opened.saved ? (opened.can_undo || but ? " The case was not saved: no file holds it." : "")
       : state.unanswered > 0 ? ` The case is in ${opened.name}, but for the last change.` : ` The case is saved in ${opened.name}.`;
   const text = state.link === "refused"
     ? "This page\u2019s key is not valid any more. Open the address that the program printed anew."

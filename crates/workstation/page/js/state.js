@@ -29,8 +29,10 @@
 /** @typedef {{phase: "off"|"connecting"|"following"|"gone", address: string|null, answer: Answer|null, rate: number|null, status: string|null,
  *   why: string|null, passed: number, passed_why: string|null}} Navigation */
 /** @typedef {{message: string, advice: string|null}} Problem */
-/** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, place_mm: Triple|null}} Warning */
-/** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null}} Figure */
+/** @typedef {{key: string, mine: any, theirs: any}} Conflict */
+/** @typedef {{id: string, name: string, changed: number}} Unsaved a case in no file; `changed`: seconds since 1970 */
+/** @typedef {{id: string, stage: string, code: string, message: string, ticked: boolean, old?: boolean, place_mm: Triple|null}} Warning */
+/** @typedef {{group: string, name: string, text: string, level: "good"|"watch"|"bad"|null, old?: boolean}} Figure */
 /** @typedef {{centre_mm: Triple, area_cm2: number, error_mm: number, name: string}} Patch */
 /** @typedef {{what: string, share: number|null, can_cancel: boolean}} Job */
 /** @typedef {{name: string, state: string, share: number|null, seconds: number|null, found: string|null}} Stage */
@@ -38,7 +40,7 @@
  *   files: number, usable: boolean, problems: string[], picture: boolean}} Series */
 /** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
  *   case: Case|null, patient?: {name: string, id: string, born: string, study: string, series: string}|null,
- *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[],
+ *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[], patches_old?: boolean, unsaved?: Unsaved[],
  *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
  *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
@@ -56,9 +58,10 @@
 /** @typedef {{part: string, key: string, shape?: "ct"|"deformed"|"both", kind?: "triangles"|"arrows"|"points"}} Named a surface that can be had */
 /** @typedef {{distance_mm: number, length_mm: [number, number]|null, within_mm: number|null, level: number|null,
  *   reason?: string|null}} Way the tumour's */
-/** @typedef {{name: string, saved: boolean, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
- *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since */
-/** @typedef {{name: string, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
+/** @typedef {{name: string, saved: boolean, kept?: boolean, astray?: string|null, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
+ *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since; `kept`: in
+ *   no file, but for the next start; `astray`: why what its file says now is not shown */
+/** @typedef {{name: string, old?: boolean, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
  *   verified?: {ok: boolean, text: string}|null, confirm?: string|null}} Result */
 /** @typedef {{key: string, grid: Volume, voxels: Int16Array|Uint8Array, arrived: number}} Held voxels in the page */
 /** @typedef {{key: string, shape: "ct"|"deformed"|"both", kind: "triangles"|"arrows"|"points", points: Float32Array,
@@ -75,7 +78,8 @@ const initial = {
   /** @type {"waiting"|"live"|"gone"|"refused"} */ link: "waiting",
   /** @type {Problem|null} a problem that the page itself found */ problem: null,
   /** Changes of the case that were sent and not answered: nobody knows whether they are saved. */ unanswered: 0,
-  /** One of them has waited for longer than the program takes. */ silent: false,
+  /** Questions that have waited for longer than the program takes. */ late: 0,
+  /** @type {Conflict[]|null} values that another window has changed too */ conflict: null,
   /** @type {Record<string, Held>} */ voxels: {},
   /** @type {Record<string, Surface>} */ surfaces: {},
   step: "open",

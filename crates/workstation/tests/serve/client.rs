@@ -43,6 +43,15 @@ impl Page {
     }
 
     pub(crate) fn with_threads(path: &Path, threads: usize) -> Self {
+        Self::start(path, threads, None)
+    }
+
+    /// One that keeps unsaved changes in a folder.
+    pub(crate) fn keeping(path: &Path, unsaved: &Path) -> Self {
+        Self::start(path, 2, Some(unsaved.into()))
+    }
+
+    fn start(path: &Path, threads: usize, unsaved: Option<PathBuf>) -> Self {
         let (address, told) = channel();
         let goes_on = Arc::new(AtomicBool::new(true));
         let starter = Starter { address, goes_on: Arc::clone(&goes_on) };
@@ -54,6 +63,7 @@ impl Page {
             nodes: vec![],
             threads,
             start: None,
+            unsaved,
         };
         std::thread::spawn(move || open(&given, &starter).unwrap());
         let address = told.recv_timeout(PATIENCE).unwrap();

@@ -7,3 +7,4 @@ mod follow;
 mod live;
 mod paint;
 mod requests;
+mod unsaved;

@@ -227,7 +227,7 @@ fn edits_are_in_the_file_are_taken_back_and_refused_when_somebody_was_faster() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), on_disk);
     // Another program.
     std::fs::write(&path, &before).unwrap();
-    assert_eq!(edit(revision + 3, "bed.ap", json!(1.0)).status, 400);
+    assert_eq!(edit(revision + 3, "bed.ap", json!(1.0)).status, 409);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), before);
 }
 
@@ -332,11 +332,36 @@ fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let edits = json!([{ "key": "bed.ap", "value": 1.0 }]);
     let revision = page.idle()["revision"].clone();
     page.post("/api/edit", &json!({ "revision": revision, "edits": edits }));
-    assert_eq!(page.idle()["result"], Value::Null);
+    what_was_written_is_old_until_the_change_is_taken_back(&page, &state);
     for name in ["../out", "a/b", "", ".hidden"] {
         let out = json!({ "dir": "0", "name": name });
         assert_eq!(page.post("/api/run", &json!({ "out": out })).status, 400, "{name}");
     }
+}
+
+fn what_was_written_is_old_until_the_change_is_taken_back(page: &Page, state: &Value) {
+    let old = page.idle();
+    assert_eq!((&old["result"]["old"], &old["figures"][0]["old"]), (&json!(true), &json!(false)));
+    let figures = old["figures"].as_array().unwrap();
+    assert!(figures.iter().any(|figure| figure["group"] == "Mechanics" && figure["old"] == true));
+    // What lies in the run's folder alone is old too.
+    assert_eq!((stage(&old, "export"), stage(&old, "import")), (json!("stale"), json!("done")));
+    let send = json!({ "to": "ARCHIVE@127.0.0.1:1", "confirm": state["result"]["confirm"] });
+    assert_eq!(page.post("/api/send", &send).status, 400);
+    page.post("/api/undo", &json!({ "revision": old["revision"] }));
+    let back = page.idle();
+    assert_eq!((&back["result"]["old"], stage(&back, "export")), (&json!(false), json!("done")));
+    // An archive that does not answer: who gives up is told how much was stored.
+    let archive = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("ARCHIVE@{}", archive.local_addr().unwrap());
+    let confirm = page.idle()["result"]["confirm"].clone();
+    let send = json!({ "to": address, "confirm": confirm });
+    assert_eq!(page.post("/api/send", &send).status, 200);
+    page.post("/api/cancel", &json!({}));
+    let state = page.idle();
+    let told = state["sent"]["text"].as_str().unwrap();
+    assert!(told.starts_with("cancelled: 0 objects stored"), "{told}");
+    assert_eq!(state["problem"], Value::Null);
 }
 
 #[test]

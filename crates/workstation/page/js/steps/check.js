@@ -5,7 +5,7 @@ import { hint } from "../keys.js";
 import { tick } from "../link.js";
 import { change, now } from "../state.js";
 import { ownPart } from "./own.js";
-import { part, way } from "./parts.js";
+import { oldMark, part, way } from "./parts.js";
 import { figureTable, verdictLines } from "./verdict.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -18,10 +18,10 @@ async function send(box, id) {
 }
 
 /** @param {import("../state.js").Warning} one @param {boolean} current */
-const row = ({ id, message, ticked, place_mm: place }, current) => element("li", { class: "ticked", "aria-current": current && "true" },
+const row = ({ id, message, ticked, old, place_mm: place }, current) => element("li", { class: "ticked", "aria-current": current && "true" },
   element("input", { type: "checkbox", "data-key": `tick ${id}`, "aria-label": `Seen: ${message}`, checked: ticked,
     onchange: (/** @type {any} */ event) => send(event.target, id) }),
-  element("div", {}, element("p", {}, message), place ? element("button", {
+  element("div", {}, element("p", {}, old ? oldMark() : "", message), place ? element("button", {
     type: "button", class: "jump", "data-key": `go ${id}`, "aria-label": `Go there: ${message}`, onclick: () => goToWarning(id),
   }, "Go there\u00a0\u25b8") : ""));
 
@@ -54,10 +54,10 @@ function unjudged({ server }) {
     : { colour: null, headline: "Not judged yet: a run that is written gives the verdict.", reasons: [] };
 }
 
-/** What the run said, as long as the case is that of the run; before it, what is known already. @returns {Part} */
+/** What the run said, marked once the case is another one; before it, what is known already. @returns {Part} */
 function verdict() {
   const data = (/** @type {State} */ state) => (state.server?.result
-    ? { colour: state.server.result.verdict, headline: state.server.result.headline, reasons: state.server.result.reasons } : unjudged(state));
+    ? { colour: state.server.result.verdict, ...state.server.result } : unjudged(state));
   return part("verdict-part", data, (told) => (told ? [element("h3", {}, "Verdict"),
     ...(told.colour ? verdictLines(/** @type {any} */ (told)) : [element("p", { class: "quiet" }, told.headline)])] : []));
 }

@@ -4,7 +4,7 @@ import { element, fixed } from "../dom.js";
 import { hint } from "../keys.js";
 import { list, run, saveAs } from "../link.js";
 import { change, now } from "../state.js";
-import { part } from "./parts.js";
+import { oldMark, part } from "./parts.js";
 import { place } from "./place.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -85,12 +85,12 @@ const patchText = ({ name, area_cm2: area, error_mm: error }) =>
 
 /** Uncertain patches of the wall, largest first as the server has them. @returns {Part} */
 export function patches() {
-  const data = (/** @type {State} */ state) => ({ all: state.server?.patches ?? [], patch: state.patch });
-  return part("patches", data, ({ all, patch }) => {
+  const data = (/** @type {State} */ state) => ({ all: state.server?.patches ?? [], patch: state.patch, old: state.server?.patches_old });
+  return part("patches", data, ({ all, patch, old }) => {
     if (all.length === 0) return [];
     const area = all.reduce((sum, one) => sum + one.area_cm2, 0);
     return [
-      element("h3", {}, `Uncertain wall: ${fixed(area)} cm\u00b2`),
+      element("h3", {}, old ? oldMark() : "", `Uncertain wall: ${fixed(area)} cm\u00b2`),
       element("button", { type: "button", "data-key": "next", title: hint("patch"), onclick: () => goToPatch() }, "Next (X)"),
       element("ol", { class: "plain" }, ...all.map((one, n) => element("li", { "aria-current": n === patch && "true" },
         element("button", { type: "button", class: "jump", "data-key": `patch ${n}`, onclick: () => goToPatch(n) },

@@ -1,6 +1,6 @@
 // Step 1 without a case: folders, cases, runs, and the series of an inspected folder.
 import { element, fixed } from "../dom.js";
-import { list, picture, send } from "../link.js";
+import { discard, list, picture, send, whose } from "../link.js";
 import { change, follow, now } from "../state.js";
 import { kinds } from "./beside.js";
 import { part } from "./parts.js";
@@ -24,12 +24,40 @@ async function open(what) {
   if (await send("open", what)) change({ choosing: false });
 }
 
+/** Whose CT it is of, once that is known: a folder may hold several patients'. @param {string} id */
+function whoseLine(id) {
+  const line = element("p", { class: "whose" });
+  whose(id).then((told) => { line.textContent = told ?? "names no patient"; });
+  return line;
+}
+
 /** @param {string} kind @param {string} title @param {Named[]} all @param {(one: Named) => void} does */
 function entries(kind, title, all, does) {
   if (all.length === 0) return [];
   return [element("h3", {}, title), element("ul", { class: "plain entries" }, ...all.map((one) => element("li", {},
-    element("button", { type: "button", class: `entry ${kind}`, "data-key": `${kind} ${one.id}`, onclick: () => does(one) }, one.name))))];
+    element("button", { type: "button", class: `entry ${kind}`, "data-key": `${kind} ${one.id}`, onclick: () => does(one) }, one.name),
+    kind === "folder" ? "" : whoseLine(one.id))))];
 }
+
+/** Thrown away by a second click. @param {string} id */
+function throwAway(id) {
+  let sure = false;
+  const button = element("button", { type: "button", "data-key": `discard ${id}`, onclick: () => {
+    if (sure) discard(id);
+    sure = true;
+    button.textContent = "Throw away for good";
+  } }, "Throw away");
+  return button;
+}
+
+const when = new Intl.DateTimeFormat("en-GB", { dateStyle: "medium", timeStyle: "short" });
+
+/** Cases that were changed here and are in no file. @param {import("../state.js").Unsaved[]} all */
+const unsaved = (all) => (all.length === 0 ? [] : [element("h3", {}, "Not saved"),
+  element("ul", { class: "plain" }, ...all.map(({ id, name, changed }) => element("li", { class: "unsaved" },
+    element("p", {}, element("strong", {}, `New case from ${name}`)), whoseLine(id), element("p", {}, `changed ${when.format(1000 * changed)}, in no file`),
+    element("div", { class: "choices" }, element("button", {
+      type: "button", class: "primary", "data-key": `unsaved ${id}`, onclick: () => open({ unsaved: id }) }, "Go on with it"), throwAway(id)))))]);
 
 /** @param {NonNullable<State["list"]>} listed */
 function folder(listed) {
@@ -104,5 +132,6 @@ export function openParts() {
   });
   const back = part("back", (state) => state.choosing && Boolean(state.server?.case), (can) => (can
     ? [element("button", { type: "button", onclick: () => change({ choosing: false }) }, "Back to the open case")] : []));
-  return [back, series, files];
+  const left = part("left", (state) => (wanted(state) ? state.server?.unsaved ?? [] : []), unsaved);
+  return [back, left, series, files];
 }

@@ -28,8 +28,7 @@ export function makePanels(root) {
   root.append(job.root, ...Object.values(panels).map((one) => one.root), shown.root, all.root, display.root, log.root);
   let before = "";
   return (/** @type {State} */ state) => {
-    // Another step is read from its beginning.
-    if (state.step !== before) root.scrollTop = 0;
+    const another = state.step !== before;
     before = state.step;
     job.draw(state);
     for (const [step, one] of Object.entries(panels)) {
@@ -40,5 +39,7 @@ export function makePanels(root) {
     all.draw(state);
     display.draw(state);
     log.draw(state);
+    // Another step is read from its beginning, whatever was scrolled to while it was drawn.
+    if (another) root.scrollTop = 0;
   };
 }

@@ -18,9 +18,12 @@ export function part(kind, data, make) {
 
 /** @param {string} kind @param {string} title @param {Part[]} parts @returns {Part} */
 export function panel(kind, title, parts) {
-  const root = element("section", { class: `step-panel ${kind}`, "aria-label": title }, element("h2", {}, title), ...parts.map((one) => one.root));
+  const root = element("section", { class: `step-panel ${kind}`, tabindex: "-1", "aria-label": title }, element("h2", {}, title), ...parts.map((one) => one.root));
   return { root, draw: (state) => parts.forEach((one) => one.draw(state)) };
 }
+
+/** What is of the case before its last change. */
+export const oldMark = () => element("span", { class: "old-mark", title: "of the case before its last change" }, "OLD");
 
 /** @param {number|null} share */
 export const percent = (share) => (share === null ? "" : `${Math.round(100 * share)}\u202f%`);
@@ -66,7 +69,7 @@ export function warnings(stage) {
   return part("warnings", wanted, (all) => (all.length === 0 ? [] : [
     element("h3", {}, "Warnings"),
     element("ul", { class: "plain" }, ...all.map((one) => element("li", {}, element("span", { class: "sign", "aria-hidden": "true" }, "\u26a0"),
-      element("span", {}, one.message)))),
+      element("span", {}, one.old ? oldMark() : "", one.message)))),
   ]));
 }
 
@@ -93,6 +96,15 @@ export function numberIn(field) {
   const wrong = x === null && text !== "" ? "Give one number, such as 2.5 or 2,5." : out ? `Give a number from ${least} to ${most}.` : "";
   field.setCustomValidity(wrong);
   return wrong === "" ? x : null;
+}
+
+/** Enter in a field does what the button beside it says. @param {HTMLInputElement} field @param {HTMLButtonElement} button */
+export function enters(field, button) {
+  field.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" || event.isComposing) return;
+    event.preventDefault();
+    button.click();
+  });
 }
 
 /** @param {string} label @param {{id: string, unit?: string, min?: number, max?: number,

@@ -2,6 +2,7 @@
 import { element, remake, say } from "../dom.js";
 import { list } from "../link.js";
 import { now } from "../state.js";
+import { enters } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./parts.js").Part} Part */
@@ -28,6 +29,7 @@ export function place({ id, label, usual, button, primary, wanted, does }) {
     const { list: listed } = now();
     if (listed && name.value.trim()) does(listed.dir.id, name.value.trim());
   } }, button);
+  enters(name, go);
   const root = element("div", { class: "place" }, element("p", { class: "field" }, element("label", { for: id }, label), name), details, go);
   let asked = false;
   return { root, draw: (state) => {

@@ -2,7 +2,7 @@
 import { element, remake } from "../dom.js";
 import { sendTo } from "../link.js";
 import { now } from "../state.js";
-import { part } from "./parts.js";
+import { enters, part } from "./parts.js";
 import { confirmation, confirmed, finding, once } from "./verdict.js";
 
 /** @typedef {import("../state.js").State} State */
@@ -21,10 +21,11 @@ function form() {
     element("p", { class: "quiet", id: "send-form" }, "AE title@host:port"));
   const to = () => nodes.value || (address.value && address.checkValidity() ? address.value.trim() : "");
   const go = element("button", { type: "button", onclick: () => once(sendTo(to(), asked(now()).words && now().typed.trim())) }, "Send");
-  const words = confirmation(asked);
+  const words = confirmation(asked, go);
+  enters(address, go);
   const root = element("div", { class: "send" }, element("h3", {}, "Send to a DICOM node"), known, typed, words.root, go);
   const draw = (/** @type {State} */ state) => {
-    root.hidden = !state.server?.result;
+    root.hidden = !state.server?.result || state.server.result.old === true;
     if (root.hidden) return;
     const all = state.server?.nodes ?? [];
     const before = nodes.value;

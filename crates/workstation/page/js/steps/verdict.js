@@ -1,6 +1,7 @@
 // What the program makes of the result, and the words that a user types before a doubtful one leaves.
 import { element, remake } from "../dom.js";
 import { change } from "../state.js";
+import { enters, oldMark } from "./parts.js";
 
 /** @typedef {import("../state.js").State} State */
 /** @typedef {import("./parts.js").Part} Part */
@@ -11,9 +12,10 @@ const words = { good: "good", watch: "look at this", bad: "bad" };
 /** @type {Record<string, string>} */
 const levels = { good: "\u2713", watch: "\u26a0", bad: "\u2715" };
 
-/** @param {{colour: "green"|"amber"|"red", headline: string, reasons: string[]}} told @returns {(Node|string)[]} */
-export const verdictLines = ({ colour, headline, reasons }) => [
-  element("p", { class: `verdict ${colour}` }, element("span", { "aria-hidden": "true" }, `${signs[colour] ?? ""} `), headline),
+/** @param {{colour: "green"|"amber"|"red", headline: string, reasons: string[], old?: boolean}} told @returns {(Node|string)[]} */
+export const verdictLines = ({ colour, headline, reasons, old }) => [
+  old ? element("p", { class: "old-line" }, oldMark(), "The case was changed since this was written: write it anew.") : "",
+  element("p", { class: `verdict ${old ? "old" : colour}` }, element("span", { "aria-hidden": "true" }, `${signs[colour] ?? ""} `), headline),
   reasons.length > 0 ? element("ul", { class: "plain reasons" }, ...reasons.map((reason) => element("li", {}, reason))) : "",
 ];
 
@@ -22,7 +24,7 @@ export const finding = (ok, text) => element("p", { class: ok ? "finding good" :
   element("span", { class: "sign", "aria-hidden": "true" }, ok ? "\u2713" : "\u2715"), element("span", {}, text));
 
 /** @param {import("../state.js").Figure} figure */
-const figureRow = ({ name, text, level }) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, text),
+const figureRow = ({ name, text, level, old }) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, old ? oldMark() : "", text),
   element("td", { class: level ?? "" }, level ? element("span", { role: "img", "aria-label": words[level], title: words[level] }, levels[level]) : ""));
 
 /** @param {import("../state.js").Figure[]} all @returns {(Node|string)[]} */
@@ -34,10 +36,11 @@ export function figureTable(all) {
 }
 
 /** A field in which the words are typed that confirm a sending.
- * @param {(state: State) => {words: string|null, reasons: string[]}} asked @returns {Part} */
-export function confirmation(asked) {
+ * @param {(state: State) => {words: string|null, reasons: string[]}} asked @param {HTMLButtonElement} go what Enter in it does @returns {Part} */
+export function confirmation(asked, go) {
   const field = element("input", { type: "text", id: "confirm", autocomplete: "off", spellcheck: "false", "aria-describedby": "confirm-why",
     oninput: () => change({ typed: field.value }) });
+  enters(field, go);
   const label = element("label", { for: "confirm" });
   const reasons = element("ul", { class: "plain reasons", id: "confirm-why" });
   const root = element("div", { class: "confirm" }, reasons, label, field);

@@ -1,0 +1,263 @@
+//! Changes of a case that no file holds: each is kept on disk, and offered when the program is started there again.
+//!
+//! They are kept with the user's own settings, not among the patient's files, which may be read-only: names are random, and only
+//! the owner may read them. A file beside each is locked by the program that has it open; the lock ends with that program,
+//! however it ends.
+
+use crate::Error;
+use crate::desk::{Desk, Held};
+use crate::roots::{Roots, name_of};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+use supine_flow::CaseFile;
+
+/// Which form the files have.
+const FORM: u32 = 1;
+
+/// What is kept of a case.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(crate) struct Record {
+    form: u32,
+    /// The folder of the series or of the run that the case was made from.
+    place: PathBuf,
+    /// From where paths of the case lead.
+    folder: PathBuf,
+    /// The case, TOML.
+    text: String,
+    /// When it was changed last, seconds since 1970.
+    changed: u64,
+}
+
+impl Record {
+    pub(crate) fn case(&self) -> CaseFile {
+        CaseFile::new(self.text.clone(), self.folder.clone())
+    }
+
+    pub(crate) fn place(&self) -> &Path {
+        &self.place
+    }
+
+    fn read(path: &Path) -> Option<Self> {
+        let record: Self = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+        (record.form == FORM).then_some(record)
+    }
+}
+
+/// The case that is open, as long as no file holds it.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    place: PathBuf,
+    /// What it was when it was opened: without changes nothing is kept. None of a case that was kept before.
+    first: Option<String>,
+    file: Option<Locked>,
+}
+
+/// A file that this program alone writes.
+#[derive(Debug)]
+struct Locked {
+    path: PathBuf,
+    _lock: File,
+}
+
+impl Kept {
+    /// Nothing yet, of a case made from a series or a run.
+    pub(crate) fn new(place: PathBuf, case: &CaseFile) -> Self {
+        Self { place, first: Some(case.text().into()), file: None }
+    }
+
+    /// Whether the case as it is now is kept.
+    pub(crate) fn is_there(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Keeps the case as it is now; what was kept goes when no change is left.
+    ///
+    /// # Errors
+    /// When it cannot be written. What was kept before is gone then: it is not what is shown.
+    fn keep(&mut self, dir: &Path, case: &CaseFile) -> io::Result<()> {
+        let kept = self.file.take();
+        if self.first.as_deref() == Some(case.text()) {
+            kept.into_iter().for_each(Locked::remove);
+            return Ok(());
+        }
+        let kept = kept.map_or_else(|| Locked::new(dir), Ok)?;
+        match kept.write(&self.place, case) {
+            Ok(()) => self.file = Some(kept),
+            Err(error) => {
+                kept.remove();
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// The case has a file now, or is thrown away.
+    fn end(self) {
+        self.file.into_iter().for_each(Locked::remove);
+    }
+}
+
+impl Locked {
+    fn new(dir: &Path) -> io::Result<Self> {
+        make_own(dir)?;
+        let mut bytes = [0; 8];
+        getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+        let name: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let path = dir.join(name).with_extension("json");
+        Self::take(path)?.ok_or_else(|| io::ErrorKind::AlreadyExists.into())
+    }
+
+    /// A file that is there; none when another program has it.
+    fn take(path: PathBuf) -> io::Result<Option<Self>> {
+        let mut options = OpenOptions::new();
+        options.write(true).create(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let lock = options.open(path.with_extension("lock"))?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Some(Self { path, _lock: lock })),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+
+    fn write(&self, place: &Path, case: &CaseFile) -> io::Result<()> {
+        let folder = case.spec().map_err(io::Error::other)?.folder().to_path_buf();
+        let changed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+        let (place, text) = (place.to_path_buf(), case.text().to_owned());
+        let record = Record { form: FORM, place, folder, text, changed };
+        // Temporary files are their owner's alone.
+        let dir = self.path.parent().unwrap_or(Path::new(""));
+        let mut file = tempfile::NamedTempFile::new_in(dir)?;
+        file.write_all(&serde_json::to_vec(&record)?)?;
+        file.as_file().sync_all()?;
+        file.persist(&self.path)?;
+        Ok(())
+    }
+
+    fn remove(self) {
+        for path in [self.path.clone(), self.path.with_extension("lock")] {
+            // What is left is offered again, and can be thrown away then.
+            let _left = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// A folder that its owner alone may look into.
+fn make_own(dir: &Path) -> io::Result<()> {
+    let mut builder = std::fs::DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.recursive(true).create(dir)
+}
+
+/// Where programs keep such things of the user whose process this is; none where the system names no place.
+pub(crate) fn usual_folder() -> Option<PathBuf> {
+    let named =
+        |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let base = match cfg!(windows) {
+        true => named("LOCALAPPDATA"),
+        false => named("XDG_STATE_HOME").or_else(|| Some(named("HOME")?.join(".local/state"))),
+    };
+    base.map(|base| base.join("supine").join("unsaved"))
+}
+
+/// A case that was changed before and is in no file.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct UnsavedShown {
+    pub(crate) id: String,
+    /// The folder of the series or run that it was made from.
+    pub(crate) name: String,
+    /// When it was changed last, seconds since 1970.
+    pub(crate) changed: u64,
+}
+
+/// What is kept in a folder of cases made from what lies below the roots, and no program has open, the newest first.
+fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
+    let entries = std::fs::read_dir(dir).into_iter().flatten();
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "json"));
+    let shown = paths.filter_map(|path| {
+        let record = Record::read(&path)?;
+        let below = roots.holds(&record.place);
+        let free = below && Locked::take(path.clone()).is_ok_and(|taken| taken.is_some());
+        let id = path.file_stem()?.to_str()?.to_owned();
+        let (name, changed) = (name_of(&record.place), record.changed);
+        free.then_some(UnsavedShown { id, name, changed })
+    });
+    let mut all: Vec<UnsavedShown> = shown.collect();
+    all.sort_by(|a, b| (b.changed, &a.id).cmp(&(a.changed, &b.id)));
+    all
+}
+
+impl Held {
+    /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it is not kept.
+    pub(crate) fn keep_case(&mut self) {
+        let (Some(kept), Some(case)) = (&mut self.kept, &self.case) else { return };
+        let dir = self.unsaved.as_deref().ok_or(io::ErrorKind::NotFound.into());
+        let done: io::Result<()> = dir.and_then(|dir| kept.keep(dir, case));
+        if done.is_err() {
+            kept.file = None;
+        }
+    }
+
+    /// The case has a file now.
+    pub(crate) fn keep_no_longer(&mut self) {
+        if let Some(kept) = self.kept.take() {
+            kept.end();
+        }
+    }
+
+    /// Offers what was kept.
+    pub(crate) fn show_unsaved(&mut self) {
+        let dir = self.unsaved.as_deref();
+        self.state.unsaved = dir.map(|dir| offered(dir, &self.roots)).unwrap_or_default();
+    }
+
+    /// The case of something that is offered.
+    pub(crate) fn unsaved_case(&self, id: &str) -> Option<CaseFile> {
+        let is_offered = self.state.unsaved.iter().any(|one| one.id == id);
+        let dir = self.unsaved.as_deref().filter(|_| is_offered)?;
+        Some(Record::read(&dir.join(id).with_extension("json"))?.case())
+    }
+
+    /// Something that is offered, by its number, with what writes it from now on.
+    ///
+    /// # Errors
+    /// When it is not offered, or another program has opened it since.
+    pub(crate) fn take_unsaved(&self, id: &str) -> Result<(Record, Kept), Error> {
+        let is_offered = self.state.unsaved.iter().any(|one| one.id == id);
+        let dir = self.unsaved.as_deref().filter(|_| is_offered).ok_or(Error::NotBelow)?;
+        let path = dir.join(id).with_extension("json");
+        let record = Record::read(&path).ok_or(Error::NotBelow)?;
+        let taken = Locked::take(path).map_err(|source| Error::unreadable(dir, source))?;
+        let file = Some(taken.ok_or(Error::Busy)?);
+        let kept = Kept { place: record.place.clone(), first: None, file };
+        Ok((record, kept))
+    }
+}
+
+/// Something that is offered.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Discard {
+    id: String,
+}
+
+impl Desk {
+    /// Throws away what was kept of a case.
+    ///
+    /// # Errors
+    /// When it is not offered.
+    pub(crate) fn discard(self: &Arc<Self>, asked: &Discard) -> Result<(), Error> {
+        self.change(|held| {
+            held.take_unsaved(&asked.id)?.1.end();
+            held.show_unsaved();
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,40 @@
+//! Whose CT a case or a run of the list is of: a folder may hold those of several patients.
+
+use crate::Error;
+use crate::desk::Desk;
+use crate::roots::is_run;
+use std::collections::BTreeSet;
+use supine_flow::commands::dicom::{Inspect, inspect};
+use supine_flow::{Spec, Unwatched};
+
+impl Desk {
+    /// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a case, in one line, from the
+    /// headers of its CT; nothing where it names none or cannot be read.
+    ///
+    /// # Errors
+    /// When it was not given out.
+    pub(crate) fn whose(&self, id: &str) -> Result<Option<String>, Error> {
+        let kept = self.held().unsaved_case(id);
+        let spec = match kept {
+            Some(case) => case.spec().ok(),
+            None => {
+                let path = self.held().roots.path(id)?;
+                Spec::read(&if is_run(&path) { path.join("summary.json") } else { path }).ok()
+            }
+        };
+        Ok(spec.and_then(|spec| told(&spec)))
+    }
+}
+
+fn told(spec: &Spec) -> Option<String> {
+    let case = spec.case().ok()?;
+    let path = case.ct().ok()?.to_path_buf();
+    let given = Inspect { spec: Spec::new(""), path, pixels: false };
+    let found = inspect(&given, &Unwatched).ok()?;
+    let wanted = |uid: &String| case.series.as_ref().is_none_or(|series| series == uid);
+    let series = found.series.iter().filter(|one| wanted(&one.uid));
+    let lines: BTreeSet<String> = series.map(|one| one.whose.line()).collect();
+    let lines: Vec<String> = lines.into_iter().filter(|line| !line.is_empty()).collect();
+    // Which of several series it means is told once it is open.
+    (!lines.is_empty()).then(|| lines.join(" or "))
+}
