@@ -4,18 +4,15 @@ page.py SUPINE FOLDER PICTURES TIME: FOLDER holds the series in `ct`, and in `rt
 left there.
 Pictures of each step go to PICTURES; results bear TIME, seconds since 1970. Ends with 0 when all is as it must be.
 """
-import base64, json, os, signal, subprocess, sys, tempfile, time
+import os, signal, subprocess, time
 import numpy as np
 import pydicom
 import SimpleITK as sitk
-from axe_playwright_python.sync_playwright import Axe
+from page_faults import changed_by_two, old, stopped, unsaved
 from page_planes import WAIT, check_planes, looked_at
+from page_window import FOLDER, SUPINE, Window, start, wait_for
 from playwright.sync_api import sync_playwright
 
-SUPINE, FOLDER, PICTURES = sys.argv[1:4]
-os.environ["SOURCE_DATE_EPOCH"] = sys.argv[4]
-# Where unsaved changes are kept.
-os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
 TUMOUR, RADIUS = (91.37, -248.09, -594.5), 9.0
 # In the chest wall, behind the tumour: 12 mm in front of the lung.
 PAINTED = (91.37, -217.0, -594.5)
@@ -24,17 +21,6 @@ NAME = "<img src=x onerror=alert(1)>"
 # The lines of an axial plane.
 LINES = """async ([set, slice]) => (await (await fetch(`/api/lines/${set}/axial/${slice}`, {headers:
     {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()).lines"""
-
-
-def start(path=FOLDER):
-    """The server and its address."""
-    server = subprocess.Popen([SUPINE, "open", path, "--no-browser", "--json"], stdout=subprocess.PIPE, text=True)
-    text = ""
-    while "}" not in text:
-        line = server.stdout.readline()
-        assert line, "the server ended"
-        text += line
-    return server, json.loads(text)["address"]
 
 
 def name_series():
@@ -50,82 +36,6 @@ def volume(folder):
     image = reader.Execute()
     assert np.allclose(image.GetDirection(), np.eye(3).ravel())
     return image, sitk.GetArrayFromImage(image)
-
-
-class Window:
-    def __init__(self, browser, address, size, scheme):
-        self.context = browser.new_context(viewport=size, color_scheme=scheme)
-        self.context.set_default_timeout(WAIT)
-        self.page = self.context.new_page()
-        self.wrong, self.asked = [], []
-        self.page.on("console", lambda m: m.type == "error" and self.wrong.append(m.text))
-        self.page.on("pageerror", lambda e: self.wrong.append(str(e)))
-        self.page.on("dialog", lambda d: self.wrong.append(f"a dialog: {d.message}"))
-        self.page.on("request", lambda r: self.asked.append(r.url))
-        self.page.goto(address)
-        self.origin = address.split("/#")[0]
-
-    def state(self):
-        return self.page.evaluate("""async () => (await fetch("/api/state", {headers:
-            {Authorization: `Bearer ${sessionStorage.getItem("supine-token")}`}})).json()""")
-
-    def until(self, what, holds):
-        """Waits until the state is so, and the page has drawn it."""
-        end = time.monotonic() + WAIT / 1000
-        while not holds(state := self.state()):
-            assert time.monotonic() < end, f"{what}: {self.page.locator('#problems').inner_text()} {json.dumps(state)[:2000]}"
-            time.sleep(0.05)
-        self.drawn()
-        assert state["problem"] is None, state["problem"]
-        return state
-
-    def drawn(self):
-        """Waits until the page has drawn what it was given."""
-        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-
-    def comes(self, what, holds):
-        """Waits until it is so on the page."""
-        end = time.monotonic() + WAIT / 1000
-        while not holds():
-            assert time.monotonic() < end, what
-            time.sleep(0.05)
-
-    def idle(self, what="idle"):
-        return self.until(what, lambda s: s["job"] is None and s["phase"] == "ready")
-
-    def key(self, keys):
-        self.page.locator("#view-axial").focus()
-        self.page.keyboard.press(keys)
-
-    def works_on(self):
-        """That the focus is not lost."""
-        self.drawn()
-        assert self.page.evaluate("() => Boolean(document.activeElement?.closest('#panel, .view'))"), "the focus is lost"
-
-    def picture(self, name):
-        # For those who look at it: lines of planes come a moment later. Nothing that is checked waits for them.
-        time.sleep(0.3)
-        self.drawn()
-        self.page.screenshot(path=f"{PICTURES}/{name}.png")
-        found = Axe().run(self.page).response["violations"]
-        serious = [(v["id"], v["nodes"][0]["html"][:200]) for v in found if v["impact"] in ("serious", "critical")]
-        assert not serious, f"{name}: {serious}"
-
-    def pixels(self, view):
-        """The grey of each voxel of a view's plane, as the canvas holds it."""
-        text, width, height = self.page.evaluate("""(view) => {
-            const canvas = document.querySelector(`#view-${view} canvas.voxels`);
-            const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-            const greys = Array.from({length: data.length / 4}, (_, n) => String.fromCharCode(data[4 * n]));
-            return [btoa(greys.join("")), canvas.width, canvas.height]; }""", view)
-        return np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width)
-
-    def close(self):
-        assert not self.wrong, self.wrong
-        assert all(url.startswith((self.origin, "blob:" + self.origin)) for url in self.asked), self.asked
-        assert self.page.title() == "supine" and "#" not in self.page.url, self.page.url
-        assert self.page.evaluate("() => localStorage.length") == 0
-        self.context.close()
 
 
 def spot(window, view, image, at):
@@ -237,95 +147,6 @@ def marked(window, image, data):
     window.picture("mark")
 
 
-def word(window):
-    return window.page.locator("#case .saved").inner_text()
-
-
-def unsaved(browser, server, window):
-    """The program dies with a case that no file holds: the page says so, and the next start offers it."""
-    tumour = window.state()["case"]["tumour"]
-    assert word(window) == "○ not saved", word(window)
-    server.kill()
-    server.wait()
-    curtain = window.page.locator("#curtain", has_text="closed")
-    curtain.wait_for()
-    told = curtain.inner_text()
-    assert "in no file" in told and "are kept" in told and "saved in" not in told, told
-    window.picture("unsaved-closed")
-    window.wrong.clear()  # that nobody answers is an error of the console
-    window.close()
-    server, address = start()
-    window = Window(browser, address, {"width": 1280, "height": 800}, "dark")
-    offer = window.page.locator(".unsaved")
-    offer.get_by_text("PHANTOM").wait_for()
-    assert "New case from ct" in offer.inner_text(), offer.inner_text()
-    window.picture("unsaved")
-    offer.get_by_role("button", name="Go on with it").click()
-    state = window.idle("what was not saved")
-    assert state["case"]["tumour"] == tumour and not state["case"]["saved"] and state["case"]["kept"], state["case"]
-    assert sum(one["on"] for one in state["beside"]) == 2, state["beside"]
-    page = window.page
-    page.locator("#case-name").fill("case.toml")
-    page.locator("#case-name").press("Enter")
-    window.until("the case", lambda s: s["case"]["saved"])
-    assert word(window) == "● saved" and not os.listdir(f"{os.environ['XDG_STATE_HOME']}/supine/unsaved"), word(window)
-    assert "radius = 9.0" in open(f"{FOLDER}/case.toml").read()
-    return server, window
-
-
-def stopped(server, window):
-    """A program that does not answer: what it was sent is not called saved."""
-    page = window.page
-    page.evaluate("""() => { const told = window.told = [], place = document.getElementById("case");
-        new MutationObserver(() => told.push(place.querySelector(".saved")?.textContent ?? "")).observe(place, { childList: true, subtree: true }); }""")
-    assert word(window) == "● saved", word(window)
-    server.send_signal(signal.SIGSTOP)
-    try:
-        page.locator("#angle-bed-ap").fill("3")
-        page.locator("#angle-bed-ap").press("Enter")
-        page.locator(".problem", has_text="has not answered for 3 s").wait_for()
-        told = page.evaluate("() => window.told")
-        assert told and not any("●" in one for one in told), told
-        assert word(window) == "○ not saved: the program does not answer", word(window)
-        assert page.locator(".problem button").count() == 0
-        window.picture("stopped")
-    finally:
-        server.send_signal(signal.SIGCONT)
-    window.until("the edit after all", lambda s: s["case"]["values"]["bed.ap"] == 3)
-    window.comes("the word", lambda: word(window) == "● saved" and not page.locator(".problem").count())
-
-
-def changed_by_two(first, second):
-    """The same value is changed in two windows: both are shown, and the user chooses."""
-    here, there = second.page.locator("#angle-bed-ap"), first.page.locator("#angle-bed-ap")
-    second.page.keyboard.press("Alt+4")
-    for theirs, choice, stays in ((4, "Keep the other\u2019s", 4), (5, "Use this one", 9)):
-        here.fill("9")
-        there.fill(str(theirs))
-        there.press("Enter")
-        for one in (first, second):
-            one.until("the first", lambda s: s["case"]["values"]["bed.ap"] == theirs)
-        here.press("Enter")
-        row = second.page.locator(".conflict")
-        row.wait_for()
-        assert f"bed, AP: there {theirs}, here 9." in row.inner_text(), row.inner_text()
-        assert word(second) == "○ not saved: choose a value", word(second)
-        if theirs == 4:
-            second.picture("conflict")
-        row.get_by_role("button", name=choice).click()
-        for one in (first, second):
-            one.until(choice, lambda s: s["case"]["values"]["bed.ap"] == stays)
-        second.comes("what was chosen", lambda: here.input_value() == str(stays) and word(second) == "● saved")
-    # Another value of the same part is no conflict.
-    second.page.locator("#angle-bed-lat").fill("6")
-    there.fill("2")
-    there.press("Enter")
-    second.until("the first", lambda s: s["case"]["values"]["bed.ap"] == 2)
-    second.page.locator("#angle-bed-lat").press("Enter")
-    first.until("both", lambda s: [s["case"]["values"][f"bed.{name}"] for name in ("ap", "lat")] == [2, 6])
-    assert not second.page.locator(".conflict").count()
-
-
 def killed(browser, server, window):
     """The program dies: the page says so, and nothing is lost."""
     tumour = window.state()["case"]["tumour"]
@@ -422,17 +243,6 @@ def painted_by_two(browser, address, window, image):
     for left in (1, 0):
         window.key("Control+z")
         window.until("taken back", lambda s: len(s["case"]["values"].get("seeds.strokes") or []) == left and not s["live"]["busy"])
-
-
-def wait_for(page, asked, good=bool):
-    """What the page's own modules say, once it is good."""
-    end = time.monotonic() + WAIT / 1000
-    while True:
-        told = page.evaluate(asked)
-        if told is not None and good(told):
-            return told
-        assert time.monotonic() < end, f"{asked}: {told}"
-        time.sleep(0.1)
 
 
 def previewed(window):
@@ -586,28 +396,6 @@ def exported(window):
     crosshair_to(window, TUMOUR)
     check_planes(window, image, data, TUMOUR)
     old(window)
-
-
-def old(window):
-    """After a change what was found before is marked, until the change is taken back."""
-    page = window.page
-    page.keyboard.press("Alt+4")
-    page.locator("#angle-bed-ap").fill("8")
-    page.locator("#angle-bed-ap").press("Enter")
-    window.until("another table", lambda s: s["result"]["old"])
-    page.keyboard.press("Alt+5")
-    window.drawn()
-    for part in (".verdict-part", ".figures-part"):
-        assert "OLD" in page.locator(part).inner_text(), page.locator(part).inner_text()
-    window.picture("old")
-    page.keyboard.press("Alt+6")
-    window.drawn()
-    assert page.locator(".send").is_hidden() and "OLD" in page.locator(".written").inner_text()
-    window.key("Control+z")
-    window.until("as before", lambda s: not s["result"]["old"])
-    page.keyboard.press("Alt+5")
-    window.drawn()
-    assert "OLD" not in page.locator(".step-panel.check").inner_text()
 
 
 def large(browser, address):
