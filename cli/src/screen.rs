@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use supine_flow::Warning;
 use supine_flow::{NodeId, Observer};
-use supine_space::Failure as Kind;
+use supine_space::{Failure as Kind, visible};
 
 /// Set by Ctrl-C; every progress callback answers with it.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -157,7 +157,7 @@ impl Screen {
 
     /// A line in the format that was asked for.
     fn put(&self, text: &str) {
-        err(&if self.log { log::say(text) } else { text.into() });
+        err(&if self.log { log::say(text) } else { visible(text).into_owned() });
     }
 
     /// Writes the trace, if one was asked for.
@@ -189,7 +189,7 @@ impl Screen {
         self.clear();
         err(&match self.log {
             true => log::line(log::Level::Error, "error", failure.json()["error"].clone()),
-            false => format!("error: {}", failure.message),
+            false => format!("error: {}", visible(&failure.message)),
         });
         if self.json && !self.answered.load(Ordering::Relaxed) {
             self.json(&failure.json());

@@ -77,6 +77,11 @@ def opened(browser, address):
     page.wait_for_function("() => document.querySelector('#view-axial canvas.voxels')?.width > 1")
     whose = page.locator("#patient").inner_text()
     assert all(word in whose for word in ("FIXTURE", "PH0143", "1968", "2026", NAME)), whose
+    turned = page.evaluate("""async () => {
+      const { element, visible } = await import('/js/dom.js');
+      return [visible('left\\u202etfel'), element('b', {}, 'a\\u2066b').textContent];
+    }""")
+    assert turned == ["left\u27e8U+202E\u27e9tfel", "a\u27e8U+2066\u27e9b"], turned
     return window
 
 

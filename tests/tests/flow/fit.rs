@@ -232,7 +232,7 @@ fn scans_that_cannot_be_used_give_one_clear_error() {
     let folder = scratch();
     let without = Case::small().write(folder.path());
     let said = fit(&without, &folder.path().join("none"));
-    assert_eq!(said.code, Some(2), "{}", said.stderr);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
     assert!(said.stderr.contains("scans = {") || said.stdout.contains("scans = {"), "{said:?}");
     // The scan of the lying patient as that of the sitting one shows no motion.
     copy_sparse_scans(folder.path());

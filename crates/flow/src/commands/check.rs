@@ -3,7 +3,7 @@
 use super::run::{Change, spec};
 use super::{Gather, messages};
 use crate::folder::FinishedRun;
-use crate::nodes::{Import, Objects, Source, Tumour, check_seeds};
+use crate::nodes::{Import, Objects, Source, Tumour, check_seeds, is_list_of_points};
 use crate::session::{Request, Session};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
@@ -147,7 +147,7 @@ fn check_region(session: &Session, grid: &Grid) -> Result<(), Error> {
 /// That the lists of points can be read.
 fn check_points(session: &Session) -> Result<(), Error> {
     let (case, ground) = (session.case(), session.ground());
-    let seeds = case.seeds.files.iter().filter(|path| super::ends(path, &[".csv", ".mrk.json"]));
+    let seeds = case.seeds.files.iter().filter(|path| is_list_of_points(path));
     let seeds = seeds.map(|path| ("seeds.file", path));
     for (key, path) in seeds.chain(case.points.iter().map(|path| ("carry.points", path))) {
         read_points(&ground.path(path)).map_err(|e| Error::file(key, e))?;

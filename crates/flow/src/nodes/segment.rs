@@ -13,6 +13,7 @@ use crate::spec::stroke_json;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 use std::sync::Arc;
 use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
 use supine_report::{Input, QualityCheck};
@@ -196,12 +197,20 @@ fn supplied(
     Ok(segmented)
 }
 
-/// That the seeds of a case lie in its CT.
+/// Whether a file of seeds is a list of points, by its name.
+pub(crate) fn is_list_of_points(path: &Path) -> bool {
+    let name = path.to_string_lossy().to_lowercase();
+    [".csv", ".mrk.json"].iter().any(|ending| name.ends_with(ending))
+}
+
+/// That the seeds of a case that are points lie in its CT. Maps are left to the run: reading them takes its time.
 ///
 /// # Errors
-/// When one does not, or a file of seeds cannot be read.
+/// When one does not, or a list of points cannot be read.
 pub(crate) fn check_seeds(ground: &Ground, grid: &Grid) -> Result<(), Error> {
-    let seeds = seeds(&Segment::own(ground)?, Progress::none())?;
+    let mut own = Segment::own(ground)?;
+    own.seed_files.retain(|file| is_list_of_points(&file.path));
+    let seeds = seeds(&own, Progress::none())?;
     Ok(supine_segment::check_seeds_lie_in(grid, &seeds)?)
 }
 

@@ -1,5 +1,5 @@
 // Step 1 without a case: folders, cases, runs, and the series of an inspected folder.
-import { element, fixed } from "../dom.js";
+import { element, fixed, say } from "../dom.js";
 import { discard, list, picture, send, whose } from "../link.js";
 import { change, follow, now } from "../state.js";
 import { kinds } from "./beside.js";
@@ -27,7 +27,7 @@ async function open(what) {
 /** Whose CT it is of, once that is known: a folder may hold several patients'. @param {string} id */
 function whoseLine(id) {
   const line = element("p", { class: "whose" });
-  whose(id).then((told) => { line.textContent = told ?? "names no patient"; });
+  whose(id).then((told) => { say(line, told ?? "names no patient"); });
   return line;
 }
 
