@@ -41,9 +41,9 @@ fn usage_is_told_in_whole_with_what_to_do() {
 fn a_file_that_is_not_there_is_called_so_and_named() {
     let folder = scratch();
     let (gone, out) = (folder.path().join("nowhere"), folder.path().join("out.vtu"));
-    let to = "PACS@127.0.0.1:9";
+    let (to, deformed) = ("PACS@127.0.0.1:9", folder.path().join("out.nrrd"));
     let calls: [&[&dyn AsRef<OsStr>]; 6] = [
-        &[&"warp", &"--ct", &gone, &"--mesh", &gone, &"--out", &out],
+        &[&"warp", &"--ct", &gone, &"--mesh", &gone, &"--out", &deformed],
         &[&"solve", &"--mesh", &gone, &"--bed", &"7,5", &"--out", &out],
         &[&"coarsen", &gone, &"--tetrahedra", &"9", &"--out", &out],
         &[&"send", &gone, &"--to", &to],
