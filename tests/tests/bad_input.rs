@@ -265,7 +265,15 @@ fn files_of_the_single_stages() {
             .arg(&out),
     );
     assert_refused(&said, INPUT, &["missing"]);
-    let said = supine(&[&"warp", &"--ct", &missing, &"--mesh", &missing, &"--out", &out]);
+    let said = supine(&[
+        &"warp",
+        &"--ct",
+        &missing,
+        &"--mesh",
+        &missing,
+        &"--out",
+        &out.with_extension("nrrd"),
+    ]);
     assert_refused(&said, INPUT, &["missing"]);
     let said = supine(&[&"carry", &"--run", &missing, &"--points", &missing, &"--out", &out]);
     assert_refused(&said, INPUT, &["missing"]);

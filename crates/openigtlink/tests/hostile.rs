@@ -273,7 +273,7 @@ fn large_bodies_cost_what_they_bring() {
     let mut attribute = vec![0; 40];
     attribute[39] = 1;
     attribute.extend([0, 1, 0, 0, 0, 0]);
-    attribute.extend([0xFF; 999_999]);
+    attribute.resize(attribute.len() + 999_999, 0xFF);
     attribute.push(0);
     let bodies: [(&[u8], Vec<u8>); 8] = [
         (b"STATUS", status),
