@@ -68,6 +68,11 @@ impl Journal {
     }
 }
 
+/// How many objects of a folder an archive has acknowledged, as its record says.
+pub fn acknowledged(folder: &Path, archive: &Node) -> usize {
+    Journal::open(folder, archive).known.len()
+}
+
 /// The objects that whole lines say this peer has.
 fn known(text: &str, peer: &str) -> BTreeMap<(String, u64), String> {
     let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);

@@ -44,7 +44,7 @@ pub use error::Error;
 pub use expected::Strangers;
 pub use fetch::{FetchInfo, Way, fetch};
 pub use find::{QuerySpec, SeriesEntry, StudyEntry, list};
-pub use journal::JOURNAL;
+pub use journal::{JOURNAL, acknowledged};
 pub use node::{Node, Title};
 pub use send::{Refused, SendInfo, SendParams, send};
 pub use tls::{Tls, TlsFiles};

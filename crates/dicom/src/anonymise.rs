@@ -241,6 +241,15 @@ impl Source {
 mod tests {
     use super::*;
 
+    /// The header of a patient.
+    fn jane() -> DataSet {
+        let mut header = DataSet::default();
+        header.put_text(tags::PATIENT_NAME, VR::PN, "Doe^Jane");
+        header.put_text(tags::PATIENT_ID, VR::LO, "4711");
+        header.put_text(tags::PATIENT_BIRTH_DATE, VR::DA, "19600101");
+        header
+    }
+
     #[test]
     fn uids_are_mapped_by_the_key_and_only_by_it() {
         let (a, b) = (Anonymiser::new([1; 32]), Anonymiser::new([2; 32]));
@@ -267,10 +276,7 @@ mod tests {
 
     #[test]
     fn what_a_site_typed_stays_unless_it_names_somebody() {
-        let mut header = DataSet::default();
-        header.put_text(tags::PATIENT_NAME, VR::PN, "Doe^Jane");
-        header.put_text(tags::PATIENT_ID, VR::LO, "4711");
-        header.put_text(tags::PATIENT_BIRTH_DATE, VR::DA, "19600101");
+        let mut header = jane();
         header.put_text(tags::OPERATORS_NAME, VR::PN, "Roe^Richard");
         let cleaned = |tag: Tag, text: &str| {
             let mut header = header.clone();
@@ -300,10 +306,7 @@ mod tests {
 
     #[test]
     fn what_is_not_listed_is_gone() {
-        let mut header = DataSet::default();
-        header.put_text(tags::PATIENT_NAME, VR::PN, "Doe^Jane");
-        header.put_text(tags::PATIENT_ID, VR::LO, "4711");
-        header.put_text(tags::PATIENT_BIRTH_DATE, VR::DA, "19600101");
+        let mut header = jane();
         header.put_text(tags::STUDY_DESCRIPTION, VR::LO, "Doe, left breast");
         header.put_text(Tag(0x0009, 0x1001), VR::LO, "private");
         header.put_text(tags::STUDY_INSTANCE_UID, VR::UI, "1.2.3");

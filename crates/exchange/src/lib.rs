@@ -62,7 +62,7 @@ pub use landmarks::{Landmarks, read_landmarks};
 pub use meshes::{
     MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,
 };
-pub use points::{NamedPoint, read_points, write_points};
+pub use points::{NamedPoint, is_points_name, read_points, write_points};
 pub use raster_file::{is_volume_name, volume_files};
 pub use scan_distances::{read_scan_distances, write_scan_distances};
 pub use seeds::read_seeds;

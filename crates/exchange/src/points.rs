@@ -58,6 +58,11 @@ pub fn write_points(points: &[NamedPoint], path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Whether a file's name is that of a list of points: `.csv` or `.mrk.json`, whatever the case.
+pub fn is_points_name(path: &Path) -> bool {
+    [".csv", ".mrk.json"].iter().any(|ending| file::has_suffix(path, ending))
+}
+
 pub(crate) fn is_markups(path: &Path) -> bool {
     file::has_suffix(path, ".json")
 }

@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::folder::{USERS, write_atomically};
 use crate::spec::{Edit, Spec, edit};
+use crate::text_file::read_text;
 use std::path::{Path, PathBuf};
 
 /// The text of a case, all that it was before, and the file that holds it, if there is one.
@@ -153,7 +154,7 @@ impl CaseFile {
 }
 
 fn read(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path).map_err(|source| Error::Unread { path: path.into(), source })
+    read_text(path).map_err(|source| Error::Unread { path: path.into(), source })
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! What a planner looks at of results that are held: mesh, mechanics and map in a few figures.
 
+use crate::NodeId;
 use crate::nodes::{Fields, Mesh, Solve, Warp};
 use crate::session::Session;
 use serde::Serialize;
@@ -14,6 +15,9 @@ const SQUEEZED: [f64; 2] = [0.3, 0.5];
 /// A figure in words.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
+    /// The stage whose result it is of.
+    #[serde(skip)]
+    pub node: NodeId,
     /// What it belongs to.
     pub group: &'static str,
     /// What it is.
@@ -24,8 +28,13 @@ pub struct Figure {
     pub level: Option<&'static str>,
 }
 
-fn figure(group: &'static str, name: &'static str, text: String) -> Figure {
-    Figure { group, name, text, level: None }
+fn figure(node: NodeId, name: &'static str, text: String) -> Figure {
+    let group = match node {
+        NodeId::Mesh => "Mesh",
+        NodeId::Solve => "Mechanics",
+        _ => "Map",
+    };
+    Figure { node, group, name, text, level: None }
 }
 
 /// Judged by two limits below which it is to be watched, and bad.
@@ -47,26 +56,26 @@ impl Session {
         if let Some((meshed, _)) = self.peek::<Mesh>() {
             let of = &meshed.facts;
             let angle = format!("{:.1} to {:.1}\u{b0}", of.min_dihedral_deg, of.max_dihedral_deg);
-            all.push(figure("Mesh", "tetrahedra", of.tetrahedra.to_string()));
+            all.push(figure(NodeId::Mesh, "tetrahedra", of.tetrahedra.to_string()));
             all.push(judged(
-                figure("Mesh", "dihedral angles", angle),
+                figure(NodeId::Mesh, "dihedral angles", angle),
                 of.min_dihedral_deg,
                 [POOR_DIHEDRAL_DEG / 2.0, POOR_DIHEDRAL_DEG],
             ));
             let ratio =
                 format!("{:.2} mean, {:.2} least", of.mean_radius_ratio, of.min_radius_ratio);
-            all.push(figure("Mesh", "radius ratio (1 is best)", ratio));
-            all.push(figure("Mesh", "volume", format!("{:.0} ml", of.volume_ml)));
+            all.push(figure(NodeId::Mesh, "radius ratio (1 is best)", ratio));
+            all.push(figure(NodeId::Mesh, "volume", format!("{:.0} ml", of.volume_ml)));
         }
         if let Some((solved, _)) = self.peek::<Solve>() {
             let of = &solved.facts.solve;
-            all.push(figure("Mechanics", "iterations", of.iterations.to_string()));
-            all.push(figure("Mechanics", "residual", format!("{:.0e}", of.residual)));
+            all.push(figure(NodeId::Solve, "iterations", of.iterations.to_string()));
+            all.push(figure(NodeId::Solve, "residual", format!("{:.0e}", of.residual)));
             let most = format!("{:.1} mm", of.max_displacement_mm);
-            all.push(figure("Mechanics", "largest displacement", most));
+            all.push(figure(NodeId::Solve, "largest displacement", most));
             let volume = format!("{:.2} to {:.2}", of.min_det_f, of.max_det_f);
             all.push(judged(
-                figure("Mechanics", "volume of tissue (1: kept)", volume),
+                figure(NodeId::Solve, "volume of tissue (1: kept)", volume),
                 of.min_det_f,
                 SQUEEZED,
             ));
@@ -74,9 +83,9 @@ impl Session {
         if let Some((warped, _)) = self.peek::<Warp>() {
             let of = &warped.facts;
             let change = format!("{:.2} to {:.2}", of.jacobian.p01, of.jacobian.p99);
-            all.push(figure("Map", "volume of voxels, 98 % of them", change));
-            all.push(figure("Map", "fade at the cut", format!("{:.0} mm", of.fade_mm)));
-            let folded = figure("Map", "folded voxels", of.folded_voxels.to_string());
+            all.push(figure(NodeId::Warp, "volume of voxels, 98 % of them", change));
+            all.push(figure(NodeId::Warp, "fade at the cut", format!("{:.0} mm", of.fade_mm)));
+            let folded = figure(NodeId::Warp, "folded voxels", of.folded_voxels.to_string());
             let level = Some(if of.folded_voxels == 0 { "good" } else { "bad" });
             all.push(Figure { level, ..folded });
         }

@@ -12,14 +12,20 @@ const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 /// What makes it take a cell as text.
 const AS_TEXT: char = '\'';
 
-/// A text as it is shown to people: characters that turn its direction by their numbers, as in `⟨U+202E⟩`.
+/// Whether people are not to be shown a character as it is: it turns the text, or a terminal obeys it.
+fn is_hidden(c: char) -> bool {
+    TURNING.contains(&c) || c.is_control() && !matches!(c, '\n' | '\r' | '\t')
+}
+
+/// A text as it is shown to people: characters that turn its direction, or that a terminal obeys, by their numbers, as in
+/// `⟨U+202E⟩`. Ends of lines and tabs stay.
 pub fn visible(text: &str) -> Cow<'_, str> {
-    if !text.contains(TURNING) {
+    if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
     }
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
-        if TURNING.contains(&c) {
+        if is_hidden(c) {
             shown.push_str(&format!("\u{27e8}U+{:04X}\u{27e9}", u32::from(c)));
         } else {
             shown.push(c);
@@ -61,6 +67,7 @@ mod tests {
             visible("PTV\u{202e}left\u{2069}"),
             "PTV\u{27e8}U+202E\u{27e9}left\u{27e8}U+2069\u{27e9}"
         );
+        assert_eq!(visible("a\u{1b}[2J\tb\n"), "a\u{27e8}U+001B\u{27e9}[2J\tb\n");
         // A name in a script from right to left needs none of them.
         assert_eq!(visible("\u{5d0}\u{5d1}"), "\u{5d0}\u{5d1}");
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use supine_dicom_network::{Call, JOURNAL, Node, SendInfo, SendParams};
+use supine_dicom_network::{Call, Node, SendInfo, SendParams, acknowledged};
 use supine_flow::Observer;
 use supine_flow::commands::{Colour, usable::unusable};
 use supine_space::Progress;
@@ -98,13 +98,6 @@ fn send(run: &Path, node: &Node, progress: Progress<'_>) -> Result<SendInfo, Err
     let own = "SUPINE".parse().map_err(Error::Request)?;
     let call = Call { peer: node.clone(), own, tls: None, timeout: TIMEOUT, retries: RETRIES };
     Ok(supine_dicom_network::send(&paths, &call, &SendParams::default(), progress)?)
-}
-
-/// How many objects of a run an archive has acknowledged.
-fn acknowledged(run: &Path, node: &Node) -> usize {
-    let peer = format!("{node}\t");
-    let journal = std::fs::read_to_string(run.join(JOURNAL)).unwrap_or_default();
-    journal.lines().filter(|line| line.starts_with(&peer)).count()
 }
 
 fn told(info: &SendInfo) -> String {

@@ -52,7 +52,8 @@ impl Held {
         self.show_shapes(session, labels.map(|(labels, _)| labels));
         self.show_scans(session);
         self.show_jacobian(session);
-        self.state.figures = session.figures().into_iter().map(|of| figure(session, of)).collect();
+        let shown = |of: supine_flow::Figure| FigureShown { old: !session.is_fresh(of.node), of };
+        self.state.figures = session.figures().into_iter().map(shown).collect();
         self.state.tumour = session.peek_tumour().map(|(movement, interval)| TumourShown {
             distance_mm: movement.distance_mm,
             length_mm: interval.as_ref().map(|interval| interval.length_mm),
@@ -260,16 +261,6 @@ pub(crate) struct FigureShown {
     pub(crate) of: supine_flow::Figure,
     /// Whether it is of what was given before.
     pub(crate) old: bool,
-}
-
-/// A figure, which is held, of the stage that its group is named after.
-fn figure(session: &Session, of: supine_flow::Figure) -> FigureShown {
-    let node = match of.group {
-        "Mesh" => NodeId::Mesh,
-        "Mechanics" => NodeId::Solve,
-        _ => NodeId::Warp,
-    };
-    FigureShown { old: !session.is_fresh(node), of }
 }
 
 fn patch(patch: supine_flow::UncertainPatch) -> PatchShown {

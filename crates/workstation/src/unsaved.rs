@@ -54,6 +54,8 @@ pub(crate) struct Kept {
     /// What it was when it was opened: without changes nothing is kept. None of a case that was kept before.
     first: Option<String>,
     file: Option<Locked>,
+    /// Whether the file holds the case as it is now.
+    is_current: bool,
 }
 
 /// A file that this program alone writes.
@@ -66,32 +68,30 @@ struct Locked {
 impl Kept {
     /// Nothing yet, of a case made from a series or a run.
     pub(crate) fn new(place: PathBuf, case: &CaseFile) -> Self {
-        Self { place, first: Some(case.text().into()), file: None }
+        Self { place, first: Some(case.text().into()), file: None, is_current: false }
     }
 
     /// Whether the case as it is now is kept.
     pub(crate) fn is_there(&self) -> bool {
-        self.file.is_some()
+        self.file.is_some() && self.is_current
     }
 
     /// Keeps the case as it is now; what was kept goes when no change is left.
     ///
     /// # Errors
-    /// When it cannot be written. What was kept before is gone then: it is not what is shown.
+    /// When it cannot be written. What was kept before stays, as on a full disk an older state is better than none.
     fn keep(&mut self, dir: &Path, case: &CaseFile) -> io::Result<()> {
-        let kept = self.file.take();
+        self.is_current = false;
         if self.first.as_deref() == Some(case.text()) {
-            kept.into_iter().for_each(Locked::remove);
+            self.file.take().into_iter().for_each(Locked::remove);
             return Ok(());
         }
-        let kept = kept.map_or_else(|| Locked::new(dir), Ok)?;
-        match kept.write(&self.place, case) {
-            Ok(()) => self.file = Some(kept),
-            Err(error) => {
-                kept.remove();
-                return Err(error);
-            }
-        }
+        let file = match self.file.take() {
+            Some(file) => file,
+            None => Locked::new(dir)?,
+        };
+        self.file.insert(file).write(&self.place, case)?;
+        self.is_current = true;
         Ok(())
     }
 
@@ -198,10 +198,9 @@ impl Held {
     /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it is not kept.
     pub(crate) fn keep_case(&mut self) {
         let (Some(kept), Some(case)) = (&mut self.kept, &self.case) else { return };
-        let dir = self.unsaved.as_deref().ok_or(io::ErrorKind::NotFound.into());
-        let done: io::Result<()> = dir.and_then(|dir| kept.keep(dir, case));
-        if done.is_err() {
-            kept.file = None;
+        if let Some(dir) = &self.unsaved {
+            // Where it fails `is_there` says so.
+            let _kept = kept.keep(dir, case);
         }
     }
 
@@ -236,7 +235,7 @@ impl Held {
         let record = Record::read(&path).ok_or(Error::NotBelow)?;
         let taken = Locked::take(path).map_err(|source| Error::unreadable(dir, source))?;
         let file = Some(taken.ok_or(Error::Busy)?);
-        let kept = Kept { place: record.place.clone(), first: None, file };
+        let kept = Kept { place: record.place.clone(), first: None, file, is_current: true };
         Ok((record, kept))
     }
 }
@@ -259,5 +258,25 @@ impl Desk {
             held.show_unsaved();
             Ok(())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_kept_stays_when_a_change_cannot_be_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        let case = |text: &str| CaseFile::new(text.into(), dir.path().to_path_buf());
+        let mut kept = Kept::new(dir.path().into(), &case("breast = 'left'"));
+        kept.keep(dir.path(), &case("breast = 'right'")).unwrap();
+        let path = kept.file.as_ref().unwrap().path.clone();
+        assert!(kept.is_there() && Record::read(&path).is_some());
+        kept.keep(dir.path(), &case("breast = ")).unwrap_err();
+        assert!(!kept.is_there(), "the last change is not kept");
+        assert_eq!(Record::read(&path).unwrap().text, "breast = 'right'");
+        kept.keep(dir.path(), &case("breast = 'left'")).unwrap();
+        assert!(!kept.is_there() && !path.exists(), "no change is left");
     }
 }

@@ -3,12 +3,12 @@
 use super::run::{Change, spec};
 use super::{Gather, messages};
 use crate::folder::FinishedRun;
-use crate::nodes::{Import, Objects, Source, Tumour, check_seeds, is_list_of_points};
+use crate::nodes::{Import, Objects, Source, Tumour, check_seeds};
 use crate::session::{Request, Session};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
-use supine_exchange::read_points;
+use supine_exchange::{is_points_name, read_points};
 use supine_report::Warning;
 use supine_space::Grid;
 use supine_volume::RegionError;
@@ -147,7 +147,7 @@ fn check_region(session: &Session, grid: &Grid) -> Result<(), Error> {
 /// That the lists of points can be read.
 fn check_points(session: &Session) -> Result<(), Error> {
     let (case, ground) = (session.case(), session.ground());
-    let seeds = case.seeds.files.iter().filter(|path| is_list_of_points(path));
+    let seeds = case.seeds.files.iter().filter(|path| is_points_name(path));
     let seeds = seeds.map(|path| ("seeds.file", path));
     for (key, path) in seeds.chain(case.points.iter().map(|path| ("carry.points", path))) {
         read_points(&ground.path(path)).map_err(|e| Error::file(key, e))?;

@@ -48,7 +48,7 @@ pub(crate) use region::{Chosen, Region};
 pub(crate) use registration::Registration;
 pub(crate) use report::Report;
 pub(crate) use report_object::ReportObject;
-pub(crate) use segment::{Segment, Segmented, check_seeds, is_list_of_points};
+pub(crate) use segment::{Segment, Segmented, check_seeds};
 pub(crate) use solve::{Solve, Solved};
 pub(crate) use source::Source;
 pub(crate) use structures::Structures;

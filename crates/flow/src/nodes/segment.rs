@@ -13,9 +13,10 @@ use crate::spec::stroke_json;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 use std::sync::Arc;
-use supine_exchange::{read_labels, read_seeds, read_tenths, write_labels, write_tenths};
+use supine_exchange::{
+    is_points_name, read_labels, read_seeds, read_tenths, write_labels, write_tenths,
+};
 use supine_report::{Input, QualityCheck};
 use supine_space::{Grid, Point, Progress};
 use supine_volume::{LabelMap, SeedKind, Seeds, Stroke, Surfaces, Volume};
@@ -197,19 +198,13 @@ fn supplied(
     Ok(segmented)
 }
 
-/// Whether a file of seeds is a list of points, by its name.
-pub(crate) fn is_list_of_points(path: &Path) -> bool {
-    let name = path.to_string_lossy().to_lowercase();
-    [".csv", ".mrk.json"].iter().any(|ending| name.ends_with(ending))
-}
-
 /// That the seeds of a case that are points lie in its CT. Maps are left to the run: reading them takes its time.
 ///
 /// # Errors
 /// When one does not, or a list of points cannot be read.
 pub(crate) fn check_seeds(ground: &Ground, grid: &Grid) -> Result<(), Error> {
     let mut own = Segment::own(ground)?;
-    own.seed_files.retain(|file| is_list_of_points(&file.path));
+    own.seed_files.retain(|file| is_points_name(&file.path));
     let seeds = seeds(&own, Progress::none())?;
     Ok(supine_segment::check_seeds_lie_in(grid, &seeds)?)
 }

@@ -1,12 +1,12 @@
 // Making and renewing elements. All text goes in as text nodes: what the server sends is never read as HTML.
 
 /**
- * A text as people see it: characters that turn its direction, with which a name reads as another, by their numbers.
+ * A text as people see it: characters that turn its direction, with which a name reads as another, and others that nobody sees, by their numbers.
  * The same as `visible` of the crate `supine-space`.
  * @param {string} text
  */
 export function visible(text) {
-  return text.replace(/[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/g, (c) =>
+  return text.replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f\u007f-\u009f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/g, (c) =>
     `\u27e8U+${c.charCodeAt(0).toString(16).toUpperCase().padStart(4, "0")}\u27e9`);
 }
 

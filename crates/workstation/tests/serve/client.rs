@@ -268,6 +268,14 @@ pub(crate) fn patient() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/patient")
 }
 
+/// A case that is quickly run, and the page that shows its CT.
+pub(crate) fn opened(dir: &Path) -> (PathBuf, Page) {
+    let path = small(dir);
+    let page = Page::open(&path);
+    page.idle();
+    (path, page)
+}
+
 /// A case that is quickly run.
 pub(crate) fn small(dir: &Path) -> PathBuf {
     let text = std::fs::read_to_string(patient().join("case.toml")).unwrap();

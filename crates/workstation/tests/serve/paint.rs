@@ -1,6 +1,6 @@
 //! Labels follow the seeds, and what was edited is what a cold open finds.
 
-use crate::client::{Page, patient, small};
+use crate::client::{Page, opened, patient};
 use serde_json::{Value, json};
 use supine_flow::{Request, Session, Spec};
 
@@ -27,9 +27,7 @@ fn sent(page: &Page, state: &Value, id: &str) -> Vec<u8> {
 #[test]
 fn labels_follow_strokes_and_equal_those_of_a_cold_session() {
     let dir = tempfile::tempdir().unwrap();
-    let path = small(dir.path());
-    let page = Page::open(&path);
-    page.idle();
+    let (path, page) = opened(dir.path());
     assert_eq!(page.post("/api/run", &json!({ "until": "segment" })).status, 200);
     let state = settled(&page);
     assert_eq!(state["live"]["segmenter"], "ready");
@@ -73,9 +71,7 @@ fn labels_follow_strokes_and_equal_those_of_a_cold_session() {
 #[test]
 fn a_tick_is_kept_by_the_case_and_told_by_the_report() {
     let dir = tempfile::tempdir().unwrap();
-    let path = small(dir.path());
-    let page = Page::open(&path);
-    page.idle();
+    let (path, page) = opened(dir.path());
     // It reaches beyond the region, which is a warning with a place.
     let beyond = json!([
         { "key": "tumour.radius", "value": 45.0 },
@@ -131,9 +127,7 @@ impl Dice {
 #[test]
 fn two_hundred_edits_with_undo_leave_what_a_cold_open_finds() {
     let dir = tempfile::tempdir().unwrap();
-    let path = small(dir.path());
-    let page = Page::open(&path);
-    page.idle();
+    let (path, page) = opened(dir.path());
     let mut dice = Dice(5);
     let mut done = [0; 2];
     for n in 0..200 {

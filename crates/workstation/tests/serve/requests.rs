@@ -1,6 +1,6 @@
 //! Requests: what is admitted, refused, opened, edited and run.
 
-use crate::client::{Answer, PATIENCE, Page, patient, small};
+use crate::client::{Answer, PATIENCE, Page, opened, patient, small};
 use serde_json::{Value, json};
 use std::io::{ErrorKind, Write};
 use std::net::TcpStream;
@@ -254,9 +254,7 @@ fn summary(out: &Path) -> Value {
 #[test]
 fn what_is_stale_is_marked_and_a_run_leaves_what_the_command_line_leaves() {
     let dir = tempfile::tempdir().unwrap();
-    let path = small(dir.path());
-    let page = Page::open(&path);
-    page.idle();
+    let (path, page) = opened(dir.path());
     page.post("/api/run", &json!({ "until": "warp" }));
     let state = page.idle();
     assert_eq!(state["problem"], Value::Null);

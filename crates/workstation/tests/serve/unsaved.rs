@@ -1,6 +1,6 @@
 //! Changes that no file holds, files that others change, and whose a case is.
 
-use crate::client::{PATIENCE, Page, patient, small};
+use crate::client::{PATIENCE, Page, opened, patient, small};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
@@ -132,9 +132,7 @@ fn what_is_kept_can_be_thrown_away_and_what_is_damaged_is_not_offered() {
 #[test]
 fn a_case_file_that_another_program_changes_is_taken_over_and_what_was_before_is_marked() {
     let dir = tempfile::tempdir().unwrap();
-    let path = small(dir.path());
-    let page = Page::open(&path);
-    page.idle();
+    let (path, page) = opened(dir.path());
     page.post("/api/run", &json!({ "until": "region" }));
     let state = page.idle();
     assert_eq!((&state["problem"], &state["patches_old"]), (&Value::Null, &json!(false)));

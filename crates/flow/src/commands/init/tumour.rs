@@ -2,11 +2,11 @@
 
 use super::Init;
 use crate::Error;
-use crate::commands::{ends, input, usage};
+use crate::commands::{input, usage};
 use crate::shared::drawn;
 use std::path::PathBuf;
 use supine_dicom::read_structures;
-use supine_exchange::{NamedPoint, read_points};
+use supine_exchange::{NamedPoint, is_points_name, read_points};
 use supine_space::{Point, Sphere};
 
 /// What is known of the tumour.
@@ -65,7 +65,7 @@ impl Found {
 pub(super) fn find(given: &Init) -> Result<Found, Error> {
     match (&given.structures, given.tumour.as_deref()) {
         (Some(file), name) => region(file, name.unwrap_or_default()),
-        (None, Some(file)) if ends(file.as_ref(), &[".csv", ".mrk.json"]) => {
+        (None, Some(file)) if is_points_name(file.as_ref()) => {
             let points = read_points(file.as_ref()).map_err(|e| Error::file("--tumour", e))?;
             Ok(Found::Place { centre: only(&points)?.position, radius: given.radius })
         }
