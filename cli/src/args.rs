@@ -1,6 +1,6 @@
 //! What can be typed. Options of parameters come from the table of `supine-flow`, by [`Given`].
 
-use crate::args_batch::Batch;
+use crate::args_batch::{Batch, BatchCase};
 use crate::args_navigate::{Navigate, Replay};
 use crate::args_network::{Fetch, Send};
 use crate::parameters::{Given, Keys};
@@ -96,6 +96,9 @@ pub(crate) enum Command {
     Run(Run),
     /// Run many cases, and show them in one table and on one page
     Batch(Batch),
+    /// One case of a batch; started by `batch`
+    #[command(hide = true)]
+    BatchCase(BatchCase),
     /// Fit Young's modulus to the surface scans of a case
     Fit(Fit),
     /// Label chest wall and soft tissue

@@ -2,10 +2,12 @@
 
 use crate::words::stage;
 use clap::Args;
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use supine_flow::NodeId;
+use supine_flow::commands::Colour;
 use supine_flow::commands::run::Change;
+use supine_flow::{NodeId, Options, Start};
 
 /// Each case is run in DIR/runs/NAME, and DIR/status/NAME.json tells how that ended (schema word supine-status/1). DIR/cohort.csv and
 /// DIR/index.html show all patients of DIR beside each other. What is finished is not done again: the same call goes on where it was
@@ -56,6 +58,59 @@ pub(crate) struct Batch {
     pub(crate) collect: bool,
 }
 
+impl Batch {
+    /// What is asked, with so many threads for all together.
+    pub(crate) fn given(self, cores: usize, start: Start) -> supine_flow::batch::Batch {
+        supine_flow::batch::Batch {
+            worst: self.worst(),
+            cases: self.cases,
+            out: self.out,
+            jobs: self.jobs.map(NonZeroUsize::get),
+            memory: self.memory,
+            cores,
+            changes: self.changes,
+            anonymise: self.anonymise,
+            options: Options { until: self.until, overwrite: self.overwrite, ..Options::default() },
+            start: Some(start),
+        }
+    }
+
+    /// The worst verdict that does.
+    pub(crate) fn worst(&self) -> Colour {
+        if self.deny_warnings { Colour::Green } else { Colour::Amber }
+    }
+
+    /// The words that say the same of each case alone: all but its file, its name and what is shared out among the cases.
+    pub(crate) fn words(&self) -> Vec<OsString> {
+        // In one word, as a folder may begin with a hyphen.
+        let mut out = OsString::from("--out=");
+        out.push(&self.out);
+        let mut words = vec![out];
+        words.extend(self.changes.iter().map(|c| format!("--set={}={}", c.key, c.value).into()));
+        if let Some(until) = self.until {
+            words.extend(["--until".into(), until.name().into()]);
+        }
+        let switches = [
+            ("--anonymise", self.anonymise),
+            ("--overwrite", self.overwrite),
+            ("--deny-warnings", self.deny_warnings),
+        ];
+        words.extend(switches.into_iter().filter(|(_, on)| *on).map(|(word, _)| word.into()));
+        words
+    }
+}
+
+/// What one case of a batch is run with, in a process of its own.
+#[derive(Args, Debug)]
+pub(crate) struct BatchCase {
+    /// Name of the case
+    #[arg(long)]
+    pub(crate) name: String,
+    /// The same as of the batch, with the one file of the case
+    #[command(flatten)]
+    pub(crate) batch: Batch,
+}
+
 /// Memory in GB, as bytes.
 fn gigabytes(text: &str) -> Result<u64, String> {
     let gb: Option<f64> = text.trim().parse().ok();
@@ -66,6 +121,27 @@ fn gigabytes(text: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[derive(clap::Parser)]
+    struct Words {
+        #[command(flatten)]
+        batch: Batch,
+    }
+
+    #[test]
+    fn a_case_alone_is_given_what_its_batch_was() {
+        let parse = |words: &[OsString]| {
+            let first: [OsString; 2] = ["supine".into(), "p1.toml".into()];
+            <Words as clap::Parser>::parse_from(first.iter().chain(words)).batch
+        };
+        let all = "--out o --set bed.ap=5 --set tumour.centre=-1,2,3 --until mesh --anonymise --overwrite --deny-warnings";
+        for said in [all, "--out=-o"] {
+            let words: Vec<OsString> = said.split(' ').map(OsString::from).collect();
+            let batch = parse(&words);
+            let again = parse(&batch.words());
+            assert_eq!(format!("{again:?}"), format!("{batch:?}"));
+        }
+    }
 
     #[test]
     fn memory_is_given_in_gigabytes() {

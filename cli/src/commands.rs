@@ -1,6 +1,7 @@
 //! One file per command that has much to print; the others stand here.
 
 pub(crate) mod batch;
+pub(crate) mod batch_case;
 pub(crate) mod carry;
 pub(crate) mod demo;
 pub(crate) mod fetch;

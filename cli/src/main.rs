@@ -26,7 +26,7 @@ mod words;
 use args::{Cli, Command};
 use clap::Parser;
 use commands::{
-    batch, carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages,
+    batch, batch_case, carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages,
 };
 use failure::Failure;
 use screen::{Screen, data};
@@ -99,6 +99,7 @@ fn work(cli: Cli, screen: &Screen) -> Result<End, Failure> {
         Command::Check(args) => stages::check(args, screen),
         Command::Run(args) => run::run(args, screen),
         Command::Batch(args) => batch::batch(args, screen),
+        Command::BatchCase(args) => batch_case::batch_case(args, screen),
         Command::Fit(args) => run::fit(args, screen),
         Command::Segment(args) => stages::segment(args, screen),
         Command::Mesh(args) => stages::mesh(args, screen),

@@ -41,6 +41,11 @@ pub(crate) struct Screen {
     threads: Option<usize>,
 }
 
+/// Makes the work stop at its next step, as a first Ctrl-C does.
+pub(crate) fn interrupt() {
+    INTERRUPTED.store(true, Ordering::SeqCst);
+}
+
 /// How often the bar's clock goes on.
 const TICK: Duration = Duration::from_millis(200);
 

@@ -333,6 +333,15 @@ def dosed(window, image):
       return [-1.5, 0, 1, 1.5, 3.5].map(at);
     }""")
     assert told == [None, "1.00 Gy", "2.00 Gy", "2.50 Gy", None], told
+    # In the colour of the file, unless that is too dark for a CT.
+    assert own["structures"][0]["colour"] == "#fa1400", own["structures"]
+    colours = page.evaluate("""async (own) => {
+      const { legendOf, readable } = await import("/js/views/own.js");
+      return [legendOf(own).structures[0].colour, ...["#fa1400", "#00ff00", "#000080", "#000000"].map(readable)];
+    }""", own)
+    assert colours[:3] == ["#fa1400", "#fa1400", "#00ff00"], colours
+    navy, black = ([int(colour[at : at + 2], 16) for at in (1, 3, 5)] for colour in colours[3:])
+    assert navy[2] > navy[0] > 60 and min(black) > 110, colours
     slice = image.TransformPhysicalPointToIndex(TUMOUR)[2]
     lines = lambda one: page.evaluate(LINES, [f"{one['volume']}/{one['key']}", slice])
     names = [[line["name"] for line in lines(one)] for one in window.state()["lines"]]

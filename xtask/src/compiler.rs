@@ -31,7 +31,7 @@ pub(crate) fn stand_in() -> Result<()> {
     let mut words: Vec<OsString> = words.collect();
     let texts: Option<Vec<String>> = words.iter().cloned().map(|w| w.into_string().ok()).collect();
     if let Some(arguments) = texts {
-        let plainly = calls_what_is_compiled(&arguments);
+        let plainly = is_not_worth_optimising(&arguments);
         keep(arguments)?;
         words.extend(
             plainly.then(|| ["-C", "opt-level=0"].map(OsString::from)).into_iter().flatten(),
@@ -41,11 +41,16 @@ pub(crate) fn stand_in() -> Result<()> {
     Err(failed).context("clippy-driver cannot be started; `rustup component add clippy`")
 }
 
-/// Whether a crate of tests beside a library, which only calls what is compiled already: optimising it takes several times as
-/// long as it saves. Of two levels the compiler takes the last.
-fn calls_what_is_compiled(arguments: &[String]) -> bool {
+/// Libraries whose unit tests take as long without optimisation: a second each or less, or time on the network.
+const LIGHT: [&str; 4] =
+    ["supine_dicom", "supine_dicom_network", "supine_flow", "supine_workstation"];
+
+/// Whether tests are not worth optimising, as that takes several times as long as it saves: those beside a library, which only
+/// call what is compiled already, and unit tests of [`LIGHT`]. Of two levels the compiler takes the last.
+fn is_not_worth_optimising(arguments: &[String]) -> bool {
     let beside = |word: &String| word.ends_with(".rs") && word.contains("/tests/");
-    arguments.iter().any(|word| word == "--test") && arguments.iter().any(beside)
+    let light = after(arguments, "--crate-name").is_some_and(|name| LIGHT.contains(&name));
+    arguments.iter().any(|word| word == "--test") && (light || arguments.iter().any(beside))
 }
 
 /// Keeps a call that compiles a crate of a package without features. No package of the workspace has any by default, and the
@@ -133,15 +138,17 @@ fn for_documentation(arguments: &[String]) -> Vec<&str> {
 
 #[cfg(test)]
 mod tests {
-    use super::{after, calls_what_is_compiled, for_documentation};
+    use super::{after, for_documentation, is_not_worth_optimising};
 
     #[test]
     fn tests_beside_a_library_are_told_from_those_in_it() {
         let of = |said: &str| {
-            calls_what_is_compiled(&said.split(' ').map(String::from).collect::<Vec<_>>())
+            is_not_worth_optimising(&said.split(' ').map(String::from).collect::<Vec<_>>())
         };
         assert!(of("--crate-name series crates/dicom/tests/series/main.rs --test"));
-        assert!(!of("--crate-name supine_dicom crates/dicom/src/lib.rs --test"));
+        assert!(of("--crate-name supine_flow crates/flow/src/lib.rs --test"));
+        assert!(!of("--crate-name supine_flow crates/flow/src/lib.rs --crate-type lib"));
+        assert!(!of("--crate-name supine_warp crates/warp/src/lib.rs --test"));
         assert!(!of("--crate-name supine_tests tests/src/lib.rs --crate-type lib"));
     }
 

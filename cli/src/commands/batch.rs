@@ -1,5 +1,6 @@
 //! `supine batch`.
 
+use super::batch_case::Apart;
 use crate::End;
 use crate::args_batch as args;
 use crate::failure::Failure;
@@ -8,34 +9,22 @@ use crate::start::start;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use supine_flow::batch::{Batch, BatchDone, BatchObserver, batch as run, collect};
-use supine_flow::commands::Colour;
-use supine_flow::{Ended, Observer, Options, RunStatus};
+use supine_flow::batch::{BatchDone, BatchObserver, batch as run, collect};
+use supine_flow::{Ended, Observer, RunStatus};
 use supine_space::Failure as Kind;
 
 pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> {
-    let worst = if args.deny_warnings { Colour::Green } else { Colour::Amber };
     if args.collect {
-        let done = collect(&args.out, worst)?;
+        let done = collect(&args.out, args.worst())?;
         done.ended.iter().for_each(|status| told_at_once(screen, status));
         screen.clear();
         return Ok(ended(&done, &told(&done), None, screen));
     }
-    let anonymise = args.anonymise;
-    let given = Batch {
-        cases: args.cases,
-        out: args.out,
-        jobs: args.jobs.map(std::num::NonZeroUsize::get),
-        memory: args.memory,
-        cores: screen.threads(),
-        changes: args.changes,
-        anonymise,
-        worst,
-        options: Options { until: args.until, overwrite: args.overwrite, ..Options::default() },
-        start: Some(start()?),
-    };
+    let (anonymise, start) = (args.anonymise, start()?);
+    let apart = Apart::new(&args, start.clone());
+    let given = args.given(screen.threads(), start);
     let view = View { screen, shares: Mutex::default() };
-    let done = run(&given, &view)?;
+    let done = run(&given, &|one, observer| apart.run(one, observer), &view)?;
     screen.clear();
     let mut lines = told(&done);
     if anonymise {

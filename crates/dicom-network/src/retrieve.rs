@@ -27,6 +27,9 @@ const AT_ONCE: usize = 200;
 /// Longest list of failed instances in an answer that is taken, bytes.
 const MAX_FAILED_LIST: u64 = 16 << 20;
 
+/// Most answers that only say that more is to come while nothing comes: an archive that says it once a second may take hours.
+const MAX_PENDING: usize = 10_000;
+
 /// The instances of one series that are meant.
 #[derive(Debug)]
 pub(crate) struct Part {
@@ -261,12 +264,23 @@ impl<'a> Retrieval<'a> {
         info: &mut FetchInfo,
     ) -> Result<(), Error> {
         let id = asking.send(talk, &request.keys)?;
+        let (mut before, mut pending) = (self.arrived.load(Ordering::Relaxed), 0);
         let Ended { status: answer, failed, completed } = loop {
             let message = talk.answer()?;
-            if !take(talk, &message)?
-                && let Some(ended) = asking.ended(talk, &message, id)?
-            {
+            if take(talk, &message)? {
+                pending = 0;
+                continue;
+            }
+            if let Some(ended) = asking.ended(talk, &message, id)? {
                 break ended;
+            }
+            // By C-MOVE objects come on another association.
+            let now = self.arrived.load(Ordering::Relaxed);
+            pending = if now == before { pending + 1 } else { 0 };
+            before = now;
+            if pending > MAX_PENDING {
+                let text = "answers without end that more is to come, and nothing comes";
+                return Err(talk.link.protocol(text));
             }
         };
         let done = answer == status::SUCCESS || status::is_warning(answer);

@@ -1,6 +1,7 @@
 //! The files of a folder, and which of them a series is looked for in.
 
 use crate::error::Error;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Deepest folder below the given one that is searched.
@@ -39,13 +40,15 @@ impl Place {
 }
 
 /// The files that [`crate::read_series`] looks into for this path, ascending: those of a folder and of the
-/// folders in it, those beside a single file, those below the folder of a DICOMDIR. Hidden files are
-/// passed over. Nothing is opened.
+/// folders in it, those beside a single file, those below the folder of a DICOMDIR. Hidden files and
+/// folders that must not be read are passed over. Nothing is opened.
 ///
 /// # Errors
 /// When there is no such path, a folder cannot be read, or there are too many files.
 pub fn source_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
-    Place::of(path)?.files()
+    let mut files = Place::of(path)?.files()?;
+    files.retain(|file| !file.is_dir());
+    Ok(files)
 }
 
 /// The folder that all of [`source_files`] lie below: files are named by their path from there, in messages
@@ -65,21 +68,39 @@ pub(crate) fn below(folder: &Path, depth: usize) -> Result<Vec<PathBuf>, Error> 
     Ok(paths)
 }
 
-/// Regular files below a folder; hidden files and symbolic links to folders are passed over.
+/// What file systems keep of repairs, for the administrator alone.
+const OF_REPAIRS: &str = "lost+found";
+
+/// Why a folder among [`below`]'s entries was not looked into.
+pub(crate) fn closed(path: &Path) -> Option<&'static str> {
+    let link = "a link to a folder, which is not followed: name the folder itself, or copy it";
+    let why = if path.is_symlink() { link } else { "a folder that you may not read" };
+    path.is_dir().then_some(why)
+}
+
+/// Regular files below a folder; hidden files are passed over. A folder in it that is not looked into, as it must not be read or is
+/// a link, stands for itself, so that it is told of.
 fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
     let read_error = |source| Error::Read { path: folder.to_owned(), source };
     for entry in std::fs::read_dir(folder).map_err(read_error)? {
         let entry = entry.map_err(read_error)?;
-        if entry.file_name().to_string_lossy().starts_with('.') {
+        let name = entry.file_name();
+        if name.to_string_lossy().starts_with('.') || name == OF_REPAIRS {
             continue;
         }
-        let kind = entry.file_type().map_err(read_error)?;
-        if kind.is_dir() {
-            if depth > 0 {
-                list(&entry.path(), depth - 1, paths)?;
+        let path = entry.path();
+        if entry.file_type().map_err(read_error)?.is_dir() {
+            let found = if depth > 0 { list(&path, depth - 1, paths) } else { Ok(()) };
+            match found {
+                Err(Error::Read { source, path: at })
+                    if source.kind() == ErrorKind::PermissionDenied && at == path =>
+                {
+                    paths.push(path);
+                }
+                found => found?,
             }
-        } else if entry.path().is_file() {
-            paths.push(entry.path());
+        } else if path.is_file() || depth > 0 && path.is_dir() {
+            paths.push(path);
         }
         if paths.len() > MAX_FILES {
             let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
@@ -105,7 +126,8 @@ mod tests {
         let root = folder.path();
         create_dir_all(root.join("b/deep")).unwrap();
         create_dir_all(root.join(".hidden")).unwrap();
-        for name in ["c", "a", "DICOMDIR", ".d", "b/1", "b/deep/2", ".hidden/3"] {
+        create_dir_all(root.join("lost+found")).unwrap();
+        for name in ["c", "a", "DICOMDIR", ".d", "b/1", "b/deep/2", ".hidden/3", "lost+found/4"] {
             write(root.join(name), "").unwrap();
         }
         let all = ["DICOMDIR", "a", "b/1", "b/deep/2", "c"];
@@ -119,6 +141,22 @@ mod tests {
         ] {
             assert_eq!(source_folder(&given).unwrap(), below);
             assert_eq!(names(&source_files(&given).unwrap(), below), expected, "{given:?}");
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let deep = root.join("b/deep");
+            std::fs::set_permissions(&deep, PermissionsExt::from_mode(0o000)).unwrap();
+            // Whoever may read everything sees what is in it.
+            let seen = std::fs::read_dir(&deep).is_ok();
+            std::os::unix::fs::symlink("b", root.join("link")).unwrap();
+            let (found, sources) =
+                (below(root, MAX_FOLDER_DEPTH).unwrap(), source_files(root).unwrap());
+            std::fs::set_permissions(&deep, PermissionsExt::from_mode(0o700)).unwrap();
+            assert_eq!(sources.len(), if seen { 5 } else { 4 });
+            let shown = if seen { "b/deep/2" } else { "b/deep" };
+            assert_eq!(names(&found, root), ["DICOMDIR", "a", "b/1", shown, "c", "link"]);
+            assert!(closed(&root.join("link")).is_some_and(|why| why.contains("link")));
         }
         let nowhere = source_files(&root.join("z")).unwrap_err().to_string();
         assert!(nowhere.starts_with("cannot read"), "{nowhere}");

@@ -4,7 +4,7 @@ use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
-use crate::files::Place;
+use crate::files::{Place, closed};
 use crate::geometry::leave_out;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::multi_frame;
@@ -304,6 +304,10 @@ fn series_of_given(found: &Found) -> Result<String, Error> {
 /// What a file is, and whether it has its preamble (true for what is not DICOM).
 fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error> {
     let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
+    if let Some(why) = closed(path) {
+        let left = LeftOut { file: name, reason: LeftOutReason::NotDicom(why) };
+        return Ok((Found::Foreign(left), true));
+    }
     let mut container = match Container::open_head(path) {
         Ok(container) => container,
         Err(error) => return opened(error, path, name).map(|found| (found, true)),

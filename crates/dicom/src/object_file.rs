@@ -7,7 +7,7 @@ use crate::data_set::{
 };
 use crate::derived::MANUFACTURER;
 use crate::error::Error;
-use crate::files::{MAX_FOLDER_DEPTH, below};
+use crate::files::{MAX_FOLDER_DEPTH, below, closed};
 use crate::folder::kind;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
@@ -128,6 +128,9 @@ fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
     let file_name = || Path::new(path.file_name().unwrap_or_default());
     let file = below.unwrap_or_else(file_name).display().to_string();
     let left = |reason: LeftOutReason| LeftOut { file: file.clone(), reason };
+    if let Some(why) = closed(path) {
+        return Ok(Looked::Foreign(left(LeftOutReason::NotDicom(why))));
+    }
     let outcome = Container::open_head(path).and_then(|container| open(container, path, &file));
     match outcome {
         Ok(Ok(object)) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {

@@ -63,7 +63,7 @@ pub use meshes::{
     MeshFile, Spring, Statics, read_mesh, write_mesh, write_mesh_fields, write_problem,
 };
 pub use points::{NamedPoint, is_points_name, read_points, write_points};
-pub use raster_file::{is_volume_name, volume_files};
+pub use raster_file::{is_volume_elsewhere, is_volume_name, volume_files};
 pub use scan_distances::{read_scan_distances, write_scan_distances};
 pub use seeds::read_seeds;
 pub use surfaces::{LengthUnit, ScanFile, SurfaceFrame, read_scan, read_surface, write_surface};

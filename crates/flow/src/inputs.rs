@@ -184,7 +184,8 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
 /// Deepest nesting of input folders that is followed.
 const MAX_DEPTH: usize = 8;
 
-/// All files below a folder in order of name; hidden ones left out, links to folders not followed.
+/// All files below a folder in order of name; hidden ones and folders that must not be read left out, links to folders not
+/// followed.
 pub(crate) fn files_below(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     collect(folder, MAX_DEPTH, &mut files)?;
@@ -201,7 +202,10 @@ fn collect(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Re
         }
         let kind = entry.file_type()?;
         if kind.is_dir() && depth > 0 {
-            collect(&entry.path(), depth - 1, files)?;
+            match collect(&entry.path(), depth - 1, files) {
+                Err(error) if error.kind() == std::io::ErrorKind::PermissionDenied => {}
+                below => below?,
+            }
         } else if kind.is_file() || (kind.is_symlink() && entry.path().is_file()) {
             files.push(entry.path());
         }

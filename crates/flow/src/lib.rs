@@ -48,7 +48,7 @@ pub use live_bed::{Applied, Held, LiveBed};
 pub use live_tissue::{LiveMesh, LiveTissue};
 pub use memory::{CountingAllocator, memory_was_refused};
 pub use node_id::NodeId;
-pub use own_objects::{Contours, OwnDose, OwnObjects, OwnStructure};
+pub use own_objects::{Contours, OwnDose, OwnObjects, OwnSegment, OwnStructure};
 pub use run::{Options, run};
 pub use session::{Freshness, Lane, Observer, Request, Session, Start, Unwatched};
 pub use shared::*;

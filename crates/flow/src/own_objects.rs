@@ -1,8 +1,9 @@
 //! The patient's own doses and structures that a case carries along, as they are held: for those who show them.
 
 use crate::nodes::{Moved, MovedObjects, Objects};
-use crate::session::{Freshness, Session};
+use crate::session::{Freshness, Request, Session};
 use crate::shared::carry::{Given, GivenObject, MovedObject, NOT_ANEW, max_gy};
+use crate::{Error, NodeId};
 use std::sync::Arc;
 use supine_report::DoseVolumeHistogram;
 use supine_space::Point;
@@ -29,6 +30,8 @@ pub struct OwnStructure<'a> {
     pub file: &'a str,
     /// Its name, as an exported object may have it.
     pub name: &'a str,
+    /// Its colour in its file (ROI Display Color), red, green and blue.
+    pub colour: Option<[u8; 3]>,
     /// As it was drawn.
     pub before: &'a Contours,
     /// Where the tissue carries it.
@@ -48,7 +51,32 @@ pub struct OwnDose<'a> {
     pub after: Option<&'a Volume<f32>>,
 }
 
+/// A segment of a segmentation on the voxels of the CT.
+#[derive(Clone, Debug)]
+pub struct OwnSegment<'a> {
+    /// Name of its file.
+    pub file: &'a str,
+    /// Its name.
+    pub name: &'a str,
+    /// As it was given.
+    pub before: Volume<bool>,
+    /// Where the tissue carries it.
+    pub after: Option<&'a Volume<bool>>,
+    /// Before and after, ml; nothing before it was carried.
+    pub volume_ml: Option<[f64; 2]>,
+}
+
 impl Session {
+    /// The patient's own objects where the tissue carries them; nothing when the case names none.
+    ///
+    /// # Errors
+    /// When one cannot be used, a stage fails, or the observer ends the work.
+    pub fn objects(&self, request: &Request<'_>) -> Result<Option<OwnObjects>, Error> {
+        let both = [NodeId::Objects, NodeId::MovedObjects];
+        self.bring(&both, &both, request)?;
+        Ok(self.peek_objects())
+    }
+
     /// The patient's own objects that are held, of the files that the case names now; nothing is read or made.
     pub fn peek_objects(&self) -> Option<OwnObjects> {
         let (given, freshness) = self.peek::<Objects>()?;
@@ -121,9 +149,9 @@ impl OwnObjects {
     /// The regions that have contours, in their order.
     pub fn structures(&self) -> impl Iterator<Item = OwnStructure<'_>> {
         self.all().flat_map(|(file, given, moved)| {
-            let closed = match &given.what {
-                Given::Structures(_, closed) => closed.as_slice(),
-                _ => &[],
+            let (rois, closed) = match &given.what {
+                Given::Structures(given, closed) => (given.rois(), closed.as_slice()),
+                _ => (&[][..], &[][..]),
             };
             let carried = match moved {
                 Some(MovedObject::Structures(carried, _)) => Some(carried),
@@ -133,6 +161,7 @@ impl OwnObjects {
                 move |(n, one)| OwnStructure {
                     file,
                     name: &one.name,
+                    colour: rois.get(n).and_then(|roi| roi.colour),
                     before: &one.contours,
                     after: carried.map(|all| all.structures[n].contours.as_slice()),
                     volume_ml: carried.and_then(|all| {
@@ -152,6 +181,30 @@ impl OwnObjects {
                 _ => None,
             };
             Some(OwnDose { file, before: dose.volume(), after })
+        })
+    }
+
+    /// The segments, in their order.
+    pub fn segments(&self) -> impl Iterator<Item = OwnSegment<'_>> {
+        self.all().flat_map(|(file, given, moved)| {
+            let carried = match moved {
+                Some(MovedObject::Segmentation(carried)) => Some(carried),
+                _ => None,
+            };
+            let given = match &given.what {
+                Given::Segmentation(given) => Some(given),
+                _ => None,
+            };
+            let all = given.into_iter().flat_map(|given| {
+                given.segments().iter().map(|one| (one.name.as_str(), given.mask(one.number)))
+            });
+            all.enumerate().map(move |(n, (name, before))| OwnSegment {
+                file,
+                name,
+                before,
+                after: carried.map(|all| &all.masks[n]),
+                volume_ml: carried.map(|all| [all.regions[n].before_ml, all.regions[n].after_ml]),
+            })
         })
     }
 

@@ -1,5 +1,6 @@
 //! A whole run: a session with a folder, all its results, and the summary that is written last.
 
+use crate::folder::note_failed;
 use crate::graph::Node;
 use crate::nodes::Report;
 use crate::session::{Done, Lane, Observer, Request, Session};
@@ -27,6 +28,22 @@ pub struct Options {
 /// # Errors
 /// [`Error`]; nothing half-written is left under a final name, and what was finished stays.
 pub fn run(
+    session: &Session,
+    options: Options,
+    observer: &dyn Observer,
+) -> Result<Option<Summary>, Error> {
+    let done = whole(session, options, observer);
+    if let Err(error) = &done {
+        // A session without a folder has nothing that could be taken for its result.
+        let _noted = session.folder(|folder| {
+            note_failed(folder.root(), error);
+            Ok(())
+        });
+    }
+    done
+}
+
+fn whole(
     session: &Session,
     options: Options,
     observer: &dyn Observer,

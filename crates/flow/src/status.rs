@@ -126,8 +126,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
 
 /// The status of a run that somebody ends at once, for whoever ends it.
 pub fn stopped_at_once(given: &Run, path: &Path) -> RunStatus {
-    let told = Told::of(given, (Colour::Amber, path));
-    failed(told.bare(told.is_nameless()), &Error::Stopped, false)
+    Told::of(given, (Colour::Amber, path)).stopped()
 }
 
 impl<'a> Told<'a> {
@@ -155,18 +154,14 @@ impl Told<'_> {
         let mut peak_memory_mb = None;
         // It is taken once, and told of no more.
         let given = std::mem::replace(&mut self.spec, Err(Error::Stopped));
-        let done = given.and_then(|mut spec| {
-            if self.anonymise {
-                spec.set("export.anonymise", &serde_json::Value::Bool(true))?;
-            }
-            let into = crate::commands::run::Into {
-                out: self.out,
-                options: self.options,
-                start: self.start.take(),
-                threads: self.threads,
-            };
-            crate::commands::run::into(&spec, into, observer, &mut peak_memory_mb)
-        });
+        let into = crate::commands::run::Into {
+            out: self.out,
+            anonymise: self.anonymise,
+            options: self.options,
+            start: self.start.take(),
+            threads: self.threads,
+        };
+        let done = crate::commands::run::run_into(given, into, observer, &mut peak_memory_mb);
         let seconds = begun.elapsed().as_secs_f64();
         let bare = RunStatus { seconds, peak_memory_mb, ..self.bare(nameless) };
         let status = match &done {
@@ -189,6 +184,11 @@ impl Told<'_> {
         let text = "the run did not come to its end: the memory did not suffice, or somebody ended the program from outside; \
                     run it again, with more memory or fewer at once";
         self.broken(Failure::Retry, NOT_ENDED, text)
+    }
+
+    /// Of a run that somebody stopped, told by others.
+    pub(crate) fn stopped(&self) -> RunStatus {
+        failed(self.bare(self.is_nameless()), &Error::Stopped, false)
     }
 
     /// Whether nothing may name the patient. A case that cannot be read is taken for one that asks for it if its text

@@ -180,7 +180,7 @@ fn softest(
 }
 
 /// What the mechanics found; `None` when there is no solution.
-fn found<T>(result: Result<T, supine_fem::Error>) -> Result<Option<T>, Error> {
+pub(crate) fn found<T>(result: Result<T, supine_fem::Error>) -> Result<Option<T>, Error> {
     match result {
         Ok(found) => Ok(Some(found)),
         Err(

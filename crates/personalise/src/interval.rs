@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::belief::Belief;
+use crate::beyond::beyond;
 use crate::curve::{Curve, Solver};
 use crate::ellipsoid::Ellipsoid;
 use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
@@ -59,6 +60,8 @@ pub enum Source {
     RestState,
     /// The place of the chest wall.
     ChestWall,
+    /// The tissue beyond the sphere that bounds the region.
+    Region,
     /// The mesh.
     Mesh,
 }
@@ -108,13 +111,14 @@ pub struct TumourInterval {
     pub warnings: Vec<Warning>,
 }
 
-/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall and mesh are as uncertain as they
-/// are.
+/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall, region and mesh are as uncertain as
+/// they are.
 ///
-/// Modulus, rest state, wall and mesh are drawn 10,000 times, independently of each other. A modulus that was given belongs
+/// Modulus, rest state, wall, region and mesh are drawn 10,000 times, independently of each other. A modulus that was given belongs
 /// to the run's rest state, so only that of the literature is drawn with both states, each as likely.
 /// For every draw the displacement is read from curves over the modulus ([`crate`], `curve`) through solutions in each
-/// state; wall and mesh add to it as the adjoint solution tells ([`supine_fem::goal_errors`]).
+/// state; wall and mesh add to it as the adjoint solution tells ([`supine_fem::goal_errors`]), the region as a free and a
+/// held cut differ.
 ///
 /// # Errors
 /// As the mechanics; [`supine_fem::Error::GoalOutside`] when no tissue of the mesh lies within the tumour.
@@ -131,7 +135,8 @@ pub fn tumour_interval(
         let other = belief.other().filter(|_| params.rest != rest);
         other.unwrap_or(belief.known()).interval_kpa()
     };
-    let errors = goal_errors(body, load, params, &tumour, progress.part(0.0, 0.2))?;
+    let errors = goal_errors(body, load, params, &tumour, progress.part(0.0, 0.15))?;
+    let beyond = beyond(question, progress.part(0.15, 0.2))?;
     let net = match wanted(RestState::Net) {
         true => {
             let part = progress.part(0.2, 0.4);
@@ -168,6 +173,7 @@ pub fn tumour_interval(
         both,
         wall: root(&wall.covariance()),
         tissues: root(&by_tissues(question)?),
+        beyond,
         mesh_mm: mesh_mm(&errors),
     };
     let mut found = told(&rests, wall.effects(question.patches))?;
@@ -194,10 +200,14 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
         share(Source::Tissues, Drawn { tissues: true, ..none })?,
         share(Source::RestState, Drawn { rest: true, ..none })?,
         share(Source::ChestWall, Drawn { wall: true, ..none })?,
+        share(Source::Region, Drawn { region: true, ..none })?,
         share(Source::Mesh, Drawn { mesh: true, ..none })?,
     ];
     if rests.tissues == Matrix::zeros() {
         shares.retain(|share| share.source != Source::Tissues);
+    }
+    if rests.beyond == Vector::zeros() {
+        shares.retain(|share| share.source != Source::Region);
     }
     shares.sort_by(|a, b| b.within_mm.total_cmp(&a.within_mm));
     let rest = match nominal.rest {
@@ -260,7 +270,7 @@ fn by_tissues(question: &Question<'_>) -> Result<Matrix, Error> {
 }
 
 /// The displacement of the place nearest to a point, LPS, mm.
-fn at_centre(solved: &Deformation, centre: &Point) -> Vector {
+pub(crate) fn at_centre(solved: &Deformation, centre: &Point) -> Vector {
     let mesh = solved.mesh();
     let found = Locator::new(mesh.clone()).nearest(centre);
     solved.displacement().at(mesh, &Edges::new(mesh), found.tet, found.weights)

@@ -7,19 +7,22 @@ use supine_mesh::{BoundaryFace, TET_FACES};
 
 /// A block of 36 x 36 x 24 mm on a wall at z = 0, all else skin, in cells of 6 mm.
 fn block() -> Arc<TetMesh> {
-    const CELLS: [usize; 3] = [6, 6, 4];
-    let at = |c: [usize; 3]| ((c[2] * (CELLS[1] + 1) + c[1]) * (CELLS[0] + 1) + c[0]) as u32;
+    block_of([6, 6, 4])
+}
+
+fn block_of(cells: [usize; 3]) -> Arc<TetMesh> {
+    let at = |c: [usize; 3]| ((c[2] * (cells[1] + 1) + c[1]) * (cells[0] + 1) + c[0]) as u32;
     let mut points = Vec::new();
-    for z in 0..=CELLS[2] {
-        for y in 0..=CELLS[1] {
-            for x in 0..=CELLS[0] {
+    for z in 0..=cells[2] {
+        for y in 0..=cells[1] {
+            for x in 0..=cells[0] {
                 points.push(Point::new(x as f64, y as f64, z as f64) * 6.0);
             }
         }
     }
     let mut tets = Vec::new();
-    for n in 0..CELLS.iter().product() {
-        let cell = [n % CELLS[0], n / CELLS[0] % CELLS[1], n / CELLS[0] / CELLS[1]];
+    for n in 0..cells.iter().product() {
+        let cell = [n % cells[0], n / cells[0] % cells[1], n / cells[0] / cells[1]];
         for path in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
             let mut c = cell;
             let mut tet = [at(c); 4];
@@ -34,6 +37,18 @@ fn block() -> Arc<TetMesh> {
             tets.push(tet);
         }
     }
+    let open = open_faces(&tets);
+    let tag = |face: &[u32; 3]| match face.iter().all(|&p| points[p as usize].z == 0.0) {
+        true => BoundaryTag::ChestWall,
+        false => BoundaryTag::Skin,
+    };
+    let boundary = open.into_iter().map(|points| BoundaryFace { points, tag: tag(&points) });
+    let boundary = boundary.collect();
+    TetMesh::new(points.clone(), tets, boundary).expect("a block").into()
+}
+
+/// Faces of one tetrahedron alone.
+fn open_faces(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let mut open: BTreeMap<[u32; 3], [u32; 3]> = BTreeMap::new();
     for face in tets.iter().flat_map(|tet| TET_FACES.map(|f| f.map(|c| tet[c]))) {
         let mut key = face;
@@ -42,13 +57,7 @@ fn block() -> Arc<TetMesh> {
             open.insert(key, face);
         }
     }
-    let tag = |face: &[u32; 3]| match face.iter().all(|&p| points[p as usize].z == 0.0) {
-        true => BoundaryTag::ChestWall,
-        false => BoundaryTag::Skin,
-    };
-    let boundary = open.into_values().map(|points| BoundaryFace { points, tag: tag(&points) });
-    let boundary = boundary.collect();
-    TetMesh::new(points.clone(), tets, boundary).expect("a block").into()
+    open.into_values().collect()
 }
 
 struct Case {
@@ -68,13 +77,17 @@ fn case(young_kpa: f64, rest: RestState) -> Case {
 
 impl Case {
     fn ask(&self, belief: Belief, wall_mm: f64) -> TumourInterval {
+        self.ask_at(tumour(), belief, wall_mm)
+    }
+
+    fn ask_at(&self, place: Point, belief: Belief, wall_mm: f64) -> TumourInterval {
         let question = Question {
             body: &self.body,
             coarse: &self.body,
             load: &self.load,
             params: &self.params,
             solved: &self.solved,
-            tumour: Sphere::new(tumour(), 4.0).unwrap(),
+            tumour: Sphere::new(place, 4.0).unwrap(),
             belief,
             wall_error_mm: &|_| wall_mm,
             tissues: &[],
@@ -192,6 +205,66 @@ fn a_modulus_that_nobody_measured_lies_outside_the_interval() {
     let case = case(6.0, RestState::Net);
     let found = case.ask(Belief::literature(), 0.1);
     assert!(found.displacement.norm() < 0.8 * found.length_mm[0], "{found:?}");
+}
+
+/// A layer of which the breast is a part, cut ever nearer to the tumour: what is beyond is a source, and the interval holds the
+/// displacement of the whole layer.
+#[test]
+fn what_is_beyond_the_region_is_a_source_that_holds_the_whole() {
+    let mut whole = case(0.609, RestState::Net);
+    whole.body.mesh = block_of([12, 4, 4]);
+    whole.params.order = Order::Linear;
+    (whole.solved, _) = solve(&whole.body, &whole.load, &whole.params, Progress::none()).unwrap();
+    let place = Point::new(60.0, 12.5, 16.0);
+    let truth = at_centre(&whole.solved, &place);
+    let shares = [24.0, 42.0].map(|low| {
+        let kept = |p: &Point| p.x >= low - 1e-9;
+        let mesh = cut_off(&whole.body.mesh, &kept, &|p| (p.x - low).abs() < 1e-9);
+        let body = Body::new(mesh, whole.body.tissue);
+        let (solved, _) = solve(&body, &whole.load, &whole.params, Progress::none()).unwrap();
+        let case = Case { body, load: whole.load, params: whole.params, solved };
+        let found = case.ask_at(place, Belief::given([0.6, 0.62]).unwrap(), 0.1);
+        let share = found.shares.iter().find(|s| s.source == Source::Region).copied().unwrap();
+        assert!((found.displacement - truth).norm() < found.within_mm, "{found:?} {truth}");
+        share.within_mm
+    });
+    assert!(shares[1] > 1.3 * shares[0] && shares[0] > 0.0, "{shares:?}");
+    let found = whole.ask_at(place, Belief::given([0.6, 0.62]).unwrap(), 0.1);
+    assert!(found.shares.iter().all(|s| s.source != Source::Region), "nothing is cut off");
+}
+
+/// The tetrahedra with all points where they are kept; new faces where all points lie on the cut.
+fn cut_off(
+    mesh: &TetMesh,
+    kept: &dyn Fn(&Point) -> bool,
+    on_cut: &dyn Fn(&Point) -> bool,
+) -> Arc<TetMesh> {
+    let points = mesh.points();
+    let tets: Vec<[u32; 4]> = mesh
+        .tets()
+        .iter()
+        .filter(|tet| tet.iter().all(|&p| kept(&points[p as usize])))
+        .copied()
+        .collect();
+    let mut used: Vec<u32> = tets.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let new = |p: u32| used.binary_search(&p).expect("it is used") as u32;
+    let tets: Vec<[u32; 4]> = tets.into_iter().map(|tet| tet.map(new)).collect();
+    let points: Vec<Point> = used.iter().map(|&p| points[p as usize]).collect();
+    let boundary = open_faces(&tets).into_iter().map(|face| {
+        let all = |is: &dyn Fn(&Point) -> bool| face.iter().all(|&p| is(&points[p as usize]));
+        let tag = if all(&|p| p.z == 0.0) {
+            BoundaryTag::ChestWall
+        } else if all(on_cut) {
+            BoundaryTag::Cut
+        } else {
+            BoundaryTag::Skin
+        };
+        BoundaryFace { points: face, tag }
+    });
+    let boundary = boundary.collect();
+    TetMesh::new(points.clone(), tets, boundary).expect("a part of a block").into()
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! What is known of the tissue of one patient, and what that means at the tumour.
 //!
-//! The displacement of the tumour rests on four things that nobody knows exactly: Young's modulus, the rest state, the
-//! place of the chest wall, and the mesh. [`tumour_interval`] says how far the tumour moves with 95 % probability, and
-//! what each of the four adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
+//! The displacement of the tumour rests on what nobody knows exactly: Young's modulus, the rest state, the place of the
+//! chest wall, the tissue beyond the region, and the mesh. [`tumour_interval`] says how far the tumour moves with 95 %
+//! probability, and what each of them adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
 
 mod belief;
+mod beyond;
 mod curve;
 mod distances;
 mod ellipsoid;

@@ -31,6 +31,8 @@ pub(crate) struct Rests<'a> {
     pub(crate) wall: Matrix,
     /// The same by the proportions of the tissues' moduli, mm.
     pub(crate) tissues: Matrix,
+    /// One standard deviation by the tissue beyond the region, mm.
+    pub(crate) beyond: Vector,
     /// Standard deviation of each component by the mesh, mm.
     pub(crate) mesh_mm: f64,
 }
@@ -51,11 +53,12 @@ pub(crate) struct Drawn {
     pub(crate) wall: bool,
     pub(crate) mesh: bool,
     pub(crate) tissues: bool,
+    pub(crate) region: bool,
 }
 
 impl Drawn {
     pub(crate) const ALL: Self =
-        Self { modulus: true, rest: true, wall: true, mesh: true, tissues: true };
+        Self { modulus: true, rest: true, wall: true, mesh: true, tissues: true, region: true };
 }
 
 impl Rests<'_> {
@@ -107,6 +110,7 @@ impl Rests<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let mut of_tissues = ChaCha8Rng::seed_from_u64(SEED + 1);
+        let mut of_region = ChaCha8Rng::seed_from_u64(SEED + 2);
         let nominal = self.nominal.displacement.norm();
         let mut cloud = Vec::with_capacity(DRAWS);
         let mut tried = 0;
@@ -132,10 +136,17 @@ impl Rests<'_> {
             let mesh = Vector::new(numbers[5], numbers[6], numbers[7]) * self.mesh_mm;
             let tissues =
                 self.tissues * Vector::from_fn(|_, _| StandardNormal.sample(&mut of_tissues));
+            let by_region: f64 = StandardNormal.sample(&mut of_region);
+            let region = self.beyond * by_region;
             // All grow with the displacement.
             let scale = if nominal > 0.0 { u.norm() / nominal } else { 1.0 };
             let by = |on: bool, v: Vector| if on { v * scale } else { Vector::zeros() };
-            let added = [(drawn.wall, wall), (drawn.mesh, mesh), (drawn.tissues, tissues)];
+            let added = [
+                (drawn.wall, wall),
+                (drawn.mesh, mesh),
+                (drawn.tissues, tissues),
+                (drawn.region, region),
+            ];
             cloud.push(added.into_iter().fold(u, |u, (on, v)| u + by(on, v)));
         }
         Ok(cloud)

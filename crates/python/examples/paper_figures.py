@@ -107,7 +107,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("ct", type=Path)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--threads", type=int)
     parser.add_argument("--tetrahedra", type=int, default=5000)
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)

@@ -2,8 +2,8 @@
 
 #![expect(unsafe_code, reason = "memory of the flow is lent to numpy, with its owner")]
 
-use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3};
-use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use numpy::ndarray::{ArrayView, ArrayView1, ArrayView2, Dimension};
+use numpy::{Element, PyArray, PyArray1, PyArray2, PyArrayMethods, PyUntypedArray};
 use pyo3::prelude::*;
 use std::any::Any;
 use std::sync::Arc;
@@ -17,35 +17,94 @@ struct Owner {
     _of: Arc<dyn Any + Send + Sync>,
 }
 
-/// An array of voxels indexed `[k, j, i]`, its origin (LPS, mm), spacing (mm) and direction (row by row; columns are the
-/// axes i, j, k), as SimpleITK has them.
-pub(crate) type VolumeParts<'py, T> = (Bound<'py, PyArray3<T>>, [f64; 3], [f64; 3], [[f64; 3]; 3]);
+/// Three numbers, as a tuple of Python.
+pub(crate) type Triple = (f64, f64, f64);
+
+/// An array of voxels indexed `[k, j, i]`, or `[k, j, i, component]` of vectors, its origin (LPS, mm), spacing (mm) and
+/// direction (row by row; columns are the axes i, j, k), as SimpleITK has them.
+pub(crate) type VolumeParts<'py> =
+    (Bound<'py, PyUntypedArray>, Triple, Triple, (Triple, Triple, Triple));
+
+/// What holds memory that is lent.
+pub(crate) type Holder = Arc<dyn Any + Send + Sync>;
 
 /// A volume without a copy.
 ///
 /// # Errors
 /// When Python has no memory.
-pub(crate) fn volume<'py, T: Element + Send + Sync + 'static>(
-    py: Python<'py>,
+pub(crate) fn volume<T: Element + Send + Sync + 'static>(
+    py: Python<'_>,
     volume: Arc<Volume<T>>,
-) -> PyResult<VolumeParts<'py, T>> {
-    let grid = volume.grid().clone();
-    let [ni, nj, nk] = grid.size();
-    let owner = Bound::new(py, Owner { _of: Arc::clone(&volume) as _ })?;
-    let view = ArrayView3::from_shape((nk, nj, ni), volume.data()).map_err(shape)?;
-    // SAFETY: the view's memory is the volume's vector, which nobody changes or moves while the owner, which the array
-    // holds, lives; the array is made read-only before Python sees it.
-    let array = unsafe { PyArray3::borrow_from_array(&view, owner.into_any()) };
-    array.readwrite().make_nonwriteable();
-    let (origin, spacing, direction) = geometry(&grid);
-    Ok((array, origin, spacing, direction))
+) -> PyResult<VolumeParts<'_>> {
+    held_volume(py, &volume, Arc::clone(&volume) as _)
 }
 
-/// Origin, spacing and direction of a grid.
-fn geometry(grid: &Grid) -> ([f64; 3], [f64; 3], [[f64; 3]; 3]) {
-    let direction =
-        std::array::from_fn(|row| std::array::from_fn(|column| grid.direction()[(row, column)]));
-    (grid.origin().coords.into(), grid.spacing().into(), direction)
+/// A volume that lies in the memory of a holder, without a copy.
+///
+/// # Errors
+/// When Python has no memory.
+pub(crate) fn held_volume<'py, T: Element>(
+    py: Python<'py>,
+    volume: &Volume<T>,
+    holder: Holder,
+) -> PyResult<VolumeParts<'py>> {
+    let [ni, nj, nk] = volume.grid().size();
+    let view = ArrayView::from_shape((nk, nj, ni), volume.data()).map_err(shape)?;
+    Ok(with_place(lent(py, &view, holder)?, volume.grid()))
+}
+
+/// Vectors on a grid that lie in the memory of a holder, without a copy.
+///
+/// # Errors
+/// When Python has no memory.
+pub(crate) fn held_field<'py>(
+    py: Python<'py>,
+    field: &Volume<[f32; 3]>,
+    holder: Holder,
+) -> PyResult<VolumeParts<'py>> {
+    let [ni, nj, nk] = field.grid().size();
+    let components = field.data().as_flattened();
+    let view = ArrayView::from_shape((nk, nj, ni, 3), components).map_err(shape)?;
+    Ok(with_place(lent(py, &view, holder)?, field.grid()))
+}
+
+/// An array of what lies in the memory of a holder, which cannot be written to.
+fn lent<'py, T: Element, D: Dimension>(
+    py: Python<'py>,
+    view: &ArrayView<'_, T, D>,
+    holder: Holder,
+) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let owner = Bound::new(py, Owner { _of: holder })?;
+    // SAFETY: the view's memory is the holder's, which nobody changes or moves while the owner, which the array holds,
+    // lives; the array is made read-only before Python sees it.
+    let array = unsafe { PyArray::borrow_from_array(view, owner.into_any()) };
+    array.readwrite().make_nonwriteable();
+    Ok(array.as_untyped().clone())
+}
+
+/// The array of a grid's voxels with the grid's origin, spacing and direction.
+fn with_place<'py>(array: Bound<'py, PyUntypedArray>, grid: &Grid) -> VolumeParts<'py> {
+    let row = |n: usize| {
+        let direction = grid.direction();
+        (direction[(n, 0)], direction[(n, 1)], direction[(n, 2)])
+    };
+    let (origin, spacing) = (triple(grid.origin().coords), triple(grid.spacing()));
+    (array, origin, spacing, (row(0), row(1), row(2)))
+}
+
+/// A vector as Python has it.
+pub(crate) fn triple(vector: Vector) -> Triple {
+    (vector.x, vector.y, vector.z)
+}
+
+/// Points (n, 3) of one's own.
+pub(crate) fn points<'py>(
+    py: Python<'py>,
+    points: &[Point],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let held = Arc::new(points.to_vec());
+    let owner = Bound::new(py, Owner { _of: Arc::clone(&held) as _ })?.into_any();
+    rows(triples_of_points(&held), 3, owner)
 }
 
 /// Points (n, 3), tetrahedra (n, 4), boundary faces (n, 3) and their tags (n) of a mesh.
@@ -71,7 +130,7 @@ pub(crate) fn mesh<'py>(py: Python<'py>, mesh: &Arc<TetMesh>) -> PyResult<MeshPa
     let faces = rows(&corners, 3, owner)?;
     let owner = Bound::new(py, Owner { _of: Arc::clone(&tags) as _ })?.into_any();
     let view = ArrayView1::from(tags.as_slice());
-    // SAFETY: as in `volume`.
+    // SAFETY: as in `lent`.
     let tags = unsafe { PyArray1::borrow_from_array(&view, owner) };
     tags.readwrite().make_nonwriteable();
     Ok((points, tets, faces, tags))

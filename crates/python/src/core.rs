@@ -1,6 +1,7 @@
 //! The session behind `supine.Session`.
 
-use crate::arrays::{self, MeshParts, VolumeParts};
+use crate::arrays::{self, MeshParts, Triple, VolumeParts};
+use crate::carried::{CarriedParts, carried};
 use crate::failure::{raise, raise_case};
 use crate::taken::{self, Geometry, MeshArrays};
 use crate::wait::wait;
@@ -10,9 +11,35 @@ use pyo3::prelude::*;
 use serde_json::{Map, Value as Json, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use supine_flow::commands::Clock;
+use supine_flow::commands::{Clock, given_deformation, given_mesh};
 use supine_flow::spec::{Kind, Parameter, TABLE};
 use supine_flow::{Error, NodeId, Options, Request, RunFolder, Session, Spec, Start};
+use supine_mesh::Deformation;
+
+/// The results that stay in memory after a run: those that Python may ask for and all that they rest on, without what only
+/// the folder has and without the fields, which take much memory and little time.
+const HELD: [NodeId; 17] = [
+    NodeId::Import,
+    NodeId::Source,
+    NodeId::Objects,
+    NodeId::Tumour,
+    NodeId::Prepare,
+    NodeId::Segment,
+    NodeId::Region,
+    NodeId::Tissues,
+    NodeId::Mesh,
+    NodeId::Moduli,
+    NodeId::Fit,
+    NodeId::Solve,
+    NodeId::Interval,
+    NodeId::Warp,
+    NodeId::Points,
+    NodeId::Evaluation,
+    NodeId::MovedObjects,
+];
+
+/// A mesh, the vectors of its nodes and the order within a tetrahedron.
+type Vectors<'py> = (MeshParts<'py>, Bound<'py, PyArray2<f64>>, u8);
 
 /// A session of the flow; values of the case come and go as JSON.
 #[pyclass(frozen)]
@@ -68,21 +95,17 @@ impl Core {
         Json::Object(self.session.case().canonical()).to_string()
     }
 
-    fn ct<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py, i16>> {
+    fn ct<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py>> {
         let ct = self.ask(py, &hear, |session, request| session.ct(request))?;
         arrays::volume(py, ct)
     }
 
-    fn labels<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py, u8>> {
+    fn labels<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py>> {
         let labels = self.ask(py, &hear, |session, request| session.labels(request))?;
         arrays::volume(py, labels)
     }
 
-    fn deformed_ct<'py>(
-        &self,
-        py: Python<'py>,
-        hear: Py<PyAny>,
-    ) -> PyResult<VolumeParts<'py, i16>> {
+    fn deformed_ct<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py>> {
         let ct = self.ask(py, &hear, |session, request| session.deformed_ct(request))?;
         arrays::volume(py, ct)
     }
@@ -92,16 +115,57 @@ impl Core {
         arrays::mesh(py, &mesh)
     }
 
-    /// The mesh, the vectors of its nodes and the order within a tetrahedron.
-    fn deformation<'py>(
+    fn deformation<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<Vectors<'py>> {
+        let found = self.ask(py, &hear, |session, request| session.deformation(request))?;
+        vectors(py, &found)
+    }
+
+    /// From the table to the CT for resamplers, from the CT to the table, and the Jacobian.
+    fn fields<'py>(
         &self,
         py: Python<'py>,
         hear: Py<PyAny>,
-    ) -> PyResult<(MeshParts<'py>, Bound<'py, PyArray2<f64>>, u8)> {
-        let found = self.ask(py, &hear, |session, request| session.deformation(request))?;
-        let displacement = found.displacement();
-        let vectors = arrays::vectors(py, displacement)?;
-        Ok((arrays::mesh(py, found.mesh())?, vectors, displacement.order().number()))
+    ) -> PyResult<(VolumeParts<'py>, VolumeParts<'py>, VolumeParts<'py>)> {
+        let map = self.ask(py, &hear, |session, request| session.fields(request))?;
+        let holder = || Arc::clone(&map) as arrays::Holder;
+        Ok((
+            arrays::held_field(py, &map.resampling, holder())?,
+            arrays::held_field(py, map.fields.ct_to_deformed(), holder())?,
+            arrays::held_volume(py, map.fields.jacobian(), holder())?,
+        ))
+    }
+
+    fn tissues<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<Option<VolumeParts<'py>>> {
+        let labels = self.ask(py, &hear, |session, request| session.tissues(request))?;
+        labels.map(|labels| arrays::volume(py, labels)).transpose()
+    }
+
+    /// The nipple's movement and the case's points, as JSON.
+    fn points(&self, py: Python<'_>, hear: Py<PyAny>) -> PyResult<String> {
+        let told = self.ask(py, &hear, |session, request| {
+            let points = session.points(request)?;
+            Ok(json!({ "nipple": session.nipple(request)?, "points": points }))
+        })?;
+        Ok(told.to_string())
+    }
+
+    /// Doses, structures and segments before and after.
+    fn carried<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<CarriedParts<'py>> {
+        let objects = self.ask(py, &hear, |session, request| session.objects(request))?;
+        carried(py, objects)
+    }
+
+    /// As the summary tells it, as JSON.
+    fn fit(&self, py: Python<'_>, hear: Py<PyAny>) -> PyResult<String> {
+        let told = self.ask(py, &hear, |session, request| Ok(json!(session.fit(request)?)))?;
+        Ok(told.to_string())
+    }
+
+    /// As the summary tells it, as JSON.
+    fn evaluation(&self, py: Python<'_>, hear: Py<PyAny>) -> PyResult<String> {
+        let told =
+            self.ask(py, &hear, |session, request| Ok(json!(session.evaluation(request)?)))?;
+        Ok(told.to_string())
     }
 
     /// Movement and interval, as JSON.
@@ -120,9 +184,9 @@ impl Core {
     }
 
     /// Centre and radius, mm.
-    fn region(&self, py: Python<'_>, hear: Py<PyAny>) -> PyResult<([f64; 3], f64)> {
+    fn region(&self, py: Python<'_>, hear: Py<PyAny>) -> PyResult<(Triple, f64)> {
         let sphere = self.ask(py, &hear, |session, request| session.region(request))?;
-        Ok((sphere.centre().coords.into(), sphere.radius()))
+        Ok((arrays::triple(sphere.centre().coords), sphere.radius()))
     }
 
     /// A whole run into a folder; its summary as JSON.
@@ -133,16 +197,22 @@ impl Core {
         out: PathBuf,
         overwrite: bool,
     ) -> PyResult<String> {
-        let session = &self.session;
-        let summary = wait(py, &hear, |observer| {
+        wait(py, &hear, |observer| {
+            let labelled = self.session.with_own_labels(&out)?;
+            let session = labelled.as_ref().unwrap_or(&self.session);
             session.spec().check_complete()?;
             session.refuse_overlap(&out)?;
             session.keep_in(Some(RunFolder::open(&out)?.overwriting(overwrite)))?;
-            let done = supine_flow::run(session, Options::default(), observer);
+            let request = Request { observer, ..Request::default() };
+            let written = match labelled {
+                Some(_) => self.session.write_own_labels(&out, &request),
+                None => Ok(()),
+            };
+            let run = |()| supine_flow::run(session, Options::default(), observer);
+            let done = written.and_then(run);
             session.keep_in(None)?;
             Ok(serde_json::to_string(&done?)?)
-        })?;
-        Ok(summary)
+        })
     }
 
     fn give_ct(&self, array: PyReadonlyArray3<'_, i16>, geometry: Geometry) -> PyResult<()> {
@@ -218,7 +288,7 @@ impl Core {
     ) -> PyResult<Self> {
         spec.merge(&object(values)?).map_err(|error| raise_case(py, error))?;
         let session = Session::new(spec, threads).map_err(|error| raise(py, &error))?;
-        Ok(Self { session: session.with_start(start) })
+        Ok(Self { session: session.with_start(start).holding(&HELD) })
     }
 
     fn ask<T: Send>(
@@ -230,6 +300,26 @@ impl Core {
         let session = &self.session;
         wait(py, hear, |observer| what(session, &Request { observer, ..Request::default() }))
     }
+}
+
+/// A deformation as arrays.
+fn vectors<'py>(py: Python<'py>, of: &Deformation) -> PyResult<Vectors<'py>> {
+    let vectors = arrays::vectors(py, of.displacement())?;
+    Ok((arrays::mesh(py, of.mesh())?, vectors, of.displacement().order().number()))
+}
+
+/// The mesh of a file.
+#[pyfunction]
+pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<MeshParts<'_>> {
+    let mesh = given_mesh(&path).map_err(|error| raise(py, &error))?;
+    arrays::mesh(py, &mesh)
+}
+
+/// The mesh of a file with its displacement.
+#[pyfunction]
+pub(crate) fn read_deformation(py: Python<'_>, path: PathBuf) -> PyResult<Vectors<'_>> {
+    let found = given_deformation(&path).map_err(|error| raise(py, &error))?;
+    vectors(py, &found)
 }
 
 fn object(values: &str) -> PyResult<Map<String, Json>> {

@@ -70,6 +70,8 @@ def test_warnings_have_codes(values: dict[str, Any]) -> None:
         warnings.simplefilter("always")
         labels = supine.Session(**values).labels
         supine.Session(**values, labels=labels)
+        supine.Session(**values).labels = labels
+    assert {warning.filename for warning in heard} == {__file__}, "a warning is shown where the work was asked for"
     own = [warning.message for warning in heard if issubclass(warning.category, supine.SupineWarning)]
     assert "labels-uncertainty-unknown" in {w.code for w in own}, "how sure labels are that somebody gives is not known"
     assert all(w.code and w.stage and isinstance(pickle.loads(pickle.dumps(w)), supine.SupineWarning) for w in own)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
+import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +79,45 @@ def test_types_hold(mypy: list[str]) -> None:
     own = [HERE.parent / "python" / "supine", HERE.parent / "examples"]
     done = subprocess.run([*mypy, *own], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
+
+
+def functions(of: object) -> Iterator[Any]:
+    """All that a class has of its own and that can be called, or a function."""
+    for member in vars(of).values() if inspect.isclass(of) else [of]:
+        found = [member.fget, member.fset, member.fdel] if isinstance(member, property) else [getattr(member, "__func__", member)]
+        yield from filter(inspect.isfunction, found)
+
+
+def test_hints_of_types_can_be_read() -> None:
+    """As pydantic, typeguard and documentation do."""
+    seen = 0
+    for name in supine.__all__:
+        public = getattr(supine, name)
+        for of in functions(public):
+            seen += len(typing.get_type_hints(of))
+        if inspect.isclass(public):
+            seen += len(typing.get_type_hints(public))
+    assert seen > 100
+    hints = typing.get_type_hints(supine.Session.mesh.fget)
+    assert hints == {"return": supine.Mesh}
+    (values,) = typing.get_args(typing.get_type_hints(supine.Session.__init__)["values"])
+    assert typing.get_type_hints(values)["breast"] == typing.Literal["left", "right"] | None
+    assert all(typing.get_type_hints(table) for table in vars(sys.modules[values.__module__]).values() if typing.is_typeddict(table))
+
+
+WITHOUT_OTHERS = """
+import sys
+for name in ("nibabel", "pyvista", "SimpleITK"):
+    sys.modules[name] = None
+import typing, supine
+assert "numpy" not in sys.modules
+print(typing.get_type_hints(supine.Volume.to_sitk), typing.get_type_hints(supine.Session.labels.fset))
+"""
+
+
+def test_hints_need_none_of_the_libraries_that_one_may_do_without() -> None:
+    done = subprocess.run([sys.executable, "-c", WITHOUT_OTHERS], capture_output=True, text=True)
+    assert done.returncode == 0 and "Any" in done.stdout, done.stderr
 
 
 WRONG = """

@@ -18,17 +18,24 @@ HEAD = '''"""Types of all keywords. Made from the table of parameters by tests/w
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
+from ._late import Late
+from ._values import Volume
+
 if TYPE_CHECKING:
-    from ._values import Volume
+    import nibabel
+    import SimpleITK
+else:
+    nibabel, SimpleITK = map(Late, ("nibabel", "SimpleITK"))
 
 Place = str | os.PathLike[str]
-Point = Sequence[float] | npt.NDArray[np.floating[Any]]
+Array = npt.NDArray[np.floating[Any]] | npt.NDArray[np.integer[Any]]
+Point = Sequence[float] | Array
 '''
 
 TYPES = {
@@ -37,16 +44,17 @@ TYPES = {
     "whole": "int",
     "text": "str",
     "point": "Point",
-    "points": "Sequence[Point]",
-    "strokes": "Sequence[dict[str, Any]]",
-    "interval": "tuple[float, float]",
+    "points": "Sequence[Point] | Array",
+    "strokes": "Sequence[Mapping[str, Any]]",
+    "interval": "Sequence[float] | Array",
     "file": "Place",
     "files": "Place | Sequence[Place]",
     "names": "str | Sequence[str]",
 }
 
-# May be given in memory too.
-VOLUMES = ("ct", "labels")
+# May be given in memory too; labels also as an array on the grid of the CT.
+IMAGES = "Volume | SimpleITK.Image | nibabel.Nifti1Image | "
+VOLUMES = {"ct": IMAGES, "labels": f"{IMAGES}npt.NDArray[Any] | "}
 # Tables that a file alone may stand for.
 SHORT = ("seeds", "labels")
 ACCEPTED = ("series", "exclude", "assume_hu", "equalise_steps")
@@ -93,13 +101,11 @@ def main() -> str:
     text += '\n\nclass Values(Accepted, total=False):\n    """Every key of a case."""\n\n'
     for row in tables[""]:
         if row["name"] not in ACCEPTED:
-            volume = "Volume | " if row["name"] in VOLUMES else ""
-            text += field(row["name"], volume + type_of(row), row)
+            text += field(row["name"], VOLUMES.get(row["name"], "") + type_of(row), row)
     for table in tables:
         if table:
             short = "Place | " if table in SHORT else ""
-            volume = "Volume | " if table in VOLUMES else ""
-            text += field(table, f"{volume}{short}{table.capitalize()} | None", None)
+            text += field(table, f"{VOLUMES.get(table, '')}{short}{table.capitalize()} | None", None)
     return text
 
 

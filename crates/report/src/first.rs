@@ -160,6 +160,7 @@ fn shares(s: &Summary) -> Option<Table> {
             ("rest_state", _) => rest_state(interval),
             ("tissues", _) => "Tissues: gland, skin and tumour in proportion to fat".into(),
             ("chest_wall", _) => "Chest wall: its place in the CT".into(),
+            ("region", _) => "Region: the tissue beyond its sphere".into(),
             _ => "Mesh: its coarseness".into(),
         };
         let [low, high] = share.length_mm.map(|mm| fixed(mm, 1));

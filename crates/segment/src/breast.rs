@@ -170,7 +170,7 @@ impl Breast {
     }
 
     /// Middle of its soft tissue, LPS, mm.
-    pub(crate) fn centre(&self) -> Point {
+    pub fn centre(&self) -> Point {
         self.centre
     }
 

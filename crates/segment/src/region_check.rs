@@ -63,7 +63,7 @@ pub struct BreastPlace<'a> {
     pub breast: Option<&'a Breast>,
     /// The uncertainty of the chest wall's boundary within the region, where it is known.
     pub uncertainty: Option<&'a WallUncertainty>,
-    /// The nipple, or the middle of the region: from here uncertain places are told. LPS, mm.
+    /// The middle of the breast, or of the region: from here uncertain places are told. LPS, mm.
     pub middle: Point,
 }
 

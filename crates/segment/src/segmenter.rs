@@ -140,7 +140,7 @@ impl Segmenter {
         let of_ct = (&found, other.as_ref().unwrap_or(&self.tissue));
         free_border::add_beyond(&outline, of_ct, &shell.radius, &constraints, &mut labels);
         let contents = contents::settle(&outline, &shell.ribless, &mut labels)?;
-        seeds::stamp(scan, &mut labels, &marks);
+        let excluded = seeds::stamp(scan, &mut labels, &marks);
         let mut error = confidence::error(scan, shell, &wall, &constraints);
         for &(ray, mm) in &contents.off {
             error.values[ray] = error.values[ray].max(mm);
@@ -151,6 +151,7 @@ impl Segmenter {
         let mut info = info::info(&self.params, scan, search.levels, &wall, counts);
         info.warnings.extend(self.warnings.iter().cloned());
         info.warnings.extend(contents.warnings());
+        info.warnings.extend(excluded);
         info.warnings.extend(self.seed_warnings(seeds, outline.radius()));
         info.checks.splice(0..0, self.checks.iter().cloned());
         info.checks.extend(contents.checks());

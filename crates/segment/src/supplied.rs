@@ -25,7 +25,8 @@ const INNER_BOUNDARY: f64 = 0.3;
 const WARN_CM3: f64 = 1.0;
 
 /// Takes labels that were made elsewhere, by any program or by hand, for a CT: on its own grid to
-/// the bit, in whatever order its voxels are stored, with warnings of what is suspect about them.
+/// the bit, in whatever order its voxels are stored, whole or cut off around what is labelled, with warnings of what is suspect
+/// about them.
 ///
 /// # Errors
 /// When the labels are on another grid, one of soft tissue and chest wall is missing, or they
@@ -33,6 +34,10 @@ const WARN_CM3: f64 = 1.0;
 pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>), LabelsError> {
     // Programs that keep to one orientation store the rows of an axial CT from their other end.
     let labels = labels.in_order_of(ct.grid());
+    let given = labels.grid().clone();
+    // 3D Slicer and others cut off what is empty.
+    let whole = labels.clone().placed_in(ct.grid());
+    let labels = if cuts_through(ct, &given, &whole) { labels } else { whole };
     let other_size = LabelsError::Size { labels: labels.grid().size(), ct: ct.grid().size() };
     let Some(off_mm) = labels.grid().offset_mm(ct.grid()) else { return Err(other_size) };
     if !labels.grid().is_same(ct.grid()) {
@@ -50,6 +55,14 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
     let share = soft_tissue_in_air(ct, &labels)?;
     chest_wall_in_air(ct, &labels)?;
     let mut warnings = Vec::new();
+    if given.len() < ct.grid().len() {
+        let text = format!(
+            "the labels cover {:?} of the CT's {:?} voxels: around them nothing is labelled",
+            given.size(),
+            ct.grid().size()
+        );
+        warnings.push(Warning::new("labels-cropped", text));
+    }
     if share > SUSPECT_AIR {
         let text = format!(
             "{:.1} % of the soft tissue in the labels lies in air or lung (below {AIR_HU} HU)",
@@ -81,6 +94,36 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
     );
     warnings.push(Warning::new("labels-uncertainty-unknown", text));
     Ok((labels, warnings))
+}
+
+/// Whether labels of a part of the CT end within the patient: what is labelled on the faces of the part goes on as tissue beyond
+/// them.
+fn cuts_through(ct: &Ct, part: &Grid, labels: &LabelMap) -> bool {
+    let (whole, grid) = (ct.grid(), labels.grid());
+    let Some(start) = whole.voxel_at(&part.origin()).filter(|_| grid.size() == whole.size()) else {
+        return false;
+    };
+    let (mut labelled, mut cut) = (0u64, 0u64);
+    for n in 0..part.len() {
+        let at = part.voxel(n);
+        let place = [0, 1, 2].map(|a| at[a] + start[a]);
+        if labels.at(place) == label::OUTSIDE {
+            continue;
+        }
+        for a in 0..3 {
+            let mut beyond = place;
+            if at[a] == 0 && start[a] > 0 {
+                beyond[a] -= 1;
+            } else if at[a] + 1 == part.size()[a] && place[a] + 1 < whole.size()[a] {
+                beyond[a] += 1;
+            } else {
+                continue;
+            }
+            labelled += 1;
+            cut += u64::from(ct.at(beyond) > TISSUE_HU);
+        }
+    }
+    cut as f64 > INNER_BOUNDARY * labelled as f64
 }
 
 /// Share of the soft tissue in air; an error when that is too much, or much less when mirrored.
@@ -310,6 +353,29 @@ mod tests {
                 take_labels(&ct(), LabelMap::from_fn(stored, |v| truth(turned(v)))).unwrap();
             assert!(taken == labels(truth), "{back:?}");
         }
+    }
+
+    #[test]
+    fn labels_cut_off_around_what_is_labelled_are_taken_for_the_whole() {
+        let g = grid();
+        let all = labels(truth);
+        let labelled = |a: usize| {
+            let on = (0..g.len()).filter(|&n| all.data()[n] != label::OUTSIDE);
+            on.map(|n| g.voxel(n)[a])
+                .fold([usize::MAX, 0], |[low, high], n| [low.min(n), high.max(n)])
+        };
+        let ends = [0, 1, 2].map(labelled);
+        let (start, size) = (ends.map(|e| e[0]), ends.map(|[low, high]| high - low + 1));
+        assert!(size != SIZE, "{size:?}");
+        let part = |shift: f64| {
+            let origin = g.centre(start) + Vector::new(shift, 0.0, 0.0);
+            let part = Grid::new(size, g.spacing(), origin, *g.direction()).unwrap();
+            LabelMap::from_fn(part, |v| truth([0, 1, 2].map(|a| v[a] + start[a])))
+        };
+        let (taken, warnings) = take_labels(&ct(), part(0.0)).unwrap();
+        assert!(taken == all && warnings.iter().any(|w| w.code() == "labels-cropped"));
+        // Beside the CT's voxels they are no part of it.
+        assert!(refused(part(0.4)).contains("not on the CT's grid"));
     }
 
     #[test]

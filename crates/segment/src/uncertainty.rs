@@ -48,8 +48,8 @@ impl WallUncertainty {
 }
 
 impl Patch {
-    /// Where the patch lies as seen from the front, from the nipple or another `middle` of the
-    /// breast of that side: `upper outer quadrant`, `behind the nipple`, ...
+    /// Where the patch lies as seen from the front, from the `middle` of the breast of that side: `upper outer quadrant`,
+    /// `behind the middle of the breast`, ... Not from the nipple, which falls sideways in who lies on her back.
     pub fn place(&self, middle: &Point, side: Side) -> &'static str {
         let off = self.centre - middle;
         let (out, up) = (off.x * side.sign(), off.z);
@@ -59,11 +59,11 @@ impl Patch {
             (1, -1) => "upper inner quadrant",
             (-1, 1) => "lower outer quadrant",
             (-1, -1) => "lower inner quadrant",
-            (1, _) => "above the nipple",
-            (-1, _) => "below the nipple",
-            (_, 1) => "outer side, at the nipple's level",
-            (_, -1) => "inner side, at the nipple's level",
-            _ => "behind the nipple",
+            (1, _) => "above the middle of the breast",
+            (-1, _) => "below the middle of the breast",
+            (_, 1) => "outer side, at the height of its middle",
+            (_, -1) => "inner side, at the height of its middle",
+            _ => "behind the middle of the breast",
         }
     }
 }
@@ -209,8 +209,8 @@ mod tests {
         assert_eq!(at(100.0, 30.0, Side::Left), "upper outer quadrant");
         assert_eq!(at(-100.0, -30.0, Side::Right), "lower outer quadrant");
         assert_eq!(at(-30.0, 40.0, Side::Right), "upper inner quadrant");
-        assert_eq!(at(75.0, 3.0, Side::Left), "behind the nipple");
-        assert_eq!(at(65.0, -40.0, Side::Left), "below the nipple");
+        assert_eq!(at(75.0, 3.0, Side::Left), "behind the middle of the breast");
+        assert_eq!(at(65.0, -40.0, Side::Left), "below the middle of the breast");
     }
 
     #[test]

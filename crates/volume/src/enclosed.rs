@@ -24,6 +24,10 @@ pub struct Enclosed {
     pub centroid: Point,
     /// Volume, mm³.
     pub volume_mm3: f64,
+    /// Planes that the contours leave out, filled from those beside them.
+    pub bridged_planes: usize,
+    /// Usual distance of their planes, mm.
+    pub step_mm: f64,
 }
 
 impl Enclosed {
@@ -42,7 +46,7 @@ impl Enclosed {
 /// When no contour encloses anything, they lie in one plane alone, are not parallel, or planes are missing.
 pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, ContourError> {
     let grid = grid_of(contours)?;
-    let (mask, _) = fill_contours(&grid, contours, rule)?;
+    let (mask, filled) = fill_contours(&grid, contours, rule)?;
     let (mut voxels, mut sum) = (0usize, [0.0; 3]);
     for n in (0..grid.len()).filter(|&n| mask.data()[n]) {
         voxels += 1;
@@ -52,7 +56,8 @@ pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, Contour
         return Err(ContourError::Empty);
     }
     let centroid = grid.patient_from_index(sum.map(|s| s / voxels as f64));
-    Ok(Enclosed { centroid, volume_mm3: voxels as f64 * grid.voxel_volume() })
+    let (volume_mm3, step_mm) = (voxels as f64 * grid.voxel_volume(), grid.spacing()[2]);
+    Ok(Enclosed { centroid, volume_mm3, bridged_planes: filled.bridged_slices, step_mm })
 }
 
 /// Where closed contours of one plane cross or lie upon each other, if any do; LPS, mm.
@@ -206,6 +211,11 @@ mod tests {
         assert_eq!(enclosed(&[], Rule::Joined), Err(ContourError::Empty));
         let line = vec![CENTRE; 5];
         assert_eq!(enclosed(&[line], Rule::Joined), Err(ContourError::Empty));
+        let mut two = sphere(40.0, 3.0, Matrix::identity());
+        assert_eq!(enclosed(&two, Rule::Joined).unwrap().bridged_planes, 0);
+        two.drain(10..12);
+        let found = enclosed(&two, Rule::Joined).unwrap();
+        assert!(found.bridged_planes == 2 && (found.step_mm - 3.0).abs() < 1e-9, "{found:?}");
         let mut gap = sphere(40.0, 3.0, Matrix::identity());
         gap.drain(10..16);
         assert!(matches!(enclosed(&gap, Rule::Joined), Err(ContourError::Gap { .. })));

@@ -117,6 +117,29 @@ impl<T> Volume<T> {
         }
     }
 
+    /// The same on a larger grid of whose voxels its own are some, with the default value around them, as programs cut off what is
+    /// empty. Else the volume as it is.
+    #[must_use]
+    pub fn placed_in(self, whole: &Grid) -> Self
+    where
+        T: Copy + Default,
+    {
+        let Some(start) = place_within(&self.grid, whole) else { return self };
+        if whole.size() == self.grid.size() {
+            return self;
+        }
+        let [ni, nj, nk] = self.grid.size();
+        let mut data = vec![T::default(); whole.len()];
+        for k in 0..nk {
+            for j in 0..nj {
+                let from = self.grid.offset([0, j, k]);
+                let to = whole.offset([start[0], start[1] + j, start[2] + k]);
+                data[to..to + ni].copy_from_slice(&self.data[from..from + ni]);
+            }
+        }
+        Self { grid: whole.clone(), data }
+    }
+
     /// The volume of `f(value)` on the same grid.
     pub fn map<U>(&self, f: impl FnMut(&T) -> U) -> Volume<U> {
         Volume { grid: self.grid.clone(), data: self.data.iter().map(f).collect() }
@@ -138,6 +161,24 @@ impl<T: Copy> Volume<T> {
         self.data[self.grid.offset(voxel)]
     }
 }
+/// How far the voxels of a part may lie from those of the whole, voxels.
+const PART_TOLERANCE: f64 = 1e-2;
+
+/// The voxel of `whole` at which `part` begins, when the voxels of both coincide.
+fn place_within(part: &Grid, whole: &Grid) -> Option<[usize; 3]> {
+    let last = part.size().map(|n| n - 1);
+    let ends = [whole.voxel_at(&part.origin())?, whole.voxel_at(&part.centre(last))?];
+    for (voxel, point) in ends.iter().zip([part.origin(), part.centre(last)]) {
+        let index = whole.index_from_patient(&point);
+        if (0..3).any(|a| (index[a] - voxel[a] as f64).abs() > PART_TOLERANCE) {
+            return None;
+        }
+    }
+    let same_axes = (part.direction() - whole.direction()).abs().max() < 1e-4;
+    let fits = (0..3).all(|a| ends[1][a].checked_sub(ends[0][a]) == Some(last[a]));
+    (same_axes && fits).then_some(ends[0])
+}
+
 /// For each axis of `other` the axis of `grid` along it, and whether that runs back; nothing when they differ in order
 /// not at all, or in more.
 fn same_axes(grid: &Grid, other: &Grid) -> Option<[(usize, bool); 3]> {

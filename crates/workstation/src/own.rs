@@ -64,6 +64,7 @@ fn shown(own: &OwnObjects) -> OwnShown {
     let structures = own.structures().map(|one| OwnStructureShown {
         name: one.name.into(),
         file: one.file.into(),
+        colour: one.colour.map(|[r, g, b]| format!("#{r:02x}{g:02x}{b:02x}")),
         volume_ml: one.volume_ml,
     });
     let doses = own.doses().enumerate().map(|(n, dose)| OwnDoseShown {

@@ -240,6 +240,8 @@ pub(crate) struct OwnShown {
 pub(crate) struct OwnStructureShown {
     pub(crate) name: String,
     pub(crate) file: String,
+    /// Its colour in its file, `#rrggbb`.
+    pub(crate) colour: Option<String>,
     /// Before and after; nothing before it was carried.
     pub(crate) volume_ml: Option<[f64; 2]>,
 }

@@ -255,6 +255,46 @@ fn a_run_that_the_system_ends_has_told_so_and_a_batch_tries_it_last() {
     assert_eq!(order(), ["b", "a"]);
 }
 
+/// The processes that the threads of another have started, by what the system tells.
+fn children(of: u32) -> Vec<String> {
+    let threads = std::fs::read_dir(format!("/proc/{of}/task")).expect("it runs");
+    let of_thread = |thread: std::io::Result<std::fs::DirEntry>| {
+        let file = thread.expect("it can be listed").path().join("children");
+        std::fs::read_to_string(file).unwrap_or_default()
+    };
+    let all: String = threads.map(of_thread).collect();
+    all.split_whitespace().map(str::to_owned).collect()
+}
+
+#[test]
+fn a_case_that_the_system_ends_ends_itself_alone() {
+    let folder = scratch();
+    let (at, out) = (folder.path(), folder.path().join("out"));
+    let cases = ["a", "b"].map(|name| case(at, name, &Case::small()));
+    shared().begin(&out.join("runs/b"));
+    let mut command = supine_command();
+    command.arg("batch").args(&cases).arg("--out").arg(&out).args(["--jobs", "1"]);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = command.spawn().expect("supine can be started");
+    let begun = Instant::now();
+    while !out.join("runs/a/.stages").is_dir() {
+        assert!(begun.elapsed() < PATIENCE, "the first case does not begin");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    // As the system does when memory runs out. No other case can run beside the first.
+    let started = children(child.id());
+    assert_eq!(started.len(), 1, "a process for the case");
+    let kill = Command::new("kill").arg("-KILL").args(&started).status().expect("kill");
+    assert!(kill.success());
+    let said = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&said.stderr);
+    assert_eq!(said.status.code(), Some(75), "{text}");
+    let told = status(&out.join("status/a.json"));
+    assert_eq!((&told["error"]["code"], &told["exit"]), (&"not-ended".into(), &75.into()));
+    assert_eq!(status(&out.join("status/b.json"))["status"], "flagged", "{text}");
+    assert_same_bytes(&out.join("runs/b"), &shared().out);
+}
+
 #[test]
 fn a_second_ctrl_c_leaves_how_the_run_ended() {
     let folder = scratch();

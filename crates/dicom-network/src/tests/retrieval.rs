@@ -48,6 +48,22 @@ fn a_title_that_the_archive_does_not_know_is_named_with_its_port() {
 }
 
 #[test]
+fn an_archive_that_answers_for_ever_that_more_is_to_come_is_given_up() {
+    let (out, (free, port)) = (tempfile::tempdir().unwrap(), listen());
+    drop(free);
+    let archive = Archive::start(move |talk, message| match message.command.field() {
+        field::FIND => found(talk, message),
+        _ => {
+            let _asked = data_of(talk, message);
+            let pending = Command::answer(&message.command, 0xFF00);
+            while talk.send(message.context, &pending, None).is_ok() {}
+        }
+    });
+    let error = fetch(&archive, port, out.path()).unwrap_err().to_string();
+    assert!(error.contains("nothing comes"), "{error}");
+}
+
+#[test]
 fn a_fetch_that_fails_leaves_no_empty_folder() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("a/b");

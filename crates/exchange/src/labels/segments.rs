@@ -34,9 +34,6 @@ const LARGEST_REFERENCE: usize = if cfg!(fuzzing) { 1 << 22 } else { 1 << 29 };
 /// Largest number of voxels of all layers that are put back together.
 const LARGEST_OF_LAYERS: usize = 4 * LARGEST_REFERENCE;
 
-/// How far the cropped grid may lie from the voxels of its reference, voxels.
-const CROP_TOLERANCE: f64 = 1e-2;
-
 /// Name of one of our labels.
 pub(super) fn name(number: u8) -> String {
     let known = label::ALL.iter().find(|(n, ..)| *n == number);
@@ -209,35 +206,8 @@ pub(crate) fn uncropped<T: Copy + Default>(
     labels: Volume<T>,
     keys: &BTreeMap<String, String>,
 ) -> Volume<T> {
-    let Some((grid, start)) = reference_grid(keys).and_then(|g| {
-        let start = place_within(labels.grid(), &g)?;
-        (g.size() != labels.grid().size()).then_some((g, start))
-    }) else {
-        return labels;
-    };
-    let [ni, nj, nk] = labels.grid().size();
-    let mut data = vec![T::default(); grid.len()];
-    for k in 0..nk {
-        for j in 0..nj {
-            let from = labels.grid().offset([0, j, k]);
-            let to = grid.offset([start[0], start[1] + j, start[2] + k]);
-            data[to..to + ni].copy_from_slice(&labels.data()[from..from + ni]);
-        }
+    match reference_grid(keys) {
+        Some(grid) => labels.placed_in(&grid),
+        None => labels,
     }
-    Volume::new(grid, data).unwrap_or(labels)
-}
-
-/// The voxel of `whole` at which `part` begins, when the voxels of both coincide.
-fn place_within(part: &Grid, whole: &Grid) -> Option<[usize; 3]> {
-    let last = part.size().map(|n| n - 1);
-    let ends = [whole.voxel_at(&part.origin())?, whole.voxel_at(&part.centre(last))?];
-    for (voxel, point) in ends.iter().zip([part.origin(), part.centre(last)]) {
-        let index = whole.index_from_patient(&point);
-        if (0..3).any(|a| (index[a] - voxel[a] as f64).abs() > CROP_TOLERANCE) {
-            return None;
-        }
-    }
-    let same_axes = (part.direction() - whole.direction()).abs().max() < 1e-4;
-    let fits = (0..3).all(|a| ends[1][a].checked_sub(ends[0][a]) == Some(last[a]));
-    (same_axes && fits).then_some(ends[0])
 }

@@ -9,15 +9,19 @@ const HEAD: usize = 84;
 /// Bytes of a triangle: normal, three corners, two spare.
 const TRIANGLE: usize = 50;
 
-/// Binary is known by its length: its text may begin like that of the other kind.
+/// Binary is known by its length: its text may begin like that of the other kind. Some programs leave a few bytes behind the
+/// last triangle.
 pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let binary = bytes.split_at_checked(HEAD).map(|(head, body)| {
         let count = head.last_chunk().map_or(0, |n| u32::from_le_bytes(*n));
         (count as usize, body)
     });
+    let more =
+        binary.and_then(|(count, body)| body.len().checked_sub(count.saturating_mul(TRIANGLE)));
     let soup = match binary {
-        Some((count, body)) if body.len() == count.saturating_mul(TRIANGLE) => corners(body),
-        _ if bytes.trim_ascii_start().starts_with(b"solid") => text(bytes)?,
+        Some((_, body)) if more == Some(0) => corners(body),
+        _ if is_text(bytes) => text(bytes)?,
+        Some((_, body)) if more.is_some_and(|more| more < TRIANGLE) => corners(body),
         Some((count, body)) => {
             let wanted = count as u128 * TRIANGLE as u128;
             return Err(match body.len() as u128 {
@@ -29,6 +33,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     };
     let triangles = (0..soup.len() / 3).map(|n| [0, 1, 2].map(|c| (3 * n + c) as u32)).collect();
     Ok(Parts { points: soup, triangles, ..Parts::default() })
+}
+
+/// Whether it is the kind that is text: by its first word, in small or capital letters, and a corner.
+fn is_text(bytes: &[u8]) -> bool {
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).trim_ascii_start();
+    let begins = bytes.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    begins && bytes.windows(6).any(|word| word.eq_ignore_ascii_case(b"vertex"))
 }
 
 /// The corners of binary triangles, three by three.

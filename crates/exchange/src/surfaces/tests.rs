@@ -82,7 +82,10 @@ fn obj(head: &str) -> Vec<u8> {
 fn all(head: &str) -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("text.stl", stl_text(head)),
+        ("capitals.stl", stl_text(head).to_ascii_uppercase()),
+        ("marked.stl", ["\u{feff}".as_bytes(), &stl_text(head)].concat()),
         ("binary.stl", stl_binary(head)),
+        ("longer.stl", [stl_binary(&format!("solid {head}")), vec![0; 2]].concat()),
         ("text.ply", ply("ascii", head)),
         ("little.ply", ply("binary_little_endian", head)),
         ("big.ply", ply("binary_big_endian", head)),

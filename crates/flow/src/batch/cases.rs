@@ -1,11 +1,13 @@
 //! The cases of a batch: case files, folders that hold one, and tables of which each row is one.
 
+use super::Batch;
 use super::rows::{Row, rows};
 use crate::commands::run::Change;
 use crate::folder::usable_name;
 use crate::spec::Spec;
 use crate::status::case_name;
 use crate::{Error, Place};
+use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use supine_space::Failure;
@@ -14,35 +16,41 @@ use supine_space::Failure;
 const CASE_FILE: &str = "case.toml";
 
 /// A case that is to be run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Case {
     /// Its name, which that of no other equals.
     pub(super) name: String,
     /// Its case file, or the table in which it stands.
     pub(super) file: PathBuf,
     /// Its row in a table.
-    row: Option<Row>,
+    pub(super) row: Option<Row>,
+    /// The file that its values begin with.
+    pub(super) base: PathBuf,
 }
 
 impl Case {
-    /// Its values.
+    /// A case of a case file, or of a row of a table.
+    pub(super) fn new(name: String, file: PathBuf, row: Option<Row>) -> Self {
+        let base = row.as_ref().and_then(|row| row.base(&file)).unwrap_or_else(|| file.clone());
+        Self { name, file, row, base }
+    }
+
+    /// The values that a batch runs it with.
     ///
     /// # Errors
     /// When the file cannot be read, or a value does not fit.
-    pub(super) fn spec(&self, changes: &[Change]) -> Result<Spec, Error> {
+    pub(super) fn values(&self, given: &Batch) -> Result<Spec, Error> {
         let mut spec = match &self.row {
             Some(row) => row.spec(&self.file)?,
             None => Spec::read(&self.file)?,
         };
-        for Change { key, value } in changes {
+        for Change { key, value } in &given.changes {
             spec.change(key, value)?;
         }
+        if given.anonymise {
+            spec.set("export.anonymise", &Json::Bool(true))?;
+        }
         Ok(spec)
-    }
-
-    /// The file that its values begin with.
-    pub(super) fn base(&self) -> &Path {
-        self.row.as_ref().and_then(Row::base).unwrap_or(&self.file)
     }
 }
 
@@ -54,13 +62,12 @@ pub(super) fn cases(paths: &[PathBuf]) -> Result<Vec<Case>, Error> {
     let mut all = Vec::new();
     for path in paths {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-            let of_row =
-                |row: Row| Case { name: row.name.clone(), file: path.clone(), row: Some(row) };
+            let of_row = |row: Row| Case::new(row.name.clone(), path.clone(), Some(row));
             all.extend(rows(path)?.into_iter().map(of_row));
             continue;
         }
         let file = if path.is_dir() { path.join(CASE_FILE) } else { path.clone() };
-        all.push(Case { name: case_name(&resolved(&file)), file, row: None });
+        all.push(Case::new(case_name(&resolved(&file)), file, None));
     }
     all.sort_by(|a, b| a.name.cmp(&b.name));
     check_names(&all)?;

@@ -1,16 +1,19 @@
 //! Many cases on one machine: each in a folder of its own, as many at once as memory and cores allow, and all of them in one
 //! table and on one page.
 //!
-//! Sessions in one process: each has its own threads and its own count of memory. A case that fails ends itself alone; what
-//! is finished is not done again.
+//! Who calls says where a case is run, such as in a process of its own. A case that fails ends itself alone; what is finished
+//! is not done again.
 
 mod admit;
 mod cases;
 mod need;
+mod one;
 mod rows;
 #[cfg(test)]
 mod tests;
 mod work;
+
+pub use one::{Lost, OneCase, RunCase, run_one};
 
 use crate::commands::run::Change;
 use crate::folder::{CohortFolder, whole};
@@ -114,7 +117,11 @@ impl BatchDone {
 /// # Errors
 /// When the cases cannot be told apart, a table cannot be read, or the folder cannot be written or is in use: nothing is run
 /// then. A case that fails is no error.
-pub fn batch(given: &Batch, observer: &dyn BatchObserver) -> Result<BatchDone, Error> {
+pub fn batch(
+    given: &Batch,
+    run: &RunCase<'_>,
+    observer: &dyn BatchObserver,
+) -> Result<BatchDone, Error> {
     let cases = cases::cases(&given.cases)?;
     let folder = CohortFolder::open(&given.out)?;
     let _lock = folder.lock()?;
@@ -124,7 +131,7 @@ pub fn batch(given: &Batch, observer: &dyn BatchObserver) -> Result<BatchDone, E
         .unwrap_or_else(|| need::available().map_or(UNTOLD, |bytes| (bytes as f64 * SHARE) as u64));
     let jobs = given.jobs.unwrap_or(given.cores).clamp(1, cases.len().max(1));
     let admission = admit::Admission::new(memory, given.cores, jobs);
-    let work = work::Work { given, cases: &cases, folder: &folder, admission, observer };
+    let work = work::Work { given, cases: &cases, folder: &folder, admission, run, observer };
     let ended = work.all(jobs)?;
     let left = cases.len() - ended.len();
     let stopped = left > 0 || ended.iter().any(|status| status.status == Ended::Stopped);

@@ -4,6 +4,8 @@ use super::cases::refused;
 use crate::Error;
 use crate::spec::Spec;
 use crate::text_file::read_text;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// The column of the names.
@@ -12,21 +14,34 @@ const NAME: &str = "name";
 const CASE: &str = "case";
 
 /// A row of a table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub(super) name: String,
     /// Its number in the table, as spreadsheets count: the head is row 1.
     pub(super) number: usize,
-    /// A case file whose values the row changes.
-    base: Option<PathBuf>,
+    /// A case file whose values the row changes, from the folder of the table.
+    base: Option<String>,
     /// Keys and what stands for them; nothing stands for those that are not given.
     values: Vec<(String, String)>,
 }
 
 impl Row {
     /// The case file whose values it changes.
-    pub(super) fn base(&self) -> Option<&Path> {
-        self.base.as_deref()
+    pub(super) fn base(&self, table: &Path) -> Option<PathBuf> {
+        self.base.as_ref().map(|base| folder_of(table).join(base))
+    }
+
+    /// As text.
+    pub(super) fn text(&self) -> String {
+        json!(self).to_string()
+    }
+
+    /// That of [`Row::text`].
+    ///
+    /// # Errors
+    /// When it is another text.
+    pub(super) fn from_text(text: &str) -> Result<Self, Error> {
+        serde_json::from_str(text).map_err(|error| refused(format!("no row of a table: {error}")))
     }
 
     /// Its values; paths lead from the folder of the table, those of its case file from that file's.
@@ -35,8 +50,8 @@ impl Row {
     /// When its case file cannot be read, or a value does not fit: with row and table.
     pub(super) fn spec(&self, table: &Path) -> Result<Spec, Error> {
         let folder = folder_of(table);
-        let mut spec = match &self.base {
-            Some(base) => Spec::read(base)?,
+        let mut spec = match self.base(table) {
+            Some(base) => Spec::read(&base)?,
             None => Spec::new(folder.clone()),
         };
         for (key, value) in &self.values {
@@ -78,7 +93,7 @@ pub(super) fn rows(table: &Path) -> Result<Vec<Row>, Error> {
         for (key, cell) in given {
             match key.as_str() {
                 NAME => row.name = cell.into(),
-                CASE => row.base = Some(folder_of(table).join(cell)),
+                CASE => row.base = Some(cell.into()),
                 _ => row.values.push((key.clone(), cell.into())),
             }
         }

@@ -38,6 +38,11 @@ fn given(cases: Vec<PathBuf>, out: &Path) -> Batch {
     }
 }
 
+/// A batch whose cases run in this process.
+fn here(given: &Batch, seen: &Seen) -> Result<BatchDone, Error> {
+    batch(given, &|one, observer| Ok(run_one(given, one, observer)), seen)
+}
+
 #[test]
 fn two_cases_of_one_name_are_refused_before_anything_is_made() {
     let dir = tempfile::tempdir().unwrap();
@@ -46,7 +51,7 @@ fn two_cases_of_one_name_are_refused_before_anything_is_made() {
         fs::create_dir_all(dir.path().join(name)).unwrap();
     }
     let cases = vec![dir.path().join("a/p1"), dir.path().join("b/P1/case.toml")];
-    let error = batch(&given(cases, &out), &Seen::default()).unwrap_err();
+    let error = here(&given(cases, &out), &Seen::default()).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("two cases are called") && text.contains("rename one"), "{text}");
     assert!(!out.exists());
@@ -61,7 +66,7 @@ fn cases_that_cannot_be_read_are_failed_lines_each_with_its_reason() {
     fs::write(dir.path().join("cases.csv"), table).unwrap();
     let cases = ["typo.toml", "gone.toml", "cases.csv"].map(|name| dir.path().join(name));
     let seen = Seen::default();
-    let done = batch(&given(cases.into(), &out), &seen).unwrap();
+    let done = here(&given(cases.into(), &out), &seen).unwrap();
     let mut ended = seen.ended.lock().unwrap().clone();
     ended.sort();
     assert_eq!(ended, ["gone failed", "r1 failed", "r2 failed", "typo failed"]);
@@ -78,7 +83,7 @@ fn cases_that_cannot_be_read_are_failed_lines_each_with_its_reason() {
     // The same again changes nothing that is kept.
     let status = out.join("status/r1.json");
     let before = (fs::read_to_string(&status).unwrap(), fs::read_to_string(&done.table).unwrap());
-    batch(&given(done_cases(dir.path()), &out), &Seen::default()).unwrap();
+    here(&given(done_cases(dir.path()), &out), &Seen::default()).unwrap();
     let after = (fs::read_to_string(&status).unwrap(), fs::read_to_string(&done.table).unwrap());
     assert_eq!(before, after);
 }
@@ -93,7 +98,7 @@ fn stopped_before_it_began_nothing_is_told_of_the_cases() {
     let out = dir.path().join("out");
     let seen = Seen::default();
     seen.stops.store(true, Ordering::SeqCst);
-    let done = batch(&given(vec![dir.path().join("p1.toml")], &out), &seen).unwrap();
+    let done = here(&given(vec![dir.path().join("p1.toml")], &out), &seen).unwrap();
     assert_eq!((done.left, done.failure()), (1, Some(Failure::Stopped)));
     assert!(!out.join("status/p1.json").exists() && done.patients == 0);
 }
@@ -125,7 +130,7 @@ fn states_that_others_left_are_collected_and_no_folder_is_none() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("out");
     assert!(matches!(collect(&out, Colour::Amber), Err(Error::Unread { .. })));
-    batch(&given(vec![dir.path().join("gone.toml")], &out), &Seen::default()).unwrap();
+    here(&given(vec![dir.path().join("gone.toml")], &out), &Seen::default()).unwrap();
     fs::remove_file(out.join("index.html")).unwrap();
     fs::write(out.join("status/half.json"), "{").unwrap();
     let done = collect(&out, Colour::Amber).unwrap();
@@ -133,4 +138,29 @@ fn states_that_others_left_are_collected_and_no_folder_is_none() {
     assert_eq!((done.patients, done.count(Ended::Stopped)), (2, 1));
     assert_eq!(done.failure(), Some(Failure::Method));
     assert!(out.join("index.html").is_file());
+}
+
+#[test]
+fn a_case_whose_process_is_lost_is_failed_and_the_others_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("out");
+    let table = "name,breast,ct\na,left,nowhere\nb,left,nowhere\nc,left,nowhere\n";
+    fs::write(dir.path().join("cases.csv"), table).unwrap();
+    let given = given(vec![dir.path().join("cases.csv")], &out);
+    let run = |one: &OneCase, observer: &dyn BatchObserver| {
+        // As another process has it.
+        let row = one.row().unwrap();
+        let same = OneCase::new(one.name().into(), one.file(), Some(&row), 1).unwrap();
+        match one.name() {
+            "a" => Err(Lost::Ended),
+            "b" => Err(Lost::NotStarted("no more processes".into())),
+            _ => Ok(run_one(&given, &same, observer)),
+        }
+    };
+    let done = batch(&given, &run, &Seen::default()).unwrap();
+    let codes: Vec<(String, u8)> =
+        done.ended.iter().map(|s| (s.error.clone().unwrap().code, s.exit)).collect();
+    let told = [("not-ended", 75), ("not-started", 75), ("case-key-missing", 1)];
+    assert_eq!(codes, told.map(|(code, exit)| (code.into(), exit)));
+    assert!(fs::read_to_string(&done.page).unwrap().contains("no more processes"));
 }

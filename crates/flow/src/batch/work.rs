@@ -1,16 +1,16 @@
 //! The cases at work: some threads, each of which takes the next case, waits until it fits, and runs it.
 
 use super::admit::Admission;
-use super::cases::{Case, place_in};
+use super::cases::Case;
 use super::need::need_of;
+use super::one::{BROKE_OFF, BROKE_OFF_TEXT, Lost, OneCase, RunCase, told};
 use super::{Batch, BatchObserver};
 use crate::commands::run::finished;
 use crate::folder::CohortFolder;
 use crate::session::Session;
 use crate::spec::Spec;
 use crate::status::Told;
-use crate::{Error, NodeId, Observer, Summary};
-use serde_json::Value as Json;
+use crate::{Error, Summary};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -25,6 +25,7 @@ pub(super) struct Work<'a> {
     pub(super) cases: &'a [Case],
     pub(super) folder: &'a CohortFolder,
     pub(super) admission: Admission,
+    pub(super) run: &'a RunCase<'a>,
     pub(super) observer: &'a dyn BatchObserver,
 }
 
@@ -79,18 +80,15 @@ impl Work<'_> {
         // A mistake of ours in one case is no reason to lose the others.
         let tried = catch_unwind(AssertUnwindSafe(|| self.tried(case, &out)));
         tried.unwrap_or_else(|_| {
-            let text = "the program broke off in this case, which is a mistake in it; the message on the terminal says where";
-            let told = self.told(case, &out, Err(Error::Stopped));
-            Some((told.broken(Failure::Method, "broke-off", text), false))
+            let told = told(self.given, case, &out, Err(Error::Stopped));
+            Some((told.broken(Failure::Method, BROKE_OFF, BROKE_OFF_TEXT), false))
         })
     }
 
     fn tried(&self, case: &Case, out: &Path) -> Option<(RunStatus, bool)> {
-        let told = self.told(case, out, self.values(case));
-        let need = match told.spec.as_ref().map(|spec| self.looked_at(spec, out)) {
-            Ok(Ok(Look::Finished(summary))) => {
-                return Some((told.finished(&summary), true));
-            }
+        let told = told(self.given, case, out, case.values(self.given));
+        let need = match told.spec.as_ref().map(|spec| looked_at(spec, out)) {
+            Ok(Ok(Look::Finished(summary))) => return Some((told.finished(&summary), true)),
             Ok(Ok(Look::Open(need))) => need,
             // Its own words say why.
             Ok(Err(_)) | Err(_) => 0,
@@ -102,49 +100,23 @@ impl Work<'_> {
             // That nothing can be kept is told when the case ended.
             let _kept = self.folder.keep(&case.name, &told.not_ended(), None);
         }
-        let watch = Watch { name: &case.name, done: AtomicUsize::new(0), observer: self.observer };
-        let (done, mut status) = told.run(&watch);
-        if let (Err(error), Some(told)) = (&done, &mut status.error) {
-            match status.case_file {
-                Some(_) => told.place.file = place_in(error.place(), case).file,
-                None => self.observer.withheld(&case.name, &error.to_string()),
+        let asked = OneCase { case: case.clone(), threads: admitted.threads };
+        let status = (self.run)(&asked, self.observer);
+        Some((status.unwrap_or_else(|lost| self.lost(&told, &lost)), false))
+    }
+
+    /// Of a case that was run by a process which did not tell how it ended.
+    fn lost(&self, told: &Told<'_>, lost: &Lost) -> RunStatus {
+        match lost {
+            _ if !self.observer.go_on() => told.stopped(),
+            Lost::Ended => told.not_ended(),
+            Lost::BrokeOff => told.broken(Failure::Method, BROKE_OFF, BROKE_OFF_TEXT),
+            Lost::NotStarted(why) => {
+                let text =
+                    format!("a process for the case cannot be started ({why}); run it again");
+                told.broken(Failure::Retry, "not-started", &text)
             }
         }
-        Some((status, false))
-    }
-
-    /// The values that a case is run with.
-    fn values(&self, case: &Case) -> Result<Spec, Error> {
-        let mut spec = case.spec(&self.given.changes)?;
-        if self.given.anonymise {
-            spec.set("export.anonymise", &Json::Bool(true))?;
-        }
-        Ok(spec)
-    }
-
-    fn told<'a>(&self, case: &'a Case, out: &'a Path, spec: Result<Spec, Error>) -> Told<'a> {
-        Told {
-            name: case.name.clone(),
-            nameless: case.name.clone(),
-            case_file: case.base(),
-            spec,
-            anonymise: self.given.anonymise,
-            out,
-            options: self.given.options,
-            start: self.given.start.clone(),
-            threads: 1,
-            worst: self.given.worst,
-        }
-    }
-
-    /// Whether a run of these values is finished; if not, what it needs.
-    fn looked_at(&self, spec: &Spec, out: &Path) -> Result<Look, Error> {
-        spec.check_complete()?;
-        let session = Session::new(spec.clone(), 1)?;
-        if let Some(summary) = finished(&session, out)? {
-            return Ok(Look::Finished(Box::new(summary)));
-        }
-        need_of(&session).map(Look::Open)
     }
 }
 
@@ -156,22 +128,14 @@ enum Look {
     Open(u64),
 }
 
-/// A case as its run sees who watches.
-struct Watch<'a> {
-    name: &'a str,
-    done: AtomicUsize,
-    observer: &'a dyn BatchObserver,
-}
-
-impl Observer for Watch<'_> {
-    fn end(&self, _: NodeId, _: f64, _: bool) {
-        let done = self.done.fetch_add(1, Ordering::SeqCst) + 1;
-        self.observer.share(self.name, (done as f64 / NodeId::ALL.len() as f64).min(1.0));
+/// Whether a run of these values is finished; if not, what it needs.
+fn looked_at(spec: &Spec, out: &Path) -> Result<Look, Error> {
+    spec.check_complete()?;
+    let session = Session::new(spec.clone(), 1)?;
+    if let Some(summary) = finished(&session, out)? {
+        return Ok(Look::Finished(Box::new(summary)));
     }
-
-    fn go_on(&self) -> bool {
-        self.observer.go_on()
-    }
+    need_of(&session).map(Look::Open)
 }
 
 /// What a lock holds; a thread that failed while it held it left nothing half-done.

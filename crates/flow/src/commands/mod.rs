@@ -75,13 +75,19 @@ fn ends(path: &Path, endings: &[&str]) -> bool {
     endings.iter().any(|ending| name.ends_with(ending))
 }
 
-/// A mesh from a file.
-fn given_mesh(path: &Path) -> Result<Arc<TetMesh>, Error> {
+/// A mesh at the CT shape (LPS, mm) from a file (`.vtu`, `.msh`).
+///
+/// # Errors
+/// When it cannot be read.
+pub fn given_mesh(path: &Path) -> Result<Arc<TetMesh>, Error> {
     Ok(Arc::new(read_mesh(path).map_err(Error::product)?.0))
 }
 
-/// A mesh with its displacement (mm) from a file.
-fn given_deformation(path: &Path) -> Result<Deformation, Error> {
+/// The same with its displacement (LPS, mm).
+///
+/// # Errors
+/// When it cannot be read, or holds none.
+pub fn given_deformation(path: &Path) -> Result<Deformation, Error> {
     let (mesh, displacement) = read_mesh(path).map_err(Error::product)?;
     let displacement = displacement.ok_or_else(|| Error::NoDisplacement { path: path.into() })?;
     Ok(Deformation::new(Arc::new(mesh), displacement)?)

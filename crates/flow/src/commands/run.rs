@@ -1,6 +1,6 @@
 //! `supine run`: the whole flow of a case.
 
-use crate::folder::{FinishedRun, RunFolder};
+use crate::folder::{FinishedRun, RunFolder, note_failed};
 use crate::run::Options;
 use crate::session::{Session, Start};
 use crate::spec::Spec;
@@ -65,32 +65,49 @@ impl RunDone {
 /// # Errors
 /// When the case cannot be used, a stage fails, or the folder cannot be written.
 pub fn run(given: &Run, observer: &dyn Observer) -> Result<RunDone, Error> {
-    let mut spec = spec(&given.case, &given.changes)?;
-    if given.anonymise {
-        spec.set("export.anonymise", &Json::Bool(true))?;
-    }
     let threads = rayon::current_num_threads();
     let (start, options) = (given.start.clone(), given.options);
-    into(&spec, Into { out: &given.out, options, start, threads }, observer, &mut None)
+    let anonymise = given.anonymise;
+    let into = Into { out: &given.out, anonymise, options, start, threads };
+    run_into(spec(&given.case, &given.changes), into, observer, &mut None)
 }
 
 /// Where a run goes and how.
 pub(crate) struct Into<'a> {
     pub(crate) out: &'a Path,
+    /// Whether the patient is taken out, whatever the case says.
+    pub(crate) anonymise: bool,
     pub(crate) options: Options,
     pub(crate) start: Option<Start>,
     pub(crate) threads: usize,
 }
 
-/// Runs the values of a case; what it held at most, MB, is told whether it ends well or not.
-pub(crate) fn into(
-    spec: &Spec,
-    Into { out, options, start, threads }: Into<'_>,
+/// Runs the values of a case, if there are any; what it held at most, MB, is told whether it ends well or not. That it failed
+/// is noted in a folder that holds a finished result, which is then not what the case asks for.
+pub(crate) fn run_into(
+    spec: Result<Spec, Error>,
+    into: Into<'_>,
     observer: &dyn Observer,
     peak_memory_mb: &mut Option<f64>,
 ) -> Result<RunDone, Error> {
+    let out = into.out;
+    let done = spec.and_then(|spec| values_into(spec, into, observer, peak_memory_mb));
+    if let Err(error) = &done {
+        note_failed(out, error);
+    }
+    done
+}
+
+fn values_into(
+    mut spec: Spec,
+    Into { out, anonymise, options, start, threads }: Into<'_>,
+    observer: &dyn Observer,
+    peak_memory_mb: &mut Option<f64>,
+) -> Result<RunDone, Error> {
+    if anonymise {
+        spec.set("export.anonymise", &Json::Bool(true))?;
+    }
     spec.check_complete()?;
-    let spec = spec.clone();
     let spec = if options.inputs_changed { spec.with_inputs_changed() } else { spec };
     let session = Session::new(spec, threads)?;
     session.refuse_overlap(out)?;

@@ -1,7 +1,7 @@
 //! Whether the runs that files belong to may be used: what `supine send` asks before anything leaves.
 
 use crate::Error;
-use crate::folder::{RunFolder, changed_since, run_around, runs_within, summary_of};
+use crate::folder::{RunFolder, changed_since, failed_since, run_around, runs_within, summary_of};
 use std::path::{Path, PathBuf};
 use supine_dicom::object_files;
 use supine_report::{Colour, Verdict};
@@ -68,7 +68,7 @@ pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
     Ok(runs.into_iter().filter_map(told).chain(marked.into_iter().map(carried)).collect())
 }
 
-/// Why a run must not be used by its own word: it is unfinished, or its verdict is red.
+/// Why a run must not be used by its own word: it is unfinished, its verdict is red, or a later run into its folder failed.
 pub(crate) fn why_not(run: &Path) -> Option<String> {
     let Some(summary) = summary_of(run) else {
         return Some("the run is unfinished: it has no summary.json".into());
@@ -76,6 +76,12 @@ pub(crate) fn why_not(run: &Path) -> Option<String> {
     let ended = |status: &serde_json::Value| status == "done" || status == "not-usable";
     if summary.get("status").is_some_and(|status| !ended(status)) {
         return Some("the run is unfinished: its summary.json does not say that it is done".into());
+    }
+    if let Some(code) = failed_since(run) {
+        let text = format!(
+            "a later run into this folder failed ({code}): this is the result of the run before"
+        );
+        return Some(text);
     }
     let verdict = summary.get("verdict").cloned().unwrap_or_default();
     match serde_json::from_value::<Verdict>(verdict) {

@@ -20,6 +20,11 @@ pub(crate) struct CohortLock {
     _file: File,
 }
 
+/// The folder of a case's run in that of a batch.
+pub(crate) fn run_of(root: &Path, name: &str) -> PathBuf {
+    root.join(names::RUNS).join(name)
+}
+
 impl CohortFolder {
     /// The folder at a path; nothing is made.
     ///
@@ -55,7 +60,7 @@ impl CohortFolder {
 
     /// The folder of a case's run.
     pub(crate) fn run(&self, name: &str) -> PathBuf {
-        self.root.join(names::RUNS).join(name)
+        run_of(&self.root, name)
     }
 
     /// Where it is told how a case's run ended.

@@ -6,13 +6,15 @@
 
 mod changed;
 mod cohort;
+mod failed;
 mod held;
 mod lose_nothing;
 mod names;
 mod record;
 
 pub(crate) use changed::changed_since;
-pub(crate) use cohort::{CohortFolder, usable_name};
+pub(crate) use cohort::{CohortFolder, run_of, usable_name};
+pub(crate) use failed::{failed_since, note_failed};
 pub(crate) use held::{HeldResult, only_series};
 pub(crate) use record::Record;
 
@@ -164,6 +166,7 @@ impl RunFolder {
     /// Writes the summary: the last file of a run. The result that it replaces goes with that.
     pub(crate) fn write_summary(&self, summary: &supine_report::Summary) -> Result<(), Error> {
         supine_report::write_summary(summary, &self.root.join(names::SUMMARY))?;
+        failed::forget_failed(&self.root)?;
         self.drop_previous()
     }
 
@@ -445,6 +448,20 @@ fn resolve(path: &Path) -> PathBuf {
         },
         None => path,
     }
+}
+
+/// Where labels of the user's own lie in a run's folder.
+pub(crate) fn own_labels(root: &Path) -> PathBuf {
+    root.join(names::OWN_LABELS)
+}
+
+/// Whether the finished run in a folder read this very file: by the hash in its summary.
+pub(crate) fn was_read(root: &Path, file: &Path) -> bool {
+    let (Some(summary), Ok(found)) = (summary_of(root), crate::inputs::hash_of(file)) else {
+        return false;
+    };
+    let inputs = summary["inputs"].as_array();
+    inputs.is_some_and(|all| all.iter().any(|input| input["blake3"] == found.blake3))
 }
 
 /// Refuses an input that lies where the run writes: it would be lost.

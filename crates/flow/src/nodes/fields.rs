@@ -1,6 +1,6 @@
 //! The map as fields on the voxels of the CT that it moves, both ways, and its Jacobian.
 
-use super::{Import, Solve};
+use super::{Import, Imported, Solve, Solved};
 use crate::graph::{Node, Outs};
 use crate::ground::Ground;
 use crate::work::Work;
@@ -27,6 +27,18 @@ impl FieldsOut {
     }
 }
 
+impl Fields {
+    /// The fields of a displacement on the grid of the CT.
+    pub(crate) fn map(
+        input: &Imported,
+        solved: &Solved,
+        progress: Progress<'_>,
+    ) -> Result<MovingPart, Error> {
+        let (grid, params) = (input.ct.grid(), supine_warp::Params::default());
+        Ok(supine_warp::moving_part(grid, &solved.deformation, &params, progress)?)
+    }
+}
+
 impl Node for Fields {
     const ID: NodeId = NodeId::Fields;
     const METHOD: u32 = 2;
@@ -40,14 +52,8 @@ impl Node for Fields {
     }
 
     fn run((): &(), (input, solved): Outs<Self>, work: &Work<'_>) -> Result<FieldsOut, Error> {
-        let (deformation, progress) = (&solved.deformation, work.progress);
-        let params = supine_warp::Params::default();
-        let map = supine_warp::moving_part(
-            input.ct.grid(),
-            deformation,
-            &params,
-            progress.part(0.0, 0.9),
-        )?;
+        let progress = work.progress;
+        let map = Self::map(&input, &solved, progress.part(0.0, 0.9))?;
         // Of the map itself: beyond its mesh the vectors that resample lead to air, not back.
         let consistency = supine_warp::consistency(&map.fields).map(|c| Consistency {
             voxels: c.voxels,

@@ -50,7 +50,7 @@ pub(crate) struct Known {
 
 impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
-    const METHOD: u32 = 7;
+    const METHOD: u32 = 8;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
@@ -232,6 +232,7 @@ fn source_name(source: Source) -> &'static str {
         Source::Tissues => "tissues",
         Source::RestState => "rest_state",
         Source::ChestWall => "chest_wall",
+        Source::Region => "region",
         Source::Mesh => "mesh",
     }
 }

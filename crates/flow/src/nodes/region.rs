@@ -114,7 +114,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 8;
+    const METHOD: u32 = 9;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;
@@ -152,7 +152,7 @@ impl Node for Region {
         let nipple = breast.as_ref().and_then(|breast| breast.nipple(ct, map));
         work.warn_all(nipple.and_then(guessed));
         let nipple = nipple.map(|nipple| nipple.point);
-        let middle = nipple.unwrap_or(sphere.centre());
+        let middle = breast.as_ref().map_or(sphere.centre(), Breast::centre);
         progress.at(0.5)?;
         let tenths = segmented.uncertainty(progress.part(0.5, 0.6))?;
         let found = tenths.map(|tenths| supine_segment::wall_uncertainty(map, &tenths, sphere));

@@ -102,7 +102,13 @@ impl Session {
             observer: request.observer,
             // The second pass may need what the first one has.
             drops: request.drops && pass.open.is_none(),
-            stays: known.values.iter().chain(ground.given.keys()).copied().collect(),
+            stays: known
+                .values
+                .iter()
+                .chain(ground.given.keys())
+                .chain(&self.holds)
+                .copied()
+                .collect(),
             clock: self.start.as_ref().map(|start| &start.clock),
             meter: self.meter,
             quiet: pass.quiet.clone(),

@@ -1,15 +1,19 @@
 //! Results that the caller has, in place of being made: a CT, labels, a mesh or a displacement of her own.
 
 use super::{Request, Session};
+use crate::folder::{own_labels, was_read, whole};
 use crate::nodes::{Import, Imported, Mesh, Meshed, Segment, Segmented, Solve, Solved};
 use crate::shared::own_model::{check_displacement, check_mesh};
 use crate::shared::told;
 use crate::{Error, NodeId};
+use serde_json::json;
+use std::path::Path;
 use std::sync::Arc;
+use supine_exchange::write_labels;
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::Input;
 use supine_segment::take_labels;
-use supine_space::{Vector, Warning};
+use supine_space::{Failure, Progress, Vector, Warning};
 use supine_volume::{Ct, LabelMap};
 
 impl Session {
@@ -75,6 +79,39 @@ impl Session {
         let key = hash.finalize().to_hex().to_string();
         self.give::<Solve>(Solved::given(deformation), key);
         Ok(())
+    }
+
+    /// Where labels alone were given, a session of the same case that names them as a file in a run's folder: a whole run tells
+    /// by its case what it rests on. The file is written by [`Session::write_own_labels`].
+    ///
+    /// # Errors
+    /// When the path of the folder is no text, or there are no threads.
+    pub fn with_own_labels(&self, root: &Path) -> Result<Option<Self>, Error> {
+        if self.given() != [NodeId::Segment] {
+            return Ok(None);
+        }
+        let file = own_labels(&whole(root));
+        let file = file.to_str().ok_or_else(|| Error::Refused {
+            kind: Failure::Usage,
+            message: "the path of the folder is no text, and the case cannot name labels in it: choose another".into(),
+        })?;
+        let mut spec = (*self.spec()).clone();
+        let named = json!({ "file": file, "body": null, "soft_tissue": null, "chest_wall": null });
+        spec.merge(&serde_json::Map::from_iter([("labels".into(), named)]))?;
+        let session = Self::new(spec, self.threads())?;
+        Ok(Some(session.with_start(self.start().cloned())))
+    }
+
+    /// Writes the labels that were given to the file that [`Session::with_own_labels`] names, in place of those of a run before.
+    ///
+    /// # Errors
+    /// When a stage fails, the observer ends the work, or the file cannot be written or is none that the run in the folder read.
+    pub fn write_own_labels(&self, root: &Path, request: &Request<'_>) -> Result<(), Error> {
+        let (labels, file) = (self.labels(request)?, own_labels(root));
+        if file.exists() && !was_read(root, &file) {
+            return Err(Error::Foreign { path: file });
+        }
+        write_labels(&labels, &file, Progress::none()).map_err(Error::product)
     }
 
     fn tell(&self, node: NodeId, doubts: &[Warning], request: &Request<'_>) {

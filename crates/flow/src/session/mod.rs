@@ -24,7 +24,7 @@ use crate::spec::{Case, CaseError, Spec};
 use crate::{Error, NodeId};
 use cells::Cells;
 use plan::{Keys, ancestors};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, RwLock};
@@ -50,6 +50,8 @@ pub struct Session {
     /// The newest question of the live lane.
     newest: AtomicU64,
     budget: usize,
+    /// Never dropped by a run.
+    holds: BTreeSet<NodeId>,
     start: Option<Start>,
     meter: &'static Meter,
 }
@@ -157,6 +159,7 @@ impl Session {
             live: pool(if threads == 1 { 1 } else { LIVE_THREADS })?,
             newest: AtomicU64::new(0),
             budget: BUDGET,
+            holds: BTreeSet::new(),
             start: None,
             meter,
         })
@@ -219,6 +222,13 @@ impl Session {
     #[must_use]
     pub fn with_budget(mut self, bytes: usize) -> Self {
         self.budget = bytes;
+        self
+    }
+
+    /// The same, in whose memory a run leaves the results of some nodes; else it leaves none.
+    #[must_use]
+    pub fn holding(mut self, nodes: &[NodeId]) -> Self {
+        self.holds.extend(nodes);
         self
     }
 

@@ -2,16 +2,22 @@
 
 use super::observer::Watched;
 use super::{Freshness, Request, Session};
-use crate::nodes::{Import, Interval, Mesh, Points, Region, Segment, Solve, Warp};
+use crate::nodes::{
+    Evaluation, Fields, Fit, Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp,
+};
 use crate::shared::whose;
 use crate::{Error, NodeId};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_mesh::{Deformation, TetMesh};
-use supine_report::{Movement, TumourInterval, UncertainPatch, Whose};
+use supine_report::{
+    CarriedPoint, Evaluation as Evaluated, Movement, TissueFit, TumourInterval, UncertainPatch,
+    Whose,
+};
 use supine_segment::tumour_place;
 use supine_space::{Progress, Side, Sphere};
 use supine_volume::{Ct, LabelMap, Surfaces, Volume};
+use supine_warp::MovingPart;
 
 impl Session {
     /// The CT as it was read, HU.
@@ -140,6 +146,62 @@ impl Session {
     /// When a stage fails, or the observer ends the work.
     pub fn deformed_ct(&self, request: &Request<'_>) -> Result<Arc<Ct>, Error> {
         Ok(Arc::clone(&self.get::<Warp>(request)?.ct))
+    }
+
+    /// The displacement as fields on the part of the CT's voxels that moves, both ways (LPS, mm), and its Jacobian.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn fields(&self, request: &Request<'_>) -> Result<Arc<MovingPart>, Error> {
+        if let Some(held) = self.get::<Fields>(request)?.held() {
+            return Ok(held);
+        }
+        // Of those that a folder keeps only the facts are read back.
+        let (input, solved) = (self.get::<Import>(request)?, self.get::<Solve>(request)?);
+        let (node, observer, failed) = (NodeId::Fields, request.observer, &AtomicBool::new(false));
+        let watch = Watched { node, observer, failed };
+        let made = || Fields::map(&input, &solved, Progress::new(&watch));
+        self.pool_of(request.lane).install(made).map(Arc::new)
+    }
+
+    /// Labels of the finer tissues; none when the case does not ask for them.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn tissues(&self, request: &Request<'_>) -> Result<Option<Arc<LabelMap>>, Error> {
+        Ok(self.get::<Tissues>(request)?.labels.clone())
+    }
+
+    /// The points of the case before and after, LPS, mm.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn points(&self, request: &Request<'_>) -> Result<Vec<CarriedPoint>, Error> {
+        Ok(self.get::<Points>(request)?.points.clone())
+    }
+
+    /// The nipple before and after, LPS, mm; nothing where none was found in the tissue that is modelled.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn nipple(&self, request: &Request<'_>) -> Result<Option<Movement>, Error> {
+        Ok(self.get::<Points>(request)?.nipple.clone())
+    }
+
+    /// The modulus that fits the scans; none when the case names none.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn fit(&self, request: &Request<'_>) -> Result<Option<TissueFit>, Error> {
+        Ok(self.get::<Fit>(request)?.tissue().cloned())
+    }
+
+    /// How far a scan on the operating table lies off the result; nothing when the case names none.
+    ///
+    /// # Errors
+    /// When a stage fails, or the observer ends the work.
+    pub fn evaluation(&self, request: &Request<'_>) -> Result<Option<Evaluated>, Error> {
+        Ok(self.get::<Evaluation>(request)?.facts.clone())
     }
 
     /// The tumour before and after, LPS, mm.

@@ -44,7 +44,8 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
     if let Err(source) = std::fs::metadata(path) {
         return Err(Error::Missing { key: "ct", path: path.into(), source });
     }
-    if supine_exchange::is_volume_name(path) {
+    let elsewhere = path.is_file() && supine_exchange::is_volume_elsewhere(path);
+    if supine_exchange::is_volume_name(path) || elsewhere {
         let read = supine_exchange::read_ct(path, progress);
         let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
         return Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings });

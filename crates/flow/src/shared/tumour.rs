@@ -46,9 +46,9 @@ impl TumourCache {
             None => {
                 let structures = read_structures(&file.path).map_err(Error::TumourFile)?;
                 file.check_unchanged()?;
-                let found = drawn(&structures, name)?;
+                let (found, gap) = drawn(&structures, name)?;
                 let of_it = structures.rois().iter().filter(|roi| roi.name == name);
-                let odd = of_it.flat_map(Roi::oddly_drawn).collect();
+                let odd = of_it.flat_map(Roi::oddly_drawn).chain(gap).collect();
                 known.entry(key).or_insert((found, odd)).clone()
             }
         };
@@ -56,11 +56,15 @@ impl TumourCache {
     }
 }
 
-/// The sphere of the volume of a region about its centroid, and the frame of reference of the region.
+/// The sphere of the volume of a region about its centroid, and the frame of reference of the region; a warning where its
+/// contours leave out planes.
 ///
 /// # Errors
 /// When no region or several have this name, or its contours enclose no volume.
-pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error> {
+pub(crate) fn drawn(
+    structures: &Structures,
+    name: &str,
+) -> Result<(Drawn, Option<Warning>), Error> {
     let named: Vec<_> = structures.rois().iter().filter(|roi| roi.name == name).collect();
     let [roi] = named.as_slice() else {
         let names: Vec<&str> = structures.rois().iter().map(|roi| roi.name.as_str()).collect();
@@ -69,7 +73,15 @@ pub(crate) fn drawn(structures: &Structures, name: &str) -> Result<Drawn, Error>
     let found = structures.enclosed(roi).map_err(Error::TumourFile)?;
     let sphere = Sphere::new(found.centroid, found.radius());
     let sphere = sphere.map_err(|e| Error::TumourName(format!("{name:?}: {e}")))?;
-    Ok((sphere, roi.frame_of_reference.clone()))
+    let gap = (found.bridged_planes > 0).then(|| {
+        let text = format!(
+            " leaves out {} plane(s) of those {:.1} mm apart in which it is drawn: they were filled from the planes beside them; \
+             is a contour missing?",
+            found.bridged_planes, found.step_mm
+        );
+        Warning::new("contours-gap", "the region ").name(name).text(text)
+    });
+    Ok(((sphere, roi.frame_of_reference.clone()), gap))
 }
 
 /// Names of the regions of a structure set that can be the tumour: those with contours whose name no other has.
@@ -91,7 +103,8 @@ pub fn tumour_regions(path: &std::path::Path) -> Result<Vec<String>, Error> {
 /// When the file is no structure set, has no such region, or the region encloses no volume.
 pub fn tumour_centre(path: &std::path::Path, region: &str) -> Result<[f64; 3], Error> {
     let structures = read_structures(path).map_err(Error::TumourFile)?;
-    Ok(drawn(&structures, region)?.0.centre().coords.into())
+    let ((sphere, _), _) = drawn(&structures, region)?;
+    Ok(sphere.centre().coords.into())
 }
 
 fn not_one(name: &str, times: usize, names: &[&str]) -> String {

@@ -5,6 +5,7 @@ use crate::support::{
 };
 use std::fs;
 use std::path::{Path, PathBuf};
+use supine_flow::commands::run::Run;
 use supine_flow::commands::usable::unusable;
 use supine_flow::{Error, Options, RunFolder, Session, Spec, Unwatched};
 
@@ -163,6 +164,34 @@ fn a_number_that_was_changed_in_a_record_is_no_result() {
     fs::write(&record, changed).unwrap();
     let made = run(&done.case, done.dir.path(), &done.out()).unwrap();
     assert!(made.contains(&supine_flow::NodeId::Interval), "{made:?}");
+}
+
+#[test]
+fn the_result_before_a_run_that_failed_does_not_pass_for_what_the_case_asks() {
+    let done = Done::new();
+    let (out, case) = (done.out(), done.at("case.toml"));
+    let run = || {
+        let given = Run {
+            case: case.clone(),
+            changes: vec![],
+            anonymise: false,
+            out: out.clone(),
+            options: Options::default(),
+            start: None,
+        };
+        supine_flow::commands::run::run(&given, &Unwatched)
+    };
+    let why = || unusable(std::slice::from_ref(&out)).unwrap().pop().map(|found| found.why);
+    for (wrong, code) in [("brest = 'left'\n", "case-key-unknown"), ("ct = 'no'\n", "case-key")] {
+        fs::write(&case, wrong).unwrap();
+        run().unwrap_err();
+        let why = why().unwrap();
+        assert!(why.contains("a later run into this folder failed") && why.contains(code), "{why}");
+        assert!(out.join("summary.json").is_file(), "what is finished stays");
+    }
+    fs::write(&case, &done.case).unwrap();
+    run().unwrap();
+    assert_eq!(why(), None);
 }
 
 #[test]

@@ -13,3 +13,4 @@ mod methods;
 mod support;
 mod table;
 mod times;
+mod values;

@@ -96,6 +96,8 @@ fn a_nodes_bytes_change_with_the_version_of_its_method() {
         let one = |(node, left): &(NodeId, Left)| {
             (node.name().to_owned(), json!({ "method": left.method, "bytes": left.bytes }))
         };
+        // Pins of other processors for other versions say nothing any more; they are made there anew.
+        known.retain(|_, pins| pins.as_object().is_some_and(|pins| renewed(&all, pins).is_empty()));
         known.insert(processor().into(), all.iter().map(one).collect::<Map<_, _>>().into());
         std::fs::write(pinned(), serde_json::to_string_pretty(&known).unwrap() + "\n").unwrap();
         return;

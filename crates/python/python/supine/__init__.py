@@ -26,6 +26,7 @@ Research software: the deformed CT is a simulation, not acquired anatomy. No cli
 import warnings as _warnings
 
 from ._core import version as _version
+from ._carried import Carried, CarriedDose, CarriedPoint, CarriedSegment, CarriedStructure, Fields
 from ._error import SupineError, SupineWarning
 from ._session import Session, parameters, read_ct
 from ._values import Deformation, Interval, Mesh, Tumour, Volume
@@ -36,7 +37,13 @@ __version__: str = _version()
 _warnings.simplefilter("always", SupineWarning, append=False)
 
 __all__ = [
+    "Carried",
+    "CarriedDose",
+    "CarriedPoint",
+    "CarriedSegment",
+    "CarriedStructure",
     "Deformation",
+    "Fields",
     "Interval",
     "Mesh",
     "Session",

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
+from ._late import Late
+from ._values import Volume
+
 if TYPE_CHECKING:
-    from ._values import Volume
+    import nibabel
+    import SimpleITK
+else:
+    nibabel, SimpleITK = map(Late, ("nibabel", "SimpleITK"))
 
 Place = str | os.PathLike[str]
-Point = Sequence[float] | npt.NDArray[np.floating[Any]]
+Array = npt.NDArray[np.floating[Any]] | npt.NDArray[np.integer[Any]]
+Point = Sequence[float] | Array
 
 
 class Bed(TypedDict, total=False):
@@ -108,7 +115,7 @@ class Tissue(TypedDict, total=False):
     """Young's modulus of skin, with a map (kPa); 0.001 to 1e+06. Default: 16 x fat."""
     tumour: float | None
     """Young's modulus of the tumour, with a map (kPa); 0.001 to 1e+06. Default: 6 x fat."""
-    young_interval: tuple[float, float] | None
+    young_interval: Sequence[float] | Array | None
     """Interval that holds the modulus of this patient with 95 % probability (kPa); 0.001 to 1e+06. Default: that of
     published moduli, 0.23 to 2.43."""
 
@@ -136,13 +143,13 @@ class Seeds(TypedDict, total=False):
 
     file: Place | Sequence[Place] | None
     """Seeds: .mrk.json, .csv, .seg.nrrd, .nrrd, .nii.gz, .mha or a folder of masks. Default: automatic."""
-    chest_wall: Sequence[Point] | None
+    chest_wall: Sequence[Point] | Array | None
     """Points in the chest wall (LPS) (mm). Default: none."""
-    soft_tissue: Sequence[Point] | None
+    soft_tissue: Sequence[Point] | Array | None
     """Points in the soft tissue (LPS) (mm). Default: none."""
-    exclude: Sequence[Point] | None
+    exclude: Sequence[Point] | Array | None
     """Points on what is no part of the patient (LPS) (mm). Default: none."""
-    strokes: Sequence[dict[str, Any]] | None
+    strokes: Sequence[Mapping[str, Any]] | None
     """Strokes of a brush, as the page paints them: tissue chest_wall, soft_tissue, exclude or erase; a later one
     counts. Default: none."""
 
@@ -221,7 +228,7 @@ class Accepted(TypedDict, total=False):
 class Values(Accepted, total=False):
     """Every key of a case."""
 
-    ct: Volume | Place | None
+    ct: Volume | SimpleITK.Image | nibabel.Nifti1Image | Place | None
     """The CT: DICOM folder or a file of it, .nrrd, .nii.gz or .mha. Default: required."""
     breast: Literal["left", "right"] | None
     """The patient's side. Default: required."""
@@ -238,7 +245,7 @@ class Values(Accepted, total=False):
     tissue: Tissue | None
     scans: Scans | None
     seeds: Place | Seeds | None
-    labels: Volume | Place | Labels | None
+    labels: Volume | SimpleITK.Image | nibabel.Nifti1Image | npt.NDArray[Any] | Place | Labels | None
     warp: Warp | None
     carry: Carry | None
     export: Export | None

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How far the tumour moves with the stated probability, when modulus, rest state, chest wall and mesh are as uncertain as
+/// How far the tumour moves with the stated probability, when modulus, rest state, chest wall, region and mesh are as uncertain as
 /// they are known to be.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TumourInterval {
@@ -63,7 +63,7 @@ pub struct OtherRest {
 /// What one source of uncertainty does while the others stay as in the run.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct UncertaintyShare {
-    /// `modulus`, `tissues`, `rest_state`, `chest_wall` or `mesh`.
+    /// `modulus`, `tissues`, `rest_state`, `chest_wall`, `region` or `mesh`.
     pub source: String,
     /// The length of the displacement, mm.
     pub length_mm: [f64; 2],

@@ -247,6 +247,14 @@ fn a_stroke_over_its_neck_takes_a_lead_off_the_patient() {
     });
     let seeds = Seeds { painted: vec![neck], ..Seeds::default() };
     assert_eq!(left(&run(&segmenter, &seeds).unwrap()), 0);
+
+    // A point in it takes a hole alone, and that is told.
+    let middle = |p: Point| Seeds { exclude: vec![p], ..Seeds::default() };
+    let (made, info) =
+        segmenter.segment(&middle(Point::new(170.0, 0.0, 0.0)), Progress::none()).unwrap();
+    assert!(left(&made.labels) > 50, "{}", left(&made.labels));
+    let told = info.warnings.iter().find(|w| w.code() == "exclude-seed-alone").unwrap();
+    assert!(told.to_string().contains("[170.0, 0.0, 0.0]"), "{told}");
 }
 
 /// Mean distance between the walls of two label maps along rays over the left breast, mm.

@@ -50,7 +50,8 @@
  *   shares: number[]}} Curve `shares`: of the volume, 0 to 1, with at least n steps of dose */
 /** @typedef {{region: string, dose: string, step_gy: number, before: Curve, after: Curve|null,
  *   outside: number|null}} Histogram */
-/** @typedef {{fresh: boolean, structures: {name: string, file: string, volume_ml: [number, number|null]|null}[],
+/** @typedef {{fresh: boolean, structures: {name: string, file: string, colour: string|null,
+ *   volume_ml: [number, number|null]|null}[],
  *   doses: {file: string, max_gy: [number, number|null], levels_gy: number[]}[], histograms: Histogram[], notes: string[]}} Own
  *   structures and doses before and after; `fresh`: after is of what is given now; `levels_gy`: of isodoses, the highest first */
 /** @typedef {{id: string, kind: "structures"|"dose"|"segmentation", name: string, on: boolean, regions: string[]}} Beside an object

@@ -86,7 +86,8 @@ fn region(file: &PathBuf, name: &str) -> Result<Found, Error> {
             structures.rois().iter().map(|r| format!("{:?}", r.name)).collect();
         return Err(usage(format!("name the tumour's region with --tumour: {}", names.join(", "))));
     }
-    let (sphere, frame) = drawn(&structures, name)?;
+    // What is odd about its contours, `check` tells of the case that is written.
+    let ((sphere, frame), _) = drawn(&structures, name)?;
     Ok(Found::Region { name: name.into(), file: file.clone(), sphere, frame })
 }
 

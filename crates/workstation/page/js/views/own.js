@@ -8,20 +8,36 @@ import { colours } from "./pen.js";
 /** @typedef {import("../state.js").Own} Own */
 /** @typedef {{name: string, text: string, colour: string, dashes: number[]}} Entry of the legend; `name`: of the server's line */
 
-/** In turn. */
+/** In turn, for those whose file names no colour. */
 const structureColours = ["#8cff9a", "#ff9ae0", "#9ad8ff", "#ffd36b", "#d0b3ff", "#ff9d8a"];
 /** From the highest dose on. */
 const doseColours = ["#ff6b6b", "#ffab5e", "#ffe066", "#86e07a", "#5fa8ff", "#b39dff"];
 /** The skin has even dashes. */
 const doseDashes = [9, 3, 2, 3];
 
+/** The least relative luminance of a line on black, by which it differs from its dark rim (WCAG 2, contrast 4.5). */
+const LIGHT = 0.175;
+
+/** The planner's colour; one too dark to be seen on a CT with as much white as it takes.
+ * @param {string} colour `#rrggbb` */
+export function readable(colour) {
+  const rgb = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255);
+  const mixed = (/** @type {number} */ white) => rgb.map((x) => x + (1 - x) * white);
+  const linear = (/** @type {number} */ x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+  const light = (/** @type {number[]} */ [r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  let white = 0;
+  while (light(mixed(white)) < LIGHT && white < 1) white += 0.05;
+  return `#${mixed(white).map((x) => Math.round(255 * x).toString(16).padStart(2, "0")).join("")}`;
+}
+
 /** Each line by its place in what the server tells: turning over slices changes no colour.
  * @param {Own|null} own @returns {{structures: Entry[], isodoses: Entry[]}} */
 export function legendOf(own) {
   const levels = [...new Set((own?.doses ?? []).flatMap(({ levels_gy: gy }) => gy))];
   return {
-    structures: (own?.structures ?? []).map(({ name }, n) => ({
-      name: `structure: ${name}`, text: name, colour: structureColours[n % structureColours.length], dashes: [],
+    structures: (own?.structures ?? []).map(({ name, colour }, n) => ({
+      name: `structure: ${name}`, text: name, dashes: [],
+      colour: colour === null ? structureColours[n % structureColours.length] : readable(colour),
     })),
     isodoses: levels.map((gy, n) => ({
       name: `isodose: ${gy} Gy`, text: `${Number(gy.toFixed(2))} Gy`, colour: doseColours[n % doseColours.length], dashes: doseDashes,
