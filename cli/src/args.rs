@@ -3,8 +3,9 @@
 use crate::args_batch::{Batch, BatchCase};
 use crate::args_navigate::{Navigate, Replay};
 use crate::args_network::{Fetch, Send};
+use crate::examples;
 use crate::parameters::{Given, Keys};
-use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, LogFormat, Numbers, Schema, stage};
+use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, LogFormat, Numbers, Schema, stages};
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -219,6 +220,7 @@ pub(crate) struct Demo {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::INSPECT)]
 pub(crate) struct Inspect {
     /// Folder or file
     pub(crate) path: PathBuf,
@@ -230,6 +232,7 @@ pub(crate) struct Inspect {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::INIT)]
 pub(crate) struct Init {
     /// The CT: DICOM folder or a file of it, .nrrd, .nii.gz or .mha
     pub(crate) ct: PathBuf,
@@ -261,6 +264,7 @@ fn radius(text: &str) -> Result<f64, String> {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::CHECK)]
 pub(crate) struct Check {
     /// The case file, or the summary.json of a run
     pub(crate) case: PathBuf,
@@ -273,6 +277,7 @@ pub(crate) struct Check {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::RUN)]
 pub(crate) struct Run {
     /// The case file, or the summary.json of a run
     pub(crate) case: PathBuf,
@@ -287,10 +292,10 @@ pub(crate) struct Run {
     #[arg(long)]
     pub(crate) anonymise: bool,
     /// End after this stage
-    #[arg(long, value_name = "STAGE", value_parser = stage)]
+    #[arg(long, value_name = "STAGE", value_parser = stages())]
     pub(crate) until: Option<NodeId>,
     /// Redo this stage and all that rest on it
-    #[arg(long, value_name = "STAGE", value_parser = stage)]
+    #[arg(long, value_name = "STAGE", value_parser = stages())]
     pub(crate) force: Option<NodeId>,
     /// Replace the finished result of another case in this folder; without, that is refused
     #[arg(long)]
@@ -322,6 +327,7 @@ pub(crate) struct Fit {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::SEGMENT)]
 pub(crate) struct Segment {
     #[command(flatten)]
     pub(crate) given: Given<SegmentKeys>,
@@ -411,6 +417,7 @@ pub(crate) struct Solve {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::WARP)]
 pub(crate) struct Warp {
     #[command(flatten)]
     pub(crate) given: Given<WarpKeys>,
@@ -439,6 +446,7 @@ pub(crate) struct Warp {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::CARRY)]
 pub(crate) struct Carry {
     /// The folder of a finished run, or a deformed mesh (.vtu, .msh with `displacement`)
     #[arg(value_name = "RUN|MESH", required_unless_present = "run", conflicts_with = "run")]

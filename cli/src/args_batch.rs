@@ -1,6 +1,7 @@
 //! What can be typed about many cases at once.
 
-use crate::words::stage;
+use crate::examples;
+use crate::words::stages;
 use clap::Args;
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -16,7 +17,10 @@ use supine_flow::{NodeId, Options, Start};
 /// On stdout is one line of JSON for each case as it ends: what its status file holds.
 #[derive(Args, Debug)]
 #[command(
-    after_long_help = "Exit codes: 0 all ended as `run` ends with 0; 3 some failed; 75 some failed, and all that did are worth a \
+    after_long_help = format!(
+        "{}\n\n{}",
+        examples::BATCH,
+        "Exit codes: 0 all ended as `run` ends with 0; 3 some failed; 75 some failed, and all that did are worth a \
 retry; 4 none failed, and some must not be used (red; with --deny-warnings amber too); 130 stopped; 1, 2, 5 nothing was run: the \
 cases, the options or DIR are wrong. With --collect 0 whatever the cases' states say.\n\n\
 A table: its head has the keys of the case file (`supine help case`), such as ct, breast, bed.ap, tumour.centre, and a column name, \
@@ -24,6 +28,7 @@ which names the runs; an empty cell gives nothing; paths lead from the table's f
 other columns change.\n\n\
 With --anonymise the names of cases stay: name them by numbers. The keys to who they are lie in DIR/runs/NAME-reidentification; \
 take them out before DIR is passed on."
+    )
 )]
 pub(crate) struct Batch {
     /// Case files, folders that hold case.toml, or tables of cases (.csv)
@@ -45,7 +50,7 @@ pub(crate) struct Batch {
     #[arg(long)]
     pub(crate) anonymise: bool,
     /// End each case after this stage
-    #[arg(long, value_name = "STAGE", value_parser = stage)]
+    #[arg(long, value_name = "STAGE", value_parser = stages())]
     pub(crate) until: Option<NodeId>,
     /// Replace finished results of other cases in DIR/runs; without, a case whose name had another CT is refused
     #[arg(long)]

@@ -1,5 +1,6 @@
 //! What can be typed about archives on the network.
 
+use crate::examples;
 use clap::{ArgGroup, Args};
 use std::net::IpAddr;
 use std::num::NonZeroU32;
@@ -8,6 +9,7 @@ use std::time::Duration;
 use supine_dicom_network::{Call, Error, Node, Title, Tls, TlsFiles};
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::SEND)]
 pub(crate) struct Send {
     /// Folders or files; of folders everything below
     #[arg(value_name = "DIR|FILE", required = true)]
@@ -32,6 +34,7 @@ pub(crate) struct Send {
 }
 
 #[derive(Args, Debug)]
+#[command(after_long_help = examples::FETCH)]
 #[command(group(ArgGroup::new("wanted").required(true).multiple(true)))]
 pub(crate) struct Fetch {
     /// The archive

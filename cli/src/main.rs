@@ -11,6 +11,7 @@ mod args_network;
 mod commands;
 #[cfg(windows)]
 mod elementary;
+mod examples;
 mod failure;
 mod log;
 mod meshers;

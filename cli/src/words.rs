@@ -1,6 +1,7 @@
 //! Words and numbers that can be typed.
 
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::str::FromStr;
 use supine_flow::NodeId;
 use supine_flow::commands::SurfaceFrame;
@@ -81,15 +82,10 @@ impl<const N: usize> FromStr for Numbers<N> {
     }
 }
 
-/// The stage of a name.
-///
-/// # Errors
-/// What the names are.
-pub(crate) fn stage(name: &str) -> Result<NodeId, String> {
-    NodeId::of_name(name).ok_or_else(|| {
-        let names: Vec<&str> = NodeId::ALL.iter().map(|s| s.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
+/// The name of a stage: help and completion list them.
+pub(crate) fn stages() -> impl TypedValueParser<Value = NodeId> {
+    let names = PossibleValuesParser::new(NodeId::ALL.map(NodeId::name));
+    names.try_map(|name| NodeId::of_name(&name).ok_or("no stage"))
 }
 
 #[cfg(test)]

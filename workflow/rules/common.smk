@@ -28,6 +28,20 @@ with open(own("schemas/case.schema.json"), encoding="utf-8") as file:
     KEYS = dict(keys_of(json.load(file)))
 
 
+def from_table(folder, value):
+    """Paths of a column, one or a list as JSON has it, from the folder of the table, as `supine batch` takes them."""
+
+    def whole(path):
+        return os.path.abspath(real(os.path.join(folder, os.path.expanduser(path))))
+
+    if not value.startswith("["):
+        return whole(value)
+    try:
+        return json.dumps([whole(path) for path in json.loads(value)])
+    except (TypeError, ValueError):
+        return value
+
+
 def read_cases(table):
     """The rows of the table of cases by name: the case file, and what other columns change in it. A row that cannot be used
     ends the plan, not a job of hours later."""
@@ -49,7 +63,9 @@ def read_cases(table):
             raise WorkflowError(f"{table}, line {line}: {name} stands there twice; every patient needs a name of her own")
         if not case:
             raise WorkflowError(f"{table}, line {line}: {name} has no case")
-        cases[name] = {"case": os.path.join(os.path.dirname(table), case), "changes": row}
+        folder = os.path.dirname(table)
+        changes = {key: from_table(folder, value) if KEYS[key] else value for key, value in row.items()}
+        cases[name] = {"case": os.path.join(folder, case), "changes": changes}
     if not cases:
         raise WorkflowError(f"{table} holds no case")
     return cases
@@ -64,6 +80,12 @@ wildcard_constraints:
 
 def case_of(wildcards):
     return CASES[wildcards.name]["case"]
+
+
+def there(wildcards):
+    """The case file as an input of its job. One that is missing is no reason not to plan the others: its own job says so."""
+    case = case_of(wildcards)
+    return [case] if os.path.exists(real(case)) else []
 
 
 def options_of(wildcards):
@@ -96,6 +118,8 @@ def named_files(case, changes):
         for part in key.split("."):
             value = value.get(part) if isinstance(value, dict) else None
         value = changes.get(key, value)
+        if isinstance(value, str) and value.startswith("["):
+            value = json.loads(value)
         for path in value if isinstance(value, list) else [value] if value else []:
             yield key, os.path.join(os.path.dirname(case), os.path.expanduser(path))
 
@@ -108,7 +132,7 @@ def inputs_of(wildcards):
     # What cannot be read is no reason not to plan the others, nor to leave the other files out; `supine` says what is wrong with it.
     try:
         named = list(named_files(real(case["case"]), case["changes"]))
-    except (OSError, TypeError, tomllib.TOMLDecodeError):
+    except (OSError, TypeError, ValueError):
         named = []
     for key, path in named:
         try:
@@ -132,7 +156,7 @@ def voxels_of(name):
         if not ct.lower().endswith(VOLUMES):
             return len(files) * 512 * 512
         return sum(map(os.path.getsize, files)) // (1 if ct.lower().endswith((".nrrd", ".gz")) else 2)
-    except (OSError, StopIteration, TypeError, tomllib.TOMLDecodeError):
+    except (OSError, StopIteration, TypeError, ValueError):
         # A case that cannot be read is no reason not to plan the others; `supine` says what is wrong with it.
         return 0
 

@@ -3,7 +3,7 @@
 
 rule patient:
     input:
-        case=case_of,
+        case=there,
     output:
         ended=OUT + "/status/{name}.ended",
     log:

@@ -26,7 +26,7 @@ for before, stage in zip([None, *STAGES], STAGES):
         name:
             f"stage_{stage.replace('-', '_')}"
         input:
-            case=case_of,
+            case=there,
             before=ended(before) if before else [],
         output:
             ended=ended(stage),

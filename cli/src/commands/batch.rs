@@ -22,6 +22,8 @@ pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> 
     }
     let (anonymise, start) = (args.anonymise, start()?);
     let apart = Apart::new(&args, start.clone());
+    let running = apart.running();
+    screen.tell_last(move || running.end());
     let given = args.given(screen.threads(), start);
     let view = View { screen, shares: Mutex::default() };
     let done = run(&given, &|one, observer| apart.run(one, observer), &view)?;

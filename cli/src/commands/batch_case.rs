@@ -9,10 +9,12 @@ use crate::args_batch::{Batch, BatchCase};
 use crate::failure::Failure;
 use crate::screen::{Screen, data, interrupt};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use supine_flow::batch::{BatchObserver, Lost, OneCase, run_one};
 use supine_flow::commands::Clock;
@@ -49,11 +51,36 @@ pub(crate) struct Apart {
     /// What every case is given beside its file and name.
     words: Vec<std::ffi::OsString>,
     start: Start,
+    running: Running,
+}
+
+/// Numbers of the processes at work.
+#[derive(Clone, Default)]
+pub(crate) struct Running(Arc<Mutex<BTreeSet<u32>>>);
+
+impl Running {
+    fn all(&self) -> MutexGuard<'_, BTreeSet<u32>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends them at once, as the batch itself is: left alone they would go on to the end of a step.
+    pub(crate) fn end(&self) {
+        #[cfg(unix)]
+        for &id in &*self.all() {
+            let id = nix::unistd::Pid::from_raw(id.cast_signed());
+            let _ended = nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGKILL);
+        }
+    }
 }
 
 impl Apart {
     pub(crate) fn new(args: &Batch, start: Start) -> Self {
-        Self { words: args.words(), start }
+        Self { words: args.words(), start, running: Running::default() }
+    }
+
+    /// The processes at work, now and later.
+    pub(crate) fn running(&self) -> Running {
+        self.running.clone()
     }
 
     /// Runs a case and waits for its end.
@@ -66,6 +93,7 @@ impl Apart {
         observer: &dyn BatchObserver,
     ) -> Result<RunStatus, Lost> {
         let mut child = self.begin(one).map_err(|error| Lost::NotStarted(error.to_string()))?;
+        self.running.all().insert(child.id());
         let (stdin, stdout) = (child.stdin.take(), child.stdout.take());
         let (alive, ended) = channel::<()>();
         let told = std::thread::scope(|scope| {
@@ -74,6 +102,8 @@ impl Apart {
             drop(alive);
             told
         });
+        // Its number may be another's as soon as somebody has waited for it.
+        self.running.all().remove(&child.id());
         let how = child.wait().map_err(|error| Lost::NotStarted(error.to_string()))?;
         told.ok_or_else(|| lost(how))
     }

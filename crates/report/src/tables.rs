@@ -422,7 +422,10 @@ fn solve(s: &Summary) -> Table {
     t.row("Newton iterations", format!("{} in {steps}", m.iterations));
     t.row("Indefinite tangents", m.indefinite.to_string());
     t.row("Residual", format!("{:.1e} of the load", m.residual));
-    t.row("det F", format!("{} to {}", fixed(m.min_det_f, 2), fixed(m.max_det_f, 2)));
+    t.row(
+        "Volume change of the tissue (det F)",
+        format!("{} to {}", fixed(m.min_det_f, 2), fixed(m.max_det_f, 2)),
+    );
     t.row("Largest displacement", format!("{} mm", fixed(m.max_displacement_mm, 2)));
     t
 }
@@ -435,9 +438,10 @@ fn warp(s: &Summary) -> Table {
     t.row("Voxels resampled", count(w.moved_voxels));
     t.row("Voxels vacated (air)", count(w.vacated_voxels));
     t.row("Voxels folded", count(w.folded_voxels));
-    t.row("Jacobian, range", format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
+    let map = "Volume change of the exported map, with its fade (Jacobian)";
+    t.row(map, format!("{} to {}", fixed(j.min, 3), fixed(j.max, 3)));
     let (low, mean, high) = (fixed(j.p01, 3), fixed(j.mean, 3), fixed(j.p99, 3));
-    t.row("1 %, mean, 99 %", format!("{low}, {mean}, {high}"));
+    t.row("The same at 1 %, mean, 99 % of the voxels", format!("{low}, {mean}, {high}"));
     let whole = w.dense.iter().filter(|thing| thing.fate == "whole").count();
     if !w.dense.is_empty() {
         let text = format!("{} found, {whole} moved whole", w.dense.len());

@@ -18,16 +18,19 @@ def test_each_patient_ends_for_herself(cohort):
     cohort.add("killed", plan="kill")
     cohort.begin("killed", LATE)
     cohort.add("later", TYPO, plan="75")
+    cohort.add("gone")
+    (cohort.folder / "gone/case.toml").unlink()
     done = cohort.snakemake()
     assert done.returncode == 0
-    assert cohort.codes() == {"good": 0, "typo": 1, "red": 4, "killed": 0, "later": 1}
+    assert cohort.codes() == {"good": 0, "typo": 1, "red": 4, "killed": 0, "later": 1, "gone": 1}
+    assert cohort.status("gone")["error"]["code"] == "case-unreadable"
     assert [cohort.status(name)["status"] for name in ("good", "typo", "red")] == ["flagged", "failed", "not-usable"]
     assert cohort.status("typo")["error"]["kind"] == "input"
     assert cohort.summary("good")["position"]["bed"]["ap_deg"] == 6
-    assert len(cohort.table()) == 5
+    assert len(cohort.table()) == 6
     # Killed once and refused once; each was asked for twice, the others once.
     runs = [call.split()[1].split("/")[-2] for call in cohort.calls() if call.startswith("run ")]
-    assert sorted(runs) == ["good", "killed", "killed", "later", "later", "red", "typo"]
+    assert sorted(runs) == ["gone", "good", "killed", "killed", "later", "later", "red", "typo"]
     assert FIRST & cohort.made("good") == FIRST
     assert not FIRST & cohort.made("killed"), "what was finished before the kill was made again"
 
@@ -103,6 +106,16 @@ def test_a_changed_slice_is_seen_whatever_its_time_says(cohort):
     assert cohort.snakemake().returncode == 0
     assert ["own/case" in call for call in cohort.calls()[len(before):] if call.startswith("run ")] == [True]
     assert "Nothing to be done" in cohort.snakemake().stderr
+
+
+def test_paths_in_a_table_lead_from_its_folder(cohort):
+    cohort.add("moved")
+    cohort.configure(cases="tables/cases.csv")
+    (cohort.folder / "tables").mkdir()
+    (cohort.folder / "tables/cases.csv").write_text("name,case,ct\nmoved,../moved/case.toml,nowhere\n")
+    assert cohort.snakemake().returncode == 0
+    error = cohort.status("moved")["error"]
+    assert (error["code"], error["place"]["file"]) == ("input-missing", str(cohort.folder / "tables/nowhere"))
 
 
 def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
