@@ -12,6 +12,9 @@ if [ "$1" = run ] && [ -n "$plan" ]; then
         kill -0 $! 2> /dev/null || exit 70
         sleep 0.02
     done
-    kill -KILL $! $$
+    # The folder of the run is free when the process is gone, and not before.
+    kill -KILL $!
+    wait $! 2> /dev/null
+    kill -KILL $$
 fi
 exec "$FAIL_SUPINE" "$@"
