@@ -255,15 +255,16 @@ fn a_run_that_the_system_ends_has_told_so_and_a_batch_tries_it_last() {
     assert_eq!(order(), ["b", "a"]);
 }
 
-/// The processes that the threads of another have started, by what the system tells.
+/// The processes that another has started, by what the system tells of each.
 fn children(of: u32) -> Vec<String> {
-    let threads = std::fs::read_dir(format!("/proc/{of}/task")).expect("it runs");
-    let of_thread = |thread: std::io::Result<std::fs::DirEntry>| {
-        let file = thread.expect("it can be listed").path().join("children");
-        std::fs::read_to_string(file).unwrap_or_default()
+    let parent = |process: &str| -> Option<u32> {
+        let told = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+        // After the name, which may hold anything: the state, and the parent.
+        told.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()
     };
-    let all: String = threads.map(of_thread).collect();
-    all.split_whitespace().map(str::to_owned).collect()
+    let all = std::fs::read_dir("/proc").expect("the system tells of processes").flatten();
+    let names = all.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    names.filter(|name| parent(name) == Some(of)).collect()
 }
 
 #[test]
