@@ -75,6 +75,14 @@ pub enum Error {
         /// What is not read, and what to do.
         what: String,
     },
+    /// The file is no DICOM, or holds nothing but names of others.
+    #[error("{file}: not a CT image but: {what}")]
+    NotDicom {
+        /// The file.
+        file: String,
+        /// What it is instead.
+        what: String,
+    },
     /// The pixels cannot be decoded.
     #[error("{file}: the pixels cannot be decoded: {reason}")]
     Pixels {

@@ -1,6 +1,7 @@
 //! The files of a folder, and which of them a series is looked for in.
 
 use crate::error::Error;
+use crate::left_out::{LeftOut, LeftOutReason};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -33,8 +34,8 @@ impl Place {
         Ok(Self { root, depth, one_file: !directory })
     }
 
-    /// Its files, ascending by path.
-    pub(crate) fn files(&self) -> Result<Vec<PathBuf>, Error> {
+    /// Its files.
+    pub(crate) fn files(&self) -> Result<Listed, Error> {
         below(&self.root, self.depth)
     }
 }
@@ -46,9 +47,7 @@ impl Place {
 /// # Errors
 /// When there is no such path, a folder cannot be read, or there are too many files.
 pub fn source_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut files = Place::of(path)?.files()?;
-    files.retain(|file| !file.is_dir());
-    Ok(files)
+    Ok(Place::of(path)?.files()?.files)
 }
 
 /// The folder that all of [`source_files`] lie below: files are named by their path from there, in messages
@@ -60,27 +59,47 @@ pub fn source_folder(path: &Path) -> Result<PathBuf, Error> {
     Ok(Place::of(path)?.root)
 }
 
-/// Regular files of a folder and of the folders in it, ascending by path.
-pub(crate) fn below(folder: &Path, depth: usize) -> Result<Vec<PathBuf>, Error> {
-    let mut paths = Vec::new();
-    list(folder, depth, &mut paths)?;
-    paths.sort();
-    Ok(paths)
+/// What lies below a folder, ascending by path.
+#[derive(Debug, Default)]
+pub(crate) struct Listed {
+    /// Regular files.
+    pub(crate) files: Vec<PathBuf>,
+    /// Folders that were not looked into.
+    closed: Vec<PathBuf>,
 }
 
+impl Listed {
+    /// One file.
+    pub(crate) fn one(path: &Path) -> Self {
+        Self { files: vec![path.to_owned()], closed: vec![] }
+    }
+
+    /// The folders that were not looked into, named from the root, with why.
+    pub(crate) fn closed<'a>(&'a self, root: &'a Path) -> impl Iterator<Item = LeftOut> + 'a {
+        self.closed.iter().map(move |path| {
+            let why = if path.is_symlink() { LINK } else { NOT_READABLE };
+            let file = path.strip_prefix(root).unwrap_or(path).display().to_string();
+            LeftOut { file, reason: LeftOutReason::NotDicom(why) }
+        })
+    }
+}
+
+/// Why a folder was not looked into.
+const NOT_READABLE: &str = "a folder that you may not read";
+const LINK: &str = "a link to a folder, which is not followed: name the folder itself, or copy it";
 /// What file systems keep of repairs, for the administrator alone.
 const OF_REPAIRS: &str = "lost+found";
 
-/// Why a folder among [`below`]'s entries was not looked into.
-pub(crate) fn closed(path: &Path) -> Option<&'static str> {
-    let link = "a link to a folder, which is not followed: name the folder itself, or copy it";
-    let why = if path.is_symlink() { link } else { "a folder that you may not read" };
-    path.is_dir().then_some(why)
+/// Regular files of a folder and of the folders in it; hidden files are passed over.
+pub(crate) fn below(folder: &Path, depth: usize) -> Result<Listed, Error> {
+    let mut listed = Listed::default();
+    list(folder, depth, &mut listed)?;
+    listed.files.sort();
+    listed.closed.sort();
+    Ok(listed)
 }
 
-/// Regular files below a folder; hidden files are passed over. A folder in it that is not looked into, as it must not be read or is
-/// a link, stands for itself, so that it is told of.
-fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Error> {
+fn list(folder: &Path, depth: usize, listed: &mut Listed) -> Result<(), Error> {
     let read_error = |source| Error::Read { path: folder.to_owned(), source };
     for entry in std::fs::read_dir(folder).map_err(read_error)? {
         let entry = entry.map_err(read_error)?;
@@ -90,19 +109,21 @@ fn list(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> Result<(), Err
         }
         let path = entry.path();
         if entry.file_type().map_err(read_error)?.is_dir() {
-            let found = if depth > 0 { list(&path, depth - 1, paths) } else { Ok(()) };
+            let found = if depth > 0 { list(&path, depth - 1, listed) } else { Ok(()) };
             match found {
                 Err(Error::Read { source, path: at })
                     if source.kind() == ErrorKind::PermissionDenied && at == path =>
                 {
-                    paths.push(path);
+                    listed.closed.push(path);
                 }
                 found => found?,
             }
-        } else if path.is_file() || depth > 0 && path.is_dir() {
-            paths.push(path);
+        } else if path.is_file() {
+            listed.files.push(path);
+        } else if depth > 0 && path.is_dir() {
+            listed.closed.push(path);
         }
-        if paths.len() > MAX_FILES {
+        if listed.files.len() > MAX_FILES {
             let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
             return Err(Error::NoCt { path: folder.to_owned(), found });
         }
@@ -150,13 +171,16 @@ mod tests {
             // Whoever may read everything sees what is in it.
             let seen = std::fs::read_dir(&deep).is_ok();
             std::os::unix::fs::symlink("b", root.join("link")).unwrap();
-            let (found, sources) =
-                (below(root, MAX_FOLDER_DEPTH).unwrap(), source_files(root).unwrap());
+            let found = below(root, MAX_FOLDER_DEPTH).unwrap();
             std::fs::set_permissions(&deep, PermissionsExt::from_mode(0o700)).unwrap();
-            assert_eq!(sources.len(), if seen { 5 } else { 4 });
-            let shown = if seen { "b/deep/2" } else { "b/deep" };
-            assert_eq!(names(&found, root), ["DICOMDIR", "a", "b/1", shown, "c", "link"]);
-            assert!(closed(&root.join("link")).is_some_and(|why| why.contains("link")));
+            let inner = if seen { &["b/deep/2"][..] } else { &[] };
+            let all = [&["DICOMDIR", "a", "b/1"], inner, &["c"]].concat();
+            assert_eq!(names(&found.files, root), all);
+            let closed: Vec<(String, String)> =
+                found.closed(root).map(|left| (left.file, left.reason.to_string())).collect();
+            let unread = (!seen).then(|| ("b/deep".to_owned(), NOT_READABLE.to_owned()));
+            let link = ("link".to_owned(), LINK.to_owned());
+            assert_eq!(closed, unread.into_iter().chain([link]).collect::<Vec<_>>());
         }
         let nowhere = source_files(&root.join("z")).unwrap_err().to_string();
         assert!(nowhere.starts_with("cannot read"), "{nowhere}");

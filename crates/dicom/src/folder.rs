@@ -4,7 +4,7 @@ use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
-use crate::files::{Place, closed};
+use crate::files::Place;
 use crate::geometry::leave_out;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::multi_frame;
@@ -112,7 +112,8 @@ impl Folder {
     /// Reads the heads of all files below a folder, or beside a file.
     pub(crate) fn scan(path: &Path, accept: Accept, progress: Progress<'_>) -> Result<Self, Error> {
         let place = Place::of(path)?;
-        let paths = place.files()?;
+        let listed = place.files()?;
+        let paths = &listed.files;
         let done = AtomicUsize::new(0);
         let found: Vec<Result<(Found, bool), Error>> = paths
             .par_iter()
@@ -127,7 +128,7 @@ impl Folder {
             files: paths.len(),
             series: Vec::new(),
             other: Vec::new(),
-            foreign: Vec::new(),
+            foreign: listed.closed(&place.root).collect(),
             damaged: Vec::new(),
             given: None,
             warnings: Vec::new(),
@@ -292,8 +293,9 @@ fn series_of_given(found: &Found) -> Result<String, Error> {
             Some(ct) => Ok(ct.series.uid.clone()),
             None => unsupported("a localizer (scout image), not a slice of a volume".into()),
         },
-        Found::Other(left) | Found::Foreign(left) => {
-            unsupported(format!("not a CT image but: {}", left.reason))
+        Found::Other(left) => unsupported(format!("not a CT image but: {}", left.reason)),
+        Found::Foreign(LeftOut { file, reason }) => {
+            Err(Error::NotDicom { file: file.clone(), what: reason.to_string() })
         }
         Found::Damaged(Damaged { file, error, .. }) => {
             Err(Error::Malformed { file: file.clone(), reason: error.reason() })
@@ -304,10 +306,6 @@ fn series_of_given(found: &Found) -> Result<String, Error> {
 /// What a file is, and whether it has its preamble (true for what is not DICOM).
 fn look(path: &Path, root: &Path, accept: Accept) -> Result<(Found, bool), Error> {
     let name = path.strip_prefix(root).unwrap_or(path).display().to_string();
-    if let Some(why) = closed(path) {
-        let left = LeftOut { file: name, reason: LeftOutReason::NotDicom(why) };
-        return Ok((Found::Foreign(left), true));
-    }
     let mut container = match Container::open_head(path) {
         Ok(container) => container,
         Err(error) => return opened(error, path, name).map(|found| (found, true)),

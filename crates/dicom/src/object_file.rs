@@ -7,7 +7,7 @@ use crate::data_set::{
 };
 use crate::derived::MANUFACTURER;
 use crate::error::Error;
-use crate::files::{MAX_FOLDER_DEPTH, below, closed};
+use crate::files::{Listed, MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
 use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
@@ -92,11 +92,12 @@ pub struct ObjectFiles {
 /// When the folder or a file in it cannot be read, or the user asked to stop.
 pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, Error> {
     let read_error = |source| Error::Read { path: path.to_owned(), source };
-    let paths = if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+    let listed = if std::fs::metadata(path).map_err(read_error)?.is_dir() {
         below(path, MAX_FOLDER_DEPTH)?
     } else {
-        vec![path.to_owned()]
+        Listed::one(path)
     };
+    let paths = &listed.files;
     let done = AtomicUsize::new(0);
     let found: Vec<Result<Looked, Error>> = paths
         .par_iter()
@@ -106,7 +107,8 @@ pub fn object_files(path: &Path, progress: Progress<'_>) -> Result<ObjectFiles, 
             look(file, path)
         })
         .collect();
-    let mut files = ObjectFiles::default();
+    let foreign = listed.closed(path).collect();
+    let mut files = ObjectFiles { foreign, ..ObjectFiles::default() };
     for one in found {
         match one? {
             Looked::Object(object) => files.objects.push(object),
@@ -128,9 +130,6 @@ fn look(path: &Path, root: &Path) -> Result<Looked, Error> {
     let file_name = || Path::new(path.file_name().unwrap_or_default());
     let file = below.unwrap_or_else(file_name).display().to_string();
     let left = |reason: LeftOutReason| LeftOut { file: file.clone(), reason };
-    if let Some(why) = closed(path) {
-        return Ok(Looked::Foreign(left(LeftOutReason::NotDicom(why))));
-    }
     let outcome = Container::open_head(path).and_then(|container| open(container, path, &file));
     match outcome {
         Ok(Ok(object)) if object.class == uids::MEDIA_STORAGE_DIRECTORY_STORAGE => {

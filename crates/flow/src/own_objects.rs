@@ -5,6 +5,7 @@ use crate::session::{Freshness, Request, Session};
 use crate::shared::carry::{Given, GivenObject, MovedObject, NOT_ANEW, max_gy};
 use crate::{Error, NodeId};
 use std::sync::Arc;
+use supine_dicom::Segmentation;
 use supine_report::DoseVolumeHistogram;
 use supine_space::Point;
 use supine_volume::Volume;
@@ -52,14 +53,14 @@ pub struct OwnDose<'a> {
 }
 
 /// A segment of a segmentation on the voxels of the CT.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct OwnSegment<'a> {
     /// Name of its file.
     pub file: &'a str,
     /// Its name.
     pub name: &'a str,
-    /// As it was given.
-    pub before: Volume<bool>,
+    given: &'a Segmentation,
+    number: u16,
     /// Where the tissue carries it.
     pub after: Option<&'a Volume<bool>>,
     /// Before and after, ml; nothing before it was carried.
@@ -123,6 +124,13 @@ impl PartialEq for OwnObjects {
             _ => false,
         };
         moved && Arc::ptr_eq(&self.given, &other.given) && self.fresh == other.fresh
+    }
+}
+
+impl OwnSegment<'_> {
+    /// As it was given.
+    pub fn before(&self) -> Volume<bool> {
+        self.given.mask(self.number)
     }
 }
 
@@ -196,12 +204,13 @@ impl OwnObjects {
                 _ => None,
             };
             let all = given.into_iter().flat_map(|given| {
-                given.segments().iter().map(|one| (one.name.as_str(), given.mask(one.number)))
+                given.segments().iter().map(move |one| (given, one.name.as_str(), one.number))
             });
-            all.enumerate().map(move |(n, (name, before))| OwnSegment {
+            all.enumerate().map(move |(n, (given, name, number))| OwnSegment {
                 file,
                 name,
-                before,
+                given,
+                number,
                 after: carried.map(|all| &all.masks[n]),
                 volume_ml: carried.map(|all| [all.regions[n].before_ml, all.regions[n].after_ml]),
             })

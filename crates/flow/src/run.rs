@@ -32,7 +32,7 @@ pub fn run(
     options: Options,
     observer: &dyn Observer,
 ) -> Result<Option<Summary>, Error> {
-    let done = whole(session, options, observer);
+    let done = unnoted(session, options, observer);
     if let Err(error) = &done {
         // A session without a folder has nothing that could be taken for its result.
         let _noted = session.folder(|folder| {
@@ -43,7 +43,8 @@ pub fn run(
     done
 }
 
-fn whole(
+/// The same for who notes a failure by itself.
+pub(crate) fn unnoted(
     session: &Session,
     options: Options,
     observer: &dyn Observer,

@@ -25,9 +25,6 @@ pub(crate) type Triple = (f64, f64, f64);
 pub(crate) type VolumeParts<'py> =
     (Bound<'py, PyUntypedArray>, Triple, Triple, (Triple, Triple, Triple));
 
-/// What holds memory that is lent.
-pub(crate) type Holder = Arc<dyn Any + Send + Sync>;
-
 /// A volume without a copy.
 ///
 /// # Errors
@@ -36,47 +33,50 @@ pub(crate) fn volume<T: Element + Send + Sync + 'static>(
     py: Python<'_>,
     volume: Arc<Volume<T>>,
 ) -> PyResult<VolumeParts<'_>> {
-    held_volume(py, &volume, Arc::clone(&volume) as _)
+    held_volume(py, &volume, |volume| Some(volume))
 }
 
-/// A volume that lies in the memory of a holder, without a copy.
+/// A volume that a holder has, without a copy.
 ///
 /// # Errors
-/// When Python has no memory.
-pub(crate) fn held_volume<'py, T: Element>(
+/// When Python has no memory, or the holder has no such volume.
+pub(crate) fn held_volume<'py, T: Element, H: Send + Sync + 'static>(
     py: Python<'py>,
-    volume: &Volume<T>,
-    holder: Holder,
+    holder: &Arc<H>,
+    of: impl FnOnce(&H) -> Option<&Volume<T>>,
 ) -> PyResult<VolumeParts<'py>> {
+    let volume = of(holder).ok_or_else(nothing)?;
     let [ni, nj, nk] = volume.grid().size();
     let view = ArrayView::from_shape((nk, nj, ni), volume.data()).map_err(shape)?;
     Ok(with_place(lent(py, &view, holder)?, volume.grid()))
 }
 
-/// Vectors on a grid that lie in the memory of a holder, without a copy.
+/// Vectors on a grid that a holder has, without a copy.
 ///
 /// # Errors
 /// When Python has no memory.
-pub(crate) fn held_field<'py>(
+pub(crate) fn held_field<'py, H: Send + Sync + 'static>(
     py: Python<'py>,
-    field: &Volume<[f32; 3]>,
-    holder: Holder,
+    holder: &Arc<H>,
+    of: impl FnOnce(&H) -> &Volume<[f32; 3]>,
 ) -> PyResult<VolumeParts<'py>> {
+    let field = of(holder);
     let [ni, nj, nk] = field.grid().size();
     let components = field.data().as_flattened();
     let view = ArrayView::from_shape((nk, nj, ni, 3), components).map_err(shape)?;
     Ok(with_place(lent(py, &view, holder)?, field.grid()))
 }
 
-/// An array of what lies in the memory of a holder, which cannot be written to.
-fn lent<'py, T: Element, D: Dimension>(
+/// An array of what a holder has, which cannot be written to.
+fn lent<'py, T: Element, D: Dimension, H: Send + Sync + 'static>(
     py: Python<'py>,
     view: &ArrayView<'_, T, D>,
-    holder: Holder,
+    holder: &Arc<H>,
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
-    let owner = Bound::new(py, Owner { _of: holder })?;
-    // SAFETY: the view's memory is the holder's, which nobody changes or moves while the owner, which the array holds,
-    // lives; the array is made read-only before Python sees it.
+    let owner = Bound::new(py, Owner { _of: Arc::clone(holder) as _ })?;
+    // SAFETY: both callers make the view of a reference that was derived from the holder, or from what lives for ever; nobody
+    // changes or moves what an `Arc` shares while the owner, which the array holds, lives. The array is made read-only before
+    // Python sees it.
     let array = unsafe { PyArray::borrow_from_array(view, owner.into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array.as_untyped().clone())
@@ -175,6 +175,10 @@ fn triples_of_points(points: &[Point]) -> &[f64] {
 fn triples_of_vectors(vectors: &[Vector]) -> &[f64] {
     // SAFETY: as for points.
     unsafe { std::slice::from_raw_parts(vectors.as_ptr().cast(), 3 * vectors.len()) }
+}
+
+fn nothing() -> PyErr {
+    pyo3::exceptions::PyRuntimeError::new_err("a result that was there is gone")
 }
 
 fn shape(error: numpy::ndarray::ShapeError) -> PyErr {

@@ -1,11 +1,10 @@
 //! The patient's own doses, structures and segmentations, before and after, as arrays.
 
-use crate::arrays::{self, Holder, VolumeParts};
+use crate::arrays::{self, VolumeParts};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use std::sync::Arc;
 use supine_flow::{Contours, OwnObjects};
-use supine_volume::Volume;
 
 /// Closed contours, each (n, 3), LPS, mm.
 type Lines<'py> = Vec<Bound<'py, PyArray2<f64>>>;
@@ -23,29 +22,27 @@ pub(crate) type CarriedParts<'py> = (Vec<Dose<'py>>, Vec<Structure<'py>>, Vec<Se
 /// # Errors
 /// When Python has no memory.
 pub(crate) fn carried(py: Python<'_>, all: Option<OwnObjects>) -> PyResult<CarriedParts<'_>> {
-    let Some(all) = all else { return Ok((vec![], vec![], vec![])) };
-    // The volumes lie in what the objects share.
-    let holder = || Arc::new(all.clone()) as Holder;
-    let lent = |volume: &Volume<f32>| arrays::held_volume(py, volume, holder());
-    let doses = all.doses().filter_map(|dose| Some((dose.file, dose.before, dose.after?)));
-    let doses = doses.map(|(file, before, after)| Ok((file.into(), lent(before)?, lent(after)?)));
-    let structures = all.structures().filter_map(|one| {
-        let ([before_ml, after_ml], after) = (one.volume_ml?, one.after?);
-        Some((one.file, one.name, one.before, after, (before_ml, after_ml)))
-    });
-    let structures = structures.map(|(file, name, before, after, ml)| {
-        Ok((file.into(), name.into(), lines(py, before)?, lines(py, after)?, ml))
-    });
-    let segments = all.segments().filter_map(|one| {
-        let ([before_ml, after_ml], after) = (one.volume_ml?, one.after?);
-        Some((one.file, one.name, one.before, after, (before_ml, after_ml)))
-    });
-    let segments = segments.map(|(file, name, before, after, ml)| {
-        let before = arrays::volume(py, Arc::new(before))?;
-        Ok((file.into(), name.into(), before, arrays::held_volume(py, after, holder())?, ml))
-    });
-    let doses = doses.collect::<PyResult<_>>()?;
-    Ok((doses, structures.collect::<PyResult<_>>()?, segments.collect::<PyResult<_>>()?))
+    let (mut doses, mut structures, mut segments) = (vec![], vec![], vec![]);
+    let Some(all) = all.map(Arc::new) else { return Ok((doses, structures, segments)) };
+    for (n, dose) in all.doses().enumerate().filter(|(_, dose)| dose.after.is_some()) {
+        let before = arrays::held_volume(py, &all, |all| Some(all.doses().nth(n)?.before))?;
+        let after = arrays::held_volume(py, &all, |all| all.doses().nth(n)?.after)?;
+        doses.push((dose.file.into(), before, after));
+    }
+    for one in all.structures() {
+        let (Some([before_ml, after_ml]), Some(after)) = (one.volume_ml, one.after) else {
+            continue;
+        };
+        let (before, after) = (lines(py, one.before)?, lines(py, after)?);
+        structures.push((one.file.into(), one.name.into(), before, after, (before_ml, after_ml)));
+    }
+    for (n, one) in all.segments().enumerate() {
+        let Some([before_ml, after_ml]) = one.volume_ml else { continue };
+        let before = arrays::volume(py, Arc::new(one.before()))?;
+        let after = arrays::held_volume(py, &all, |all| all.segments().nth(n)?.after)?;
+        segments.push((one.file.into(), one.name.into(), before, after, (before_ml, after_ml)));
+    }
+    Ok((doses, structures, segments))
 }
 
 fn lines<'py>(py: Python<'py>, contours: &Contours) -> PyResult<Lines<'py>> {

@@ -127,11 +127,10 @@ impl Core {
         hear: Py<PyAny>,
     ) -> PyResult<(VolumeParts<'py>, VolumeParts<'py>, VolumeParts<'py>)> {
         let map = self.ask(py, &hear, |session, request| session.fields(request))?;
-        let holder = || Arc::clone(&map) as arrays::Holder;
         Ok((
-            arrays::held_field(py, &map.resampling, holder())?,
-            arrays::held_field(py, map.fields.ct_to_deformed(), holder())?,
-            arrays::held_volume(py, map.fields.jacobian(), holder())?,
+            arrays::held_field(py, &map, |map| &map.resampling)?,
+            arrays::held_field(py, &map, |map| map.fields.ct_to_deformed())?,
+            arrays::held_volume(py, &map, |map| Some(map.fields.jacobian()))?,
         ))
     }
 

@@ -34,10 +34,13 @@ const WARN_CM3: f64 = 1.0;
 pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>), LabelsError> {
     // Programs that keep to one orientation store the rows of an axial CT from their other end.
     let labels = labels.in_order_of(ct.grid());
-    let given = labels.grid().clone();
+    let given = labels.grid().size();
+    let is_part = labels.grid().len() < ct.grid().len();
     // 3D Slicer and others cut off what is empty.
-    let whole = labels.clone().placed_in(ct.grid());
-    let labels = if cuts_through(ct, &given, &whole) { labels } else { whole };
+    let labels = match is_part && !cuts_through(ct, &labels) {
+        true => labels.placed_in(ct.grid()),
+        false => labels,
+    };
     let other_size = LabelsError::Size { labels: labels.grid().size(), ct: ct.grid().size() };
     let Some(off_mm) = labels.grid().offset_mm(ct.grid()) else { return Err(other_size) };
     if !labels.grid().is_same(ct.grid()) {
@@ -55,10 +58,9 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
     let share = soft_tissue_in_air(ct, &labels)?;
     chest_wall_in_air(ct, &labels)?;
     let mut warnings = Vec::new();
-    if given.len() < ct.grid().len() {
+    if is_part {
         let text = format!(
-            "the labels cover {:?} of the CT's {:?} voxels: around them nothing is labelled",
-            given.size(),
+            "the labels cover {given:?} of the CT's {:?} voxels: around them nothing is labelled",
             ct.grid().size()
         );
         warnings.push(Warning::new("labels-cropped", text));
@@ -98,23 +100,21 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
 
 /// Whether labels of a part of the CT end within the patient: what is labelled on the faces of the part goes on as tissue beyond
 /// them.
-fn cuts_through(ct: &Ct, part: &Grid, labels: &LabelMap) -> bool {
-    let (whole, grid) = (ct.grid(), labels.grid());
-    let Some(start) = whole.voxel_at(&part.origin()).filter(|_| grid.size() == whole.size()) else {
-        return false;
-    };
+fn cuts_through(ct: &Ct, part: &LabelMap) -> bool {
+    let (whole, own) = (ct.grid(), part.grid());
+    let Some(start) = whole.voxel_at(&own.origin()) else { return false };
     let (mut labelled, mut cut) = (0u64, 0u64);
-    for n in 0..part.len() {
-        let at = part.voxel(n);
+    for n in (0..own.len()).filter(|&n| part.data()[n] != label::OUTSIDE) {
+        let at = own.voxel(n);
         let place = [0, 1, 2].map(|a| at[a] + start[a]);
-        if labels.at(place) == label::OUTSIDE {
-            continue;
+        if (0..3).any(|a| place[a] >= whole.size()[a]) {
+            return false;
         }
         for a in 0..3 {
             let mut beyond = place;
             if at[a] == 0 && start[a] > 0 {
                 beyond[a] -= 1;
-            } else if at[a] + 1 == part.size()[a] && place[a] + 1 < whole.size()[a] {
+            } else if at[a] + 1 == own.size()[a] && place[a] + 1 < whole.size()[a] {
                 beyond[a] += 1;
             } else {
                 continue;

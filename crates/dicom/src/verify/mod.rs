@@ -15,7 +15,7 @@ use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Until};
 use crate::error::Error;
-use crate::files::{MAX_FOLDER_DEPTH, below, closed};
+use crate::files::{MAX_FOLDER_DEPTH, below};
 use crate::folder::Folder;
 use crate::policy::Policy;
 use crate::read::{ReadParams, read_folder};
@@ -169,8 +169,7 @@ pub fn verify_export(
     expected: Expected<'_>,
     progress: Progress<'_>,
 ) -> Result<Verification, Error> {
-    let mut paths = below(dir, MAX_FOLDER_DEPTH)?;
-    paths.retain(|path| closed(path).is_none());
+    let paths = below(dir, MAX_FOLDER_DEPTH)?.files;
     if paths.is_empty() {
         return Err(Error::NoCt { path: dir.to_owned(), found: "the folder is empty".into() });
     }

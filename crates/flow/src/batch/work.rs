@@ -6,7 +6,7 @@ use super::need::need_of;
 use super::one::{BROKE_OFF, BROKE_OFF_TEXT, Lost, OneCase, RunCase, told};
 use super::{Batch, BatchObserver};
 use crate::commands::run::finished;
-use crate::folder::CohortFolder;
+use crate::folder::{CohortFolder, forget_failed};
 use crate::session::Session;
 use crate::spec::Spec;
 use crate::status::Told;
@@ -88,7 +88,11 @@ impl Work<'_> {
     fn tried(&self, case: &Case, out: &Path) -> Option<(RunStatus, bool)> {
         let told = told(self.given, case, out, case.values(self.given));
         let need = match told.spec.as_ref().map(|spec| looked_at(spec, out)) {
-            Ok(Ok(Look::Finished(summary))) => return Some((told.finished(&summary), true)),
+            Ok(Ok(Look::Finished(summary))) => {
+                // On a disk that cannot be written nothing was noted either.
+                let _forgotten = forget_failed(out);
+                return Some((told.finished(&summary), true));
+            }
             Ok(Ok(Look::Open(need))) => need,
             // Its own words say why.
             Ok(Err(_)) | Err(_) => 0,

@@ -1,7 +1,7 @@
 //! `supine run`: the whole flow of a case.
 
 use crate::folder::{FinishedRun, RunFolder, note_failed};
-use crate::run::Options;
+use crate::run::{Options, unnoted};
 use crate::session::{Session, Start};
 use crate::spec::Spec;
 use crate::{Error, Observer, Summary};
@@ -117,7 +117,7 @@ fn values_into(
     };
     let renewed = folder.is_former();
     let session: Session = session.with_folder(folder)?.with_start(start);
-    let summary = crate::run(&session, options, observer);
+    let summary = unnoted(&session, options, observer);
     *peak_memory_mb = session.peak_memory_mb();
     Ok(RunDone { summary: summary?, renewed })
 }

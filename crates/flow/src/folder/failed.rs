@@ -26,10 +26,10 @@ pub(crate) fn failed_since(root: &Path) -> Option<String> {
     Some(note["code"].as_str()?.to_owned())
 }
 
-/// Forgets it: another run is finished.
+/// Forgets it: another run is finished, or the result is of what is asked again.
 ///
 /// # Errors
 /// [`Error::Output`] when it cannot be removed.
-pub(super) fn forget_failed(root: &Path) -> Result<(), Error> {
+pub(crate) fn forget_failed(root: &Path) -> Result<(), Error> {
     super::remove(&root.join(names::FAILED))
 }

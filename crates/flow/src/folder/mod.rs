@@ -14,7 +14,7 @@ mod record;
 
 pub(crate) use changed::changed_since;
 pub(crate) use cohort::{CohortFolder, run_of, usable_name};
-pub(crate) use failed::{failed_since, note_failed};
+pub(crate) use failed::{failed_since, forget_failed, note_failed};
 pub(crate) use held::{HeldResult, only_series};
 pub(crate) use record::Record;
 
@@ -166,7 +166,7 @@ impl RunFolder {
     /// Writes the summary: the last file of a run. The result that it replaces goes with that.
     pub(crate) fn write_summary(&self, summary: &supine_report::Summary) -> Result<(), Error> {
         supine_report::write_summary(summary, &self.root.join(names::SUMMARY))?;
-        failed::forget_failed(&self.root)?;
+        forget_failed(&self.root)?;
         self.drop_previous()
     }
 

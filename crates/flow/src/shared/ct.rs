@@ -44,11 +44,8 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
     if let Err(source) = std::fs::metadata(path) {
         return Err(Error::Missing { key: "ct", path: path.into(), source });
     }
-    let elsewhere = path.is_file() && supine_exchange::is_volume_elsewhere(path);
-    if supine_exchange::is_volume_name(path) || elsewhere {
-        let read = supine_exchange::read_ct(path, progress);
-        let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
-        return Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings });
+    if supine_exchange::is_volume_name(path) {
+        return volume(path, progress);
     }
     match supine_dicom::read_series(path, params, progress) {
         Ok((ct, source, info)) => {
@@ -57,6 +54,19 @@ pub fn read_ct(path: &Path, params: &ReadParams, progress: Progress<'_>) -> Resu
             Ok(CtInput { ct, dicom: Some((source, info)), deformed, warnings })
         }
         Err(supine_dicom::Error::Stopped(_)) => Err(Error::Stopped),
+        // Slices of DICOM have names of any kind, so that the name tells only what is none.
+        Err(supine_dicom::Error::NotDicom { .. })
+            if path.is_file() && supine_exchange::is_volume_elsewhere(path) =>
+        {
+            volume(path, progress)
+        }
         Err(error) => Err(Error::Ct(error)),
     }
+}
+
+/// A CT in one file that is no DICOM.
+fn volume(path: &Path, progress: Progress<'_>) -> Result<CtInput, Error> {
+    let read = supine_exchange::read_ct(path, progress);
+    let CtFile { ct, note, warnings } = read.map_err(|source| Error::file("ct", source))?;
+    Ok(CtInput { ct, dicom: None, deformed: tells_deformation(&note), warnings })
 }

@@ -5,6 +5,8 @@ use crate::support::{
 };
 use std::fs;
 use std::path::{Path, PathBuf};
+use supine_flow::batch::{Batch, BatchObserver, batch, run_one};
+use supine_flow::commands::Colour;
 use supine_flow::commands::run::Run;
 use supine_flow::commands::usable::unusable;
 use supine_flow::{Error, Options, RunFolder, Session, Spec, Unwatched};
@@ -192,7 +194,35 @@ fn the_result_before_a_run_that_failed_does_not_pass_for_what_the_case_asks() {
     fs::write(&case, &done.case).unwrap();
     run().unwrap();
     assert_eq!(why(), None);
+    // A batch finds it finished, and runs nothing.
+    let cohort = done.at("cohort");
+    let kept = cohort.join("runs/p1");
+    fs::create_dir_all(cohort.join("runs")).unwrap();
+    fs::rename(&out, &kept).unwrap();
+    let again = |text: &str| {
+        fs::write(done.at("p1.toml"), text).unwrap();
+        let given = Batch {
+            cases: vec![done.at("p1.toml")],
+            out: cohort.clone(),
+            jobs: Some(1),
+            memory: None,
+            cores: 1,
+            changes: vec![],
+            anonymise: false,
+            worst: Colour::Amber,
+            options: Options::default(),
+            start: None,
+        };
+        batch(&given, &|one, observer| Ok(run_one(&given, one, observer)), &Silent).unwrap();
+        unusable(std::slice::from_ref(&kept)).unwrap().pop().map(|found| found.why)
+    };
+    assert!(again("brest = 'left'\n").unwrap().contains("case-key-unknown"));
+    assert_eq!(again(&done.case), None);
 }
+
+struct Silent;
+
+impl BatchObserver for Silent {}
 
 #[test]
 fn what_was_changed_in_a_result_does_not_leave() {

@@ -73,7 +73,7 @@ fn exclude(scan: Scan<'_>, labels: &mut LabelMap, marks: &[Mark]) -> Vec<Warning
         loose[largest] = false;
     }
     let alone = excluded.iter().zip(&beside).filter(|(mark, beside)| {
-        !mark.painted && beside.len() > 1 && !beside.iter().any(|&part| loose[part])
+        !mark.painted && !beside.is_empty() && !beside.iter().any(|&part| loose[part])
     });
     let warnings = alone.map(|(mark, _)| takes_itself_alone(mark)).collect();
     for (run, _) in parts.iter().filter(|(_, part)| loose[*part]) {
