@@ -2,8 +2,10 @@
 
 use super::command::{Logs, seated};
 use super::harness;
+use super::known::Known;
 use super::outcome::Report;
 use super::pool::Seat;
+use super::selection::runs_program;
 use super::times::Times;
 use crate::House;
 use anyhow::{Context, Result, bail};
@@ -83,9 +85,20 @@ fn name(package: &str, target: &cargo_metadata::Target) -> String {
     if target.is_test() { format!("{package}/{}", target.name) } else { package.to_owned() }
 }
 
+/// The tests of an executable that have to be run.
+pub(crate) struct ToRun<'a> {
+    pub(crate) shares: Vec<Share<'a>>,
+    /// How many others passed before with the same bytes.
+    pub(crate) before: usize,
+}
+
 /// Some tests of an executable, to be run one after the other.
 pub(crate) struct Share<'a> {
     pub(crate) executable: &'a Executable,
+    /// What their outcome rests on.
+    key: Option<String>,
+    known: &'a Known,
+    supine: &'a Path,
     /// Which of how many.
     pub(crate) part: (usize, usize),
     tests: Vec<String>,
@@ -93,33 +106,60 @@ pub(crate) struct Share<'a> {
     pub(crate) seconds: f64,
 }
 
-/// Divides the tests of an executable among as many jobs as are needed for none to take long.
+/// Divides the tests of an executable that did not pass before among as many jobs as are needed for none to take long. The
+/// executable is handed the program `supine` if it runs it.
 ///
 /// # Errors
-/// When the executable does not list its tests.
-pub(crate) fn shares<'a>(executable: &'a Executable, times: &Times) -> Result<Vec<Share<'a>>> {
+/// When the executable does not list its tests, or a file cannot be read.
+pub(crate) fn to_run<'a>(
+    executable: &'a Executable,
+    supine: &'a Path,
+    times: &Times,
+    known: &'a Known,
+) -> Result<ToRun<'a>> {
+    let with = [executable.path.as_path(), supine];
+    let with = if runs_program(executable.package()) { &with[..] } else { &with[..1] };
+    let key = known.key(&executable.name, with)?;
     let names = harness::list(&mut Command::new(&executable.path))?;
-    let mut tests: Vec<(f64, String)> = names
+    let whole = |name: &str| format!("{}::{name}", executable.name);
+    let all = names.len();
+    let names: Vec<String> = names
         .into_iter()
-        .map(|name| (times.test(&format!("{}::{name}", executable.name)), name))
+        .filter(|name| known.passed(key.as_deref(), &whole(name)).is_none())
         .collect();
-    if tests.is_empty() {
-        return Ok(Vec::new());
-    }
+    let before = all - names.len();
+    let tests = names.into_iter().map(|name| (times.test(&whole(&name)), name)).collect();
+    let share = |part, (seconds, tests)| Share {
+        executable,
+        key: key.clone(),
+        known,
+        supine,
+        part,
+        tests,
+        seconds,
+    };
+    let divided = divided(tests);
+    let parts = divided.len();
+    let shares = divided.into_iter().zip(1..).map(|(some, part)| share((part, parts), some));
+    Ok(ToRun { shares: shares.collect(), before })
+}
+
+/// Tests with what they are expected to take (s), divided so that no part takes much longer than [`LONG`]; each part with
+/// what it is expected to take.
+fn divided(mut tests: Vec<(f64, String)>) -> Vec<(f64, Vec<String>)> {
     let all: f64 = tests.iter().map(|(seconds, _)| seconds).sum();
-    let parts = (all / LONG).ceil().clamp(1.0, tests.len() as f64) as usize;
-    let mut shares: Vec<Share<'_>> = (1..=parts)
-        .map(|part| Share { executable, part: (part, parts), tests: Vec::new(), seconds: 0.0 })
-        .collect();
+    let parts = ((all / LONG).ceil() as usize).max(1).min(tests.len());
+    let mut divided: Vec<(f64, Vec<String>)> = vec![(0.0, Vec::new()); parts];
     // The longest first, each to who has least.
     tests.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     for (seconds, test) in tests {
-        let least = shares.iter_mut().min_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        let share = least.context("there is one share at least")?;
-        share.seconds += seconds;
-        share.tests.push(test);
+        let least = divided.iter_mut().min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((sum, part)) = least {
+            *sum += seconds;
+            part.push(test);
+        }
     }
-    Ok(shares)
+    divided
 }
 
 impl Share<'_> {
@@ -131,26 +171,25 @@ impl Share<'_> {
         }
     }
 
-    /// Runs the tests with the program under test.
+    /// Runs the tests with the program under test, and keeps which passed.
     ///
     /// # Errors
     /// As [`harness::run`].
-    pub(crate) fn run(
-        &self,
-        house: &House,
-        supine: &Path,
-        seat: &Seat,
-        logs: &Logs,
-    ) -> Result<Report> {
+    pub(crate) fn run(&self, house: &House, seat: &Seat, logs: &Logs) -> Result<Report> {
         let executable = self.executable;
         let mut command = Command::new(&executable.path);
         command.current_dir(&executable.folder).env("CARGO_MANIFEST_DIR", &executable.folder);
-        command.env("CARGO", house.cargo()).env("SUPINE", supine);
+        command.env("CARGO", house.cargo()).env("SUPINE", self.supine);
         let log = logs.path(&format!("{}-{}", executable.name, self.part.0));
         let mut report = harness::run(&mut seated(&command, seat), &self.tests, &log)?;
         let whole = |name: &String| format!("{}::{name}", executable.name);
         report.times.iter_mut().for_each(|(name, _)| *name = whole(name));
         report.failed = report.failed.iter().map(whole).collect();
+        let tests: Vec<String> = self.tests.iter().map(whole).collect();
+        let passed = tests.iter().filter(|name| !report.failed.contains(*name));
+        if report.skipped == 0 {
+            self.known.keep(self.key.as_deref(), passed.map(|name| (name.as_str(), 1)))?;
+        }
         Ok(report)
     }
 }

@@ -1,7 +1,7 @@
 //! What is done beside the tests, and the tests themselves, as jobs.
 
 use super::command::{linting, no_warnings};
-use super::executables::{Built, build, shares};
+use super::executables::{Built, build, to_run};
 use super::pool::{Job, Seat};
 use super::{COMPILING, Check, Options, Report, cargo_job, pytest, run_quietly, seated};
 use crate::compiler::Call;
@@ -15,51 +15,79 @@ use std::process::Command;
 /// What cargo does on one processor takes about so long where it was never measured, s.
 const LONG: f64 = 300.0;
 
+/// What is left to be done.
+pub(crate) struct List<'a> {
+    pub(crate) jobs: Vec<Job<'a>>,
+    /// How many tests passed before with the same bytes.
+    pub(crate) before: usize,
+}
+
+impl List<'_> {
+    /// Whether something did not pass before; counts it if it did.
+    fn is_new(&mut self, check: &Check<'_>, key: Option<&str>, name: &str) -> bool {
+        let passed = check.known.passed(key, name);
+        self.before += passed.unwrap_or(0);
+        passed.is_none()
+    }
+}
+
 impl<'a> Check<'a> {
     /// All jobs after the compilation.
     ///
     /// # Errors
-    /// When an executable does not list its tests.
-    pub(crate) fn jobs(&'a self, built: &'a Built, options: &Options) -> Result<Vec<Job<'a>>> {
-        let mut jobs = Vec::new();
+    /// When an executable does not list its tests, or a file cannot be read.
+    pub(crate) fn jobs(&'a self, built: &'a Built, options: &Options) -> Result<List<'a>> {
+        let mut list = List { jobs: Vec::new(), before: 0 };
         let mut compiled = Vec::new();
         if self.selection.has("supine-python") {
-            compiled.push(jobs.len());
-            jobs.push(self.wheel());
-            jobs.push(self.package(jobs.len() - 1));
+            let wheel = list.jobs.len();
+            let key = self.known.key("package", &[&self.supine])?;
+            if list.is_new(self, key.as_deref(), "package") {
+                compiled.push(wheel);
+                list.jobs.push(self.wheel());
+                list.jobs.push(self.package(wheel, key));
+            }
         }
         if self.selection.has("supine") {
-            jobs.push(self.workflow());
+            let key = self.known.key("workflow", &[&self.supine])?;
+            if list.is_new(self, key.as_deref(), "workflow") {
+                list.jobs.push(self.workflow(key));
+            }
         }
         for executable in &built.executables {
-            jobs.extend(shares(executable, &self.times)?.into_iter().map(|share| Job {
+            let tests = to_run(executable, &self.supine, &self.times, &self.known)?;
+            list.before += tests.before;
+            list.jobs.extend(tests.shares.into_iter().map(|share| Job {
                 name: share.name(),
                 step: "tests",
                 processors: 1,
                 seconds: share.seconds,
                 after: vec![],
                 compiles: false,
-                work: Box::new(move |seat| share.run(self.house, &self.supine, seat, &self.logs)),
+                work: Box::new(move |seat| share.run(self.house, seat, &self.logs)),
             }));
         }
-        jobs.extend(self.examples());
-        jobs.push(self.lints());
+        list.jobs.extend(self.examples());
+        list.jobs.push(self.lints());
         if let Some(benchmarks) = self.benchmarks() {
-            compiled.push(jobs.len());
-            jobs.push(benchmarks);
+            compiled.push(list.jobs.len());
+            list.jobs.push(benchmarks);
         }
         if !options.fast {
-            jobs.extend(self.meshers());
-            jobs.push(self.documentation(compiled));
+            list.jobs.extend(self.meshers());
+            let key = self.known.sources().filter(|_| self.selection.is_whole());
+            if list.is_new(self, key.as_deref(), "documentation") {
+                list.jobs.push(self.documentation(compiled, key));
+            }
         }
         if readers::on_path("cargo-deny") {
-            jobs.push(self.deny());
+            list.jobs.push(self.deny());
         } else {
             println!(
                 "   left out          cargo-deny: not installed; the test house::licences reads the same deny.toml"
             );
         }
-        Ok(jobs)
+        Ok(list)
     }
 
     fn job(&'a self, step: &'static str, name: &str, compiles: bool) -> Job<'a> {
@@ -75,7 +103,7 @@ impl<'a> Check<'a> {
     }
 
     /// The pages of the packages that are looked at, made of what was compiled by then.
-    fn documentation(&'a self, after: Vec<usize>) -> Job<'a> {
+    fn documentation(&'a self, after: Vec<usize>, key: Option<String>) -> Job<'a> {
         let work = move |seat: &Seat| {
             let log = self.log("documentation")?;
             let compiled = self.house.target.join("debug/deps");
@@ -89,7 +117,7 @@ impl<'a> Check<'a> {
                 let said = std::fs::read(&log).unwrap_or_default();
                 bail!("{}\nin {}", String::from_utf8_lossy(&said), wrong.join(", "));
             }
-            Ok(Report::default())
+            self.passed(key.as_deref(), "documentation", Report::default())
         };
         let job = self.job("documentation", "the packages", false);
         Job { work: Box::new(work), after, ..job }
@@ -176,21 +204,36 @@ impl<'a> Check<'a> {
         Job { work: Box::new(work), ..self.job("Python package", "wheel", true) }
     }
 
+    /// Keeps that something passed as a whole.
+    ///
+    /// # Errors
+    /// When that cannot be written.
+    fn passed(&self, key: Option<&str>, name: &str, report: Report) -> Result<Report> {
+        if report.failed.is_empty() && report.skipped == 0 {
+            self.known.keep(key, [(name, report.passed)].into_iter())?;
+        }
+        Ok(report)
+    }
+
     /// Tests the package that was installed.
-    fn package(&'a self, wheel: usize) -> Job<'a> {
+    fn package(&'a self, wheel: usize, key: Option<String>) -> Job<'a> {
         let work = move |seat: &Seat| {
             let tests = python::tests(self.house, &self.supine);
-            pytest::run(&mut seated(&tests, seat), "package", &self.logs.path("package"))
+            let log = self.logs.path("package");
+            let report = pytest::run(&mut seated(&tests, seat), "package", &log)?;
+            self.passed(key.as_deref(), "package", report)
         };
         let job = self.job("Python package", "tests", false);
         Job { work: Box::new(work), after: vec![wheel], ..job }
     }
 
     /// Tests the workflow for clusters.
-    fn workflow(&'a self) -> Job<'a> {
+    fn workflow(&'a self, key: Option<String>) -> Job<'a> {
         let work = move |seat: &Seat| {
             let tests = python::workflow(self.house, &self.supine);
-            pytest::run(&mut seated(&tests, seat), "workflow", &self.logs.path("workflow"))
+            let log = self.logs.path("workflow");
+            let report = pytest::run(&mut seated(&tests, seat), "workflow", &log)?;
+            self.passed(key.as_deref(), "workflow", report)
         };
         Job { work: Box::new(work), ..self.job("workflow", "tests", false) }
     }
@@ -211,8 +254,10 @@ impl<'a> Check<'a> {
             let supine = self.supine.with_file_name("supine-meshers");
             std::fs::copy(built.supine.as_deref().unwrap_or(Path::new("")), &supine)?;
             for executable in &built.executables {
-                for share in shares(executable, &self.times)? {
-                    report.add(share.run(self.house, &supine, seat, &self.logs)?);
+                let tests = to_run(executable, &supine, &self.times, &self.known)?;
+                report.passed += tests.before;
+                for share in tests.shares {
+                    report.add(share.run(self.house, seat, &self.logs)?);
                 }
             }
             Ok(report)

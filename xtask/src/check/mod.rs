@@ -7,7 +7,9 @@
 mod command;
 mod executables;
 mod harness;
+mod inputs;
 mod jobs;
+mod known;
 mod outcome;
 mod pool;
 mod pytest;
@@ -20,6 +22,8 @@ use anyhow::{Context, Result, bail};
 use cargo_metadata::{Metadata, MetadataCommand};
 use command::{Logs, linting, run_quietly, seated};
 use executables::Built;
+use inputs::Inputs;
+use known::Known;
 use outcome::{Done, Report};
 use pool::Job;
 use selection::Selection;
@@ -33,6 +37,9 @@ pub(crate) struct Options {
     /// Only what a change of this crate can break: itself and all that rests on it
     #[arg(long, value_name = "CRATE")]
     only: Option<String>,
+    /// Runs what passed before with the same bytes too
+    #[arg(long)]
+    again: bool,
     /// Leaves out the documentation and the other meshers
     #[arg(long)]
     fast: bool,
@@ -48,6 +55,7 @@ pub(crate) struct Check<'a> {
     selection: Selection,
     logs: Logs,
     times: Times,
+    known: Known,
     /// A copy of the program under test: cargo's own is made anew with other features while the tests run.
     supine: PathBuf,
 }
@@ -61,6 +69,7 @@ const COMPILING: &str = "tests";
 /// When anything failed; all that could be done was done.
 pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
     let begun = Instant::now();
+    let received = received();
     let metadata = MetadataCommand::new().current_dir(&house.root).no_deps().exec()?;
     let selection = match &options.only {
         Some(asked) => Selection::of(&metadata, asked)?,
@@ -83,19 +92,31 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
         selection,
         logs: Logs::new(folder.join("logs"))?,
         times: Times::read(&[&lists[0], &lists[1]]),
+        known: Known::read(folder.join("passed.txt"), Inputs::of(house), options.again),
         supine: folder.join("supine"),
     };
     let mut done = Vec::new();
+    let mut before = 0;
     let built = check.compile(&mut done);
     if let Some(built) = &built {
         println!("\n== tests and documentation, side by side");
-        done.extend(pool::run(check.jobs(built, options)?, processors()));
+        let list = check.jobs(built, options)?;
+        if list.before > 0 {
+            println!(
+                "   {} tests passed before with the same bytes (--again runs them)",
+                list.before
+            );
+        }
+        before = list.before;
+        done.extend(pool::run(list.jobs, processors()));
     }
     let file = if options.keep_times { &lists[0] } else { &lists[1] };
     times::write(Times::read(&[&lists[0], &lists[1]]), &done, file)?;
     outcome::sum_up(&done, &[("installing", installed)]);
     println!("\nin all {:.0} s by the clock{}", begun.elapsed().as_secs_f64(), worked());
-    outcome::count(&done)
+    let megabytes = self::received().saturating_sub(received) as f64 / 1e6;
+    println!("this machine received {megabytes:.0} MB over its networks meanwhile");
+    outcome::count(&done, before)
 }
 
 /// What all processors worked for it, where the system tells.
@@ -105,6 +126,14 @@ fn worked() -> String {
     let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields).split_whitespace();
     let hundredths: f64 = fields.skip(11).take(4).filter_map(|f| f.parse::<f64>().ok()).sum();
     format!(", {:.0} s of processors", hundredths / 100.0)
+}
+
+/// What this machine has received over its networks since it started, bytes; 0 where the system does not tell.
+fn received() -> u64 {
+    let networks = std::fs::read_to_string("/proc/net/dev").unwrap_or_default();
+    let interfaces = networks.lines().filter_map(|line| line.trim_start().split_once(':'));
+    let others = interfaces.filter(|(name, _)| *name != "lo");
+    others.filter_map(|(_, counts)| counts.split_whitespace().next()?.parse::<u64>().ok()).sum()
 }
 
 /// How many processors there are for this process.

@@ -130,12 +130,12 @@ pub(crate) fn sum_up(done: &[Done], before: &[(&'static str, Duration)]) {
     }
 }
 
-/// Says what failed, then how many tests there were, on the last line.
+/// Says what failed, then how many tests there were, on the last line, with those that passed before.
 ///
 /// # Errors
 /// When anything failed or was left out.
-pub(crate) fn count(done: &[Done]) -> Result<()> {
-    let (mut passed, mut failed, mut skipped) = (0, Vec::new(), 0);
+pub(crate) fn count(done: &[Done], before: usize) -> Result<()> {
+    let (mut passed, mut failed, mut skipped) = (before, Vec::new(), 0);
     for job in done {
         match &job.outcome {
             Outcome::Ended(report) => {
@@ -151,6 +151,7 @@ pub(crate) fn count(done: &[Done]) -> Result<()> {
         println!("\n== failed");
         failed.iter().for_each(|what| println!("  {what}"));
     }
-    println!("\n{passed} passed, {} failed, {skipped} skipped", failed.len());
+    let before = if before > 0 { format!(", {before} of them before") } else { String::new() };
+    println!("\n{passed} passed, {} failed, {skipped} skipped{before}", failed.len());
     if failed.is_empty() { Ok(()) } else { bail!("{} of the checks failed", failed.len()) }
 }

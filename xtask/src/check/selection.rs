@@ -8,6 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 const PROGRAM: &str = "supine";
 const RUN_IT: [&str; 2] = ["supine-tests", "supine-python"];
 
+/// Whether the tests of a package run the program.
+pub(crate) fn runs_program(package: &str) -> bool {
+    package == PROGRAM || RUN_IT.contains(&package)
+}
+
 /// Packages of the workspace that are looked at.
 pub(crate) struct Selection {
     packages: BTreeSet<String>,
