@@ -71,7 +71,8 @@ fn incomplete(info: &FetchInfo) -> Option<Failure> {
         );
         return Some(Failure::coded(Kind::Input, "objects-of-others", message));
     }
-    let message = format!("{left} instances did not come");
+    let why = info.failed.as_ref().map(|why| format!(": {why}")).unwrap_or_default();
+    let message = format!("{left} instances did not come{why}");
     (left > 0).then(|| Failure::coded(Kind::Input, "instances-missing", message))
 }
 

@@ -55,6 +55,8 @@ pub struct FetchInfo {
     pub warnings: Vec<Warning>,
     /// Why the rest did not arrive, when some are missing for a reason that may pass.
     pub broken: Option<String>,
+    /// Why the rest did not arrive, when trying again will not help.
+    pub failed: Option<String>,
 }
 
 /// Retrieves what is meant and not yet in the folder `out`, each instance in a file of its own.
@@ -106,17 +108,26 @@ pub fn fetch(
             }
             Err(error) if vain > call.retries => match error.in_vain(call, "send objects") {
                 error @ Error::NotPermitted { .. } if inbox.received == 0 => return Err(error),
+                error @ Error::Failed { .. } => {
+                    let unfit = retrieval.unfit(&inbox);
+                    info.failed = unfit.map(|why| format!("{error}; {why}"));
+                    break;
+                }
                 _ => break,
             },
             Err(_) => pause(vain, &go_on)?,
         }
     }
+    if info.failed.is_some() {
+        info.broken = None;
+    }
     if let Some(failure) = retrieval.failure.take()
         && info.broken.is_none()
-        && inbox.received == 0
-        && inbox.strangers.is_empty()
     {
-        return Err(because(failure, &inbox.problems));
+        if inbox.received == 0 && inbox.strangers.is_empty() {
+            return Err(because(failure, &inbox.problems));
+        }
+        info.failed.get_or_insert(failure.to_string());
     }
     if matches!(way, Way::Get) {
         retrieval.tell_unsaid(&inbox.missing, &mut info);

@@ -141,8 +141,13 @@ impl<'a> Finder<'a> {
     pub(crate) fn studies(&mut self, spec: &QuerySpec) -> Result<Vec<Found>, Error> {
         check(spec)?;
         let mut studies = self.studies_alone(spec)?;
-        for found in &mut studies {
-            found.entry.series = self.series(&found.entry.study, spec.series.as_deref())?;
+        let uids: Vec<String> = studies.iter().map(|found| found.entry.study.clone()).collect();
+        for Found { entry, patient } in &mut studies {
+            let listed = uids.iter().filter(|uid| **uid == entry.study).count();
+            let named = spec.patient_id.is_some();
+            let shared = listed > 1 || (named && self.is_of_others_too(&entry.study, patient)?);
+            let of = shared.then_some(patient.as_str()).filter(|patient| !patient.is_empty());
+            entry.series = self.series(&entry.study, spec.series.as_deref(), of)?;
         }
         studies.retain(|found| spec.series.is_none() || !found.entry.series.is_empty());
         Ok(studies)
@@ -207,8 +212,23 @@ impl<'a> Finder<'a> {
         Ok(studies)
     }
 
-    fn series(&mut self, study: &str, series: Option<&str>) -> Result<Vec<SeriesEntry>, Error> {
-        let keys = [
+    /// Whether the archive lists a study for other patients than this one too.
+    fn is_of_others_too(&mut self, study: &str, patient: &str) -> Result<bool, Error> {
+        let keys = [(tags::STUDY_INSTANCE_UID, study), (tags::PATIENT_ID, "")];
+        let found = self.find("STUDY", &keys)?;
+        let of_study = found.iter().filter(|one| one.text(tags::STUDY_INSTANCE_UID) == study);
+        Ok(of_study.map(|one| one.readable(tags::PATIENT_ID)).any(|id| is_another(&id, patient)))
+    }
+
+    /// The series of a study, or one of them, in the order of their UIDs; `of` is the patient who is meant where the
+    /// study is that of several: those of the others are left out where the archive says whose they are.
+    fn series(
+        &mut self,
+        study: &str,
+        series: Option<&str>,
+        of: Option<&str>,
+    ) -> Result<Vec<SeriesEntry>, Error> {
+        let mut keys = vec![
             (tags::STUDY_INSTANCE_UID, study),
             (tags::SERIES_INSTANCE_UID, series.unwrap_or_default()),
             (tags::MODALITY, ""),
@@ -216,9 +236,26 @@ impl<'a> Finder<'a> {
             (tags::SERIES_DESCRIPTION, ""),
             (tags::NUMBER_OF_SERIES_RELATED_INSTANCES, ""),
         ];
-        let mut entries: Vec<SeriesEntry> = self
-            .find("SERIES", &keys)?
+        let found = match of {
+            None => self.find("SERIES", &keys)?,
+            Some(_) => {
+                keys.push((tags::PATIENT_ID, ""));
+                match self.find("SERIES", &keys) {
+                    // A key of the level above, which an archive may refuse.
+                    Err(Error::Failed { transient: false, .. }) => {
+                        keys.pop();
+                        self.find("SERIES", &keys)?
+                    }
+                    found => found?,
+                }
+            }
+        };
+        let meant = |found: &&Identifier| {
+            of.is_none_or(|of| !is_another(&found.readable(tags::PATIENT_ID), of))
+        };
+        let mut entries: Vec<SeriesEntry> = found
             .iter()
+            .filter(meant)
             .map(|found| SeriesEntry {
                 series: found.text(tags::SERIES_INSTANCE_UID),
                 modality: found.text(tags::MODALITY),
@@ -323,6 +360,12 @@ fn with_study(error: Error) -> Error {
         }
         error => error,
     }
+}
+
+/// Whether a Patient ID that an archive says is another than this one; one that it does not say is not.
+fn is_another(said: &str, patient: &str) -> bool {
+    let said = said.trim_matches(PADDING);
+    !said.is_empty() && said != patient.trim_matches(PADDING)
 }
 
 /// Whether an answer is what was asked for: an archive may pass over a key.

@@ -50,6 +50,8 @@ pub(crate) struct Retrieval<'a> {
     unsent: BTreeSet<String>,
     /// How a request failed last that failed for objects of it.
     pub(crate) failure: Option<Error>,
+    /// Whether one that asked for a single object was among them, in the last round.
+    singly_failed: bool,
 }
 
 /// One request: what it names, and the instances that are to come.
@@ -84,7 +86,7 @@ impl<'a> Retrieval<'a> {
         go_on: GoOn<'a>,
     ) -> Self {
         let (singly, unsent) = (BTreeSet::new(), BTreeSet::new());
-        Self { call, parts, arrived, go_on, singly, unsent, failure: None }
+        Self { call, parts, arrived, go_on, singly, unsent, failure: None, singly_failed: false }
     }
 
     /// How many instances are asked for by themselves: more of them is a step on, though nothing came.
@@ -94,6 +96,7 @@ impl<'a> Retrieval<'a> {
 
     /// Asks once for all that is missing by C-GET, on as many associations as its classes need.
     pub(crate) fn by_get(&mut self, inbox: &mut Inbox, info: &mut FetchInfo) -> Result<(), Error> {
+        self.singly_failed = false;
         let classes = self.classes(&inbox.missing);
         let mut any = classes.is_empty();
         for group in groups(&classes) {
@@ -303,10 +306,24 @@ impl<'a> Retrieval<'a> {
         }
         // Some end a request with the first object that failed: the others are asked for by themselves.
         self.singly.extend(request.instances.iter().cloned());
+        self.singly_failed |= asking.field == field::GET && request.instances.len() == 1;
         if !done {
             self.failure = Some(failure);
         }
         Ok(())
+    }
+
+    /// Why objects asked for one by one do not come by C-GET, where it is a matter of those objects and not of a lack
+    /// that passes: archives (dcmqrscp) say A702H of every object that no proposed context fits.
+    pub(crate) fn unfit(&self, inbox: &Inbox) -> Option<String> {
+        let unsaid = self.is_unsaid(&inbox.missing);
+        (self.singly_failed && (unsaid || inbox.received > 0)).then(|| {
+            let classes = if unsaid { ", of SOP classes that it does not list" } else { "" };
+            format!(
+                "it fails for these alone{classes}: it may hold them in a class or a transfer syntax that was not \
+                 proposed; try --move-to, or have them exported"
+            )
+        })
     }
 
     /// Whether all that was asked for failed for no reason that may pass.
@@ -317,14 +334,19 @@ impl<'a> Retrieval<'a> {
 
     /// Says of objects whose class the archive does not say that it may be none of those that were proposed.
     pub(crate) fn tell_unsaid(&self, missing: &BTreeSet<String>, info: &mut FetchInfo) {
-        let mut entries = self.parts.iter().flat_map(|part| &part.instances);
-        if entries.any(|entry| entry.class.is_empty() && missing.contains(&entry.instance)) {
+        if self.is_unsaid(missing) {
             let text = format!(
                 "{} does not list SOP classes, and those of a planning CT were asked for: others come with --move-to",
                 self.call.peer
             );
             info.warnings.push(Warning::new("class-not-listed", text));
         }
+    }
+
+    /// Whether the archive does not say the SOP class of something that is missing.
+    fn is_unsaid(&self, missing: &BTreeSet<String>) -> bool {
+        let mut entries = self.parts.iter().flat_map(|part| &part.instances);
+        entries.any(|entry| entry.class.is_empty() && missing.contains(&entry.instance))
     }
 }
 

@@ -36,7 +36,7 @@ fn beside_archives(script: &str) -> String {
         return "left out: `unshare -n` is not permitted here, and Orthanc listens on every address"
             .into();
     };
-    for program in ["Orthanc", "storescp", "findscu", "openssl"] {
+    for program in ["Orthanc", "storescp", "findscu", "dcmqrscp", "openssl"] {
         let found = std::env::split_paths(&path()).any(|folder| folder.join(program).is_file());
         assert!(found, "`{program}` is not installed: run `cargo xtask readers` once");
     }
@@ -68,6 +68,11 @@ fn an_archive_of_implicit_vr_gets_every_element_as_it_was() {
 #[test]
 fn all_that_a_run_leaves_comes_back_from_an_archive_to_the_byte() {
     println!("{}", beside_archives("whole.py"));
+}
+
+#[test]
+fn a_study_of_two_patients_and_classes_that_are_not_listed() {
+    println!("{}", beside_archives("query_retrieve.py"));
 }
 
 /// What the archives said, each in a file.

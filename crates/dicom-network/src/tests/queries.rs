@@ -65,7 +65,8 @@ fn texts_are_read_in_the_character_set_of_their_answer_and_so_compared() {
         let set = |one: Identifier| one.with(tags::SPECIFIC_CHARACTER_SET, "\\ISO 2022 IR 87");
         let found = match asked.text(tags::QUERY_RETRIEVE_LEVEL).as_str() {
             "STUDY" => {
-                assert_eq!(asked.readable(tags::PATIENT_ID), meant);
+                let whose_it_is = !asked.text(tags::STUDY_INSTANCE_UID).is_empty();
+                assert!(whose_it_is || asked.readable(tags::PATIENT_ID) == meant);
                 set(study(japanese, "20260310").with(tags::STUDY_DESCRIPTION, japanese))
             }
             _ => set(series().with(tags::SERIES_DESCRIPTION, japanese)),
@@ -85,6 +86,10 @@ fn blanks_round_a_patient_id_are_none_of_it() {
         match asked.text(tags::QUERY_RETRIEVE_LEVEL).as_str() {
             // One that takes what it is asked for to the letter; another program wrote the ID with blanks.
             "STUDY" if asked.text(tags::PATIENT_ID) == PATIENT => {
+                matches(talk, message, &[study(" ZZ9  ", "20260310")], 0);
+            }
+            // Whose that study is.
+            "STUDY" if asked.text(tags::STUDY_INSTANCE_UID) == STUDY => {
                 matches(talk, message, &[study(" ZZ9  ", "20260310")], 0);
             }
             "STUDY" => panic!("blanks are asked for"),
@@ -134,4 +139,54 @@ fn a_query_that_is_aborted_names_who_asks() {
     let error = listed(&archive, &spec).unwrap_err();
     assert!(error.to_string().contains("SUPINE, calling from 127.0.0.1"), "{error}");
     assert_eq!(error.kind(), Failure::Input);
+}
+
+/// The UID of a series of another patient in the same study.
+const OTHERS: &str = "1.2.1.2";
+
+/// An archive that lists one study for two patients, with a series of each; `says` is whether it tells in a query for
+/// series whose they are, or refuses to.
+fn of_two_patients(says: bool) -> Archive {
+    Archive::start(move |talk, message| {
+        let bytes = data_of(talk, message);
+        let asked = Identifier::from_bytes(&bytes, true).unwrap();
+        let of = asked.text(tags::PATIENT_ID);
+        // Patient ID in Little Endian.
+        let whose = bytes.windows(4).any(|tag| tag == [0x10, 0, 0x20, 0]);
+        match asked.text(tags::QUERY_RETRIEVE_LEVEL).as_str() {
+            "STUDY" => {
+                let both = [PATIENT, "EVIL"].into_iter().filter(|id| of.is_empty() || of == *id);
+                let both: Vec<_> = both.map(|id| study(id, "20260310")).collect();
+                matches(talk, message, &both, 0);
+            }
+            _ if whose && !says => reply(talk, message, 0xA900),
+            _ => {
+                let meant = asked.text(tags::SERIES_INSTANCE_UID);
+                let both = [(SERIES, "ZZ9 "), (OTHERS, "EVIL")].into_iter();
+                let both = both.filter(|(uid, _)| meant.is_empty() || meant == *uid);
+                let both = both.map(|(uid, patient)| {
+                    let one = Identifier::default().with(tags::STUDY_INSTANCE_UID, STUDY);
+                    let one = one.with(tags::SERIES_INSTANCE_UID, uid);
+                    if whose { one.with(tags::PATIENT_ID, patient) } else { one }
+                });
+                matches(talk, message, &both.collect::<Vec<_>>(), 0);
+            }
+        }
+    })
+}
+
+#[test]
+fn of_a_study_of_two_patients_each_has_her_own_series() {
+    let uids = |says: bool, spec: &QuerySpec| -> Vec<Vec<String>> {
+        let studies = listed(&of_two_patients(says), spec).unwrap().into_iter();
+        studies.map(|study| study.series.into_iter().map(|one| one.series).collect()).collect()
+    };
+    let both = QuerySpec { study: Some(STUDY.into()), ..QuerySpec::default() };
+    assert_eq!(uids(true, &both), [[OTHERS], [SERIES]], "sorted by patient");
+    let hers = QuerySpec { patient_id: Some(PATIENT.into()), ..both.clone() };
+    assert_eq!(uids(true, &hers), [[SERIES]]);
+    let one = QuerySpec { series: Some(OTHERS.into()), ..both };
+    assert_eq!(uids(true, &one), [[OTHERS]], "a series tells whose it is");
+    // Of an archive that does not say it, all are listed: each object is looked at when it comes.
+    assert_eq!(uids(false, &hers), [[SERIES, OTHERS]]);
 }
