@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import SimpleITK as sitk
 from grids import check, cubic, ghost_ml, in_tissue, of_itk, origins, series_by_itk
@@ -37,7 +38,7 @@ for name, field, rest in (("deformed_to_ct", back, 0), ("ct_to_deformed", forth,
 # The warped CT anew: HU_deformed(x) = HU(x + v(x)), by cubic convolution in numpy.
 grid = sitk.Resample(warped, back, sitk.Transform(), sitk.sitkNearestNeighbor)
 way = np.linalg.norm(sitk.GetArrayFromImage(back), axis=-1)
-moved = (way > 0.2) & in_tissue(back, forth)
+moved = (way > 0.2) & in_tissue(back, jacobian)
 off = np.abs(cubic(ct, origins(back, moved)) - sitk.GetArrayFromImage(grid)[moved])
 share = np.mean(off <= 1.5)
 print(f"{moved.sum()} voxels moved, largest way {way.max():.2f} mm; {share:.4%} equal, 99th percentile {np.percentile(off, 99):.1f} HU")
@@ -70,6 +71,17 @@ middle, high = np.percentile(errors, [50, 90])
 print(f"there and back: median {middle:.3f} mm, 90th percentile {high:.3f} mm")
 check(middle < 0.05, f"the fields do not undo each other: median {middle:.3f} mm")
 
+# Points of the skin, far from where the displacement fades: the nodes of the mesh know where they go.
+mesh = meshio.read(run / "mesh/deformed.vtu")
+kinds, faces = mesh.cell_data["boundary"][1].ravel(), mesh.cells[1].data
+skin, cut = (np.unique(faces[kinds == tag]) for tag in (1, 3))
+apart = np.linalg.norm(mesh.points[skin][:, None] - mesh.points[cut][None], axis=-1).min(1)
+skin = skin[apart > 25]
+told = mesh.points[skin] + mesh.point_data["displacement"][skin]
+off = np.linalg.norm([here.TransformPoint(p) for p in mesh.points[skin]] - told, axis=-1)
+print(f"{len(skin)} points of the skin: {off.mean():.3f} mm off in the mean, {off.max():.3f} at most")
+check(len(skin) > 50 and off.mean() < 0.03 and off.max() < 0.15, f"points of the skin go {off.max():.3f} mm beside where they go")
+
 
 def sampled(field, at):
     """Trilinear samples at continuous indices (k, j, i), and where all eight neighbours are moved voxels."""
@@ -86,12 +98,12 @@ def sampled(field, at):
 # Forward from every voxel that moves, and back: the figures of the summary.
 told = json.loads((run / "summary.json").read_text())["warp"]["forward_then_backward"]
 forward, backward = (sitk.GetArrayFromImage(field).astype(float) for field in (forth, back))
-moving = np.argwhere(forward.any(-1))
+moving = np.argwhere(forward.any(-1) & (sitk.GetArrayFromImage(jacobian) != 1))
 u = forward[tuple(moving.T)]
 direction = np.array(forth.GetDirection()).reshape(3, 3)
 steps = (u @ direction / np.array(forth.GetSpacing()))[:, ::-1]
 # Of the map alone, as far as it is told from the air into which the vectors are led on.
-v, chosen = sampled(backward * in_tissue(back, forth)[..., None], moving + steps)
+v, chosen = sampled(backward * in_tissue(back, jacobian)[..., None], moving + steps)
 off = np.linalg.norm(u[chosen] + v, axis=-1)
 found = {"voxels": len(off), "mean_mm": off.mean(), "p99_mm": np.percentile(off, 99), "max_mm": off.max()}
 print(f"forward, then backward: {found}; the summary: {told}")

@@ -65,14 +65,14 @@ def by_itk(folder):
     return of_itk(series_by_itk(folder))
 
 
-def in_tissue(back, forth):
+def in_tissue(back, jacobian):
     """Where the vectors of `deformed_to_ct` (a SimpleITK image) are those of tissue, and not of the air round it into which they
-    are led on: those that lead to a place between eight voxels that `ct_to_deformed`, on the same grid, moves."""
-    v, u = (sitk.GetArrayFromImage(field).astype(float) for field in (back, forth))
+    are led on: those that lead to a place between eight voxels of the mesh, where `jacobian`, on the same grid, is not 1."""
+    v = sitk.GetArrayFromImage(back).astype(float)
     direction = np.array(back.GetDirection()).reshape(3, 3)
     k, j, i = np.indices(v.shape[:3])
     at = np.stack([k, j, i], -1) + (v @ direction / np.array(back.GetSpacing()))[..., ::-1]
-    low, moved = np.floor(at).astype(int), u.any(-1)
+    low, moved = np.floor(at).astype(int), sitk.GetArrayFromImage(jacobian) != 1
     inside = ((low >= 0) & (low + 1 < moved.shape)).all(-1)
     low = np.where(inside[..., None], low, 0)
     for corner in np.ndindex(2, 2, 2):

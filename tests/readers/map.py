@@ -53,7 +53,7 @@ print(f"plastimatch: ghost of {ghost:.4f} ml; without the field {without:.2f} ml
 check(without > 0.3 and ghost < 0.05, f"plastimatch leaves a ghost of {ghost:.3f} ml of {without:.2f} ml")
 # The fields are a part of the CT's grid.
 back = fields["deformed_to_ct", "nrrd"]
-moved = in_tissue(back, fields["ct_to_deformed", "nrrd"]) & (np.linalg.norm(sitk.GetArrayFromImage(back), axis=-1) > 0.2)
+moved = in_tissue(back, sitk.ReadImage(str(folder / "jacobian.nrrd"))) & (np.linalg.norm(sitk.GetArrayFromImage(back), axis=-1) > 0.2)
 theirs, ours = (sitk.GetArrayFromImage(sitk.Resample(image, back, sitk.Transform())) for image in (theirs, ours))
 off = np.abs(theirs - ours)[moved]
 print(f"plastimatch: {moved.sum()} voxels moved, mean difference {off.mean():.2f} HU, 99th percentile {np.percentile(off, 99):.1f} HU")

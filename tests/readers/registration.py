@@ -33,7 +33,7 @@ exact = sitk.ReadImage(str(run / "field/deformed_to_ct.nrrd"))
 truth = of_itk(exact)[0].astype(float)
 found = sitk.Resample(field, exact, sitk.Transform(), sitk.sitkLinear, 0.0, sitk.sitkVectorFloat64)
 between = of_itk(found)[0]
-tissue = in_tissue(exact, sitk.ReadImage(str(run / "field/ct_to_deformed.nrrd")))
+tissue = in_tissue(exact, sitk.ReadImage(str(run / "field/jacobian.nrrd")))
 moved = tissue & (truth != 0).any(-1)
 off = np.linalg.norm(between - truth, axis=-1)[moved]
 said = json.loads((run / "summary.json").read_text())["export"]["registration"]

@@ -129,7 +129,7 @@ impl Core {
         let map = self.ask(py, &hear, |session, request| session.fields(request))?;
         Ok((
             arrays::held_field(py, &map, |map| &map.resampling)?,
-            arrays::held_field(py, &map, |map| map.fields.ct_to_deformed())?,
+            arrays::held_field(py, &map, |map| &map.points)?,
             arrays::held_volume(py, &map, |map| Some(map.fields.jacobian()))?,
         ))
     }

@@ -17,6 +17,7 @@
 
 mod air;
 mod batch;
+mod beside_skin;
 mod beyond;
 mod collar;
 mod consistency;

@@ -69,7 +69,9 @@ impl Origins {
         crate::map::check_grid(grid)?;
         let faded = fade(deformation, params)?.deformation;
         let (mesh, u) = (faded.mesh(), faded.displacement());
-        let margin = u.max_norm() + layer_mm + 2.0 * grid.spacing().norm();
+        // What lies beside the skin is told of as far as points are carried there.
+        let reach = u.max_norm().max(params.collar_mm);
+        let margin = reach + layer_mm + 2.0 * grid.spacing().norm();
         let Some((start, part)) = part(grid, mesh, margin) else {
             return Ok((Self { grid: grid.clone(), part: None }, None));
         };

@@ -1,6 +1,7 @@
-//! What other programs move images and points by: fields on the part of a grid in which something moves, the backward one
-//! led on into the air that the tissue left.
+//! What other programs move images and points by: fields on the part of a grid in which something moves, led on beside the
+//! skin, and the backward one into the air that the tissue left.
 
+use crate::beside_skin::beside_skin;
 use crate::coverage::Window;
 use crate::{Error, Fields, Origin, Origins, Params};
 use rayon::prelude::*;
@@ -18,6 +19,9 @@ pub struct MovingPart {
     pub fields: Fields,
     /// As [`resampling`] makes them, on the same voxels.
     pub resampling: Volume<[f32; 3]>,
+    /// What points move along, from the CT to the deformed (LPS, mm), on the same voxels: `ct_to_deformed` in the mesh, and
+    /// beside the skin what [`crate::carry_points`] does, as far as that reaches and a cell of the grid farther.
+    pub points: Volume<[f32; 3]>,
 }
 
 /// Vectors by which any resampler of images makes the deformed CT, HU(x) = HU(x + v(x)): on the part of `grid` in which they
@@ -57,14 +61,16 @@ pub fn moving_part(
         Some(fields) => fields,
         None => Fields::new(vectors.clone(), vectors.clone(), vectors.map(|_| 1.0))?,
     };
+    let points = beside_skin(&fields, deformation, params)?;
     let [back, forth] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
     let stretched = holding(fields.jacobian(), |det| *det != 1.0);
+    // The points' vectors are those of `forth` and more.
     let window =
-        [moving(&vectors), moving(back), moving(forth)].into_iter().fold(stretched, Window::with);
+        [moving(&vectors), moving(back), moving(&points)].into_iter().fold(stretched, Window::with);
     let window = window.wider(vectors.grid().size());
     let fields =
         Fields::new(crop(back, window)?, crop(forth, window)?, crop(fields.jacobian(), window)?)?;
-    Ok(MovingPart { fields, resampling: crop(&vectors, window)? })
+    Ok(MovingPart { fields, resampling: crop(&vectors, window)?, points: crop(&points, window)? })
 }
 
 /// Somewhat more than the diagonal of a cell, mm: what follows the skin so far outside is all that is interpolated within it.

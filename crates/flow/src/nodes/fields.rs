@@ -41,7 +41,7 @@ impl Fields {
 
 impl Node for Fields {
     const ID: NodeId = NodeId::Fields;
-    const METHOD: u32 = 2;
+    const METHOD: u32 = 3;
     const KEPT: bool = true;
     type Own = ();
     type Parents = (Import, Solve);
@@ -76,8 +76,7 @@ impl Node for Fields {
         };
         let forward = || {
             let path = work.place("ct_to_deformed")?;
-            write_field(map.fields.ct_to_deformed(), &path, FieldKind::Modeling, none)
-                .map_err(Error::product)?;
+            write_field(&map.points, &path, FieldKind::Modeling, none).map_err(Error::product)?;
             write_scalar(map.fields.jacobian(), &work.place("jacobian")?, none)
                 .map_err(Error::product)
         };
@@ -95,7 +94,7 @@ impl Node for Fields {
     }
 
     fn bytes(out: &FieldsOut) -> usize {
-        // Three fields of three single numbers, and one of one.
-        out.held().map_or(0, |map| 40 * map.resampling.grid().len())
+        // Four fields of three single numbers, and one of one.
+        out.held().map_or(0, |map| 52 * map.resampling.grid().len())
     }
 }

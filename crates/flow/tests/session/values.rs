@@ -16,7 +16,7 @@ fn fields_that_a_folder_keeps_are_made_for_memory_and_the_folder_stays_as_it_is(
     let kept = session().with_folder(RunFolder::open(&out).unwrap()).unwrap();
     let [kept, made] = [kept, session()].map(|of| of.fields(&Request::default()).unwrap());
     assert!(kept.resampling == made.resampling);
-    assert!(kept.fields.ct_to_deformed() == made.fields.ct_to_deformed());
+    assert!(kept.points == made.points);
     assert!(kept.fields.jacobian() == made.fields.jacobian());
     assert!(results(&out) == before);
 }

@@ -26,8 +26,8 @@ class Fields:
     Attributes:
         deformed_to_ct: vectors (mm, LPS) by which a resampler of images makes the deformed CT: what lies at x on the table
             comes from x + v(x) of the CT.
-        ct_to_deformed: vectors (mm, LPS) by which points move: what lies at x in the CT comes to x + v(x) on the table; 0
-            outside the mesh.
+        ct_to_deformed: vectors (mm, LPS) by which points move: what lies at x in the CT comes to x + v(x) on the table;
+            beside the skin, as far as marks on it are carried, they follow the skin.
         jacobian: volume on the table over that in the CT, at the voxels of the CT; 1 outside the mesh.
     """
 

@@ -1,7 +1,9 @@
 //! Fields that are cropped to what moves and led on into the air that tissue left.
 
 use super::fixture::{lattice, moved, still};
-use crate::{Fields, MovingPart, Params, consistency, fields, moving_part, resampling};
+use crate::{
+    Fields, MovingPart, Params, carry_points, consistency, fields, moving_part, resampling,
+};
 use std::sync::Arc;
 use supine_mesh::{BoundaryTag, Deformation, Order, TetMesh};
 use supine_space::{Grid, Matrix, Point, Progress, Vector};
@@ -57,7 +59,7 @@ fn each(whole: &Grid, part: &Grid, mut see: impl FnMut(usize, Option<usize>)) {
 fn the_part_holds_all_that_moves_and_its_border_does_not() {
     let (whole, u) = (grid(60.0), shifted(Vector::new(2.0, -9.0, 3.0)));
     let all = fields(&whole, &u, &params(), Progress::none()).unwrap();
-    let MovingPart { fields: own, resampling } = part_of(&whole, &u);
+    let MovingPart { fields: own, resampling, points } = part_of(&whole, &u);
     let part = resampling.grid();
     assert!(own.jacobian().grid() == part && 3 * part.len() < whole.len(), "{:?}", part.size());
     let near = |a: [f32; 3], b: [f32; 3]| (at(a) - at(b)).norm() < 1e-5;
@@ -80,6 +82,7 @@ fn the_part_holds_all_that_moves_and_its_border_does_not() {
             assert_eq!(resampling.data()[n], [0.0; 3], "{voxel:?}");
             assert_eq!(own.ct_to_deformed().data()[n], [0.0; 3], "{voxel:?}");
             assert_eq!(own.jacobian().data()[n], 1.0, "{voxel:?}");
+            assert_eq!(points.data()[n], [0.0; 3], "{voxel:?}");
         }
     }
     // How well fields undo each other is said of the map, wherever it is cropped.
@@ -103,7 +106,7 @@ fn sampled(field: &Volume<[f32; 3]>, p: Point) -> Vector {
 fn vectors_lead_to_air_where_tissue_left() {
     let by = Vector::new(2.0, -9.0, 3.0);
     let (whole, u) = (grid(60.0), shifted(by));
-    let MovingPart { fields: own, resampling } = part_of(&whole, &u);
+    let MovingPart { fields: own, resampling, .. } = part_of(&whole, &u);
     // Places that were left, those of them that show the block, places beside both that show it, tissue that is not shown.
     let seen = |field: &Volume<[f32; 3]>| {
         let mut counts = [0; 4];
@@ -122,6 +125,34 @@ fn vectors_lead_to_air_where_tissue_left() {
     assert!(ghost == 0 && missing == 0, "{ghost} and {missing}");
     // Where the vectors end, in the air at the edges of the block, shorter ones than those of its tissue meet it.
     assert!(beside < left / 40, "{beside} of {left}");
+}
+
+/// Points on the skin, under it and on a mark beside it: the vectors between voxels move them as they are carried.
+#[test]
+fn a_point_at_the_skin_goes_between_voxels_where_it_is_carried() {
+    let (whole, by) = (grid(60.0), Vector::new(2.0, -9.0, 3.0));
+    let stretch = Vector::new(0.1, -0.1, 0.05);
+    let u = moved(&block(), Order::Linear, |p| p.coords.component_mul(&stretch) + by);
+    let MovingPart { fields: own, points: field, .. } = part_of(&whole, &u);
+    let at_skin: Vec<Point> = (-2..=4)
+        .flat_map(|off| (0..40).map(move |n| (f64::from(off), f64::from(n))))
+        .map(|(off, n)| Point::new(1.3 * n - 25.0, -20.0 - off, 7.0 * (0.7 * n).sin()))
+        .collect();
+    let carried = carry_points(&u, &params(), &at_skin).unwrap();
+    let worst = |field: &Volume<[f32; 3]>| {
+        let off = |(p, after): (&Point, &Option<Point>)| {
+            (p + sampled(field, *p) - after.expect("within the collar")).norm()
+        };
+        at_skin.iter().zip(&carried).map(off).fold(0.0, f64::max)
+    };
+    let (alone, led_on) = (worst(own.ct_to_deformed()), worst(&field));
+    assert!(alone > 5.0, "the map alone is off by {alone} mm");
+    // The layer beside the skin is rigid, the tissue stretches: within a cell the vectors have a kink at the skin.
+    assert!(led_on < 0.15, "{led_on} mm");
+    for n in 0..field.grid().len() {
+        let (map, vector) = (own.ct_to_deformed().data()[n], field.data()[n]);
+        assert!(map == [0.0; 3] || map == vector, "in the mesh it is the map");
+    }
 }
 
 /// On a grid of its own the same vectors, cropped to themselves.
@@ -146,12 +177,13 @@ fn where_nothing_moves_the_fields_are_small_and_zero() {
     // The second lies beside the grid.
     let beside = whole.crop([0; 3], [3, 4, 5]).unwrap();
     for (grid, u) in [(&whole, rests), (&beside, shifted(Vector::new(1.0, 0.0, 0.0)))] {
-        let MovingPart { fields, resampling } = part_of(grid, &u);
+        let MovingPart { fields, resampling, points } = part_of(grid, &u);
         assert_eq!(resampling.grid().size(), [2; 3]);
         let zero = |field: &Volume<[f32; 3]>| field.data().iter().all(|v| *v == [0.0; 3]);
         assert!(
             zero(&resampling) && zero(fields.deformed_to_ct()) && zero(fields.ct_to_deformed())
         );
+        assert!(zero(&points));
         assert!(fields.jacobian().data().iter().all(|det| *det == 1.0));
         assert_eq!(consistency(&fields), None);
     }

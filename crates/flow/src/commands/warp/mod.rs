@@ -264,7 +264,7 @@ fn write_series(
 fn write_fields(map: &MovingPart, folder: &Path, progress: Progress<'_>) -> Result<(), Error> {
     std::fs::create_dir_all(folder)
         .map_err(|source| Error::Output { path: folder.into(), source })?;
-    let (backward, forward) = (&map.resampling, map.fields.ct_to_deformed());
+    let (backward, forward) = (&map.resampling, &map.points);
     for (n, ending) in ["nrrd", "nii.gz"].into_iter().enumerate() {
         let path = |name: &str| folder.join(format!("{name}.{ending}"));
         let part = |a: f64, b: f64| progress.part(0.4 * (n as f64 + a), 0.4 * (n as f64 + b));
