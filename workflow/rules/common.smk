@@ -25,7 +25,8 @@ def keys_of(schema, path=""):
 
 
 with open(own("schemas/case.schema.json"), encoding="utf-8") as file:
-    KEYS = dict(keys_of(json.load(file)))
+    SCHEMA = json.load(file)
+KEYS = dict(keys_of(SCHEMA))
 
 
 def from_table(folder, value):
@@ -42,11 +43,21 @@ def from_table(folder, value):
         return value
 
 
+def check_whole(row):
+    """What a row that names no case file lacks, in words."""
+    lacking = [key for key in SCHEMA["required"] if not any(of == key or of.startswith(key + ".") for of in row)]
+    return f"it names no case file and no {', '.join(lacking)}" if lacking else ""
+
+
 def read_cases(table):
-    """The rows of the table of cases by name: the case file, and what other columns change in it. A row that cannot be used
-    ends the plan, not a job of hours later."""
+    """The rows of the table of cases by name: the case file, none where the columns say all, and what other columns change in
+    it. A row that cannot be used ends the plan, not a job of hours later."""
     with open(real(table), newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader(file)
+        head = file.readline()
+        file.seek(0)
+        # As `supine batch`: semicolons or tabs where the head has those alone.
+        others = [one for one in ";\t" if one in head and "," not in head]
+        reader = csv.DictReader(file, delimiter=others[0] if others else ",")
         rows = list(reader)
     for column in reader.fieldnames or []:
         if column and column not in (*KEYS, "name", "case"):
@@ -61,11 +72,12 @@ def read_cases(table):
             raise WorkflowError(f"{table}, line {line}: the name {name!r} is no name of a folder; use letters, digits, . _ -")
         if name in cases:
             raise WorkflowError(f"{table}, line {line}: {name} stands there twice; every patient needs a name of her own")
-        if not case:
-            raise WorkflowError(f"{table}, line {line}: {name} has no case")
+        lacking = "" if case else check_whole(row)
+        if lacking:
+            raise WorkflowError(f"{table}, line {line}: {name} cannot be run: {lacking}")
         folder = os.path.dirname(table)
         changes = {key: from_table(folder, value) if KEYS[key] else value for key, value in row.items()}
-        cases[name] = {"case": os.path.join(folder, case), "changes": changes}
+        cases[name] = {"case": os.path.join(folder, case) if case else None, "changes": changes}
     if not cases:
         raise WorkflowError(f"{table} holds no case")
     return cases
@@ -79,13 +91,22 @@ wildcard_constraints:
 
 
 def case_of(wildcards):
-    return CASES[wildcards.name]["case"]
+    """The case file; of a row that names none an empty one, which its job writes: all values stand in the row."""
+    return CASES[wildcards.name]["case"] or f"{OUT}/cases/{wildcards.name}.toml"
 
 
 def there(wildcards):
     """The case file as an input of its job. One that is missing is no reason not to plan the others: its own job says so."""
-    case = case_of(wildcards)
-    return [case] if os.path.exists(real(case)) else []
+    case = CASES[wildcards.name]["case"]
+    return [case] if case and os.path.exists(real(case)) else []
+
+
+def begin_of(wildcards):
+    """What its job does first."""
+    if CASES[wildcards.name]["case"]:
+        return ""
+    case = shlex.quote(real(case_of(wildcards)))
+    return f"mkdir -p {shlex.quote(real(OUT + '/cases'))}; echo '# All values stand in the table of cases.' > {case}"
 
 
 def options_of(wildcards):
@@ -96,6 +117,8 @@ def options_of(wildcards):
 def files_below(path, whole_folder):
     """The files that are read when a key of the case names this path: of one slice of a CT, those of its folder; of a header
     whose samples lie beside it, what is called alike."""
+    if not os.path.exists(path):
+        return []
     if not os.path.isdir(path):
         folder, name = os.path.split(path)
         if whole_folder and not name.lower().endswith(VOLUMES):
@@ -110,9 +133,11 @@ VOLUMES = (".nrrd", ".nhdr", ".mha", ".mhd", ".nii", ".nii.gz")
 
 
 def named_files(case, changes):
-    """Key and path of each file that a case names."""
-    with open(case, "rb") as file:
-        values = tomllib.load(file)
+    """Key and path of each file that a case names, or a row without one."""
+    values, folder = {}, os.path.dirname(case) if case else ""
+    if case:
+        with open(case, "rb") as file:
+            values = tomllib.load(file)
     for key in (key for key, is_file in KEYS.items() if is_file):
         value = values
         for part in key.split("."):
@@ -121,7 +146,7 @@ def named_files(case, changes):
         if isinstance(value, str) and value.startswith("["):
             value = json.loads(value)
         for path in value if isinstance(value, list) else [value] if value else []:
-            yield key, os.path.join(os.path.dirname(case), os.path.expanduser(path))
+            yield key, os.path.join(folder, os.path.expanduser(path))
 
 
 def inputs_of(wildcards):
@@ -131,7 +156,7 @@ def inputs_of(wildcards):
     told = hashlib.blake2b(digest_size=16)
     # What cannot be read is no reason not to plan the others, nor to leave the other files out; `supine` says what is wrong with it.
     try:
-        named = list(named_files(real(case["case"]), case["changes"]))
+        named = list(named_files(case["case"] and real(case["case"]), case["changes"]))
     except (OSError, TypeError, ValueError):
         named = []
     for key, path in named:
@@ -151,7 +176,7 @@ def voxels_of(name):
         return config["voxels"]
     case = CASES[name]
     try:
-        ct = next(path for key, path in named_files(real(case["case"]), case["changes"]) if key == "ct")
+        ct = next(path for key, path in named_files(case["case"] and real(case["case"]), case["changes"]) if key == "ct")
         files = files_below(ct, True)
         if not ct.lower().endswith(VOLUMES):
             return len(files) * 512 * 512
@@ -197,6 +222,7 @@ def minutes(stage):
 RUN = r"""
 mkdir -p "$(dirname {params.status:q})"
 rm -f {params.status:q}
+{params.begin}
 code=0
 {SUPINE} run {params.case:q} --out {params.run:q} --status {params.status:q} --threads {threads} --no-progress \
     {params.options} >> {log:q} 2>&1 || code=$?

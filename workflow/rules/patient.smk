@@ -10,6 +10,7 @@ rule patient:
         OUT + "/logs/{name}.log",
     params:
         case=lambda wildcards: real(case_of(wildcards)),
+        begin=begin_of,
         status=real(OUT + "/status/{name}.json"),
         run=real(OUT + "/runs/{name}"),
         options=options_of,

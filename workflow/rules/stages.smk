@@ -34,6 +34,7 @@ for before, stage in zip([None, *STAGES], STAGES):
             OUT + "/logs/{name}." + stage + ".log",
         params:
             case=lambda wildcards: real(case_of(wildcards)),
+            begin=begin_of,
             before=lambda wildcards, before=before: real(ended(before).format(name=wildcards.name)) + ".json" if before else "",
             status=real(OUT + ("/status/{name}.json" if stage == END else "/stages/{name}." + stage + ".json")),
             run=real(OUT + "/runs/{name}"),

@@ -118,8 +118,23 @@ def test_paths_in_a_table_lead_from_its_folder(cohort):
     assert (error["code"], error["place"]["file"]) == ("input-missing", str(cohort.folder / "tables/nowhere"))
 
 
+def test_a_table_whose_columns_say_all_needs_no_case_file(cohort):
+    head = "name;ct;breast;bed.ap;bed.lat;tumour.centre;tumour.radius;region.centre;region.radius;mesh.tetrahedra;mesh.order"
+    rest = "left;7;5;91.37,-248.09,-594.5;9;91.0,-235.0,-594.5;45;500;1"
+    os.symlink(cohort.ct, cohort.folder / "first")
+    (cohort.folder / "cases.csv").write_text(f"{head}\nwhole;first;{rest}\ngone;second;{rest}\n")
+    assert cohort.snakemake().returncode == 0
+    assert cohort.codes() == {"whole": 0, "gone": 1}
+    assert cohort.status("gone")["error"]["place"]["file"] == str(cohort.folder / "second")
+    assert "Nothing to be done" in cohort.snakemake().stderr
+    slice_of = sorted((cohort.folder / "first").iterdir())[0]
+    os.utime(slice_of)
+    assert "patient" in cohort.snakemake("--dry-run").stdout
+
+
 def test_a_table_that_cannot_be_used_is_said_before_anything_runs(cohort):
     for header, row, why in (
+        ("name,ct", "a,ct", "line 2: a cannot be run: it names no case file and no breast, bed, tumour"),
         ("name,case", "a/b,x.toml", "no name of a folder"),
         ("name,case", "a,x.toml\na,y.toml", "twice"),
         ("name,case,bed.app", "a,x.toml,5", "'bed.app' is no key of a case file; did you mean bed.ap?"),
