@@ -6,8 +6,8 @@ use crate::failure::Failure;
 use crate::screen::Screen;
 use std::path::Path;
 use supine_dicom_network::{SendInfo, SendParams};
-use supine_flow::commands::{check_there, usable::unusable};
-use supine_space::{Failure as Kind, Progress};
+use supine_flow::commands::{check_there, usable::look};
+use supine_space::{Failure as Kind, Progress, Warning};
 
 /// More refused objects than this are only counted.
 const NAMED: usize = 20;
@@ -15,10 +15,10 @@ const NAMED: usize = 20;
 pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
     args.paths.iter().try_for_each(|path| check_there(path))?;
     let call = args.link.call(&args.to, &args.from)?;
-    refuse_unusable(args, screen)?;
+    let told = refuse_unusable(args, screen)?;
     let params = SendParams { all: args.all, again: args.again };
     let watch = |share| screen.share("send", share);
-    let info = supine_dicom_network::send(&args.paths, &call, &params, Progress::new(&watch))?;
+    let mut info = supine_dicom_network::send(&args.paths, &call, &params, Progress::new(&watch))?;
     info.warnings.iter().for_each(|warning| screen.say(&format!("warning: {warning}")));
     for refused in info.refused.iter().take(NAMED) {
         screen.say(&format!("not stored: {}: {}", refused.file, refused.reason));
@@ -27,6 +27,7 @@ pub(crate) fn send(args: &args::Send, screen: &Screen) -> Result<End, Failure> {
         screen.say(&format!("not stored: {} more", info.refused.len() - NAMED));
     }
     let failure = incomplete(&info);
+    info.warnings.splice(0..0, told);
     screen.result_but(failure.as_ref(), &info, &describe(&info, args));
     failure.map_or(Ok(End::Done), Err)
 }
@@ -46,9 +47,11 @@ fn incomplete(info: &SendInfo) -> Option<Failure> {
     })
 }
 
-/// What must not be used does not leave by habit.
-fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
-    for found in unusable(&args.paths)? {
+/// What must not be used does not leave by habit; what was told of the rest.
+fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<Vec<Warning>, Failure> {
+    let looked = look(&args.paths)?;
+    looked.warnings.iter().for_each(|warning| screen.say(&format!("warning: {warning}")));
+    for found in looked.unusable {
         let (run, why) = (from_here(&found.path), found.why.trim_end_matches('.'));
         if found.changed {
             let message = format!(
@@ -65,7 +68,7 @@ fn refuse_unusable(args: &args::Send, screen: &Screen) -> Result<(), Failure> {
         screen.say(&format!("warning: {run} is sent although it must not be used: {why}"));
         found.note_override(&args.to.to_string())?;
     }
-    Ok(())
+    Ok(looked.warnings)
 }
 
 /// A folder as one would type it here.

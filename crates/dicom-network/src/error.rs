@@ -115,6 +115,18 @@ pub enum Error {
         /// What is there instead.
         found: String,
     },
+    /// Objects that are to be sent contradict each other.
+    #[error(
+        "{first} and {second} have {what}: nothing was sent; send each from a folder of its own, or leave out the one that is wrong"
+    )]
+    Mixed {
+        /// Path of a file below the folder that was given.
+        first: String,
+        /// Path of another.
+        second: String,
+        /// What contradicts.
+        what: String,
+    },
     /// A file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {

@@ -115,6 +115,8 @@ mod tests {
             data_start: 0,
             data_bytes: 10,
             owner: Owner::default(),
+            number: None,
+            own: false,
             not_usable: false,
         }
     }

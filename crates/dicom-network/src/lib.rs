@@ -28,6 +28,7 @@ mod link;
 mod listener;
 mod made;
 mod message;
+mod mixed;
 mod node;
 mod pinned;
 mod retrieve;

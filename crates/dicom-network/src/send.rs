@@ -8,7 +8,7 @@ use crate::go_on::GoOn;
 use crate::journal::Journal;
 use crate::link::Link;
 use crate::message::{Payload, Talk};
-use crate::{status, syntaxes};
+use crate::{mixed, status, syntaxes};
 use dicom_dictionary_std::uids;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -167,7 +167,7 @@ impl Load {
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
         let mut load = Self { waiting: Vec::new(), journals: Vec::new(), unwritable: false };
-        let mut seen: BTreeMap<String, String> = BTreeMap::new();
+        let mut seen: BTreeMap<String, ObjectFile> = BTreeMap::new();
         for path in paths {
             let found = object_files(path, progress)?;
             if found.objects.is_empty() {
@@ -181,11 +181,13 @@ impl Load {
                 .extend(found.damaged.into_iter().map(|d| refused(&d.file, d.reason.to_string())));
             let journal = load.journal(Journal::open(path, &call.peer));
             for object in found.objects {
-                if let Some(first) = seen.insert(object.instance.clone(), object.name.clone()) {
-                    let reason = format!("has the SOP Instance UID of {first}, which is sent");
-                    info.refused.push(refused(&object.name, reason));
+                if let Some(first) = seen.get(&object.instance) {
+                    mixed::same(first, &object)?;
+                    let text = format!(" is the same object as {}: it is sent once", first.name);
+                    info.warnings.push(Warning::new("sent-once", "").name(&object.name).text(text));
                     continue;
                 }
+                seen.insert(object.instance.clone(), object.clone());
                 if !params.all && !syntaxes::KINDS.contains(&object.class.as_str()) {
                     let reason = format!("{}: sent only with --all", class_name(&object.class));
                     info.refused.push(refused(&object.name, reason));
@@ -200,6 +202,7 @@ impl Load {
                 }
             }
         }
+        info.warnings.extend(mixed::check(seen.values())?);
         Ok(load)
     }
 

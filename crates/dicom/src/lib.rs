@@ -83,7 +83,7 @@ pub use left_out::{LeftOut, LeftOutReason};
 pub use object::{RegionObject, has_marker, is_dose, region_object};
 pub use object_file::{
     Identifier, NOT_USABLE, ObjectFile, ObjectFiles, Owner, class_name, file_header,
-    implementation, implicit_data_set, is_uid, object_files, syntax_name,
+    implementation, implicit_data_set, is_ct, is_registration, is_uid, object_files, syntax_name,
 };
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, read_series};

@@ -37,6 +37,10 @@ pub struct ObjectFile {
     pub data_bytes: u64,
     /// Where it belongs.
     pub owner: Owner,
+    /// Instance Number, where it has one.
+    pub number: Option<i64>,
+    /// It was made by this program.
+    pub own: bool,
     /// It is one of this program's and says that it must not be used ([`NOT_USABLE`]).
     pub not_usable: bool,
 }
@@ -156,6 +160,17 @@ const IMAGES: [&str; 5] = [
     uids::LABEL_MAP_SEGMENTATION_STORAGE,
 ];
 
+/// Whether a SOP class is that of CT images.
+pub fn is_ct(class: &str) -> bool {
+    IMAGES[..3].contains(&class)
+}
+
+/// Whether a SOP class is that of spatial registrations, rigid or deformable.
+pub fn is_registration(class: &str) -> bool {
+    [uids::SPATIAL_REGISTRATION_STORAGE, uids::DEFORMABLE_SPATIAL_REGISTRATION_STORAGE]
+        .contains(&class)
+}
+
 /// Whether so many bytes are native pixels enough for an image (PS3.5 8.1.1).
 fn fills(set: &DataSet, bytes: usize) -> bool {
     let number = |tag| set.u16(tag).map_or(0, u64::from);
@@ -198,6 +213,7 @@ fn open(
         return Ok(Err(LeftOutReason::Damaged(reason.to_owned())));
     }
     let syntax = container.syntax.uid().to_owned();
+    let own = set.text(tags::MANUFACTURER) == MANUFACTURER;
     Ok(Ok(ObjectFile {
         path: path.to_owned(),
         name: file.to_owned(),
@@ -207,8 +223,9 @@ fn open(
         data_start: start as u64,
         data_bytes: (total - start) as u64,
         owner: Owner::of(&set),
-        not_usable: set.text(tags::MANUFACTURER) == MANUFACTURER
-            && set.text(tags::SERIES_DESCRIPTION).starts_with(NOT_USABLE),
+        number: set.text(tags::INSTANCE_NUMBER).trim().parse().ok(),
+        own,
+        not_usable: own && set.text(tags::SERIES_DESCRIPTION).starts_with(NOT_USABLE),
     }))
 }
 

@@ -178,3 +178,48 @@ fn as_many_contexts_are_proposed_as_there_are_numbers() {
     assert_eq!(link.contexts.len(), 128);
     link.release().unwrap();
 }
+
+/// Writes an object of a patient, study and series with this many pixels' worth of noise in it.
+fn write_object(path: &Path, instance: &str, whose: [&str; 3], comment: &str) {
+    let [patient, study, series] = whose;
+    let mut bytes = file_header(CLASS, instance, uids::EXPLICIT_VR_LITTLE_ENDIAN);
+    let set = Identifier::from_bytes(&object(instance), true).unwrap();
+    let set = set.with(tags::PATIENT_ID, patient).with(tags::STUDY_INSTANCE_UID, study);
+    let set = set.with(tags::SERIES_INSTANCE_UID, series).with(tags::IMAGE_COMMENTS, comment);
+    bytes.extend(set.to_bytes(true));
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn objects_that_contradict_each_other_do_not_leave() {
+    let (archive, sent) = keeper(&[0]);
+    let of = |second: &str, whose: [&str; 3], comment: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        write_object(&folder.path().join("1.dcm"), "1.2.3.1", ["A", "1.2", "1.2.3"], "");
+        write_object(&folder.path().join("2.dcm"), second, whose, comment);
+        let outcome = try_send(folder.path(), &call(archive.port, 0));
+        (outcome, std::mem::take(&mut *sent.lock().unwrap()).len())
+    };
+    for (second, whose, comment, words) in [
+        ("1.2.3.2", ["B", "1.2", "1.2.3"], "", "two Patient IDs"),
+        ("1.2.3.2", ["B", "1.2", "1.2.4"], "", "two Patient IDs"),
+        ("1.2.3.2", ["A", "1.3", "1.2.3"], "", "two Study Instance UIDs"),
+        ("1.2.3.1", ["A", "1.2", "1.2.3"], "other", "one SOP Instance UID and are not the same"),
+    ] {
+        let (outcome, sent) = of(second, whose, comment);
+        let error = outcome.unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+        assert!(error.to_string().contains("1.dcm and 2.dcm have"), "{error}");
+        assert_eq!((sent, error.kind()), (0, Failure::Input), "{words}");
+    }
+    for (second, whose, count, words) in [
+        ("1.2.3.1", ["A", "1.2", "1.2.3"], 1, "is the same object as 1.dcm: it is sent once"),
+        ("1.2.3.2", ["B", "1.3", "1.2.4"], 2, "objects of 2 patients"),
+    ] {
+        let (outcome, sent) = of(second, whose, "");
+        let info = outcome.unwrap();
+        let told: String = info.warnings.iter().map(ToString::to_string).collect();
+        assert!(told.contains(words) && info.refused.is_empty(), "{info:?}");
+        assert_eq!(sent, count, "{words}");
+    }
+}

@@ -2,10 +2,11 @@
 
 use crate::Error;
 use crate::folder::{RunFolder, changed_since, failed_since, run_around, runs_within, summary_of};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use supine_dicom::object_files;
+use supine_dicom::{ObjectFile, is_ct, is_registration, object_files};
 use supine_report::{Colour, Verdict};
-use supine_space::Progress;
+use supine_space::{Progress, Warning};
 
 /// What must not leave, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,26 +35,42 @@ impl Unusable {
     }
 }
 
+/// What was found of the runs that files and folders belong to.
+#[derive(Debug, Default)]
+pub struct Looked {
+    /// What must not leave.
+    pub unusable: Vec<Unusable>,
+    /// What may leave and has to be told.
+    pub warnings: Vec<Warning>,
+}
+
 /// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, those
-/// whose verdict is red, and those whose files are not what the run left. And objects beside runs that were carried from one
-/// that must not be used.
+/// whose verdict is red, and those whose files are not what the run left. And of objects beside runs those that were
+/// carried from one that must not be used, and those of a series of which a part is missing.
 ///
 /// # Errors
 /// When a folder cannot be read.
 pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
-    let (mut runs, mut marked): (Vec<PathBuf>, Vec<PathBuf>) = (Vec::new(), Vec::new());
+    look(paths).map(|looked| looked.unusable)
+}
+
+/// The same, with what has to be told of objects that no run's record tells about.
+///
+/// # Errors
+/// When a folder cannot be read.
+pub fn look(paths: &[PathBuf]) -> Result<Looked, Error> {
+    let (mut runs, mut beside): (Vec<PathBuf>, Vec<ObjectFile>) = (Vec::new(), Vec::new());
     for path in paths {
         match run_around(path) {
             Some(run) => runs.push(run),
             None => {
                 runs.extend(runs_within(path)?);
                 let found = object_files(path, Progress::none()).map_err(Error::Dicom)?;
-                let objects = found.objects.into_iter().filter(|object| object.not_usable);
-                marked.extend(objects.map(|object| object.path));
+                beside.extend(found.objects.into_iter().filter(|object| object.own));
             }
         }
     }
-    marked.retain(|object| run_around(object).is_none());
+    beside.retain(|object| run_around(&object.path).is_none());
     runs.sort();
     runs.dedup();
     let told = |run: PathBuf| {
@@ -61,11 +78,46 @@ pub fn unusable(paths: &[PathBuf]) -> Result<Vec<Unusable>, Error> {
         let (changed, why) = (changed.is_some(), changed.or_else(|| why_not(&run))?);
         Some(Unusable { path: run, why, changed })
     };
-    let carried = |path: PathBuf| {
-        let why = "it was carried from a run that must not be used".to_owned();
-        Unusable { path, why, changed: false }
-    };
-    Ok(runs.into_iter().filter_map(told).chain(marked.into_iter().map(carried)).collect())
+    let marked = beside.iter().filter(|object| object.not_usable).map(|object| Unusable {
+        path: object.path.clone(),
+        why: "it was carried from a run that must not be used".into(),
+        changed: false,
+    });
+    let unusable = runs.into_iter().filter_map(told).chain(marked).chain(not_whole(&beside));
+    let unusable = unusable.collect();
+    Ok(Looked { unusable, warnings: without_record(&beside).into_iter().collect() })
+}
+
+/// The exported CT series among objects beside runs of which an image is missing: their images are numbered from 1 on.
+/// A single image is sent as one.
+fn not_whole(beside: &[ObjectFile]) -> Vec<Unusable> {
+    let mut series: BTreeMap<&str, (&Path, BTreeSet<i64>)> = BTreeMap::new();
+    for object in beside.iter().filter(|object| is_ct(&object.class)) {
+        let of = series.entry(&object.owner.series).or_insert((&object.path, BTreeSet::new()));
+        of.1.extend(object.number);
+    }
+    let mut found = Vec::new();
+    for (first, numbers) in series.into_values().filter(|(_, numbers)| numbers.len() > 1) {
+        if let Some(missing) = (1..).zip(&numbers).find_map(|(n, at)| (n != *at).then_some(n)) {
+            let why =
+                format!("it is of a series that is not whole here: its image {missing} is missing");
+            found.push(Unusable { path: first.to_path_buf(), why, changed: false });
+        }
+    }
+    found
+}
+
+/// That nothing here tells of the run that left these objects. Those that `supine carry` makes as well do not count.
+fn without_record(beside: &[ObjectFile]) -> Option<Warning> {
+    let of_runs = |object: &&ObjectFile| is_ct(&object.class) || is_registration(&object.class);
+    let count = beside.iter().filter(of_runs).count();
+    (count > 0).then(|| {
+        let text = format!(
+            "{count} objects that a run left lie outside its folder: whether it may be used, and whether they are as it left \
+             them, nothing here tells; send from the run's folder"
+        );
+        Warning::new("verdict-unknown", text)
+    })
 }
 
 /// Why a run must not be used by its own word: it is unfinished, its verdict is red, or a later run into its folder failed.
@@ -98,6 +150,7 @@ pub(crate) fn why_not(run: &Path) -> Option<String> {
 mod tests {
     use super::*;
     use std::fs;
+    use supine_dicom::Owner;
 
     fn run(root: &Path, name: &str, summary: Option<&str>) -> PathBuf {
         let run = root.join(name);
@@ -153,5 +206,43 @@ mod tests {
         assert!(of(foreign.path()).is_empty());
         unusable(std::slice::from_ref(&red)).unwrap()[0].note_override("PACS").unwrap();
         assert!(fs::read_to_string(red.join("log.jsonl")).unwrap().contains("It is held."));
+    }
+
+    /// A slice of a series that this program exported.
+    fn slice(number: i64, series: &str) -> ObjectFile {
+        let owner = Owner { series: series.into(), ..Owner::default() };
+        ObjectFile {
+            path: format!("copy/{series}-{number}.dcm").into(),
+            name: String::new(),
+            class: "1.2.840.10008.5.1.4.1.1.2".into(),
+            instance: format!("{series}.{number}"),
+            syntax: String::new(),
+            data_start: 0,
+            data_bytes: 0,
+            owner,
+            number: Some(number),
+            own: true,
+            not_usable: false,
+        }
+    }
+
+    #[test]
+    fn a_series_copied_from_its_run_is_told_and_one_with_a_gap_is_unusable() {
+        let series = |numbers: &[i64]| -> Vec<ObjectFile> {
+            numbers.iter().map(|n| slice(*n, "1.2")).collect()
+        };
+        assert!(not_whole(&series(&[3, 1, 2])).is_empty());
+        assert!(not_whole(&series(&[7])).is_empty(), "a single image is sent as one");
+        for (numbers, missing) in [(&[1, 2, 4][..], 3), (&[2, 3], 1)] {
+            let found = not_whole(&series(numbers));
+            assert!(found[0].why.contains(&format!("image {missing} is missing")), "{found:?}");
+        }
+        // Its third image gave way to that of another run.
+        let mut mixed = series(&[1, 2, 4]);
+        mixed.push(slice(3, "1.3"));
+        assert_eq!(not_whole(&mixed).len(), 1);
+        let told = without_record(&mixed).unwrap().to_string();
+        assert!(told.starts_with("4 objects that a run left lie outside its folder"), "{told}");
+        assert!(without_record(&[]).is_none());
     }
 }
