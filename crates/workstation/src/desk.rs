@@ -14,7 +14,7 @@ use crate::state::{
     Job, LiveShown, NodeShown, Phase, PreviewShown, Problem, State, SurfaceShown, VolumeShown,
 };
 use crate::surface::{Drawn, Shape};
-use crate::unsaved::Kept;
+use crate::unsaved::{Kept, prune};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -178,6 +178,7 @@ impl Desk {
     /// Keeps what no file holds in a folder from now on, and offers what is there.
     pub(crate) fn keep_unsaved(&self, folder: Option<PathBuf>) {
         self.change(|held| {
+            held.state.unsaved_gone = folder.as_deref().map(prune).unwrap_or_default();
             held.unsaved = folder;
             held.show_unsaved();
         });

@@ -248,11 +248,12 @@ impl Held {
     pub(crate) fn mark_as(&mut self, session: &Session) {
         let written = self.result_of.as_deref();
         let now = self.case.as_ref().map(CaseFile::text);
-        // Ticks make the written report old, and nothing that was computed.
+        // Ticks say what was looked at: the written report lacks them, and nothing that was computed is another for it.
         let is_ticked = written.map(without_ticks) == now.map(without_ticks);
-        let is_of = written.is_some() && written == now;
+        let is_of_ticked = written.is_some() && is_ticked;
         if let Some(result) = &mut self.state.result {
-            result.old = !is_of;
+            result.old = !is_of_ticked;
+            result.lacks_ticks = is_of_ticked && written != now;
         }
         // A run keeps what it has written in its folder alone.
         let is_old_run = self.state.result.is_some() && !is_ticked;

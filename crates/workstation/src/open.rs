@@ -312,6 +312,7 @@ fn result(path: &Path, summary: &Summary) -> ResultShown {
         confirm: words(summary.verdict.colour),
         name: name_of(path),
         old: false,
+        lacks_ticks: false,
         verdict: summary.verdict.colour,
         headline: headline(summary),
         reasons: summary.verdict.reasons.iter().map(|reason| reason.message.clone()).collect(),

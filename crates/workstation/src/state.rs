@@ -35,6 +35,8 @@ pub(crate) struct State {
     pub(crate) inspection: Option<InspectionShown>,
     /// Cases that were changed here before and are in no file.
     pub(crate) unsaved: Vec<UnsavedShown>,
+    /// What was kept of others and went at this start, since it was too old or too much.
+    pub(crate) unsaved_gone: usize,
     /// How far the tumour moves; nothing that is of what was given before.
     pub(crate) tumour: Option<TumourShown>,
     /// The patient's own structures and doses, where the case names some.
@@ -276,6 +278,8 @@ pub(crate) struct ResultShown {
     pub(crate) name: String,
     /// Whether it is of the case before a change.
     pub(crate) old: bool,
+    /// Whether warnings were ticked since: its report does not tell that.
+    pub(crate) lacks_ticks: bool,
     /// `green`, `amber` or `red`.
     pub(crate) verdict: supine_flow::commands::Colour,
     /// What stands first in the report.

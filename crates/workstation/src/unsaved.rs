@@ -166,6 +166,32 @@ pub(crate) fn usual_folder() -> Option<PathBuf> {
     base.map(|base| base.join("supine").join("unsaved"))
 }
 
+/// Most cases that are kept, and for how long, s: half a year.
+const MOST: usize = 100;
+const LONGEST: u64 = 183 * 24 * 3600;
+
+/// Removes what is kept for too long or beyond so many, the oldest first, but for what a program has open; how many that were.
+pub(crate) fn prune(dir: &Path) -> usize {
+    let since = |at: SystemTime| at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+    let entries = std::fs::read_dir(dir).into_iter().flatten();
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "json"));
+    // What is damaged goes by its file's own time.
+    let changed = |path: &PathBuf| match Record::read(path) {
+        Some(record) => Some(record.changed),
+        None => Some(since(std::fs::metadata(path).ok()?.modified().ok()?)),
+    };
+    let mut all: Vec<(u64, PathBuf)> =
+        paths.filter_map(|path| Some((changed(&path)?, path))).collect();
+    all.sort_by(|a, b| b.cmp(a));
+    let now = since(SystemTime::now());
+    let too_old = |changed: u64| now.saturating_sub(changed) > LONGEST;
+    let gone =
+        all.into_iter().enumerate().filter(|(n, (changed, _))| *n >= MOST || too_old(*changed));
+    let locked = gone.filter_map(|(_, (_, path))| Locked::take(path).ok().flatten());
+    locked.map(Locked::remove).count()
+}
+
 /// A case that was changed before and is in no file.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct UnsavedShown {
@@ -278,5 +304,29 @@ mod tests {
         assert_eq!(Record::read(&path).unwrap().text, "breast = 'right'");
         kept.keep(dir.path(), &case("breast = 'left'")).unwrap();
         assert!(!kept.is_there() && !path.exists(), "no change is left");
+    }
+
+    #[test]
+    fn what_is_kept_is_bounded_by_number_and_age_and_the_oldest_go() {
+        let dir = tempfile::tempdir().unwrap();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs();
+        let write = |name: &str, changed: u64| {
+            let (place, text) = (dir.path().to_path_buf(), "breast = 'left'".to_owned());
+            let record = Record { form: FORM, folder: place.clone(), place, text, changed };
+            let path = dir.path().join(name).with_extension("json");
+            std::fs::write(&path, serde_json::to_vec(&record).unwrap()).unwrap();
+            path
+        };
+        let opened = write("opened", now - 2 * LONGEST);
+        let _open = Locked::take(opened.clone()).unwrap().unwrap();
+        let old = write("old", now - LONGEST - 60);
+        let paths: Vec<PathBuf> =
+            (0..=MOST as u64).map(|n| write(&format!("{n}"), now - 60 * n)).collect();
+        assert_eq!(prune(dir.path()), 2, "one is too old, one too many");
+        assert!(!old.exists() && !paths[MOST].exists() && paths[MOST - 1].exists());
+        assert!(opened.exists(), "a program has it open");
+        assert_eq!(prune(dir.path()), 0);
+        std::fs::write(dir.path().join("damaged.json"), "").unwrap();
+        assert_eq!(prune(dir.path()), 1, "the newest is the damaged one, and one is too many");
     }
 }

@@ -41,6 +41,7 @@
 /** @typedef {{revision: number, version: string, phase: string, problem: Problem|null, command: string,
  *   case: Case|null, patient?: {name: string, id: string, born: string, study: string, series: string}|null,
  *   volumes: Volume[], views: View[], stages: Stage[], job: Job|null, warnings: Warning[], patches: Patch[], patches_old?: boolean, unsaved?: Unsaved[],
+ *   unsaved_gone?: number,
  *   inspection: null|{dir: string, name: string, series: Series[], objects?: {kind: string, name: string}[]},
  *   surfaces?: Named[], lines?: {volume: string, key: string}[], figures?: Figure[],
  *   nodes?: {id: string, name: string, address: string}[], sent?: {to: string, text: string, ok: boolean}|null,
@@ -62,7 +63,7 @@
 /** @typedef {{name: string, saved: boolean, kept?: boolean, astray?: string|null, can_undo?: boolean, can_redo?: boolean, values: Record<string, any>,
  *   tumour: Sphere|null, region: Sphere|null, side_proposed?: boolean}} Case `side_proposed`: from the tumour's place, by nobody since; `kept`: in
  *   no file, but for the next start; `astray`: why what its file says now is not shown */
-/** @typedef {{name: string, old?: boolean, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
+/** @typedef {{name: string, old?: boolean, lacks_ticks?: boolean, verdict: "green"|"amber"|"red", headline: string, reasons: string[], outputs: string[],
  *   verified?: {ok: boolean, text: string}|null, confirm?: string|null}} Result */
 /** @typedef {{key: string, grid: Volume, voxels: Int16Array|Uint8Array, arrived: number}} Held voxels in the page */
 /** @typedef {{key: string, shape: "ct"|"deformed"|"both", kind: "triangles"|"arrows"|"points", points: Float32Array,

@@ -100,6 +100,20 @@ fn a_tick_is_kept_by_the_case_and_told_by_the_report() {
     assert!(reasons.iter().any(ticked), "{reasons:?}");
     let report = std::fs::read_to_string(dir.path().join("result/report/index.html")).unwrap();
     assert!(report.contains("(ticked as looked at)"));
+    // A tick that is taken away changes no result: the report alone does not know of it.
+    let of_result = |state: &Value| {
+        [&state["result"]["old"], &state["result"]["lacks_ticks"]].map(|is| is == true)
+    };
+    assert_eq!(of_result(&state), [false, false]);
+    assert_eq!(page.post("/api/tick", &json!({ "id": warning["id"], "on": false })).status, 200);
+    let unticked = settled(&page);
+    assert_eq!(of_result(&unticked), [false, true]);
+    assert_eq!(unticked["result"]["verdict"], state["result"]["verdict"]);
+    assert_eq!(page.post("/api/run", &out).status, 200);
+    let state = settled(&page);
+    assert_eq!(of_result(&state), [false, false]);
+    let report = std::fs::read_to_string(dir.path().join("result/report/index.html")).unwrap();
+    assert!(!report.contains("(ticked as looked at)"));
     // Nothing is sent without the words, and what became of it is told.
     let words = state["result"]["confirm"].as_str().unwrap();
     let send = |confirm: Value| {

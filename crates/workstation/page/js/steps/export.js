@@ -48,9 +48,9 @@ async function choose(box, key) {
 }
 
 /** @param {NonNullable<NonNullable<State["server"]>["result"]>} result */
-const resultLines = ({ name, verdict: colour, headline, reasons, outputs, verified, old }) => [
+const resultLines = ({ name, verdict: colour, outputs, verified, ...told }) => [
   element("h3", {}, `Written into ${name}`),
-  ...verdictLines({ colour, headline, reasons, old }),
+  ...verdictLines({ colour, ...told }),
   verified ? finding(verified.ok, verified.text) : "",
   element("ul", { class: "plain outputs" }, ...outputs.map((output) => element("li", {}, element("code", {}, output)))),
 ];

@@ -52,8 +52,10 @@ function throwAway(id) {
 
 const when = new Intl.DateTimeFormat("en-GB", { dateStyle: "medium", timeStyle: "short" });
 
-/** Cases that were changed here and are in no file. @param {import("../state.js").Unsaved[]} all */
-const unsaved = (all) => (all.length === 0 ? [] : [element("h3", {}, "Not saved"),
+/** Cases that were changed here and are in no file, and how many are no longer kept. @param {{all: import("../state.js").Unsaved[], gone: number}} told */
+const unsaved = ({ all, gone }) => (all.length + gone === 0 ? [] : [element("h3", {}, "Not saved"),
+  gone ? element("p", { class: "quiet" }, `${gone} ${gone === 1 ? "case that was" : "cases that were"} in no file ${gone === 1 ? "is" : "are"} no longer kept: `
+    + "the last 100 are, for half a year.") : "",
   element("ul", { class: "plain" }, ...all.map(({ id, name, changed }) => element("li", { class: "unsaved" },
     element("p", {}, element("strong", {}, `New case from ${name}`)), whoseLine(id), element("p", {}, `changed ${when.format(1000 * changed)}, in no file`),
     element("div", { class: "choices" }, element("button", {
@@ -132,6 +134,7 @@ export function openParts() {
   });
   const back = part("back", (state) => state.choosing && Boolean(state.server?.case), (can) => (can
     ? [element("button", { type: "button", onclick: () => change({ choosing: false }) }, "Back to the open case")] : []));
-  const left = part("left", (state) => (wanted(state) ? state.server?.unsaved ?? [] : []), unsaved);
+  const left = part("left", (state) => (wanted(state)
+    ? { all: state.server?.unsaved ?? [], gone: state.server?.unsaved_gone ?? 0 } : { all: [], gone: 0 }), unsaved);
   return [back, left, series, files];
 }

@@ -12,9 +12,10 @@ const words = { good: "good", watch: "look at this", bad: "bad" };
 /** @type {Record<string, string>} */
 const levels = { good: "\u2713", watch: "\u26a0", bad: "\u2715" };
 
-/** @param {{colour: "green"|"amber"|"red", headline: string, reasons: string[], old?: boolean}} told @returns {(Node|string)[]} */
-export const verdictLines = ({ colour, headline, reasons, old }) => [
+/** @param {{colour: "green"|"amber"|"red", headline: string, reasons: string[], old?: boolean, lacks_ticks?: boolean}} told @returns {(Node|string)[]} */
+export const verdictLines = ({ colour, headline, reasons, old, lacks_ticks: ticks }) => [
   old ? element("p", { class: "old-line" }, oldMark(), "The case was changed since this was written: write it anew.") : "",
+  ticks ? element("p", { class: "quiet" }, "The report does not tell of the last ticks yet: write it anew, which makes nothing else.") : "",
   element("p", { class: `verdict ${old ? "old" : colour}` }, element("span", { "aria-hidden": "true" }, `${signs[colour] ?? ""} `), headline),
   reasons.length > 0 ? element("ul", { class: "plain reasons" }, ...reasons.map((reason) => element("li", {}, reason))) : "",
 ];
