@@ -38,6 +38,10 @@ const USUAL_MM: f32 = 8.0;
 /// mm: breath may move the wall between slices that are farther apart.
 const OUTLIER_MM: f32 = 2.0;
 const NEIGHBOURS_MM: f32 = 2.6;
+/// A surface that lies in fat goes down to an edge of muscle so far under it, mm. Measured on six real CTs: with 2 clear parts
+/// are nearer on five (rider0109: 0.56 to 0.47 mm) and nowhere farther; from 2.5 on slips of muscle over fat are lost on
+/// chest-cmb01068.
+const IN_FAT_MM: f32 = 2.0;
 
 /// The surface and what is known of it.
 #[derive(Clone)]
@@ -223,7 +227,7 @@ fn confirmed(surface: &RadialMap, plane: &RadialMap) -> RadialMap {
 }
 
 /// Moves the surface to the half-way level between fat and muscle where that lies within 1 mm,
-/// drops outliers and smooths lightly; gives the heights and where the level was found.
+/// drops outliers, smooths lightly and takes it out of dents full of fat; gives the heights and where the level was found.
 fn refine(
     surface: &RadialMap,
     hu: &Costs,
@@ -248,11 +252,26 @@ fn refine(
     let rays_sigma = 0.7 * RAYS as f32 / 360.0;
     let mut height = height.smooth(0.35 * 2.5 / frame.spacing[2], rays_sigma);
     for (n, h) in height.values.iter_mut().enumerate() {
-        *h = seeds.bound(n).clamp(*h);
+        let out = out_of_fat(hu.ray(n / RAYS, n % RAYS), *h, levels.middle());
+        *h = seeds.bound(n).clamp(out);
     }
     let edge =
         RadialMap { values: crossing.values.iter().map(|c| f32::from(!c.is_nan())).collect() };
     (height, edge)
+}
+
+/// The outer edge of muscle no farther than `IN_FAT_MM` under height h where that lies in fat, as over a dent between ribs,
+/// which the surface bridges; else h.
+fn out_of_fat(hu: &[f32], h: f32, level: f32) -> f32 {
+    let here = (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(hu.len() - 2);
+    // What is not known is no fat.
+    if !(hu[here] < level && hu[here + 1] < level) {
+        return h;
+    }
+    let steps = (IN_FAT_MM / STEP_MM) as usize;
+    let under = (here.saturating_sub(steps)..here).rev().find(|&n| hu[n] >= level);
+    let crossing = |n: usize| height(n) + STEP_MM * (hu[n] - level) / (hu[n] - hu[n + 1]);
+    under.filter(|n| here - n > 1).map_or(h, crossing)
 }
 
 /// Where the HU falls through the level nearest to height h, within 1 mm; NaN when nowhere.
@@ -272,4 +291,21 @@ fn crossing(hu: &[f32], h: f32, level: f32) -> f32 {
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_in_fat_goes_down_to_muscle_near_under_it_and_no_farther() {
+        // Muscle up to 0 mm, fat beyond.
+        let hu: Vec<f32> = (0..60).map(|n| if height(n) < 0.0 { 50.0 } else { -100.0 }).collect();
+        let down = |h: f32| out_of_fat(&hu, h, -25.0);
+        assert!(down(1.9) < 0.0 && down(1.9) > -STEP_MM, "{}", down(1.9));
+        for h in [-4.0, -0.2, 0.4, 2.6, 9.0] {
+            assert_eq!(down(h), h);
+        }
+        assert_eq!(out_of_fat(&[f32::NAN; 60], 1.9, -25.0), 1.9);
+    }
 }
