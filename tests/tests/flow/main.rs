@@ -27,5 +27,6 @@ mod rt;
 mod shared;
 mod tissues;
 mod tools;
+mod trials;
 mod tumour;
 mod verdict;

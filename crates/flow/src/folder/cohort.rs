@@ -1,5 +1,6 @@
 //! The folder of a cohort: `runs/NAME`, `status/NAME.json`, a table and a page.
 
+use super::passing::sweep;
 use super::{FinishedRun, is_run, names};
 use crate::status::{NOT_ENDED, write_text};
 use crate::{Error, NodeId};
@@ -52,7 +53,11 @@ impl CohortFolder {
         }
         let file = File::create(self.root.join(names::COHORT_LOCK)).map_err(output)?;
         match file.try_lock() {
-            Ok(()) => Ok(CohortLock { _file: file }),
+            Ok(()) => {
+                // Runs elsewhere may be telling how they ended: their folder is left alone.
+                sweep(&self.root);
+                Ok(CohortLock { _file: file })
+            }
             Err(fs::TryLockError::WouldBlock) => Err(Error::Busy { path: self.root.clone() }),
             Err(fs::TryLockError::Error(e)) => Err(output(e)),
         }

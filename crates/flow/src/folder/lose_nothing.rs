@@ -1,6 +1,7 @@
 //! Taking results out of a folder without a loss: what a record confirms goes, all else is set aside, and the visible
 //! results of a finished run stay in a folder of their own until another run is finished.
 
+use super::record::Written;
 use super::{Record, RunFolder, names, remove, summary_of};
 use crate::inputs::hash_of;
 use crate::{Error, NodeId};
@@ -123,16 +124,41 @@ impl RunFolder {
 
     /// Moves what lies at a path of the folder into one for what this program did not write; where it is now.
     pub(super) fn set_aside(&self, path: &str) -> Result<PathBuf, Error> {
-        let name = |n: usize| match n {
-            1 => names::SET_ASIDE.to_owned(),
-            n => format!("{}-{n}", names::SET_ASIDE),
-        };
-        let free = (1..).map(|n| self.root.join(name(n)).join(path)).find(|to| !exists(to));
-        let to = free.unwrap_or_else(|| self.root.join(names::SET_ASIDE).join(path));
+        let free = (1..).map(|n| self.aside(n).join(path)).find(|to| !exists(to));
+        let to = free.unwrap_or_else(|| self.aside(1).join(path));
         let moved = make_parent(&to).and_then(|()| fs::rename(self.root.join(path), &to));
         moved.map_err(|source| Error::Output { path: to.clone(), source })?;
         self.log(&serde_json::json!({ "event": "set aside", "path": path, "to": to }))?;
         Ok(to)
+    }
+
+    /// Removes what was set aside where the same was made again: a run that was killed had written it, and had not yet recorded
+    /// that.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when it cannot be removed or logged.
+    pub(super) fn drop_same(&self, made: &Written) -> Result<(), Error> {
+        for folder in (1..).map(|n| self.aside(n)).take_while(|folder| exists(folder)) {
+            let path = folder.join(&made.path);
+            if !exists(&path) || holds_others(&path) || !made.is_whole(&folder) {
+                continue;
+            }
+            remove(&path)?;
+            // Folders that hold something else stay.
+            let above = path.ancestors().skip(1).take_while(|above| *above != self.root);
+            let _emptied = above.take_while(|above| fs::remove_dir(above).is_ok()).count();
+            let path = &made.path;
+            self.log(
+                &serde_json::json!({ "event": "made again as it was set aside", "path": path }),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The folders for what this program did not write, from 1 on.
+    fn aside(&self, n: usize) -> PathBuf {
+        let numbered = |n| format!("{}-{n}", names::SET_ASIDE);
+        self.root.join(if n == 1 { names::SET_ASIDE.to_owned() } else { numbered(n) })
     }
 }
 

@@ -10,6 +10,7 @@ mod failed;
 mod held;
 mod lose_nothing;
 mod names;
+mod passing;
 mod record;
 
 pub(crate) use changed::changed_since;
@@ -58,6 +59,7 @@ impl RunFolder {
         }
         let folder = Self { root: root.into(), overwrites: false, _lock: lock };
         folder.move_out()?;
+        passing::sweep_run(root);
         if folder.former().next().is_none() {
             write_atomically(&root.join(names::FORMAT), FORMAT.as_bytes(), USERS)?;
         }
@@ -140,6 +142,7 @@ impl RunFolder {
             record.files.push(Written::of(&self.root, path).map_err(output)?);
         }
         write_atomically(&self.record_path(node), &record.to_file()?, USERS)?;
+        record.files.iter().try_for_each(|made| self.drop_same(made))?;
         Ok(record)
     }
 

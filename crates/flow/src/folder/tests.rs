@@ -115,3 +115,21 @@ fn a_folder_in_use_is_refused() {
     let _first = folder(dir.path());
     assert!(matches!(RunFolder::open(dir.path()), Err(Error::Busy { .. })));
 }
+
+/// A run that is killed may have written a result and not yet its record: nobody knows then whose it is.
+#[test]
+fn what_was_set_aside_goes_when_the_same_is_made_again() {
+    for (again, stays) in [("mesh", false), ("mush", true)] {
+        let dir = tempfile::tempdir().unwrap();
+        let f = folder(dir.path());
+        fs::write(f.shelf(NodeId::Mesh).place("mesh").unwrap(), "mesh").unwrap();
+        let aside = f.clear(NodeId::Mesh).unwrap();
+        assert_eq!(aside, [dir.path().join("set-aside/mesh/rest.vtu")]);
+        assert!(aside[0].exists());
+        fs::write(f.shelf(NodeId::Mesh).place("mesh").unwrap(), again).unwrap();
+        f.keep(NodeId::Mesh, record("k")).unwrap();
+        assert_eq!(aside[0].exists(), stays, "{again}");
+        assert_eq!(dir.path().join("set-aside").exists(), stays, "an empty folder is left");
+        assert!(dir.path().join("mesh/rest.vtu").exists());
+    }
+}
