@@ -2,7 +2,7 @@
 
 use super::command::{Logs, seated};
 use super::harness;
-use super::known::Known;
+use super::known::{Known, Subject};
 use super::outcome::Report;
 use super::pool::Seat;
 use super::selection::runs_program;
@@ -96,7 +96,7 @@ pub(crate) struct ToRun<'a> {
 pub(crate) struct Share<'a> {
     pub(crate) executable: &'a Executable,
     /// What their outcome rests on.
-    key: Option<String>,
+    subject: Subject,
     known: &'a Known,
     supine: &'a Path,
     /// Which of how many.
@@ -119,19 +119,17 @@ pub(crate) fn to_run<'a>(
 ) -> Result<ToRun<'a>> {
     let with = [executable.path.as_path(), supine];
     let with = if runs_program(executable.package()) { &with[..] } else { &with[..1] };
-    let key = known.key(&executable.name, with)?;
+    let subject = known.subject(&executable.name, with)?;
     let names = harness::list(&mut Command::new(&executable.path))?;
     let whole = |name: &str| format!("{}::{name}", executable.name);
     let all = names.len();
-    let names: Vec<String> = names
-        .into_iter()
-        .filter(|name| known.passed(key.as_deref(), &whole(name)).is_none())
-        .collect();
+    let names: Vec<String> =
+        names.into_iter().filter(|name| known.passed(&subject, &whole(name)).is_none()).collect();
     let before = all - names.len();
     let tests = names.into_iter().map(|name| (times.test(&whole(&name)), name)).collect();
     let share = |part, (seconds, tests)| Share {
         executable,
-        key: key.clone(),
+        subject: subject.clone(),
         known,
         supine,
         part,
@@ -188,7 +186,7 @@ impl Share<'_> {
         let tests: Vec<String> = self.tests.iter().map(whole).collect();
         let passed = tests.iter().filter(|name| !report.failed.contains(*name));
         if report.skipped == 0 {
-            self.known.keep(self.key.as_deref(), passed.map(|name| (name.as_str(), 1)))?;
+            self.known.keep(&self.subject, passed.map(|name| (name.as_str(), 1)))?;
         }
         Ok(report)
     }

@@ -29,6 +29,9 @@ pub(crate) struct Inputs {
     files: BTreeMap<String, String>,
     /// Everything that counts for every test.
     common: u64,
+    root: PathBuf,
+    /// Sizes and times of the files when their digests were taken.
+    stamp: u64,
 }
 
 impl Inputs {
@@ -38,12 +41,18 @@ impl Inputs {
     /// When the project is no clone of git, or something cannot be read.
     pub(crate) fn of(house: &House) -> Result<Self> {
         let files = files(&house.root)?;
+        let stamp = stamp(&house.root, files.keys());
         let mut common = DefaultHasher::new();
         let counts = |path: &str| !path.ends_with(".rs") && !is_page(path);
         files.iter().filter(|(path, _)| counts(path)).for_each(|file| file.hash(&mut common));
         beside(&house.root.join("../shared"), &mut common);
         machine(&mut common)?;
-        Ok(Self { files, common: common.finish() })
+        Ok(Self { files, common: common.finish(), root: house.root.clone(), stamp })
+    }
+
+    /// Whether the files of the project are still those whose digests were taken.
+    pub(crate) fn are_as_they_were(&self) -> bool {
+        stamp(&self.root, self.files.keys()) == self.stamp
     }
 
     /// The key of what is run under a name, with these files of the target folder.
@@ -90,6 +99,16 @@ fn files(root: &Path) -> Result<BTreeMap<String, String>> {
     let paths: Vec<PathBuf> = names.iter().map(|name| root.join(name)).collect();
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     Ok(names.into_iter().map(String::from).zip(digests(&paths)?).collect())
+}
+
+/// Sizes and times of files.
+fn stamp<'a>(root: &Path, files: impl Iterator<Item = &'a String>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for file in files {
+        let found = std::fs::metadata(root.join(file)).ok();
+        found.map(|found| (found.len(), found.modified().ok())).hash(&mut hasher);
+    }
+    hasher.finish()
 }
 
 /// The digests of files, in their order.
@@ -196,7 +215,8 @@ mod tests {
             let files = [file("docs/HAZARDS.md", page), file("fixtures/a.csv", fixture)];
             let mut common = DefaultHasher::new();
             fixture.hash(&mut common);
-            Inputs { files: files.into(), common: common.finish() }
+            let root = PathBuf::from("nowhere");
+            Inputs { files: files.into(), common: common.finish(), root, stamp: 0 }
         };
         let key = |inputs: &Inputs, name: &str| inputs.key(name, &[]).expect("no file is read");
         let (before, page, fixture) = (of("1", "1"), of("2", "1"), of("1", "2"));
@@ -206,6 +226,21 @@ mod tests {
             assert_eq!(key(&before, name) != key(&page, name), reads, "{name}");
             assert_ne!(key(&before, name), key(&fixture, name), "{name}");
         }
+    }
+
+    #[test]
+    fn a_file_that_was_written_meanwhile_shows() {
+        let root = std::env::temp_dir().join(format!("supine-stamp-{}", std::process::id()));
+        std::fs::create_dir_all(&root).expect("a folder for tests");
+        std::fs::write(root.join("a"), "one").expect("it can be written");
+        let files = BTreeMap::from([("a".to_owned(), String::new())]);
+        let stamp = stamp(&root, files.keys());
+        let inputs = Inputs { files, common: 0, root, stamp };
+        assert!(inputs.are_as_they_were());
+        std::fs::write(inputs.root.join("a"), "more").expect("it can be written");
+        assert!(!inputs.are_as_they_were());
+        std::fs::remove_dir_all(&inputs.root).expect("it was made here");
+        assert!(!inputs.are_as_they_were());
     }
 
     #[test]

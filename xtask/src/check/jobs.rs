@@ -2,6 +2,7 @@
 
 use super::command::{linting, no_warnings};
 use super::executables::{Built, build, to_run};
+use super::known::Subject;
 use super::pool::{Job, Seat};
 use super::{COMPILING, Check, Options, Report, cargo_job, pytest, run_quietly, seated};
 use crate::compiler::Call;
@@ -24,8 +25,8 @@ pub(crate) struct List<'a> {
 
 impl List<'_> {
     /// Whether something did not pass before; counts it if it did.
-    fn is_new(&mut self, check: &Check<'_>, key: Option<&str>, name: &str) -> bool {
-        let passed = check.known.passed(key, name);
+    fn is_new(&mut self, check: &Check<'_>, subject: &Subject, name: &str) -> bool {
+        let passed = check.known.passed(subject, name);
         self.before += passed.unwrap_or(0);
         passed.is_none()
     }
@@ -41,17 +42,17 @@ impl<'a> Check<'a> {
         let mut compiled = Vec::new();
         if self.selection.has("supine-python") {
             let wheel = list.jobs.len();
-            let key = self.known.key("package", &[&self.supine])?;
-            if list.is_new(self, key.as_deref(), "package") {
+            let subject = self.known.subject("package", &[&self.supine])?;
+            if list.is_new(self, &subject, "package") {
                 compiled.push(wheel);
                 list.jobs.push(self.wheel());
-                list.jobs.push(self.package(wheel, key));
+                list.jobs.push(self.package(wheel, subject));
             }
         }
         if self.selection.has("supine") {
-            let key = self.known.key("workflow", &[&self.supine])?;
-            if list.is_new(self, key.as_deref(), "workflow") {
-                list.jobs.push(self.workflow(key));
+            let subject = self.known.subject("workflow", &[&self.supine])?;
+            if list.is_new(self, &subject, "workflow") {
+                list.jobs.push(self.workflow(subject));
             }
         }
         for executable in &built.executables {
@@ -75,9 +76,9 @@ impl<'a> Check<'a> {
         }
         if !options.fast {
             list.jobs.extend(self.meshers());
-            let key = self.known.sources().filter(|_| self.selection.is_whole());
-            if list.is_new(self, key.as_deref(), "documentation") {
-                list.jobs.push(self.documentation(compiled, key));
+            let subject = self.known.sources("documentation");
+            if !self.selection.is_whole() || list.is_new(self, &subject, "documentation") {
+                list.jobs.push(self.documentation(compiled, subject));
             }
         }
         if readers::on_path("cargo-deny") {
@@ -103,7 +104,7 @@ impl<'a> Check<'a> {
     }
 
     /// The pages of the packages that are looked at, made of what was compiled by then.
-    fn documentation(&'a self, after: Vec<usize>, key: Option<String>) -> Job<'a> {
+    fn documentation(&'a self, after: Vec<usize>, subject: Subject) -> Job<'a> {
         let work = move |seat: &Seat| {
             let log = self.log("documentation")?;
             let compiled = self.house.target.join("debug/deps");
@@ -117,7 +118,12 @@ impl<'a> Check<'a> {
                 let said = std::fs::read(&log).unwrap_or_default();
                 bail!("{}\nin {}", String::from_utf8_lossy(&said), wrong.join(", "));
             }
-            self.passed(key.as_deref(), "documentation", Report::default())
+            let whole = self.selection.is_whole();
+            if whole {
+                self.passed(&subject, "documentation", Report::default())
+            } else {
+                Ok(Report::default())
+            }
         };
         let job = self.job("documentation", "the packages", false);
         Job { work: Box::new(work), after, ..job }
@@ -208,32 +214,32 @@ impl<'a> Check<'a> {
     ///
     /// # Errors
     /// When that cannot be written.
-    fn passed(&self, key: Option<&str>, name: &str, report: Report) -> Result<Report> {
+    fn passed(&self, subject: &Subject, name: &str, report: Report) -> Result<Report> {
         if report.failed.is_empty() && report.skipped == 0 {
-            self.known.keep(key, [(name, report.passed)].into_iter())?;
+            self.known.keep(subject, [(name, report.passed)].into_iter())?;
         }
         Ok(report)
     }
 
     /// Tests the package that was installed.
-    fn package(&'a self, wheel: usize, key: Option<String>) -> Job<'a> {
+    fn package(&'a self, wheel: usize, subject: Subject) -> Job<'a> {
         let work = move |seat: &Seat| {
             let tests = python::tests(self.house, &self.supine);
             let log = self.logs.path("package");
             let report = pytest::run(&mut seated(&tests, seat), "package", &log)?;
-            self.passed(key.as_deref(), "package", report)
+            self.passed(&subject, "package", report)
         };
         let job = self.job("Python package", "tests", false);
         Job { work: Box::new(work), after: vec![wheel], ..job }
     }
 
     /// Tests the workflow for clusters.
-    fn workflow(&'a self, key: Option<String>) -> Job<'a> {
+    fn workflow(&'a self, subject: Subject) -> Job<'a> {
         let work = move |seat: &Seat| {
             let tests = python::workflow(self.house, &self.supine);
             let log = self.logs.path("workflow");
             let report = pytest::run(&mut seated(&tests, seat), "workflow", &log)?;
-            self.passed(key.as_deref(), "workflow", report)
+            self.passed(&subject, "workflow", report)
         };
         Job { work: Box::new(work), ..self.job("workflow", "tests", false) }
     }

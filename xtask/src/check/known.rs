@@ -13,6 +13,14 @@ use std::sync::Mutex;
 /// So many results are kept, a dozen for each test; when there are more, the older half goes.
 const MOST: usize = 20_000;
 
+/// What is run: its name, the files that it is made of, and the key of all that its outcome rests on, if that can be had.
+#[derive(Clone)]
+pub(crate) struct Subject {
+    name: String,
+    with: Vec<PathBuf>,
+    key: Option<String>,
+}
+
 /// Results of the runs before, and those of this one.
 pub(crate) struct Known {
     file: PathBuf,
@@ -40,35 +48,43 @@ impl Known {
         }
     }
 
-    /// The key of what is run under a name; none where nothing is kept.
+    /// What is run under a name, with these files beside those of the project.
     ///
     /// # Errors
     /// When a file cannot be read.
-    pub(crate) fn key(&self, name: &str, with: &[&Path]) -> Result<Option<String>> {
-        self.inputs.as_ref().map(|inputs| inputs.key(name, with)).transpose()
+    pub(crate) fn subject(&self, name: &str, with: &[&Path]) -> Result<Subject> {
+        let key = self.inputs.as_ref().map(|inputs| inputs.key(name, with)).transpose()?;
+        let with = with.iter().map(|path| path.to_path_buf()).collect();
+        Ok(Subject { name: name.into(), with, key })
     }
 
-    /// The key of what rests on all sources.
-    pub(crate) fn sources(&self) -> Option<String> {
-        self.inputs.as_ref().map(Inputs::sources)
+    /// What rests on all sources.
+    pub(crate) fn sources(&self, name: &str) -> Subject {
+        let key = self.inputs.as_ref().map(Inputs::sources);
+        Subject { name: name.into(), with: Vec::new(), key }
     }
 
     /// How many tests passed under this name with the same bytes, if it is not to be run again.
-    pub(crate) fn passed(&self, key: Option<&str>, name: &str) -> Option<usize> {
-        let key = key.filter(|_| !self.again)?;
-        self.passed.get(&(key.to_owned(), name.to_owned())).copied()
+    pub(crate) fn passed(&self, subject: &Subject, name: &str) -> Option<usize> {
+        let key = subject.key.clone().filter(|_| !self.again)?;
+        self.passed.get(&(key, name.to_owned())).copied()
     }
 
-    /// Keeps that these passed.
+    /// Keeps that these passed, unless something that counts was changed while they ran.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub(crate) fn keep<'a>(
         &self,
-        key: Option<&str>,
+        subject: &Subject,
         passed: impl Iterator<Item = (&'a str, usize)>,
     ) -> Result<()> {
-        let Some(key) = key else { return Ok(()) };
+        let (Some(inputs), Some(key)) = (&self.inputs, &subject.key) else { return Ok(()) };
+        let with: Vec<&Path> = subject.with.iter().map(PathBuf::as_path).collect();
+        let is_same = with.is_empty() || inputs.key(&subject.name, &with)? == *key;
+        if !is_same || !inputs.are_as_they_were() {
+            return Ok(());
+        }
         let text: String = passed.map(|(name, tests)| format!("{key} {tests} {name}\n")).collect();
         let _one_at_a_time = self.writing.lock();
         let file = File::options().create(true).append(true).open(&self.file);
@@ -108,21 +124,27 @@ mod tests {
         known
     }
 
+    fn subject(key: Option<&str>) -> Subject {
+        Subject { name: "package".into(), with: Vec::new(), key: key.map(String::from) }
+    }
+
     #[test]
     fn what_passed_is_known_by_its_key_until_all_is_asked_for_again() {
         let lines = "k1 1 a::b\nk1 24 package\nk2 1 a::b\nk1 1 cut o";
-        assert_eq!(known(lines, false).passed(Some("k1"), "package"), Some(24));
-        assert_eq!(known(lines, false).passed(Some("k2"), "a::b"), Some(1));
-        assert_eq!(known(lines, false).passed(Some("k2"), "package"), None);
-        assert_eq!(known(lines, false).passed(None, "package"), None);
-        assert_eq!(known(lines, true).passed(Some("k1"), "package"), None);
+        let passed = |again, key, name| known(lines, again).passed(&subject(key), name);
+        assert_eq!(passed(false, Some("k1"), "package"), Some(24));
+        assert_eq!(passed(false, Some("k2"), "a::b"), Some(1));
+        assert_eq!(passed(false, Some("k2"), "package"), None);
+        assert_eq!(passed(false, None, "package"), None);
+        assert_eq!(passed(true, Some("k1"), "package"), None);
     }
 
     #[test]
     fn without_digests_nothing_is_kept() {
         let known = known("", false);
-        assert!(known.key("a", &[]).is_ok_and(|key| key.is_none()));
-        known.keep(None, [("a::b", 1)].into_iter()).expect("nothing is written");
+        let subject = known.subject("a", &[]).expect("nothing is read");
+        assert!(subject.key.is_none());
+        known.keep(&subject, [("a::b", 1)].into_iter()).expect("nothing is written");
         assert!(!known.file.exists());
     }
 
