@@ -32,7 +32,7 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
 method failed; 4 a check failed, outputs are there; 5 an output cannot be written; 75 worth a \
 retry; 130 interrupted.";
 

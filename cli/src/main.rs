@@ -13,6 +13,7 @@ mod commands;
 mod elementary;
 mod examples;
 mod failure;
+mod lists;
 mod log;
 mod meshers;
 #[cfg(unix)]
@@ -25,7 +26,7 @@ mod start;
 mod words;
 
 use args::{Cli, Command};
-use clap::Parser;
+use clap::{CommandFactory as _, FromArgMatches as _};
 use commands::{
     batch, batch_case, carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages,
 };
@@ -48,7 +49,8 @@ fn main() -> ExitCode {
     out_of_memory::ends_as_a_retry();
     // Before the arguments, which may name one.
     meshers::offer();
-    let cli = match Cli::try_parse() {
+    let parsed = lists::with_lists(Cli::command()).try_get_matches();
+    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return manual::usage(&error),
     };

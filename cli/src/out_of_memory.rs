@@ -13,8 +13,20 @@ use supine_space::Failure;
 
 const TEXT: &[u8] = b"error: the memory does not suffice; what was finished stays; run it again with more memory, fewer at once or a smaller CT\n";
 
-/// Sees to it that a lack of memory ends the program with [`Failure::Retry`].
+/// What the standard library and rayon panic with where they start threads and cannot.
+const NO_THREAD: [&str; 2] =
+    ["failed to spawn thread", "The global thread pool has not been initialized"];
+
+/// Sees to it that a lack of memory, or of threads, which need some, ends the program with [`Failure::Retry`].
 pub(crate) fn ends_as_a_retry() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panicked| {
+        let said = panicked.payload_as_str().unwrap_or_default();
+        if NO_THREAD.iter().any(|begin| said.starts_with(begin)) {
+            end();
+        }
+        usual(panicked);
+    }));
     let action = SigAction::new(SigHandler::Handler(aborted), SaFlags::empty(), SigSet::empty());
     // SAFETY: the handler does what POSIX allows there, see above. Without it an abort stays an abort.
     let _set = unsafe { sigaction(Signal::SIGABRT, &action) };
@@ -23,11 +35,16 @@ pub(crate) fn ends_as_a_retry() {
 /// Other aborts go on as such: the system ends the program when this returns.
 extern "C" fn aborted(_: libc::c_int) {
     if memory_was_refused() {
-        let code = i32::from(Failure::Retry.exit_code());
-        // SAFETY: the text is as long as it says; `_exit` runs nothing of ours.
-        unsafe {
-            libc::write(libc::STDERR_FILENO, TEXT.as_ptr().cast(), TEXT.len());
-            libc::_exit(code);
-        }
+        end();
+    }
+}
+
+/// Says why, and ends the process with [`Failure::Retry`].
+fn end() {
+    let code = i32::from(Failure::Retry.exit_code());
+    // SAFETY: the text is as long as it says; `_exit` runs nothing of ours.
+    unsafe {
+        libc::write(libc::STDERR_FILENO, TEXT.as_ptr().cast(), TEXT.len());
+        libc::_exit(code);
     }
 }

@@ -1,8 +1,9 @@
 //! `supine completions` and `supine man`.
 
 use crate::End;
-use crate::args::{Cli, EXIT_CODES};
+use crate::args::Cli;
 use crate::failure::Failure;
+use crate::lists::{codes, files, with_lists};
 use crate::screen::data;
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -10,36 +11,17 @@ use std::path::Path;
 use std::process::ExitCode;
 use supine_space::Failure as Kind;
 
-/// What people begin with, by command.
-const EXAMPLES: &[(&str, &str)] = &[
-    ("demo", "supine demo"),
-    ("inspect", "supine inspect CT_FOLDER"),
-    ("init", "supine init CT_FOLDER --structures RS.dcm --tumour GTV"),
-    ("check", "supine check case.toml"),
-    ("run", "supine run case.toml --out result"),
-    ("run", "supine run case.toml --out result --set bed.ap=10"),
-    ("run", "supine run case.toml --out result --json > summary.json"),
-    ("run", "supine run case.toml --out result --status result.json"),
-    ("batch", "supine batch p1/case.toml p2 p3 --out cohort"),
-    ("batch", "supine batch cases.csv --out cohort --jobs 4 --memory 16"),
-    ("batch", "supine batch --collect --out cohort"),
-    ("carry", "supine carry result RS.dcm --out carried.dcm"),
-    ("send", "supine send result --to ARCHIVE@pacs.example:104"),
-    ("verify-export", "supine verify-export result/ct --source CT_FOLDER"),
-];
-
-/// What a run reads and leaves.
-const FILES: &[&str] = &[
-    "case.toml: the case; supine help case lists its keys",
-    "OUT/ct: the deformed CT as a DICOM series",
-    "OUT/structures.dcm: body, chest wall, breast and tumour on that series",
-    "OUT/report/index.html: the report",
-    "OUT/report.dcm: what it says first, as a PDF in a DICOM object, where the case asks for it",
-    "OUT/summary.json: the result for scripts; supine schema summary describes it",
-    "OUT/log.jsonl: what was done, a line each",
-    "DIR/cohort.csv, DIR/index.html: all patients of a batch beside each other",
-    "DIR/runs/NAME, DIR/status/NAME.json: the run of each, and how it ended",
-    "OUT-reidentification: the key of a de-identified run; keep it apart",
+/// What people begin with.
+const EXAMPLES: &[&str] = &[
+    "supine demo",
+    "supine inspect CT_FOLDER",
+    "supine init CT_FOLDER --structures RS.dcm --tumour GTV",
+    "supine check case.toml",
+    "supine run case.toml --out result",
+    "supine batch p1/case.toml p2 p3 --out cohort",
+    "supine carry result RS.dcm --out carried.dcm",
+    "supine send result --to ARCHIVE@pacs.example:104",
+    "supine verify-export result/ct --source CT_FOLDER",
 ];
 
 pub(crate) fn completions(shell: Shell) -> Result<End, Failure> {
@@ -51,7 +33,7 @@ pub(crate) fn completions(shell: Shell) -> Result<End, Failure> {
 
 /// The help of the program, of a command, or the keys of the case file.
 pub(crate) fn help(topic: Option<&str>) -> Result<End, Failure> {
-    let mut cli = Cli::command();
+    let mut cli = with_lists(Cli::command());
     cli.build();
     match topic {
         None => data(&cli.render_long_help().to_string()),
@@ -114,34 +96,39 @@ pub(crate) fn man(out: &Path) -> Result<End, Failure> {
     Ok(End::Done)
 }
 
-/// Adds to the pages what is the same for all commands, and examples of those that people begin with.
+/// Adds to the pages examples, exit codes and files of their commands.
 fn complete_pages(out: &Path) -> std::io::Result<()> {
     let mut cli = Cli::command();
     cli.build();
-    let names = cli.get_subcommands().filter(|command| !command.is_hide_set());
-    let names: Vec<String> = names.map(|command| command.get_name().to_owned()).collect();
-    for name in std::iter::once(String::new()).chain(names) {
-        let page = if name.is_empty() { "supine.1".into() } else { format!("supine-{name}.1") };
-        let path = out.join(page);
-        let mut text = std::fs::read_to_string(&path)?;
-        for (title, lines) in sections(&name) {
-            text += &format!(".SH {title}\n");
-            lines.iter().for_each(|line| text += &format!("{}\n.br\n", roff(line)));
-        }
-        std::fs::write(&path, text)?;
+    complete_page(&out.join("supine.1"), "", EXAMPLES.iter().copied())?;
+    for command in cli.get_subcommands().filter(|command| !command.is_hide_set()) {
+        let name = command.get_name();
+        let examples = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+        let examples = examples.lines().filter_map(|line| line.strip_prefix("  "));
+        complete_page(&out.join(format!("supine-{name}.1")), name, examples)?;
     }
     Ok(())
 }
 
-/// Sections of a page with their lines.
-fn sections(name: &str) -> Vec<(&'static str, Vec<String>)> {
-    let shown = EXAMPLES.iter().filter(|(command, _)| name.is_empty() || *command == name);
-    let examples: Vec<String> = shown.map(|(_, line)| (*line).to_owned()).collect();
-    let codes = EXIT_CODES.strip_prefix("Exit codes: ").unwrap_or(EXIT_CODES);
-    let codes = codes.trim_end_matches('.').split("; ").map(str::to_owned).collect();
-    let files = FILES.iter().map(|line| (*line).to_owned()).collect();
-    let all = [("EXAMPLES", examples), ("EXIT STATUS", codes), ("FILES", files)];
-    all.into_iter().filter(|(_, lines)| !lines.is_empty()).collect()
+/// Adds sections to the page of a command. What clap makes of the end of its help, on one line, goes.
+fn complete_page<'a>(
+    path: &Path,
+    command: &str,
+    examples: impl Iterator<Item = &'a str>,
+) -> std::io::Result<()> {
+    let text = std::fs::read_to_string(path)?;
+    let mut text = text.split(".SH EXTRA").next().unwrap_or_default().to_owned();
+    let codes = codes(command).into_iter().map(|(code, means)| format!("{code} {means}"));
+    let sections: [(&str, Vec<String>); 3] = [
+        ("EXAMPLES", examples.map(str::to_owned).collect()),
+        ("EXIT STATUS", codes.collect()),
+        ("FILES", files(command).into_iter().map(str::to_owned).collect()),
+    ];
+    for (title, lines) in sections.into_iter().filter(|(_, lines)| !lines.is_empty()) {
+        text += &format!(".SH {title}\n");
+        lines.iter().for_each(|line| text += &format!("{}\n.br\n", roff(line)));
+    }
+    std::fs::write(path, text)
 }
 
 /// A line of text as it stands in a page.

@@ -45,10 +45,18 @@ fn plan(done: &check::CheckDone) -> String {
         0 => String::new(),
         n => format!(", {n} files of the folder left out"),
     };
+    let told = |scan: &check::CheckedScan| {
+        let from = if scan.unit_detected { ", by its size" } else { "" };
+        let check::CheckedScan { name, points, unit, size_mm, .. } = scan;
+        format!(
+            "\n  scan    {name}: {points} points in {unit}{from}, {size_mm:.0} mm from corner to corner"
+        )
+    };
+    let scans: String = done.scans.iter().map(told).collect();
     format!(
         "{} can be run\n  CT      {i} x {j} x {k} voxels of {x:.3} x {y:.3} x {z:.3} mm{left_out}\n  \
          tumour  {tx:.1}, {ty:.1}, {tz:.1} mm (LPS), radius {:.1} mm, {:.0} HU, {breast} breast\n  \
-         table   AP {ap}°, LAT {lat}°: {head}, {side}\n  region  {region}\n  mesh    {} tetrahedra",
+         table   AP {ap}°, LAT {lat}°: {head}, {side}\n  region  {region}\n  mesh    {} tetrahedra{scans}",
         case.display(),
         tumour.radius_mm,
         tumour.mean_hu,

@@ -57,8 +57,8 @@ pub const UNCERTAIN_TENTHS: u8 = (supine_segment::UNCERTAIN_MM * 10.0) as u8;
 
 pub use spec::{Case, CaseError, Spec};
 pub use status::{
-    Denial, advice, case_name, denial, run_told, stopped_at_once, verdict_lines, write_status,
-    write_text,
+    Denial, advice, advice_of, case_name, denial, run_told, stopped_at_once, verdict_lines,
+    write_status, write_text,
 };
 pub use supine_report::{
     DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,

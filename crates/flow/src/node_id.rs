@@ -120,6 +120,41 @@ impl NodeId {
         }
     }
 
+    /// What to do about a warning of it, in general: what is to be looked at, and what changes it.
+    pub fn advice(self) -> &'static str {
+        match self {
+            Self::Import | Self::Source | Self::Prepare => {
+                "look at the CT where the message says; export it again from the archive if it is wrong there"
+            }
+            Self::Objects | Self::Carry | Self::MovedObjects => {
+                "look at the object beside the CT, in the page or where it was made, before it is used"
+            }
+            Self::Tumour => {
+                "look at the tumour's place in the report; `tumour` in the case moves it"
+            }
+            Self::Segment | Self::LabelsObject | Self::Tissues | Self::Structures => {
+                "look at the labels there, in the report or the page; seeds or strokes correct them"
+            }
+            Self::Region => "look at the sphere in the report; `region` in the case sets another",
+            Self::Mesh => {
+                "look at the mesh in the report; `mesh.tetrahedra` or another `region` makes another"
+            }
+            Self::Moduli | Self::Solve => {
+                "look at the figures of the mechanics in the report; `tissue` in the case says what the tissue is taken for"
+            }
+            Self::Fit | Self::Evaluation => {
+                "look at the scan on the model in the report; `scans` in the case names its unit and landmarks"
+            }
+            Self::Interval => "take the interval for what it says; scans of the patient narrow it",
+            Self::Warp | Self::Fields | Self::Points | Self::Export | Self::Registration => {
+                "look at the exported CT there before it is used"
+            }
+            Self::Pictures | Self::Report | Self::ReportObject => {
+                "look at the report before it is passed on"
+            }
+        }
+    }
+
     /// The node of a name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|id| id.name() == name)

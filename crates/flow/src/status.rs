@@ -44,6 +44,11 @@ pub fn advice(message: &str) -> Option<String> {
     message.rsplit_once("; ").map(|(_, advice)| advice.trim_end().to_owned())
 }
 
+/// What to do about a failure: what its message says, else what helps with its kind.
+pub fn advice_of(kind: Failure, message: &str) -> Option<String> {
+    RunError::new(kind, kind.name(), String::new(), advice(message)).advice
+}
+
 /// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.
 pub fn case_name(case: &Path) -> String {
     let whole = whole(case);
@@ -265,7 +270,8 @@ fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
     if nameless {
         told.message =
             format!("{code}: the message may name files; it was told on the terminal alone");
-        (told.advice, told.place.file) = (None, None);
+        told.place.file = None;
+        told.advice = RunError::new(kind, code, String::new(), None).advice;
     }
     let status = if kind == Failure::Stopped { Ended::Stopped } else { Ended::Failed };
     RunStatus { exit: kind.exit_code(), status, error: Some(told), ..bare }

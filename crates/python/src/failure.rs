@@ -40,7 +40,7 @@ fn told(py: Python<'_>, code: &str, kind: Failure, message: &str, place: Place<'
                 of.set_item(name, value)?;
             }
         }
-        let advice = supine_flow::advice(message);
+        let advice = supine_flow::advice_of(kind, message);
         class(py)?.call1((message, code, kind.name(), kind.exit_code(), of, advice))
     };
     made().map_or_else(|error| error, PyErr::from_value)

@@ -106,14 +106,33 @@ pub struct RunError {
     pub message: String,
     /// Where it lies, as far as that is known.
     pub place: RunPlace,
-    /// What to do, where the message says it apart.
+    /// What to do: what the message says of it, else what helps with its kind. Absent from what older versions left.
     pub advice: Option<String>,
 }
 
+/// What helps with failures of a kind, where the message does not say it apart.
+fn usual_advice(kind: Failure) -> &'static str {
+    match kind {
+        Failure::Input => "put right what the message names, and give the same call again",
+        Failure::Usage => "`supine help`, with the command, lists what can be given",
+        Failure::Method => {
+            "look at the labels and the region in the page (`supine open`); seeds, another region or mesh help most often"
+        }
+        Failure::Check => "look at each reason; nothing may be used until it is settled",
+        Failure::Output => "make the folder or file writable, or name another",
+        Failure::Retry => {
+            "give the same call again, with more memory or disk or when the other is done"
+        }
+        Failure::Stopped => "the same call goes on where it was",
+    }
+}
+
 impl RunError {
-    /// One of a kind, which has the exit code.
+    /// One of a kind, which has the exit code; without advice of its own it gets that of its kind.
     pub fn new(kind: Failure, code: &str, message: String, advice: Option<String>) -> Self {
         let (exit, place) = (kind.exit_code(), RunPlace::default());
+        let advice = advice.filter(|advice| !advice.trim().is_empty());
+        let advice = Some(advice.unwrap_or_else(|| usual_advice(kind).into()));
         Self { code: code.into(), kind: kind.name().into(), exit, message, place, advice }
     }
 }

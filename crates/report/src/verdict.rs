@@ -341,6 +341,7 @@ mod tests {
             stage,
             code: code.into(),
             message: message.into(),
+            advice: String::new(),
             values: Default::default(),
             place_mm: None,
             seen: false,

@@ -77,3 +77,36 @@ fn what_lies_metres_beside_the_ct_is_refused_before_any_work() {
         assert!(said.contains("lies outside the CT; move or remove it"), "{said}");
     }
 }
+
+#[test]
+fn scans_and_labels_are_read_before_any_work() {
+    let folder = scratch();
+    let scan = folder.path().join("scan.ply");
+    let write = |unit: f64| {
+        // A sheet the size of a torso.
+        let at = |n: usize, step: f64| f64::from((n % 30) as u32) * step * unit;
+        let points = (0..900).map(|n| format!("{} {} 0\n", at(n, 12.0), at(n / 30, 12.0)));
+        let head = "ply\nformat ascii 1.0\nelement vertex 900\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        std::fs::write(&scan, head.to_owned() + &points.collect::<String>()).expect("a scan");
+    };
+    let check = |key: &str, value: &str| {
+        let case = Case::small().with(key, value).write(folder.path());
+        supine(&[&"check", &case])
+    };
+    for (unit, said) in
+        [(1.0, "900 points in mm, by its size"), (0.001, "900 points in m, by its size")]
+    {
+        write(unit);
+        let told = check("scans", "{ sitting = 'scan.ply' }").success("supine check");
+        assert!(told.stderr.contains(said), "{}", told.stderr);
+    }
+    write(1.0);
+    let told = check("scans", "{ sitting = 'scan.ply', unit = 'm' }");
+    assert_eq!(told.code, Some(1), "half a kilometre: {}", told.stderr);
+    std::fs::write(&scan, "no scan").expect("a file");
+    let told = check("scans", "{ sitting = 'scan.ply' }");
+    assert!(told.code == Some(1) && told.stderr.contains("scan.ply"), "{}", told.stderr);
+    std::fs::write(folder.path().join("labels.nrrd"), "no labels").expect("a file");
+    let told = check("labels", "'labels.nrrd'");
+    assert!(told.code == Some(1) && told.stderr.contains("labels.nrrd"), "{}", told.stderr);
+}

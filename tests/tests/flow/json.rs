@@ -15,6 +15,7 @@ fn failed(said: &Outcome, code: i32) -> Value {
     for name in ["code", "kind", "message", "place", "advice"] {
         assert!(error.get(name).is_some(), "no {name}: {document}");
     }
+    assert!(error["advice"].as_str().is_some_and(|advice| advice.len() > 5), "{document}");
     document
 }
 

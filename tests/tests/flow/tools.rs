@@ -58,11 +58,18 @@ fn completions_and_manual_pages_come_from_the_arguments() {
         std::fs::read_to_string(folder.path().join("man/supine-run.1")).expect("the page of run");
     for section in [
         ".SH EXAMPLES\nsupine run case.toml \\-\\-out result",
-        ".SH EXIT STATUS\n0 done",
+        ".SH EXIT STATUS\n0 done: the verdict is green or amber",
         ".SH FILES\n",
     ] {
         assert!(page.contains(section), "{section}: {page}");
     }
+    // Each has its own, as its help has them.
+    let page = std::fs::read_to_string(folder.path().join("man/supine-send.1")).expect("its page");
+    assert!(page.contains("\n4 a run must not be used") && !page.contains("OUT/ct"), "{page}");
+    let help = supine(&[&"help", &"send"]).success("supine help send").stdout;
+    assert!(help.contains("\n  4   a run must not be used"), "{help}");
+    assert_eq!(page.matches("supine send result").count(), 1, "an example once: {page}");
+    assert_eq!(supine(&[&"send", &"--help"]).success("supine send --help").stdout, help);
 }
 
 fn verify(export: &Path, source: &Path) -> Outcome {

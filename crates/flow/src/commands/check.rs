@@ -3,8 +3,9 @@
 use super::run::{Change, spec};
 use super::{Gather, messages};
 use crate::folder::FinishedRun;
-use crate::nodes::{Import, Objects, Source, Tumour, check_seeds};
+use crate::nodes::{Import, Objects, Segment, Source, Tumour, check_seeds};
 use crate::session::{Request, Session};
+use crate::shared::{SeenScan, landmarks};
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -41,6 +42,8 @@ pub struct CheckDone {
     pub region_proposed: bool,
     /// Number of tetrahedra that are asked for.
     pub tetrahedra: usize,
+    /// The scans that the case names.
+    pub scans: Vec<CheckedScan>,
     /// The stages that a run into the folder would do, in their order, where one was named: all whose key is not that
     /// of the finished run in it.
     pub redone: Option<Vec<&'static str>>,
@@ -64,6 +67,21 @@ pub struct CheckedCt {
     pub left_out: usize,
 }
 
+/// A surface scan as it was read.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedScan {
+    /// Which one: `sitting`, `supine` or `intraop`.
+    pub name: &'static str,
+    /// Points that were taken.
+    pub points: usize,
+    /// The unit of its lengths.
+    pub unit: &'static str,
+    /// Whether that was told from its size, since nobody said it.
+    pub unit_detected: bool,
+    /// Diagonal of the box around its points without the outermost, mm.
+    pub size_mm: f64,
+}
+
 /// The tumour in the CT.
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckedTumour {
@@ -76,8 +94,8 @@ pub struct CheckedTumour {
 }
 
 /// Checks all that is known of a case before the work is begun: its values together, that its files are there, that the
-/// CT is a usable series, that the tumour lies in its tissue and on the right side, and that the patient's objects are of
-/// this CT. A run fails in the same words.
+/// CT is a usable series, that the tumour lies in its tissue and on the right side, that the patient's objects and labels
+/// are of this CT, and that scans can be read. A run fails in the same words.
 ///
 /// # Errors
 /// Why the case cannot be run.
@@ -94,7 +112,11 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     let placed = session.get::<Tumour>(&request)?;
     session.get::<Objects>(&request)?;
     session.get::<Source>(&request)?;
+    if session.case().labels.is_some() {
+        session.get::<Segment>(&request)?;
+    }
     check_points(&session)?;
+    let scans = check_scans(&session, &gather)?;
     check_seeds(&session.ground(), input.ct.grid())?;
     check_region(&session, input.ct.grid())?;
     let (case, sphere) = (session.case(), session.ground().tumour()?.sphere);
@@ -116,6 +138,7 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
         bed_deg: [bed.ap_deg, bed.lat_deg],
         region_proposed: case.region.is_none(),
         tetrahedra: case.mesh.tetrahedra,
+        scans,
         redone,
         would_replace,
         warnings: gather.warnings(),
@@ -153,4 +176,32 @@ fn check_points(session: &Session) -> Result<(), Error> {
         read_points(&ground.path(path)).map_err(|e| Error::file(key, e))?;
     }
     Ok(())
+}
+
+/// That the scans can be read and agree with their landmarks, and what they are.
+fn check_scans(session: &Session, gather: &Gather<'_>) -> Result<Vec<CheckedScan>, Error> {
+    let (case, ground) = (session.case(), session.ground());
+    let Some(scans) = &case.scans else { return Ok(vec![]) };
+    let fit = scans.fit.as_ref();
+    let named = [
+        (NodeId::Fit, "scans.sitting", "sitting", fit.map(|fit| &fit.sitting)),
+        (NodeId::Fit, "scans.supine", "supine", fit.and_then(|fit| fit.supine.as_ref())),
+        (NodeId::Evaluation, "scans.intraop", "intraop", scans.intraop.as_ref()),
+    ];
+    let of = |path| ground.file("scans.landmarks", path);
+    let landmarks = landmarks(scans.landmarks.as_deref().map(of).transpose()?.as_ref())?;
+    let mut found = Vec::new();
+    for (node, key, name, path) in named {
+        let Some(path) = path else { continue };
+        let seen = SeenScan::read(&ground.file(key, path)?, (name, scans.unit), &landmarks)?;
+        found.push(CheckedScan {
+            name,
+            points: seen.posed.scan.points().len(),
+            unit: seen.file.unit.name(),
+            unit_detected: seen.file.detected,
+            size_mm: seen.file.size_mm,
+        });
+        gather.warn_all(node, seen.file.info.warnings);
+    }
+    Ok(found)
 }

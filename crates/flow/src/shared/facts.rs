@@ -93,6 +93,7 @@ pub(crate) fn told(
         stage: node.name().into(),
         code: warning.code().into(),
         message: if nameless { warning.without_names() } else { warning.to_string() },
+        advice: node.advice().into(),
         values: warning.values().iter().map(|(name, value)| ((*name).into(), *value)).collect(),
         place_mm: warning.place(),
         seen: false,

@@ -36,7 +36,7 @@ pub(crate) use own_regions::{OwnRegions, write_own_regions};
 pub use refine::{Goal, Refine};
 pub(crate) use registration::DEFORMABLE;
 pub use registration::{RegisteredSeries, write_registration};
-pub(crate) use scans::{PosedScan, landmarks, read_scans};
+pub(crate) use scans::{PosedScan, SeenScan, landmarks, read_scans};
 pub use search::{Effort, Found, Try, by_edge_length};
 pub(crate) use skin::{other_breast, skin_distance};
 pub use statics::statics;

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::inputs::InputFile;
 use crate::nodes::Scans;
 use crate::work::Work;
-use supine_exchange::{Landmarks, LengthUnit, read_landmarks, read_scan};
+use supine_exchange::{Landmarks, LengthUnit, ScanFile, read_landmarks, read_scan};
 use supine_mesh::Scan;
 use supine_register::{
     Aligned, Params, Rigid, Scaled, Skin, Start, align, by_landmarks, candidates, signed_distances,
@@ -70,6 +70,42 @@ pub(crate) fn landmarks(file: Option<&InputFile>) -> Result<Landmarks, Error> {
     Ok(read)
 }
 
+/// A scan as it was read, and in which unit.
+pub(crate) struct SeenScan {
+    pub(crate) posed: PosedScan,
+    pub(crate) file: ScanFile,
+}
+
+impl SeenScan {
+    /// Reads a scan by its name among the landmarks and the unit of its file, where that is stated.
+    ///
+    /// # Errors
+    /// When it cannot be read, or its landmarks contradict those of the CT.
+    pub(crate) fn read(
+        file: &InputFile,
+        (frame, unit): (&str, Option<&'static str>),
+        landmarks: &Landmarks,
+    ) -> Result<Self, Error> {
+        let unit = LengthUnit::ALL.into_iter().find(|u| Some(u.name()) == unit);
+        let (scan, found) = read_scan(&file.path, unit).map_err(|e| Error::file(file.key, e))?;
+        file.check_unchanged()?;
+        let seen = |pose| Self { posed: PosedScan { scan, pose }, file: found.clone() };
+        if let Some(pose) = landmarks.pose(frame) {
+            return Ok(seen(Some(pose)));
+        }
+        if landmarks.points(frame).is_none() {
+            return Ok(seen(None));
+        }
+        let pairs = landmarks.pairs(frame).into_iter();
+        let pairs: Vec<_> = pairs.map(|(own, ct)| (own * found.unit.mm(), ct)).collect();
+        let fitted = by_landmarks(&pairs).map_err(|e| Error::Fit(e.into()))?;
+        if fitted.rms_mm > LANDMARKS_MM {
+            return Err(Error::Landmarks { frame: frame.into(), rms_mm: fitted.rms_mm });
+        }
+        Ok(seen(Some(fitted.pose)))
+    }
+}
+
 /// A scan in a frame of its own, mm.
 pub(crate) struct PosedScan {
     pub(crate) scan: Scan,
@@ -84,27 +120,13 @@ impl PosedScan {
     /// When it cannot be read, or its landmarks contradict those of the CT.
     pub(crate) fn read(
         file: &InputFile,
-        (frame, unit): (&str, Option<&'static str>),
+        named: (&str, Option<&'static str>),
         landmarks: &Landmarks,
         work: &Work<'_>,
     ) -> Result<Self, Error> {
-        let unit = LengthUnit::ALL.into_iter().find(|u| Some(u.name()) == unit);
-        let (scan, found) = read_scan(&file.path, unit).map_err(|e| Error::file(file.key, e))?;
-        file.check_unchanged()?;
-        work.warn_all(found.info.warnings);
-        if let Some(pose) = landmarks.pose(frame) {
-            return Ok(Self { scan, pose: Some(pose) });
-        }
-        if landmarks.points(frame).is_none() {
-            return Ok(Self { scan, pose: None });
-        }
-        let pairs = landmarks.pairs(frame).into_iter();
-        let pairs: Vec<_> = pairs.map(|(own, ct)| (own * found.unit.mm(), ct)).collect();
-        let fitted = by_landmarks(&pairs).map_err(|e| Error::Fit(e.into()))?;
-        if fitted.rms_mm > LANDMARKS_MM {
-            return Err(Error::Landmarks { frame: frame.into(), rms_mm: fitted.rms_mm });
-        }
-        Ok(Self { scan, pose: Some(fitted.pose) })
+        let seen = SeenScan::read(file, named, landmarks)?;
+        work.warn_all(seen.file.info.warnings);
+        Ok(seen.posed)
     }
 }
 

@@ -271,6 +271,7 @@ pub(crate) fn example() -> Summary {
             stage: "solve".into(),
             code: "inverted".into(),
             message: "det F < 0.3 in 2 tetrahedra & more".into(),
+            advice: "look at the mesh".into(),
             values: [("tetrahedra".to_owned(), 2.0)].into(),
             place_mm: None,
             seen: false,

@@ -14,6 +14,9 @@ pub struct Warning {
     pub code: String,
     /// What it says.
     pub message: String,
+    /// What to do about it.
+    #[serde(default)]
+    pub advice: String,
     /// What was measured, by names with their units (`mm`, `area_cm2`, `voxels`); absent when there is nothing.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
