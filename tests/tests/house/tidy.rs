@@ -243,18 +243,42 @@ fn links_between_the_pages_lead_somewhere() {
     assert_none(&faults);
 }
 
+/// The names in back quotes that end the rows of a page's tables.
+fn last_cells(page: &str) -> Vec<&str> {
+    let rows = page.lines().filter(|line| line.starts_with("| ") && line.ends_with("` |"));
+    rows.filter_map(|row| row.rsplit('`').nth(1)).collect()
+}
+
+/// What the files of some folders say.
+fn code_of(folders: &[&str]) -> String {
+    let of = |folder: &&str| -> String {
+        let files = files_below(&root().join(folder)).into_iter();
+        let files = files.filter(|f| f.extension().is_some_and(|e| e == "rs" || e == "py"));
+        files.map(|f| read(&Path::new(folder).join(f))).collect()
+    };
+    folders.iter().map(of).collect()
+}
+
 #[test]
 fn the_hazards_name_tests_that_exist() {
     let page = read(Path::new("docs/HAZARDS.md"));
-    let of = |folder: &str| -> String {
-        let folder = Path::new(folder);
-        files_below(&root().join(folder)).iter().map(|f| read(&folder.join(f))).collect()
-    };
-    let tests = ["crates/dicom/tests/series", "tests/tests/flow"].map(of).concat();
-    let rows = page.lines().filter(|line| line.starts_with("| ") && line.ends_with("` |"));
-    let named: Vec<&str> = rows.filter_map(|row| row.rsplit('`').nth(1)).collect();
+    let tests = code_of(&["crates/dicom/tests/series", "tests/tests/flow"]);
+    let named = last_cells(&page);
     assert!(named.len() > 30, "the table was found: {named:?}");
     for test in named {
         assert!(tests.contains(&format!("fn {test}()")), "docs/HAZARDS.md names {test}");
+    }
+}
+
+#[test]
+fn the_faults_found_by_use_name_tests_that_exist() {
+    let page = read(Path::new("docs/VERIFICATION.md"));
+    let (_, faults) = page.split_once("## Faults found by use").expect("the part is there");
+    let tests = code_of(&["crates", "tests", "cli"]);
+    let named = last_cells(faults);
+    assert!(named.len() > 40, "the table was found: {named:?}");
+    for test in named {
+        let found = ["fn", "def"].iter().any(|word| tests.contains(&format!("{word} {test}(")));
+        assert!(found, "docs/VERIFICATION.md names {test}");
     }
 }
