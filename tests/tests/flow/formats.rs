@@ -23,7 +23,7 @@ fn one_mesh_in_four_formats_is_read_the_same() {
     supine(&[&"coarsen", &files[1], &"--tetrahedra", &"700", &"--out", &again])
         .success("supine coarsen a.msh");
     let said = coarsen(&rest, &scratch.path().join("b.stl"));
-    assert_eq!(said.code, Some(5), "{}", said.stderr);
+    assert_eq!(said.code, Some(2), "{}", said.stderr);
     assert!(said.stderr.contains(".feb"), "the endings are listed: {}", said.stderr);
 }
 
@@ -194,6 +194,21 @@ fn what_cannot_be_written_is_told_before_the_work() {
     let said = supine(&[&"warp", &"--ct", &ct, &"--mesh", &mesh, &"--out", &at.join("w.xyz")]);
     assert_eq!(said.code, Some(2), "{}", said.stderr);
     assert!(said.stderr.contains("a CT is written as .nrrd"), "{}", said.stderr);
+    let rest = shared().out.join("mesh/rest.vtu");
+    let labels = shared().out.join("labels.seg.nrrd");
+    let other = at.join("o.xyz");
+    let calls: [&[&dyn AsRef<OsStr>]; 5] = [
+        &[&"segment", &"--ct", &ct],
+        &[&"solve", &"--mesh", &rest, &"--bed", &"7,5"],
+        &[&"coarsen", &rest, &"--tetrahedra", &"500"],
+        &[&"carry", &shared().out, &labels],
+        &[&"carry", &shared().out, &at.join("points.csv")],
+    ];
+    for call in calls {
+        let said = supine(&[call, &[&"--out", &other]].concat());
+        assert_eq!((said.code, said.stderr.lines().count()), (Some(2), 1), "{}", said.stderr);
+        assert!(said.stderr.contains("o.xyz"), "{}", said.stderr);
+    }
     let said = supine(&[&"check", &shared().case, &"--threads", &"100000"]);
     assert_eq!(said.code, Some(2), "{}", said.stderr);
     let said = supine(&[&"fit", &shared().case, &"--out", &at.join("fit")]);
@@ -213,5 +228,36 @@ fn what_cannot_be_written_is_told_before_the_work() {
             "{}",
             said.stderr
         );
+    }
+}
+
+#[test]
+fn a_surface_in_metres_is_hinted_at_when_it_is_carried() {
+    let folder = scratch();
+    let given = folder.path().join("breast.obj");
+    let at = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
+    let corners = at.map(|[x, y, z]| format!("v {} {} {}\n", 0.09 + x, y - 0.25, z - 0.6));
+    let text = corners.concat() + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+    std::fs::write(&given, text).expect("a surface");
+    let out = folder.path().join("carried.obj");
+    let said = supine(&[&"carry", &shared().out, &given, &"--out", &out]).success("supine carry");
+    assert!(said.stderr.contains("is it in metres? give it in mm"), "{}", said.stderr);
+}
+
+#[test]
+fn inspect_names_what_is_no_dicom() {
+    let folder = scratch();
+    let inspect = |name: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, "no DICOM").expect("a file");
+        supine(&[&"inspect", &path])
+    };
+    for (name, words) in [
+        ("study.zip", "unpack it"),
+        ("ct.img", "two files (.hdr and .img)"),
+        ("ct.nrrd", "is no DICOM, which is what `inspect` looks at"),
+    ] {
+        let said = inspect(name);
+        assert!(said.code == Some(1) && said.stderr.contains(words), "{}", said.stderr);
     }
 }

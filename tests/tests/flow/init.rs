@@ -114,3 +114,17 @@ fn the_help_knows_every_key() {
     let said = supine(&[&"help", &"lunch", &"--json"]);
     assert_eq!((said.code, &told(&said)["error"]["code"]), (Some(2), &Value::from("usage")));
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_path_that_no_case_can_name_is_refused() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = scratch();
+    let odd = folder.path().join(OsStr::from_bytes(b"n\xe9"));
+    std::fs::create_dir(&odd).expect("a folder");
+    std::os::unix::fs::symlink(source(), odd.join("ct")).expect("a link");
+    let out = folder.path().join("case.toml");
+    let said = supine(&[&"init", &odd.join("ct"), &"--out", &out]);
+    assert_eq!(said.code, Some(1), "{}", said.stderr);
+    assert!(said.stderr.contains("is no UTF-8") && !out.exists(), "{}", said.stderr);
+}

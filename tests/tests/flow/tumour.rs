@@ -82,9 +82,13 @@ fn a_region_that_is_not_there_names_the_nearest_and_all() {
 #[test]
 fn a_region_of_another_scan_is_refused() {
     let folder = scratch();
-    write_structures(&folder.path().join("RS.dcm"), "2.25.99", &[GTV]);
-    let by_name = case(folder.path(), "{ structure = \"GTV\", file = \"RS.dcm\" }");
-    let said = run(&by_name, &folder.path().join("out"), "region");
-    assert_eq!(said.code, Some(1), "{}", said.stderr);
-    assert!(said.stderr.contains("drawn on another scan"), "{}", said.stderr);
+    // An empty one says nothing of another.
+    for (frame, words) in [("2.25.99", "drawn on another scan"), ("", "does not say on which scan")]
+    {
+        write_structures(&folder.path().join("RS.dcm"), frame, &[GTV]);
+        let by_name = case(folder.path(), "{ structure = \"GTV\", file = \"RS.dcm\" }");
+        let said = run(&by_name, &folder.path().join("out"), "region");
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        assert!(said.stderr.contains(words), "{}", said.stderr);
+    }
 }

@@ -1,13 +1,13 @@
 //! `supine coarsen`: fewer tetrahedra of the same tissue.
 
 use super::mesh::{MeshDone, told, write};
-use super::{Gather, check_folder_of};
+use super::{Gather, check_folder_of, mesh_file};
 use crate::folder::FinishedRun;
 use crate::shared::{coarsen_run, mesh_facts};
 use crate::{Error, NodeId, Observer};
 use std::path::PathBuf;
 use std::sync::Arc;
-use supine_exchange::{MeshFile, read_mesh};
+use supine_exchange::read_mesh;
 use supine_mesh::{Deformation, transfer};
 use supine_tetrahedralise::Refinement;
 
@@ -30,7 +30,7 @@ pub struct Coarsen {
 /// # Errors
 /// When the input cannot be used, the number cannot be reached, or a file cannot be written.
 pub fn coarsen(given: &Coarsen, observer: &dyn Observer) -> Result<MeshDone, Error> {
-    MeshFile::of(&given.out).map_err(Error::product)?;
+    mesh_file(&given.out)?;
     check_folder_of(&given.out)?;
     let gather = Gather::new(observer, &[]);
     let (mesh, displacement, info) = gather.work(NodeId::Mesh, |progress| {

@@ -1,10 +1,13 @@
 //! `supine inspect` and `supine verify-export`: DICOM files as they are.
 
-use super::{Gather, check_there};
+use super::{Gather, check_there, input};
 use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use supine_dicom::{Depth, Expected, Original, Policy};
+use supine_exchange::{is_volume_elsewhere, is_volume_name, read_ct};
+use supine_space::Progress;
+
 pub use supine_dicom::{
     Inspection, PixelReport, PlanObject, PlanObjectKind, SeriesReport, Verification,
 };
@@ -29,11 +32,30 @@ pub struct Inspect {
 /// When it cannot be read.
 pub fn inspect(given: &Inspect, observer: &dyn Observer) -> Result<Inspection, Error> {
     check_there(&given.path)?;
+    check_dicom(&given.path)?;
     let depth = if given.pixels { Depth::Pixels } else { Depth::Headers };
     let accept = given.spec.case()?.accept;
     Gather::new(observer, &[]).work(NodeId::Import, |progress| {
         supine_dicom::inspect(&given.path, depth, accept, progress).map_err(failed)
     })
+}
+
+/// That a file is no volume of another format, by its name.
+fn check_dicom(path: &Path) -> Result<(), Error> {
+    if !path.is_file() || supine_dicom::has_marker(path) {
+        return Ok(());
+    }
+    if is_volume_elsewhere(path) {
+        read_ct(path, Progress::none()).map_err(|error| Error::file("ct", error))?;
+    }
+    if is_volume_name(path) {
+        let path = path.display();
+        let text = format!(
+            "{path} is no DICOM, which is what `inspect` looks at; `supine check` looks at a case that names it as its CT"
+        );
+        return Err(input(text));
+    }
+    Ok(())
 }
 
 /// What is asked of `supine verify-export`.

@@ -13,7 +13,7 @@ use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use serde_json::Value as Json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use supine_dicom::{ReadParams, SeriesReport};
 use supine_segment::tumour_place;
 use supine_space::{Failure, Side};
@@ -72,6 +72,9 @@ pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
         let message = format!("{path} is there already; name another --out, or add --overwrite");
         return Err(Error::Refused { kind: Failure::Output, message });
     }
+    for path in std::iter::once(&given.ct).chain(&given.structures) {
+        check_utf8(path)?;
+    }
     let (series, several) = usable(given, observer)?;
     let tumour = tumour::find(given)?;
     let chosen = (series.len() == 1).then(|| series[0].uid.clone()).filter(|_| several);
@@ -128,6 +131,18 @@ fn refuse_deformed(given: &Init, observer: &dyn Observer) -> Result<(), Error> {
     Gather::new(observer, &[]).work(NodeId::Import, |progress| {
         read_ct(&given.ct, &ReadParams::default(), progress)?.not_deformed(&given.ct).map(drop)
     })
+}
+
+/// That a case file, which is UTF-8, can name a path from the folder where one is.
+fn check_utf8(path: &Path) -> Result<(), Error> {
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    if whole.to_str().is_some() {
+        return Ok(());
+    }
+    let path = whole.display();
+    Err(input(format!(
+        "the path {path} is no UTF-8, so no case file can name it; rename its folder or file"
+    )))
 }
 
 /// The side: as asked, or that of the body on which the tumour lies; the CT is read for it.

@@ -1,6 +1,6 @@
 //! `supine mesh`: tetrahedra of the soft tissue in a sphere.
 
-use super::{Gather, SurfaceFrame, check_folder_of, input, messages, session};
+use super::{Gather, SurfaceFrame, check_folder_of, input, mesh_file, messages, session};
 use crate::lazy::Lazy;
 use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented};
 use crate::session::Request;
@@ -105,7 +105,7 @@ fn without_unknowns<S: Serializer>(facts: &supine_report::Mesh, to: S) -> Result
 /// # Errors
 /// When an input cannot be used, the mesher fails, or a file cannot be written.
 pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
-    MeshFile::of(&given.out).map_err(Error::product)?;
+    mesh_file(&given.out)?;
     check_folder_of(&given.out)?;
     let session = session(&given.spec)?;
     let case = session.case();
@@ -206,7 +206,7 @@ pub(super) fn write(
     out: &Path,
     gather: &Gather<'_>,
 ) -> Result<(), Error> {
-    match MeshFile::of(out).map_err(Error::product)? {
+    match mesh_file(out)? {
         MeshFile::Result => write_mesh(mesh, displacement, out),
         MeshFile::Problem => {
             if displacement.is_some() {

@@ -30,7 +30,7 @@ use crate::spec::Spec;
 use gather::Gather;
 use std::path::Path;
 use std::sync::Arc;
-use supine_exchange::read_mesh;
+use supine_exchange::{MeshFile, read_mesh};
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::Warning;
 use supine_space::Failure;
@@ -67,6 +67,23 @@ fn check_folder_of(file: &Path) -> Result<(), Error> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     let found = folder.map_or(Ok(()), |folder| std::fs::read_dir(folder).map(drop));
     found.map_err(|source| Error::Output { path: file.into(), source })
+}
+
+/// Endings of files that hold a volume.
+const VOLUMES: [&str; 4] = [".nrrd", ".nii", ".nii.gz", ".mha"];
+
+/// Refuses a name that says no format in which something is written, before the work is begun.
+fn check_ending(option: &str, file: &Path, what: &str, endings: &[&str]) -> Result<(), Error> {
+    let (false, Some((last, others))) = (ends(file, endings), endings.split_last()) else {
+        return Ok(());
+    };
+    let others = if others.is_empty() { String::new() } else { others.join(", ") + " or " };
+    Err(usage(format!("{option} {}: {what} written as {others}{last}", file.display())))
+}
+
+/// The format of a mesh that is to be written, by its name.
+fn mesh_file(out: &Path) -> Result<MeshFile, Error> {
+    MeshFile::of(out).map_err(|error| usage(format!("--out: {error}")))
 }
 
 /// Whether a name has one of these endings, which are in small letters.

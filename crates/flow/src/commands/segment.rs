@@ -1,6 +1,6 @@
 //! `supine segment`: labels of a CT.
 
-use super::{Gather, check_folder_of, ends, messages, session, usage};
+use super::{Gather, VOLUMES, check_ending, check_folder_of, ends, messages, session, usage};
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
 use crate::session::{Request, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
@@ -86,6 +86,11 @@ pub struct TissueFacts {
 pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, Error> {
     for file in std::iter::once(&given.out).chain(&given.uncertainty) {
         check_folder_of(file)?;
+    }
+    let kinds = [&[".dcm"], &VOLUMES[..]].concat();
+    check_ending("--out", &given.out, "labels are", &kinds)?;
+    if let Some(file) = &given.uncertainty {
+        check_ending("--uncertainty", file, "a map of lengths is", &[".nrrd"])?;
     }
     let session = session(&spec(given)?)?;
     let gather = Gather::new(observer, &[NodeId::Region]);

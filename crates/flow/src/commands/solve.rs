@@ -1,13 +1,13 @@
 //! `supine solve`: the displacement of a mesh under gravity.
 
-use super::{Gather, check_folder_of, ends, given_mesh, messages, usage};
+use super::{Gather, check_folder_of, ends, given_mesh, mesh_file, messages, usage};
 use crate::nodes::{Law, Meshed};
 use crate::shared::statics;
 use crate::spec::Spec;
 use crate::{Error, NodeId, Observer};
 use serde::Serialize;
 use std::path::PathBuf;
-use supine_exchange::{MeshFile, Spring, write_mesh_fields, write_problem};
+use supine_exchange::{Spring, write_mesh_fields, write_problem};
 use supine_fem::{Between, Body, Cut, Info, Load, RestState, between, sensitivity};
 use supine_mesh::{Deformation, Displacement};
 use supine_report::Warning;
@@ -107,7 +107,7 @@ pub struct IntervalFacts {
 /// # Errors
 /// When an input cannot be used, the solver fails, or a file cannot be written.
 pub fn solve(given: &Solve, observer: &dyn Observer) -> Result<SolveDone, Error> {
-    MeshFile::of(&given.out).map_err(Error::product)?;
+    mesh_file(&given.out)?;
     check_folder_of(&given.out)?;
     let case = given.spec.case()?;
     let target = match given.target {

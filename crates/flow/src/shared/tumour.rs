@@ -129,12 +129,22 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
 pub(crate) fn of_the_ct(frame: &str, ct: Option<&Source>) -> Result<Option<Warning>, Error> {
     let text = match ct.map(Source::frame_of_reference_uid) {
         Some(of_ct) if of_ct == frame => return Ok(None),
+        Some(of_ct) if !of_ct.is_empty() && frame.is_empty() => return Err(no_frame()),
         Some(of_ct) if !of_ct.is_empty() => return Err(other_scan()),
         _ => {
             "the CT has no frame of reference: that the tumour's structure set belongs to it was not checked"
         }
     };
     Ok(Some(Warning::new("tumour-frame-unknown", text)))
+}
+
+/// Said of a structure set whose region names no frame of reference.
+fn no_frame() -> Error {
+    Error::TumourName(
+        "the structure set does not say on which scan the region was drawn (its Referenced Frame of Reference UID is empty): \
+         export it again with it, or give tumour.centre and tumour.radius"
+            .into(),
+    )
 }
 
 /// Said of a structure set of another CT.

@@ -10,7 +10,7 @@ pub use done::{
 };
 
 use super::usable::why_not;
-use super::{Gather, SurfaceFrame, ends, given_deformation, usage};
+use super::{Gather, SurfaceFrame, VOLUMES, check_ending, ends, given_deformation, usage};
 use crate::folder::{FinishedRun, run_around};
 use crate::shared::carry::{CarryContext, CarryJob, ExportedFiles};
 use crate::shared::{CtInput, read_ct};
@@ -22,7 +22,7 @@ use supine_exchange::{
     AnyVolume, NamedPoint, VolumeKind, is_contours, is_volume_name, read_any_volume, read_points,
     write_points, write_surface,
 };
-use supine_mesh::Deformation;
+use supine_mesh::{Deformation, TriSurface};
 use supine_space::{Grid, Warning};
 use supine_warp::{Params, carry_points, carry_surface};
 
@@ -67,6 +67,7 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     let gather = Gather::new(observer, &[]);
     let job = Job::new(given, &gather)?;
     let what = given.what.as_path();
+    check_out(given)?;
     if given.points || ends(what, &[".json"]) {
         return job.points();
     }
@@ -102,6 +103,39 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
             what.display()
         ))),
     }
+}
+
+/// Refuses the name of a result that says no format for what is carried; DICOM objects come out as such or as files.
+fn check_out(given: &Carry) -> Result<(), Error> {
+    let (what, out) = (given.what.as_path(), given.out.as_path());
+    let check = |what, endings: &[&str]| check_ending("--out", out, what, endings);
+    if given.points || ends(what, &[".json", ".csv"]) {
+        return check("points and contours are", &[".csv", ".json"]);
+    }
+    if ends(what, &[".stl", ".ply", ".obj"]) {
+        return check("surfaces are", &[".stl", ".ply", ".obj"]);
+    }
+    if is_volume_name(what) {
+        return check("labels and doses are", &VOLUMES);
+    }
+    check("objects are", &[&[".dcm", ".csv"], &VOLUMES[..]].concat())
+}
+
+/// A closed surface smaller than this is none of a patient in mm, mm from corner to corner.
+const LEAST_SURFACE_MM: f64 = 2.0;
+
+/// That a surface is as small as one in metres read as mm.
+fn in_metres(surface: &TriSurface, path: &Path) -> Option<Warning> {
+    let points = surface.points();
+    let first = points.first()?;
+    let (low, high) =
+        points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let size = (high - low).norm();
+    let told = || {
+        let text = format!(" is only {size:.2} mm large: is it in metres? give it in mm");
+        Warning::new("surface-tiny", "").name(path.display().to_string()).text(text)
+    };
+    (size < LEAST_SURFACE_MM).then(told)
 }
 
 fn of_unusable(run: &Path, why: &str) -> Warning {
@@ -217,6 +251,7 @@ impl<'a> Job<'a> {
 
     fn surface(&self) -> Result<CarryDone, Error> {
         let given = super::mesh::surface(&self.given.what, self.given.frame, self.gather)?;
+        self.gather.warn_all(NodeId::Import, in_metres(&given, &self.given.what));
         let (surface, carried) = self.gather.work(NodeId::Carry, |progress| {
             Ok(carry_surface(&given, &self.deformation, &Params::default(), progress)?)
         })?;

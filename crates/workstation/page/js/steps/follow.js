@@ -82,7 +82,7 @@ function doubts() {
 
 /** Where it is, and the button. @returns {Part} */
 function address() {
-  const field = element("input", { type: "text", id: "follow-address", value: usual, placeholder: usual, pattern: "\\S+:[0-9]{1,5}", required: true,
+  const field = element("input", { type: "text", id: "follow-address", value: usual, placeholder: usual, pattern: "\\S+:0*[1-9][0-9]{0,4}", required: true,
     autocomplete: "off", spellcheck: "false", "aria-describedby": "follow-form",
     onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === "Enter" && !isFollowing(now()) && begin() });
   const begin = () => {

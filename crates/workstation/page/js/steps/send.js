@@ -14,7 +14,7 @@ const asked = ({ server }) => ({ words: server?.result?.confirm ?? null, reasons
 /** Where to: a node of the list, or the address below it. @returns {Part} */
 function form() {
   const nodes = element("select", { id: "send-node", onchange: () => draw(now()) });
-  const address = element("input", { type: "text", id: "send-address", placeholder: "ARCHIVE@pacs:104", pattern: "[^@:\\s]{1,16}@[^@\\s]+:[0-9]{1,5}",
+  const address = element("input", { type: "text", id: "send-address", placeholder: "ARCHIVE@pacs:104", pattern: "[^@:\\s]{1,16}@[^@\\s]+:0*[1-9][0-9]{0,4}",
     autocomplete: "off", spellcheck: "false", "aria-describedby": "send-form", oninput: () => draw(now()) });
   const known = element("p", { class: "field" }, element("label", { for: "send-node" }, "To"), nodes);
   const typed = element("div", { class: "typed" }, element("label", { for: "send-address" }, "Address of the node"), address,
