@@ -175,7 +175,7 @@ impl Segmenter {
     /// CT: the error that 19 of 20 such places do not exceed, tenths of mm (255: 25.5 mm or more),
     /// on the voxels of the patient within 3 mm of the boundary; 0 elsewhere.
     pub fn uncertainty(&self, made: &Segmentation) -> Volume<u8> {
-        confidence::map(self.scan(), &made.outline, &made.error)
+        confidence::map(self.scan(), &made.outline, &made.error, &made.labels)
     }
 
     /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels: their signs are its labels.
