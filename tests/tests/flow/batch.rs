@@ -237,6 +237,18 @@ fn a_run_that_the_system_ends_has_told_so_and_a_batch_tries_it_last() {
     assert_eq!((&told["status"], &told["exit"]), (&"failed".into(), &75.into()));
     assert_eq!(told["error"]["code"], "not-ended");
 
+    // Less than the threads of a batch want: that is a lack of memory too, and no mistake of the program.
+    let program = std::fs::metadata(supine_command().get_program()).expect("the program").len();
+    for more in [6_000, 11_000] {
+        let kilobytes = program / 1024 + more;
+        let mut command = Command::new("sh");
+        let limit = format!("ulimit -v {kilobytes}; exec \"$0\" \"$@\"");
+        command.args(["-c", &limit]).arg(supine_command().get_program()).arg("batch");
+        command.arg(&shared().case).args(["--jobs", "2", "--out"]).arg(at.join("lacking"));
+        let said = Outcome::of(&mut command);
+        assert_eq!(said.code, Some(75), "{kilobytes}: {}", said.stderr);
+    }
+
     let out = at.join("cohort");
     let [a, b] = ["a", "b"].map(|name| case(at, name, &Case::small().with("ct", "'/nowhere'")));
     let order = || {
