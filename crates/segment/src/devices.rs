@@ -47,10 +47,11 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     let large = |part: &usize| (CORE_CM3..=MOST_CM3).contains(&ml(*part));
     let mut runs: Vec<Vec<Run>> = vec![Vec::new(); parts.voxels.len()];
     parts.iter().for_each(|(run, part)| runs[part].push(run));
-    let found: Vec<Vec<usize>> = (0..runs.len())
+    let metal: Vec<Metal> = (0..runs.len())
         .filter(large)
         .filter_map(|part| around(&ct, frame, body, &runs[part]))
         .collect();
+    let found = under_skin(metal);
     if found.is_empty() {
         return ct;
     }
@@ -60,12 +61,28 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     filled(ct, body, all.into_iter(), blurred.into_iter())
 }
 
+/// A core with what is round it, where no bone is.
+struct Metal {
+    voxels: Vec<usize>,
+    middle: Point,
+    /// How near to the skin it reaches, mm.
+    depth_mm: f32,
+}
+
+/// The parts of metal near the skin, and the deeper ones that make up a device with these.
+fn under_skin(metal: Vec<Metal>) -> Vec<Vec<usize>> {
+    let near = |part: &Metal| part.depth_mm <= DEPTH_MM;
+    let shallow: Vec<Point> = metal.iter().filter(|part| near(part)).map(|m| m.middle).collect();
+    let of_one = |at: &Point| shallow.iter().any(|other| (other - at).norm() < ONE_MM);
+    metal.into_iter().filter(|part| of_one(&part.middle)).map(|part| part.voxels).collect()
+}
+
 fn is_core(ct: &Ct, body: &Body, n: usize) -> bool {
     ct.data()[n] > CORE_HU && body.flags[n] & flag::BODY != 0
 }
 
-/// The voxels of the device round a core; `None` when it is none.
-fn around(ct: &Ct, frame: &Frame, body: &Body, core: &[Run]) -> Option<Vec<usize>> {
+/// The metal round a core; `None` when it is bone.
+fn around(ct: &Ct, frame: &Frame, body: &Body, core: &[Run]) -> Option<Metal> {
     let (grid, hu) = (ct.grid(), ct.data());
     let ends = core.iter().flat_map(|run| [run.start, run.start + run.len - 1]);
     let (mut low, mut high) = (frame.size, [0; 3]);
@@ -109,7 +126,8 @@ fn around(ct: &Ct, frame: &Frame, body: &Body, core: &[Run]) -> Option<Vec<usize
     }
     let apart = dense as f64 <= DENSE_SHARE * near as f64;
     let small = device.len() as f64 * frame.voxel_cm3() <= MOST_CM3;
-    (apart && small && shallowest <= DEPTH_MM).then_some(device)
+    let middle = middle(ct, device.iter());
+    (apart && small).then_some(Metal { voxels: device, middle, depth_mm: shallowest })
 }
 
 /// What the parts of metal make up: parts beside each other are one device, a voxel of two counts once.

@@ -39,6 +39,7 @@ mod muscle;
 mod nipple;
 mod noise;
 mod orientation;
+mod other_side;
 mod paint;
 mod pairs;
 mod params;
