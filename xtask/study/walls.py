@@ -4,8 +4,10 @@
   walls.py BENCH_WALLS SCORER_FOLDER WORK NAME=CT=CONTOURS...
 
 Segments every CT with the default weights of the search, with each weight halved and doubled, with weights that no CT supports,
-and with one seed at the worst clear place. Prints tables in Markdown: each CT with the weights that do best on the others; how
-many places lie within the error that is claimed for them; and what the seed mends. SCORER_FOLDER holds score_contours.py.
+and with one seed at the worst clear place; and all slices, every second and third, and means of two. Prints tables in Markdown:
+each CT with the weights that do best on the others; how many places lie within the error that is claimed for them, and how many
+of those far off are called uncertain; what the seed mends; and what is said of the breasts on fewer slices. SCORER_FOLDER holds
+score_contours.py.
 """
 import json
 import subprocess
@@ -20,6 +22,10 @@ from scipy.spatial import cKDTree
 DEFAULT = {"fat": 0.35, "muscle": 0.5, "muscle_hu": 9, "edge": 4, "jump": 1.2, "lung": 0.3}
 WRONG = {"soft": "0.1,0.5,9,1,2.5,0.3", "hungry": "0.35,2,30,1,1.2,0", "stiff": "0.35,0.5,9,0.5,4,0.3"}
 WALL = (2, 3, 4, 5)
+UNCERTAIN_MM = 2.5
+FAR_MM = 2
+# A breast with less than this share of the other's thickness is told, per cent.
+UNEVEN = 60
 BINS = ((0, 0.8), (0.8, 1.2), (1.2, 2), (2, 3), (3, 5), (5, 26))
 
 
@@ -80,6 +86,31 @@ def within(rows):
     return " | ".join(cells) + f" | {100 * np.mean(np.abs(rows[:, 3]) <= rows[:, 5]):.1f} %"
 
 
+def share(of, within):
+    return f"{100 * np.mean(within):.1f} %" if of.any() else "-"
+
+
+def classes(rows):
+    """Of clear and unclear parts: the share within the claim, the share called uncertain; of places that are far off: the same."""
+    off, clear, claim = np.abs(rows[:, 3]), rows[:, 4] > 0, rows[:, 5]
+    cells = [share(part, off[part] <= claim[part]) for part in (clear, ~clear)]
+    cells += [share(part, claim[part] > UNCERTAIN_MM) for part in (clear, ~clear)]
+    far = off > FAR_MM
+    return " | ".join(cells + [f"{share(far, claim[far] > UNCERTAIN_MM)} of {far.sum()}", f"{claim[clear].mean():.2f}"])
+
+
+def phases(bench, name, ct):
+    """What is said of both breasts on fewer slices, in one row."""
+    told = subprocess.run([bench, ct, ".", "PHASES"], check=True, capture_output=True, text=True).stdout
+    words = [line.split("\t") for line in told.splitlines()]
+    sides = [w for _, _, w in words]
+    shares = [float(w.rstrip(" %")) for w in sides if w.endswith("%")]
+    others = sorted({w for w in sides if w.startswith(("CT refused", "cut"))})
+    return (f"| {name} | {len(words) // 2} | {sum(w.startswith('no breast') for w in sides)} | "
+            f"{sum(s < UNEVEN for s in shares)} | {min(shares, default=np.nan):.0f} % | "
+            f"{sum(w.startswith(('CT refused', 'cut')) for w in sides)} {'; '.join(w[:60] for w in others)} |")
+
+
 def main():
     bench, scorers, work, *given = sys.argv[1:]
     sys.path.insert(0, scorers)
@@ -106,9 +137,18 @@ def main():
     print(f"| all | {within(np.concatenate([r['default'] for r in rows.values()]))} |")
     for wrong in WRONG:
         print(f"| all, wrong weights ({wrong}) | {within(np.concatenate([r[wrong] for r in rows.values()]))} |")
+    print("\n| CT | within the claim: clear | unclear | called uncertain: clear | unclear | more than 2 mm off | mean claim, clear |"
+          "\n|---|---|---|---|---|---|---|")
+    for name in rows:
+        print(f"| {name} | {classes(rows[name]['default'])} |")
+    print(f"| all | {classes(np.concatenate([r['default'] for r in rows.values()]))} |")
     print("\n| CT | worst clear place (x, y, z) | off | seed | within 15 mm: before mean / max | after mean / max |\n|---|---|---|---|---|---|")
     for name, ct, contours in cts:
         seeded(scorer, bench, Path(work) / name, (name, ct, contours), rows[name]["default"])
+    print("\n| CT | ways | no breast | told as after an operation | least thickness against the other side | refused otherwise |"
+          "\n|---|---|---|---|---|---|")
+    for name, ct, _ in cts:
+        print(phases(bench, name, ct))
 
 
 def seeded(scorer, bench, folder, ct, rows):

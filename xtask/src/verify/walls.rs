@@ -6,8 +6,10 @@ use std::process::Command;
 
 const TEXT: &str = include_str!("walls.md");
 /// Real CTs with contours, and whether the project owns these.
-const CTS: [(&str, bool); 4] = [
+const CTS: [(&str, bool); 6] = [
+    ("breast-flt001", false),
     ("breast-flt013", false),
+    ("breast-lidc0314", false),
     ("breast-rider0109", false),
     ("chest-cmb01068", true),
     ("chest-lidc0001", true),
