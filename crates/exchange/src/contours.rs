@@ -3,7 +3,7 @@
 //! One row per corner, in order; the contour is closed from its last corner to its first. Rows that follow
 //! each other with the same structure and contour number are one contour.
 
-use crate::{Error, Problem, file};
+use crate::{Error, Problem, file, table};
 use std::{collections::BTreeMap, path::Path};
 use supine_space::{Point, from_cell, to_cell};
 use supine_volume::Rule;
@@ -29,11 +29,7 @@ pub fn is_contours(path: &Path) -> Result<bool, Error> {
     if !file::has_suffix(path, ".csv") {
         return Ok(false);
     }
-    let bytes = file::read(path)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let first = bytes.split(|&b| b == b'\n').next().unwrap_or_default();
-    let first = String::from_utf8_lossy(first).to_ascii_lowercase();
-    Ok(first.trim().split(',').map(str::trim).eq(HEADING))
+    Ok(table::has_head(&file::read(path)?, &HEADING))
 }
 
 /// Reads contours from CSV with the heading `structure,contour,x,y,z`; LPS, mm.
@@ -45,29 +41,16 @@ pub fn read_contours(path: &Path) -> Result<Vec<NamedContours>, Error> {
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let malformed = |e: csv::Error| {
-        let line = e.position().map_or(0, csv::Position::line);
-        Problem::Line { line, reason: e.to_string() }
-    };
-    let heading = reader.headers().map_err(malformed)?;
-    if !heading.iter().map(str::to_ascii_lowercase).eq(HEADING) {
-        let reason = format!("expected the heading `{}` (LPS, mm)", HEADING.join(","));
-        return Err(Problem::Line { line: 1, reason });
-    }
     let mut structures: Vec<NamedContours> = Vec::new();
     // Of each name: a file may hold as many names as rows.
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut last: Option<(usize, String)> = None;
-    for record in reader.records() {
-        let record = record.map_err(malformed)?;
-        let line = record.position().map_or(0, csv::Position::line);
+    for record in table::rows(bytes, &HEADING)?.records() {
+        let record = record.map_err(table::malformed)?;
+        let line = table::line_of(&record);
         let mut xyz = [0.0; 3];
         for (c, text) in xyz.iter_mut().zip(record.iter().skip(2)) {
-            *c = text.parse().ok().filter(|c: &f64| c.is_finite()).ok_or_else(|| {
-                Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
-            })?;
+            *c = table::coordinate(text, line)?;
         }
         let (name, number) = (from_cell(&record[0]), &record[1]);
         let at = places.get(name).copied().unwrap_or_else(|| {

@@ -73,6 +73,12 @@ pub enum Problem {
         /// What to do.
         advice: &'static str,
     },
+    /// A text that is no UTF-8.
+    #[error("{reason}: save it as UTF-8")]
+    Text {
+        /// What it seems to be.
+        reason: String,
+    },
     /// A field of a header is missing or makes no sense.
     #[error("`{field}`: {reason}")]
     Field {

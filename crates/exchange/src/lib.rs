@@ -50,6 +50,7 @@ mod scalar;
 mod scan_distances;
 mod seeds;
 mod surfaces;
+mod table;
 mod volumes;
 mod vtu;
 

@@ -1,6 +1,6 @@
 //! Named points: CSV `name,x,y,z` (LPS, mm) and 3D Slicer markups.
 
-use crate::{Error, Problem, file, markups};
+use crate::{Error, Problem, file, markups, table};
 use std::path::Path;
 use supine_space::{Point, from_cell, to_cell};
 
@@ -68,28 +68,12 @@ pub(crate) fn is_markups(path: &Path) -> bool {
 }
 
 pub(crate) fn parse_csv(bytes: &[u8]) -> Result<Vec<NamedPoint>, Problem> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let line = |e: csv::Error| {
-        let line = e.position().map_or(0, csv::Position::line);
-        Problem::Line { line, reason: e.to_string() }
-    };
-    let heading = reader.headers().map_err(line)?;
-    if !heading.iter().map(str::to_ascii_lowercase).eq(["name", "x", "y", "z"]) {
-        let found: Vec<&str> = heading.iter().collect();
-        let found: String = found.join(",").chars().take(60).collect();
-        let reason = format!("`{found}` instead of the heading `name,x,y,z` (LPS, mm)");
-        return Err(Problem::Line { line: 1, reason });
-    }
     let mut points = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(line)?;
+    for record in table::rows(bytes, &["name", "x", "y", "z"])?.records() {
+        let record = record.map_err(table::malformed)?;
         let mut xyz = [0.0; 3];
         for (c, text) in xyz.iter_mut().zip(record.iter().skip(1)) {
-            *c = text.parse().ok().filter(|c: &f64| c.is_finite()).ok_or_else(|| {
-                let line = record.position().map_or(0, csv::Position::line);
-                Problem::Line { line, reason: format!("`{text}` is not a coordinate in mm") }
-            })?;
+            *c = table::coordinate(text, table::line_of(&record))?;
         }
         let name = from_cell(record.get(0).unwrap_or_default()).to_string();
         points.push(NamedPoint { name, position: xyz.into() });

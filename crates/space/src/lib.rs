@@ -21,7 +21,7 @@ pub use grid::{Grid, GridError};
 pub use pack::{LANES, Pack};
 pub use progress::{Beside, OneOf, Progress, Stopped, Watch};
 pub use sphere::{Sphere, SphereError};
-pub use text::{from_cell, to_cell, visible};
+pub use text::{from_cell, from_file, separator, to_cell, visible};
 pub use view::{Plane, Spot, View};
 pub use warning::Warning;
 

@@ -12,6 +12,33 @@ const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 /// What makes it take a cell as text.
 const AS_TEXT: char = '\'';
 
+/// The text of a file; that it begins with a byte order mark is no part of it.
+///
+/// # Errors
+/// Where it is no UTF-8: what it seems to be, and where.
+pub fn from_file(bytes: &[u8]) -> Result<&str, String> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err("it is UTF-16 and not UTF-8".into());
+    }
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Ok(text.trim_start_matches('\u{feff}')),
+        Err(error) => {
+            let wrong = error.valid_up_to();
+            let line = 1 + bytes[..wrong].iter().filter(|&&byte| byte == b'\n').count();
+            let byte = bytes.get(wrong).copied().unwrap_or_default();
+            let what = "is no UTF-8; Windows-1252 or Latin-1 perhaps";
+            Err(format!("the byte {byte:02X} in line {line} {what}"))
+        }
+    }
+}
+
+/// What parts the cells of a table, by its head: commas, or semicolons or tabs where it has those alone, as spreadsheets write
+/// where the comma is a decimal point.
+pub fn separator(head: &str) -> u8 {
+    let others = [b';', b'\t'].into_iter().filter(|_| !head.contains(','));
+    others.into_iter().find(|&c| head.contains(char::from(c))).unwrap_or(b',')
+}
+
 /// Whether people are not to be shown a character as it is: it turns the text, or a terminal obeys it.
 fn is_hidden(c: char) -> bool {
     TURNING.contains(&c) || c.is_control() && !matches!(c, '\n' | '\r' | '\t')
@@ -59,6 +86,23 @@ fn begins_guarded(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_utf_8_is_told_by_what_it_seems_to_be() {
+        assert_eq!(from_file("\u{feff}ct = 'M\u{fc}ller'".as_bytes()), Ok("ct = 'M\u{fc}ller'"));
+        assert_eq!(from_file(b"\xff\xfec\0t\0"), Err("it is UTF-16 and not UTF-8".into()));
+        let latin = from_file(b"# mine\nct = 'M\xfcller'\n").unwrap_err();
+        assert!(latin.starts_with("the byte FC in line 2 is no UTF-8"), "{latin}");
+    }
+
+    #[test]
+    fn what_parts_cells_is_told_by_the_head() {
+        let of = |head: &str| char::from(separator(head));
+        assert_eq!(
+            (of("name;x"), of("name\tx"), of("name,x;y"), of("name")),
+            (';', '\t', ',', ',')
+        );
+    }
 
     #[test]
     fn what_turns_a_text_is_shown_by_its_number() {

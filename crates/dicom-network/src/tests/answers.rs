@@ -179,7 +179,7 @@ fn as_many_contexts_are_proposed_as_there_are_numbers() {
     link.release().unwrap();
 }
 
-/// Writes an object of a patient, study and series with this many pixels' worth of noise in it.
+/// Writes an object of a patient, study and series (in this order) with a comment in it.
 fn write_object(path: &Path, instance: &str, whose: [&str; 3], comment: &str) {
     let [patient, study, series] = whose;
     let mut bytes = file_header(CLASS, instance, uids::EXPLICIT_VR_LITTLE_ENDIAN);

@@ -32,7 +32,8 @@ fn a_name_that_a_spreadsheet_would_compute_is_written_as_text_and_comes_back() {
 fn unusable_tables_are_refused_with_their_line() {
     for (text, expected) in [
         ("a,1,2,3\n", "line 1: `a,1,2,3` instead of the heading"),
-        ("name;x;y;z\na;1;2;3\n", "line 1: `name;x;y;z` instead of the heading"),
+        ("name;x;y\na;1;2\n", "line 1: `name,x,y` instead of the heading"),
+        ("name;x;y;z\na;1,5;2;3\n", "line 2: `1,5` is not a coordinate"),
         ("name,x,y,z\na,1,2,3\nb,1,2,z\n", "line 3: `z` is not a coordinate"),
         ("name,x,y,z\na,1,2,inf\n", "line 2: `inf` is not a coordinate"),
         ("name,x,y,z\na,1,2\n", "line 2: "),
@@ -40,6 +41,24 @@ fn unusable_tables_are_refused_with_their_line() {
     ] {
         let message = parse_csv(text.as_bytes()).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn tables_of_spreadsheets_are_read_and_other_texts_are_told_as_what_they_are() {
+    for text in
+        ["name;x;y;z\r\nM\u{fc}ller, A;1;2;3\r\n", "Name\tX\tY\tZ\nM\u{fc}ller, A\t1\t2\t3\n"]
+    {
+        let points = parse_csv(text.as_bytes()).unwrap();
+        assert_eq!(points[0].name, "M\u{fc}ller, A");
+        assert_eq!(points[0].position, Point::new(1.0, 2.0, 3.0));
+    }
+    for (bytes, told) in [
+        (&b"name,x,y,z\nM\xfcller,1,2,3\n"[..], "the byte FC in line 2 is no UTF-8"),
+        (b"\xff\xfen\0a\0m\0e\0", "it is UTF-16 and not UTF-8: save it as UTF-8"),
+    ] {
+        let message = parse_csv(bytes).unwrap_err().to_string();
+        assert!(message.contains(told), "{message}");
     }
 }
 

@@ -73,12 +73,9 @@ fn folder_of(table: &Path) -> PathBuf {
 /// When it cannot be read, the head names no key of a case, or a row has no name.
 pub(super) fn rows(table: &Path) -> Result<Vec<Row>, Error> {
     let text = read_text(table).map_err(|source| Error::Unread { path: table.into(), source })?;
-    let text = text.trim_start_matches('\u{feff}');
     let head = text.lines().next().unwrap_or_default();
-    let others = [b';', b'\t'].into_iter().filter(|_| !head.contains(','));
-    let delimiter = others.into_iter().find(|&c| head.contains(char::from(c))).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
+        .delimiter(supine_space::separator(head))
         .trim(csv::Trim::All)
         .from_reader(text.as_bytes());
     let wrong = |what: String| refused(format!("the table {}: {what}", table.display()));
