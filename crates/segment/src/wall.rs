@@ -271,7 +271,8 @@ fn out_of_fat(hu: &[f32], h: f32, level: f32) -> f32 {
     let steps = (IN_FAT_MM / STEP_MM) as usize;
     let under = (here.saturating_sub(steps)..here).rev().find(|&n| hu[n] >= level);
     let crossing = |n: usize| height(n) + STEP_MM * (hu[n] - level) / (hu[n] - hu[n + 1]);
-    under.filter(|n| here - n > 1).map_or(h, crossing)
+    // Beside what is not known there is no edge.
+    under.filter(|n| here - n > 1).map(crossing).filter(|at| at.is_finite()).unwrap_or(h)
 }
 
 /// Where the HU falls through the level nearest to height h, within 1 mm; NaN when nowhere.
@@ -307,5 +308,8 @@ mod tests {
             assert_eq!(down(h), h);
         }
         assert_eq!(out_of_fat(&[f32::NAN; 60], 1.9, -25.0), 1.9);
+        let beyond = |n: usize| (0.0..1.4).contains(&height(n));
+        let unknown = (0..60).map(|n| if beyond(n) { f32::NAN } else { hu[n] });
+        assert_eq!(out_of_fat(&unknown.collect::<Vec<f32>>(), 1.9, -25.0), 1.9);
     }
 }

@@ -30,7 +30,7 @@ const PER_VOXEL: usize = 7;
 
 impl Node for Prepare {
     const ID: NodeId = NodeId::Prepare;
-    const METHOD: u32 = 1;
+    const METHOD: u32 = 2;
     const KEPT: bool = false;
     type Own = Own;
     type Parents = (Import,);

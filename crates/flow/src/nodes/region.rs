@@ -114,7 +114,7 @@ impl Chosen {
 
 impl Node for Region {
     const ID: NodeId = NodeId::Region;
-    const METHOD: u32 = 9;
+    const METHOD: u32 = 10;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
     type Own = Own;

@@ -90,7 +90,7 @@ pub(crate) struct Facts {
 
 impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
-    const METHOD: u32 = 12;
+    const METHOD: u32 = 13;
     const KEPT: bool = true;
     type Own = Own;
     type Parents = (Import, Prepare);
