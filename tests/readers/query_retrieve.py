@@ -39,16 +39,16 @@ def fetch(*words, code=0):
 def study_of_two_patients():
     """One Study Instance UID, two Patient IDs: each has her own objects, and who is meant is asked for."""
     study, first, second = (pydicom.uid.generate_uid() for _ in range(3))
-    sent = SCRATCH / "two-sent"
-    write(sent, 2, "FIRST9", study, first)
-    write(sent, 3, "SECOND9", study, second)
-    said, _ = supine("send", sent, "--to", NODE)
-    assert said["stored"] == 5, said
+    both = [("FIRST9", 2, first), ("SECOND9", 3, second)]
+    for patient, count, series in both:
+        sent = write(SCRATCH / f"sent-{patient}", count, patient, study, series)
+        said, _ = supine("send", sent, "--to", NODE)
+        assert said["stored"] == count, said
     _, words = fetch("--study", study, "--out", SCRATCH / "neither", code=1)
     assert "for 2 patients: name the one who is meant with --patient-id" in words, words
     listed, _ = fetch("--study", study, "--list")
     assert [[one["series"] for one in each["series"]] for each in listed] == [[first], [second]], listed
-    for patient, count in [("FIRST9", 2), ("SECOND9", 3)]:
+    for patient, count, _ in both:
         said, _ = fetch("--study", study, "--patient-id", patient, "--out", SCRATCH / patient)
         assert (said["received"], said["missing"], said["strangers"]) == (count, [], []), said
     said, _ = fetch("--series", second, "--out", SCRATCH / "series")

@@ -92,7 +92,7 @@ fn what_belongs_elsewhere_is_refused_before_anything_is_written() {
     refused(&mesh, &folder.join("dose.dcm"), 2, "exported CT");
     let contours = folder.join("c.csv");
     std::fs::write(&contours, "structure,contour,x,y,z\nA,1,0,0,0\n").expect("it is written");
-    refused(run, &contours, 2, "structure set");
+    refused(run, &contours, 2, "are written as .csv or .json");
     // A case is told so before the work begins.
     let dose = folder.join("dose.dcm");
     let carry = format!("{{ dose = ['{}'] }}", dose.display());
