@@ -18,23 +18,13 @@ use supine_flow::commands::{self, run::Change};
 /// frame (LPS), angles in degrees. Positive AP raises the head, positive LAT lowers the patient's
 /// left side.
 #[derive(Parser, Debug)]
-#[command(
-    name = "supine",
-    version,
-    arg_required_else_help = true,
-    after_help = EXIT_CODES,
-    disable_help_subcommand = true
-)]
+#[command(name = "supine", version, arg_required_else_help = true, disable_help_subcommand = true)]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) common: Common,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
-
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 the input cannot be used; 2 wrong usage; 3 the \
-method failed; 4 a check failed, outputs are there; 5 an output cannot be written; 75 worth a \
-retry; 130 interrupted.";
 
 /// The most threads that anybody may ask for: each of many thousands takes memory and hands others no work.
 const MOST_THREADS: usize = 1024;

@@ -138,8 +138,12 @@ pub(crate) fn files(command: &str) -> Vec<&'static str> {
     }
 }
 
-/// A command line whose commands tell these lists at the end of their long help.
+/// A command line that tells its exit codes at the end of its help, and whose commands tell these lists at the end of their
+/// long one.
 pub(crate) fn with_lists(cli: Command) -> Command {
+    let codes: Vec<String> =
+        codes("").into_iter().map(|(code, text)| format!("{code} {text}")).collect();
+    let cli = cli.after_help(format!("Exit codes: {}.", codes.join("; ")));
     let names: Vec<String> = cli.get_subcommands().map(|c| c.get_name().to_owned()).collect();
     names.into_iter().fold(cli, |cli, name| {
         cli.mut_subcommand(&name, |command| {

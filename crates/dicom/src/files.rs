@@ -123,7 +123,7 @@ fn list(folder: &Path, depth: usize, listed: &mut Listed) -> Result<(), Error> {
         } else if depth > 0 && path.is_dir() {
             listed.closed.push(path);
         }
-        if listed.files.len() > MAX_FILES {
+        if listed.files.len() + listed.closed.len() > MAX_FILES {
             let found = format!("more than {MAX_FILES} files; name a folder closer to the series");
             return Err(Error::NoCt { path: folder.to_owned(), found });
         }

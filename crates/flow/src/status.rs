@@ -7,7 +7,7 @@ use crate::{Error, Observer, Options, Start, Summary, headline};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use supine_report::{Colour, Ended, RunError, RunStatus, TumourMoved};
+use supine_report::{Colour, Ended, RunError, RunStatus, TumourMoved, advice_for};
 use supine_space::Failure;
 
 /// The code of a run that the system ended.
@@ -45,8 +45,8 @@ pub fn advice(message: &str) -> Option<String> {
 }
 
 /// What to do about a failure: what its message says, else what helps with its kind.
-pub fn advice_of(kind: Failure, message: &str) -> Option<String> {
-    RunError::new(kind, kind.name(), String::new(), advice(message)).advice
+pub fn advice_of(kind: Failure, message: &str) -> String {
+    advice_for(kind, advice(message))
 }
 
 /// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.
@@ -271,7 +271,7 @@ fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
         told.message =
             format!("{code}: the message may name files; it was told on the terminal alone");
         told.place.file = None;
-        told.advice = RunError::new(kind, code, String::new(), None).advice;
+        told.advice = Some(advice_for(kind, None));
     }
     let status = if kind == Failure::Stopped { Ended::Stopped } else { Ended::Failed };
     RunStatus { exit: kind.exit_code(), status, error: Some(told), ..bare }

@@ -49,7 +49,7 @@ pub use pdf::pdf;
 pub use provenance::provenance;
 pub use scan_tables::{write_evaluation_table, write_fit_table};
 pub use scene::{Scene, Shown};
-pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, status_schema};
+pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, advice_for, status_schema};
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, held, too_wide, verdict};
 pub use volumes::volume_changes;

@@ -110,9 +110,9 @@ pub struct RunError {
     pub advice: Option<String>,
 }
 
-/// What helps with failures of a kind, where the message does not say it apart.
-fn usual_advice(kind: Failure) -> &'static str {
-    match kind {
+/// What to do about a failure of a kind: its own advice, else what usually helps.
+pub fn advice_for(kind: Failure, own: Option<String>) -> String {
+    let usual = match kind {
         Failure::Input => "put right what the message names, and give the same call again",
         Failure::Usage => "`supine help`, with the command, lists what can be given",
         Failure::Method => {
@@ -124,15 +124,15 @@ fn usual_advice(kind: Failure) -> &'static str {
             "give the same call again, with more memory or disk or when the other is done"
         }
         Failure::Stopped => "the same call goes on where it was",
-    }
+    };
+    own.filter(|own| !own.trim().is_empty()).unwrap_or_else(|| usual.into())
 }
 
 impl RunError {
     /// One of a kind, which has the exit code; without advice of its own it gets that of its kind.
     pub fn new(kind: Failure, code: &str, message: String, advice: Option<String>) -> Self {
         let (exit, place) = (kind.exit_code(), RunPlace::default());
-        let advice = advice.filter(|advice| !advice.trim().is_empty());
-        let advice = Some(advice.unwrap_or_else(|| usual_advice(kind).into()));
+        let advice = Some(advice_for(kind, advice));
         Self { code: code.into(), kind: kind.name().into(), exit, message, place, advice }
     }
 }

@@ -26,8 +26,8 @@ pub fn beyond_field_mm3(
     if !is_near_end(ct, field, deformation) {
         return Ok(0.0);
     }
-    let (_, fields) = Origins::with_fields(ct.grid(), deformation, params, 0.0, progress)?;
-    let Some(fields) = fields else { return Ok(0.0) };
+    let made = Origins::with_fields(ct.grid(), deformation, params, 0.0, progress)?;
+    let Some(fields) = made.fields else { return Ok(0.0) };
     let (back, way) = (fields.deformed_to_ct(), Way { ct, field });
     let is_beyond = |v: [usize; 3], to: [f32; 3]| way.ends_beyond(back.grid().centre(v), to);
     let come = fields.backward().filter(|&(v, to)| is_beyond(v, to)).count();

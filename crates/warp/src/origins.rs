@@ -4,7 +4,9 @@ use crate::{Error, Fields, Params, fade, fields};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use supine_mesh::{Deformation, Embedding, Motion, Place, Surround, TetMesh};
+use supine_mesh::{
+    Deformation, Displacement, DisplacementError, Embedding, Motion, Place, Surround, TetMesh,
+};
 use supine_space::{Grid, Point, Progress, Stopped, Vector};
 use supine_volume::{Volume, distance_mm};
 
@@ -54,18 +56,17 @@ impl Origins {
         layer_mm: f64,
         progress: Progress<'_>,
     ) -> Result<Self, Error> {
-        Self::with_fields(grid, deformation, params, layer_mm, progress).map(|(origins, _)| origins)
+        Self::with_fields(grid, deformation, params, layer_mm, progress).map(|made| made.origins)
     }
 
-    /// As [`Self::new`], and the fields on the part of the grid in which something may move; none where the mesh
-    /// lies beside the grid.
+    /// As [`Self::new`], and what that rests on.
     pub(crate) fn with_fields(
         grid: &Grid,
         deformation: &Deformation,
         params: &Params,
         layer_mm: f64,
         progress: Progress<'_>,
-    ) -> Result<(Self, Option<Fields>), Error> {
+    ) -> Result<Mapped, Error> {
         crate::map::check_grid(grid)?;
         let faded = fade(deformation, params)?.deformation;
         let (mesh, u) = (faded.mesh(), faded.displacement());
@@ -73,7 +74,8 @@ impl Origins {
         let reach = u.max_norm().max(params.collar_mm);
         let margin = reach + layer_mm + 2.0 * grid.spacing().norm();
         let Some((start, part)) = part(grid, mesh, margin) else {
-            return Ok((Self { grid: grid.clone(), part: None }, None));
+            let origins = Self { grid: grid.clone(), part: None };
+            return Ok(Mapped { origins, fields: None, skin: None });
         };
         let fields = fields(&part, deformation, params, progress.part(0.0, 0.5))?;
         let [back, forward] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
@@ -84,17 +86,16 @@ impl Origins {
             to => Origin::Tissue(to),
         };
         let mut origins: Vec<Origin> = (0..part.len()).into_par_iter().map(inside).collect();
-        if layer_mm > 0.0 {
+        let skin = (layer_mm > 0.0).then(|| Skin::of(&faded));
+        if let Some(skin) = &skin {
             let reach = layer_mm + part.spacing().norm();
             let near = |field: &Volume<[f32; 3]>| {
                 let distance = distance_mm(&field.map(|v| *v != [0.0; 3]));
                 distance.map(|&d| f64::from(d) <= reach)
             };
             let (before, after) = (near(forward), near(back));
-            let embedding = Arc::new(Embedding::new(mesh.clone()));
             let surround = Surround { rigid_mm: layer_mm, reach_mm: layer_mm + DECAY_MM };
-            let motion = Motion::new(embedding.clone(), u.clone(), surround)?;
-            let layer = Layer { embedding, motion, layer_mm };
+            let layer = Layer { skin, motion: skin.motion(surround)?, layer_mm };
             let row = part.size()[0];
             let (rows, done) = (part.len() / row, AtomicUsize::new(0));
             origins.par_chunks_mut(row).enumerate().try_for_each(|(at, origins)| {
@@ -111,7 +112,8 @@ impl Origins {
             })?;
         }
         let part = Volume::new(part, origins)?;
-        Ok((Self { grid: grid.clone(), part: Some((start, part)) }, Some(fields)))
+        let origins = Self { grid: grid.clone(), part: Some((start, part)) };
+        Ok(Mapped { origins, fields: Some(fields), skin })
     }
 
     /// The grid.
@@ -198,14 +200,45 @@ fn part(grid: &Grid, mesh: &TetMesh, margin: f64) -> Option<([usize; 3], Grid)> 
 /// skin has no step to stumble over, mm.
 const DECAY_MM: f64 = 40.0;
 
+/// The faded displacement, and where places lie in its mesh and beside its skin.
+#[derive(Debug)]
+pub(crate) struct Skin {
+    pub(crate) embedding: Arc<Embedding>,
+    displacement: Displacement,
+}
+
+impl Skin {
+    pub(crate) fn of(faded: &Deformation) -> Self {
+        let embedding = Arc::new(Embedding::new(faded.mesh().clone()));
+        Self { embedding, displacement: faded.displacement().clone() }
+    }
+
+    /// How places move, those beside the skin as a surround says.
+    ///
+    /// # Errors
+    /// When the displacement is not one of the mesh.
+    pub(crate) fn motion(&self, surround: Surround) -> Result<Motion, DisplacementError> {
+        Motion::new(self.embedding.clone(), self.displacement.clone(), surround)
+    }
+}
+
+/// What [`Origins::with_fields`] makes.
+pub(crate) struct Mapped {
+    pub(crate) origins: Origins,
+    /// On the part of the grid in which something may move; none where the mesh lies beside the grid.
+    pub(crate) fields: Option<Fields>,
+    /// Where there is a layer beside the skin.
+    pub(crate) skin: Option<Skin>,
+}
+
 /// What moves beside the skin.
-struct Layer {
-    embedding: Arc<Embedding>,
+struct Layer<'a> {
+    skin: &'a Skin,
     motion: Motion,
     layer_mm: f64,
 }
 
-impl Layer {
+impl Layer<'_> {
     /// The origin of a place outside the deformed mesh.
     fn origin(&self, place: Point, left: bool) -> Origin {
         if let Some(to) = self.source(place) {
@@ -220,7 +253,7 @@ impl Layer {
 
     /// Whether a place belongs to the layer in the CT, and moves.
     fn leaves(&self, place: Point) -> bool {
-        let at = self.embedding.place(&place);
+        let at = self.skin.embedding.place(&place);
         self.ours(&at) && self.motion.at(&at).is_some_and(|u| u.norm() > STILL_MM)
     }
 
@@ -237,7 +270,7 @@ impl Layer {
     fn source(&self, place: Point) -> Option<[f32; 3]> {
         let mut source = place;
         for _ in 0..STEPS {
-            let at = self.embedding.place(&source);
+            let at = self.skin.embedding.place(&source);
             let u = self.motion.at(&at)?;
             let next = place - u;
             let step = (next - source).norm();

@@ -3,6 +3,7 @@
 
 use crate::beside_skin::beside_skin;
 use crate::coverage::Window;
+use crate::origins::Mapped;
 use crate::{Error, Fields, Origin, Origins, Params};
 use rayon::prelude::*;
 use supine_mesh::Deformation;
@@ -54,14 +55,18 @@ pub fn moving_part(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<MovingPart, Error> {
-    let (origins, fields) =
+    let Mapped { origins, fields, skin } =
         Origins::with_fields(grid, deformation, params, cell_mm(grid), progress)?;
     let vectors = led_on(&origins)?;
     let fields = match fields {
         Some(fields) => fields,
         None => Fields::new(vectors.clone(), vectors.clone(), vectors.map(|_| 1.0))?,
     };
-    let points = beside_skin(&fields, deformation, params)?;
+    let points = match skin {
+        Some(skin) => beside_skin(&fields, &skin, params)?,
+        // Nothing moves on the grid.
+        None => fields.ct_to_deformed().clone(),
+    };
     let [back, forth] = [fields.deformed_to_ct(), fields.ct_to_deformed()];
     let stretched = holding(fields.jacobian(), |det| *det != 1.0);
     // The points' vectors are those of `forth` and more.

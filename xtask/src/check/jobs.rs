@@ -76,8 +76,8 @@ impl<'a> Check<'a> {
         }
         if !options.fast {
             list.jobs.extend(self.meshers());
-            let subject = self.known.sources("documentation");
-            if !self.selection.is_whole() || list.is_new(self, &subject, "documentation") {
+            let subject = self.known.sources("documentation", self.selection.is_whole());
+            if list.is_new(self, &subject, "documentation") {
                 list.jobs.push(self.documentation(compiled, subject));
             }
         }
@@ -118,12 +118,7 @@ impl<'a> Check<'a> {
                 let said = std::fs::read(&log).unwrap_or_default();
                 bail!("{}\nin {}", String::from_utf8_lossy(&said), wrong.join(", "));
             }
-            let whole = self.selection.is_whole();
-            if whole {
-                self.passed(&subject, "documentation", Report::default())
-            } else {
-                Ok(Report::default())
-            }
+            self.passed(&subject, "documentation", Report::default())
         };
         let job = self.job("documentation", "the packages", false);
         Job { work: Box::new(work), after, ..job }

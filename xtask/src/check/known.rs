@@ -58,9 +58,9 @@ impl Known {
         Ok(Subject { name: name.into(), with, key })
     }
 
-    /// What rests on all sources.
-    pub(crate) fn sources(&self, name: &str) -> Subject {
-        let key = self.inputs.as_ref().map(Inputs::sources);
+    /// What rests on all sources; of a part of it nothing is known.
+    pub(crate) fn sources(&self, name: &str, whole: bool) -> Subject {
+        let key = self.inputs.as_ref().filter(|_| whole).map(Inputs::sources);
         Subject { name: name.into(), with: Vec::new(), key }
     }
 
