@@ -27,7 +27,7 @@ function inWords(values) {
   const all = ["the simulated CT", "the report", ...values["export.structures"] ? ["its outlines as a structure set"] : [],
     ...values["export.registration"] ? ["registrations with the CT"] : [], ...values["export.pdf"] ? ["the report as a PDF"] : []];
   const list = `${all.slice(0, -1).join(", ")} and ${all[all.length - 1]}`;
-  const whose = values["export.anonymise"] ? "without the patient\u2019s name; who she is goes into a folder beside it that ends in -reidentification: keep it apart"
+  const whose = values["export.anonymise"] ? "without the patient\u2019s name; who she is goes into a folder beside it that ends in -\u2060reidentification: keep it apart"
     : "under the patient\u2019s name";
   return `Writes ${list}, ${whose}.`;
 }
