@@ -20,6 +20,8 @@ struct Page<'a> {
     summary: &'a Summary,
     /// Whose CT it is; empty when the patient was taken out.
     whose: Vec<(&'static str, &'a str)>,
+    /// The same for the head of each printed page, inside a CSS string.
+    printed: String,
     first: First,
     /// What was warned of beside the verdict.
     notes: Vec<&'a str>,
@@ -85,6 +87,7 @@ pub(crate) fn page(
     Page {
         summary,
         whose: whose.map(Whose::known).unwrap_or_default(),
+        printed: whose.map(Whose::printed).unwrap_or_default(),
         first: First::new(summary),
         notes: notes(summary),
         key: tables::key(summary),

@@ -2,6 +2,7 @@
 
 use crate::shared::{scratch, shared};
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::path::Path;
 use supine_tests::{Case, Drawn, Outcome, frame_of_reference, source, supine, write_structures};
 
@@ -90,5 +91,33 @@ fn a_region_of_another_scan_is_refused() {
         let said = run(&by_name, &folder.path().join("out"), "region");
         assert_eq!(said.code, Some(1), "{}", said.stderr);
         assert!(said.stderr.contains(words), "{}", said.stderr);
+    }
+}
+
+#[test]
+fn single_commands_refuse_a_tumour_that_lies_nowhere() {
+    let folder = scratch();
+    let labels = shared().out.join("labels.seg.nrrd");
+    let ct = source();
+    let segment: [&dyn AsRef<OsStr>; 3] = [&"segment", &"--ct", &ct];
+    let mesh: [&dyn AsRef<OsStr>; 7] = [
+        &"mesh",
+        &"--labels",
+        &labels,
+        &"--centre=99,-236.5,-612.5",
+        &"--radius=96",
+        &"--tetrahedra=1000",
+        &"--refine=tumour",
+    ];
+    let calls: [(&[_], _, _, _); 2] = [
+        (&segment, "--tumour-centre=1e30,0,0", "l.nrrd", "outside the CT"),
+        (&mesh, "--tumour-centre=91,-500,-594", "m.vtu", "outside the region"),
+    ];
+    for (call, centre, out, words) in calls {
+        let out = folder.path().join(out);
+        let place: [&dyn AsRef<OsStr>; 4] = [&centre, &"--tumour-radius=9", &"--out", &out];
+        let said = supine(&[call, &place].concat());
+        assert_eq!(said.code, Some(1), "{}", said.stderr);
+        assert!(said.stderr.contains(words) && !out.exists(), "{}", said.stderr);
     }
 }

@@ -1,8 +1,9 @@
-//! What a test's outcome rests on, as digests: the executable, the program, files that tests read, the machine.
+//! What a test's outcome rests on, as digests: the executable, the program, files that tests read,
+//! the machine.
 //!
-//! Rust's sources count by what they were compiled to. Pages of documentation count for those alone who read them, so that a
-//! word in a guide makes nobody run the flow again. What is read from beside the project counts by names and sizes: it is
-//! read-only.
+//! Rust's sources count by what they were compiled to. What lies in a folder that few tests read
+//! counts for those alone, so that a word in a guide or a script of one test makes nobody run the
+//! rest again. What is read from beside the project counts by names and sizes: it is read-only.
 
 use crate::House;
 use anyhow::{Context, Result, ensure};
@@ -11,15 +12,30 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Who reads which pages while it runs; the first word of the name of a test, up to where it is told apart. `""` is every
-/// file, Rust's sources too.
-const READERS: [(&str, &[&str]); 5] = [
-    ("supine-tests/house", &[""]),
-    ("supine-tests/first_tries", &["docs/FIRST_TRIES.md"]),
-    ("supine-tests/flow", &["docs/HAZARDS.md"]),
-    ("supine-flow", &["docs/PLANNERS_GUIDE.md", "docs/ARCHITECTURE.md"]),
-    ("package", &["docs/SCRIPTING.md", "crates/python/"]),
+/// Who reads a file while it runs; the first row that its path begins with counts. A name that ends
+/// in `/` stands for all executables of a package. A file of no row counts for all; a Rust source
+/// or a page of no row for [`READS_ALL`] alone.
+const READ_BY: [(&str, &[&str]); 17] = [
+    ("docs/FIRST_TRIES.md", &["supine-tests/first_tries"]),
+    ("docs/HAZARDS.md", &["supine-tests/flow"]),
+    ("docs/PLANNERS_GUIDE.md", &["supine-flow"]),
+    ("docs/ARCHITECTURE.md", &["supine-flow"]),
+    ("docs/SCRIPTING.md", &["package"]),
+    ("docs/", &[]),
+    ("crates/python/", &["package"]),
+    ("fixtures/fem/", &["supine-fem/reference"]),
+    ("fixtures/warp/", &["supine-warp"]),
+    ("fixtures/versions/", &["package"]),
+    ("tests/readers/", &["supine-tests/", "workflow"]),
+    ("workflow/", &["supine-tests/", "supine-flow", "package", "workflow"]),
+    ("fuzz/", &[]),
+    ("benches/", &[]),
+    ("xtask/study/", &[]),
+    ("xtask/release/", &[]),
+    ("xtask/test-times.txt", &[]),
 ];
+/// Reads every file, Rust's sources too.
+const READS_ALL: &str = "supine-tests/house";
 /// So many paths are handed to one process.
 const AT_ONCE: usize = 500;
 
@@ -27,7 +43,7 @@ const AT_ONCE: usize = 500;
 pub(crate) struct Inputs {
     /// The files of the project by their paths from its root.
     files: BTreeMap<String, String>,
-    /// Everything that counts for every test.
+    /// What lies beside the project, and the machine: they count for every test.
     common: u64,
     root: PathBuf,
     /// Sizes and times of the files when their digests were taken.
@@ -43,8 +59,6 @@ impl Inputs {
         let files = files(&house.root)?;
         let stamp = stamp(&house.root, files.keys());
         let mut common = DefaultHasher::new();
-        let counts = |path: &str| !path.ends_with(".rs") && !is_page(path);
-        files.iter().filter(|(path, _)| counts(path)).for_each(|file| file.hash(&mut common));
         beside(&house.root.join("../shared"), &mut common);
         machine(&mut common)?;
         Ok(Self { files, common: common.finish(), root: house.root.clone(), stamp })
@@ -62,10 +76,7 @@ impl Inputs {
     pub(crate) fn key(&self, name: &str, with: &[&Path]) -> Result<String> {
         let mut hasher = DefaultHasher::new();
         (name, self.common, digests(with)?).hash(&mut hasher);
-        let read = READERS.iter().filter(|(who, _)| *who == name).flat_map(|(_, pages)| *pages);
-        for page in read {
-            self.under(page).for_each(|file| file.hash(&mut hasher));
-        }
+        self.files.iter().filter(|(path, _)| counts(path, name)).for_each(|f| f.hash(&mut hasher));
         Ok(format!("{:016x}", hasher.finish()))
     }
 
@@ -73,18 +84,24 @@ impl Inputs {
     pub(crate) fn sources(&self) -> String {
         let mut hasher = DefaultHasher::new();
         self.common.hash(&mut hasher);
-        self.under("").filter(|(path, _)| path.ends_with(".rs")).for_each(|f| f.hash(&mut hasher));
+        self.files.iter().filter(|(path, _)| !is_page(path)).for_each(|f| f.hash(&mut hasher));
         format!("{:016x}", hasher.finish())
-    }
-
-    fn under<'a>(&'a self, beginning: &'a str) -> impl Iterator<Item = (&'a String, &'a String)> {
-        self.files.iter().filter(move |(path, _)| path.starts_with(beginning))
     }
 }
 
-/// Whether a file is for people: tests that read it say so in [`READERS`].
+/// Whether a file is for people.
 fn is_page(path: &str) -> bool {
     path.starts_with("docs/") || path.ends_with(".md")
+}
+
+/// Whether the outcome of what is run under a name rests on a file.
+fn counts(path: &str, name: &str) -> bool {
+    let is_one = |who: &&str| *who == name || who.ends_with('/') && name.starts_with(who);
+    name == READS_ALL
+        || match READ_BY.iter().find(|(beginning, _)| path.starts_with(beginning)) {
+            Some((_, readers)) => readers.iter().any(is_one),
+            None => !is_page(path) && !path.ends_with(".rs"),
+        }
 }
 
 /// All files that git knows or would take up, with their digests.
@@ -141,7 +158,8 @@ fn beside(folder: &Path, hasher: &mut DefaultHasher) {
     }
 }
 
-/// The processor's abilities, by which results differ in their last bits, the installed packages of Debian, and this program.
+/// The processor's abilities, by which results differ in their last bits, the installed packages of
+/// Debian, and this program.
 fn machine(hasher: &mut DefaultHasher) -> Result<()> {
     let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     processor.lines().find(|line| line.starts_with("flags")).hash(hasher);
@@ -159,72 +177,80 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
     }
 
-    /// The part of the list that a source of tests falls under.
-    fn pages_of(source: &str) -> Vec<&'static str> {
-        let who = match source {
-            _ if source.starts_with("tests/tests/house/") => "supine-tests/house",
-            "tests/tests/first_tries.rs" => "supine-tests/first_tries",
-            _ if source.starts_with("tests/tests/flow/") => "supine-tests/flow",
-            _ if source.starts_with("crates/flow/src/") => "supine-flow",
-            _ if source.starts_with("crates/python/tests/") => "package",
-            _ => return Vec::new(),
+    /// The name under which a source is run, without what tells executables of the workflow and the
+    /// package apart.
+    fn runs_as(source: &str) -> String {
+        let parts: Vec<&str> = source.split(['/', '.']).collect();
+        match parts[..] {
+            ["crates", "python", ..] => "package".into(),
+            ["crates", part, "tests", test, ..] => format!("supine-{part}/{test}"),
+            ["crates", part, ..] => format!("supine-{part}"),
+            ["tests", "readers", "workflow", ..] => "workflow".into(),
+            ["tests", "tests", test, ..] => format!("supine-tests/{test}"),
+            ["tests", ..] => "supine-tests/any".into(),
+            _ => source.into(),
+        }
+    }
+
+    /// The lines of a source that a machine reads, but for what is compiled in.
+    fn code(source: &str) -> Vec<String> {
+        let text = std::fs::read_to_string(root().join(source)).expect("it is listed");
+        let lines = text.lines().map(|line| line.trim_start().replace("\" / \"", "/"));
+        let is_read = |line: &String| {
+            !["//", "#", "\"\"\""].iter().any(|mark| line.starts_with(mark))
+                && !["include_str!", "http"].iter().any(|mark| line.contains(mark))
         };
-        READERS
-            .iter()
-            .filter(|(name, _)| *name == who)
-            .flat_map(|(_, pages)| *pages)
-            .copied()
-            .collect()
+        lines.filter(is_read).collect()
     }
 
     #[test]
-    fn whoever_reads_a_page_while_it_runs_is_in_the_list() {
+    fn whoever_reads_a_file_while_it_runs_is_in_its_row() {
         let files = files(&root()).expect("this is a clone");
-        let sources = files.keys().filter(|f| {
-            (f.ends_with(".rs") && !f.starts_with("xtask/"))
-                || f.starts_with("crates/python/tests/")
-        });
+        let is_source = |f: &&String| {
+            ["crates/", "cli/", "tests/", "workflow/"].iter().any(|folder| f.starts_with(folder))
+                && (f.ends_with(".rs") || f.ends_with(".py"))
+        };
         let mut seen = 0;
-        for source in sources {
-            let text = std::fs::read_to_string(root().join(source)).expect("it is listed");
-            let code = text
-                .lines()
-                .map(str::trim_start)
-                .filter(|l| !l.starts_with("//") && !l.starts_with("include_str!"));
-            for line in code {
+        for source in files.keys().filter(is_source) {
+            for line in code(source) {
+                for (beginning, _) in READ_BY {
+                    let path = beginning.trim_end_matches('/');
+                    let quoted = [format!("\"{path}"), format!("/{path}")];
+                    if beginning != "docs/" && quoted.iter().any(|path| line.contains(path)) {
+                        seen += 1;
+                        let who = runs_as(source);
+                        assert!(counts(beginning, &who), "{source} ({who}) reads {beginning}");
+                    }
+                }
                 for (at, _) in line.match_indices("docs/") {
                     let page: String =
                         line[at..].chars().take_while(|c| !"\"'` )#".contains(*c)).collect();
-                    let is_read = line[..at].ends_with(['"', '/']) && page.ends_with(".md");
-                    let is_compiled = line.contains("include_str!") || line.contains("http");
-                    if is_read && !is_compiled {
+                    if line[..at].ends_with(['"', '/']) && page.ends_with(".md") {
                         seen += 1;
-                        let listed = pages_of(source).iter().any(|p| page.starts_with(p));
-                        assert!(listed, "{source} reads {page}: say so in READERS");
+                        let who = runs_as(source);
+                        assert!(counts(&page, &who), "{source} ({who}) reads {page}");
                     }
                 }
             }
         }
-        assert!(seen >= 4, "the search finds nothing any more");
+        assert!(seen >= 12, "the search finds nothing any more: {seen}");
     }
 
     #[test]
-    fn a_page_counts_for_who_reads_it_and_a_fixture_for_all() {
-        let of = |page: &str, fixture: &str| {
-            let file = |name: &str, digest: &str| (name.to_owned(), digest.to_owned());
-            let files = [file("docs/HAZARDS.md", page), file("fixtures/a.csv", fixture)];
-            let mut common = DefaultHasher::new();
-            fixture.hash(&mut common);
-            let root = PathBuf::from("nowhere");
-            Inputs { files: files.into(), common: common.finish(), root, stamp: 0 }
-        };
-        let key = |inputs: &Inputs, name: &str| inputs.key(name, &[]).expect("no file is read");
-        let (before, page, fixture) = (of("1", "1"), of("2", "1"), of("1", "2"));
-        for (name, reads) in
-            [("supine-tests/flow", true), ("supine-tests/house", true), ("supine-mesh", false)]
-        {
-            assert_eq!(key(&before, name) != key(&page, name), reads, "{name}");
-            assert_ne!(key(&before, name), key(&fixture, name), "{name}");
+    fn a_file_counts_for_who_reads_it_and_one_of_no_row_for_all() {
+        for (path, name, expected) in [
+            ("docs/HAZARDS.md", "supine-tests/flow", true),
+            ("docs/HAZARDS.md", "supine-mesh", false),
+            ("docs/HAZARDS.md", "supine-tests/house", true),
+            ("tests/readers/dose.py", "supine-tests/flow", true),
+            ("tests/readers/dose.py", "supine-tests", false),
+            ("tests/readers/dose.py", "supine-flow/session", false),
+            ("fixtures/patient/case.toml", "supine-mesh", true),
+            ("crates/mesh/src/lib.rs", "supine-mesh", false),
+            ("crates/python/src/lib.rs", "package", true),
+            ("README.md", "package", false),
+        ] {
+            assert_eq!(counts(path, name), expected, "{path} {name}");
         }
     }
 

@@ -1,14 +1,18 @@
-//! Wavefront OBJ: vertices, normals and faces; texture, colours, groups and materials are passed over.
+//! Wavefront OBJ: vertices, normals and faces; texture, colours, groups and materials are passed over. A line that ends in
+//! a backslash goes on in the next.
 
 use super::{Parts, coordinate, fan};
 use crate::Problem;
+use std::borrow::Cow;
 use supine_space::{Point, Vector};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let text = String::from_utf8_lossy(bytes);
     let (mut parts, mut corners) = (Parts::default(), Vec::new());
     let mut normals = Normals::default();
-    for (at, line) in text.lines().enumerate() {
+    let mut lines = text.lines().enumerate();
+    while let Some((at, first)) = lines.next() {
+        let line = joined(first, lines.by_ref().map(|(_, line)| line));
         let mut words = line.split_ascii_whitespace();
         let kind = words.next();
         let mut next = || coordinate(words.next(), at + 1);
@@ -34,6 +38,21 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     }
     parts.normals = normals.of_vertices(parts.points.len());
     Ok(parts)
+}
+
+/// A line with those that it goes on in.
+fn joined<'a>(first: &'a str, rest: impl Iterator<Item = &'a str>) -> Cow<'a, str> {
+    let goes_on = |line: &'a str| line.trim_end().strip_suffix('\\');
+    let Some(begun) = goes_on(first) else { return first.into() };
+    let mut line = String::from(begun);
+    for next in rest {
+        line.push(' ');
+        line.push_str(goes_on(next).unwrap_or(next));
+        if goes_on(next).is_none() {
+            break;
+        }
+    }
+    line.into()
 }
 
 /// Normals as the file lists them, and what the corners of its faces make of them at the vertices.

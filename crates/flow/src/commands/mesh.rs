@@ -2,10 +2,10 @@
 
 use super::{Gather, SurfaceFrame, check_folder_of, input, mesh_file, messages, session};
 use crate::lazy::Lazy;
-use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented};
+use crate::nodes::{Chosen, Mesh as MeshNode, Region, Segment, Segmented, beyond_region};
 use crate::session::Request;
 use crate::shared::{read_surfaces, statics};
-use crate::spec::{Case, CaseError, Spec};
+use crate::spec::{Case, CaseError, Refinement, Spec};
 use crate::{Error, NodeId, Observer};
 use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
@@ -111,6 +111,9 @@ pub fn mesh(given: &Mesh, observer: &dyn Observer) -> Result<MeshDone, Error> {
     let case = session.case();
     let missing = CaseError::Missing { key: "region.centre", what: "the sphere that is modelled" };
     let sphere = case.region.ok_or(missing)?;
+    if case.mesh.refine != Refinement::Nowhere {
+        beyond_region(session.ground().tumour()?.sphere, sphere)?;
+    }
     let gather = Gather::new(observer, &[NodeId::Segment, NodeId::Region]);
     let segmented = source(given, &case, sphere, &gather)?;
     session.give::<Segment>(segmented, "a file".into());

@@ -2,7 +2,7 @@
 
 use super::{Gather, VOLUMES, check_ending, check_folder_of, ends, messages, session, usage};
 use crate::nodes::{Chosen, Import, Region, Segment as SegmentNode, Tissues};
-use crate::session::{Request, Start};
+use crate::session::{Request, Session, Start};
 use crate::shared::{write_dicom_labels, write_surfaces};
 use crate::spec::{Spec, Value};
 use crate::{Error, NodeId, Observer};
@@ -11,8 +11,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use supine_exchange::{write_labels, write_tenths};
 use supine_report::Warning;
+use supine_segment::tumour_place;
 use supine_space::{Grid, Progress, Sphere};
-use supine_volume::label;
+use supine_volume::{Ct, label};
 
 /// Keys of the table that it takes.
 pub const KEYS: &[&str] = &[
@@ -96,6 +97,7 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
     let gather = Gather::new(observer, &[NodeId::Region]);
     let request = Request { observer: &gather, ..Request::default() };
     let input = session.get::<Import>(&request)?;
+    check_tumour(&session, &input.ct)?;
     let dicom = ends(&given.out, &[".dcm"]);
     if dicom && input.source.is_none() {
         return Err(usage(
@@ -143,6 +145,15 @@ pub fn segment(given: &Segment, observer: &dyn Observer) -> Result<SegmentDone, 
         tissues: volumes.collect(),
         warnings: gather.warnings(),
     })
+}
+
+/// That a tumour lies in the CT, whether or not it becomes a label.
+fn check_tumour(session: &Session, ct: &Ct) -> Result<(), Error> {
+    let ground = session.ground();
+    if ground.case.tumour.is_some() {
+        tumour_place(ct, ground.tumour()?.sphere, None)?;
+    }
+    Ok(())
 }
 
 /// The values that are given, and those of the case for what is not.

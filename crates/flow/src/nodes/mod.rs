@@ -44,7 +44,7 @@ pub(crate) use objects::Objects;
 pub(crate) use pictures::Pictures;
 pub(crate) use points::{Points, not_carried};
 pub(crate) use prepare::{Prepare, Prepared};
-pub(crate) use region::{Chosen, Region};
+pub(crate) use region::{Chosen, Region, beyond_region};
 pub(crate) use registration::Registration;
 pub(crate) use report::Report;
 pub(crate) use report_object::ReportObject;

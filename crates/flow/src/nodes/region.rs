@@ -244,6 +244,23 @@ fn wall_uncertainty(
     }
 }
 
+/// How far the tumour's centre lies beyond the region's surface, mm; negative, as it must lie within.
+///
+/// # Errors
+/// [`Error::Tumour`] when it lies outside.
+pub(crate) fn beyond_region(tumour: Sphere, region: Sphere) -> Result<f64, Error> {
+    let beyond = region.signed_distance(&tumour.centre());
+    if beyond <= 0.0 {
+        return Ok(beyond);
+    }
+    Err(Error::Tumour(format!(
+        "its centre lies {beyond:.1} mm outside the region (centre {:.1?} mm, radius {:.1} mm); correct the centre or \
+         name a `region` that holds it",
+        <[f64; 3]>::from(region.centre().coords),
+        region.radius()
+    )))
+}
+
 /// The tumour must lie in the region and its centre in the patient.
 fn check_tumour(
     ct: &Ct,
@@ -253,15 +270,7 @@ fn check_tumour(
     work: &Work<'_>,
 ) -> Result<(), Error> {
     let centre = tumour.centre();
-    let beyond = region.signed_distance(&centre);
-    if beyond > 0.0 {
-        return Err(Error::Tumour(format!(
-            "its centre lies {beyond:.1} mm outside the region (centre {:.1?} mm, radius {:.1} \
-             mm); correct the centre or name a `region` that holds it",
-            <[f64; 3]>::from(region.centre().coords),
-            region.radius()
-        )));
-    }
+    let beyond = beyond_region(tumour, region)?;
     let here = labels.grid().voxel_at(&centre).map_or(label::OUTSIDE, |v| labels.at(v));
     if here == label::OUTSIDE {
         let message = "its centre lies outside the patient; correct the centre (LPS, mm)";

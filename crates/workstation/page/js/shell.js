@@ -12,6 +12,10 @@ import { doseText } from "./views/own.js";
 
 const at = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
+/** Rules of printed pages alone, and what stands in them. */
+const paper = { rule: "", sheet: new CSSStyleSheet() };
+document.adoptedStyleSheets.push(paper.sheet);
+
 /** @param {State} state */
 function drawCase(state) {
   const opened = state.server?.case ?? null;
@@ -24,6 +28,14 @@ function drawCase(state) {
     : [element("span", { class: "saved" }, "no case")]);
 }
 
+/** Whose it is at the head of every printed page: what stands in the banner is on the first alone. @param {(string | false)[]} told */
+function nameOnPaper(told) {
+  const rule = `@page { @top-left { content: "${CSS.escape(told.filter(Boolean).join("  "))}"; } }`;
+  if (rule === paper.rule) return;
+  paper.rule = rule;
+  paper.sheet.replaceSync(rule);
+}
+
 /** Whose CT is open, in every step. @param {State} state */
 function drawPatient({ server }) {
   const { patient = null, phase } = server ?? {};
@@ -32,6 +44,7 @@ function drawPatient({ server }) {
   // Who prints the page takes the name along.
   const leaves = Boolean(patient) && server?.case?.values["export.anonymise"] === true;
   at("patient").classList.toggle("unprinted", leaves);
+  nameOnPaper(leaves ? [] : told.slice(0, 3));
   remake(at("patient"), [told, leaves], () => [...told.filter(Boolean).map((text, n) => element(n === 0 ? "strong" : "span", {}, text)),
     leaves ? element("span", { class: "leaves" }, "leaves de-identified") : ""]);
 }
