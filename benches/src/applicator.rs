@@ -1,12 +1,12 @@
 //! An applicator moved through the reference breast, step by step: its cost and its error:
 //! `bench-applicator REFERENCE MESH ORDER PATH [sliding]`, JSON on stdout.
 //!
-//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten shifts) or 2
-//! (turning). The answers that a step starts from are renewed at the place before, as a second thread would;
-//! that time is told apart. With `sliding` the tissue slides without friction; `off_surface_mm` says how far a node
-//! comes off its distance from the sphere. PATH `surface` tells instead what
-//! points moved onto the sphere buy at the probes, PATH `stored` how far the settled solutions are from the stored
-//! ones of both paths.
+//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), PATH 1 (ten
+//! shifts) or 2 (turning). The answers that a step starts from are renewed at the place before, as
+//! a second thread would; that time is told apart. With `sliding` the tissue slides without
+//! friction; `off_surface_mm` says how far a node comes off its distance from the sphere. PATH
+//! `surface` tells instead what points moved onto the sphere buy at the probes, PATH `stored` how
+//! far the settled solutions are from the stored ones of both paths.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -31,8 +31,8 @@ const SPHERE: SphereOnShaft = SphereOnShaft {
     radius_mm: 20.0,
     shaft: None,
 };
-/// Its nodes are those of the reference, which counts none beyond 20 mm: of the sphere above those 0.002 mm beyond
-/// count as on its surface, and the quadratic elements of 12k have one.
+/// Its nodes are those of the reference, which counts none beyond 20 mm: of the sphere above those
+/// 0.002 mm beyond count as on its surface, and the quadratic elements of 12k have one.
 const WITHIN: SphereOnShaft = SphereOnShaft { radius_mm: 20.0 / 1.0001, ..SPHERE };
 const STEPS: usize = 10;
 /// The path is gone so often; of each step the median time counts.
@@ -167,7 +167,8 @@ fn off_surface(nodes: &[Point], first: &[(usize, f64)], applicator: &Applicator)
     Ok(first.iter().map(off).fold(0.0, f64::max))
 }
 
-/// Largest nodal difference, mm, of the settled solutions to the stored fields of both paths, and their number.
+/// Largest nodal difference, mm, of the settled solutions to the stored fields of both paths, and
+/// their number.
 fn agreement(
     reference: &Reference,
     (mesh, order): (&str, Order),

@@ -1,10 +1,12 @@
-//! An applicator that presses the reference breast, for another program to solve anew: `bench-contact REFERENCE FOLDER`, one
-//! JSON object for each problem on stdout, its arrays in FOLDER/NAME.npz.
+//! An applicator that presses the reference breast, for another program to solve anew:
+//! `bench-contact REFERENCE FOLDER`, one JSON object for each problem on stdout, its arrays in
+//! FOLDER/NAME.npz.
 //!
-//! REFERENCE is the folder of the reference's arrays. Each problem is gone to live, step by step, and its last place is written:
-//! `nodes`, `cells` (those that bear, in the order of VTK), `held` nodes, `load` (kPa/mm), the applicator's `centre`, `radius`,
-//! `axis` and `shaft` (radius and length; 0: none) there, in which part of the way it came (`away`), our `moved` (mm) and
-//! `forces` (mN). LPS, mm.
+//! REFERENCE is the folder of the reference's arrays. Each problem is gone to live, step by step,
+//! and its last place is written: `nodes`, `cells` (those that bear, in the order of VTK), `held`
+//! nodes, `load` (kPa/mm), the applicator's `centre`, `radius`, `axis` and `shaft` (radius and
+//! length; 0: none) there, in which part of the way it came (`away`), our `moved` (mm) and `forces`
+//! (mN). LPS, mm.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,

@@ -1,4 +1,5 @@
-//! Curved elements of a reference mesh, whose own surface is only known by the finest of the meshes.
+//! Curved elements of a reference mesh, whose own surface is only known by the finest of the
+//! meshes.
 
 use crate::reference::Reference;
 use anyhow::{Context, Result};
@@ -11,8 +12,8 @@ use supine_space::{Point, Vector};
 /// The mesh whose skin and chest wall count as the true ones.
 const FINEST: &str = "100k";
 
-/// Offsets of the nodes of quadratic elements that follow skin and chest wall: the mid-sides there move to the
-/// nearest place of the finest mesh's surface of the same kind. The cut stays as it is.
+/// Offsets of the nodes of quadratic elements that follow skin and chest wall: the mid-sides there
+/// move to the nearest place of the finest mesh's surface of the same kind. The cut stays as it is.
 pub(crate) fn offsets(reference: &Reference, mesh: &TetMesh) -> Result<Displacement> {
     let finest = reference.mesh(FINEST)?;
     let edges = Edges::new(mesh);

@@ -1,9 +1,9 @@
-//! The error of the displacement by what happens at the cut, against a truth that was solved on more
-//! than the sphere: `bench-cut PATIENT BEYOND[,BEYOND...] CUT[,CUT...]`, JSON on stdout.
+//! The error of the displacement by what happens at the cut, against a truth that was solved on
+//! more than the sphere: `bench-cut PATIENT BEYOND[,BEYOND...] CUT[,CUT...]`, JSON on stdout.
 //!
-//! PATIENT is a folder of the synthetic cohort; her labels, tissue and rest state are the true ones.
-//! BEYOND: how far the sphere reaches beyond the breast's footprint, mm. CUT: `free`, `fixed`, `spring`,
-//! or the stiffness of springs in kPa/mm.
+//! PATIENT is a folder of the synthetic cohort; her labels, tissue and rest state are the true
+//! ones. BEYOND: how far the sphere reaches beyond the breast's footprint, mm. CUT: `free`,
+//! `fixed`, `spring`, or the stiffness of springs in kPa/mm.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -142,7 +142,8 @@ impl Patient {
         })
     }
 
-    /// The errors with a sphere that reaches so far beyond the breast; none when the CT does not hold it.
+    /// The errors with a sphere that reaches so far beyond the breast; none when the CT does not
+    /// hold it.
     fn rows<'c>(&self, beyond: f64, cuts: impl Iterator<Item = &'c str>) -> Result<Vec<Value>> {
         let sphere = Sphere::new(self.breast.centre(), self.breast.radius() + beyond)?;
         let region = match Region::new(self.labels.clone(), sphere) {

@@ -1,10 +1,11 @@
 //! A cold solution of one of the problems of the reference data, its cost and its error:
 //! `bench-mechanics REFERENCE MESH ORDER FIELD TOLERANCE [curved]`, JSON on stdout.
 //!
-//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the name of one of
-//! its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or `net_sit_dxdE` for the derivative
-//! by the modulus. `curved`: the elements follow skin and chest wall, and no stored field is theirs. Everything
-//! from the mesh to the displacement counts as the solution.
+//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`12k`), FIELD the
+//! name of one of its displacement fields (`net_tilt`), `unl_X` for the stress-free shape, or
+//! `net_sit_dxdE` for the derivative by the modulus. `curved`: the elements follow skin and chest
+//! wall, and no stored field is theirs. Everything from the mesh to the displacement counts as the
+//! solution.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -27,7 +28,8 @@ use supine_space::{Point, Progress, Vector, sitting, supine};
 /// A solution is repeated until so much time went by, at most so often; the median counts.
 const ENOUGH_S: f64 = 1.0;
 const MOST: usize = 9;
-/// The mesh whose quadratic solution the errors are taken against, or the next finer one that holds the field.
+/// The mesh whose quadratic solution the errors are taken against, or the next finer one that holds
+/// the field.
 const TRUE: [&str; 2] = ["40k", "12k"];
 
 fn main() -> Result<()> {
@@ -170,8 +172,8 @@ impl Reference {
         })
     }
 
-    /// Largest nodal difference to the stored field, mm, if it is stored; that of the derivative as a share of
-    /// its largest value.
+    /// Largest nodal difference to the stored field, mm, if it is stored; that of the derivative as
+    /// a share of its largest value.
     fn difference(
         &self,
         (mesh, order, field): (&str, Order, &str),
@@ -203,7 +205,8 @@ impl Reference {
         Ok(Some(if relative { off / u.max_norm() } else { off }))
     }
 
-    /// Error at the probes against the finest quadratic solution, rms and largest, mm, if there is one.
+    /// Error at the probes against the finest quadratic solution, rms and largest, mm, if there is
+    /// one.
     fn at_probes(
         &self,
         mesh: &Arc<TetMesh>,

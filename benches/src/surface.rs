@@ -1,5 +1,5 @@
-//! What points on the applicator's surface buy: the motion of the probes after path 1, against a finer
-//! quadratic solution with points on the surface.
+//! What points on the applicator's surface buy: the motion of the probes after path 1, against a
+//! finer quadratic solution with points on the surface.
 
 use crate::reference::{Reference, rows};
 use crate::{SETTLED, SPHERE, STEPS, pose};
@@ -16,8 +16,8 @@ const NEAR_MM: f64 = 24.0;
 /// The mesh of the truth.
 const TRUE: &str = "12k";
 
-/// Error of the probes' motion with the mesh as it is and with points moved onto the sphere: root mean
-/// square (mm), largest (mm), nodes in the sphere.
+/// Error of the probes' motion with the mesh as it is and with points moved onto the sphere: root
+/// mean square (mm), largest (mm), nodes in the sphere.
 pub(crate) fn measure(
     reference: &Reference,
     body: &Body,
@@ -45,7 +45,8 @@ pub(crate) fn measure(
     Ok(json!({ "moved": moved, "ragged": ragged, "exact": exact }))
 }
 
-/// Where each point lies in the tilted breast and how path 1 moves it, mm; and the nodes in the sphere.
+/// Where each point lies in the tilted breast and how path 1 moves it, mm; and the nodes in the
+/// sphere.
 fn motion(
     body: &Body,
     load: &Load,

@@ -1,9 +1,10 @@
 //! The operating table tilted live: cost and error of the turns of the reference breast:
 //! `bench-tilt REFERENCE MESH ORDER REST`, JSON on stdout.
 //!
-//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`1.6k`), REST `net` or `unloaded`. The path goes
-//! in steps of 1 degree from level to AP 20, from there to LAT 15, back over level to AP -20; then one jump from there to AP 20,
-//! LAT 15. Every few turns the tissue is compared with a cold solution.
+//! REFERENCE is the folder of the reference's arrays, MESH one of its meshes (`1.6k`), REST `net`
+//! or `unloaded`. The path goes in steps of 1 degree from level to AP 20, from there to LAT 15,
+//! back over level to AP -20; then one jump from there to AP 20, LAT 15. Every few turns the tissue
+//! is compared with a cold solution.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,

@@ -1,10 +1,11 @@
-//! The chest wall of one CT as several weights of its search make it: `bench-walls CT OUT [NAME:FAT,MUSCLE,HU,EDGE,JUMP,LUNG]...
-//! [SEED:wall|soft,X,Y,Z] [PHASES]`.
+//! The chest wall of one CT as several weights of its search make it: `bench-walls CT OUT
+//! [NAME:FAT,MUSCLE,HU,EDGE,JUMP,LUNG]... [SEED:wall|soft,X,Y,Z] [PHASES]`.
 //!
-//! Writes OUT/NAME.nrrd (labels) and OUT/NAME-error.nrrd (the error that 19 of 20 places do not exceed, tenths of mm) for each;
-//! `default` without any. A seed (LPS, mm) goes with all of them.
-//! `PHASES` instead: what is said of both breasts on every second and third slice, from each slice on, and on means of two; a line
-//! each on stdout: the way, the side, and the thickness beside the other breast in per cent or why there is none.
+//! Writes OUT/NAME.nrrd (labels) and OUT/NAME-error.nrrd (the error that 19 of 20 places do not
+//! exceed, tenths of mm) for each; `default` without any. A seed (LPS, mm) goes with all of them.
+//! `PHASES` instead: what is said of both breasts on every second and third slice, from each slice
+//! on, and on means of two; a line each on stdout: the way, the side, and the thickness beside the
+//! other breast in per cent or why there is none.
 #![expect(clippy::print_stdout, reason = "a measurement tells its result")]
 
 use anyhow::{Context, Result, ensure};
@@ -95,7 +96,8 @@ fn told(way: &str, ct: Ct, field: &Field) -> Result<()> {
     Ok(())
 }
 
-/// The thickness about the breast of a side in per cent of the other's, or why there is no such breast.
+/// The thickness about the breast of a side in per cent of the other's, or why there is no such
+/// breast.
 fn breast(ct: &Ct, labels: &LabelMap, side: Side, field: &Field) -> String {
     let breast = match Breast::find(labels, side, None) {
         Ok(breast) => breast,

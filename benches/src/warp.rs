@@ -1,8 +1,8 @@
 //! CPU time of carrying a CT through a deformed mesh, beside that of copying it:
 //! `bench-warp WORKLOAD.npz CT.npy RUNS [OUT.npy]`, JSON on stdout.
 //!
-//! WORKLOAD is one of the reference's (shape, spacing, origin, direction, rest, disp, tets), CT its volume.
-//! The mesh ends where it rests: no fade, no collar. OUT receives the result.
+//! WORKLOAD is one of the reference's (shape, spacing, origin, direction, rest, disp, tets), CT its
+//! volume. The mesh ends where it rests: no fade, no collar. OUT receives the result.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -66,7 +66,8 @@ fn main() -> Result<()> {
     frames.restore(&mut out_ct);
     let cubic = beside_cubic(&ct, &params, &deformation, &mut frames, &mut out_ct, runs)?;
     let cubic_mb = memory_mb("VmHWM")? - peak_mb;
-    // As in a session: with what is sampled beside the skin, and with edges that bend; a few, they are slow.
+    // As in a session: with what is sampled beside the skin, and with edges that bend; a few, they
+    // are slow.
     let runs = runs.min(3);
     frames.restore(&mut out_ct);
     let mut collared = out_ct.clone();
@@ -100,8 +101,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Median times, taken in turn: painting with linear and with cubic interpolation, and the frames of both. `out` holds
-/// the CT, and does so afterwards.
+/// Median times, taken in turn: painting with linear and with cubic interpolation, and the frames
+/// of both. `out` holds the CT, and does so afterwards.
 fn beside_cubic(
     ct: &Arc<Ct>,
     params: &Params,
@@ -147,8 +148,8 @@ fn frame_time(
     Ok(median(times))
 }
 
-/// The same displacement with a quadratic part: the middle of each edge moves by a hundredth more than the mean of
-/// its ends, 0.13 mm at most.
+/// The same displacement with a quadratic part: the middle of each edge moves by a hundredth more
+/// than the mean of its ends, 0.13 mm at most.
 fn bent(deformation: &Deformation) -> Result<Deformation> {
     let (mesh, displacement) = (deformation.mesh(), deformation.displacement());
     let edges = Edges::new(mesh);

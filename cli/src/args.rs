@@ -3,9 +3,11 @@
 use crate::args_batch::{Batch, BatchCase};
 use crate::args_navigate::{Navigate, Replay};
 use crate::args_network::{Fetch, Send};
+use crate::cli_values::{
+    BreastSide, CarryGrid, CarryKind, Frame, LogFormat, Numbers, Schema, stages,
+};
 use crate::examples;
 use crate::parameters::{Given, Keys};
-use crate::words::{BreastSide, CarryGrid, CarryKind, Frame, LogFormat, Numbers, Schema, stages};
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -26,7 +28,8 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-/// The most threads that anybody may ask for: each of many thousands takes memory and hands others no work.
+/// The most threads that anybody may ask for: each of many thousands takes memory and hands others
+/// no work.
 const MOST_THREADS: usize = 1024;
 
 /// A number of threads.
@@ -66,7 +69,8 @@ pub(crate) struct Common {
         hide_default_value = true
     )]
     pub(crate) log: LogFormat,
-    /// Write the stages over time, with the memory, into this file: a trace that Perfetto (ui.perfetto.dev) opens
+    /// Write the stages over time, with the memory, into this file: a trace that Perfetto
+    /// (ui.perfetto.dev) opens
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) profile: Option<PathBuf>,
 }
@@ -183,13 +187,15 @@ keys!(SolveKeys, commands::solve::KEYS, BED = true);
 keys!(WarpKeys, commands::warp::KEYS, REQUIRED = &["ct"]);
 keys!(CarryKeys, commands::carry::KEYS);
 
-/// The page is served on loopback alone (127.0.0.1), and its address bears a key: who has the address sees the patient,
-/// so hand it to nobody. Of the disk it sees what lies in the folder, or beside the file. Ctrl-C ends it, as do twelve hours
-/// without a page. From another machine: `ssh -L 9000:127.0.0.1:PORT HOST` with `--port PORT --no-browser`, then the address
-/// with 9000 for the port.
+/// The page is served on loopback alone (127.0.0.1), and its address bears a key: who has the
+/// address sees the patient, so hand it to nobody. Of the disk it sees what lies in the folder, or
+/// beside the file. Ctrl-C ends it, as do twelve hours without a page. From another machine: `ssh
+/// -L 9000:127.0.0.1:PORT HOST` with `--port PORT --no-browser`, then the address with 9000 for the
+/// port.
 #[derive(Args, Debug)]
 pub(crate) struct Open {
-    /// A folder of DICOM, which is looked through, a case file, or the folder of a run [default: the list of this folder]
+    /// A folder of DICOM, which is looked through, a case file, or the folder of a run [default:
+    /// the list of this folder]
     pub(crate) path: Option<PathBuf>,
     /// The port [default: any that is free]
     #[arg(long, value_name = "N")]
@@ -290,13 +296,15 @@ pub(crate) struct Run {
     /// Replace the finished result of another case in this folder; without, that is refused
     #[arg(long)]
     pub(crate) overwrite: bool,
-    /// Repeat a summary.json although files that its run read have changed since; without, that is refused
+    /// Repeat a summary.json although files that its run read have changed since; without, that is
+    /// refused
     #[arg(long)]
     pub(crate) inputs_changed: bool,
     /// End with exit code 4 unless the verdict is green
     #[arg(long)]
     pub(crate) deny_warnings: bool,
-    /// Tell at the end, however it ends, in this small JSON file for workflow engines: `supine schema status`
+    /// Tell at the end, however it ends, in this small JSON file for workflow engines: `supine
+    /// schema status`
     #[arg(long, value_name = "FILE")]
     pub(crate) status: Option<PathBuf>,
 }
@@ -341,7 +349,8 @@ pub(crate) struct Mesh {
     #[arg(long, value_name = "FILE", required_unless_present = "skin",
           conflicts_with_all = ["skin", "chest_wall"])]
     pub(crate) labels: Option<PathBuf>,
-    /// What `segment --surfaces` wrote beside the labels: the mesh then follows it between the voxels
+    /// What `segment --surfaces` wrote beside the labels: the mesh then follows it between the
+    /// voxels
     #[arg(long, value_name = "DIR", requires = "labels")]
     pub(crate) surfaces: Option<PathBuf>,
     /// Closed surface of the body, or of its soft tissue alone (.stl, .ply, .obj; mm)
@@ -417,14 +426,16 @@ pub(crate) struct Warp {
     /// Another grid of voxels this long, mm, along the CT's axes; for .nrrd, .nii, .nii.gz and .mha
     #[arg(long, value_name = "X,Y,Z")]
     pub(crate) spacing: Option<Numbers<3>>,
-    /// Only the box of the tissue, before and after, and this much around it, mm; for files as above
+    /// Only the box of the tissue, before and after, and this much around it, mm; for files as
+    /// above
     #[arg(long, value_name = "MM")]
     pub(crate) around: Option<f64>,
-    /// Only slices between these positions, mm, z for axial slices; beyond the CT is air; for files as above
+    /// Only slices between these positions, mm, z for axial slices; beyond the CT is air; for files
+    /// as above
     #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
     pub(crate) axial: Option<Numbers<2>>,
-    /// Also the map as fields on the voxels of the CT around what moves, both ways, and its Jacobian: .nrrd
-    /// and .nii.gz, and as a transform of ITK (.mat), in this folder
+    /// Also the map as fields on the voxels of the CT around what moves, both ways, and its
+    /// Jacobian: .nrrd and .nii.gz, and as a transform of ITK (.mat), in this folder
     #[arg(long, value_name = "DIR")]
     pub(crate) fields: Option<PathBuf>,
     /// Also the map as DICOM registrations of the series with the CT, in this folder
@@ -452,9 +463,9 @@ pub(crate) struct Carry {
     /// Points, in place of FILE
     #[arg(long, value_name = "FILE")]
     pub(crate) points: Option<PathBuf>,
-    /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd, .nii.gz or .mha,
-    /// dose .nrrd, .nii.gz or .mha, surface .stl, .ply or .obj, contours .csv); .dcm: the same kind of
-    /// DICOM object, of the run's series
+    /// The same on the operating table (points .csv or .mrk.json, labels .seg.nrrd, .nrrd, .nii.gz
+    /// or .mha, dose .nrrd, .nii.gz or .mha, surface .stl, .ply or .obj, contours .csv); .dcm: the
+    /// same kind of DICOM object, of the run's series
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// The voxels in which labels come out

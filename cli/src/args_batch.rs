@@ -1,7 +1,7 @@
 //! What can be typed about many cases at once.
 
+use crate::cli_values::stages;
 use crate::examples;
-use crate::words::stages;
 use clap::Args;
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -10,9 +10,10 @@ use supine_flow::commands::Colour;
 use supine_flow::commands::run::Change;
 use supine_flow::{NodeId, Options, Start};
 
-/// Each case is run in DIR/runs/NAME, and DIR/status/NAME.json tells how that ended (schema word supine-status/1). DIR/cohort.csv and
-/// DIR/index.html show all patients of DIR beside each other. What is finished is not done again: the same call goes on where it was
-/// ended. A case that fails ends itself alone.
+/// Each case is run in DIR/runs/NAME, and DIR/status/NAME.json tells how that ended (schema word
+/// supine-status/1). DIR/cohort.csv and DIR/index.html show all patients of DIR beside each other.
+/// What is finished is not done again: the same call goes on where it was ended. A case that fails
+/// ends itself alone.
 ///
 /// On stdout is one line of JSON for each case as it ends: what its status file holds.
 #[derive(Args, Debug)]
@@ -40,7 +41,8 @@ pub(crate) struct Batch {
     /// Cases at once [default: as many as there are cores]; memory may allow fewer
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<NonZeroUsize>,
-    /// Memory for all cases together, GB [default: 80 % of what the machine has available now]; one case always runs
+    /// Memory for all cases together, GB [default: 80 % of what the machine has available now]; one
+    /// case always runs
     #[arg(long, value_name = "GB", value_parser = gigabytes)]
     pub(crate) memory: Option<u64>,
     /// Another value for a key of every case, as for `run`
@@ -52,7 +54,8 @@ pub(crate) struct Batch {
     /// End each case after this stage
     #[arg(long, value_name = "STAGE", value_parser = stages())]
     pub(crate) until: Option<NodeId>,
-    /// Replace finished results of other cases in DIR/runs; without, a case whose name had another CT is refused
+    /// Replace finished results of other cases in DIR/runs; without, a case whose name had another
+    /// CT is refused
     #[arg(long)]
     pub(crate) overwrite: bool,
     /// Count a case as not usable unless its verdict is green
@@ -85,7 +88,8 @@ impl Batch {
         if self.deny_warnings { Colour::Green } else { Colour::Amber }
     }
 
-    /// The words that say the same of each case alone: all but its file, its name and what is shared out among the cases.
+    /// The words that say the same of each case alone: all but its file, its name and what is
+    /// shared out among the cases.
     pub(crate) fn words(&self) -> Vec<OsString> {
         // In one word, as a folder may begin with a hyphen.
         let mut out = OsString::from("--out=");

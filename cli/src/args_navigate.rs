@@ -1,6 +1,6 @@
 //! What can be typed about navigation.
 
-use crate::words::{Frame, Numbers};
+use crate::cli_values::{Frame, Numbers};
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -8,14 +8,16 @@ use supine_navigate::{Holding, Renewing, Settings};
 
 /// The tumour followed live under the applicator, by OpenIGTLink.
 ///
-/// Starts from the operating position of a finished run. Trackers send TRANSFORM messages, to this program or, with
-/// `--connect`, from their own server; everybody who is connected is sent the tumour's place as POINT with the stamp of the
-/// pose. The origin of a pose is the centre of the applicator's sphere (see `--calibration`), its shaft runs along -z. The
-/// newest pose wins; poses that are no rigid motion, far away or frozen are refused and the last result is marked stale.
+/// Starts from the operating position of a finished run. Trackers send TRANSFORM messages, to this
+/// program or, with `--connect`, from their own server; everybody who is connected is sent the
+/// tumour's place as POINT with the stamp of the pose. The origin of a pose is the centre of the
+/// applicator's sphere (see `--calibration`), its shaft runs along -z. The newest pose wins; poses
+/// that are no rigid motion, far away or frozen are refused and the last result is marked stale.
 ///
-/// Without `--registration` poses are in the patient's own frame, which `--frame` names. Messages do not say their frame and
-/// peers do not convert: 3D Slicer takes all as RAS. Listens on loopback alone unless `--host` says otherwise: whoever
-/// connects is served. Research software: no clinical use is claimed.
+/// Without `--registration` poses are in the patient's own frame, which `--frame` names. Messages
+/// do not say their frame and peers do not convert: 3D Slicer takes all as RAS. Listens on loopback
+/// alone unless `--host` says otherwise: whoever connects is served. Research software: no clinical
+/// use is claimed.
 #[derive(Args, Debug)]
 pub(crate) struct Navigate {
     /// The folder of a finished run
@@ -35,10 +37,12 @@ pub(crate) struct Navigate {
     /// Frame of what is sent, and of poses without a registration
     #[arg(long, value_enum, default_value = "lps")]
     pub(crate) frame: Frame,
-    /// Landmarks in the tracker's frame and in the patient's: CSV `name,tracker_x,…,patient_z`, mm, LPS
+    /// Landmarks in the tracker's frame and in the patient's: CSV `name,tracker_x,…,patient_z`, mm,
+    /// LPS
     #[arg(long, value_name = "CSV", conflicts_with = "simulate")]
     pub(crate) registration: Option<PathBuf>,
-    /// Poses of the marker while the sphere turned in a cup: CSV with 12 numbers a line, as TRANSFORM has them
+    /// Poses of the marker while the sphere turned in a cup: CSV with 12 numbers a line, as
+    /// TRANSFORM has them
     #[arg(long, value_name = "CSV", conflicts_with = "simulate")]
     pub(crate) calibration: Option<PathBuf>,
     /// Latency that the maker of the tracker states, ms
@@ -50,7 +54,8 @@ pub(crate) struct Navigate {
     /// Keep poses and results in a new file, for `supine replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// Send the poses of a motion of 20 s or of 10 minutes, with what goes wrong with trackers, to try it
+    /// Send the poses of a motion of 20 s or of 10 minutes, with what goes wrong with trackers, to
+    /// try it
     #[arg(long, value_name = "MOTION", num_args = 0..=1, default_missing_value = "short")]
     pub(crate) simulate: Option<Motion>,
     #[command(flatten)]
@@ -75,7 +80,8 @@ pub(crate) struct TissueArgs {
     /// Diameter of the shaft, mm
     #[arg(long, value_name = "MM", default_value_t = 12.0)]
     pub(crate) shaft: f64,
-    /// Planned centre of the sphere on the table, LPS, mm [default: beside the tumour on the way in; in the middle of a cavity]
+    /// Planned centre of the sphere on the table, LPS, mm [default: beside the tumour on the way
+    /// in; in the middle of a cavity]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) at: Option<Numbers<3>>,
     /// Direction from which the shaft comes, LPS [default: from the skin nearest to the tumour]

@@ -20,13 +20,15 @@ pub(crate) struct Send {
     /// Our own application entity title
     #[arg(long, value_name = "AET", default_value = "SUPINE")]
     pub(crate) from: Title,
-    /// Objects of every kind, not only CT, registrations, doses, structure sets, segmentations and PDFs
+    /// Objects of every kind, not only CT, registrations, doses, structure sets, segmentations and
+    /// PDFs
     #[arg(long)]
     pub(crate) all: bool,
     /// Also what the archive has acknowledged in an earlier call
     #[arg(long)]
     pub(crate) again: bool,
-    /// Send the files of a run that is unfinished or must not be used (verdict red); its log notes it
+    /// Send the files of a run that is unfinished or must not be used (verdict red); its log notes
+    /// it
     #[arg(long)]
     pub(crate) although_not_usable: bool,
     #[command(flatten)]
@@ -80,7 +82,8 @@ pub(crate) struct Link {
     /// Encrypt, and have the archive prove who it is: TLS 1.2 or 1.3
     #[arg(long)]
     tls: bool,
-    /// Who may answer for the archive: certificates of issuers, or its own, PEM [default: the system's]
+    /// Who may answer for the archive: certificates of issuers, or its own, PEM [default: the
+    /// system's]
     #[arg(long, value_name = "FILE", requires = "tls")]
     tls_ca: Option<PathBuf>,
     /// Our own certificate for archives that ask for one, PEM

@@ -1,9 +1,10 @@
-//! The elementary functions of the program for Windows: those of the system round otherwise than musl's, which the
-//! program for Linux holds, and results would differ in the last bits, then in whole voxels.
+//! The elementary functions of the program for Windows: those of the system round otherwise than
+//! musl's, which the program for Linux holds, and results would differ in the last bits, then in
+//! whole voxels.
 //!
-//! Crate and C library call them by their names in C, so here they have these names; the linker takes them before it
-//! looks into the system's libraries. `libm` is musl's in Rust. `unsafe` says that a name is not mangled; nothing
-//! else is done.
+//! Crate and C library call them by their names in C, so here they have these names; the linker
+//! takes them before it looks into the system's libraries. `libm` is musl's in Rust. `unsafe` says
+//! that a name is not mangled; nothing else is done.
 
 #![allow(unsafe_code, reason = "names of C, see above")]
 
@@ -46,7 +47,8 @@ elementary! {
     tan(x: f64) = libm::tan;
 }
 
-/// Both at once, as compilers ask for them; what C calls pointers to two numbers are these references.
+/// Both at once, as compilers ask for them; what C calls pointers to two numbers are these
+/// references.
 // SAFETY: the function is the one that C has by this name.
 #[unsafe(no_mangle)]
 extern "C" fn sincos(x: f64, sin: &mut f64, cos: &mut f64) {

@@ -1,4 +1,5 @@
-//! What stands in the manual of each command beside its options: its exit codes, and the files that it reads and leaves.
+//! What stands in the manual of each command beside its options: its exit codes, and the files that
+//! it reads and leaves.
 
 use clap::Command;
 
@@ -138,8 +139,8 @@ pub(crate) fn files(command: &str) -> Vec<&'static str> {
     }
 }
 
-/// A command line that tells its exit codes at the end of its help, and whose commands tell these lists at the end of their
-/// long one.
+/// A command line that tells its exit codes at the end of its help, and whose commands tell these
+/// lists at the end of their long one.
 pub(crate) fn with_lists(cli: Command) -> Command {
     let codes: Vec<String> =
         codes("").into_iter().map(|(code, text)| format!("{code} {text}")).collect();

@@ -8,6 +8,7 @@ mod args;
 mod args_batch;
 mod args_navigate;
 mod args_network;
+mod cli_values;
 mod commands;
 #[cfg(windows)]
 mod elementary;
@@ -23,10 +24,10 @@ mod profile;
 mod resident;
 mod screen;
 mod start;
-mod words;
 
 use args::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
+use cli_values::Schema;
 use commands::{
     batch, batch_case, carry, demo, fetch, init, inspect, manual, navigate, open, run, send, stages,
 };
@@ -39,7 +40,6 @@ use supine_flow::{
     spec::case_schema,
 };
 use supine_space::Failure as Kind;
-use words::Schema;
 
 #[global_allocator]
 static ALLOCATOR: supine_flow::CountingAllocator = supine_flow::CountingAllocator;

@@ -1,8 +1,9 @@
 //! How the program ends when the system gives it no more memory.
 //!
-//! Rust aborts then, which a script takes for a crash. A handler of that signal ends the program with the code of what is
-//! worth another try. `unsafe` is needed to set it: what a handler may call is little, and nobody checks it. This one reads
-//! a flag, writes to stderr and ends the process, all of which POSIX allows there (signal-safety(7)).
+//! Rust aborts then, which a script takes for a crash. A handler of that signal ends the program
+//! with the code of what is worth another try. `unsafe` is needed to set it: what a handler may
+//! call is little, and nobody checks it. This one reads a flag, writes to stderr and ends the
+//! process, all of which POSIX allows there (signal-safety(7)).
 
 #![allow(unsafe_code, reason = "a signal's handler, see above")]
 
@@ -17,7 +18,8 @@ const TEXT: &[u8] = b"error: the memory does not suffice; what was finished stay
 const NO_THREAD: [&str; 2] =
     ["failed to spawn thread", "The global thread pool has not been initialized"];
 
-/// Sees to it that a lack of memory, or of threads, which need some, ends the program with [`Failure::Retry`].
+/// Sees to it that a lack of memory, or of threads, which need some, ends the program with
+/// [`Failure::Retry`].
 pub(crate) fn ends_as_a_retry() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panicked| {
@@ -28,7 +30,8 @@ pub(crate) fn ends_as_a_retry() {
         usual(panicked);
     }));
     let action = SigAction::new(SigHandler::Handler(aborted), SaFlags::empty(), SigSet::empty());
-    // SAFETY: the handler does what POSIX allows there, see above. Without it an abort stays an abort.
+    // SAFETY: the handler does what POSIX allows there, see above. Without it an abort stays an
+    // abort.
     let _set = unsafe { sigaction(Signal::SIGABRT, &action) };
 }
 

@@ -1,4 +1,5 @@
-//! Options made from the table of parameters: their names, help and checks stand there and nowhere else.
+//! Options made from the table of parameters: their names, help and checks stand there and nowhere
+//! else.
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::ErrorKind;

@@ -83,7 +83,8 @@ impl Profile {
         });
     }
 
-    /// Writes the trace, also of a command that failed: that of a stage that did not end goes up to now.
+    /// Writes the trace, also of a command that failed: that of a stage that did not end goes up to
+    /// now.
     ///
     /// # Errors
     /// When the file cannot be written.

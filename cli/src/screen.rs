@@ -1,10 +1,10 @@
 //! What people see: the progress bar, warnings and errors; and Ctrl-C.
 
 use crate::args::Common;
+use crate::cli_values::LogFormat;
 use crate::failure::Failure;
 use crate::log;
 use crate::profile::Profile;
-use crate::words::LogFormat;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -176,7 +176,8 @@ impl Screen {
         })
     }
 
-    /// Why a command that has its result ends with another code than 0, where [`Self::result`] does not say it.
+    /// Why a command that has its result ends with another code than 0, where [`Self::result`] does
+    /// not say it.
     pub(crate) fn reason(&self, text: &str) {
         if self.quiet && !self.json {
             self.put(text);
@@ -188,8 +189,8 @@ impl Screen {
         self.bar.finish_and_clear();
     }
 
-    /// The one message of a command that failed; for scripts on stdout too, unless the command has answered already and
-    /// its answer says what failed.
+    /// The one message of a command that failed; for scripts on stdout too, unless the command has
+    /// answered already and its answer says what failed.
     pub(crate) fn fail(&self, failure: &Failure) {
         self.clear();
         err(&match self.log {
@@ -221,7 +222,8 @@ impl Screen {
         }
     }
 
-    /// The answer of a command, which may be that something is wrong, on stdout: for scripts, or as `text`.
+    /// The answer of a command, which may be that something is wrong, on stdout: for scripts, or as
+    /// `text`.
     pub(crate) fn answer_but(
         &self,
         failure: Option<&Failure>,
@@ -272,7 +274,8 @@ fn err(line: &str) {
 /// Why something could not be written to stdout, for the end of the program.
 static UNWRITTEN: Mutex<Option<std::io::Error>> = Mutex::new(None);
 
-/// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours; a full disk is told at the end.
+/// Writes to stdout. A reader that has seen enough (`| head`) is no fault of ours; a full disk is
+/// told at the end.
 pub(crate) fn data(text: &str) {
     use std::io::Write;
     let mut out = std::io::stdout().lock();

@@ -6,7 +6,8 @@ use supine_flow::Start;
 use supine_flow::commands::Clock;
 use supine_space::Failure as Kind;
 
-/// Names the time to write in place of that of the clock, in seconds since 1970 (UTC), as in reproducible builds.
+/// Names the time to write in place of that of the clock, in seconds since 1970 (UTC), as in
+/// reproducible builds.
 const EPOCH: &str = "SOURCE_DATE_EPOCH";
 
 /// The start of this program, at the local time.

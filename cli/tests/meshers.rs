@@ -1,7 +1,7 @@
 //! All meshers of this build through the same case; those it lacks are refused with what to do.
 //!
-//! `cargo test -p supine --features cgal,tetgen` tries all three; `cargo xtask test` does so where the
-//! Debian packages are there.
+//! `cargo test -p supine --features cgal,tetgen` tries all three; `cargo xtask test` does so where
+//! the Debian packages are there.
 #![expect(
     clippy::disallowed_methods,
     clippy::unwrap_used,

@@ -20,8 +20,8 @@ fn cgal() {
     }
     let mut build = cxx_build::bridge("src/bridge.rs");
     build.file("cpp/mesh.cpp").include("cpp").std("c++17").warnings(false);
-    // Its geometry is slow beyond use without optimisation, whatever the profile says; -frounding-math
-    // is what its interval arithmetic rests on.
+    // Its geometry is slow beyond use without optimisation, whatever the profile says;
+    // -frounding-math is what its interval arithmetic rests on.
     build.opt_level(2).define("NDEBUG", None).flag("-frounding-math").compile("supine-cgal");
     println!("cargo::rustc-link-lib=gmp");
     println!("cargo::rustc-link-lib=mpfr");

@@ -29,7 +29,8 @@ pub fn file(name: &str, input: &[u8]) -> PathBuf {
     path
 }
 
-/// Feeds every reader of volumes: a CT, maps of labels, segmentations, painted seeds, signed distances.
+/// Feeds every reader of volumes: a CT, maps of labels, segmentations, painted seeds, signed
+/// distances.
 pub fn read_volume(name: &str, input: &[u8]) {
     let path = file(name, input);
     let _ = read_ct(&path, Progress::none());

@@ -1,4 +1,5 @@
-//! Changes of a case: typed ones, `KEY=VALUE` a line, and a JSON object of values, as Python gives them.
+//! Changes of a case: typed ones, `KEY=VALUE` a line, and a JSON object of values, as Python gives
+//! them.
 #![no_main]
 
 use supine_flow::Spec;

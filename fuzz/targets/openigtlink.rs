@@ -1,5 +1,5 @@
-//! A message of OpenIGTLink, with its size and checksum put right: what is read is written, and read again
-//! as the same.
+//! A message of OpenIGTLink, with its size and checksum put right: what is read is written, and
+//! read again as the same.
 #![no_main]
 
 use supine_openigtlink::{HEADER_BYTES, Header, Message, crc};

@@ -1,5 +1,5 @@
-//! A table of cases, as `supine batch` takes it: its rows, their values, and the page that tells of them. There is no CT, so
-//! that every case fails before its work.
+//! A table of cases, as `supine batch` takes it: its rows, their values, and the page that tells of
+//! them. There is no CT, so that every case fails before its work.
 #![no_main]
 
 use std::path::Path;

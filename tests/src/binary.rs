@@ -72,7 +72,8 @@ fn given() -> Option<PathBuf> {
 fn build() -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
-    // What cargo told us of ourselves: else a build script that heeds it runs anew, with all that follows.
+    // What cargo told us of ourselves: else a build script that heeds it runs anew, with all that
+    // follows.
     for (name, _) in std::env::vars_os() {
         let text = name.to_string_lossy();
         if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {
@@ -80,7 +81,8 @@ fn build() -> PathBuf {
         }
     }
     let mut build = build
-        // From the whole workspace, as `cargo xtask test` does: cargo then chooses the same features of other crates.
+        // From the whole workspace, as `cargo xtask test` does: cargo then chooses the same
+        // features of other crates.
         .args(["build", "--workspace", "--bin", "supine"])
         .arg("--message-format=json-render-diagnostics")
         .current_dir(root())

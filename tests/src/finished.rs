@@ -1,5 +1,5 @@
-//! Finished runs that tests look at: each is made once, by whichever process of the tests needs it first, and nobody writes
-//! into it.
+//! Finished runs that tests look at: each is made once, by whichever process of the tests needs it
+//! first, and nobody writes into it.
 
 use crate::binary::{Outcome, supine_command};
 use crate::case::Case;
@@ -30,7 +30,8 @@ impl Finished {
         Self::made(case, |_| {}, 0)
     }
 
-    /// The run of the case whose tumour is held, which goes on from that of the small case and ends with 4.
+    /// The run of the case whose tumour is held, which goes on from that of the small case and ends
+    /// with 4.
     ///
     /// # Panics
     /// When it cannot be made.
@@ -72,8 +73,8 @@ impl Finished {
         copy_folder(&self.out, out);
     }
 
-    /// What it left without how it ended: a run of another case into it makes the stages that the case touches. For tests
-    /// of what a run makes, not of whether it makes it anew.
+    /// What it left without how it ended: a run of another case into it makes the stages that the
+    /// case touches. For tests of what a run makes, not of whether it makes it anew.
     pub fn begin(&self, out: &Path) {
         self.copy_to(out);
         for name in ["summary.json", "log.jsonl"] {

@@ -1,4 +1,5 @@
-//! What people try first and what they are told: the table of docs/FIRST_TRIES.md, made by the program itself.
+//! What people try first and what they are told: the table of docs/FIRST_TRIES.md, made by the
+//! program itself.
 //!
 //! With `SUPINE_WRITE_FIRST_TRIES=1` the page is written anew.
 #![expect(clippy::disallowed_methods, reason = "the tests make what is wrong")]
@@ -10,7 +11,8 @@ use supine_tests::{
     write_structures,
 };
 
-/// A try: what is wrong, what is made of a good case, what is typed, the exit code, and the words that matter.
+/// A try: what is wrong, what is made of a good case, what is typed, the exit code, and the words
+/// that matter.
 struct Try {
     what: &'static str,
     /// Lines that take the place of those of the good case with the same first word; and files.
@@ -252,7 +254,8 @@ static TRIES: &[Try] = &[
     },
 ];
 
-/// The CT's labels and the small mesh are there already: a run that stops later than that need not make them.
+/// The CT's labels and the small mesh are there already: a run that stops later than that need not
+/// make them.
 fn begun(folder: &Path) {
     Finished::of(&Case::small()).begin(&folder.join("out"));
 }
@@ -325,7 +328,8 @@ fn tried(one: &Try) -> Outcome {
     said
 }
 
-/// The message in one line of the table; of a verdict what the try is about, its other figures come of the mechanics.
+/// The message in one line of the table; of a verdict what the try is about, its other figures come
+/// of the mechanics.
 fn message(one: &Try, said: &Outcome) -> String {
     let from = said.stderr.find("error: ").map(|at| at + "error: ".len());
     let lines = said.stderr[from.unwrap_or(0)..].lines().map(str::trim);

@@ -1,4 +1,5 @@
-//! The page in a browser: the whole job by mouse and keyboard, and what the command line makes of the same case.
+//! The page in a browser: the whole job by mouse and keyboard, and what the command line makes of
+//! the same case.
 #![expect(clippy::disallowed_methods, reason = "tests of files")]
 
 use serde_json::Value;
@@ -39,7 +40,8 @@ fn the_whole_job_by_mouse_and_keyboard_leaves_what_the_command_line_leaves() {
     assert!(page == line, "{page}\n{line}");
 }
 
-/// Head or feet first, flipped rows, other orientations of the slices, a tilted one, and 600 slices.
+/// Head or feet first, flipped rows, other orientations of the slices, a tilted one, and 600
+/// slices.
 #[test]
 fn the_planes_of_grids_of_all_kinds_are_shown_voxel_by_voxel() {
     let scratch = tempfile::tempdir().expect("a folder");

@@ -1,6 +1,7 @@
-//! The compiler as the check calls it: cargo starts this program in its place for the packages of the workspace
-//! (`RUSTC_WORKSPACE_WRAPPER`). Clippy's driver compiles and lints; how each library and program was compiled is kept
-//! beside it, so that rustdoc can read the same compiled crates. Cargo's own `doc` would read every foreign crate once more.
+//! The compiler as the check calls it: cargo starts this program in its place for the packages of
+//! the workspace (`RUSTC_WORKSPACE_WRAPPER`). Clippy's driver compiles and lints; how each library
+//! and program was compiled is kept beside it, so that rustdoc can read the same compiled crates.
+//! Cargo's own `doc` would read every foreign crate once more.
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
@@ -17,8 +18,8 @@ pub(crate) struct Call {
     folder: PathBuf,
 }
 
-/// Does what cargo asks of the compiler, when it is cargo that started this program in the compiler's place. Comes back only
-/// when it is not, or when that cannot be done.
+/// Does what cargo asks of the compiler, when it is cargo that started this program in the
+/// compiler's place. Comes back only when it is not, or when that cannot be done.
 ///
 /// # Errors
 /// When the call cannot be kept or clippy's driver cannot be started.
@@ -41,20 +42,22 @@ pub(crate) fn stand_in() -> Result<()> {
     Err(failed).context("clippy-driver cannot be started; `rustup component add clippy`")
 }
 
-/// Libraries whose unit tests take as long without optimisation: a second each or less, or time on the network.
+/// Libraries whose unit tests take as long without optimisation: a second each or less, or time on
+/// the network.
 const LIGHT: [&str; 4] =
     ["supine_dicom", "supine_dicom_network", "supine_flow", "supine_workstation"];
 
-/// Whether tests are not worth optimising, as that takes several times as long as it saves: those beside a library, which only
-/// call what is compiled already, and unit tests of [`LIGHT`]. Of two levels the compiler takes the last.
+/// Whether tests are not worth optimising, as that takes several times as long as it saves: those
+/// beside a library, which only call what is compiled already, and unit tests of [`LIGHT`]. Of two
+/// levels the compiler takes the last.
 fn is_not_worth_optimising(arguments: &[String]) -> bool {
     let beside = |word: &String| word.ends_with(".rs") && word.contains("/tests/");
     let light = after(arguments, "--crate-name").is_some_and(|name| LIGHT.contains(&name));
     arguments.iter().any(|word| word == "--test") && (light || arguments.iter().any(beside))
 }
 
-/// Keeps a call that compiles a crate of a package without features. No package of the workspace has any by default, and the
-/// other meshers' are no part of the pages.
+/// Keeps a call that compiles a crate of a package without features. No package of the workspace
+/// has any by default, and the other meshers' are no part of the pages.
 fn keep(arguments: Vec<String>) -> Result<()> {
     let (Some(name), Some(out)) =
         (after(&arguments, "--crate-name"), after(&arguments, "--out-dir"))
@@ -88,7 +91,8 @@ fn after<'a>(words: &'a [String], first: &str) -> Option<&'a str> {
 }
 
 impl Call {
-    /// The last call that compiled a crate into a folder: a program of which only the tests are compiled goes by these.
+    /// The last call that compiled a crate into a folder: a program of which only the tests are
+    /// compiled goes by these.
     ///
     /// # Errors
     /// When there is none.
@@ -105,8 +109,8 @@ impl Call {
         })
     }
 
-    /// The command that makes the pages of the crate of what was compiled. A program's pages show what is private, as
-    /// cargo's do: nothing of it is public.
+    /// The command that makes the pages of the crate of what was compiled. A program's pages show
+    /// what is private, as cargo's do: nothing of it is public.
     pub(crate) fn documentation(&self, pages: &Path, program: bool) -> Command {
         let mut command = Command::new("rustdoc");
         command.current_dir(&self.folder).envs(&self.variables);
@@ -119,7 +123,8 @@ impl Call {
     }
 }
 
-/// The words of a call that say what the crate is and what it rests on, without those that say how it is compiled.
+/// The words of a call that say what the crate is and what it rests on, without those that say how
+/// it is compiled.
 fn for_documentation(arguments: &[String]) -> Vec<&str> {
     let mut words = arguments.iter().map(String::as_str);
     let mut kept = Vec::new();

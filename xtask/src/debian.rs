@@ -6,13 +6,14 @@ use anyhow::{Context, Result, bail};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// How long to wait for another program that installs packages: unattended upgrades take minutes after a start.
+/// How long to wait for another program that installs packages: unattended upgrades take minutes
+/// after a start.
 const PATIENCE: Duration = Duration::from_secs(1200);
 /// How often to ask whether it has ended.
 const PAUSE: Duration = Duration::from_secs(5);
 
-/// Installs packages and says so. Waits while another program holds the locks of the package database, and tries a
-/// broken download again.
+/// Installs packages and says so. Waits while another program holds the locks of the package
+/// database, and tries a broken download again.
 ///
 /// # Errors
 /// When that is not possible; the message says what to do by hand.

@@ -1,4 +1,5 @@
-//! `cargo xtask fuzz`: every reader of foreign files is fed bytes that nobody wrote (see fuzz/README.md).
+//! `cargo xtask fuzz`: every reader of foreign files is fed bytes that nobody wrote (see
+//! fuzz/README.md).
 
 use crate::House;
 use crate::steps::run;
@@ -21,8 +22,8 @@ pub(crate) struct Options {
     at_once: usize,
 }
 
-/// Runs targets; what they say is added to `target/fuzz/TARGET.log`, from which `cargo xtask verify fuzz` makes
-/// its table.
+/// Runs targets; what they say is added to `target/fuzz/TARGET.log`, from which `cargo xtask verify
+/// fuzz` makes its table.
 ///
 /// # Errors
 /// When one cannot be built, does not exist or finds something.
@@ -71,8 +72,8 @@ pub(crate) fn log(house: &House, target: &str) -> PathBuf {
     house.target.join("fuzz").join(format!("{target}.log"))
 }
 
-/// Starts a target on its corpus; new inputs go to `target/fuzz/corpus`, so that the one of the repository
-/// stays small.
+/// Starts a target on its corpus; new inputs go to `target/fuzz/corpus`, so that the one of the
+/// repository stays small.
 fn start(house: &House, built: &Path, target: &str, seconds: u32) -> Result<std::process::Child> {
     let folder = house.root.join("fuzz");
     let [grown, findings] =

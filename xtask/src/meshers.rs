@@ -1,4 +1,5 @@
-//! The meshers under licences of their own: what they need from Debian, and what compiles and tests them.
+//! The meshers under licences of their own: what they need from Debian, and what compiles and tests
+//! them.
 
 use crate::debian;
 use anyhow::Result;

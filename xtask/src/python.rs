@@ -1,4 +1,5 @@
-//! What is tested by pytest: the Python package, as the wheel that users install, and the workflow for clusters.
+//! What is tested by pytest: the Python package, as the wheel that users install, and the workflow
+//! for clusters.
 
 use crate::House;
 use crate::readers::Environment;
@@ -19,16 +20,19 @@ pub(crate) const WORKFLOW: Environment = Environment {
 /// How commands are run: shown, or quietly.
 pub(crate) type Runs<'a> = dyn Fn(&mut Command) -> Result<()> + 'a;
 
-/// The tests of the installed package against the command line `binary`, which must be made in the same way.
+/// The tests of the installed package against the command line `binary`, which must be made in the
+/// same way.
 pub(crate) fn tests(house: &House, binary: &Path) -> Command {
     let mut tests = Command::new(PACKAGE.python(house));
     tests.args(["-m", "pytest"]).arg(house.root.join("crates/python/tests"));
-    // Not from the folder of the sources: the package that is imported is the one that was installed.
+    // Not from the folder of the sources: the package that is imported is the one that was
+    // installed.
     tests.current_dir(&house.target).env("SUPINE", binary).env("PYTHONDONTWRITEBYTECODE", "1");
     tests
 }
 
-/// The tests of the workflow: Snakemake on this machine, by Slurm and by a stand-in for Kubernetes, on loopback alone.
+/// The tests of the workflow: Snakemake on this machine, by Slurm and by a stand-in for Kubernetes,
+/// on loopback alone.
 pub(crate) fn workflow(house: &House, binary: &Path) -> Command {
     let mut tests = Command::new(WORKFLOW.python(house));
     tests.args(["-B", "-m", "pytest"]).arg(house.root.join("tests/readers/workflow"));

@@ -1,5 +1,5 @@
-//! What others provide for the check: DICOM validators, an archive, a solver, a browser, libraries and a cluster's engine
-//! from Debian, Python packages in environments under `target/`.
+//! What others provide for the check: DICOM validators, an archive, a solver, a browser, libraries
+//! and a cluster's engine from Debian, Python packages in environments under `target/`.
 //!
 //! All is installed once: what is there already is left alone, and what is installed is said.
 
@@ -33,7 +33,8 @@ const BINARIES: [(&str, &str); 18] = [
     ("rsync", "rsync"),
 ];
 
-/// Files of libraries that a client is compiled against, each with the Debian package that brings it.
+/// Files of libraries that a client is compiled against, each with the Debian package that brings
+/// it.
 const LIBRARIES: [(&str, &str); 1] =
     [("/usr/include/openigtlink/igtlClientSocket.h", "libopenigtlink-dev")];
 
@@ -108,8 +109,8 @@ impl Environment {
         house.target.join(self.name).join("bin/python")
     }
 
-    /// Makes it, unless it was made from the same list. The copy of the list inside is written last, so that a broken
-    /// installation is made anew.
+    /// Makes it, unless it was made from the same list. The copy of the list inside is written
+    /// last, so that a broken installation is made anew.
     ///
     /// # Errors
     /// When the packages cannot be had, or its Python cannot import the modules.

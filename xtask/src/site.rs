@@ -48,7 +48,8 @@ fn pages(site: &Path) -> Result<BTreeMap<PathBuf, String>> {
     for entry in std::fs::read_dir(site)? {
         let path = entry?.path();
         let name = PathBuf::from(path.file_name().unwrap_or_default());
-        // The page of errors is served from anywhere; the list of pages is a frame for browsers without scripts.
+        // The page of errors is served from anywhere; the list of pages is a frame for browsers
+        // without scripts.
         let own = !["404.html", "toc.html"].iter().any(|other| name == Path::new(other));
         if own && name.extension().is_some_and(|extension| extension == "html") {
             pages.insert(name, std::fs::read_to_string(&path)?);

@@ -87,8 +87,8 @@ pub(crate) fn cargo(folder: &Path) -> Command {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
     let mut command = Command::new(cargo);
     command.current_dir(folder);
-    // What cargo told us of ourselves. A build script that heeds it, as that of TLS's cryptography does,
-    // would run anew whenever another program calls cargo.
+    // What cargo told us of ourselves. A build script that heeds it, as that of TLS's cryptography
+    // does, would run anew whenever another program calls cargo.
     for (name, _) in std::env::vars_os() {
         let text = name.to_string_lossy();
         if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {

@@ -81,17 +81,19 @@ pub(crate) enum Measured {
     Segment,
     /// The mesher beside CGAL, gmsh and MMG; installs them.
     Mesh,
-    /// The mechanics beside dolfinx and felupe, which it installs, its convergence, its agreement with
-    /// stored solutions, and an applicator's steps.
+    /// The mechanics beside dolfinx and felupe, which it installs, its convergence, its agreement
+    /// with stored solutions, and an applicator's steps.
     Mechanics,
     /// What stands for the tissue beyond the sphere.
     Cut,
-    /// The carried picture of the synthetic patients by interpolation: where it differs from the truth, and
-    /// the texture of its noise.
+    /// The carried picture of the synthetic patients by interpolation: where it differs from the
+    /// truth, and the texture of its noise.
     Picture,
-    /// The warp beside memcpy, VTK and SimpleITK, which it installs, and against the exact reference.
+    /// The warp beside memcpy, VTK and SimpleITK, which it installs, and against the exact
+    /// reference.
     Warp,
-    /// The workstation's page beside viewers, which npm installs; needs what `cargo xtask readers` installs.
+    /// The workstation's page beside viewers, which npm installs; needs what `cargo xtask readers`
+    /// installs.
     Page,
 }
 
@@ -126,7 +128,8 @@ pub(crate) fn bench(house: &House, measured: Option<Measured>) -> Result<()> {
 /// A part of the page, in the order in which they stand there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub(crate) enum Part {
-    /// The tumour's displacement with tissue that nobody measured, and how often its interval holds the truth.
+    /// The tumour's displacement with tissue that nobody measured, and how often its interval holds
+    /// the truth.
     Interval,
     /// The modulus by surface scans, and how often its interval holds the truth.
     Fit,
@@ -150,11 +153,13 @@ pub(crate) enum Part {
     Contact,
     /// The operating table tilted live.
     Table,
-    /// The same in the page, from the slider to the picture; needs what `cargo xtask readers` installs.
+    /// The same in the page, from the slider to the picture; needs what `cargo xtask readers`
+    /// installs.
     Slider,
     /// An applicator's path over the tumour on coarse and fine meshes.
     Path,
-    /// The tumour followed live: from a pose to its place; only when named. `SUPINE_NAVIGATE_MINUTES`: how long, else 10.
+    /// The tumour followed live: from a pose to its place; only when named.
+    /// `SUPINE_NAVIGATE_MINUTES`: how long, else 10.
     Navigate,
     /// What stands for the tissue beyond the sphere.
     Cut,
@@ -162,7 +167,8 @@ pub(crate) enum Part {
     Warp,
     /// The workstation's page beside viewers; only when named, for it needs npm.
     Page,
-    /// The memory of server and page over hours of use; only when named; `SUPINE_HOURS_MINUTES`: how long, else 240.
+    /// The memory of server and page over hours of use; only when named; `SUPINE_HOURS_MINUTES`:
+    /// how long, else 240.
     Hours,
     /// Folders of many files, time and finds of verify-export.
     Dicom,
@@ -220,7 +226,8 @@ impl Part {
     }
 }
 
-/// Measures `parts` of the page, when none is named all that need no hours; each is written as soon as it is known.
+/// Measures `parts` of the page, when none is named all that need no hours; each is written as soon
+/// as it is known.
 pub(crate) fn verify(house: &House, parts: &[Part]) -> Result<()> {
     let bench = Bench::with_supine(house)?;
     let mut page = page::Page::read(&bench)?;

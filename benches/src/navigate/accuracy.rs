@@ -12,13 +12,14 @@ use supine_space::Progress;
 const COMPARED: usize = 20;
 /// What is settled is itself right to about this, mm.
 const ROUNDED_MM: f64 = 1e-6;
-/// Relative residual of what knows nothing of the way: of tissue that is pressed rounding leaves about as much.
+/// Relative residual of what knows nothing of the way: of tissue that is pressed rounding leaves
+/// about as much.
 const SETTLED: f64 = 1e-8;
 /// Of so many poses one is pictured for its time.
 const PICTURED: usize = 30;
 
-/// Largest distances, mm, to what is settled from nothing: of the session's answers, and of those of a follower that goes the
-/// same way without a clock.
+/// Largest distances, mm, to what is settled from nothing: of the session's answers, and of those
+/// of a follower that goes the same way without a clock.
 pub(crate) fn measure(run: &Path, recording: &Path) -> Result<Value> {
     let recording = Recording::read(recording)?;
     let settings = &recording.head.settings;

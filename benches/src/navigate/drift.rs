@@ -12,7 +12,8 @@ use supine_space::{Matrix, Pose, Vector};
 /// A pose is followed again until it has settled, so often at most.
 const TRIES: usize = 100;
 
-/// Places at the planned pose before and after so many steps of the motion, and what lies between them, mm.
+/// Places at the planned pose before and after so many steps of the motion, and what lies between
+/// them, mm.
 pub(crate) fn measure(run: &Path, steps: usize) -> Result<Value> {
     let settings = Settings { renewal: Renewing::Between, ..Settings::default() };
     let (placed, _) = planned(run, &settings)?;

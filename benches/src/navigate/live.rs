@@ -51,7 +51,8 @@ impl Beside {
     }
 }
 
-/// Times of a part of the motion, what the session counted, and its memory at the beginning and at the end, MB.
+/// Times of a part of the motion, what the session counted, and its memory at the beginning and at
+/// the end, MB.
 pub(crate) fn measure(
     supine: &Path,
     run: &Path,

@@ -1,14 +1,20 @@
-//! Live navigation from outside: how long a pose takes to come back as a place, and how right the place is. JSON on stdout.
+//! Live navigation from outside: how long a pose takes to come back as a place, and how right the
+//! place is. JSON on stdout.
 //!
-//! - `bench-navigate echo FROM MINUTES`: the round trip alone, against a server that answers at once (S = 0).
-//! - `bench-navigate loop SUPINE RUN TETRAHEDRA ORDER FROM MINUTES [hog|image|pressing|record FILE]`: against a session of the
-//!   binary on a finished run, with a busy process beside it, with a viewer that is streamed the image, with tissue that is
-//!   pressed instead of tied, or with a recording.
-//! - `bench-navigate accuracy RUN RECORDING`: places of a recorded session against settled ones that know nothing of the way.
+//! - `bench-navigate echo FROM MINUTES`: the round trip alone, against a server that answers at
+//!   once (S = 0).
+//! - `bench-navigate loop SUPINE RUN TETRAHEDRA ORDER FROM MINUTES [hog|image|pressing|record
+//!   FILE]`: against a session of the binary on a finished run, with a busy process beside it, with
+//!   a viewer that is streamed the image, with tissue that is pressed instead of tied, or with a
+//!   recording.
+//! - `bench-navigate accuracy RUN RECORDING`: places of a recorded session against settled ones
+//!   that know nothing of the way.
 //! - `bench-navigate drift RUN STEPS`: so many steps and back to the start.
-//! - `bench-navigate path RUN`: a path over the tumour on coarse and fine meshes, one pose after the other.
+//! - `bench-navigate path RUN`: a path over the tumour on coarse and fine meshes, one pose after
+//!   the other.
 //!
-//! The poses are those of the motion of 10 minutes at 60 Hz: so many minutes of it, FROM a time in s.
+//! The poses are those of the motion of 10 minutes at 60 Hz: so many minutes of it, FROM a time in
+//! s.
 #![expect(
     clippy::print_stdout,
     clippy::disallowed_methods,
@@ -53,7 +59,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Keeps a core busy until standard input ends, as it does when the process that started this one is gone.
+/// Keeps a core busy until standard input ends, as it does when the process that started this one
+/// is gone.
 fn hog() -> Result<()> {
     std::thread::spawn(|| {
         let mut state = 1_u64;

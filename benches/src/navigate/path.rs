@@ -1,4 +1,5 @@
-//! A path of the applicator on meshes of several sizes: how long a step takes, and what a coarse mesh costs.
+//! A path of the applicator on meshes of several sizes: how long a step takes, and what a coarse
+//! mesh costs.
 
 use crate::drift::pose;
 use crate::tissue::{follower, planned};
@@ -25,7 +26,8 @@ struct Gone {
     steps_ms: Vec<f64>,
 }
 
-/// Times of the steps, and how far each mesh has the tumour from where the finest one has it while the applicator acts.
+/// Times of the steps, and how far each mesh has the tumour from where the finest one has it while
+/// the applicator acts.
 pub(crate) fn measure(run: &Path) -> Result<Value> {
     let (placed, _) = planned(run, &Settings::default())?;
     let motion = Trajectory::short().entering(&placed);

@@ -1,4 +1,5 @@
-//! How far what the live region shows lies from where the displacement has it, and how long a picture takes.
+//! How far what the live region shows lies from where the displacement has it, and how long a
+//! picture takes.
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -46,8 +47,8 @@ impl Pictures {
         Ok(())
     }
 
-    /// Compares each voxel's origin with that of the map itself, to a hundredth of a mm. Voxels beside the surface do not count:
-    /// there both tell of air, or of tissue that does not move.
+    /// Compares each voxel's origin with that of the map itself, to a hundredth of a mm. Voxels
+    /// beside the surface do not count: there both tell of air, or of tissue that does not move.
     pub(crate) fn compare(&mut self, deformation: &Deformation) -> Result<()> {
         let params = Params { curve_tolerance_mm: 0.01, ..Params::default() };
         let Some(region) = self.coordinates.first_mut() else { return Ok(()) };
@@ -69,7 +70,8 @@ impl Pictures {
         Ok(())
     }
 
-    /// Off: 99.9 % and the largest of all voxels of all compared pictures, mm. Took: median, 99 % and the largest, ms.
+    /// Off: 99.9 % and the largest of all voxels of all compared pictures, mm. Took: median, 99 %
+    /// and the largest, ms.
     pub(crate) fn told(&mut self) -> Value {
         let Self { off_mm, took_ms, .. } = self;
         off_mm.sort_by(f64::total_cmp);

@@ -80,7 +80,8 @@ pub(crate) fn kinds(rows: &[Row]) -> Value {
     })
 }
 
-/// Sends rows in time and notes when the answer to each has been read. An answer of last time that is shown as stale is none.
+/// Sends rows in time and notes when the answer to each has been read. An answer of last time that
+/// is shown as stale is none.
 pub(crate) fn track(
     to: SocketAddr,
     rows: &[Row],

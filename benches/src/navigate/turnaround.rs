@@ -21,7 +21,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Turnaround {
-    /// A pose goes out now. Of several with one stamp the first counts: that is the one which is followed.
+    /// A pose goes out now. Of several with one stamp the first counts: that is the one which is
+    /// followed.
     pub(crate) fn sends(&self, stamp: u64) {
         lock(&self.sent).entry(stamp).or_insert_with(Instant::now);
     }
@@ -43,7 +44,8 @@ impl Turnaround {
     }
 }
 
-/// Number, quantiles (nearest rank) and histogram of times, ms. The histogram: of each bin its middle and its share of all.
+/// Number, quantiles (nearest rank) and histogram of times, ms. The histogram: of each bin its
+/// middle and its share of all.
 pub(crate) fn summary(mut times_ms: Vec<f64>) -> Value {
     times_ms.sort_by(f64::total_cmp);
     let rank = |share: f64| {
@@ -61,7 +63,8 @@ pub(crate) fn summary(mut times_ms: Vec<f64>) -> Value {
     })
 }
 
-/// Middles of bins that are equally wide on a logarithmic axis, ms, and the share of the times in each, where there are any.
+/// Middles of bins that are equally wide on a logarithmic axis, ms, and the share of the times in
+/// each, where there are any.
 fn histogram(times_ms: &[f64]) -> Vec<[f64; 2]> {
     let mut counts = vec![0_usize; (DECADES.len() as i32 * STEPS) as usize];
     let last = counts.len() - 1;

@@ -43,7 +43,8 @@ impl Viewer {
     }
 }
 
-/// Images a second between the first and the last, and how long each took from its pose being sent, ms.
+/// Images a second between the first and the last, and how long each took from its pose being sent,
+/// ms.
 pub(crate) fn told(came: &[(Instant, u64)], turnaround: &Turnaround) -> (f64, Vec<f64>) {
     let span = match (came.first(), came.last()) {
         (Some((first, _)), Some((last, _))) => last.duration_since(*first),

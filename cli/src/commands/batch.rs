@@ -36,7 +36,8 @@ pub(crate) fn batch(args: args::Batch, screen: &Screen) -> Result<End, Failure> 
     Ok(ended(&done, &lines, done.failure(), screen))
 }
 
-/// Says how a case ended when it ends: a line of JSON for each, unless all are asked for in one document.
+/// Says how a case ended when it ends: a line of JSON for each, unless all are asked for in one
+/// document.
 fn told_at_once(screen: &Screen, status: &RunStatus) {
     if !screen.is_json() {
         data(&(status.line() + "\n"));

@@ -1,8 +1,9 @@
-//! A case of a batch in a process of its own: one that takes all memory, or in which the program breaks off, ends itself
-//! alone.
+//! A case of a batch in a process of its own: one that takes all memory, or in which the program
+//! breaks off, ends itself alone.
 //!
-//! The batch starts this program with the command `batch-case`, writes what was asked as one line of JSON, and closes
-//! the pipe when the case is to stop; if the batch itself is ended, the pipe closes too. The case answers with lines of JSON.
+//! The batch starts this program with the command `batch-case`, writes what was asked as one line
+//! of JSON, and closes the pipe when the case is to stop; if the batch itself is ended, the pipe
+//! closes too. The case answers with lines of JSON.
 
 use crate::End;
 use crate::args_batch::{Batch, BatchCase};

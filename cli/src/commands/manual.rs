@@ -110,7 +110,8 @@ fn complete_pages(out: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Adds sections to the page of a command. What clap makes of the end of its help, on one line, goes.
+/// Adds sections to the page of a command. What clap makes of the end of its help, on one line,
+/// goes.
 fn complete_page<'a>(
     path: &Path,
     command: &str,

@@ -2,9 +2,9 @@
 
 use crate::End;
 use crate::args_navigate::{Motion, Navigate, Replay};
+use crate::cli_values::Frame as FrameWord;
 use crate::failure::Failure;
 use crate::screen::Screen;
-use crate::words::Frame as FrameWord;
 use serde_json::json;
 use std::net::SocketAddr;
 use std::path::Path;
@@ -108,7 +108,8 @@ pub(crate) fn replay(args: &Replay, screen: &Screen) -> Result<End, Failure> {
     failure.map_or(Ok(End::Done), Err)
 }
 
-/// How frames lie, the expected target registration error (mm), and what a person should know of them.
+/// How frames lie, the expected target registration error (mm), and what a person should know of
+/// them.
 fn frames(args: &Navigate) -> Result<(Frames, f64, Vec<String>), Failure> {
     let read = |path: &Path| {
         std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })
@@ -211,7 +212,8 @@ impl Live<'_> {
         self.ended.store(true, Ordering::SeqCst);
     }
 
-    /// Waits until so many poses have come and the last of them was followed: a machine with other work is behind.
+    /// Waits until so many poses have come and the last of them was followed: a machine with other
+    /// work is behind.
     fn wait_for_last(&self, sent: u64) {
         let begun = Instant::now();
         let is_done = |counts: &Counts| {

@@ -2,10 +2,10 @@
 
 use crate::End;
 use crate::args;
+use crate::cli_values::Numbers;
 use crate::failure::Failure;
 use crate::screen::Screen;
 use crate::start::start;
-use crate::words::Numbers;
 use std::path::Path;
 use supine_flow::commands::mesh::{self, MeshDone, MeshSource};
 use supine_flow::commands::warp::{self, OutputGrid};

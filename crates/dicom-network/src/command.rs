@@ -1,6 +1,7 @@
 //! Command sets: what a message asks or answers (PS3.7 6.3 and Annex E).
 //!
-//! A command set is flat, always in Implicit VR Little Endian; elements outside group 0000 do not belong there and are passed over.
+//! A command set is flat, always in Implicit VR Little Endian; elements outside group 0000 do not
+//! belong there and are passed over.
 
 use std::collections::BTreeMap;
 
@@ -138,7 +139,8 @@ impl Command {
             let Some((value, after)) = after.split_at_checked(length as usize) else {
                 return Err(format!("a command element declares {length} bytes, it has fewer"));
             };
-            // Programs on dcmtk add what failed (0008,0058) here and not as a data set: it is told by its number too.
+            // Programs on dcmtk add what failed (0008,0058) here and not as a data set: it is told
+            // by its number too.
             if group != 0 {
                 rest = after;
                 continue;

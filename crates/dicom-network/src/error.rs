@@ -175,8 +175,8 @@ impl Error {
         }
     }
 
-    /// What a failure means that came again and again, with nothing ever got through: archives abort what they do not
-    /// permit, and a further try would end the same.
+    /// What a failure means that came again and again, with nothing ever got through: archives
+    /// abort what they do not permit, and a further try would end the same.
     pub(crate) fn in_vain(self, call: &crate::Call, what: &'static str) -> Self {
         let (node, own) = (call.peer.clone(), call.own.clone());
         match self {
@@ -185,7 +185,8 @@ impl Error {
         }
     }
 
-    /// Whether another association may get on; a full disk is worth a retry too, but not by the peer.
+    /// Whether another association may get on; a full disk is worth a retry too, but not by the
+    /// peer.
     pub(crate) fn of_the_peer(&self) -> bool {
         self.kind() == Failure::Retry && !matches!(self, Self::Write { .. } | Self::Dicom(_))
     }

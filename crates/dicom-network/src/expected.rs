@@ -1,4 +1,5 @@
-//! Whose objects are meant: what was asked for and what the archive listed, to hold against what comes.
+//! Whose objects are meant: what was asked for and what the archive listed, to hold against what
+//! comes.
 
 use crate::find::{PADDING, may_be_of};
 use std::collections::BTreeMap;
@@ -7,7 +8,8 @@ use supine_dicom::{Owner, is_uid};
 /// Where the objects belong that are meant.
 #[derive(Default)]
 pub(crate) struct Expected {
-    /// Patient ID; none when neither the user nor the archive said it: then the first object's is that of all.
+    /// Patient ID; none when neither the user nor the archive said it: then the first object's is
+    /// that of all.
     pub(crate) patient: Option<String>,
     /// Study Instance UID.
     pub(crate) study: String,

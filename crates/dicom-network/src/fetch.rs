@@ -1,10 +1,10 @@
 //! C-GET and C-MOVE: the instances that are missing in a folder (PS3.4 C.4.2, C.4.3, Study Root).
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::error::Error;
 use crate::expected::{Expected, Strangers};
 use crate::find::{Finder, Found, InstanceEntry, QuerySpec};
-use crate::go_on::GoOn;
 use crate::inbox::Inbox;
 use crate::made::Made;
 use crate::node::Title;
@@ -62,8 +62,8 @@ pub struct FetchInfo {
 /// Retrieves what is meant and not yet in the folder `out`, each instance in a file of its own.
 ///
 /// # Errors
-/// When nothing or more than one study is meant, the peer does not offer what is needed, a file cannot
-/// be written, or the user asked to stop. What arrived until then stays.
+/// When nothing or more than one study is meant, the peer does not offer what is needed, a file
+/// cannot be written, or the user asked to stop. What arrived until then stays.
 pub fn fetch(
     call: &Call,
     spec: &QuerySpec,

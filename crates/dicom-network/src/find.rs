@@ -1,11 +1,11 @@
 //! C-FIND: what an archive holds (PS3.4 C.4.1, Study Root).
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::command::{Command, element, field};
 use crate::contexts::Proposal;
 use crate::error::Error;
 use crate::fetch::patiently;
-use crate::go_on::GoOn;
 use crate::link::Link;
 use crate::message::{Payload, Talk};
 use crate::node::Node;
@@ -97,8 +97,8 @@ pub(crate) struct InstanceEntry {
 /// The studies and series of an archive that are meant.
 ///
 /// # Errors
-/// When nothing is asked for or what is asked for is no UID, when the peer cannot be reached or does
-/// not answer, or when the user asked to stop.
+/// When nothing is asked for or what is asked for is no UID, when the peer cannot be reached or
+/// does not answer, or when the user asked to stop.
 pub fn list(
     call: &Call,
     spec: &QuerySpec,
@@ -159,7 +159,8 @@ impl<'a> Finder<'a> {
         let patient_id = spec.patient_id.as_deref().map(|id| id.trim_matches(PADDING));
         if let (None, None, Some(series)) = (&study, patient_id, &spec.series) {
             // Which study it is of: a query across levels, which most archives answer though the
-            // standard leaves it to them (PS3.4 C.4.1.2.2). Of a named patient every study is asked instead.
+            // standard leaves it to them (PS3.4 C.4.1.2.2). Of a named patient every study is asked
+            // instead.
             let keys = [(tags::STUDY_INSTANCE_UID, ""), (tags::SERIES_INSTANCE_UID, series)];
             let found = self.find("SERIES", &keys).map_err(with_study)?;
             let uids = found.iter().map(|f| f.text(tags::STUDY_INSTANCE_UID));
@@ -194,8 +195,8 @@ impl<'a> Finder<'a> {
             })
             .filter(|found| is_meant(found, study.as_deref(), spec))
             .collect();
-        // Archives list a study more than once, not always with the same date, or a Patient ID each time: of two the
-        // one that says more is kept.
+        // Archives list a study more than once, not always with the same date, or a Patient ID each
+        // time: of two the one that says more is kept.
         let said = |found: &Found| {
             let StudyEntry { date, description, .. } = &found.entry;
             (found.patient.clone(), date.clone(), description.clone())
@@ -220,8 +221,9 @@ impl<'a> Finder<'a> {
         Ok(of_study.map(|one| one.readable(tags::PATIENT_ID)).any(|id| is_another(&id, patient)))
     }
 
-    /// The series of a study, or one of them, in the order of their UIDs; `of` is the patient who is meant where the
-    /// study is that of several: those of the others are left out where the archive says whose they are.
+    /// The series of a study, or one of them, in the order of their UIDs; `of` is the patient who
+    /// is meant where the study is that of several: those of the others are left out where the
+    /// archive says whose they are.
     fn series(
         &mut self,
         study: &str,
@@ -362,7 +364,8 @@ fn with_study(error: Error) -> Error {
     }
 }
 
-/// Whether a Patient ID that an archive says is another than this one; one that it does not say is not.
+/// Whether a Patient ID that an archive says is another than this one; one that it does not say is
+/// not.
 fn is_another(said: &str, patient: &str) -> bool {
     let said = said.trim_matches(PADDING);
     !said.is_empty() && said != patient.trim_matches(PADDING)
@@ -377,14 +380,16 @@ fn is_meant(found: &Found, study: Option<&str>, spec: &QuerySpec) -> bool {
         && spec.date.as_ref().is_none_or(|asked| may_be_of(asked, &entry.date))
 }
 
-/// Whether a date is the one, or within the range, that was asked for; one that is not known may be.
+/// Whether a date is the one, or within the range, that was asked for; one that is not known may
+/// be.
 pub(crate) fn may_be_of(asked: &str, date: &str) -> bool {
     let (from, to) = asked.split_once('-').unwrap_or((asked, asked));
     let date = date.replace('.', "");
     date.is_empty() || (*date >= *from && (to.is_empty() || *date <= *to))
 }
 
-/// Whether what is looked for can be asked: no wild cards, which would ask for other patients' data.
+/// Whether what is looked for can be asked: no wild cards, which would ask for other patients'
+/// data.
 fn check(spec: &QuerySpec) -> Result<(), Error> {
     let QuerySpec { study, series, patient_id, date } = spec;
     let wrong = |what: &str| Err(Error::Query(what.to_owned()));

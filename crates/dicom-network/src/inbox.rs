@@ -37,7 +37,8 @@ pub(crate) struct Inbox {
     pub(crate) problems: Vec<Warning>,
     /// What came and belongs elsewhere.
     pub(crate) strangers: Vec<Strangers>,
-    /// SOP Instance UIDs under which only that came: not asked for again, but taken where the right one comes too.
+    /// SOP Instance UIDs under which only that came: not asked for again, but taken where the right
+    /// one comes too.
     refused: BTreeSet<String>,
 }
 
@@ -82,7 +83,8 @@ impl Inbox {
         }
     }
 
-    /// Whether the file of an instance is there and whole, and belongs where it was listed; else it is missing.
+    /// Whether the file of an instance is there and whole, and belongs where it was listed; else it
+    /// is missing.
     pub(crate) fn is_here(&mut self, instance: &str) -> bool {
         let path = self.folder.join(file_name(instance));
         let found = if path.is_file() { holds(&path, instance).ok() } else { None };
@@ -98,7 +100,8 @@ impl Inbox {
         }
     }
 
-    /// Tells of files that were there before, have the name of what was asked for and belong elsewhere.
+    /// Tells of files that were there before, have the name of what was asked for and belong
+    /// elsewhere.
     pub(crate) fn tell_strangers_in_the_folder(&mut self) {
         let mut told = Vec::new();
         for instance in self.refused.iter().chain(&self.missing) {
@@ -146,7 +149,8 @@ impl Inbox {
             Err(unfit) => return Ok(self.refuse(instance, unfit)),
         };
         if let Some(of) = self.expected.elsewhere(instance, &owner) {
-            // What an archive has under this name is not what was asked for: it is not asked for again.
+            // What an archive has under this name is not what was asked for: it is not asked for
+            // again.
             self.missing.remove(instance);
             if self.refused.insert(instance.to_owned()) {
                 Strangers::count(&mut self.strangers, of, instance, &owner);
@@ -175,8 +179,8 @@ impl Inbox {
     }
 }
 
-/// Takes the object of a C-STORE request and answers it; how many have arrived. The inbox is free for others while the
-/// object comes in, which may take its sender as long as it likes.
+/// Takes the object of a C-STORE request and answers it; how many have arrived. The inbox is free
+/// for others while the object comes in, which may take its sender as long as it likes.
 pub(crate) fn take(
     inbox: &Mutex<&mut Inbox>,
     talk: &mut Talk<'_>,

@@ -1,8 +1,8 @@
 //! What a peer has acknowledged, so that it is not sent twice.
 //!
-//! A hidden text file beside the data: a line for each object, with the peer, the SOP Instance UID, the
-//! length of the data set and the date. It is written after each acknowledgement; a line that was cut
-//! short counts as none, so at worst an object is sent again.
+//! A hidden text file beside the data: a line for each object, with the peer, the SOP Instance UID,
+//! the length of the data set and the date. It is written after each acknowledgement; a line that
+//! was cut short counts as none, so at worst an object is sent again.
 
 use crate::node::Node;
 use std::collections::BTreeMap;
@@ -27,8 +27,8 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    /// The journal beside what is sent: in the folder, or in that of the file. One that cannot be read
-    /// knows nothing.
+    /// The journal beside what is sent: in the folder, or in that of the file. One that cannot be
+    /// read knows nothing.
     pub(crate) fn open(sent: &Path, peer: &Node) -> Self {
         let parent = || sent.parent().filter(|p| !p.as_os_str().is_empty());
         let folder = if sent.is_dir() { sent } else { parent().unwrap_or(Path::new(".")) };
@@ -39,7 +39,8 @@ impl Journal {
         Self { path, peer, known, file: None }
     }
 
-    /// When the peer has acknowledged the object, `YYYY-MM-DD` by the clock here; `None` when it has not.
+    /// When the peer has acknowledged the object, `YYYY-MM-DD` by the clock here; `None` when it
+    /// has not.
     pub(crate) fn acknowledged(&self, object: &ObjectFile) -> Option<&str> {
         let of = (object.instance.clone(), object.data_bytes);
         self.known.get(&of).map(String::as_str)

@@ -3,8 +3,8 @@
 //! - [`send`]: the objects below folders, each as it stands in its file, with a record of what the
 //!   archive has acknowledged, so that a second call goes on where the first broke off
 //! - [`list`]: what an archive holds of a study, a series or a patient
-//! - [`fetch`]: the instances that are missing in a folder, by C-GET on the association we opened, or
-//!   by C-MOVE to a port that is open only meanwhile
+//! - [`fetch`]: the instances that are missing in a folder, by C-GET on the association we opened,
+//!   or by C-MOVE to a port that is open only meanwhile
 //!
 //! The protocol data units are read and written by `dicom-ul`; their length is checked first, so
 //! that a peer cannot ask for memory. Data sets travel in the transfer syntax of their file, or in
@@ -15,13 +15,13 @@
     reason = "edge crate: files, sockets and the clock of timeouts"
 )]
 
+mod cancel;
 mod command;
 mod contexts;
 mod error;
 mod expected;
 mod fetch;
 mod find;
-mod go_on;
 mod inbox;
 mod journal;
 mod link;

@@ -3,9 +3,9 @@
 //! Reading and writing wait in short turns, so that Ctrl-C is heard and a silent peer is given up.
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::contexts::{Context, Proposal};
 use crate::error::Error;
-use crate::go_on::GoOn;
 use crate::node::Title;
 use crate::tls::Tls;
 use crate::units::{MAX_PDU, kind, own_variables};
@@ -27,8 +27,8 @@ const APPLICATION_CONTEXT: &str = "1.2.840.10008.3.1.1.1";
 const MIN_PDU: u32 = 64;
 /// Longest time for the peer to answer a release; the work is done by then.
 const RELEASE: Duration = Duration::from_secs(5);
-/// Slowest rate at which a message may move once it has begun, bytes per second. A peer below it is never silent for
-/// long and would still keep us for days.
+/// Slowest rate at which a message may move once it has begun, bytes per second. A peer below it is
+/// never silent for long and would still keep us for days.
 const SLOWEST: u64 = 1 << 10;
 
 /// An association. One that is dropped without [`Link::release`] is aborted.
@@ -63,7 +63,8 @@ impl<'a> Link<'a> {
         let wire = Wire::call(socket, call.tls.as_ref(), &call.peer.host)
             .map_err(|what| Error::Tls { node: peer.clone(), what })?;
         let mut link = Self::new(wire, peer, call.timeout, go_on)?;
-        // As many as there are numbers: nobody proposes more than [`crate::contexts::MAX_CONTEXTS`].
+        // As many as there are numbers: nobody proposes more than
+        // [`crate::contexts::MAX_CONTEXTS`].
         let numbered = || (1..=u8::MAX).step_by(2).zip(proposals);
         let presentation_contexts = numbered().map(|(id, p)| PresentationContextProposed {
             id,
@@ -116,7 +117,8 @@ impl<'a> Link<'a> {
             let Some(result) = accepted.presentation_contexts.iter().find(|c| c.id == id) else {
                 continue;
             };
-            // Of the reasons none is to be relied on: some refuse a class in a transfer syntax as a class.
+            // Of the reasons none is to be relied on: some refuse a class in a transfer syntax as a
+            // class.
             if result.reason != PresentationContextResultReason::Acceptance
                 && proposal.syntaxes.iter().any(|s| s == uids::IMPLICIT_VR_LITTLE_ENDIAN)
             {
@@ -314,7 +316,8 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// A protocol data unit that is whole in the buffer. Its length is checked as soon as it is known.
+    /// A protocol data unit that is whole in the buffer. Its length is checked as soon as it is
+    /// known.
     fn take(&mut self) -> Result<Option<Pdu>, Error> {
         let Some([_, _, a, b, c, d]) = self.buffer.first_chunk::<6>() else { return Ok(None) };
         let length = u32::from_be_bytes([*a, *b, *c, *d]);
@@ -362,7 +365,8 @@ impl<'a> Link<'a> {
         Err(self.broken(format!("too slow: no more than {bytes} bytes within {seconds} s")))
     }
 
-    /// The presentation data values of the next unit; `None` when the peer releases the association.
+    /// The presentation data values of the next unit; `None` when the peer releases the
+    /// association.
     pub(crate) fn receive_values(&mut self) -> Result<Option<Vec<PDataValue>>, Error> {
         match self.receive()? {
             Pdu::PData { data } => Ok(Some(data)),
@@ -434,16 +438,18 @@ impl<'a> Link<'a> {
 impl Drop for Link<'_> {
     fn drop(&mut self) {
         if self.open {
-            // A-ABORT by the service user (PS3.8 9.3.8); whether it still gets through is no matter.
+            // A-ABORT by the service user (PS3.8 9.3.8); whether it still gets through is no
+            // matter.
             let _best_effort = self.wire.write(&[7, 0, 0, 0, 0, 4, 0, 0, 0, 0]);
         }
         self.wire.close();
     }
 }
 
-/// Acknowledges what came at once. Peers write the head of an answer and its body one after the other,
-/// and by Nagle's algorithm keep the body back until the head is acknowledged, which a system puts off
-/// by 40 ms otherwise, for each object. Linux forgets the setting, so it is made after each read.
+/// Acknowledges what came at once. Peers write the head of an answer and its body one after the
+/// other, and by Nagle's algorithm keep the body back until the head is acknowledged, which a
+/// system puts off by 40 ms otherwise, for each object. Linux forgets the setting, so it is made
+/// after each read.
 fn acknowledge(stream: &TcpStream) {
     #[cfg(target_os = "linux")]
     {

@@ -1,9 +1,9 @@
 //! The port on which the objects of a C-MOVE arrive, open only while we wait for them.
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::command::{Command, field};
 use crate::error::Error;
-use crate::go_on::GoOn;
 use crate::inbox::{Inbox, lock, take};
 use crate::link::Link;
 use crate::message::Talk;
@@ -77,8 +77,8 @@ impl<'a> Listener<'a> {
         })
     }
 
-    /// Takes callers until told to stop, each in a thread of its own: one who says nothing must not keep
-    /// the archive out.
+    /// Takes callers until told to stop, each in a thread of its own: one who says nothing must not
+    /// keep the archive out.
     fn receive(
         &self,
         inbox: &Mutex<&mut Inbox>,

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
-/// A folder that is there, with those above it that had to be made. What of them is empty when this is dropped is
-/// removed.
+/// A folder that is there, with those above it that had to be made. What of them is empty when this
+/// is dropped is removed.
 #[derive(Debug)]
 pub(crate) struct Made {
     /// Those that were made, deepest first.

@@ -1,5 +1,5 @@
-//! Messages over an association: a command set, and a data set where one follows (PS3.7 section 6.3,
-//! PS3.8 Annex E).
+//! Messages over an association: a command set, and a data set where one follows (PS3.7 section
+//! 6.3, PS3.8 Annex E).
 
 use crate::command::{Command, MAX_COMMAND_BYTES};
 use crate::error::Error;

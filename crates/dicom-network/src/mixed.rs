@@ -1,4 +1,5 @@
-//! Objects that contradict each other: an archive takes them for one patient, one series, one object.
+//! Objects that contradict each other: an archive takes them for one patient, one series, one
+//! object.
 
 use crate::error::Error;
 use std::collections::{BTreeMap, BTreeSet};

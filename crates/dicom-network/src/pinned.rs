@@ -1,10 +1,10 @@
 //! Certificates that are trusted by themselves: the archive's own, given as a file.
 //!
-//! A certificate that signed itself is an issuer's by its form, and is not taken as a machine's by the
-//! rules for chains (RFC 5280 4.2.1.9). Many archives have such a one, often with no name but the
-//! retired Common Name. Where the very certificate was given there is nothing left for chain and name
-//! to prove (RFC 9525 section 6.6, pinning); that its key is held and its time has not run out is
-//! proved as always.
+//! A certificate that signed itself is an issuer's by its form, and is not taken as a machine's by
+//! the rules for chains (RFC 5280 4.2.1.9). Many archives have such a one, often with no name but
+//! the retired Common Name. Where the very certificate was given there is nothing left for chain
+//! and name to prove (RFC 9525 section 6.6, pinning); that its key is held and its time has not run
+//! out is proved as always.
 
 use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
@@ -27,8 +27,8 @@ impl<V: ?Sized> Pinned<V> {
         Self { given: given.to_vec(), by_chain }
     }
 
-    /// Whether a certificate that was refused is one that was given. Its time is looked at before its
-    /// form and its issuer, so these errors say that it has not run out.
+    /// Whether a certificate that was refused is one that was given. Its time is looked at before
+    /// its form and its issuer, so these errors say that it has not run out.
     fn is_given(&self, certificate: &CertificateDer<'_>, error: &Error) -> bool {
         use CertificateError::{NotValidForName, NotValidForNameContext};
         let not_by_chain = is_unknown(error)
@@ -39,7 +39,8 @@ impl<V: ?Sized> Pinned<V> {
         not_by_chain && self.given.iter().any(|given| given == certificate)
     }
 
-    /// Whether a certificate that was refused, or its issuer's, is known by its name and is another.
+    /// Whether a certificate that was refused, or its issuer's, is known by its name and is
+    /// another.
     fn is_renewed(&self, certificate: &CertificateDer<'_>, error: &Error) -> bool {
         let alike = || {
             let name = subject(certificate);

@@ -1,12 +1,12 @@
 //! The requests of a retrieval, C-GET and C-MOVE (PS3.4 C.4.2, C.4.3, Study Root).
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::command::{Command, element, field};
 use crate::contexts::{MAX_CONTEXTS, Proposal};
 use crate::error::Error;
 use crate::fetch::FetchInfo;
 use crate::find::InstanceEntry;
-use crate::go_on::GoOn;
 use crate::inbox::{self, Inbox};
 use crate::link::Link;
 use crate::listener::Listener;
@@ -27,7 +27,8 @@ const AT_ONCE: usize = 200;
 /// Longest list of failed instances in an answer that is taken, bytes.
 const MAX_FAILED_LIST: u64 = 16 << 20;
 
-/// Most answers that only say that more is to come while nothing comes: an archive that says it once a second may take hours.
+/// Most answers that only say that more is to come while nothing comes: an archive that says it
+/// once a second may take hours.
 const MAX_PENDING: usize = 10_000;
 
 /// The instances of one series that are meant.
@@ -46,7 +47,8 @@ pub(crate) struct Retrieval<'a> {
     go_on: GoOn<'a>,
     /// Instances of which each is asked for by itself, since a request for several failed.
     singly: BTreeSet<String>,
-    /// Classes that the archive does not send by C-GET; the empty one stands for what it does not say.
+    /// Classes that the archive does not send by C-GET; the empty one stands for what it does not
+    /// say.
     unsent: BTreeSet<String>,
     /// How a request failed last that failed for objects of it.
     pub(crate) failure: Option<Error>,
@@ -89,7 +91,8 @@ impl<'a> Retrieval<'a> {
         Self { call, parts, arrived, go_on, singly, unsent, failure: None, singly_failed: false }
     }
 
-    /// How many instances are asked for by themselves: more of them is a step on, though nothing came.
+    /// How many instances are asked for by themselves: more of them is a step on, though nothing
+    /// came.
     pub(crate) fn asked_singly(&self) -> usize {
         self.singly.len()
     }
@@ -216,8 +219,8 @@ impl<'a> Retrieval<'a> {
         classes.into_iter().cloned().collect()
     }
 
-    /// The requests for what is missing, of some classes or of all: a series of which nothing is here as a whole,
-    /// else instances; each by itself that was in a request that failed.
+    /// The requests for what is missing, of some classes or of all: a series of which nothing is
+    /// here as a whole, else instances; each by itself that was in a request that failed.
     fn requests(
         &self,
         missing: &BTreeSet<String>,
@@ -253,11 +256,12 @@ impl<'a> Retrieval<'a> {
         requests
     }
 
-    /// Makes a request and takes its answers. `take` says whether a message is an object that it has taken.
+    /// Makes a request and takes its answers. `take` says whether a message is an object that it
+    /// has taken.
     ///
     /// # Errors
-    /// When the association broke, or the request failed by itself. One that failed for objects of it is no error: each
-    /// of its objects is asked for by itself next.
+    /// When the association broke, or the request failed by itself. One that failed for objects of
+    /// it is no error: each of its objects is asked for by itself next.
     fn ask(
         &mut self,
         talk: &mut Talk<'_>,
@@ -298,13 +302,15 @@ impl<'a> Retrieval<'a> {
         let (node, what) = (self.call.peer.clone(), "send what it lists");
         let transient = status::is_transient(answer);
         let failure = Error::Failed { node, what, status: status::words(answer), transient };
-        // Archives whom nobody has named a C-MOVE's destination say no more than that they failed, of no object.
+        // Archives whom nobody has named a C-MOVE's destination say no more than that they failed,
+        // of no object.
         let counted = failed > 0 || completed > 0 || asking.field == field::GET;
         let of_objects = done || (counted && status::is_of_objects(answer));
         if !of_objects {
             return Err(failure);
         }
-        // Some end a request with the first object that failed: the others are asked for by themselves.
+        // Some end a request with the first object that failed: the others are asked for by
+        // themselves.
         self.singly.extend(request.instances.iter().cloned());
         self.singly_failed |= asking.field == field::GET && request.instances.len() == 1;
         if !done {
@@ -313,8 +319,9 @@ impl<'a> Retrieval<'a> {
         Ok(())
     }
 
-    /// Why objects asked for one by one do not come by C-GET, where it is a matter of those objects and not of a lack
-    /// that passes: archives (dcmqrscp) say A702H of every object that no proposed context fits.
+    /// Why objects asked for one by one do not come by C-GET, where it is a matter of those objects
+    /// and not of a lack that passes: archives (dcmqrscp) say A702H of every object that no
+    /// proposed context fits.
     pub(crate) fn unfit(&self, inbox: &Inbox) -> Option<String> {
         let unsaid = self.is_unsaid(&inbox.missing);
         (self.singly_failed && (unsaid || inbox.received > 0)).then(|| {
@@ -332,7 +339,8 @@ impl<'a> Retrieval<'a> {
         self.failure.take_if(passes).map_or(Ok(()), Err)
     }
 
-    /// Says of objects whose class the archive does not say that it may be none of those that were proposed.
+    /// Says of objects whose class the archive does not say that it may be none of those that were
+    /// proposed.
     pub(crate) fn tell_unsaid(&self, missing: &BTreeSet<String>, info: &mut FetchInfo) {
         if self.is_unsaid(missing) {
             let text = format!(
@@ -360,7 +368,8 @@ fn proposed(classes: &[String]) -> BTreeSet<&str> {
     classes.iter().flat_map(|class| kinds_of(class)).collect()
 }
 
-/// A presentation context for each transfer syntax: one with several would leave us only one of them.
+/// A presentation context for each transfer syntax: one with several would leave us only one of
+/// them.
 fn receiving(class: &str) -> impl Iterator<Item = Proposal> {
     let one = |syntax: &&str| Proposal { receives: true, ..Proposal::new(class, &[syntax]) };
     syntaxes::of(class).iter().map(one)

@@ -1,10 +1,10 @@
 //! C-STORE: objects to an archive, each as it stands in its file (PS3.4 Annex B).
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::command::{Command, element, field};
 use crate::contexts::{MAX_CONTEXTS, Proposal};
 use crate::error::Error;
-use crate::go_on::GoOn;
 use crate::journal::Journal;
 use crate::link::Link;
 use crate::message::{Payload, Talk};
@@ -22,7 +22,8 @@ use supine_space::{Progress, Warning};
 /// What is sent, and what is not.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SendParams {
-    /// Objects of every SOP class, not only CT, registrations, doses, structure sets, segmentations, PDFs.
+    /// Objects of every SOP class, not only CT, registrations, doses, structure sets,
+    /// segmentations, PDFs.
     pub all: bool,
     /// Objects too that the peer has acknowledged in an earlier call.
     pub again: bool,
@@ -42,7 +43,8 @@ pub struct Refused {
 pub struct SendInfo {
     /// Objects the peer has acknowledged in this call.
     pub stored: usize,
-    /// Objects it had acknowledged before, which were not sent. Whether it still has them it was not asked.
+    /// Objects it had acknowledged before, which were not sent. Whether it still has them it was
+    /// not asked.
     pub known: usize,
     /// The dates of these acknowledgements, `YYYY-MM-DD` by the clock here.
     pub known_on: BTreeSet<String>,
@@ -50,7 +52,8 @@ pub struct SendInfo {
     pub present: usize,
     /// Objects that were not sent because the association broke; a further call sends them.
     pub left: usize,
-    /// Of them, those that were converted to Implicit VR Little Endian, since the peer takes no other.
+    /// Of them, those that were converted to Implicit VR Little Endian, since the peer takes no
+    /// other.
     pub converted: usize,
     /// Bytes of the data sets that were acknowledged, as they stand in their files.
     pub bytes: u64,
@@ -328,7 +331,8 @@ impl Load {
     }
 }
 
-/// The default transfer syntax, which every archive takes (PS3.5 10.1), for what can be converted to it.
+/// The default transfer syntax, which every archive takes (PS3.5 10.1), for what can be converted
+/// to it.
 fn implicit_too(kinds: &[(String, String)]) -> Vec<Proposal> {
     let implicit = uids::IMPLICIT_VR_LITTLE_ENDIAN;
     let stored = |class: &String| kinds.iter().any(|(c, s)| c == class && s == implicit);

@@ -16,13 +16,15 @@ pub(crate) const CANNOT_UNDERSTAND: u16 = 0xC000;
 /// An object of this SOP Instance UID is there already (PS3.7 9.1.1.1.9).
 pub(crate) const DUPLICATE: u16 = 0x0111;
 
-/// Whether the peer has kept the object, though not without change (PS3.4 B.2.3). The other warnings of PS3.7 Annex C
-/// (0001H, 0107H, 0116H) are of services that store nothing: who answers them to C-STORE does not say that it has kept it.
+/// Whether the peer has kept the object, though not without change (PS3.4 B.2.3). The other
+/// warnings of PS3.7 Annex C (0001H, 0107H, 0116H) are of services that store nothing: who answers
+/// them to C-STORE does not say that it has kept it.
 pub(crate) fn is_warning(status: u16) -> bool {
     status & 0xF000 == 0xB000
 }
 
-/// Whether a request to retrieve failed for objects of it rather than by itself (PS3.4 C.4.2.1.5, C.4.3.1.4).
+/// Whether a request to retrieve failed for objects of it rather than by itself (PS3.4 C.4.2.1.5,
+/// C.4.3.1.4).
 pub(crate) fn is_of_objects(status: u16) -> bool {
     status & 0xF000 == 0xC000 || status == TRANSFERS_FAILED
 }

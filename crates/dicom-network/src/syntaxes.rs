@@ -6,8 +6,8 @@ use dicom_dictionary_std::uids;
 pub(crate) const IDENTIFIER: [&str; 2] =
     [uids::EXPLICIT_VR_LITTLE_ENDIAN, uids::IMPLICIT_VR_LITTLE_ENDIAN];
 
-/// The transfer syntaxes in which an object of a class is taken, preferred first: those this software reads, of which
-/// the ones that compress pixels are left out for objects that have none.
+/// The transfer syntaxes in which an object of a class is taken, preferred first: those this
+/// software reads, of which the ones that compress pixels are left out for objects that have none.
 pub(crate) fn of(class: &str) -> &'static [&'static str] {
     let without = WITHOUT_PIXELS.iter().any(|&root| match class.strip_prefix(root) {
         Some(rest) => rest.is_empty() || rest.starts_with('.'),

@@ -140,8 +140,8 @@ fn write_objects(folder: &Path, count: usize) {
     }
 }
 
-/// An archive that answers C-STORE with these statuses, one after the other, the last for ever; what it
-/// was sent is noted.
+/// An archive that answers C-STORE with these statuses, one after the other, the last for ever;
+/// what it was sent is noted.
 fn keeper(statuses: &[u16]) -> (Archive, Arc<Mutex<Vec<String>>>) {
     let sent = Arc::new(Mutex::new(Vec::new()));
     let (seen, mut statuses) = (sent.clone(), statuses.to_vec());
@@ -217,7 +217,8 @@ fn found(talk: &mut Talk<'_>, message: &Message) {
     found_of(&[PATIENT], talk, message);
 }
 
-/// What a C-FIND asks for, from an archive of one series in a study that it lists for these patients.
+/// What a C-FIND asks for, from an archive of one series in a study that it lists for these
+/// patients.
 fn found_of(patients: &[&str], talk: &mut Talk<'_>, message: &Message) {
     let query = Identifier::from_bytes(&data_of(talk, message), true).unwrap();
     let level = query.text(tags::QUERY_RETRIEVE_LEVEL);
@@ -448,7 +449,8 @@ fn a_request_that_ends_as_failed_is_gone_on_with_as_long_as_something_comes() {
     let mut asked = 0;
     let archive = mover(move || {
         asked += 1;
-        // The first of a series is another patient's, and the archive gives up there; then it sends one at a time.
+        // The first of a series is another patient's, and the archive gives up there; then it sends
+        // one at a time.
         match asked {
             1 => {
                 let evil = object_of("EVIL", SERIES, INSTANCES[0]);

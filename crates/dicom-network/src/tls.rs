@@ -1,5 +1,5 @@
-//! TLS below the protocol data units (PS3.15 B.12, the BCP 195 profile): versions 1.2 and 1.3 with the
-//! cipher suites of RFC 9325, forward secret and authenticated throughout.
+//! TLS below the protocol data units (PS3.15 B.12, the BCP 195 profile): versions 1.2 and 1.3 with
+//! the cipher suites of RFC 9325, forward secret and authenticated throughout.
 
 use crate::error::Error;
 use rustls::client::{ResolvesClientCert, Resumption, WebPkiServerVerifier};
@@ -25,8 +25,8 @@ const VERSIONS: [&SupportedProtocolVersion; 2] = [&TLS13, &TLS12];
 /// The files TLS is set up from, in PEM.
 #[derive(Clone, Debug, Default)]
 pub struct TlsFiles {
-    /// Certificates that are trusted: of issuers, or the archive's own. Those of the system where none
-    /// is given.
+    /// Certificates that are trusted: of issuers, or the archive's own. Those of the system where
+    /// none is given.
     pub trusted: Option<PathBuf>,
     /// Our own certificate, with those of its issuers after it, and its private key.
     pub own: Option<(PathBuf, PathBuf)>,
@@ -51,8 +51,8 @@ impl Tls {
     /// Reads the files.
     ///
     /// # Errors
-    /// When one cannot be read or holds nothing of use, when the key is not that of the certificate, or
-    /// when no file is given and the system trusts nobody.
+    /// When one cannot be read or holds nothing of use, when the key is not that of the
+    /// certificate, or when no file is given and the system trusts nobody.
     pub fn new(files: &TlsFiles) -> Result<Self, Error> {
         let provider = Arc::new(rustls::crypto::ring::default_provider());
         let own = match &files.own {
@@ -77,7 +77,8 @@ impl Tls {
             .dangerous()
             .with_custom_certificate_verifier(Arc::new(Pinned::new(archive, &given)))
             .with_no_client_auth();
-        // Some archives end the connection when a session is resumed that has a certificate of ours.
+        // Some archives end the connection when a session is resumed that has a certificate of
+        // ours.
         client.resumption = Resumption::disabled();
         let mut server = None;
         // A caller that proves itself by an issuer whom every machine trusts proves nothing.

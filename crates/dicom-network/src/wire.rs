@@ -3,8 +3,8 @@
 //! Reading and writing wait for one turn at most and then end with `WouldBlock`, TLS or not.
 
 use crate::Call;
+use crate::cancel::GoOn;
 use crate::error::Error;
-use crate::go_on::GoOn;
 use crate::pinned::Renewed;
 use crate::tls::{Asked, Tls};
 use rustls::{AlertDescription, CertificateError, Connection};
@@ -21,8 +21,8 @@ const CONNECT: Duration = Duration::from_secs(10);
 
 /// A TCP connection to the peer, each of its addresses in turn.
 ///
-/// Looking up a name and waiting for an address are waits of the system that nothing cuts short. They are
-/// a thread's, which is left to itself when the user wants to stop; it ends by itself.
+/// Looking up a name and waiting for an address are waits of the system that nothing cuts short.
+/// They are a thread's, which is left to itself when the user wants to stop; it ends by itself.
 pub(crate) fn connect(call: &Call, go_on: GoOn<'_>) -> std::result::Result<TcpStream, Error> {
     let fail = |source| Error::Connect { node: call.peer.clone(), source };
     let (host, port, longest) = (call.peer.host.clone(), call.peer.port, call.timeout.min(CONNECT));
@@ -139,7 +139,8 @@ impl Wire {
             Err(e) if e.kind() == ErrorKind::WouldBlock => {}
             read => return read,
         }
-        // Sends what waits, or reads: once, since what comes may be no data for as long as the peer likes.
+        // Sends what waits, or reads: once, since what comes may be no data for as long as the peer
+        // likes.
         pauses(tunnel.connection.complete_io(&mut self.socket))?;
         tunnel.connection.reader().read(buffer)
     }

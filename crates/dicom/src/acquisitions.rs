@@ -21,8 +21,8 @@ pub(crate) fn in_order(places: &[f64], slices: &[&Slice]) -> Result<(), Error> {
     Err(joined(places, slices).unwrap_or(alternating))
 }
 
-/// Slices of several acquisitions may follow each other, station by station, but not alternate: they
-/// would make a volume that nobody scanned.
+/// Slices of several acquisitions may follow each other, station by station, but not alternate:
+/// they would make a volume that nobody scanned.
 fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
     for n in 0..slices[0].acquisition.len() {
         let value = |slice: &Slice| slice.acquisition[n].1.clone();
@@ -41,8 +41,8 @@ fn not_interleaved(slices: &[&Slice]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Where acquisitions that follow each other share a place, the slice of the one may come to lie within the other: that
-/// is no alternation, for without one of the two all is in order.
+/// Where acquisitions that follow each other share a place, the slice of the one may come to lie
+/// within the other: that is no alternation, for without one of the two all is in order.
 fn joined(places: &[f64], slices: &[&Slice]) -> Option<Error> {
     let steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let half = 0.5 * median(&mut steps.clone())?;

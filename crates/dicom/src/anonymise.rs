@@ -1,10 +1,10 @@
-//! De-identification of what is written (PS3.15 E.1, Basic Application Level Confidentiality Profile with
-//! the Clean Descriptors Option).
+//! De-identification of what is written (PS3.15 E.1, Basic Application Level Confidentiality
+//! Profile with the Clean Descriptors Option).
 //!
-//! Nothing is searched for and struck out: a header keeps only the elements listed here, which hold no
-//! identity, and everything else is gone. UIDs are replaced by keyed hashes, the same for the same UID
-//! wherever it stands. What says DEFORMED and from what is written by this crate in its own words, so that
-//! it survives.
+//! Nothing is searched for and struck out: a header keeps only the elements listed here, which hold
+//! no identity, and everything else is gone. UIDs are replaced by keyed hashes, the same for the
+//! same UID wherever it stands. What says DEFORMED and from what is written by this crate in its
+//! own words, so that it survives.
 
 mod names;
 mod objects;
@@ -74,7 +74,8 @@ const TYPED: &[Tag] = &[
     tags::CONVOLUTION_KERNEL,
 ];
 
-/// Parts of the body that a CT of a breast is said to be of (PS3.16 annex L); any other word of Body Part Examined goes.
+/// Parts of the body that a CT of a breast is said to be of (PS3.16 annex L); any other word of
+/// Body Part Examined goes.
 const BODY_PARTS: &[&str] = &[
     "ABDOMEN",
     "ABDOMENPELVIS",
@@ -155,8 +156,8 @@ impl Anonymiser {
         format!("2.25.{}", uuid.as_u128())
     }
 
-    /// What stands for the patient, who is told by her ID alone where she has one: objects of other systems
-    /// write her name in other ways.
+    /// What stands for the patient, who is told by her ID alone where she has one: objects of other
+    /// systems write her name in other ways.
     fn pseudonym(&self, header: &DataSet) -> String {
         let (id, name) = (header.text(tags::PATIENT_ID), header.text(tags::PATIENT_NAME));
         let who = if id.is_empty() { format!("name {name}") } else { format!("id {id}") };
@@ -213,7 +214,8 @@ fn put_method(set: &mut DataSet) {
 
 impl Source {
     /// The source as a de-identified export may name it: its headers lack the patient, its UIDs are
-    /// replaced. Only for writing; what is compared with other objects of the patient needs the original.
+    /// replaced. Only for writing; what is compared with other objects of the patient needs the
+    /// original.
     #[must_use]
     pub fn anonymised(&self, anonymiser: &Anonymiser) -> Self {
         let slice = |source: &SourceSlice| SourceSlice {
@@ -223,7 +225,8 @@ impl Source {
         Self { slices: self.slices.iter().map(slice).collect(), padding: self.padding.clone() }
     }
 
-    /// Whether a slice says that text which identifies the patient may stand in its pixels (PS3.3 C.7.6.1.1.10).
+    /// Whether a slice says that text which identifies the patient may stand in its pixels (PS3.3
+    /// C.7.6.1.1.10).
     pub fn has_burned_in_text(&self) -> bool {
         let says_yes = |s: &SourceSlice| s.header.text(tags::BURNED_IN_ANNOTATION) == "YES";
         self.slices.iter().any(says_yes)

@@ -8,8 +8,8 @@ use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 /// Begins an escape sequence.
 const ESCAPE: u8 = 0x1B;
 
-/// What stands for a set of letters in the upper or lower half of the codes: the name by which it is decoded, and the
-/// sequence that the decoder wants to see before and after.
+/// What stands for a set of letters in the upper or lower half of the codes: the name by which it
+/// is decoded, and the sequence that the decoder wants to see before and after.
 #[derive(Clone, Copy, Debug)]
 enum Letters {
     /// One byte a letter, or two with the highest bit set.
@@ -20,7 +20,8 @@ enum Letters {
     Turkish,
 }
 
-/// Escape sequences, whether they are of the upper half, and what they begin (PS3.3 tables C.12-3 and C.12-4).
+/// Escape sequences, whether they are of the upper half, and what they begin (PS3.3 tables C.12-3
+/// and C.12-4).
 const SEQUENCES: [(&[u8], bool, Letters); 17] = [
     (b"(B", false, Letters::Named("ISO_IR 6")),
     (b"(J", false, Letters::Named("ISO_IR 6")),
@@ -54,7 +55,8 @@ pub(crate) fn readable_in(sets: &str, item: &DataSet, tag: Tag) -> String {
     text.trim_matches([' ', '\0']).into()
 }
 
-/// The text that bytes are in the sets of a Specific Character Set; what is no text there is read as UTF-8 or Latin-1.
+/// The text that bytes are in the sets of a Specific Character Set; what is no text there is read
+/// as UTF-8 or Latin-1.
 fn decode(sets: &str, bytes: &[u8]) -> String {
     if bytes.contains(&ESCAPE) {
         return extended(sets, bytes).unwrap_or_else(|| text_of(bytes));

@@ -10,7 +10,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Reads `2026-03-01 14:05:00`, also with a `T` between date and time; none when it is no date of the calendar.
+    /// Reads `2026-03-01 14:05:00`, also with a `T` between date and time; none when it is no date
+    /// of the calendar.
     pub fn parse(text: &str) -> Option<Self> {
         let (date, time) = text.split_once([' ', 'T'])?;
         let [year, month, day] = parts(date, '-', [4, 2, 2])?;

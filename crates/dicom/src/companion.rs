@@ -23,7 +23,8 @@ use supine_space::Warning;
 pub struct CompanionParams {
     /// Series Description; must contain DEFORMED or CHEST WALL, 64 characters at most.
     pub series_description: String,
-    /// How it was made, 1024 characters at most; what the CT says of its derivation is put behind it.
+    /// How it was made, 1024 characters at most; what the CT says of its derivation is put behind
+    /// it.
     pub derivation: String,
     /// Date and time written everywhere "now" is meant.
     pub clock: Clock,
@@ -147,7 +148,8 @@ pub(crate) fn slices(ct: &Source) -> Vec<DataSet> {
     items
 }
 
-/// Common Instance Reference: every slice of these series, those of other studies apart (PS3.3 C.12.2).
+/// Common Instance Reference: every slice of these series, those of other studies apart (PS3.3
+/// C.12.2).
 pub(crate) fn put_series(set: &mut DataSet, series: &[&Source]) {
     let item = |ct: &Source| {
         let mut item = DataSet::default();
@@ -198,7 +200,8 @@ pub(crate) fn write(
     Ok(reference)
 }
 
-/// Takes care that the names in these sequences of `from` keep their letters in `set`; whether they cannot.
+/// Takes care that the names in these sequences of `from` keep their letters in `set`; whether they
+/// cannot.
 pub(crate) fn characters(
     set: &mut DataSet,
     from: &DataSet,
@@ -253,8 +256,8 @@ pub(crate) fn put_texts(set: &mut DataSet, texts: &[(Tag, VR, &str)]) {
     }
 }
 
-/// Refuses an object of another patient than the CT: it would be written under the CT's name. An object for a CT
-/// that was de-identified comes here as its `for_export` left it.
+/// Refuses an object of another patient than the CT: it would be written under the CT's name. An
+/// object for a CT that was de-identified comes here as its `for_export` left it.
 ///
 /// # Errors
 /// When both name a patient and not the same, or the CT is de-identified and the object is not.
@@ -264,7 +267,8 @@ pub(crate) fn same_patient(file: &str, header: &DataSet, ct: &Source) -> Result<
     if a == b && !a.is_empty() {
         return Ok(());
     }
-    // Without numbers that agree, names and UIDs of a patient could go into what no longer names her.
+    // Without numbers that agree, names and UIDs of a patient could go into what no longer names
+    // her.
     let [given, wanted] = both.map(|h| h.text(tags::PATIENT_IDENTITY_REMOVED) == "YES");
     if wanted && !given {
         let reason = "is not YES as in the CT: the CT is de-identified, this is not";

@@ -1,4 +1,5 @@
-//! By what a CT is known that this software deformed: it shows a simulation, not the patient in the scanner.
+//! By what a CT is known that this software deformed: it shows a simulation, not the patient in the
+//! scanner.
 
 use crate::data_set::DataSet;
 use crate::derived::{MANUFACTURER, MODEL};
@@ -8,18 +9,19 @@ use dicom_dictionary_std::tags;
 pub const DEFORMED_ALREADY: &str = "a CT that was deformed by this program already, not the patient as she lay in the \
      scanner: name the CT that it was made from";
 
-/// Begins the Image Comments of every slice; converters keep as much of it as fits (24 bytes of a NIfTI header).
+/// Begins the Image Comments of every slice; converters keep as much of it as fits (24 bytes of a
+/// NIfTI header).
 const COMMENTS: &str = "SIMULATED DEFORMATION -";
 
-/// Whether a text that came with a volume says that this software deformed it: a Derivation Description, Image Comments,
-/// or the note in a file that is not DICOM.
+/// Whether a text that came with a volume says that this software deformed it: a Derivation
+/// Description, Image Comments, or the note in a file that is not DICOM.
 pub fn tells_deformation(text: &str) -> bool {
     let derived = text.split_once("DERIVED: ").is_some_and(|(_, by)| by.contains(" by supine "));
     derived || text.contains(COMMENTS)
 }
 
-/// Whether one of the marks that an export bears is left in a header. Any one will do: what passes through other systems
-/// loses some.
+/// Whether one of the marks that an export bears is left in a header. Any one will do: what passes
+/// through other systems loses some.
 pub(crate) fn is_deformed(header: &DataSet) -> bool {
     let ours = |set: &DataSet| {
         set.text(tags::MANUFACTURER) == MANUFACTURER

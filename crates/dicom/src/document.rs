@@ -34,16 +34,17 @@ impl std::fmt::Debug for Document<'_> {
 
 /// Writes a document about an exported CT into the file `path`.
 ///
-/// Patient and study are those of `ct`, the series is its own with a number beside that of `ct`; it has no frame of
-/// reference. Source Instance Sequence names every slice of the CT that the document was made from. Concept Name is
-/// Radiology Report (LOINC 11528-7, one of CID 7020), Conversion Type WSD, Burned In Annotation says whether the patient is
-/// named in the document (PS3.3 C.8.6.1, C.24.1, C.24.2). A document of odd length gets one zero byte behind it and
-/// Encapsulated Document Length tells its own. UIDs are 2.25 from the hash of all that is written. The file appears only when
-/// it was read back equal.
+/// Patient and study are those of `ct`, the series is its own with a number beside that of `ct`; it
+/// has no frame of reference. Source Instance Sequence names every slice of the CT that the
+/// document was made from. Concept Name is Radiology Report (LOINC 11528-7, one of CID 7020),
+/// Conversion Type WSD, Burned In Annotation says whether the patient is named in the document
+/// (PS3.3 C.8.6.1, C.24.1, C.24.2). A document of odd length gets one zero byte behind it and
+/// Encapsulated Document Length tells its own. UIDs are 2.25 from the hash of all that is written.
+/// The file appears only when it was read back equal.
 ///
 /// # Errors
-/// When the document is no PDF, a text does not fit its attribute, or the file cannot be written or does not read back.
-/// Nothing is left then.
+/// When the document is no PDF, a text does not fit its attribute, or the file cannot be written or
+/// does not read back. Nothing is left then.
 pub fn write_document(
     document: &Document<'_>,
     ct: &Source,

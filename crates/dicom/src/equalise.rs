@@ -22,8 +22,8 @@ pub(crate) struct EqualSteps {
 }
 
 impl EqualSteps {
-    /// For slices at these places along the normal, ascending, mm; `None` where steps are too long, or
-    /// so unequal that little of the volume would be measured.
+    /// For slices at these places along the normal, ascending, mm; `None` where steps are too long,
+    /// or so unequal that little of the volume would be measured.
     pub(crate) fn of(places: &[f64]) -> Option<Self> {
         let steps = || places.windows(2).map(|pair| pair[1] - pair[0]);
         let (shortest, longest) = (steps().reduce(f64::min)?, steps().reduce(f64::max)?);
@@ -43,8 +43,8 @@ impl EqualSteps {
         self.places.last().map_or(0.0, |last| last / (self.count - 1) as f64)
     }
 
-    /// HU of the slices to be made from those that are there, `per_slice` voxels each: linear along the
-    /// normal, rounded half to even.
+    /// HU of the slices to be made from those that are there, `per_slice` voxels each: linear along
+    /// the normal, rounded half to even.
     pub(crate) fn volume(&self, hu: &[i16], per_slice: usize) -> Vec<i16> {
         let mut out = vec![0; per_slice * self.count];
         out.par_chunks_mut(per_slice).enumerate().for_each(|(k, out)| {
@@ -61,7 +61,8 @@ impl EqualSteps {
         out
     }
 
-    /// The slices to be made, each with the header of the nearest that is there and its own position.
+    /// The slices to be made, each with the header of the nearest that is there and its own
+    /// position.
     pub(crate) fn headers(&self, source: &[SourceSlice], grid: &Grid) -> Vec<SourceSlice> {
         let header = |k: usize| {
             let (below, share) = self.between(k);

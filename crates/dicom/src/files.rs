@@ -1,7 +1,7 @@
 //! The files of a folder, and which of them a series is looked for in.
 
 use crate::error::Error;
-use crate::left_out::{LeftOut, LeftOutReason};
+use crate::excluded::{LeftOut, LeftOutReason};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -19,9 +19,9 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Of a folder, of a file, which stands for its folder, or of a DICOMDIR, which stands for all below its
-    /// folder: looking there instead of following its paths (PS3.10 8.6) finds what it forgot, and never
-    /// leaves the folder.
+    /// Of a folder, of a file, which stands for its folder, or of a DICOMDIR, which stands for all
+    /// below its folder: looking there instead of following its paths (PS3.10 8.6) finds what it
+    /// forgot, and never leaves the folder.
     pub(crate) fn of(path: &Path) -> Result<Self, Error> {
         let read_error = |source| Error::Read { path: path.to_owned(), source };
         if std::fs::metadata(path).map_err(read_error)?.is_dir() {
@@ -40,9 +40,9 @@ impl Place {
     }
 }
 
-/// The files that [`crate::read_series`] looks into for this path, ascending: those of a folder and of the
-/// folders in it, those beside a single file, those below the folder of a DICOMDIR. Hidden files and
-/// folders that must not be read are passed over. Nothing is opened.
+/// The files that [`crate::read_series`] looks into for this path, ascending: those of a folder and
+/// of the folders in it, those beside a single file, those below the folder of a DICOMDIR. Hidden
+/// files and folders that must not be read are passed over. Nothing is opened.
 ///
 /// # Errors
 /// When there is no such path, a folder cannot be read, or there are too many files.
@@ -50,8 +50,8 @@ pub fn source_files(path: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(Place::of(path)?.files()?.files)
 }
 
-/// The folder that all of [`source_files`] lie below: files are named by their path from there, in messages
-/// and in [`crate::LeftOut`].
+/// The folder that all of [`source_files`] lie below: files are named by their path from there, in
+/// messages and in [`crate::LeftOut`].
 ///
 /// # Errors
 /// When there is no such path.

@@ -4,14 +4,14 @@ use crate::accept::Accept;
 use crate::anonymise::Anonymiser;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
+use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::geometry::leave_out;
-use crate::left_out::{LeftOut, LeftOutReason};
 use crate::multi_frame;
+use crate::patient_identity::PatientIdentity;
 use crate::pixel_format::Frame;
 use crate::series_summary::SeriesSummary;
 use crate::slice::Slice;
-use crate::whose::Whose;
 use dicom_core::dictionary::UidDictionary as _;
 use dicom_dictionary_std::{StandardSopClassDictionary, tags, uids};
 use rayon::prelude::*;
@@ -40,7 +40,7 @@ pub(crate) struct SeriesHead {
     pub(crate) uid: String,
     pub(crate) description: String,
     pub(crate) number: String,
-    pub(crate) whose: Whose,
+    pub(crate) whose: PatientIdentity,
     pub(crate) localizer: bool,
 }
 
@@ -229,8 +229,8 @@ impl Folder {
         Ok(self.series.remove(at))
     }
 
-    /// The Series Instance UID of the series that holds an instance, named by its UID or what stands for
-    /// it.
+    /// The Series Instance UID of the series that holds an instance, named by its UID or what
+    /// stands for it.
     pub(crate) fn series_of(
         &self,
         instance: &str,
@@ -406,7 +406,7 @@ fn series_head(set: &DataSet) -> SeriesHead {
         uid: set.text(tags::SERIES_INSTANCE_UID),
         description: set.text(tags::SERIES_DESCRIPTION),
         number: set.text(tags::SERIES_NUMBER),
-        whose: Whose::of(set),
+        whose: PatientIdentity::of(set),
         localizer: set.texts(tags::IMAGE_TYPE).get(2).is_some_and(|v| v == "LOCALIZER"),
     }
 }

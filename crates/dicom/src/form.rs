@@ -1,7 +1,7 @@
 //! The form that values must have (PS3.5 6.2), and values of others that are brought into it.
 //!
-//! Scanners, information systems and anonymisers write texts that are too long, ages without their unit and dates with hyphens.
-//! Readers take them; in a new object they would be our fault.
+//! Scanners, information systems and anonymisers write texts that are too long, ages without their
+//! unit and dates with hyphens. Readers take them; in a new object they would be our fault.
 
 use crate::data_set::{DataSet, Value, dictionary_vr};
 use crate::derived::PATIENT_AND_STUDY;
@@ -91,7 +91,8 @@ fn mended_value(vr: VR, value: &str, longest: usize) -> String {
     if fault(vr, &kept, longest).is_none() { kept } else { String::new() }
 }
 
-/// The elements that an object inherits and that do not have their form, with what is inherited in their place.
+/// The elements that an object inherits and that do not have their form, with what is inherited in
+/// their place.
 fn mended(header: &DataSet) -> Vec<(Tag, VR, String)> {
     let open = inherited().filter(|tag| !KEPT.contains(tag));
     let one = |&tag: &Tag| {

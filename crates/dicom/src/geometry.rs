@@ -12,8 +12,8 @@ use crate::tilt::Lean;
 use std::collections::BTreeSet;
 use supine_space::{Grid, Matrix, Point, Vector, Warning};
 
-/// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not measured:
-/// far above the rounding of positions with three decimals, far below a missing slice.
+/// Steps may differ from the median by this much, mm, or by [`STEP_SHARE`] of it. Chosen, not
+/// measured: far above the rounding of positions with three decimals, far below a missing slice.
 const STEP_MM: f64 = 0.01;
 const STEP_SHARE: f64 = 0.01;
 /// Slices closer than this lie at the same place, mm.
@@ -85,15 +85,15 @@ fn orthonormal(slice: &Slice) -> (Vector, Vector) {
     (row, column.normalize())
 }
 
-/// Whether no two slices have the same Frame of Reference UID, as some programs write every file anew. Two frames in a series of
-/// many slices are two scans.
+/// Whether no two slices have the same Frame of Reference UID, as some programs write every file
+/// anew. Two frames in a series of many slices are two scans.
 fn each_its_own_frame(slices: &[&Slice]) -> bool {
     let frames: BTreeSet<&str> = slices.iter().map(|s| s.frame_of_reference.as_str()).collect();
     frames.len() == slices.len() && !frames.contains("")
 }
 
-/// Checks that two slices are of one series; with `frames_apart` their acquisition must be the same in place of their frame of
-/// reference.
+/// Checks that two slices are of one series; with `frames_apart` their acquisition must be the same
+/// in place of their frame of reference.
 fn must_agree(a: &Slice, b: &Slice, frames_apart: bool) -> Result<(), Error> {
     let differs = |attribute, values: String| {
         Err(Error::Differs { attribute, a: a.file.clone(), b: b.file.clone(), values })
@@ -272,8 +272,8 @@ fn not_tilted(slices: &[&Slice], normal: &Vector) -> Result<(), Error> {
     Ok(())
 }
 
-/// Why a CT in a Patient Position (PS3.3 C.7.3.1.1.2) is none of a patient who lay on her back; none when it is, or when the
-/// position says nothing that is known.
+/// Why a CT in a Patient Position (PS3.3 C.7.3.1.1.2) is none of a patient who lay on her back;
+/// none when it is, or when the position says nothing that is known.
 pub fn not_supine(position: &str) -> Option<String> {
     let how = match position.get(2..)? {
         "P" => "prone",

@@ -3,15 +3,15 @@
 use crate::accept::Accept;
 use crate::deformed::DEFORMED_ALREADY;
 use crate::error::Error;
+use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::Place;
 use crate::folder::{Folder, Series, kind};
 use crate::geometry::{not_supine, stack};
-use crate::left_out::{LeftOut, LeftOutReason};
+use crate::patient_identity::PatientIdentity;
 use crate::plausible::Tally;
 use crate::read::{Opened, SliceFile, shared};
 use crate::slice::Slice;
 use crate::warnings::distinct;
-use crate::whose::Whose;
 use dicom_dictionary_std::uids;
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -29,7 +29,8 @@ pub struct Inspection {
     pub series: Vec<SeriesReport>,
     /// DICOM objects of other kinds, counted.
     pub other: Vec<KindCount>,
-    /// Those of them that belong to a plan, in the order of their files. They are not told: files may be named after patients.
+    /// Those of them that belong to a plan, in the order of their files. They are not told: files
+    /// may be named after patients.
     #[serde(skip)]
     pub objects: Vec<PlanObject>,
     /// Files that are not DICOM.
@@ -93,12 +94,13 @@ pub struct KindCount {
 pub struct SeriesReport {
     /// Series Instance UID.
     pub uid: String,
-    /// The innermost folder that holds all its files. It is not told: folders may be named after patients.
+    /// The innermost folder that holds all its files. It is not told: folders may be named after
+    /// patients.
     #[serde(skip)]
     pub folder: PathBuf,
     /// Whose it is. For the screen, not for logs and documents.
     #[serde(skip)]
-    pub whose: Whose,
+    pub whose: PatientIdentity,
     /// Series Description.
     pub description: String,
     /// Series Number as written.
@@ -107,7 +109,8 @@ pub struct SeriesReport {
     pub slices: usize,
     /// Number of localizers.
     pub localizers: usize,
-    /// Whether the headers make one regular volume in HU that this program did not deform, and no damaged file may be of it.
+    /// Whether the headers make one regular volume in HU that this program did not deform, and no
+    /// damaged file may be of it.
     pub usable: bool,
     /// Why not, otherwise.
     pub reason: Option<String>,

@@ -1,5 +1,5 @@
-//! DICOM CT series, segmentations, structure sets and doses in and out, registrations out; inspection and
-//! verification of exports.
+//! DICOM CT series, segmentations, structure sets and doses in and out, registrations out;
+//! inspection and verification of exports.
 //!
 //! A file is walked by this crate's own parser, which checks every length before it believes it and
 //! keeps every value byte for byte: no library sees a file first, because none refuses a lying
@@ -12,9 +12,11 @@
 //! - [`read_segmentation`], [`write_segmentation`]: segments on the voxels of a CT
 //! - [`read_structures`], [`write_structures`]: regions of interest drawn as contours
 //! - [`read_dose`], [`write_dose`]: absorbed dose on a grid
-//! - [`write_deformable`], [`write_chest_wall`]: registrations of an exported series with its source
+//! - [`write_deformable`], [`write_chest_wall`]: registrations of an exported series with its
+//!   source
 //! - [`write_document`]: a PDF of the patient beside an exported series
-//! - [`object_files`], [`file_header`], [`Identifier`]: objects that travel unchanged over a network
+//! - [`object_files`], [`file_header`], [`Identifier`]: objects that travel unchanged over a
+//!   network
 //! - [`verify_export`]: what no validator notices about an exported series
 //!
 //! Positions are LPS, mm; values are HU. No message carries the patient's name, ID or dates.
@@ -33,18 +35,19 @@ mod document;
 mod dose;
 mod equalise;
 mod error;
+mod excluded;
 mod export;
 mod files;
 mod folder;
 mod form;
 mod geometry;
 mod inspect;
-mod left_out;
 mod multi_frame;
 mod number;
 mod object;
 mod object_file;
 mod padding;
+mod patient_identity;
 mod pixel_format;
 mod pixels;
 mod plausible;
@@ -62,7 +65,6 @@ mod uid;
 mod verify;
 mod warnings;
 mod whole_file;
-mod whose;
 
 pub use accept::Accept;
 pub use anonymise::Anonymiser;
@@ -72,6 +74,7 @@ pub use deformed::{DEFORMED_ALREADY, tells_deformation};
 pub use document::{Document, write_document};
 pub use dose::{Dose, DoseInfo, read_dose, write_dose};
 pub use error::Error;
+pub use excluded::{LeftOut, LeftOutReason};
 pub use export::{ExportParams, WriteInfo, write_series};
 pub use files::{source_files, source_folder};
 pub use geometry::not_supine;
@@ -79,12 +82,12 @@ pub use inspect::{
     Depth, GridReport, Inspection, KindCount, PixelReport, PlanObject, PlanObjectKind,
     SeriesReport, SlicePixels, inspect,
 };
-pub use left_out::{LeftOut, LeftOutReason};
 pub use object::{RegionObject, has_marker, is_dose, region_object};
 pub use object_file::{
     Identifier, NOT_USABLE, ObjectFile, ObjectFiles, Owner, class_name, file_header,
     implementation, implicit_data_set, is_ct, is_registration, is_uid, object_files, syntax_name,
 };
+pub use patient_identity::PatientIdentity;
 pub use policy::Policy;
 pub use read::{ReadInfo, ReadParams, read_series};
 pub use registration::{Deformable, read_deformable, write_chest_wall, write_deformable};
@@ -99,4 +102,3 @@ pub use structures::{
     write_structures,
 };
 pub use verify::{Check, Expected, Original, Verification, verify_export};
-pub use whose::Whose;

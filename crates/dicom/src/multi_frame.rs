@@ -1,8 +1,9 @@
 //! Enhanced (multi-frame) CT as the single images that the rest of this crate knows.
 //!
 //! What differs from frame to frame stands in functional groups (PS3.3 C.7.6.16), under the same
-//! names as in a CT Image but for a few. Each frame gets a header of its own with the elements of its
-//! groups lifted to where a CT Image has them, so that every check of a slice holds for a frame too.
+//! names as in a CT Image but for a few. Each frame gets a header of its own with the elements of
+//! its groups lifted to where a CT Image has them, so that every check of a slice holds for a frame
+//! too.
 
 use crate::data_set::{DataSet, Element};
 use crate::error::Error;
@@ -45,8 +46,8 @@ pub(crate) fn is_multi_frame(class: &str) -> bool {
 /// The header of each frame, in the order of their pixels.
 ///
 /// # Errors
-/// When Number of Frames and the functional groups do not go together, or what the frames share is too
-/// long to be held for each of them.
+/// When Number of Frames and the functional groups do not go together, or what the frames share is
+/// too long to be held for each of them.
 pub(crate) fn headers(file: &str, set: &DataSet) -> Result<Vec<DataSet>, Error> {
     let frames = set.text(tags::NUMBER_OF_FRAMES);
     let count = parse_is(&frames).and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
@@ -111,7 +112,8 @@ mod tests {
     use super::*;
     use crate::data_set::Value;
 
-    /// `count` frames that say nothing, and a private element of so many bytes that all of them share.
+    /// `count` frames that say nothing, and a private element of so many bytes that all of them
+    /// share.
     fn frames(count: usize, shared: usize) -> Result<Vec<DataSet>, Error> {
         let mut set = DataSet::default();
         set.put_text(tags::NUMBER_OF_FRAMES, VR::IS, &count.to_string());

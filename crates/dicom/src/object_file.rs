@@ -7,9 +7,9 @@ use crate::data_set::{
 };
 use crate::derived::MANUFACTURER;
 use crate::error::Error;
+use crate::excluded::{LeftOut, LeftOutReason};
 use crate::files::{Listed, MAX_FOLDER_DEPTH, below};
 use crate::folder::kind;
-use crate::left_out::{LeftOut, LeftOutReason};
 use crate::uid;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::{tags, uids};
@@ -48,8 +48,8 @@ pub struct ObjectFile {
 /// Begins the Series Description of an object that was carried from a run that must not be used.
 pub const NOT_USABLE: &str = "NOT USABLE";
 
-/// Whose an object is and where it belongs, as its data set says it; what that lacks is empty. For comparing, not for
-/// logs, hence no content in its `Debug`.
+/// Whose an object is and where it belongs, as its data set says it; what that lacks is empty. For
+/// comparing, not for logs, hence no content in its `Debug`.
 #[derive(Clone, PartialEq, Eq, Default)]
 pub struct Owner {
     /// Patient ID, in its own character set.
@@ -182,8 +182,8 @@ fn fills(set: &DataSet, bytes: usize) -> bool {
     bits.is_some_and(|bits| bits > 0 && bits.div_ceil(8) <= bytes as u64)
 }
 
-/// The object of a file whose header was read: its data set is walked up to Pixel Data, whose length
-/// is checked. Else why it does not say which object it is.
+/// The object of a file whose header was read: its data set is walked up to Pixel Data, whose
+/// length is checked. Else why it does not say which object it is.
 fn open(
     mut container: Container,
     path: &Path,
@@ -229,11 +229,13 @@ fn open(
     }))
 }
 
-/// The data set of an object that is stored in Explicit VR Little Endian, in Implicit VR Little Endian:
-/// every element with its bytes, in order; group lengths, which are redundant, are left out.
+/// The data set of an object that is stored in Explicit VR Little Endian, in Implicit VR Little
+/// Endian: every element with its bytes, in order; group lengths, which are redundant, are left
+/// out.
 ///
 /// # Errors
-/// In words, when the file has changed or cannot be read, or when the data set would lose its meaning.
+/// In words, when the file has changed or cannot be read, or when the data set would lose its
+/// meaning.
 pub fn implicit_data_set(object: &ObjectFile) -> Result<Vec<u8>, String> {
     let set = Container::open(&object.path).and_then(|mut container| {
         let syntax = container.syntax.uid().to_owned();

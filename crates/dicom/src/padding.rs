@@ -65,8 +65,8 @@ impl Padding {
         self.runs.iter().map(|run| run.length).sum()
     }
 
-    /// The volume with the source's values where padding still is air, those below [`LOWEST_MEASURED_HU`] raised to it when
-    /// they are to be clipped.
+    /// The volume with the source's values where padding still is air, those below
+    /// [`LOWEST_MEASURED_HU`] raised to it when they are to be clipped.
     pub(crate) fn put_back(&self, ct: &Ct, clip: bool) -> Vec<i16> {
         let floor = if clip { LOWEST_MEASURED_HU } else { i16::MIN };
         let mut hu = vec![0; ct.data().len()];

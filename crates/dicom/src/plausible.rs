@@ -14,8 +14,8 @@ pub(crate) struct Tally {
     soft: usize,
 }
 
-/// HU of air, with the noise of a scanner. These ranges and the share are chosen, not measured: wide enough for
-/// any patient in air, which wrong rescales and signs still miss.
+/// HU of air, with the noise of a scanner. These ranges and the share are chosen, not measured:
+/// wide enough for any patient in air, which wrong rescales and signs still miss.
 const AIR: RangeInclusive<i16> = -1100..=-600;
 /// HU of fat, muscle and water.
 const SOFT: RangeInclusive<i16> = -300..=300;

@@ -3,10 +3,10 @@
 use crate::accept::Accept;
 use crate::data_set::{Container, DataSet, OpenError, Parsed, TransferSyntax, Until};
 use crate::error::Error;
+use crate::excluded::{LeftOut, LeftOutReason as Reason};
 use crate::folder::{CtFile, Folder, Series};
 use crate::form;
 use crate::geometry::{Stack, stack};
-use crate::left_out::{LeftOut, LeftOutReason as Reason};
 use crate::multi_frame;
 use crate::padding::Padding;
 use crate::pixel_format::{Frame, Rescale};
@@ -149,8 +149,9 @@ pub(crate) fn read_folder(
     Ok((ct, Source { slices: source, padding }, info))
 }
 
-/// Most voxels that a byte of the files may stand for. Slices of nothing but air come to some 250; what
-/// claims more is made to exhaust the memory, which is asked for before the first slice is decoded.
+/// Most voxels that a byte of the files may stand for. Slices of nothing but air come to some 250;
+/// what claims more is made to exhaust the memory, which is asked for before the first slice is
+/// decoded.
 const MAX_VOXELS_PER_BYTE: u64 = 1 << 10;
 
 /// Checks the size of the volume against that of its files.

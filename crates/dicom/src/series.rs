@@ -1,5 +1,5 @@
-//! Series Numbers and names of what is written: those of one run lie together, apart from those of other runs and of the
-//! scanner.
+//! Series Numbers and names of what is written: those of one run lie together, apart from those of
+//! other runs and of the scanner.
 
 use crate::derived::own_number;
 use crate::source::Source;
@@ -31,7 +31,8 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    /// What is added to the Series Number of the run's CT; from the twenty-first object of a kind on, numbers come again.
+    /// What is added to the Series Number of the run's CT; from the twenty-first object of a kind
+    /// on, numbers come again.
     fn offset(self) -> i64 {
         let of_kind = |n: usize| n as i64 % OF_KIND;
         match self {
@@ -59,8 +60,8 @@ impl Place {
 /// Longest Series Description (LO).
 const LONGEST: usize = 64;
 
-/// What the series of an object is called that goes with an exported CT: the result's short name, four digits that the
-/// CT's own name ends in, tells objects of two runs apart.
+/// What the series of an object is called that goes with an exported CT: the result's short name,
+/// four digits that the CT's own name ends in, tells objects of two runs apart.
 pub(crate) fn described(description: &str, ct: &Source) -> String {
     let own = ct.slices[0].header.text(tags::SERIES_DESCRIPTION);
     let hex = |name: &&str| {

@@ -261,8 +261,8 @@ fn rescale(r: &Reader<'_>, accept: Accept, warnings: &mut Vec<Warning>) -> Resul
 const ASSUMED: &str =
     "Rescale Slope and Intercept are missing: the stored values were taken for HU, as was asked";
 
-/// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given. What Bits Stored cannot
-/// hold no pixel has, whatever its lower bits are.
+/// Stored values that mean "no data": Pixel Padding Value, up to the Range Limit if that is given.
+/// What Bits Stored cannot hold no pixel has, whatever its lower bits are.
 fn padding(set: &DataSet, pixels: PixelFormat, warnings: &mut Vec<Warning>) -> Option<[i32; 2]> {
     let held = |tag: Tag, name: &str, warnings: &mut Vec<Warning>| {
         let value = pixels.as_number(set.u16(tag)?);

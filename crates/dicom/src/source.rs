@@ -55,7 +55,8 @@ impl Source {
         }
     }
 
-    /// What was measured of the CT on `grid` that was read from this series, when its padding tells.
+    /// What was measured of the CT on `grid` that was read from this series, when its padding
+    /// tells.
     pub fn field(&self, grid: &Grid) -> Option<Field> {
         Field::of_padding(grid, self.padding.runs())
     }

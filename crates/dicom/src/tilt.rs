@@ -4,13 +4,13 @@ use crate::number::ROUNDING_MM;
 use std::f64::consts::SQRT_2;
 use supine_space::{Point, Vector};
 
-/// Largest angle between the line through the slices and their normal, degrees. Chosen, not measured: the
-/// volume that is made of the slices stands straight, so a lean of 0.1 degrees puts the last slice of a chest
-/// of 300 mm aside by 0.52 mm, less than a pixel. Gantry/Detector Tilt is not asked: it is nominal and "not
-/// intended for mathematical computations" (PS3.3 C.8.2.1).
+/// Largest angle between the line through the slices and their normal, degrees. Chosen, not
+/// measured: the volume that is made of the slices stands straight, so a lean of 0.1 degrees puts
+/// the last slice of a chest of 300 mm aside by 0.52 mm, less than a pixel. Gantry/Detector Tilt is
+/// not asked: it is nominal and "not intended for mathematical computations" (PS3.3 C.8.2.1).
 const LARGEST_LEAN_DEGREES: f64 = 0.1;
-/// The steepest line that least squares lay through points of a straight stack that are off by 1 at most,
-/// times the length of the stack: sum of |x| over sum of x^2, for many equal steps.
+/// The steepest line that least squares lay through points of a straight stack that are off by 1 at
+/// most, times the length of the stack: sum of |x| over sum of x^2, for many equal steps.
 const ROUNDED_LEAN: f64 = 3.0;
 
 /// How slices lie beside the normal through the first of them.
@@ -61,8 +61,8 @@ impl Lean {
         self.degrees > self.largest_degrees
     }
 
-    /// Whether a slice lies off the line by more than rounding puts it there: the slice may be off by
-    /// half a unit, and so may the line.
+    /// Whether a slice lies off the line by more than rounding puts it there: the slice may be off
+    /// by half a unit, and so may the line.
     pub(crate) fn has_stray(&self) -> bool {
         self.strayed.mm > 2.0 * SQRT_2 * ROUNDING_MM
     }

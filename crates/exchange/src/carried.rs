@@ -43,16 +43,16 @@ pub struct LabelLayers {
     keys: BTreeMap<String, String>,
 }
 
-/// Reads a label map (NRRD, 3D Slicer segmentation, NIfTI-1, MetaImage; any numbers and names, overlapping layers) or
-/// a volume of values. Without `kind` a file without names of segments is one of values when a value is not
-/// a whole number from 0 to 65535.
+/// Reads a label map (NRRD, 3D Slicer segmentation, NIfTI-1, MetaImage; any numbers and names,
+/// overlapping layers) or a volume of values. Without `kind` a file without names of segments is
+/// one of values when a value is not a whole number from 0 to 65535.
 ///
-/// A segmentation that 3D Slicer cropped is put back on the grid of its reference image when the file tells
-/// it.
+/// A segmentation that 3D Slicer cropped is put back on the grid of its reference image when the
+/// file tells it.
 ///
 /// # Errors
-/// When the file cannot be read, is damaged, does not say which way its axes point, or holds what its kind
-/// does not allow.
+/// When the file cannot be read, is damaged, does not say which way its axes point, or holds what
+/// its kind does not allow.
 pub fn read_any_volume(
     path: &Path,
     kind: Option<VolumeKind>,
@@ -116,7 +116,8 @@ fn layers(raster: &Raster, values: &[u16]) -> Result<LabelLayers, Problem> {
 }
 
 impl LabelLayers {
-    /// The same labels and names in other voxels: one map for each of [`Self::layers`], on one grid.
+    /// The same labels and names in other voxels: one map for each of [`Self::layers`], on one
+    /// grid.
     #[must_use]
     pub fn with_layers(&self, layers: Vec<Volume<u16>>) -> Self {
         Self { layers, names: self.names.clone(), keys: self.keys.clone() }
@@ -168,12 +169,13 @@ impl LabelLayers {
     }
 }
 
-/// Writes label maps with the names they came with: as 3D Slicer segmentation (`.seg.nrrd`), NRRD or, one
-/// map without its names, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`); 16 bit where 8 do not do.
+/// Writes label maps with the names they came with: as 3D Slicer segmentation (`.seg.nrrd`), NRRD
+/// or, one map without its names, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`); 16 bit where 8
+/// do not do.
 ///
 /// # Errors
-/// When the name ends otherwise, there are several maps for NIfTI or MetaImage or labels without names for a
-/// segmentation, the file cannot be written or the callback asked to stop.
+/// When the name ends otherwise, there are several maps for NIfTI or MetaImage or labels without
+/// names for a segmentation, the file cannot be written or the callback asked to stop.
 pub fn write_label_layers(
     labels: &LabelLayers,
     path: &Path,

@@ -1,7 +1,7 @@
 //! Planar contours: CSV `structure,contour,x,y,z` (LPS, mm).
 //!
-//! One row per corner, in order; the contour is closed from its last corner to its first. Rows that follow
-//! each other with the same structure and contour number are one contour.
+//! One row per corner, in order; the contour is closed from its last corner to its first. Rows that
+//! follow each other with the same structure and contour number are one contour.
 
 use crate::{Error, Problem, file, table};
 use std::{collections::BTreeMap, path::Path};
@@ -72,8 +72,8 @@ fn parse(bytes: &[u8]) -> Result<Vec<NamedContours>, Problem> {
     Ok(structures)
 }
 
-/// Writes contours as CSV with the heading `structure,contour,x,y,z`; contours are counted from 1 in each
-/// structure; LPS, mm, to 0.0001 mm.
+/// Writes contours as CSV with the heading `structure,contour,x,y,z`; contours are counted from 1
+/// in each structure; LPS, mm, to 0.0001 mm.
 ///
 /// # Errors
 /// When the name does not end in `.csv` or the file cannot be written.

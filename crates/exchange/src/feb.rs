@@ -1,9 +1,9 @@
 //! FEBio 4: a static problem, solver-ready.
 //!
 //! Sections in the order of FEBio's own programs: Module, Control, Globals, Material, Mesh,
-//! MeshDomains, Boundary, Loads, LoadData, Output. Node sets and surfaces `skin`, `chest_wall`, `cut`.
-//! FEBio's `neo-Hookean` is the energy of this program: μ/2 (tr C − 3) − μ ln J + λ/2 (ln J)².
-//! Format: FEBio User Manual 4, "Free Format Input".
+//! MeshDomains, Boundary, Loads, LoadData, Output. Node sets and surfaces `skin`, `chest_wall`,
+//! `cut`. FEBio's `neo-Hookean` is the energy of this program: μ/2 (tr C − 3) − μ ln J + λ/2 (ln
+//! J)². Format: FEBio User Manual 4, "Free Format Input".
 
 use crate::{Error, Statics, file, nodes::Nodes};
 use std::io::{self, Write};

@@ -1,8 +1,8 @@
 //! Abaqus input, as Abaqus and CalculiX read it: a static problem, solver-ready.
 //!
-//! Node sets and surfaces `skin`, `chest_wall`, `cut`; elements `soft_tissue`. Their neo-Hookean law is
-//! C10 (J^(-2/3) tr C − 3) + (J − 1)² / D1 with C10 = μ/2, D1 = 2/K: at small strain that of this program.
-//! Springs act between nodes and the ground (SPRING1) and between nodes (SPRING2).
+//! Node sets and surfaces `skin`, `chest_wall`, `cut`; elements `soft_tissue`. Their neo-Hookean
+//! law is C10 (J^(-2/3) tr C − 3) + (J − 1)² / D1 with C10 = μ/2, D1 = 2/K: at small strain that of
+//! this program. Springs act between nodes and the ground (SPRING1) and between nodes (SPRING2).
 //! Format: Abaqus Keywords Reference; CalculiX CrunchiX User's Manual.
 
 use crate::{Error, Spring, Statics, file, nodes::Nodes};

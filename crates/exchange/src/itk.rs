@@ -14,15 +14,17 @@ const NAME: &str = "DisplacementFieldTransform_double_3_3";
 /// The matrix of the grid.
 const FIXED: &str = "fixed";
 
-/// Writes a displacement field (mm, LPS; from the places of the grid to where values are taken) as a transform that
-/// `SimpleITK.ReadTransform` and other programs on ITK read: `.mat`, MATLAB level 4.
+/// Writes a displacement field (mm, LPS; from the places of the grid to where values are taken) as
+/// a transform that `SimpleITK.ReadTransform` and other programs on ITK read: `.mat` of MATLAB,
+/// level 4.
 ///
-/// Two columns, as ITK's own writer has them: the vectors, x, y, z of each voxel, i fastest, in single precision; the grid
-/// in double precision: voxels along i, j, k, origin, spacing, direction row by row. ITK makes both double.
+/// Two columns, as ITK's own writer has them: the vectors, x, y, z of each voxel, i fastest, in
+/// single precision; the grid in double precision: voxels along i, j, k, origin, spacing, direction
+/// row by row. ITK makes both double.
 ///
 /// # Errors
-/// When the name ends otherwise, the field has more than 2147483647 numbers, the file cannot be written, or the callback
-/// asked to stop.
+/// When the name ends otherwise, the field has more than 2147483647 numbers, the file cannot be
+/// written, or the callback asked to stop.
 pub fn write_transform(
     field: &Volume<[f32; 3]>,
     path: &Path,
@@ -45,8 +47,9 @@ pub fn write_transform(
     })
 }
 
-/// What stands ahead of the numbers of a column: five integers and the name. The first is, as decimal digits, the order of
-/// bytes (0: little endian), nothing, the type of the numbers, and 0 for a full matrix.
+/// What stands ahead of the numbers of a column: five integers and the name. The first is, as
+/// decimal digits, the order of bytes (0: little endian), nothing, the type of the numbers, and 0
+/// for a full matrix.
 fn head<T: Sample>(name: &str, rows: i32) -> Vec<u8> {
     let kind = if matches!(T::SCALAR, Scalar::F32) { 10 } else { 0 };
     let length = name.len() as i32 + 1;

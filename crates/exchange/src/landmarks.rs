@@ -1,4 +1,5 @@
-//! Landmarks: places on the body that someone picked in each scan and in the CT, or where a scan lies.
+//! Landmarks: places on the body that someone picked in each scan and in the CT, or where a scan
+//! lies.
 
 use crate::{Error, Problem, file};
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
@@ -6,8 +7,8 @@ use serde::de::{self, Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAcces
 use std::{collections::BTreeMap, fmt, path::Path};
 use supine_space::{Point, Pose};
 
-/// Named points by frame: those of the scans, each in the frame of its scan, and those of the CT, LPS; mm. Of a scan whose pose
-/// is known that instead.
+/// Named points by frame: those of the scans, each in the frame of its scan, and those of the CT,
+/// LPS; mm. Of a scan whose pose is known that instead.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Landmarks {
     points: BTreeMap<String, BTreeMap<String, Point>>,
@@ -38,20 +39,22 @@ impl Landmarks {
         self.poses.get(frame).copied()
     }
 
-    /// The points that a frame and the CT have in common, by name: where each lies in the frame, and in the CT (LPS); mm.
+    /// The points that a frame and the CT have in common, by name: where each lies in the frame,
+    /// and in the CT (LPS); mm.
     pub fn pairs(&self, frame: &str) -> Vec<(Point, Point)> {
         let (Some(scan), Some(ct)) = (self.points(frame), self.points(CT)) else { return vec![] };
         scan.iter().filter_map(|(name, p)| Some((*p, *ct.get(name)?))).collect()
     }
 }
 
-/// Reads landmarks (`.json`): an object with an object `name: [x, y, z]` for each of `supine`, `sitting`, `intraop` and `ct`, as far
-/// as there are; mm. For a scan a matrix of 4 rows of 4 numbers may stand instead, which takes its coordinates to those of the
-/// CT. A member `note` says something to people.
+/// Reads landmarks (`.json`): an object with an object `name: [x, y, z]` for each of `supine`,
+/// `sitting`, `intraop` and `ct`, as far as there are; mm. For a scan a matrix of 4 rows of 4
+/// numbers may stand instead, which takes its coordinates to those of the CT. A member `note` says
+/// something to people.
 ///
 /// # Errors
-/// When the name ends otherwise, the file cannot be read or is malformed, a member has another name, a name
-/// occurs twice, or a position is not three finite numbers.
+/// When the name ends otherwise, the file cannot be read or is malformed, a member has another
+/// name, a name occurs twice, or a position is not three finite numbers.
 pub fn read_landmarks(path: &Path) -> Result<Landmarks, Error> {
     let bytes = file::read(path)?;
     let landmarks = if file::has_suffix(path, ".json") {

@@ -1,10 +1,10 @@
 //! File formats beside DICOM: NRRD, NIfTI, MetaImage, meshes, Slicer markups and point lists.
 //!
-//! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file
-//! that does not say which way its axes point is refused, for left and right cannot be guessed. Only scans and their
-//! landmarks stay in the frame of the scanner.
-//! What is written goes to a temporary name in the same folder first and then takes its final
-//! name, so that nothing half-written is ever found. The same input gives the same bytes.
+//! Everything handed out is in the DICOM patient frame LPS, mm, whatever the file says; a file that
+//! does not say which way its axes point is refused, for left and right cannot be guessed. Only
+//! scans and their landmarks stay in the frame of the scanner. What is written goes to a temporary
+//! name in the same folder first and then takes its final name, so that nothing half-written is
+//! ever found. The same input gives the same bytes.
 //!
 //! | Format | Reads | Writes |
 //! |---|---|---|

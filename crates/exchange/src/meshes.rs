@@ -7,8 +7,8 @@ use supine_space::Vector;
 
 /// A static problem on a mesh at its stress-free shape: what a solver needs beside the mesh.
 ///
-/// Tissue: homogeneous, neo-Hookean. The chest wall is held. Files that hold a problem are in mm, kg,
-/// s, and so in mN and kPa.
+/// Tissue: homogeneous, neo-Hookean. The chest wall is held. Files that hold a problem are in mm,
+/// kg, s, and so in mN and kPa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statics {
     /// Young's modulus at small strain, kPa.
@@ -75,9 +75,9 @@ impl MeshFile {
     }
 }
 
-/// Reads a mesh at the CT shape (LPS, mm) and, if the file holds one, its displacement (mm): `.msh` as
-/// Gmsh 4.1, text, with the boundary in physical groups `skin`, `chest_wall` and `cut`; all else as
-/// [`read_vtu`] does.
+/// Reads a mesh at the CT shape (LPS, mm) and, if the file holds one, its displacement (mm): `.msh`
+/// as Gmsh 4.1, text, with the boundary in physical groups `skin`, `chest_wall` and `cut`; all else
+/// as [`read_vtu`] does.
 ///
 /// # Errors
 /// As [`read_vtu`].
@@ -103,11 +103,12 @@ pub fn write_mesh(
     write_mesh_fields(mesh, &fields, path)
 }
 
-/// As [`write_mesh`], with named vector fields of one order at the nodes; only one called `displacement`
-/// is read back.
+/// As [`write_mesh`], with named vector fields of one order at the nodes; only one called
+/// `displacement` is read back.
 ///
 /// # Errors
-/// When the name ends otherwise, a field is of another mesh or order, or the file cannot be written.
+/// When the name ends otherwise, a field is of another mesh or order, or the file cannot be
+/// written.
 pub fn write_mesh_fields(
     mesh: &TetMesh,
     fields: &[(&str, &Displacement)],
@@ -120,17 +121,18 @@ pub fn write_mesh_fields(
     }
 }
 
-/// Writes a mesh (LPS, mm) as a problem that a solver takes as it is: `.feb` for FEBio 4, `.inp` for
-/// Abaqus and CalculiX.
+/// Writes a mesh (LPS, mm) as a problem that a solver takes as it is: `.feb` for FEBio 4, `.inp`
+/// for Abaqus and CalculiX.
 ///
-/// FEBio solves the same energy as this program. Abaqus and CalculiX have a neo-Hookean law of their
-/// own, with the same moduli at small strain and another resistance to a large change of volume.
+/// FEBio solves the same energy as this program. Abaqus and CalculiX have a neo-Hookean law of
+/// their own, with the same moduli at small strain and another resistance to a large change of
+/// volume.
 ///
 /// `springs` act beside the tissue.
 ///
 /// # Errors
-/// When the name ends otherwise, the file cannot be written, or springs are to go into a `.feb`, whose springs act along
-/// a line between two nodes.
+/// When the name ends otherwise, the file cannot be written, or springs are to go into a `.feb`,
+/// whose springs act along a line between two nodes.
 pub fn write_problem(
     mesh: &TetMesh,
     statics: &Statics,

@@ -18,8 +18,8 @@ impl<'a> Nodes<'a> {
         Self { mesh, edges: (order == Order::Quadratic).then(|| Edges::new(mesh)) }
     }
 
-    /// Those that carry named fields, or the points alone; `None` when one is of another mesh or the
-    /// orders differ.
+    /// Those that carry named fields, or the points alone; `None` when one is of another mesh or
+    /// the orders differ.
     pub(crate) fn carrying(mesh: &'a TetMesh, fields: &[(&str, &Displacement)]) -> Option<Self> {
         let order = fields.first().map_or(Order::Linear, |(_, field)| field.order());
         let nodes = Self::new(mesh, order);
@@ -46,8 +46,8 @@ impl<'a> Nodes<'a> {
         points.iter().copied().chain(middles).collect()
     }
 
-    /// The nodes of a tetrahedron: four corners, then the middles of the edges 01, 12, 02, 03, 13, 23
-    /// (the order of VTK, FEBio and Abaqus).
+    /// The nodes of a tetrahedron: four corners, then the middles of the edges 01, 12, 02, 03, 13,
+    /// 23 (the order of VTK, FEBio and Abaqus).
     pub(crate) fn tet(&self, tet: usize) -> Vec<u32> {
         let corners = self.mesh.points().len() as u32;
         let sides = self.edges.iter().flat_map(|e| e.of_tets()[tet].map(|side| corners + side));

@@ -4,8 +4,8 @@ use crate::{Problem, labels::segments::Segment, scalar::Scalar};
 use std::collections::BTreeMap;
 use supine_space::Grid;
 
-/// Keys under which a header says in words how its volume came to be: ours, and those under which ITK keeps a
-/// description that it read from another format.
+/// Keys under which a header says in words how its volume came to be: ours, and those under which
+/// ITK keeps a description that it read from another format.
 pub(crate) const NOTES: [&str; 5] =
     ["derivation", "Comment", "ITK_FileNotes", "descrip", "aux_file"];
 
@@ -84,8 +84,8 @@ impl Raster {
         Ok(values)
     }
 
-    /// All values as 16-bit numbers, rounded half to even, and whether one was further from a whole number than scaling
-    /// leaves it.
+    /// All values as 16-bit numbers, rounded half to even, and whether one was further from a whole
+    /// number than scaling leaves it.
     pub(crate) fn rounded(&self, expected: &'static str) -> Result<(Vec<i16>, bool), Problem> {
         let mut values: Vec<i16> = Vec::new();
         let samples = self.bytes.len() / self.scalar.size();

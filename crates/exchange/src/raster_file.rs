@@ -7,14 +7,14 @@ use supine_space::Progress;
 /// What a name of a volume ends with, in lower case.
 const ENDINGS: [&str; 5] = [".nrrd", ".nii", ".nii.gz", ".mha", ".mhd"];
 
-/// Whether a file's name is that of a volume that is read here: `.nrrd`, `.nii`, `.nii.gz`, `.mha` or `.mhd`,
-/// whatever the case.
+/// Whether a file's name is that of a volume that is read here: `.nrrd`, `.nii`, `.nii.gz`, `.mha`
+/// or `.mhd`, whatever the case.
 pub fn is_volume_name(path: &Path) -> bool {
     ENDINGS.iter().any(|ending| file::has_suffix(path, ending))
 }
 
-/// The files that are read when a volume is named: itself, and of a `.mhd` the file with its samples. Of a header
-/// that cannot be used, itself alone: whoever reads it is told.
+/// The files that are read when a volume is named: itself, and of a `.mhd` the file with its
+/// samples. Of a header that cannot be used, itself alone: whoever reads it is told.
 ///
 /// # Errors
 /// When a `.mhd` cannot be read.
@@ -44,13 +44,15 @@ const ELSEWHERE: [(&str, &str, &str); 11] = [
 const PACKED: &str = "an archive of files";
 const UNPACK: &str = "unpack it and name what was in it";
 
-/// Why a file of this name is not read, where its ending tells: a volume in another form, or an archive.
+/// Why a file of this name is not read, where its ending tells: a volume in another form, or an
+/// archive.
 pub(crate) fn form_elsewhere(path: &Path) -> Option<Problem> {
     let found = ELSEWHERE.iter().find(|(ending, ..)| file::has_suffix(path, ending));
     found.map(|&(_, what, advice)| Problem::Unsupported { what: what.into(), advice })
 }
 
-/// Whether a name is that of a volume in a form that is not read, or of an archive, as [`crate::read_ct`] tells of it.
+/// Whether a name is that of a volume in a form that is not read, or of an archive, as
+/// [`crate::read_ct`] tells of it.
 pub fn is_volume_elsewhere(path: &Path) -> bool {
     form_elsewhere(path).is_some()
 }

@@ -91,7 +91,8 @@ macro_rules! sample {
 }
 sample!(u8, U8; i16, I16; u16, U16; f32, F32; f64, F64; i64, I64);
 
-/// Writes `count` samples, little endian, some thousand at a time; a stop is an error of the writer.
+/// Writes `count` samples, little endian, some thousand at a time; a stop is an error of the
+/// writer.
 pub(crate) fn write_samples<T: Sample>(
     out: &mut impl std::io::Write,
     samples: impl IntoIterator<Item = T>,

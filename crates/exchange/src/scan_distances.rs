@@ -10,8 +10,8 @@ const HEADING: [&str; 7] = ["x", "y", "z", "nx", "ny", "nz", "breast"];
 /// How the columns of the surfaces end.
 const UNIT: &str = "_mm";
 
-/// Writes them (`.csv`), lengths and normals to three decimals, with a column `NAME_mm` for each surface, empty where a point
-/// has no distance.
+/// Writes them (`.csv`), lengths and normals to three decimals, with a column `NAME_mm` for each
+/// surface, empty where a point has no distance.
 ///
 /// # Errors
 /// When the file cannot be written.

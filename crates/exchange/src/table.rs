@@ -3,8 +3,8 @@
 use crate::Problem;
 use supine_space::{from_file, separator};
 
-/// The rows of a table with this head, in lower or upper case. Blanks round a cell are no part of it; cells are parted as its
-/// head has them ([`separator`]).
+/// The rows of a table with this head, in lower or upper case. Blanks round a cell are no part of
+/// it; cells are parted as its head has them ([`separator`]).
 ///
 /// # Errors
 /// When it is no UTF-8, or has another head.

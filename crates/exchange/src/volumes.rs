@@ -14,8 +14,8 @@ use supine_volume::{Ct, SignedDistance, Volume};
 pub struct CtFile {
     /// The CT, HU.
     pub ct: Ct,
-    /// What the file says in words about how it came to be: the note of [`write_ct`], in NIfTI-1 with the `aux_file`;
-    /// empty when the file says nothing.
+    /// What the file says in words about how it came to be: the note of [`write_ct`], in NIfTI-1
+    /// with the `aux_file`; empty when the file says nothing.
     pub note: String,
     /// What one has to know before trusting it.
     pub warnings: Vec<Warning>,
@@ -26,8 +26,8 @@ const SPAN_HU: i16 = 100;
 
 /// Reads a CT from NRRD (attached data), NIfTI-1 or MetaImage, told apart by their first bytes.
 ///
-/// Any scalar type is taken whose values, after the scaling of the file, are HU within i16. Decimals are rounded, halves to
-/// even, and that is told.
+/// Any scalar type is taken whose values, after the scaling of the file, are HU within i16.
+/// Decimals are rounded, halves to even, and that is told.
 ///
 /// # Errors
 /// When the file cannot be read, is damaged, does not say which way its axes point, holds several
@@ -53,7 +53,8 @@ pub fn read_ct(path: &Path, progress: Progress<'_>) -> Result<CtFile, Error> {
     Ok(CtFile { ct, note: raster.note, warnings })
 }
 
-/// Refuses values with decimals that span too little to be HU: of a CT that was scaled to 0..1, nothing would be left.
+/// Refuses values with decimals that span too little to be HU: of a CT that was scaled to 0..1,
+/// nothing would be left.
 fn refuse_scaled(data: &[i16]) -> Result<(), Problem> {
     let (low, high) = data.iter().fold((i16::MAX, i16::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
     if i32::from(high) - i32::from(low) >= i32::from(SPAN_HU) {
@@ -93,8 +94,8 @@ pub fn write_tenths(volume: &Volume<u8>, path: &Path, progress: Progress<'_>) ->
     nrrd::write(path, volume.grid(), &Axis::Scalar, &keys, volume.data().iter().copied(), progress)
 }
 
-/// Writes a CT in the format its name ends in: `.nrrd` as [`write_ct_nrrd`], `.nii` and `.nii.gz` as [`write_ct_nifti`],
-/// `.mha` as MetaImage (16 bit, zlib, LPS, the note as `Comment`).
+/// Writes a CT in the format its name ends in: `.nrrd` as [`write_ct_nrrd`], `.nii` and `.nii.gz`
+/// as [`write_ct_nifti`], `.mha` as MetaImage (16 bit, zlib, LPS, the note as `Comment`).
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
@@ -132,8 +133,8 @@ pub fn write_ct_nrrd(
 /// all of it in a comment extension.
 ///
 /// # Errors
-/// When the name ends otherwise, a dimension exceeds 32,767 the file cannot be written, or the callback asked to
-/// stop.
+/// When the name ends otherwise, a dimension exceeds 32,767 the file cannot be written, or the
+/// callback asked to stop.
 pub fn write_ct_nifti(
     ct: &Ct,
     path: &Path,
@@ -162,12 +163,13 @@ impl FieldKind {
     }
 }
 
-/// Writes a displacement field (mm, LPS) with three floats per voxel: as NRRD, or as NIfTI-1 (`.nii`,
-/// `.nii.gz`) as ITK writes them, with the intent `VECTOR` and vectors in LPS, or as MetaImage (`.mha`).
+/// Writes a displacement field (mm, LPS) with three floats per voxel: as NRRD, or as NIfTI-1
+/// (`.nii`, `.nii.gz`) as ITK writes them, with the intent `VECTOR` and vectors in LPS, or as
+/// MetaImage (`.mha`).
 ///
-/// In NRRD the key `displacement field type` says which way it leads, as 3D Slicer reads it; in NIfTI
-/// the description does, in MetaImage the comment. ITK takes any of these files of kind [`FieldKind::Resampling`] as the field of a
-/// displacement field transform.
+/// In NRRD the key `displacement field type` says which way it leads, as 3D Slicer reads it; in
+/// NIfTI the description does, in MetaImage the comment. ITK takes any of these files of kind
+/// [`FieldKind::Resampling`] as the field of a displacement field transform.
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be written, or the callback asked to stop.
@@ -191,7 +193,8 @@ pub fn write_field(
     nrrd::write(path, field.grid(), &Axis::Vector, &keys, samples, progress)
 }
 
-/// Writes a volume of floats (say, the Jacobian) as NRRD, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage (`.mha`).
+/// Writes a volume of floats (say, the Jacobian) as NRRD, NIfTI-1 (`.nii`, `.nii.gz`) or MetaImage
+/// (`.mha`).
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be written, or the callback asked to stop.

@@ -1,4 +1,5 @@
-//! What is written for things that were carried is read back equal: foreign labels, surfaces, fields.
+//! What is written for things that were carried is read back equal: foreign labels, surfaces,
+//! fields.
 
 #![expect(clippy::disallowed_methods, reason = "looks at the files that were written")]
 #![expect(clippy::unwrap_used, reason = "a test may fail")]

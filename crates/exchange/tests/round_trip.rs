@@ -67,7 +67,8 @@ proptest! {
     }
 }
 
-/// What a CT is known by if this software deformed it comes back from every format, short of the end in NIfTI.
+/// What a CT is known by if this software deformed it comes back from every format, short of the
+/// end in NIfTI.
 #[test]
 fn the_note_of_a_ct_comes_back() {
     let folder = tempfile::tempdir().unwrap();

@@ -29,10 +29,11 @@ pub(crate) struct Analysis {
 }
 
 impl Analysis {
-    /// Of the lower half of a symmetric matrix: `graph` is its pattern node by node, `columns` unknown by unknown.
+    /// Of the lower half of a symmetric matrix: `graph` is its pattern node by node, `columns`
+    /// unknown by unknown.
     ///
-    /// Orders the unknowns by minimum degree, node by node (Amestoy, Davis and Duff 1996), and finds the
-    /// entries of the factor.
+    /// Orders the unknowns by minimum degree, node by node (Amestoy, Davis and Duff 1996), and
+    /// finds the entries of the factor.
     ///
     /// # Errors
     /// When there is not enough memory.

@@ -1,17 +1,17 @@
 //! An applicator in the tissue: a rigid body that tissue follows while it moves.
 
-use crate::before::Before;
-use crate::beside::Beside;
+use crate::background::Background;
 use crate::coupling::{Coupling, Renewed, Step};
+use crate::discretisation::Discretisation;
 use crate::either::{Either, either};
-use crate::ground::Ground;
-use crate::outcome::Halt;
+use crate::outcome::SolveError;
 use crate::quasi_newton::Budget;
-use crate::rest::Settled;
+use crate::rest::LoadedBody;
 use crate::rigid::RigidBody;
-use crate::site::{Site, Tissue, Touch, elements_of};
+use crate::site::{ContactSite, Tissue, Touch, elements_of};
 use crate::sliding::{Slider, Sliding};
 use crate::smoothed_distance::SmoothedDistance;
+use crate::warm_start::WarmStart;
 use crate::{Body, Contact, Error, Info, Insertion, Job, Load, Params, checked, deformed, from_ct};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Edges, Order, TetMesh};
@@ -31,27 +31,28 @@ pub struct Reaction {
 
 /// A meshed body with an applicator in it.
 ///
-/// Nodes that lie inside the applicator when it is attached follow its pose, or slide on it: see [`Contact`].
-/// Gravity goes on acting on the others. A step predicts the displacement by a kept linear response to the six
-/// motions of a rigid body, and corrects it by quasi-Newton steps with a kept factor of the stiffness. Both are
-/// renewed by [`Applicator::renew`], or beside the steps by [`Applicator::renew_beside`]; steps stay right with
-/// old ones, and become slower.
+/// Nodes that lie inside the applicator when it is attached follow its pose, or slide on it: see
+/// [`Contact`]. Gravity goes on acting on the others. A step predicts the displacement by a kept
+/// linear response to the six motions of a rigid body, and corrects it by quasi-Newton steps with a
+/// kept factor of the stiffness. Both are renewed by [`Applicator::renew`], or beside the steps by
+/// [`Applicator::renew_beside`]; steps stay right with old ones, and become slower.
 pub struct Applicator {
     mesh: Arc<TetMesh>,
     edges: Edges,
     coupling: Either<Coupling<4, 1>, Coupling<10, 4>>,
-    beside: Beside<Renewed>,
+    beside: Background<Renewed>,
 }
 
 impl Applicator {
-    /// Puts an applicator (placed in the frame of the CT, where the target's gravity has the tissue) into
-    /// `body`: solves as [`crate::solve`] does, and couples the nodes that then lie within `rigid`. Where they
-    /// slide, the tissue settles again without its cavity.
+    /// Puts an applicator (placed in the frame of the CT, where the target's gravity has the
+    /// tissue) into `body`: solves as [`crate::solve`] does, and couples the nodes that then lie
+    /// within `rigid`. Where they slide, the tissue settles again without its cavity.
     ///
     /// # Errors
-    /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the applicator. Where
-    /// nodes slide, [`Error::ApplicatorMiddle`] when the applicator has no normal at one of them, and
-    /// [`Error::ApplicatorStuck`] when the tissue finds no equilibrium around the cavity.
+    /// As [`crate::solve`]; [`Error::ApplicatorOutside`] when no free node lies within the
+    /// applicator. Where nodes slide, [`Error::ApplicatorMiddle`] when the applicator has no normal
+    /// at one of them, and [`Error::ApplicatorStuck`] when the tissue finds no equilibrium around
+    /// the cavity.
     pub fn attach(
         body: &Body,
         load: &Load,
@@ -71,10 +72,11 @@ impl Applicator {
                 (Either::Quadratic(coupling), info)
             }
         };
-        Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: Beside::idle() }, info))
+        Ok((Self { mesh: body.mesh.clone(), edges, coupling, beside: Background::idle() }, info))
     }
 
-    /// Number of nodes on which the applicator acts: those that follow it and those that slide on it.
+    /// Number of nodes on which the applicator acts: those that follow it and those that slide on
+    /// it.
     pub fn coupled_nodes(&self) -> usize {
         either!(&self.coupling, c => c.touched())
     }
@@ -87,8 +89,8 @@ impl Applicator {
     /// Moves the applicator to `pose`; the tissue follows to within [`Step::error_mm`].
     ///
     /// # Errors
-    /// [`Error::ApplicatorPose`] when `pose` is not finite; [`Error::ApplicatorStuck`] when no equilibrium is
-    /// found there: the applicator then stays where the last equilibrium was.
+    /// [`Error::ApplicatorPose`] when `pose` is not finite; [`Error::ApplicatorStuck`] when no
+    /// equilibrium is found there: the applicator then stays where the last equilibrium was.
     pub fn step(&mut self, pose: &Pose) -> Result<Step, Error> {
         check(pose)?;
         self.take_renewal();
@@ -96,9 +98,10 @@ impl Applicator {
         self.told(made)
     }
 
-    /// Moves the applicator to `pose` as [`Applicator::step`] does, but only in time: by corrections with the factor
-    /// at hand, as many as the budget has. None, and all as it was, when these do not suffice: the motion is long, or the
-    /// factor old. What [`Budget::partly`] leaves undone, the next step to the same pose goes on with.
+    /// Moves the applicator to `pose` as [`Applicator::step`] does, but only in time: by
+    /// corrections with the factor at hand, as many as the budget has. None, and all as it was,
+    /// when these do not suffice: the motion is long, or the factor old. What [`Budget::partly`]
+    /// leaves undone, the next step to the same pose goes on with.
     ///
     /// # Errors
     /// [`Error::ApplicatorPose`] when `pose` is not finite.
@@ -108,8 +111,8 @@ impl Applicator {
         Ok(either!(&mut self.coupling, c => c.step_quickly(pose, budget)))
     }
 
-    /// The share of the way to `pose` that one [`Applicator::step_quickly`] can go: less than all where an applicator near to tissue
-    /// that it presses would jump over it.
+    /// The share of the way to `pose` that one [`Applicator::step_quickly`] can go: less than all
+    /// where an applicator near to tissue that it presses would jump over it.
     ///
     /// # Errors
     /// [`Error::ApplicatorPose`] when `pose` is not finite.
@@ -118,8 +121,8 @@ impl Applicator {
         Ok(either!(&self.coupling, c => c.share_of_way(pose)))
     }
 
-    /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own time:
-    /// by Newton's method until the relative residual is at most `tolerance`.
+    /// Moves the applicator to `pose` as [`Applicator::step`] does, to a tolerance and in its own
+    /// time: by Newton's method until the relative residual is at most `tolerance`.
     ///
     /// # Errors
     /// As [`Applicator::step`], and when the user stops.
@@ -149,8 +152,8 @@ impl Applicator {
         Ok(())
     }
 
-    /// Begins to renew the factor and the linear responses at the present pose in another thread, unless that
-    /// is under way; a later step takes them when they are there.
+    /// Begins to renew the factor and the linear responses at the present pose in another thread,
+    /// unless that is under way; a later step takes them when they are there.
     pub fn renew_beside(&mut self) {
         self.take_renewal();
         if self.beside.is_busy() {
@@ -170,8 +173,9 @@ impl Applicator {
         }
     }
 
-    /// The mesh displaced from the CT shape as it is at the present pose, mm. Where the tissue slides it means nothing within
-    /// the cavity: nodes that follow the pose and nodes that slide may pass each other there.
+    /// The mesh displaced from the CT shape as it is at the present pose, mm. Where the tissue
+    /// slides it means nothing within the cavity: nodes that follow the pose and nodes that slide
+    /// may pass each other there.
     ///
     /// # Errors
     /// None is known: it holds a finite vector for every node.
@@ -187,15 +191,16 @@ impl Applicator {
         either!(&self.coupling, c => reaction(c))
     }
 
-    /// The force of the applicator on each node of the tissue that it touches at the present pose, mN: numbers as
-    /// those of points, then for quadratic elements of edges. Where tissue lifts off these are λ n, the normals n
-    /// outward from the applicator and λ ≥ 0. Their sum is what [`Applicator::reaction`] has against it.
+    /// The force of the applicator on each node of the tissue that it touches at the present pose,
+    /// mN: numbers as those of points, then for quadratic elements of edges. Where tissue lifts off
+    /// these are λ n, the normals n outward from the applicator and λ ≥ 0. Their sum is what
+    /// [`Applicator::reaction`] has against it.
     pub fn contact_forces(&self) -> Vec<(u32, Vector)> {
         either!(&self.coupling, c => c.forces())
     }
 
-    /// The nodes that may touch an applicator from which tissue lifts off: those of the free surface of what bears.
-    /// Empty for other contacts.
+    /// The nodes that may touch an applicator from which tissue lifts off: those of the free
+    /// surface of what bears. Empty for other contacts.
     pub fn contact_candidates(&self) -> &[u32] {
         either!(&self.coupling, c => c.pressing().map_or(&[], |pressing| &pressing.wall.nodes))
     }
@@ -205,13 +210,14 @@ impl Applicator {
         either!(&self.coupling, c => &c.site.bears)
     }
 
-    /// Whether tissue that may be touched has come near of which the responses know nothing: to renew them now
-    /// ([`Applicator::renew_beside`]) spares a later step that. Only where tissue lifts off.
+    /// Whether tissue that may be touched has come near of which the responses know nothing: to
+    /// renew them now ([`Applicator::renew_beside`]) spares a later step that. Only where tissue
+    /// lifts off.
     pub fn wants_renewal(&self) -> bool {
         either!(&self.coupling, c => c.pressing().is_some_and(|p| p.is_stale(&c.place)))
     }
 
-    fn told(&self, made: Result<Step, Halt>) -> Result<Step, Error> {
+    fn told(&self, made: Result<Step, SolveError>) -> Result<Step, Error> {
         let unknowns = either!(&self.coupling, c => c.site.pattern.unknowns());
         made.map_err(|halt| stuck(halt, unknowns))
     }
@@ -224,11 +230,11 @@ impl std::fmt::Debug for Applicator {
     }
 }
 
-pub(crate) fn stuck(halt: Halt, unknowns: usize) -> Error {
+pub(crate) fn stuck(halt: SolveError, unknowns: usize) -> Error {
     match halt {
-        Halt::Stopped(stopped) => stopped.into(),
-        Halt::Memory => Error::Memory { unknowns },
-        Halt::Stalled(stall) => Error::ApplicatorStuck { residual: stall.residual },
+        SolveError::Stopped(stopped) => stopped.into(),
+        SolveError::Memory => Error::Memory { unknowns },
+        SolveError::NotConverged(stall) => Error::ApplicatorStuck { residual: stall.residual },
     }
 }
 
@@ -266,20 +272,21 @@ impl Job<'_> {
         if cavity.is_some() && contact != Contact::Unilateral {
             return Err(Error::CavityContact);
         }
-        let ground = Ground::new(self)?;
-        let settled = self.settle(&ground, &mut Before::nothing(), progress.part(0.0, 0.6))?;
-        let Settled { model, load, to_ct, u, mut info, .. } = settled;
-        let (positions, held) = (&ground.positions, &ground.held);
+        let discretisation = Discretisation::new(self)?;
+        let settled =
+            self.settle(&discretisation, &mut WarmStart::nothing(), progress.part(0.0, 0.6))?;
+        let LoadedBody { model, load, to_ct, u, mut info, .. } = settled;
+        let (positions, held) = (&discretisation.positions, &discretisation.held);
         let rest: Vec<Vector> = positions.iter().zip(&to_ct).map(|(x, d)| x - d).collect();
         let weight = self.gravity_norm(&model, held.len());
         let bears = vec![true; model.elements.nodes.len()];
-        let straight = ground.straight.clone();
+        let straight = discretisation.straight.clone();
         let tissue = Tissue { model, load, to_ct, straight, rest, weight, bears };
         let after = progress.part(0.6, 1.0);
         let coupling = if contact == Contact::Unilateral {
-            self.press(&ground, (tissue, u), insertion, after)?
+            self.press(&discretisation, (tissue, u), insertion, after)?
         } else {
-            self.hold((tissue, u), &ground.held, (rigid, contact), after)?
+            self.hold((tissue, u), &discretisation.held, (rigid, contact), after)?
         };
         let Coupling { site, place, .. } = &coupling;
         let from_ct = from_ct(&place.u, &site.to_ct);
@@ -315,7 +322,7 @@ impl Job<'_> {
             centre: rigid.centre().coords,
             size_mm: rigid.size_mm(),
         };
-        let site = Site::new(tissue, &u, touch);
+        let site = ContactSite::new(tissue, &u, touch);
         let mut coupling = Coupling::new(site, u)
             .map_err(|_| Error::Memory { unknowns })?
             .ok_or(Error::Singular)?;
@@ -388,11 +395,11 @@ fn inside(
 #[path = "penalty_tests.rs"]
 mod penalty_tests;
 #[cfg(test)]
-#[path = "pressing_tests.rs"]
-mod pressing_tests;
-#[cfg(test)]
 #[path = "sliding_tests.rs"]
 mod sliding_tests;
 #[cfg(test)]
 #[path = "applicator_tests.rs"]
 mod tests;
+#[cfg(test)]
+#[path = "unilateral_tests.rs"]
+mod unilateral_tests;

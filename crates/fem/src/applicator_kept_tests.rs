@@ -71,8 +71,8 @@ fn settled(applicator: &mut Applicator, mesh: &TetMesh, pose: &Pose) -> Vec<Poin
     positions(applicator, mesh)
 }
 
-/// Trap: the nodes that follow are those within the sphere where it was attached, in the tissue as gravity has
-/// it, and stay so wherever the sphere goes.
+/// Trap: the nodes that follow are those within the sphere where it was attached, in the tissue as
+/// gravity has it, and stay so wherever the sphere goes.
 #[test]
 fn the_coupled_nodes_are_those_of_the_attachment_for_good() {
     let mut others_within = 0;
@@ -147,8 +147,8 @@ fn a_failed_step_leaves_nothing_behind() {
     }
 }
 
-/// Trap: where the coupled nodes alone are placed at the next pose, elements around them fold; predicted first,
-/// the tissue gets there at once.
+/// Trap: where the coupled nodes alone are placed at the next pose, elements around them fold;
+/// predicted first, the tissue gets there at once.
 #[test]
 fn tissue_is_predicted_before_the_coupled_nodes_are_placed() {
     let (mesh, mut applicator) = (mesh(6), attached(6, Order::Linear));
@@ -170,8 +170,8 @@ fn tissue_is_predicted_before_the_coupled_nodes_are_placed() {
     assert_eq!(folds(&positions(&applicator, &mesh)), 0);
 }
 
-/// A step whose corrections are spent tells what it leaves; the next one to the same pose goes on with it, to where a step with all
-/// corrections ends.
+/// A step whose corrections are spent tells what it leaves; the next one to the same pose goes on
+/// with it, to where a step with all corrections ends.
 #[test]
 fn what_a_budget_leaves_is_told_and_made_good() {
     for order in BOTH {

@@ -1,7 +1,7 @@
 //! Energy, forces and stiffness of several elements at once: what a solver spends its time on.
 //!
-//! The same formulas as in [`crate::material`] and [`crate::model`], which stay the plain twin they are
-//! tested against.
+//! The same formulas as in [`crate::material`] and [`crate::model`], which stay the plain twin they
+//! are tested against.
 
 use crate::element::Elements;
 use crate::material::NeoHookean;

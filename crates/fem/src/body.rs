@@ -14,9 +14,9 @@ pub struct Body {
     pub tissue: Tissue,
     /// Young's modulus of each tetrahedron, kPa, in place of that of `tissue`.
     pub young_kpa: Option<Arc<[f64]>>,
-    /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh`, mm: for
-    /// elements that follow a curved surface. Linear elements stay straight. Results are given at the
-    /// places of straight elements.
+    /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh`, mm:
+    /// for elements that follow a curved surface. Linear elements stay straight. Results are given
+    /// at the places of straight elements.
     pub curved: Option<Displacement>,
 }
 
@@ -29,8 +29,8 @@ impl Body {
     /// Checks the numbers.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] names the value and its range, [`Error::Moduli`] says that there are not as
-    /// many moduli as tetrahedra.
+    /// [`Error::OutOfRange`] names the value and its range, [`Error::Moduli`] says that there are
+    /// not as many moduli as tetrahedra.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.tissue.check()?;
         let Some(moduli) = &self.young_kpa else { return Ok(()) };
@@ -51,7 +51,8 @@ impl Body {
         }
     }
 
-    /// The body with all its moduli taken as many times as makes this their mean over the volume, kPa.
+    /// The body with all its moduli taken as many times as makes this their mean over the volume,
+    /// kPa.
     #[must_use]
     pub fn with_mean(&self, young_kpa: f64) -> Self {
         let factor = young_kpa / self.mean_young_kpa();

@@ -4,14 +4,14 @@ use crate::analysis::OutOfMemory;
 use crate::applicator::stuck;
 use crate::compliance::Compliance;
 use crate::coupling::Coupling;
+use crate::discretisation::Discretisation;
 use crate::gap::Surface;
-use crate::ground::Ground;
 use crate::model::Model;
-use crate::newton::{Known, Newton};
+use crate::newton::{KnownEquilibrium, Newton};
 use crate::pattern::{Pattern, Storage};
-use crate::pressing::{BURIED_MM, Pressing, STEP_GOAL};
-use crate::site::{Place, Site, Tissue, Touch};
+use crate::site::{ContactSite, Tissue, TissueState, Touch};
 use crate::tangent::Tangent;
+use crate::unilateral::{BURIED_MM, STEP_GOAL, UnilateralContact};
 use crate::wall::{Target, Wall};
 use crate::{Error, Insertion, Job};
 use std::collections::BTreeMap;
@@ -27,21 +27,21 @@ const MARGIN: f64 = 0.3;
 const HOLD: usize = 3;
 
 impl Job<'_> {
-    /// The tissue before an applicator from which it lifts off: without its cavity, settled, with the applicator
-    /// put in.
+    /// The tissue before an applicator from which it lifts off: without its cavity, settled, with
+    /// the applicator put in.
     ///
     /// # Errors
     /// As [`crate::Applicator::attach`].
     pub(crate) fn press<const N: usize, const Q: usize>(
         &self,
-        ground: &Ground<N, Q>,
+        discretisation: &Discretisation<N, Q>,
         (mut tissue, mut u): (Tissue<N, Q>, Vec<Vector>),
         insertion: &Insertion<'_>,
         progress: Progress<'_>,
     ) -> Result<Coupling<N, Q>, Error> {
         let rigid = insertion.rigid;
-        let bears = bearing(ground, (&tissue, &u), insertion)?;
-        let mut held = ground.held.clone();
+        let bears = bearing(discretisation, (&tissue, &u), insertion)?;
+        let mut held = discretisation.held.clone();
         if bears.contains(&false) {
             tissue.model = tissue.model.only(&bears);
             tissue.load = tissue.model.elements.load(u.len(), self.force());
@@ -75,26 +75,26 @@ impl Job<'_> {
             centre: rigid.centre().coords,
             size_mm: rigid.size_mm(),
         };
-        let site = Site::new(tissue, &u, touch);
+        let site = ContactSite::new(tissue, &u, touch);
         self.put_in(site, u, wall, progress.part(0.5, 1.0))
     }
 
     /// Puts the applicator into settled tissue.
     fn put_in<const N: usize, const Q: usize>(
         &self,
-        site: Site<N, Q>,
+        site: ContactSite<N, Q>,
         u: Vec<Vector>,
         wall: Arc<Wall>,
         progress: Progress<'_>,
     ) -> Result<Coupling<N, Q>, Error> {
         let unknowns = site.pattern.unknowns();
         let memory = |_: OutOfMemory| Error::Memory { unknowns };
-        let mut place = Place { pose: Pose::identity(), u };
+        let mut place = TissueState { pose: Pose::identity(), u };
         let nodes = wall.reach(&place.u, &[], (Target::at(&place.pose), wall.margin_mm));
         let compliance = Compliance::new(&site, &place.u, nodes, None)
             .map_err(memory)?
             .ok_or(Error::Singular)?;
-        let mut pressing = Pressing::new(wall, compliance);
+        let mut pressing = UnilateralContact::new(wall, compliance);
         pressing
             .begin(&site, &mut place, self.params.tolerance.max(STEP_GOAL), progress)
             .map_err(|halt| stuck(halt, unknowns))?;
@@ -120,7 +120,7 @@ impl Job<'_> {
         let mut newton = Newton::new(model, tangent, held, *weight, self.params.max_iterations);
         // What the cavity bore holds the shape that the tissue has with it.
         let borne = forces(model, &u)?;
-        let known = Known { u: &u, load: &borne };
+        let known = KnownEquilibrium { u: &u, load: &borne };
         let tolerance = self.params.tolerance;
         match newton.equilibrium(load, &u, known, tolerance, progress) {
             Ok(found) => Ok(found.u),
@@ -146,16 +146,17 @@ fn numbered(mut error: Error, bears: &[bool]) -> Error {
     error
 }
 
-/// Whether each tetrahedron is left when the cavity is cut, and what then hangs on nothing has gone.
+/// Whether each tetrahedron is left when the cavity is cut, and what then hangs on nothing has
+/// gone.
 fn bearing<const N: usize, const Q: usize>(
-    ground: &Ground<N, Q>,
+    discretisation: &Discretisation<N, Q>,
     (tissue, u): (&Tissue<N, Q>, &[Vector]),
     insertion: &Insertion<'_>,
 ) -> Result<Vec<bool>, Error> {
     let elements = &tissue.model.elements.nodes;
     let now: Vec<Vector> = tissue.rest.iter().zip(u).map(|(x, u)| x + u).collect();
     let (body, places) = match insertion.cavity {
-        Some(cavity) => (cavity, &ground.positions),
+        Some(cavity) => (cavity, &discretisation.positions),
         None => (insertion.rigid, &now),
     };
     let distance = |place: Vector| body.distance(&Point::from(place));
@@ -182,7 +183,7 @@ fn bearing<const N: usize, const Q: usize>(
         let out = |n: &u32| from_wall[*n as usize] > close;
         bears = elements.iter().map(|e| e.iter().any(out)).collect();
     }
-    drop_loose(elements, &ground.held, &mut bears);
+    drop_loose(elements, &discretisation.held, &mut bears);
     if bears.contains(&true) { Ok(bears) } else { Err(Error::NothingFree) }
 }
 

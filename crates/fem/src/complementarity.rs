@@ -1,8 +1,10 @@
-//! Linear complementarity: λ ≥ 0, w = Q λ + b ≥ 0, λ · w = 0 with Q symmetric and positive definite.
+//! Linear complementarity: λ ≥ 0, w = Q λ + b ≥ 0, λ · w = 0 with Q symmetric and positive
+//! definite.
 //!
-//! Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21, 1994): the set of the λ that are not zero
-//! is guessed, the guess is corrected at all indices that contradict it, and, where that no longer lessens
-//! their number, at the last one alone (Murty, Opsearch 11, 1974), which ends after finitely many changes.
+//! Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21, 1994): the set of the λ that
+//! are not zero is guessed, the guess is corrected at all indices that contradict it, and, where
+//! that no longer lessens their number, at the last one alone (Murty, Opsearch 11, 1974), which
+//! ends after finitely many changes.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -10,14 +12,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const PATIENCE: usize = 5;
 /// Changes per unknown before it is given up. Only rounding can lead there.
 const CHANGES: usize = 30;
-/// Share by which the diagonal of Q is raised: rows that are the same, as of a node that touches two surfaces
-/// of the same normal, then have one solution, the sum shared.
+/// Share by which the diagonal of Q is raised: rows that are the same, as of a node that touches
+/// two surfaces of the same normal, then have one solution, the sum shared.
 const RAISED: f64 = 1e-9;
 /// What is negative by less, as a share of the largest b, is rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// The solution λ; `start` guesses which are not zero. Same input, same bytes, and the same set from any guess
-/// where the solution is strictly complementary.
+/// The solution λ; `start` guesses which are not zero. Same input, same bytes, and the same set
+/// from any guess where the solution is strictly complementary.
 ///
 /// `None` when Q is not positive definite or a number is not finite.
 pub(crate) fn complementary(

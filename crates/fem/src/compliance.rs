@@ -3,7 +3,7 @@
 use crate::analysis::OutOfMemory;
 use crate::pairs::Pairs;
 use crate::pattern::Pattern;
-use crate::site::Site;
+use crate::site::ContactSite;
 use crate::tangent::Tangent;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use std::sync::Arc;
@@ -26,13 +26,13 @@ pub(crate) struct Compliance {
 }
 
 impl Compliance {
-    /// At displacement `u` (mm) between `nodes`, which are free and in rising order; `None` when the stiffness
-    /// there has no factor.
+    /// At displacement `u` (mm) between `nodes`, which are free and in rising order; `None` when
+    /// the stiffness there has no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
     pub(crate) fn new<const N: usize, const Q: usize>(
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         u: &[Vector],
         nodes: Vec<u32>,
         spare: Option<Tangent>,
@@ -118,8 +118,8 @@ impl Learnt<'_> {
         motion
     }
 
-    /// The same between directions at nodes: Nᵀ (C + W M Wᵀ) N, mm/mN; `directions` are unit vectors at places
-    /// in the list of the nodes in reach.
+    /// The same between directions at nodes: Nᵀ (C + W M Wᵀ) N, mm/mN; `directions` are unit
+    /// vectors at places in the list of the nodes in reach.
     pub(crate) fn across(&self, directions: &[(usize, Vector)]) -> DMatrix<f64> {
         let n = directions.len();
         let mut found = DMatrix::zeros(n, n);

@@ -1,12 +1,12 @@
 //! The tissue around a rigid body that moves.
 
 use crate::analysis::OutOfMemory;
+use crate::bilateral::BilateralContact;
 use crate::compliance::Compliance;
-use crate::following::Following;
-use crate::outcome::Halt;
-use crate::pressing::Pressing;
+use crate::outcome::SolveError;
 use crate::quasi_newton::Budget;
-use crate::site::{Place, Responses, Site};
+use crate::site::{ContactSite, Responses, TissueState};
+use crate::unilateral::UnilateralContact;
 use std::sync::Arc;
 use supine_space::{Pose, Progress, Vector};
 
@@ -24,9 +24,9 @@ pub struct Step {
 /// How the rigid body holds tissue, with what is kept for it.
 enum Hold {
     /// By nodes that stay on it.
-    Bilateral(Following),
+    Bilateral(BilateralContact),
     /// By pressure alone.
-    Unilateral(Pressing),
+    Unilateral(UnilateralContact),
 }
 
 /// What was renewed.
@@ -37,34 +37,42 @@ pub(crate) enum Renewed {
 
 /// The tissue around a rigid body that moves.
 pub(crate) struct Coupling<const N: usize, const Q: usize> {
-    pub(crate) site: Arc<Site<N, Q>>,
-    pub(crate) place: Place,
+    pub(crate) site: Arc<ContactSite<N, Q>>,
+    pub(crate) place: TissueState,
     hold: Hold,
 }
 
 impl<const N: usize, const Q: usize> Coupling<N, Q> {
-    /// Tissue that follows or slides, at displacement `u` (mm) with the body at its first pose; `None` when the
-    /// stiffness there has no factor.
+    /// Tissue that follows or slides, at displacement `u` (mm) with the body at its first pose;
+    /// `None` when the stiffness there has no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
-    pub(crate) fn new(site: Site<N, Q>, u: Vec<Vector>) -> Result<Option<Self>, OutOfMemory> {
-        let (site, place) = (Arc::new(site), Place { pose: Pose::identity(), u });
+    pub(crate) fn new(
+        site: ContactSite<N, Q>,
+        u: Vec<Vector>,
+    ) -> Result<Option<Self>, OutOfMemory> {
+        let (site, place) = (Arc::new(site), TissueState { pose: Pose::identity(), u });
         let Some(responses) = site.responses(&place, None)? else { return Ok(None) };
-        let hold = Hold::Bilateral(Following::new(responses));
+        let hold = Hold::Bilateral(BilateralContact::new(responses));
         Ok(Some(Self { site, place, hold }))
     }
 
     /// Tissue that is pressed, in equilibrium at `place`.
-    pub(crate) fn pressed(site: Site<N, Q>, place: Place, pressing: Pressing) -> Self {
+    pub(crate) fn pressed(
+        site: ContactSite<N, Q>,
+        place: TissueState,
+        pressing: UnilateralContact,
+    ) -> Self {
         Self { site: Arc::new(site), place, hold: Hold::Unilateral(pressing) }
     }
 
-    /// Settles the tissue at the first pose, if it follows or slides; one that is pressed has settled.
+    /// Settles the tissue at the first pose, if it follows or slides; one that is pressed has
+    /// settled.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
-    pub(crate) fn begin(&mut self, goal: f64, progress: Progress<'_>) -> Result<(), Halt> {
+    pub(crate) fn begin(&mut self, goal: f64, progress: Progress<'_>) -> Result<(), SolveError> {
         match &mut self.hold {
             Hold::Bilateral(following) => {
                 following.begin(&self.site, &mut self.place, goal, progress)
@@ -108,14 +116,15 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
-    pub(crate) fn step(&mut self, pose: &Pose) -> Result<Step, Halt> {
+    pub(crate) fn step(&mut self, pose: &Pose) -> Result<Step, SolveError> {
         match &mut self.hold {
             Hold::Bilateral(following) => following.step(&self.site, &mut self.place, pose),
             Hold::Unilateral(pressing) => pressing.step(&self.site, &mut self.place, pose),
         }
     }
 
-    /// The same with the factor at hand alone; `None`, and all as it was, when that does not suffice.
+    /// The same with the factor at hand alone; `None`, and all as it was, when that does not
+    /// suffice.
     pub(crate) fn step_quickly(&mut self, pose: &Pose, budget: Budget) -> Option<Step> {
         match &mut self.hold {
             Hold::Bilateral(following) => {
@@ -150,7 +159,7 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         pose: &Pose,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Step, Halt> {
+    ) -> Result<Step, SolveError> {
         match &mut self.hold {
             Hold::Bilateral(following) => {
                 following.settle((&self.site, &mut self.place), pose, goal, progress)
@@ -161,8 +170,8 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
         }
     }
 
-    /// The forces of the body on the nodes of the tissue at the present pose, mN, one for each node that it touches,
-    /// in rising order where it presses.
+    /// The forces of the body on the nodes of the tissue at the present pose, mN, one for each node
+    /// that it touches, in rising order where it presses.
     pub(crate) fn forces(&self) -> Vec<(u32, Vector)> {
         match &self.hold {
             Hold::Bilateral(_) => {
@@ -182,15 +191,15 @@ impl<const N: usize, const Q: usize> Coupling<N, Q> {
     }
 
     /// What is kept of tissue that is pressed.
-    pub(crate) fn pressing(&self) -> Option<&Pressing> {
+    pub(crate) fn pressing(&self) -> Option<&UnilateralContact> {
         match &self.hold {
             Hold::Bilateral(_) => None,
             Hold::Unilateral(pressing) => Some(pressing),
         }
     }
 
-    /// The displacement that a step to `pose` begins with; `None` when a node cannot be brought to where it
-    /// slides.
+    /// The displacement that a step to `pose` begins with; `None` when a node cannot be brought to
+    /// where it slides.
     #[cfg(test)]
     pub(crate) fn predicted(
         &self,

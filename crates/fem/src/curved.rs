@@ -1,8 +1,8 @@
 //! Bodies whose quadratic elements are curved in the CT.
 //!
-//! Nodes lie off the points and edge middles of the mesh, whose own elements are straight; the elements are isoparametric
-//! (`element`). What is found at the nodes is handed on where the mesh has them: the curved elements' field
-//! at the places of straight elements.
+//! Nodes lie off the points and edge middles of the mesh, whose own elements are straight; the
+//! elements are isoparametric (`element`). What is found at the nodes is handed on where the mesh
+//! has them: the curved elements' field at the places of straight elements.
 
 use crate::element::{element_nodes, node_coordinates, parent_map, parent_slopes, shape};
 use crate::{Body, Error, Job};
@@ -18,7 +18,8 @@ impl Body {
     /// Checks that the curved shape is one of this mesh.
     ///
     /// # Errors
-    /// [`Error::Displacement`] when it is one of another mesh, [`Error::Curved`] when it is not quadratic.
+    /// [`Error::Displacement`] when it is one of another mesh, [`Error::Curved`] when it is not
+    /// quadratic.
     pub(crate) fn check_curved(&self) -> Result<(), Error> {
         let Some(offsets) = &self.curved else { return Ok(()) };
         offsets.check(&self.mesh)?;
@@ -27,19 +28,20 @@ impl Body {
 }
 
 impl Job<'_> {
-    /// How far each node lies off its place in the mesh of straight elements, mm; `None` when none does.
+    /// How far each node lies off its place in the mesh of straight elements, mm; `None` when none
+    /// does.
     pub(crate) fn offsets<const N: usize>(&self) -> Option<&[Vector]> {
         self.body.curved.as_ref().filter(|_| N == 10).map(|offsets| offsets.values())
     }
 
-    /// Where the places that the nodes have in the mesh of straight elements lie in the curved elements with
-    /// nodes at `positions`.
+    /// Where the places that the nodes have in the mesh of straight elements lie in the curved
+    /// elements with nodes at `positions`.
     pub(crate) fn straightening<const N: usize>(&self, positions: &[Vector]) -> Straightening<N> {
         let Some(offsets) = self.offsets::<N>() else {
             return Straightening { places: Vec::new() };
         };
         // Of each node the best coordinates so far and how far inside they are.
-        let mut best: Vec<Option<(f64, Place<N>)>> = vec![None; positions.len()];
+        let mut best: Vec<Option<(f64, NodeShares<N>)>> = vec![None; positions.len()];
         for element in element_nodes::<N>(&self.body.mesh, self.edges) {
             for (node, start) in element.iter().zip(node_coordinates::<N>()) {
                 let n = *node as usize;
@@ -50,7 +52,8 @@ impl Job<'_> {
                 let Some(l) = parent_place(positions, &element, start, place) else { continue };
                 let inside = l.iter().copied().fold(f64::INFINITY, f64::min);
                 if best[n].is_none_or(|(other, _)| inside > other) {
-                    best[n] = Some((inside, Place { node: *node, element, shares: shape::<N>(l) }));
+                    best[n] =
+                        Some((inside, NodeShares { node: *node, element, shares: shape::<N>(l) }));
                 }
             }
         }
@@ -60,7 +63,7 @@ impl Job<'_> {
 
 /// The place of a node in the mesh of straight elements: shares of the nodes of a curved element.
 #[derive(Clone, Copy, Debug)]
-struct Place<const N: usize> {
+struct NodeShares<const N: usize> {
     node: u32,
     element: [u32; N],
     shares: [f64; N],
@@ -69,18 +72,18 @@ struct Place<const N: usize> {
 /// Hands fields of curved elements on to the nodes of the mesh of straight elements.
 #[derive(Clone, Debug)]
 pub(crate) struct Straightening<const N: usize> {
-    places: Vec<Place<N>>,
+    places: Vec<NodeShares<N>>,
 }
 
 impl<const N: usize> Straightening<N> {
     /// The field with these values at the nodes of the curved elements at the nodes' places in the
     /// mesh of straight elements.
     ///
-    /// A place outside all curved elements of its node takes the field of the one it lies least outside of,
-    /// carried on.
+    /// A place outside all curved elements of its node takes the field of the one it lies least
+    /// outside of, carried on.
     pub(crate) fn of(&self, values: &[Vector]) -> Vec<Vector> {
         let mut straight = values.to_vec();
-        for Place { node, element, shares } in &self.places {
+        for NodeShares { node, element, shares } in &self.places {
             let nodes = element.iter().zip(shares);
             straight[*node as usize] = nodes.map(|(n, share)| values[*n as usize] * *share).sum();
         }
@@ -88,8 +91,8 @@ impl<const N: usize> Straightening<N> {
     }
 }
 
-/// Barycentric coordinates of a place in a curved element, by Newton's method from `start`; `None` when
-/// they are not found.
+/// Barycentric coordinates of a place in a curved element, by Newton's method from `start`; `None`
+/// when they are not found.
 fn parent_place<const N: usize>(
     positions: &[Vector],
     element: &[u32; N],

@@ -7,7 +7,8 @@ use supine_space::{Point, Progress, sitting, supine};
 
 const HEIGHT: f64 = 30.0;
 
-/// A block whose top is bent to a paraboloid of 6 mm by moving all points in proportion to their height.
+/// A block whose top is bent to a paraboloid of 6 mm by moving all points in proportion to their
+/// height.
 fn bent(p: &Point) -> Vector {
     let (x, y) = (p.x / 30.0, p.y / 30.0);
     Vector::z() * (6.0 * p.z / HEIGHT * (4.0 * x * (1.0 - x) + 4.0 * y * (1.0 - y)))

@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 pub(crate) struct Positive(DMatrix<f64>);
 
 impl Positive {
-    /// `None` when the matrix, of which the lower triangle is read, is not positive definite, or memory is short.
+    /// `None` when the matrix, of which the lower triangle is read, is not positive definite, or
+    /// memory is short.
     pub(crate) fn new(mut matrix: DMatrix<f64>) -> Option<Self> {
         let n = matrix.nrows();
         let params = Spec::default();

@@ -1,8 +1,8 @@
 //! Tetrahedral elements with four nodes (linear) or ten (quadratic).
 //!
 //! `N` is the number of nodes, `Q` the number of quadrature points: 4 and 1, or 10 and 4. The
-//! geometry is isoparametric: a straight tetrahedron is the case whose mid-side nodes are midpoints,
-//! a stress-free shape is curved.
+//! geometry is isoparametric: a straight tetrahedron is the case whose mid-side nodes are
+//! midpoints, a stress-free shape is curved.
 
 use crate::material::cofactor;
 use supine_mesh::{Edges, TET_EDGES, TetMesh};

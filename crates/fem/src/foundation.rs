@@ -1,13 +1,13 @@
 //! Springs on the cut in place of the tissue beyond the region.
 //!
-//! The energy ½ ∫ k |u|² dA over the cut of the CT shape, with u the displacement from the stress-free
-//! shape, adds the traction −k u (k in kPa/mm: a Winkler foundation). The area stays that of the CT shape, so
-//! that the forces are linear in u whatever the rest state.
+//! The energy ½ ∫ k |u|² dA over the cut of the CT shape, with u the displacement from the
+//! stress-free shape, adds the traction −k u (k in kPa/mm: a Winkler foundation). The area stays
+//! that of the CT shape, so that the forces are linear in u whatever the rest state.
 //!
-//! Where no stiffness is given, k = π μ / 2h: beyond the cut a layer of thickness h goes on, glued to the
-//! chest wall and free at the skin. What is sheared at its end dies away as
-//! sin(π n / 2h) exp(−π s / 2h), the lowest solution of Laplace's equation with these two boundaries (n from
-//! wall to skin, s along the layer), and bears the traction μ ∂u/∂s = −(π μ / 2h) u. The layer's own
+//! Where no stiffness is given, k = π μ / 2h: beyond the cut a layer of thickness h goes on, glued
+//! to the chest wall and free at the skin. What is sheared at its end dies away as sin(π n / 2h)
+//! exp(−π s / 2h), the lowest solution of Laplace's equation with these two boundaries (n from wall
+//! to skin, s along the layer), and bears the traction μ ∂u/∂s = −(π μ / 2h) u. The layer's own
 //! weight is left out.
 
 use crate::body::Body;
@@ -19,8 +19,8 @@ use std::f64::consts::FRAC_PI_2;
 use supine_mesh::{BoundaryTag, Edges, Order, TET_FACES, TetMesh};
 use supine_space::{Point, Vector};
 
-/// Weights and barycentric coordinates of a rule for triangles, exact to degree 4 (Dunavant 1985, table II);
-/// the coordinates are (c, c, 1 − 2c) in each order.
+/// Weights and barycentric coordinates of a rule for triangles, exact to degree 4 (Dunavant 1985,
+/// table II); the coordinates are (c, c, 1 − 2c) in each order.
 const TRIANGLE_RULE: [(f64, f64); 2] = [
     (0.223_381_589_678_011, 0.445_948_490_915_965),
     (0.109_951_743_655_322, 0.091_576_213_509_771),
@@ -127,7 +127,8 @@ struct CutFace {
     kpa_mm: f64,
 }
 
-/// The faces of the cut with their stiffness, kPa/mm: the one that is given, or that of the layer beyond.
+/// The faces of the cut with their stiffness, kPa/mm: the one that is given, or that of the layer
+/// beyond.
 fn cut_springs_of(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>) -> Vec<CutFace> {
     let thickness = if kpa_mm.is_none() { cut_thickness(mesh) } else { BTreeMap::new() };
     let face = |(element, own): (usize, [usize; 3])| {
@@ -147,15 +148,18 @@ fn cut_springs_of(mesh: &TetMesh, materials: &[NeoHookean], kpa_mm: Option<f64>)
 /// A linear spring between the same direction of two nodes, in each direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// Its ends: points of the mesh, then for quadratic elements edges in the order of [`Edges`]; none for the ground.
+    /// Its ends: points of the mesh, then for quadratic elements edges in the order of [`Edges`];
+    /// none for the ground.
     pub nodes: (u32, Option<u32>),
     /// Stiffness, mN/mm; between two nodes it is negative.
     pub stiffness: f64,
 }
 
-/// The springs of a body's cut as springs between nodes, for other solvers: their stiffness matrix is ∫ k N_a N_b dA.
+/// The springs of a body's cut as springs between nodes, for other solvers: their stiffness matrix
+/// is ∫ k N_a N_b dA.
 ///
-/// A matrix K of springs is that of grounded ones with the sums of its rows and of ones between nodes a and b with -K_ab.
+/// A matrix K of springs is that of grounded ones with the sums of its rows and of ones between
+/// nodes a and b with -K_ab.
 pub fn nodal_springs(body: &Body, order: Order, kpa_mm: Option<f64>) -> Vec<Spring> {
     let (mesh, materials) = (&body.mesh, body.materials(1.0));
     match order {
@@ -231,8 +235,8 @@ fn cut_faces(mesh: &TetMesh) -> Vec<(usize, [usize; 3])> {
     found
 }
 
-/// Thickness of the tissue at each point of the cut, mm: the way to the nearest point of the chest wall
-/// and that to the nearest point of the skin. Infinite where the mesh has no wall or no skin.
+/// Thickness of the tissue at each point of the cut, mm: the way to the nearest point of the chest
+/// wall and that to the nearest point of the skin. Infinite where the mesh has no wall or no skin.
 fn cut_thickness(mesh: &TetMesh) -> BTreeMap<u32, f64> {
     let at = |p: u32| mesh.points()[p as usize];
     let surfaces = [BoundaryTag::ChestWall, BoundaryTag::Skin]
@@ -253,8 +257,8 @@ mod tests {
         let linear = products::<4>([0, 2, 3], 12.0);
         assert!((linear[0][0] - 2.0).abs() < 1e-12 && (linear[0][2] - 1.0).abs() < 1e-12);
         assert!(linear[1].iter().all(|k| *k == 0.0));
-        // Six-node triangle of area 180: 6, −1 at corners, −4 to the opposite mid-side, 32 and 16 between
-        // mid-sides. Mid-sides of the face 0 1 2: 4 (0-1), 5 (1-2), 6 (0-2).
+        // Six-node triangle of area 180: 6, −1 at corners, −4 to the opposite mid-side, 32 and 16
+        // between mid-sides. Mid-sides of the face 0 1 2: 4 (0-1), 5 (1-2), 6 (0-2).
         let quadratic = products::<10>([0, 1, 2], 180.0);
         let want =
             [(0, 0, 6.0), (0, 1, -1.0), (0, 4, 0.0), (0, 5, -4.0), (4, 4, 32.0), (4, 6, 16.0)];

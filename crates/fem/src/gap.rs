@@ -4,7 +4,8 @@ use crate::rigid::{RigidBody, SphereOnShaft};
 use crate::smoothed_distance::SmoothedDistance;
 use supine_space::{Matrix, Pose, Progress, Stopped, Vector};
 
-/// Nearer than this (mm) to a centre or an axis the normal is any that is fixed: a node is never kept there.
+/// Nearer than this (mm) to a centre or an axis the normal is any that is fixed: a node is never
+/// kept there.
 const MIDDLE_MM: f64 = 1e-9;
 /// Samples of a body that is read from a surface reach so many times its size from its centre.
 const SAMPLED_REACH: f64 = 1.25;
@@ -80,15 +81,16 @@ impl Surface {
         self.parts.len()
     }
 
-    /// The gap between a place (LPS, mm) and a part with the body at `pose`; `None` where the part does not act.
+    /// The gap between a place (LPS, mm) and a part with the body at `pose`; `None` where the part
+    /// does not act.
     pub(crate) fn gap(&self, part: usize, pose: &Pose, place: &Vector) -> Option<Gap> {
         let own = pose.inverse_transform_point(&(*place).into()).coords;
         let gap = self.parts.get(part)?.gap(&own)?;
         Some(Gap { normal: pose.rotation * gap.normal, ..gap })
     }
 
-    /// How the normal of a part turns along its surface at a place: tangents t (1/√mm) with ∇n = Σ t tᵀ. Where the
-    /// surface is hollow they are zero.
+    /// How the normal of a part turns along its surface at a place: tangents t (1/√mm) with ∇n = Σ
+    /// t tᵀ. Where the surface is hollow they are zero.
     pub(crate) fn bends(&self, part: usize, pose: &Pose, place: &Vector) -> [Vector; 2] {
         let own = pose.inverse_transform_point(&(*place).into()).coords;
         let bends = self.parts.get(part).map_or([Vector::zeros(); 2], |part| part.bends(&own));

@@ -1,14 +1,15 @@
 //! Where a mesh should be finer for the displacement at one place.
 //!
-//! The error of a quantity J(u) is about Σ_T η_T with η_T the error of the solution in tetrahedron T
-//! weighted by that of the adjoint solution z, K(u) z = ∂J/∂u (Becker and Rannacher, Acta Numerica
-//! 2001). Both errors are taken from the gradients: what a gradient lacks to the continuous one that
-//! is recovered from the tetrahedra around each point (Zienkiewicz and Zhu 1987).
+//! The error of a quantity J(u) is about Σ_T η_T with η_T the error of the solution in tetrahedron
+//! T weighted by that of the adjoint solution z, K(u) z = ∂J/∂u (Becker and Rannacher, Acta
+//! Numerica 2001). Both errors are taken from the gradients: what a gradient lacks to the
+//! continuous one that is recovered from the tetrahedra around each point (Zienkiewicz and Zhu
+//! 1987).
 
+use crate::discretisation::Discretisation;
 use crate::element::{parent_map, parent_slopes, shape};
-use crate::ground::Ground;
 use crate::material::cofactor;
-use crate::newton::Known;
+use crate::newton::KnownEquilibrium;
 use crate::tangent::Tangent;
 use crate::wall_effect::WallNode;
 use crate::{Body, Error, Job, Load, Params, RestState, checked};
@@ -18,14 +19,14 @@ use supine_space::{Matrix, Point, Progress, Sphere, Vector};
 /// Samples of the goal across its diameter.
 const ACROSS: usize = 5;
 
-/// What each tetrahedron adds to the error of the mean displacement of the tissue within `goal` (LPS,
-/// mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and on coarse
-/// meshes the recovered gradients are far off themselves.
+/// What each tetrahedron adds to the error of the mean displacement of the tissue within `goal`
+/// (LPS, mm), an estimate in mm. Their proportions count: shares of several tetrahedra cancel, and
+/// on coarse meshes the recovered gradients are far off themselves.
 ///
-/// The elements are taken for straight even where `body.curved` has them follow skin and chest wall, and the
-/// CT shape for free of stress whatever `params.rest` says: where the mesh should be fine hardly depends on
-/// either. What curved elements take off the error itself is not in the shares: their sum is that of straight
-/// elements.
+/// The elements are taken for straight even where `body.curved` has them follow skin and chest
+/// wall, and the CT shape for free of stress whatever `params.rest` says: where the mesh should be
+/// fine hardly depends on either. What curved elements take off the error itself is not in the
+/// shares: their sum is that of straight elements.
 ///
 /// # Errors
 /// As [`crate::solve`]; [`Error::GoalOutside`] when no tissue of the mesh lies within `goal`.
@@ -39,7 +40,8 @@ pub fn error_shares(
     Ok(goal_errors(body, load, params, goal, progress)?.shares)
 }
 
-/// What the displacement of a place rests on: its error by the mesh, and what the place of the chest wall does to it.
+/// What the displacement of a place rests on: its error by the mesh, and what the place of the
+/// chest wall does to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoalErrors {
     /// Mean displacement of the tissue within the goal, mm.
@@ -50,8 +52,8 @@ pub struct GoalErrors {
     pub wall: Vec<WallNode>,
 }
 
-/// What the mean displacement of the tissue within `goal` (LPS, mm) rests on; as [`error_shares`], and the elements are
-/// straight and the CT shape free of stress here too.
+/// What the mean displacement of the tissue within `goal` (LPS, mm) rests on; as [`error_shares`],
+/// and the elements are straight and the CT shape free of stress here too.
 ///
 /// # Errors
 /// As [`error_shares`].
@@ -78,16 +80,16 @@ impl Job<'_> {
         goal: &Sphere,
         progress: Progress<'_>,
     ) -> Result<GoalErrors, Error> {
-        let ground = Ground::<N, Q>::new(self)?;
-        let Ground { positions, held, .. } = &ground;
-        let means = self.means(goal, &ground.elements.nodes, positions.len())?;
-        let model = self.model(&ground);
+        let discretisation = Discretisation::<N, Q>::new(self)?;
+        let Discretisation { positions, held, .. } = &discretisation;
+        let means = self.means(goal, &discretisation.elements.nodes, positions.len())?;
+        let model = self.model(&discretisation);
         let load = model.elements.load(held.len(), self.force());
-        let (zero, goal) = (ground.zero(), self.params.tolerance);
-        let tangent = Tangent::new(&ground.lower).map_err(|_| ground.memory())?;
+        let (zero, goal) = (discretisation.zero(), self.params.tolerance);
+        let tangent = Tangent::new(&discretisation.lower).map_err(|_| discretisation.memory())?;
         let mut newton = self.newton(&model, tangent, held);
         let found = newton
-            .equilibrium(&load, &zero, Known { u: &zero, load: &zero }, goal, progress)
+            .equilibrium(&load, &zero, KnownEquilibrium { u: &zero, load: &zero }, goal, progress)
             .map_err(|halt| newton.failed(halt, self.params.tolerance))?;
         let lack =
             |field: &[Vector]| missing(positions, &model.elements.nodes, &self.body.mesh, field);
@@ -162,7 +164,8 @@ fn corner_gradients<const N: usize>(
     elements.iter().map(|e| slopes.each_ref().map(|s| gradient(e, s))).collect()
 }
 
-/// The continuous gradient of a field at the points: the mean of those of the tetrahedra around, by volume.
+/// The continuous gradient of a field at the points: the mean of those of the tetrahedra around, by
+/// volume.
 fn averaged(mesh: &TetMesh, own: &[[Matrix; 4]]) -> Vec<Matrix> {
     let mut sums = vec![(Matrix::zeros(), 0.0); mesh.points().len()];
     for (t, (tet, own)) in mesh.tets().iter().zip(own).enumerate() {

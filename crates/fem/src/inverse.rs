@@ -12,7 +12,7 @@ use crate::foundation::Foundation;
 use crate::krylov::{gmres, norm};
 use crate::material::{Gradient, NeoHookean};
 use crate::model::{Folded, Model};
-use crate::outcome::Halt;
+use crate::outcome::SolveError;
 use crate::pattern::{Block, Pattern, Storage, block, pairs};
 use crate::tangent::Tangent;
 use supine_space::{Matrix, Progress, Vector};
@@ -125,10 +125,12 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         Ok(Point { f, b, j: back.j, stress: (b * mu - pressure) * back.j })
     }
 
-    /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such shape was found.
+    /// X − x (mm per node) at which the residual is at most `goal` of the load; `None` when no such
+    /// shape was found.
     ///
-    /// Newton from where X is `expected`, if anywhere; if that fails from X = x under the whole load; if that fails
-    /// too the load is followed in steps of at least `smallest_step` (1: no such attempt).
+    /// Newton from where X is `expected`, if anywhere; if that fails from X = x under the whole
+    /// load; if that fails too the load is followed in steps of at least `smallest_step` (1: no
+    /// such attempt).
     ///
     /// # Errors
     /// When stopped or out of memory.
@@ -139,7 +141,7 @@ impl<const N: usize, const Q: usize> Inverse<'_, N, Q> {
         goal: f64,
         smallest_step: f64,
         progress: Progress<'_>,
-    ) -> Result<Option<Vec<Vector>>, Halt> {
+    ) -> Result<Option<Vec<Vector>>, SolveError> {
         if let Some(expected) = expected
             && let Some(found) = solver.newton(self, &expected, goal, progress)?
         {
@@ -218,8 +220,8 @@ pub(crate) struct Solver {
     pub(crate) tangent: Tangent,
     /// Newton iterations so far.
     pub(crate) iterations: usize,
-    /// Steps that the linear iteration may take with the factor at hand before that is renewed; `None`: it is
-    /// renewed every time.
+    /// Steps that the linear iteration may take with the factor at hand before that is renewed;
+    /// `None`: it is renewed every time.
     patience: Option<usize>,
 }
 
@@ -245,7 +247,7 @@ impl Solver {
         start: &[Vector],
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Option<Vec<Vector>>, Halt> {
+    ) -> Result<Option<Vec<Vector>>, SolveError> {
         let residual = |y: &[Vector]| problem.residual(y).ok().map(|r| problem.full.gather(&r));
         let mut y = start.to_vec();
         let Some(mut r) = residual(&y) else { return Ok(None) };

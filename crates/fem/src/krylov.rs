@@ -3,9 +3,9 @@
 /// Solves A x = b to |A x − b| ≤ `goal` |b|; `None` when `max_steps` steps do not suffice.
 ///
 /// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A up to sign and scale.
-/// Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) that
-/// keeps the preconditioned vectors, so that an M⁻¹ that rounds costs no accuracy (Saad, SIAM J. Sci. Comput.
-/// 14, 1993). Memory: two times `max_steps` vectors at the worst.
+/// Right-preconditioned GMRES without restart (Saad and Schultz, SIAM J. Sci. Stat. Comput. 7,
+/// 1986), which keeps the preconditioned vectors, so that an M⁻¹ that rounds costs no accuracy
+/// (Saad, SIAM J. Sci. Comput. 14, 1993). Memory: two times `max_steps` vectors at the worst.
 pub(crate) fn gmres(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]) -> bool,
@@ -53,12 +53,12 @@ pub(crate) fn gmres(
     None
 }
 
-/// Solves A x = b, A symmetric, to |A x − b| ≤ `goal` |b|; `None` when A is seen not to be positive definite
-/// or `max_steps` steps do not suffice.
+/// Solves A x = b, A symmetric, to |A x − b| ≤ `goal` |b|; `None` when A is seen not to be positive
+/// definite or `max_steps` steps do not suffice.
 ///
-/// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A. Source: Hestenes and Stiefel, J.
-/// Res. Natl. Bur. Stand. 49, 1952; with the factor of Polak and Ribière, which bears an M⁻¹ that rounds
-/// differently from step to step (Golub and Ye, SIAM J. Sci. Comput. 21, 1999).
+/// `apply` writes A x, `precondition` replaces x by M⁻¹ x with M near A. Source: Hestenes and
+/// Stiefel, J. Res. Natl. Bur. Stand. 49, 1952; with the factor of Polak and Ribière, which bears
+/// an M⁻¹ that rounds differently from step to step (Golub and Ye, SIAM J. Sci. Comput. 21, 1999).
 pub(crate) fn conjugate_gradients(
     mut apply: impl FnMut(&[f64], &mut [f64]),
     mut precondition: impl FnMut(&mut [f64]) -> bool,

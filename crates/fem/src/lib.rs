@@ -5,10 +5,10 @@
 //!
 //! Ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 (ln J)², μ = E / 2(1+ν), λ = Eν / ((1+ν)(1−2ν)).
 //!
-//! The chest wall is held; the tissue beyond the region is replaced by springs on the cut, unless that is
-//! free or held ([`Cut`]); gravity turns instead of the patient. Elements are tetrahedra with four
-//! nodes and one quadrature point, or ten nodes and four points. Units: mm, kPa, hence forces in mN
-//! and ρ g in kPa/mm (1000 kg/m³ at 9.81 m/s²: 9.81e-3 kPa/mm). The frame is LPS.
+//! The chest wall is held; the tissue beyond the region is replaced by springs on the cut, unless
+//! that is free or held ([`Cut`]); gravity turns instead of the patient. Elements are tetrahedra
+//! with four nodes and one quadrature point, or ten nodes and four points. Units: mm, kPa, hence
+//! forces in mN and ρ g in kPa/mm (1000 kg/m³ at 9.81 m/s²: 9.81e-3 kPa/mm). The frame is LPS.
 //!
 //! [`solve`] is the entry. It converges or returns an [`Error`]; it never accepts a state in which
 //! an element is turned inside out.
@@ -17,9 +17,9 @@ mod analysis;
 mod applicator;
 #[cfg(test)]
 mod applicator_kept_tests;
+mod background;
 mod batch;
-mod before;
-mod beside;
+mod bilateral;
 mod body;
 mod cavity;
 mod complementarity;
@@ -28,16 +28,15 @@ mod contact;
 mod coupling;
 mod curved;
 mod dense;
+mod discretisation;
 mod either;
 mod element;
 mod error;
-mod following;
 mod foundation;
 #[cfg(test)]
 mod foundation_tests;
 mod gap;
 mod goal;
-mod ground;
 mod inverse;
 mod krylov;
 mod linear;
@@ -50,7 +49,6 @@ mod pairs;
 mod params;
 mod pattern;
 mod press_problem;
-mod pressing;
 mod quasi_newton;
 mod rest;
 mod rigid;
@@ -67,8 +65,10 @@ mod tangent;
 #[cfg(test)]
 mod test_mesh;
 mod tilt;
+mod unilateral;
 mod wall;
 mod wall_effect;
+mod warm_start;
 
 pub use applicator::{Applicator, Reaction};
 pub use body::Body;
@@ -87,13 +87,13 @@ pub use snap::{snapped, snapped_to_cavity};
 pub use tilt::Tilt;
 pub use wall_effect::WallNode;
 
-use before::Before;
+use discretisation::Discretisation;
 use element::{element_nodes, node_coordinates, parent_map, parent_slopes};
-use ground::Ground;
-use rest::Settled;
+use rest::LoadedBody;
 use std::sync::Arc;
 use supine_mesh::{Deformation, Displacement, Edges, Order, TetMesh};
 use supine_space::{Progress, Vector, Warning};
+use warm_start::WarmStart;
 
 /// `body` displaced from its CT shape when gravity turns from `load.ct` to `load.target`, mm.
 ///
@@ -109,14 +109,14 @@ pub fn solve(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Deformation, Info), Error> {
-    let asked = Asked { stiffer: 1.0, slope: false };
+    let asked = SolveOptions { stiffer: 1.0, slope: false };
     let Solution { deformation, info, .. } = found(body, load, params, asked, progress)?;
     Ok((deformation, info))
 }
 
 /// What is asked beside the deformation under a load.
 #[derive(Clone, Copy)]
-struct Asked {
+struct SolveOptions {
     /// Factor of all moduli.
     stiffer: f64,
     /// Whether the derivative by the modulus is wanted.
@@ -139,16 +139,18 @@ fn found(
     body: &Body,
     load: &Load,
     params: &Params,
-    asked: Asked,
+    asked: SolveOptions,
     progress: Progress<'_>,
 ) -> Result<Solution, Error> {
     let edges = checked(body, load, params)?;
-    let Asked { stiffer, slope } = asked;
+    let SolveOptions { stiffer, slope } = asked;
     let job = Job { stiffer, slope, ..Job::new(body, &edges, load, params) };
     let solved = match params.order {
-        Order::Linear => job.run::<4, 1>(&Ground::new(&job)?, &mut Before::nothing(), progress)?,
+        Order::Linear => {
+            job.run::<4, 1>(&Discretisation::new(&job)?, &mut WarmStart::nothing(), progress)?
+        }
         Order::Quadratic => {
-            job.run::<10, 4>(&Ground::new(&job)?, &mut Before::nothing(), progress)?
+            job.run::<10, 4>(&Discretisation::new(&job)?, &mut WarmStart::nothing(), progress)?
         }
     };
     job.solution(solved)
@@ -173,8 +175,8 @@ pub(crate) struct Solved {
     pub(crate) info: Info,
 }
 
-/// The shape of `body` that is free of stress and becomes the CT shape under `gravity` (a unit vector,
-/// LPS), as displacement from the CT shape, mm. `params.rest` does not count.
+/// The shape of `body` that is free of stress and becomes the CT shape under `gravity` (a unit
+/// vector, LPS), as displacement from the CT shape, mm. `params.rest` does not count.
 ///
 /// # Errors
 /// As [`solve`]; [`Error::NoUnloadedShape`] with a modulus at which there is such a shape.
@@ -226,14 +228,15 @@ impl<'a> Job<'a> {
     /// Solves with elements of `N` nodes and `Q` quadrature points.
     fn run<const N: usize, const Q: usize>(
         &self,
-        ground: &Ground<N, Q>,
-        before: &mut Before<N, Q>,
+        discretisation: &Discretisation<N, Q>,
+        before: &mut WarmStart<N, Q>,
         progress: Progress<'_>,
     ) -> Result<Solved, Error> {
-        let Settled { u, to_ct, slope, mut info, .. } = self.settle(ground, before, progress)?;
+        let LoadedBody { u, to_ct, slope, mut info, .. } =
+            self.settle(discretisation, before, progress)?;
         let u = from_ct(&u, &to_ct);
-        self.warn::<N>(&ground.positions, &u, &mut info);
-        let straight = &ground.straight;
+        self.warn::<N>(&discretisation.positions, &u, &mut info);
+        let straight = &discretisation.straight;
         let (u, slope) = (straight.of(&u), slope.map(|slope| straight.of(&slope)));
         Ok(Solved { u, slope, info })
     }
@@ -251,13 +254,13 @@ impl<'a> Job<'a> {
     /// The equilibrium under the target's gravity.
     pub(crate) fn settle<const N: usize, const Q: usize>(
         &self,
-        ground: &Ground<N, Q>,
-        before: &mut Before<N, Q>,
+        discretisation: &Discretisation<N, Q>,
+        before: &mut WarmStart<N, Q>,
         progress: Progress<'_>,
-    ) -> Result<Settled<N, Q>, Error> {
+    ) -> Result<LoadedBody<N, Q>, Error> {
         match self.params.rest {
-            RestState::Net => rest::net(self, ground, before, progress),
-            RestState::Unloaded => rest::unloaded(self, ground, before, progress),
+            RestState::Net => rest::net(self, discretisation, before, progress),
+            RestState::Unloaded => rest::unloaded(self, discretisation, before, progress),
         }
     }
 
@@ -271,14 +274,14 @@ impl<'a> Job<'a> {
         &self,
         progress: Progress<'_>,
     ) -> Result<(Vec<Vector>, Unloading), Error> {
-        let ground = Ground::<N, Q>::new(self)?;
-        let rest = rest::stress_free(self, &ground, &mut Before::nothing(), progress)?;
+        let discretisation = Discretisation::<N, Q>::new(self)?;
+        let rest = rest::stress_free(self, &discretisation, &mut WarmStart::nothing(), progress)?;
         let values: Vec<Vector> = rest.to_ct.iter().map(|u| -u).collect();
-        Ok((ground.straight.of(&values), rest.unloading))
+        Ok((discretisation.straight.of(&values), rest.unloading))
     }
 
-    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges; off these
-    /// where the body is curved.
+    /// Positions of the nodes in the CT, mm: points, then (N = 10) the middles of the edges; off
+    /// these where the body is curved.
     fn positions<const N: usize>(&self) -> Vec<Vector> {
         let mut positions: Vec<Vector> = self.body.mesh.points().iter().map(|p| p.coords).collect();
         if N == 10 {

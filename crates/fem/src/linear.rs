@@ -117,8 +117,9 @@ impl<T: Precision> Factor<T> {
         x.iter().all(|v| v.is_finite())
     }
 
-    /// The inverse of the matrix between nodes whose three unknowns begin at `rows`: three rows and columns for
-    /// each, symmetric. The same bytes for any number of threads. `None` when a number is not finite.
+    /// The inverse of the matrix between nodes whose three unknowns begin at `rows`: three rows and
+    /// columns for each, symmetric. The same bytes for any number of threads. `None` when a number
+    /// is not finite.
     ///
     /// # Errors
     /// When there is not enough memory.

@@ -89,8 +89,8 @@ impl NeoHookean {
         d.f() * self.mu + d.inverse_transpose * self.c(d)
     }
 
-    /// What must be added to the tangent to shift its eigenvalues to at least `floor` (kPa): weights
-    /// (kPa, 0 or above) and unit directions M of dF, to be added as Σ weight M (M : dF).
+    /// What must be added to the tangent to shift its eigenvalues to at least `floor` (kPa):
+    /// weights (kPa, 0 or above) and unit directions M of dF, to be added as Σ weight M (M : dF).
     ///
     /// With F = U S Vᵀ the tangent couples, in the frame of U and V, only the diagonal of dF and
     /// each pair of its mirrored entries: one 3 × 3 and three 2 × 2 eigenproblems instead of a

@@ -91,7 +91,8 @@ fn material_turned_inside_out_is_refused() {
     assert!(Gradient::new(Matrix::repeat(f64::NAN)).is_none());
 }
 
-/// Simple shear by k: Cauchy shear stress μ k, no volume change. Bonet and Wood 2008, section 6.4.3.
+/// Simple shear by k: Cauchy shear stress μ k, no volume change. Bonet and Wood 2008, section
+/// 6.4.3.
 #[test]
 fn simple_shear_has_the_known_stress() {
     let k = 0.7;

@@ -74,7 +74,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         (0..self.elements.nodes.len()).flat_map(|e| (0..Q).map(move |q| (e, q)))
     }
 
-    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN) one element after the other.
+    /// Elastic energy ∫ Ψ (mN mm) and internal nodal forces ∫ P grad N_a (mN) one element after the
+    /// other.
     ///
     /// # Errors
     /// When an element is turned inside out.
@@ -102,7 +103,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some((energy + springs, forces))
     }
 
-    /// Internal nodal forces that grow with the moduli, mN: all but those of springs of a given stiffness.
+    /// Internal nodal forces that grow with the moduli, mN: all but those of springs of a given
+    /// stiffness.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn forces_by_modulus(&self, u: &[Vector]) -> Option<Vec<Vector>> {
@@ -122,11 +124,12 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
 
     /// ln J after a `step` (mm) from `u`, to first order.
     ///
-    /// Newton's method for displacement and pressure as separate fields, the pressure condensed, differs from
-    /// that for the displacement alone by this only: its stiffness has the pressure that the last step
-    /// predicted. A long step that turns tissue also swells it, since it goes straight; the pressure of
-    /// that swelling, many times that of the solution in nearly incompressible tissue, then stays out of
-    /// the stiffness. See Magisano, Leonetti and Garcea, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986.
+    /// Newton's method for displacement and pressure as separate fields, the pressure condensed,
+    /// differs from that for the displacement alone by this only: its stiffness has the pressure
+    /// that the last step predicted. A long step that turns tissue also swells it, since it goes
+    /// straight; the pressure of that swelling, many times that of the solution in nearly
+    /// incompressible tissue, then stays out of the stiffness. See Magisano, Leonetti and Garcea,
+    /// Comput. Methods Appl. Mech. Engrg. 313 (2017) 986.
     ///
     /// `None` when an element is turned inside out at `u`.
     pub(crate) fn predicted(&self, u: &[Vector], step: &[Vector]) -> Option<VolumeStrain<Q>> {
@@ -135,9 +138,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
 
     /// Fills `blocks` with the stiffness
     ///
-    /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a,
-    /// c = λ ln J − μ, and that of the springs; with the `predicted` volume strain in place of ln J in c, if
-    /// there is one; projected where nodes slide.
+    /// K_ab = Σ_q w [μ (g_a · g_b) I − c h_b h_aᵀ + λ h_a h_bᵀ], g_a = grad N_a, h_a = F^-T g_a, c
+    /// = λ ln J − μ, and that of the springs; with the `predicted` volume strain in place of ln J
+    /// in c, if there is one; projected where nodes slide.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn stiffness(
@@ -158,8 +161,8 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some(())
     }
 
-    /// Internal nodal forces (mN) at nodes of which all elements are among `elements`; `None` when one of
-    /// these is turned inside out.
+    /// Internal nodal forces (mN) at nodes of which all elements are among `elements`; `None` when
+    /// one of these is turned inside out.
     pub(crate) fn forces_at(&self, elements: &[u32], u: &[Vector]) -> Option<Vec<Vector>> {
         let mut forces = vec![Vector::zeros(); u.len()];
         for &e in elements {
@@ -173,9 +176,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some(forces)
     }
 
-    /// Fills `blocks` with the stiffness whose material tangent has its eigenvalues raised to `floor` (a
-    /// share of μ) at every quadrature point, which makes it positive definite; where nodes slide without the
-    /// curvature of the surface, which may not be.
+    /// Fills `blocks` with the stiffness whose material tangent has its eigenvalues raised to
+    /// `floor` (a share of μ) at every quadrature point, which makes it positive definite; where
+    /// nodes slide without the curvature of the surface, which may not be.
     ///
     /// `None` when an element is turned inside out.
     pub(crate) fn shifted_stiffness(
@@ -221,9 +224,9 @@ impl<const N: usize, const Q: usize> Model<N, Q> {
         Some(())
     }
 
-    /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes of
-    /// `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T, and what the springs,
-    /// linear in u, give for `v`.
+    /// Change of the internal nodal forces (mN) when the displacement changes by `v` (mm) at nodes
+    /// of `elements` alone: ∫ dP grad N_a, dP = μ dF − c F^-T dFᵀ F^-T + λ (F^-T : dF) F^-T, and
+    /// what the springs, linear in u, give for `v`.
     ///
     /// `None` when one of these elements is turned inside out.
     pub(crate) fn slope(

@@ -84,7 +84,8 @@ fn check_derivatives<const N: usize, const Q: usize>(springs: bool) {
     let work: f64 = forces(&model, &u).iter().zip(&v).map(|(f, v)| f.dot(v)).sum();
     assert!((slope - work).abs() < 1e-7 * work.abs(), "energy: {slope} {work}");
 
-    // Only the lower half is stored: that the product is the slope says that the tangent is symmetric.
+    // Only the lower half is stored: that the product is the slope says that the tangent is
+    // symmetric.
     let pattern = Pattern::new(&model.elements.nodes, &vec![false; count], Storage::Lower);
     let mut blocks = pattern.zeros().unwrap();
     model.stiffness(&u, None, &pattern, &mut blocks).unwrap();

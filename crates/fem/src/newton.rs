@@ -4,7 +4,7 @@ use crate::Error;
 use crate::analysis::OutOfMemory;
 use crate::batch::VolumeStrain;
 use crate::model::Model;
-use crate::outcome::{Cause, Equilibrium, Halt, Stall};
+use crate::outcome::{Cause, Equilibrium, NonConvergence, SolveError};
 use crate::pattern::Pattern;
 use crate::tangent::{LinearSolution, Tangent};
 use std::sync::Arc;
@@ -24,25 +24,26 @@ const SMALL_LOAD: f64 = 1e-4;
 const STEP_GOAL: f64 = 1e-6;
 /// Smallest load step.
 const SMALLEST_STEP: f64 = 1.0 / 32.0;
-/// Forcing term (relative residual of the linear system) of the first direction, and the largest of a later one.
-/// It falls with the residual, so that Newton's method stays quadratic: Eisenstat and Walker, SIAM J. Sci. Comput.
-/// 17, 1996, choice 2.
+/// Forcing term (relative residual of the linear system) of the first direction, and the largest of
+/// a later one. It falls with the residual, so that Newton's method stays quadratic: Eisenstat and
+/// Walker, SIAM J. Sci. Comput. 17, 1996, choice 2.
 const FIRST_FORCING: f64 = 0.03;
 const MAX_FORCING: f64 = 0.1;
 /// Relative residual of linear systems whose solution is a result.
 const RESULT_TOLERANCE: f64 = 1e-11;
 /// The last direction leaves this share of the goal.
 const SPARE: f64 = 0.3;
-/// Iterations of a load step: one that needs more is cut. Of all load steps together, in units of those that
-/// the whole load at once may take.
+/// Iterations of a load step: one that needs more is cut. Of all load steps together, in units of
+/// those that the whole load at once may take.
 const STEP_ITERATIONS: usize = 20;
 const STEPS_ITERATIONS: usize = 4;
-/// Iterations from an expected equilibrium; three are usual, and with more it is not where it was expected.
+/// Iterations from an expected equilibrium; three are usual, and with more it is not where it was
+/// expected.
 const RESUMED_ITERATIONS: usize = 12;
 
 /// An equilibrium to start from: its displacement (mm) and its load (mN per node).
 #[derive(Clone, Copy)]
-pub(crate) struct Known<'a> {
+pub(crate) struct KnownEquilibrium<'a> {
     pub(crate) u: &'a [Vector],
     pub(crate) load: &'a [Vector],
 }
@@ -120,8 +121,8 @@ struct Direction {
 }
 
 impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
-    /// Prepares the method: `tangent` is room for a factor, or one of a similar stiffness; `weight` is the norm of
-    /// the nodal forces of full gravity, mN.
+    /// Prepares the method: `tangent` is room for a factor, or one of a similar stiffness; `weight`
+    /// is the norm of the nodal forces of full gravity, mN.
     pub(crate) fn new(
         model: &'a Model<N, Q>,
         tangent: Tangent,
@@ -139,8 +140,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         self.tangent
     }
 
-    /// The equilibrium under `load` (mN per node): from `expected` (mm) if that leads there, else from `known`, an
-    /// equilibrium and its load.
+    /// The equilibrium under `load` (mN per node): from `expected` (mm) if that leads there, else
+    /// from `known`, an equilibrium and its load.
     ///
     /// # Errors
     /// As [`Self::equilibrium`].
@@ -148,10 +149,10 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         &mut self,
         load: &[Vector],
         expected: Option<Vec<Vector>>,
-        known: Known<'_>,
+        known: KnownEquilibrium<'_>,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Equilibrium, Halt> {
+    ) -> Result<Equilibrium, SolveError> {
         let Some(expected) = expected else {
             return self.equilibrium(load, known.u, known, goal, progress);
         };
@@ -161,7 +162,7 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
                 self.effort.load_steps = 1;
                 Ok(found)
             }
-            Err(Halt::Stalled(_)) => {
+            Err(SolveError::NotConverged(_)) => {
                 self.equilibrium(load, known.u, known, goal, progress.part(0.5, 1.0))
             }
             Err(other) => Err(other),
@@ -177,17 +178,19 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         &mut self,
         load: &[Vector],
         start: &[Vector],
-        known: Known<'_>,
+        known: KnownEquilibrium<'_>,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Equilibrium, Halt> {
+    ) -> Result<Equilibrium, SolveError> {
         let limits = Limits { goal, iterations: self.max_iterations };
         match self.minimise(load, start.to_vec(), limits, progress.part(0.0, 0.6)) {
             Ok(found) => {
                 self.effort.load_steps = 1;
                 Ok(found)
             }
-            Err(Halt::Stalled(_)) => self.step_by_step(load, known, goal, progress.part(0.6, 1.0)),
+            Err(SolveError::NotConverged(_)) => {
+                self.step_by_step(load, known, goal, progress.part(0.6, 1.0))
+            }
             Err(other) => Err(other),
         }
     }
@@ -196,10 +199,10 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     fn step_by_step(
         &mut self,
         load: &[Vector],
-        known: Known<'_>,
+        known: KnownEquilibrium<'_>,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Equilibrium, Halt> {
+    ) -> Result<Equilibrium, SolveError> {
         let (mut u, mut share, mut step) = (known.u.to_vec(), 0.0, 0.25);
         let last = self.effort.iterations + STEPS_ITERATIONS * self.max_iterations;
         loop {
@@ -219,12 +222,15 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
                     }
                     (u, share, step) = (found.u, next, 1.5 * step);
                 }
-                Err(Halt::Stalled(stall))
+                Err(SolveError::NotConverged(stall))
                     if step <= SMALLEST_STEP || self.effort.iterations >= last =>
                 {
-                    return Err(Halt::Stalled(Stall { load_share: share, ..stall }));
+                    return Err(SolveError::NotConverged(NonConvergence {
+                        load_share: share,
+                        ..stall
+                    }));
                 }
-                Err(Halt::Stalled(_)) => step *= 0.5,
+                Err(SolveError::NotConverged(_)) => step *= 0.5,
                 Err(other) => return Err(other),
             }
         }
@@ -240,10 +246,11 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         u: Vec<Vector>,
         limits: Limits,
         progress: Progress<'_>,
-    ) -> Result<Equilibrium, Halt> {
+    ) -> Result<Equilibrium, SolveError> {
         let Limits { goal, iterations } = limits;
-        let stall =
-            |cause, residual, u| Err(Halt::Stalled(Stall { cause, residual, u, load_share: 0.0 }));
+        let stall = |cause, residual, u| {
+            Err(SolveError::NotConverged(NonConvergence { cause, residual, u, load_share: 0.0 }))
+        };
         let Some(mut state) = self.state(u.clone(), load) else {
             return stall(Cause::Start, f64::INFINITY, u);
         };
@@ -293,11 +300,11 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
     }
 
     /// What a halt before a relative residual of `tolerance` means to a user.
-    pub(crate) fn failed(&self, halt: Halt, tolerance: f64) -> Error {
+    pub(crate) fn failed(&self, halt: SolveError, tolerance: f64) -> Error {
         match halt {
-            Halt::Stopped(stopped) => stopped.into(),
-            Halt::Memory => Error::Memory { unknowns: self.unknowns() },
-            Halt::Stalled(Stall { cause, residual, u, load_share }) => {
+            SolveError::Stopped(stopped) => stopped.into(),
+            SolveError::Memory => Error::Memory { unknowns: self.unknowns() },
+            SolveError::NotConverged(NonConvergence { cause, residual, u, load_share }) => {
                 let (tet, volume_ratio) = match self.model.volume_ratio(&u) {
                     Ok(ratio) => (ratio.worst, ratio.min),
                     Err(folded) => (folded.0, 0.0),
@@ -325,8 +332,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         self.tangent.is_definite(self.model, u)
     }
 
-    /// The state with displacement `u`; `None` when an element is turned inside out, or a node has slid to
-    /// where the body it slides on has no normal.
+    /// The state with displacement `u`; `None` when an element is turned inside out, or a node has
+    /// slid to where the body it slides on has no normal.
     fn state(&self, u: Vec<Vector>, load: &[Vector]) -> Option<State<Q>> {
         let (energy, mut forces) = self.model.evaluate(&u)?;
         let mut reactions = 0.0;
@@ -370,9 +377,9 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         }))
     }
 
-    /// The solutions of the linear system at displacement `u` for nodal values `q` (those of held nodes count
-    /// for nothing): with the exact stiffness, or the shifted one where the exact one is not positive
-    /// definite. `None` when neither has a factor.
+    /// The solutions of the linear system at displacement `u` for nodal values `q` (those of held
+    /// nodes count for nothing): with the exact stiffness, or the shifted one where the exact one
+    /// is not positive definite. `None` when neither has a factor.
     ///
     /// # Errors
     /// When there is not enough memory.
@@ -399,8 +406,8 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
 
     /// The first state along `direction` that lowers the potential enough, from the full step down.
     ///
-    /// Near the equilibrium a change of the potential is rounding: there a step counts when the residual
-    /// does not grow.
+    /// Near the equilibrium a change of the potential is rounding: there a step counts when the
+    /// residual does not grow.
     fn search(&self, state: &State<Q>, direction: &Direction, load: &[Vector]) -> Option<State<Q>> {
         let slope = dot(&state.out_of_balance, &direction.step);
         let rounding = ENERGY_ROUNDING * (state.potential.abs() + state.work.abs());
@@ -426,15 +433,16 @@ impl<'a, const N: usize, const Q: usize> Newton<'a, N, Q> {
         None
     }
 
-    /// The state at `u`, nodes that slide brought back to their surface; `None` when that fails or an element is
-    /// turned inside out.
+    /// The state at `u`, nodes that slide brought back to their surface; `None` when that fails or
+    /// an element is turned inside out.
     fn state_at(&self, mut u: Vec<Vector>, load: &[Vector]) -> Option<State<Q>> {
         let brought = self.model.slide.as_ref().is_none_or(|slide| slide.bring(&mut u));
         brought.then(|| self.state(u, load)).flatten()
     }
 
-    /// The last of steps twice as long as the one before that lower the potential further than `next`, the
-    /// full step from `state`: a shifted stiffness is stiffer than the body, and its steps fall short.
+    /// The last of steps twice as long as the one before that lower the potential further than
+    /// `next`, the full step from `state`: a shifted stiffness is stiffer than the body, and its
+    /// steps fall short.
     fn longer(
         &self,
         state: &State<Q>,

@@ -55,8 +55,8 @@ fn apart(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Trap: near the equilibrium changes of the energy are rounding, and a search by energy alone refuses good
-/// steps.
+/// Trap: near the equilibrium changes of the energy are rounding, and a search by energy alone
+/// refuses good steps.
 #[test]
 fn the_last_steps_are_made_where_the_energy_is_rounding() {
     let problem = problem(2.0);
@@ -82,8 +82,8 @@ fn the_last_steps_are_made_where_the_energy_is_rounding() {
     assert!(rises > 0);
 }
 
-/// Trap: the stiffness on the way to a stable equilibrium may be indefinite. Its missing Cholesky factor is no
-/// error, and steps of the shifted one go farther than it says while the energy falls.
+/// Trap: the stiffness on the way to a stable equilibrium may be indefinite. Its missing Cholesky
+/// factor is no error, and steps of the shifted one go farther than it says while the energy falls.
 #[test]
 fn an_indefinite_stiffness_on_the_way_is_no_failure() {
     for (young_kpa, iterations) in [(0.6, 20), (0.35, 50)] {
@@ -106,17 +106,24 @@ fn a_hopeless_load_is_given_up_in_bounded_time() {
     let tangent = Tangent::new(&problem.pattern).unwrap();
     let mut newton = Newton::new(&problem.model, tangent, &problem.held, norm(&problem.load), 12);
     let zero = problem.zero();
-    let failed =
-        newton.equilibrium(&heavy, &zero, Known { u: &zero, load: &zero }, 1e-10, Progress::none());
-    let Err(Halt::Stalled(stall)) = failed else { panic!("an equilibrium") };
+    let failed = newton.equilibrium(
+        &heavy,
+        &zero,
+        KnownEquilibrium { u: &zero, load: &zero },
+        1e-10,
+        Progress::none(),
+    );
+    let Err(SolveError::NotConverged(stall)) = failed else { panic!("an equilibrium") };
     assert!(stall.load_share < 1.0 && stall.residual > 1e-10);
     assert!(newton.effort.iterations <= (1 + STEPS_ITERATIONS) * 12, "{:?}", newton.effort);
 }
 
 /// A failure without its thousand nodes.
-fn told(halt: &Halt) -> String {
+fn told(halt: &SolveError) -> String {
     match halt {
-        Halt::Stalled(stall) => format!("{:?} at residual {:e}", stall.cause, stall.residual),
+        SolveError::NotConverged(stall) => {
+            format!("{:?} at residual {:e}", stall.cause, stall.residual)
+        }
         other => format!("{other:?}"),
     }
 }
@@ -143,7 +150,7 @@ fn a_failure_leaves_nothing_behind() {
     for (what, load, start, iterations) in failures {
         let failed =
             newton.minimise(load, start.to_vec(), Limits { goal, iterations }, Progress::none());
-        assert!(matches!(failed, Err(Halt::Stalled(_))), "{what}");
+        assert!(matches!(failed, Err(SolveError::NotConverged(_))), "{what}");
         let after = newton
             .minimise(
                 &problem.load,
@@ -155,7 +162,7 @@ fn a_failure_leaves_nothing_behind() {
         assert!(apart(&after.u, &fresh.u) < 1e-10, "after {what}");
         // Neither does the way that was gone before.
         let zero = problem.zero();
-        let known = Known { u: &zero, load: &zero };
+        let known = KnownEquilibrium { u: &zero, load: &zero };
         let stepped = newton
             .step_by_step(&problem.load, known, goal, Progress::none())
             .unwrap_or_else(|halt| panic!("steps after {what}: {}", told(&halt)));

@@ -1,16 +1,16 @@
 //! Tissue before a rigid body from which it lifts off: equilibria in their own time.
 //!
-//! Newton's method with the corrections of `pressing`, their factor renewed where they do not converge fast, and a
-//! search along each for less energy and less tissue in the body: E − f · u + p Σ max(0, −g), p above all λ, whose
-//! minimum is the equilibrium (Han, J. Optim. Theory Appl. 22, 1977). Far motions are made in parts. A body that
-//! is put in where tissue is grows from one that touches nothing: all gaps are opened by the deepest one, and
-//! closed again.
+//! Newton's method with the corrections of `pressing`, their factor renewed where they do not
+//! converge fast, and a search along each for less energy and less tissue in the body: E − f · u +
+//! p Σ max(0, −g), p above all λ, whose minimum is the equilibrium (Han, J. Optim. Theory Appl. 22,
+//! 1977). Far motions are made in parts. A body that is put in where tissue is grows from one that
+//! touches nothing: all gaps are opened by the deepest one, and closed again.
 
 use crate::coupling::Step;
 use crate::newton::norm;
-use crate::outcome::{Cause, Halt, Stall};
-use crate::pressing::{BURIED_MM, Balance, Correction, Pressing};
-use crate::site::{Place, Site};
+use crate::outcome::{Cause, NonConvergence, SolveError};
+use crate::site::{ContactSite, TissueState};
+use crate::unilateral::{BURIED_MM, Balance, Correction, UnilateralContact};
 use crate::wall::Target;
 use supine_space::{Pose, Progress, Vector};
 
@@ -22,8 +22,8 @@ const SMALLEST_PART: f64 = 1.0 / 64.0;
 const GAP_MM: f64 = 1e-6;
 /// A factor serves on while each correction leaves less than this share of the residual.
 const SLOW: f64 = 0.15;
-/// One that does not is renewed when the tissue has moved by this share of the body's size since, or after so many
-/// corrections.
+/// One that does not is renewed when the tissue has moved by this share of the body's size since,
+/// or after so many corrections.
 const OLD: f64 = 0.02;
 const USES: usize = 4;
 /// The penalty of tissue in the body over the largest force on a node.
@@ -32,7 +32,8 @@ const PENALTY: f64 = 2.0;
 const ARMIJO: f64 = 1e-4;
 const SHORTENINGS: usize = 30;
 const ENERGY_ROUNDING: f64 = 1e-11;
-/// A step that leaves more than this share of the residual is doubled while that lowers the energy, up to this.
+/// A step that leaves more than this share of the residual is doubled while that lowers the energy,
+/// up to this.
 const SHORT: f64 = 0.5;
 const LONGEST: f64 = 256.0;
 const SMALL_LOAD: f64 = 1e-4;
@@ -40,31 +41,32 @@ const SMALL_LOAD: f64 = 1e-4;
 const CLEAR: f64 = 0.9;
 
 /// A balance, looked at.
-struct Seen {
+struct Assessment {
     /// Elastic energy less the work of the load, mN mm.
     potential: f64,
     /// Work of the load, mN mm.
     work: f64,
     /// Internal less external forces of all nodes, mN.
     forces: Vec<Vector>,
-    /// Norm of what is out of balance with the body's forces along its normals, over that of load or reactions.
+    /// Norm of what is out of balance with the body's forces along its normals, over that of load
+    /// or reactions.
     residual: f64,
     /// How far tissue lies in the body in all, mm.
     violation: f64,
 }
 
-impl Pressing {
+impl UnilateralContact {
     /// Puts the body in at its first pose: from untouched tissue in equilibrium.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn begin<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Halt> {
+    ) -> Result<(), SolveError> {
         let pose = place.pose;
         let depth = (-self.wall.clearance(&place.u, Target::at(&pose))).max(0.0);
         let mut balance = self.balance(place);
@@ -75,7 +77,7 @@ impl Pressing {
             let limits = (goal, progress.part(share, next));
             match self.minimise(site, balance.clone(), target, limits) {
                 Ok((found, _)) => (balance, share, part) = (found, next, 2.0 * part),
-                Err(Halt::Stalled(_)) if part > SMALLEST_PART => part *= 0.5,
+                Err(SolveError::NotConverged(_)) if part > SMALLEST_PART => part *= 0.5,
                 Err(other) => return Err(other),
             }
         }
@@ -90,11 +92,11 @@ impl Pressing {
     /// When no equilibrium is found, stopped or out of memory; the tissue is then as it was.
     pub(crate) fn settle<const N: usize, const Q: usize>(
         &mut self,
-        (site, place): (&Site<N, Q>, &mut Place),
+        (site, place): (&ContactSite<N, Q>, &mut TissueState),
         pose: &Pose,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Step, Halt> {
+    ) -> Result<Step, SolveError> {
         let first = place.pose;
         let mut balance = self.balance(place);
         let (mut share, mut most, mut corrections) = (0.0, 1.0f64, 0);
@@ -112,7 +114,7 @@ impl Pressing {
             match found {
                 Ok((found, _)) if self.enters(&found, &between) => {
                     let (cause, residual) = (Cause::NoDescent, f64::INFINITY);
-                    return Err(Halt::Stalled(Stall {
+                    return Err(SolveError::NotConverged(NonConvergence {
                         cause,
                         residual,
                         u: found.u,
@@ -123,9 +125,14 @@ impl Pressing {
                     corrections += made;
                     (balance, share, most) = (found, next, 2.0 * most);
                 }
-                Err(Halt::Stalled(_)) if part > SMALLEST_PART * free.min(1.0) => most = 0.5 * part,
-                Err(Halt::Stalled(stall)) => {
-                    return Err(Halt::Stalled(Stall { load_share: share, ..stall }));
+                Err(SolveError::NotConverged(_)) if part > SMALLEST_PART * free.min(1.0) => {
+                    most = 0.5 * part
+                }
+                Err(SolveError::NotConverged(stall)) => {
+                    return Err(SolveError::NotConverged(NonConvergence {
+                        load_share: share,
+                        ..stall
+                    }));
                 }
                 Err(other) => return Err(other),
             }
@@ -139,17 +146,19 @@ impl Pressing {
         self.wall.buried(&balance.u, (Target::at(pose), BURIED_MM)).is_some()
     }
 
-    /// The equilibrium from `balance` with the body at `target`, to a relative residual, and the corrections it took.
+    /// The equilibrium from `balance` with the body at `target`, to a relative residual, and the
+    /// corrections it took.
     fn minimise<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         mut balance: Balance,
         target: Target<'_>,
         (goal, progress): (f64, Progress<'_>),
-    ) -> Result<(Balance, usize), Halt> {
+    ) -> Result<(Balance, usize), SolveError> {
         self.rest();
-        let stall =
-            |cause, residual, u| Err(Halt::Stalled(Stall { cause, residual, u, load_share: 0.0 }));
+        let stall = |cause, residual, u| {
+            Err(SolveError::NotConverged(NonConvergence { cause, residual, u, load_share: 0.0 }))
+        };
         let Some(mut seen) = self.seen(site, &balance, target) else {
             return stall(Cause::Start, f64::INFINITY, balance.u);
         };
@@ -168,7 +177,8 @@ impl Pressing {
             let reach = 0.5 * self.wall.margin_mm;
             let near = (target, 0.5 * reach);
             let misses = self.wall.misses(&self.compliance.nodes, &balance.u, near);
-            // Where the stiffness had to be shifted a new factor is no better than what steps teach.
+            // Where the stiffness had to be shifted a new factor is no better than what steps
+            // teach.
             let old = self.compliance.age_mm(&balance.u) > OLD * site.size_mm || uses >= USES;
             let slow = misses || old && seen.residual > SLOW * before;
             uses = if slow { 0 } else { uses + 1 };
@@ -198,15 +208,15 @@ impl Pressing {
         stall(Cause::Iterations, seen.residual, balance.u)
     }
 
-    /// The first place along a correction, from the whole of it down, that has less energy and less tissue in the
-    /// body.
+    /// The first place along a correction, from the whole of it down, that has less energy and less
+    /// tissue in the body.
     fn search<const N: usize, const Q: usize>(
         &self,
-        site: &Site<N, Q>,
-        (from, seen): (&Balance, &Seen),
+        site: &ContactSite<N, Q>,
+        (from, seen): (&Balance, &Assessment),
         correction: &Correction,
         (target, penalty): (Target<'_>, f64),
-    ) -> Option<(Balance, Seen, f64)> {
+    ) -> Option<(Balance, Assessment, f64)> {
         let work: f64 = {
             let step = site.pattern.scatter(&correction.step);
             seen.forces.iter().zip(&step).map(|(f, s)| f.dot(s)).sum()
@@ -230,7 +240,8 @@ impl Pressing {
             if let Some((mut next, mut found, mut rise)) = at(share) {
                 let rounded = rise.abs() < rounding && found.residual < seen.residual;
                 if (slope < 0.0 && rise <= ARMIJO * share * slope) || rounded {
-                    // A stiffness that had to be shifted is stiffer than the tissue, and its steps fall short.
+                    // A stiffness that had to be shifted is stiffer than the tissue, and its steps
+                    // fall short.
                     while (1.0..LONGEST).contains(&share)
                         && found.residual > SHORT * seen.residual
                         && let Some((farther, there, rises)) = at(2.0 * share)
@@ -249,10 +260,10 @@ impl Pressing {
     /// A balance looked at; `None` when an element of it is turned inside out.
     fn seen<const N: usize, const Q: usize>(
         &self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         balance: &Balance,
         target: Target<'_>,
-    ) -> Option<Seen> {
+    ) -> Option<Assessment> {
         let (energy, mut forces) = site.model.evaluate(&balance.u)?;
         let work: f64 = site.load.iter().zip(&balance.u).map(|(f, u)| f.dot(u)).sum();
         let mut reactions = 0.0;
@@ -275,6 +286,6 @@ impl Pressing {
         let scale = norm(&site.load).max(reactions.sqrt()).max(SMALL_LOAD * site.weight);
         let violation = self.wall.violation(&balance.u, target);
         let (potential, residual) = (energy - work, norm(&net) / scale);
-        Some(Seen { potential, work, forces, residual, violation })
+        Some(Assessment { potential, work, forces, residual, violation })
     }
 }

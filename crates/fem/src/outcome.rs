@@ -27,7 +27,7 @@ pub(crate) enum Cause {
 
 /// Where Newton's method came to a halt without an equilibrium.
 #[derive(Clone, Debug)]
-pub(crate) struct Stall {
+pub(crate) struct NonConvergence {
     /// Why.
     pub(crate) cause: Cause,
     /// Relative residual.
@@ -40,22 +40,22 @@ pub(crate) struct Stall {
 
 /// No result.
 #[derive(Clone, Debug)]
-pub(crate) enum Halt {
+pub(crate) enum SolveError {
     /// The user stopped.
     Stopped(Stopped),
     /// Out of memory.
     Memory,
     /// No equilibrium found.
-    Stalled(Stall),
+    NotConverged(NonConvergence),
 }
 
-impl From<Stopped> for Halt {
+impl From<Stopped> for SolveError {
     fn from(stopped: Stopped) -> Self {
         Self::Stopped(stopped)
     }
 }
 
-impl From<OutOfMemory> for Halt {
+impl From<OutOfMemory> for SolveError {
     fn from(_: OutOfMemory) -> Self {
         Self::Memory
     }

@@ -1,16 +1,18 @@
-//! What the last corrections say of the tissue's tangent beyond a kept factor of it, in closed form.
+//! What the last corrections say of the tissue's tangent beyond a kept factor of it, in closed
+//! form.
 //!
-//! With steps S, changes of the forces Y over them and H₀ the inverse that the factor gives, the L-BFGS inverse is
-//! H = H₀ + W M Wᵀ, W = [S, H₀ Y] (Byrd, Nocedal and Schnabel, Math. Program. 63, 1994, eq. 3.1 with any H₀). In
-//! this form its blocks between a few nodes cost as little as those of H₀.
+//! With steps S, changes of the forces Y over them and H₀ the inverse that the factor gives, the
+//! L-BFGS inverse is H = H₀ + W M Wᵀ, W = [S, H₀ Y] (Byrd, Nocedal and Schnabel, Math. Program. 63,
+//! 1994, eq. 3.1 with any H₀). In this form its blocks between a few nodes cost as little as those
+//! of H₀.
 
 use crate::quasi_newton::dot;
 use nalgebra::{DMatrix, DVector};
 
 /// Pairs kept.
 const PAIRS: usize = 8;
-/// A pair counts when the cosine of step and change is above this: else it says that the energy is not convex
-/// there, or is rounding.
+/// A pair counts when the cosine of step and change is above this: else it says that the energy is
+/// not convex there, or is rounding.
 const MIN_COSINE: f64 = 1e-6;
 
 /// A step, the change of the forces over it, and H₀ times that.

@@ -133,8 +133,9 @@ pub struct Params {
     pub rest: RestState,
     /// What happens at the cut.
     pub cut: Cut,
-    /// Stiffness of the springs of [`Cut::Spring`], traction per displacement, kPa/mm; `None`: that of a
-    /// layer as thick as the cut, π μ / 2h with h the way from chest wall to skin at each face.
+    /// Stiffness of the springs of [`Cut::Spring`], traction per displacement, kPa/mm; `None`: that
+    /// of a layer as thick as the cut, π μ / 2h with h the way from chest wall to skin at each
+    /// face.
     pub spring_kpa_mm: Option<f64>,
     /// Norm of the out-of-balance forces over that of load or reactions at which a solution counts.
     pub tolerance: f64,
@@ -171,8 +172,8 @@ impl Params {
     }
 }
 
-/// Below this det F a result carries a warning: tissue squeezed to less is beyond what its law is known to
-/// describe. Chosen, not measured.
+/// Below this det F a result carries a warning: tissue squeezed to less is beyond what its law is
+/// known to describe. Chosen, not measured.
 pub const SQUEEZED_DET_F: f64 = 0.3;
 
 /// What happened.
@@ -213,8 +214,8 @@ pub struct Unloading {
     pub iterations: usize,
     /// Largest distance of the stress-free shape from the CT shape, mm.
     pub max_distance_mm: f64,
-    /// Largest distance from the CT shape after a cold forward solve back to it, mm; `None` when that was not tried:
-    /// see [`crate::Sequence`].
+    /// Largest distance from the CT shape after a cold forward solve back to it, mm; `None` when
+    /// that was not tried: see [`crate::Sequence`].
     pub reload_error_mm: Option<f64>,
     /// Smallest det of the map from the CT shape to the stress-free shape.
     pub min_det: f64,

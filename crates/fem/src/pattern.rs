@@ -22,9 +22,9 @@ pub(crate) type Block = [f64; 9];
 
 /// Where the block of a pair of an element's nodes is added.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place(u32);
+pub(crate) struct BlockIndex(u32);
 
-impl Place {
+impl BlockIndex {
     /// Adds a block (row node, column node) to the blocks of the matrix.
     #[inline(always)]
     pub(crate) fn add(self, block: &Block, blocks: &mut [Block]) {
@@ -68,12 +68,12 @@ pub(crate) struct Pattern {
     /// Row of each block; the diagonal one first where only the lower half is stored.
     rows: Vec<u32>,
     /// Per element and pair of its nodes, in the order of [`pairs`].
-    places: Vec<Place>,
+    places: Vec<BlockIndex>,
     analysis: OnceLock<Analysis>,
 }
 
-/// The pairs (row, column) of an element's `nodes` nodes whose blocks it adds: each once, the row not
-/// before the column, where the matrix is symmetric.
+/// The pairs (row, column) of an element's `nodes` nodes whose blocks it adds: each once, the row
+/// not before the column, where the matrix is symmetric.
 pub(crate) fn pairs(nodes: usize, storage: Storage) -> impl Iterator<Item = (usize, usize)> {
     let last = move |a: usize| if storage == Storage::Full { nodes } else { a + 1 };
     (0..nodes).flat_map(move |a| (0..last(a)).map(move |b| (a, b)))
@@ -124,14 +124,14 @@ impl Pattern {
         }
         let place = |row: u32, column: u32| {
             if row == NONE || column == NONE {
-                return Place(NONE);
+                return BlockIndex(NONE);
             }
             let turned = storage == Storage::Lower && row < column;
             let (row, column) = if turned { (column, row) } else { (row, column) };
             let start = starts[column as usize];
             let within = &rows[start..starts[column as usize + 1]];
             let block = start + within.partition_point(|&r| r < row);
-            Place((block as u32) << 1 | u32::from(turned))
+            BlockIndex((block as u32) << 1 | u32::from(turned))
         };
         let mut places = Vec::new();
         for element in elements {
@@ -171,7 +171,7 @@ impl Pattern {
     }
 
     /// Where the pairs of `element`'s nodes are added, in the order of [`pairs`].
-    pub(crate) fn places<const N: usize>(&self, element: usize) -> &[Place] {
+    pub(crate) fn places<const N: usize>(&self, element: usize) -> &[BlockIndex] {
         let each = if self.storage == Storage::Full { N * N } else { N * (N + 1) / 2 };
         &self.places[element * each..][..each]
     }
@@ -247,8 +247,8 @@ impl Pattern {
         }
     }
 
-    /// Projects rows and columns of some nodes to their planes. Along a normal, which no other unknown then
-    /// meets, a node gets the mean stiffness of its own block.
+    /// Projects rows and columns of some nodes to their planes. Along a normal, which no other
+    /// unknown then meets, a node gets the mean stiffness of its own block.
     pub(crate) fn constrain(&self, planes: &[Plane], blocks: &mut [Block]) {
         let mut across = vec![None; self.free.len()];
         for plane in planes {

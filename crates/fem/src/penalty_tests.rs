@@ -1,6 +1,6 @@
 //! A second way to the same contact: springs that push back nodes within the body, ever stiffer.
 
-use super::pressing_tests::{TOLERANCE, apart, on_shaft, outside, pose, pressed, values};
+use super::unilateral_tests::{TOLERANCE, apart, on_shaft, outside, pose, pressed, values};
 use super::*;
 use crate::krylov::conjugate_gradients;
 use crate::wall::Target;
@@ -61,7 +61,8 @@ fn direction(c: &Linear, u: &[Vector], spring: f64, residual: &[f64]) -> Vec<f64
             (0..3).for_each(|k| product[row + k] += spring * along * normal[k]);
         }
     };
-    // Each node scaled by a guess of its own stiffness: with its springs, of which sphere and shaft each have one.
+    // Each node scaled by a guess of its own stiffness: with its springs, of which sphere and shaft
+    // each have one.
     let mut stiff = BTreeMap::new();
     for (row, normal) in &springs {
         let own = stiff.entry(*row).or_insert(Matrix::identity() * OWN);

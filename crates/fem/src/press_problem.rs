@@ -7,25 +7,27 @@ use crate::wall::{Press, Target, Wall};
 use nalgebra::{DMatrix, DVector};
 use supine_space::Vector;
 
-/// Gaps and normals are set up at most so often, and stay when places change by less than this share of the
-/// motion.
+/// Gaps and normals are set up at most so often, and stay when places change by less than this
+/// share of the motion.
 const ROUNDS: usize = 8;
 const STAYS: f64 = 0.02;
-/// Share of the body's curvature that is tried, and how far the stiffness of the pressed tissue stays from being
-/// undone by it.
+/// Share of the body's curvature that is tried, and how far the stiffness of the pressed tissue
+/// stays from being undone by it.
 const CURVATURE: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 const LEFT: f64 = 0.05;
 /// Springs along pressed normals over what the tissue has there itself.
 const SPRING: f64 = 10.0;
-/// Gaps that are wider than this share of the margin, and than so many times the motion, do not close.
+/// Gaps that are wider than this share of the margin, and than so many times the motion, do not
+/// close.
 const WIDE: (f64, f64) = (0.1, 3.0);
 
 /// Tissue that is taken to be linear before a body that is taken as it is.
 ///
-/// The motion of the nodes in reach is d = d₀ + A (f − f₀). With forces f = Σ λ n, normals n that turn with the motion,
-/// and W = Σ λ ∇n, a round has f = Σ λ n + W (d − d') about the motion d' of the last one: then A becomes
-/// (A⁻¹ − W)⁻¹, and the λ solve a linear complementarity problem. That inverse is made positive definite by springs
-/// along the normals that are pressed (an augmented Lagrangian), and else by a share of W.
+/// The motion of the nodes in reach is d = d₀ + A (f − f₀). With forces f = Σ λ n, normals n that
+/// turn with the motion, and W = Σ λ ∇n, a round has f = Σ λ n + W (d − d') about the motion d' of
+/// the last one: then A becomes (A⁻¹ − W)⁻¹, and the λ solve a linear complementarity problem. That
+/// inverse is made positive definite by springs along the normals that are pressed (an augmented
+/// Lagrangian), and else by a share of W.
 pub(crate) struct Problem<'a> {
     pub(crate) wall: &'a Wall,
     pub(crate) target: Target<'a>,
@@ -162,9 +164,9 @@ impl Problem<'_> {
     }
 }
 
-/// The stiffness that the pressed tissue has by the turn of the normals and, so that this leaves it positive definite
-/// where only motions along the surface are free, by springs β along the normals that are pressed. These bear
-/// nothing in the end: the gaps there are zero.
+/// The stiffness that the pressed tissue has by the turn of the normals and, so that this leaves it
+/// positive definite where only motions along the surface are free, by springs β along the normals
+/// that are pressed. These bear nothing in the end: the gaps there are zero.
 struct Stiff {
     /// Which rows of the directions at hand: normals, then bends.
     rows: Vec<usize>,
@@ -206,7 +208,8 @@ impl Stiff {
         Some(Self { rows, springs, share, normal, bent, mixed })
     }
 
-    /// Forces by these stiffnesses on motions along the directions: those that drive on are positive.
+    /// Forces by these stiffnesses on motions along the directions: those that drive on are
+    /// positive.
     fn weigh(&self, along: &DVector<f64>) -> DVector<f64> {
         let weight = |row: usize| self.springs.get(row).map_or(self.share, |spring| -spring);
         DVector::from_fn(along.len(), |row, _| weight(row) * along[row])

@@ -1,6 +1,7 @@
 //! Quasi-Newton steps with a kept factor: their memory, and the error they leave.
 
-/// Corrections end when the error that is left is estimated below this, mm, unless another is asked for.
+/// Corrections end when the error that is left is estimated below this, mm, unless another is asked
+/// for.
 pub(crate) const ERROR_MM: f64 = 0.004;
 
 /// When the corrections of a step end.
@@ -10,7 +11,8 @@ pub struct Budget {
     pub error_mm: f64,
     /// Most corrections.
     pub corrections: usize,
-    /// Whether the step counts as made after so many, as long as each is smaller than the one before. Else it is not made.
+    /// Whether the step counts as made after so many, as long as each is smaller than the one
+    /// before. Else it is not made.
     pub partly: bool,
 }
 
@@ -20,7 +22,8 @@ impl Budget {
         Self { error_mm: ERROR_MM, corrections, partly: false }
     }
 
-    /// Whether a step is made after so many corrections that leave an error, mm; `shrinks`: the last was smaller than the one before.
+    /// Whether a step is made after so many corrections that leave an error, mm; `shrinks`: the
+    /// last was smaller than the one before.
     pub(crate) fn is_met(&self, corrections: usize, error_mm: f64, shrinks: bool) -> bool {
         let spent = corrections == self.corrections && self.partly;
         error_mm <= self.error_mm || (spent && shrinks)
@@ -44,7 +47,8 @@ struct Pair {
 #[derive(Default)]
 pub(crate) struct Memory {
     pairs: Vec<Pair>,
-    /// The last step and the gradient where it began: a pair once the gradient where it ended is known.
+    /// The last step and the gradient where it began: a pair once the gradient where it ended is
+    /// known.
     last: Option<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -57,8 +61,9 @@ fn add(to: &mut [f64], weight: f64, v: &[f64]) {
 }
 
 impl Memory {
-    /// The step from where the energy has this `gradient`, which must be where the last step ended unless
-    /// [`Memory::rest`] came between; `base` multiplies by the inverse that the memory adds to, or fails.
+    /// The step from where the energy has this `gradient`, which must be where the last step ended
+    /// unless [`Memory::rest`] came between; `base` multiplies by the inverse that the memory adds
+    /// to, or fails.
     pub(crate) fn step(
         &mut self,
         gradient: Vec<f64>,
@@ -76,13 +81,14 @@ impl Memory {
         Some(step)
     }
 
-    /// The next step begins under another load: the gradient there does not tell what the last step did.
+    /// The next step begins under another load: the gradient there does not tell what the last step
+    /// did.
     pub(crate) fn rest(&mut self) {
         self.last = None;
     }
 
-    /// Keeps a step and the change of the gradient over it, unless they say that the energy is not convex
-    /// there.
+    /// Keeps a step and the change of the gradient over it, unless they say that the energy is not
+    /// convex there.
     fn keep(&mut self, step: Vec<f64>, change: Vec<f64>) {
         let curvature = dot(&step, &change);
         if curvature > 0.0 && curvature.is_finite() {
@@ -120,8 +126,8 @@ pub(crate) fn largest(unknowns: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// Estimate of the error after a correction of this size (mm), when each leaves the share `left` of the error: what the
-/// next ones would add, a geometric series.
+/// Estimate of the error after a correction of this size (mm), when each leaves the share `left` of
+/// the error: what the next ones would add, a geometric series.
 pub(crate) fn error_mm(size: f64, left: f64) -> f64 {
     size * left / (1.0 - left).max(0.1)
 }

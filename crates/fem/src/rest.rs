@@ -1,23 +1,23 @@
 //! The two rest states.
 
-use crate::before::{Before, State, Trail};
+use crate::discretisation::Discretisation;
 use crate::foundation::Foundation;
-use crate::ground::Ground;
 use crate::inverse::{Inverse, Solver};
 use crate::material::NeoHookean;
 use crate::model::Model;
-use crate::newton::{Effort, Known, Newton, norm};
-use crate::outcome::{Equilibrium, Halt};
+use crate::newton::{Effort, KnownEquilibrium, Newton, norm};
+use crate::outcome::{Equilibrium, SolveError};
 use crate::pattern::Pattern;
 use crate::tangent::Tangent;
+use crate::warm_start::{SolutionHistory, State, WarmStart};
 use crate::{Cut, Error, Info, Job, RestState, Unloading, from_ct, sensitivity};
 use supine_mesh::BoundaryTag;
 use supine_space::{Point, Progress, Vector, Warning};
 
 /// An unloaded shape counts only when a forward solve from it returns this close to the CT, mm.
 const RELOAD_LIMIT_MM: f64 = 0.05;
-/// Weight of the tissue over its stiffness, ρ g L / E with L its thickness, above which the unloaded
-/// shape reacts violently to small changes.
+/// Weight of the tissue over its stiffness, ρ g L / E with L its thickness, above which the
+/// unloaded shape reacts violently to small changes.
 const SOFTNESS_LIMIT: f64 = 1.3;
 /// The search for a modulus at which an unloaded shape exists: factor and number of trials.
 const SEARCH: (f64, usize) = (1.25, 8);
@@ -25,7 +25,7 @@ const SEARCH: (f64, usize) = (1.25, 8);
 const SMALLEST_STEP: f64 = 0.125;
 
 /// A body in equilibrium.
-pub(crate) struct Settled<const N: usize, const Q: usize> {
+pub(crate) struct LoadedBody<const N: usize, const Q: usize> {
     /// The body on its stress-free shape.
     pub(crate) model: Model<N, Q>,
     /// Nodal forces on it, mN.
@@ -46,62 +46,63 @@ pub(crate) struct Settled<const N: usize, const Q: usize> {
 /// See [`crate::solve`].
 pub(crate) fn net<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    ground: &Ground<N, Q>,
-    before: &mut Before<N, Q>,
+    discretisation: &Discretisation<N, Q>,
+    before: &mut WarmStart<N, Q>,
     progress: Progress<'_>,
-) -> Result<Settled<N, Q>, Error> {
-    let model = job.model(ground);
-    let load = model.elements.load(ground.held.len(), job.force());
-    let zero = ground.zero();
-    let tangent = before.loaded.take(&ground.lower).map_err(|_| ground.memory())?;
-    let mut newton = job.newton(&model, tangent, &ground.held);
-    let known = Known { u: &zero, load: &zero };
+) -> Result<LoadedBody<N, Q>, Error> {
+    let model = job.model(discretisation);
+    let load = model.elements.load(discretisation.held.len(), job.force());
+    let zero = discretisation.zero();
+    let tangent = before.loaded.take(&discretisation.lower).map_err(|_| discretisation.memory())?;
+    let mut newton = job.newton(&model, tangent, &discretisation.held);
+    let known = KnownEquilibrium { u: &zero, load: &zero };
     let expected = job.expected(&before.equilibria);
     let found = newton
         .resumed(&load, expected, known, job.params.tolerance, progress)
         .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
-    let info = job.info(&found, newton.effort, &model, &ground.lower)?;
+    let info = job.info(&found, newton.effort, &model, &discretisation.lower)?;
     let slope = job.slope.then(|| sensitivity::net(job, &mut newton, &found.u)).transpose()?;
     before.loaded.keep(newton.into_tangent());
     before.equilibria.keep(|| job.state(job.load.target, found.u.clone(), slope.clone()));
-    Ok(Settled { model, load, to_ct: zero, u: found.u, slope, info })
+    Ok(LoadedBody { model, load, to_ct: zero, u: found.u, slope, info })
 }
 
 /// Equilibrium of a body whose shape without gravity is stress-free.
 ///
-/// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and, where nothing is kept
-/// `before`, a forward solve from it, begun cold, returns to the CT shape.
+/// The unloaded shape is accepted only if the CT shape is a stable equilibrium on it and, where
+/// nothing is kept `before`, a forward solve from it, begun cold, returns to the CT shape.
 ///
 /// # Errors
 /// See [`crate::solve`]; [`Error::NoUnloadedShape`] when there is none, with a modulus at which
 /// there is.
 pub(crate) fn unloaded<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    ground: &Ground<N, Q>,
-    before: &mut Before<N, Q>,
+    discretisation: &Discretisation<N, Q>,
+    before: &mut WarmStart<N, Q>,
     progress: Progress<'_>,
-) -> Result<Settled<N, Q>, Error> {
+) -> Result<LoadedBody<N, Q>, Error> {
     let mut rest = match before.take_rest(job.young_kpa()) {
         Some(rest) => rest,
-        None => stress_free(job, ground, before, progress)?,
+        None => stress_free(job, discretisation, before, progress)?,
     };
     let Rest { model, to_ct, .. } = rest.clone();
-    let load = model.elements.load(ground.held.len(), job.force());
-    let ct_load = model.elements.load(ground.held.len(), job.load.ct * job.body.tissue.weight());
-    let tangent = before.loaded.take(&ground.lower).map_err(|_| ground.memory())?;
-    let mut newton = job.newton(&model, tangent, &ground.held);
-    let known = Known { u: &to_ct, load: &ct_load };
+    let load = model.elements.load(discretisation.held.len(), job.force());
+    let ct_load =
+        model.elements.load(discretisation.held.len(), job.load.ct * job.body.tissue.weight());
+    let tangent = before.loaded.take(&discretisation.lower).map_err(|_| discretisation.memory())?;
+    let mut newton = job.newton(&model, tangent, &discretisation.held);
+    let known = KnownEquilibrium { u: &to_ct, load: &ct_load };
     let off_ct = job.expected(&before.equilibria);
     let expected = off_ct.map(|d| d.iter().zip(&to_ct).map(|(d, ct)| d + ct).collect());
     let found = newton
         .resumed(&load, expected, known, job.params.tolerance, progress.part(0.6, 1.0))
         .map_err(|halt| newton.failed(halt, job.params.tolerance))?;
-    let mut info = job.info(&found, newton.effort, &model, &ground.lower)?;
+    let mut info = job.info(&found, newton.effort, &model, &discretisation.lower)?;
     info.unloading = Some(rest.unloading);
     info.warnings.extend(job.softness_warning());
     let slope = if job.slope {
-        let of_rest = rest.slope(job, ground, before)?;
-        let inverse = job.inverse(ground, rest.tissue());
+        let of_rest = rest.slope(job, discretisation, before)?;
+        let inverse = job.inverse(discretisation, rest.tissue());
         let parts = [to_ct.as_slice(), &of_rest];
         Some(sensitivity::unloaded(job, &mut newton, &inverse, parts, &found.u)?)
     } else {
@@ -110,7 +111,7 @@ pub(crate) fn unloaded<const N: usize, const Q: usize>(
     before.loaded.keep(newton.into_tangent());
     before.equilibria.keep(|| job.state(job.load.target, from_ct(&found.u, &to_ct), slope.clone()));
     before.keep_rest(rest);
-    Ok(Settled { model, load, to_ct, u: found.u, slope, info })
+    Ok(LoadedBody { model, load, to_ct, u: found.u, slope, info })
 }
 
 /// What resists deformation: the material of each element, and springs.
@@ -145,15 +146,16 @@ impl<const N: usize, const Q: usize> Rest<N, Q> {
     fn slope(
         &mut self,
         job: &Job<'_>,
-        ground: &Ground<N, Q>,
-        before: &mut Before<N, Q>,
+        discretisation: &Discretisation<N, Q>,
+        before: &mut WarmStart<N, Q>,
     ) -> Result<Vec<Vector>, Error> {
         if let Some(slope) = &self.slope {
             return Ok(slope.clone());
         }
-        let tangent = before.in_ct.take(&ground.lower).map_err(|_| ground.memory())?;
+        let tangent =
+            before.in_ct.take(&discretisation.lower).map_err(|_| discretisation.memory())?;
         let mut solver = Solver::ready(tangent);
-        let inverse = job.inverse(ground, self.tissue());
+        let inverse = job.inverse(discretisation, self.tissue());
         let slope = sensitivity::of_rest(&inverse, &mut solver, &self.model, &self.to_ct)?;
         before.in_ct.keep(solver.tangent);
         before.shapes.keep(|| {
@@ -172,18 +174,19 @@ impl<const N: usize, const Q: usize> Rest<N, Q> {
 /// See [`crate::unload`]; where something is kept `before`, no modulus is searched for.
 pub(crate) fn stress_free<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    ground: &Ground<N, Q>,
-    before: &mut Before<N, Q>,
+    discretisation: &Discretisation<N, Q>,
+    before: &mut WarmStart<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Rest<N, Q>, Error> {
-    let problem = match unload(job, ground, before, SMALLEST_STEP, progress.part(0.0, 0.6))? {
+    let problem = match unload(job, discretisation, before, SMALLEST_STEP, progress.part(0.0, 0.6))?
+    {
         Ok(found) => return Ok(found),
         Err(problem) => problem,
     };
     let exists_from_kpa = if before.keeps() {
         before.shapes.lowest_kpa()
     } else {
-        search_modulus(job, ground, progress.part(0.6, 1.0))?
+        search_modulus(job, discretisation, progress.part(0.6, 1.0))?
     };
     let young_kpa = job.young_kpa();
     Err(Error::NoUnloadedShape { young_kpa, problem, exists_from_kpa })
@@ -192,24 +195,24 @@ pub(crate) fn stress_free<const N: usize, const Q: usize>(
 /// The unloaded shape, or the reason why there is no usable one.
 fn unload<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    ground: &Ground<N, Q>,
-    before: &mut Before<N, Q>,
+    discretisation: &Discretisation<N, Q>,
+    before: &mut WarmStart<N, Q>,
     smallest_step: f64,
     progress: Progress<'_>,
 ) -> Result<Result<Rest<N, Q>, String>, Error> {
-    let memory = |_| ground.memory();
+    let memory = |_| discretisation.memory();
     let materials = job.body.materials(job.stiffer);
     let foundation = job.foundation(&materials);
     let tissue = Elastic { materials: &materials, foundation: foundation.as_ref() };
-    let inverse = job.inverse(ground, tissue);
-    let mut solver = before.solver(&ground.lower).map_err(memory)?;
+    let inverse = job.inverse(discretisation, tissue);
+    let mut solver = before.solver(&discretisation.lower).map_err(memory)?;
     let (ct, goal) = (&job.load.ct, job.params.tolerance);
     let expected = before.shapes.expected(ct, ct, 1.0 / job.young_kpa());
     let to_rest =
         match inverse.solve(&mut solver, expected, goal, smallest_step, progress.part(0.0, 0.6)) {
             Ok(found) => found,
-            Err(Halt::Stopped(stopped)) => return Err(stopped.into()),
-            Err(_) => return Err(ground.memory()),
+            Err(SolveError::Stopped(stopped)) => return Err(stopped.into()),
+            Err(_) => return Err(discretisation.memory()),
         };
     let Some(to_rest) = to_rest else {
         return Ok(Err("no shape without gravity becomes the CT shape under it".into()));
@@ -220,8 +223,8 @@ fn unload<const N: usize, const Q: usize>(
     let Solver { tangent, iterations, .. } = solver;
     before.in_ct.keep(tangent);
     let to_ct: Vec<Vector> = to_rest.iter().map(|y| -y).collect();
-    let tangent = before.in_ct.take(&ground.lower).map_err(memory)?;
-    let mut newton = job.newton(&model, tangent, &ground.held);
+    let tangent = before.in_ct.take(&discretisation.lower).map_err(memory)?;
+    let mut newton = job.newton(&model, tangent, &discretisation.held);
     if !newton.is_stable(&to_ct).map_err(memory)? {
         return Ok(Err("the CT shape would not be a stable position of the tissue".into()));
     }
@@ -245,7 +248,8 @@ fn unload<const N: usize, const Q: usize>(
     Ok(Ok(Rest { young_kpa, model, to_ct, unloading, slope: None }))
 }
 
-/// How far from the CT shape a cold forward solve from the stress-free shape ends, mm, or why it does not return.
+/// How far from the CT shape a cold forward solve from the stress-free shape ends, mm, or why it
+/// does not return.
 fn reload_error<const N: usize, const Q: usize>(
     job: &Job<'_>,
     newton: &mut Newton<'_, N, Q>,
@@ -278,21 +282,21 @@ fn reload<const N: usize, const Q: usize>(
     match newton.equilibrium(
         &load,
         &zero,
-        Known { u: &zero, load: &zero },
+        KnownEquilibrium { u: &zero, load: &zero },
         job.params.tolerance,
         progress,
     ) {
         Ok(found) => Ok(Some(found.u)),
-        Err(Halt::Stalled(_)) => Ok(None),
-        Err(Halt::Stopped(stopped)) => Err(stopped.into()),
-        Err(Halt::Memory) => Err(Error::Memory { unknowns: newton.unknowns() }),
+        Err(SolveError::NotConverged(_)) => Ok(None),
+        Err(SolveError::Stopped(stopped)) => Err(stopped.into()),
+        Err(SolveError::Memory) => Err(Error::Memory { unknowns: newton.unknowns() }),
     }
 }
 
 /// The first of some higher moduli at which an unloaded shape exists, kPa.
 fn search_modulus<const N: usize, const Q: usize>(
     job: &Job<'_>,
-    ground: &Ground<N, Q>,
+    discretisation: &Discretisation<N, Q>,
     progress: Progress<'_>,
 ) -> Result<Option<f64>, Error> {
     let (factor, trials) = SEARCH;
@@ -300,8 +304,8 @@ fn search_modulus<const N: usize, const Q: usize>(
     for trial in 0..trials {
         stiffer *= factor;
         let (from, to) = (trial as f64 / trials as f64, (trial + 1) as f64 / trials as f64);
-        let (trial, mut cold) = (Job { stiffer, ..*job }, Before::nothing());
-        if unload(&trial, ground, &mut cold, 1.0, progress.part(from, to))?.is_ok() {
+        let (trial, mut cold) = (Job { stiffer, ..*job }, WarmStart::nothing());
+        if unload(&trial, discretisation, &mut cold, 1.0, progress.part(from, to))?.is_ok() {
             return Ok(Some(stiffer * job.body.mean_young_kpa()));
         }
     }
@@ -328,7 +332,8 @@ impl Job<'_> {
         (self.load.target - self.borne()) * self.body.tissue.weight()
     }
 
-    /// The gravity under which the stress-free shape stays as it is; zero, or the unit vector of the CT's.
+    /// The gravity under which the stress-free shape stays as it is; zero, or the unit vector of
+    /// the CT's.
     pub(crate) fn borne(&self) -> Vector {
         match self.params.rest {
             RestState::Net => self.load.ct,
@@ -339,33 +344,34 @@ impl Job<'_> {
     /// The search for the shape without the CT's gravity.
     fn inverse<'m, const N: usize, const Q: usize>(
         &self,
-        ground: &'m Ground<N, Q>,
+        discretisation: &'m Discretisation<N, Q>,
         tissue: Elastic<'m, N>,
     ) -> Inverse<'m, N, Q> {
         let Elastic { materials, foundation } = tissue;
-        let (loaded, positions) = (&*ground.elements, ground.positions.as_slice());
+        let (loaded, positions) = (&*discretisation.elements, discretisation.positions.as_slice());
         let force = self.load.ct * self.body.tissue.weight();
         let weight = norm(&loaded.load(positions.len(), force));
-        let full = ground.full();
+        let full = discretisation.full();
         Inverse { loaded, materials, foundation, force, positions, weight, full }
     }
 
     /// The body whose CT shape is free of stress.
     pub(crate) fn model<const N: usize, const Q: usize>(
         &self,
-        ground: &Ground<N, Q>,
+        discretisation: &Discretisation<N, Q>,
     ) -> Model<N, Q> {
         let materials = self.body.materials(self.stiffer);
         let foundation = self.foundation(&materials);
-        Model::new(ground.elements.clone(), materials).on(foundation)
+        Model::new(discretisation.elements.clone(), materials).on(foundation)
     }
 
     /// Where equilibria found before make the displacement from the CT shape expect this one, mm.
-    fn expected(&self, equilibria: &Trail) -> Option<Vec<Vector>> {
+    fn expected(&self, equilibria: &SolutionHistory) -> Option<Vec<Vector>> {
         equilibria.expected(&self.load.target, &self.load.ct, 1.0 / self.young_kpa())
     }
 
-    /// What is to be kept of a displacement from the CT shape (mm) under a gravity, and of its slope (mm/kPa).
+    /// What is to be kept of a displacement from the CT shape (mm) under a gravity, and of its
+    /// slope (mm/kPa).
     fn state(&self, gravity: Vector, values: Vec<Vector>, slope: Option<Vec<Vector>>) -> State {
         State { gravity, softness: 1.0 / self.young_kpa(), values, slope }
     }

@@ -20,8 +20,9 @@ pub trait RigidBody: Sync {
         false
     }
 
-    /// The body as a sphere on a shaft, if it is one: tissue that lifts off ([`crate::Contact::Unilateral`])
-    /// then meets exactly these two surfaces, else that of a spline through distances.
+    /// The body as a sphere on a shaft, if it is one: tissue that lifts off
+    /// ([`crate::Contact::Unilateral`]) then meets exactly these two surfaces, else that of a
+    /// spline through distances.
     fn sphere_on_shaft(&self) -> Option<SphereOnShaft> {
         None
     }

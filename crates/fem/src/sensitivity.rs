@@ -1,37 +1,39 @@
 //! How the displacement depends on the modulus.
 //!
-//! All moduli are taken s times; s = 1 is the body as given, and a kPa is one of its mean modulus E. The
-//! internal forces are linear in the moduli, so at fixed shapes ∂f/∂s = f(u), springs of a given stiffness
-//! at the cut left out.
+//! All moduli are taken s times; s = 1 is the body as given, and a kPa is one of its mean modulus
+//! E. The internal forces are linear in the moduli, so at fixed shapes ∂f/∂s = f(u), springs of a
+//! given stiffness at the cut left out.
 //!
-//! [`crate::RestState::Net`]: the stress-free shape is the CT's. Of K du/ds + f(u) = 0 over the free nodes,
+//! [`crate::RestState::Net`]: the stress-free shape is the CT's. Of K du/ds + f(u) = 0 over the
+//! free nodes,
 //!
 //! E du/dE = −K⁻¹ f(u).
 //!
-//! [`crate::RestState::Unloaded`]: the stress-free shape X depends on the modulus too. With R(X, x; d) the
-//! internal less external forces of a body with stress-free nodes X and present ones x under gravity d,
-//! R(X, x_CT; d_CT) = 0 gives X and R(X, x; d) = 0 gives x, so that
+//! [`crate::RestState::Unloaded`]: the stress-free shape X depends on the modulus too. With
+//! R(X, x; d) the internal less external forces of a body with stress-free nodes X and present ones
+//! x under gravity d, R(X, x_CT; d_CT) = 0 gives X and R(X, x; d) = 0 gives x, so that
 //!
 //! A E dX/dE = −f(X, x_CT), A = ∂R/∂X at (X, x_CT; d_CT): the derivative of the inverse problem,
 //!
 //! K E dx/dE = −f(X, x) − B E dX/dE, K = ∂R/∂x and B = ∂R/∂X at (X, x; d).
 //!
-//! A and B are the same formula on two loaded shapes (`inverse`); the displacement is x − x_CT, so its
-//! derivative is dx/dE. Without a change of gravity A = B and it vanishes, as it must.
+//! A and B are the same formula on two loaded shapes (`inverse`); the displacement is x − x_CT, so
+//! its derivative is dx/dE. Without a change of gravity A = B and it vanishes, as it must.
 
 use crate::element::Elements;
 use crate::inverse::{Inverse, Solver};
 use crate::model::Model;
 use crate::newton::Newton;
-use crate::{Asked, Body, Error, Info, Job, Load, Params, Solution, found};
+use crate::{Body, Error, Info, Job, Load, Params, Solution, SolveOptions, found};
 use supine_mesh::{Deformation, Displacement};
 use supine_space::{Progress, Vector, Warning};
 
-/// The deformation as by [`crate::solve`], and the derivative of its displacement by the modulus, mm/kPa.
+/// The deformation as by [`crate::solve`], and the derivative of its displacement by the modulus,
+/// mm/kPa.
 ///
-/// Poisson's ratio and the weight stay; the moduli of all tetrahedra keep their proportions, and a kPa is
-/// one of their mean over the volume. The derivative costs one linear solution more, or two when the CT
-/// shape is not the stress-free one.
+/// Poisson's ratio and the weight stay; the moduli of all tetrahedra keep their proportions, and a
+/// kPa is one of their mean over the volume. The derivative costs one linear solution more, or two
+/// when the CT shape is not the stress-free one.
 ///
 /// # Errors
 /// As [`crate::solve`]; [`Error::Singular`] when the solution is not a stable one.
@@ -41,7 +43,7 @@ pub fn sensitivity(
     params: &Params,
     progress: Progress<'_>,
 ) -> Result<(Deformation, Displacement, Info), Error> {
-    let asked = Asked { stiffer: 1.0, slope: true };
+    let asked = SolveOptions { stiffer: 1.0, slope: true };
     let Solution { deformation, slope, info } = found(body, load, params, asked, progress)?;
     Ok((deformation, slope.ok_or(Error::Singular)?, info))
 }
@@ -54,8 +56,8 @@ pub struct Between {
     /// With the higher one, mm.
     pub high: Deformation,
     /// How far the displacement with a modulus between may lie outside what both span, mm: of any
-    /// component of any node, by the cubics in 1/E through values and slopes at both ends. Near 0 as long
-    /// as every component only grows or only falls with the modulus.
+    /// component of any node, by the cubics in 1/E through values and slopes at both ends. Near 0
+    /// as long as every component only grows or only falls with the modulus.
     pub overshoot_mm: f64,
     /// What a user should know.
     pub warnings: Vec<Warning>,
@@ -63,8 +65,8 @@ pub struct Between {
 
 /// The displacement when the mean modulus lies between `young_kpa`'s two, the proportions kept.
 ///
-/// Both ends are solved for themselves: nothing is taken for linear. At any point the displacement lies
-/// between the two fields there, within [`Between::overshoot_mm`].
+/// Both ends are solved for themselves: nothing is taken for linear. At any point the displacement
+/// lies between the two fields there, within [`Between::overshoot_mm`].
 ///
 /// # Errors
 /// As [`crate::solve`], and [`Error::OutOfRange`] when the two are not in ascending order.
@@ -84,7 +86,7 @@ pub fn between(
     let mean = body.mean_young_kpa();
     let mut warnings = Vec::new();
     let mut end = |kpa: f64, progress| -> Result<(Deformation, Vec<Vector>), Error> {
-        let asked = Asked { stiffer: kpa / mean, slope: true };
+        let asked = SolveOptions { stiffer: kpa / mean, slope: true };
         let Solution { deformation, slope, info } = found(body, load, params, asked, progress)?;
         warnings.extend(info.warnings.into_iter().map(|w| w.of(format!("at {kpa:.3} kPa: "))));
         // Slopes are per kPa of the mean modulus; by 1/E they are −E² times those.
@@ -155,8 +157,8 @@ pub(crate) fn of_rest<const N: usize, const Q: usize>(
 
 /// dx/dE at the equilibrium `u` from the stress-free shape that `inverse` found, mm/kPa.
 ///
-/// `to_ct` and `u` are displacements from that shape, to the CT shape and to the equilibrium; `rest` is as by
-/// [`of_rest`].
+/// `to_ct` and `u` are displacements from that shape, to the CT shape and to the equilibrium;
+/// `rest` is as by [`of_rest`].
 pub(crate) fn unloaded<const N: usize, const Q: usize>(
     job: &Job<'_>,
     newton: &mut Newton<'_, N, Q>,

@@ -117,8 +117,8 @@ proptest! {
     }
 }
 
-/// Stiff layers on soft ones: a factor in single precision has few right digits, or none. (At 2e5 times the
-/// modulus the rounding of the stiff layers' forces alone reaches 1e-9 of the load.)
+/// Stiff layers on soft ones: a factor in single precision has few right digits, or none. (At 2e5
+/// times the modulus the rounding of the stiff layers' forces alone reaches 1e-9 of the load.)
 #[test]
 fn very_different_moduli_cost_no_accuracy_and_seem_not_unstable() {
     let mesh = block([4, 4, 4], 10.0, 0.1);

@@ -1,23 +1,24 @@
 //! Solutions of one body one after the other.
 
-use crate::before::Before;
+use crate::discretisation::Discretisation;
 use crate::either::{Either, either};
-use crate::ground::Ground;
+use crate::warm_start::WarmStart;
 use crate::{Body, Error, Job, Load, Params, Solution, checked};
 use supine_mesh::{Edges, Order};
 use supine_space::{Progress, Vector};
 
 /// Solutions of one body one after the other, each begun from those before.
 ///
-/// What depends on neither modulus nor load is found once. A solution starts where those before, found under the
-/// nearest gravity, make it expect by a polynomial in 1/E, and the factors of their stiffness serve it too; where such
-/// a start leads to no equilibrium, the solution is begun cold as by [`crate::solve`]. So it equals that of
-/// [`crate::solve`] to the tolerance whatever came before, as long as the tissue has one equilibrium. Same calls in the
-/// same order, same bytes.
+/// What depends on neither modulus nor load is found once. A solution starts where those before,
+/// found under the nearest gravity, make it expect by a polynomial in 1/E, and the factors of their
+/// stiffness serve it too; where such a start leads to no equilibrium, the solution is begun cold
+/// as by [`crate::solve`]. So it equals that of [`crate::solve`] to the tolerance whatever came
+/// before, as long as the tissue has one equilibrium. Same calls in the same order, same bytes.
 ///
-/// The unloaded shape depends on the modulus alone: it serves all targets. It counts only if the CT shape is a
-/// stable equilibrium on it, but that a cold forward solve from it returns to the CT shape is not tried:
-/// [`crate::Unloading::reload_error_mm`] is `None`. A result that counts is to be checked by [`crate::solve`].
+/// The unloaded shape depends on the modulus alone: it serves all targets. It counts only if the CT
+/// shape is a stable equilibrium on it, but that a cold forward solve from it returns to the CT
+/// shape is not tried: [`crate::Unloading::reload_error_mm`] is `None`. A result that counts is to
+/// be checked by [`crate::solve`].
 pub struct Sequence {
     body: Body,
     edges: Edges,
@@ -28,13 +29,13 @@ pub struct Sequence {
 
 /// What is kept from one solution to the next.
 struct Kept<const N: usize, const Q: usize> {
-    ground: Ground<N, Q>,
-    before: Before<N, Q>,
+    discretisation: Discretisation<N, Q>,
+    before: WarmStart<N, Q>,
 }
 
 impl<const N: usize, const Q: usize> Kept<N, Q> {
     fn new(job: &Job<'_>) -> Result<Self, Error> {
-        Ok(Self { ground: Ground::new(job)?, before: Before::empty() })
+        Ok(Self { discretisation: Discretisation::new(job)?, before: WarmStart::empty() })
     }
 }
 
@@ -54,13 +55,15 @@ impl Sequence {
         Ok(Self { body: body.clone(), edges, ct: ct_gravity, params: *params, solver })
     }
 
-    /// The deformation when gravity turns to `target` (a unit vector, LPS) and the mean modulus is `young_kpa`, the
-    /// proportions of the moduli kept; with its derivative by that modulus if `slope` is set.
+    /// The deformation when gravity turns to `target` (a unit vector, LPS) and the mean modulus is
+    /// `young_kpa`, the proportions of the moduli kept; with its derivative by that modulus if
+    /// `slope` is set.
     ///
     /// # Errors
-    /// As [`crate::solve`]; [`Error::Singular`] when a slope is asked for and the solution is not a stable one. No
-    /// modulus is searched for at which there is an unloaded shape: [`Error::NoUnloadedShape`] names the lowest one that
-    /// had one before, if any. After an error the sequence goes on.
+    /// As [`crate::solve`]; [`Error::Singular`] when a slope is asked for and the solution is not a
+    /// stable one. No modulus is searched for at which there is an unloaded shape:
+    /// [`Error::NoUnloadedShape`] names the lowest one that had one before, if any. After an error
+    /// the sequence goes on.
     pub fn at(
         &mut self,
         young_kpa: f64,
@@ -73,8 +76,8 @@ impl Sequence {
         self.body.with_mean(young_kpa).check()?;
         let stiffer = young_kpa / self.body.mean_young_kpa();
         let job = Job { stiffer, slope, ..Job::new(&self.body, &self.edges, load, &self.params) };
-        let solved = either!(&mut self.solver, Kept { ground, before } => {
-            job.run(ground, before, progress)
+        let solved = either!(&mut self.solver, Kept { discretisation, before } => {
+            job.run(discretisation, before, progress)
         })?;
         job.solution(solved)
     }

@@ -38,7 +38,7 @@ pub(crate) struct Touch<'a> {
 }
 
 /// What does not change while the rigid body moves.
-pub(crate) struct Site<const N: usize, const Q: usize> {
+pub(crate) struct ContactSite<const N: usize, const Q: usize> {
     pub(crate) model: Model<N, Q>,
     /// Nodal forces of gravity, mN.
     pub(crate) load: Vec<Vector>,
@@ -77,13 +77,13 @@ pub(crate) struct Responses {
 
 /// Where the tissue is.
 #[derive(Clone)]
-pub(crate) struct Place {
+pub(crate) struct TissueState {
     pub(crate) pose: Pose,
     /// Displacement from the stress-free shape, mm.
     pub(crate) u: Vec<Vector>,
 }
 
-impl<const N: usize, const Q: usize> Site<N, Q> {
+impl<const N: usize, const Q: usize> ContactSite<N, Q> {
     /// The site of a body that takes the nodes it touches where they are at displacement `u` (mm).
     pub(crate) fn new(tissue: Tissue<N, Q>, u: &[Vector], touch: Touch<'_>) -> Self {
         let Touch { held, follow, sliding, centre, size_mm } = touch;
@@ -151,9 +151,9 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         self.model.sliding(self.slide(pose))
     }
 
-    /// Velocities (mm/mm) of all nodes in one motion of the body with which the nodes on it go, zero but at
-    /// these; and how the body turns, radians/mm.
-    fn velocities(&self, motion: usize, place: &Place) -> (Vec<Vector>, Vector) {
+    /// Velocities (mm/mm) of all nodes in one motion of the body with which the nodes on it go,
+    /// zero but at these; and how the body turns, radians/mm.
+    fn velocities(&self, motion: usize, place: &TissueState) -> (Vec<Vector>, Vector) {
         let mut velocities = vec![Vector::zeros(); self.held.len()];
         let (axis, centre) = (Vector::ith(motion % 3, 1.0), self.centre_at(&place.pose));
         let (shift, turn) = if motion < 3 {
@@ -171,8 +171,8 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         pose.transform_point(&(*first).into()).coords
     }
 
-    /// Moves the nodes on the body to where `pose` has them: those that slide to the nearest such place;
-    /// false where one has none.
+    /// Moves the nodes on the body to where `pose` has them: those that slide to the nearest such
+    /// place; false where one has none.
     pub(crate) fn put(&self, pose: &Pose, u: &mut [Vector]) -> bool {
         for (node, first) in &self.coupled {
             let n = *node as usize;
@@ -181,13 +181,14 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
         self.slide(pose).is_none_or(|slide| slide.bring(u))
     }
 
-    /// The factor at a place, and the responses to the motions there; `None` when there is no factor.
+    /// The factor at a place, and the responses to the motions there; `None` when there is no
+    /// factor.
     ///
     /// # Errors
     /// When there is not enough memory.
     pub(crate) fn responses(
         &self,
-        place: &Place,
+        place: &TissueState,
         spare: Option<Tangent>,
     ) -> Result<Option<Responses>, OutOfMemory> {
         let mut tangent = match spare {
@@ -210,7 +211,7 @@ impl<const N: usize, const Q: usize> Site<N, Q> {
     }
 
     /// Change of what is out of balance per mm of each motion, mN/mm, before the others respond.
-    fn changes(&self, place: &Place) -> Option<Vec<Vec<Vector>>> {
+    fn changes(&self, place: &TissueState) -> Option<Vec<Vec<Vector>>> {
         let slide = self.slide(&place.pose);
         let forces = slide.is_some().then(|| self.out_of_balance(&place.u));
         let change = |motion: usize| {

@@ -1,11 +1,12 @@
 //! Tissue that slides without friction on a rigid body.
 //!
-//! A sliding node x keeps its level φ(T⁻¹ x) = φ₀, φ the distance from the body in its own frame and T its
-//! pose. With out-of-balance force r and unit normal n the equilibrium is r = (r · n) n: the body gives what
-//! is along its normal. Newton's method runs on the level surfaces (Absil, Mahony and Sepulchre, Optimization
-//! Algorithms on Matrix Manifolds, 2008, ch. 5 and 6): rows and columns of the stiffness are projected to the
-//! tangential planes P = I − n nᵀ, −(r · n) P ∇²φ P / |∇φ| is added for the curvature of the surface, and each
-//! step ends by bringing the nodes back to their level.
+//! A sliding node x keeps its level φ(T⁻¹ x) = φ₀, φ the distance from the body in its own frame
+//! and T its pose. With out-of-balance force r and unit normal n the equilibrium is r = (r · n) n:
+//! the body gives what is along its normal. Newton's method runs on the level surfaces (Absil,
+//! Mahony and Sepulchre, Optimization Algorithms on Matrix Manifolds, 2008, ch. 5 and 6): rows and
+//! columns of the stiffness are projected to the tangential planes P = I − n nᵀ, −(r · n) P ∇²φ P /
+//! |∇φ| is added for the curvature of the surface, and each step ends by bringing the nodes back to
+//! their level.
 
 use crate::pattern::Plane;
 use crate::smoothed_distance::SmoothedDistance;
@@ -41,8 +42,8 @@ pub(crate) struct Slide {
 }
 
 impl Slide {
-    /// Unit normal of the level surface that a node lies on, and ∇²φ / |∇φ| (1/mm); `None` where the body
-    /// has no normal.
+    /// Unit normal of the level surface that a node lies on, and ∇²φ / |∇φ| (1/mm); `None` where
+    /// the body has no normal.
     fn surface(&self, slider: &Slider, u: &[Vector]) -> Option<(Vector, Matrix)> {
         let level = self.sliding.distance.at(&self.own(&self.position(slider, u)))?;
         let steep = level.slope.norm();
@@ -86,8 +87,8 @@ impl Slide {
         Some(taken)
     }
 
-    /// The tangential planes at `u`, where the internal forces are `forces` (mN), with the stiffness of the
-    /// surface's curvature.
+    /// The tangential planes at `u`, where the internal forces are `forces` (mN), with the
+    /// stiffness of the surface's curvature.
     pub(crate) fn planes(&self, u: &[Vector], forces: &[Vector]) -> Option<Vec<Plane>> {
         let plane = |slider: &Slider| {
             let (normal, curvature) = self.surface(slider, u)?;
@@ -97,11 +98,13 @@ impl Slide {
         self.sliding.nodes.iter().map(plane).collect()
     }
 
-    /// Leaves of the velocities with which the nodes would follow the body the part along the normals, with
-    /// which they do, and gives what the turn of the normals does there to the forces along the surface.
+    /// Leaves of the velocities with which the nodes would follow the body the part along the
+    /// normals, with which they do, and gives what the turn of the normals does there to the forces
+    /// along the surface.
     ///
-    /// `turn` is that of the body (radians), `forces` are those out of balance at `u`, mN. The normal turns with
-    /// the body and as the surface passes under the node: ṅ = ω × n + ∇²φ / |∇φ| (ẋ − v) in the plane.
+    /// `turn` is that of the body (radians), `forces` are those out of balance at `u`, mN. The
+    /// normal turns with the body and as the surface passes under the node: ṅ = ω × n + ∇²φ / |∇φ|
+    /// (ẋ − v) in the plane.
     pub(crate) fn drag(
         &self,
         u: &[Vector],

@@ -21,8 +21,8 @@ fn apart(applicator: &Applicator, a: &[Vector], b: &[Vector]) -> f64 {
     tissue.map(|n| (a[n] - b[n]).norm()).fold(0.0, f64::max)
 }
 
-/// How far the nodes that slide are off their first distance from `rigid`, near its surface and at all, and how
-/// far they have slid, mm.
+/// How far the nodes that slide are off their first distance from `rigid`, near its surface and at
+/// all, and how far they have slid, mm.
 fn sliders(applicator: &Applicator, rigid: &dyn RigidBody, first: &[Vector]) -> [f64; 3] {
     either!(&applicator.coupling, c => {
         let mut found = [0.0f64; 3];
@@ -240,14 +240,14 @@ fn tissue_slides_on_any_closed_surface() {
     }
 }
 
-/// Force on a rigid sphere of radius 1 in an elastic ball of radius `outer` that is held outside, per shear
-/// modulus and displacement.
+/// Force on a rigid sphere of radius 1 in an elastic ball of radius `outer` that is held outside,
+/// per shear modulus and displacement.
 ///
-/// With e the direction and θ the angle from it, Navier's equation has the solutions u = A ((3 − 4ν) e / r +
-/// (e · r) r / r³) (Kelvin, of force 16 π μ (1 − ν) A), B (e / r³ − 3 (e · r) r / r⁵), C e and
-/// D ((3 − 2ν) r² e − (4 − 6ν) (e · r) r). Of u_r = cos θ …, u_θ = −sin θ … and σ_rθ = μ sin θ … the factors are
-/// below. Without end (C = D = 0): 24 π μ (1 − ν) / (5 − 6ν) tied and 24 π μ (1 − ν) / (7 − 8ν) sliding, at ν = ½
-/// the 6 π μ and 4 π μ of Stokes' flow.
+/// With e the direction and θ the angle from it, Navier's equation has the solutions u = A ((3 −
+/// 4ν) e / r + (e · r) r / r³) (Kelvin, of force 16 π μ (1 − ν) A), B (e / r³ − 3 (e · r) r / r⁵),
+/// C e and D ((3 − 2ν) r² e − (4 − 6ν) (e · r) r). Of u_r = cos θ …, u_θ = −sin θ … and σ_rθ = μ
+/// sin θ … the factors are below. Without end (C = D = 0): 24 π μ (1 − ν) / (5 − 6ν) tied and 24 π
+/// μ (1 − ν) / (7 − 8ν) sliding, at ν = ½ the 6 π μ and 4 π μ of Stokes' flow.
 fn drag(nu: f64, outer: f64, contact: Contact) -> f64 {
     let radial = |r: f64| [(4.0 - 4.0 * nu) / r, -2.0 / r.powi(3), 1.0, (4.0 * nu - 1.0) * r * r];
     let across = |r: f64| [(3.0 - 4.0 * nu) / r, 1.0 / r.powi(3), 1.0, (3.0 - 2.0 * nu) * r * r];

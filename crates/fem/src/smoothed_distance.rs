@@ -10,7 +10,8 @@ const SPACINGS: usize = 16;
 const BEYOND: f64 = 0.25;
 /// Samples on each side that a cubic spline needs.
 const RIM: usize = 2;
-/// A distance has slope 1: far less is the middle of a body, where no part of the surface is the nearest.
+/// A distance has slope 1: far less is the middle of a body, where no part of the surface is the
+/// nearest.
 const MIN_SLOPE: f64 = 0.5;
 /// Share of the radius of a sphere nearer to whose centre it is taken to have no normal.
 const MIN_RADIUS: f64 = 0.01;
@@ -96,8 +97,8 @@ impl SmoothedDistance {
     }
 }
 
-/// Distances at the points of a cubic lattice, interpolated by a cubic spline: continuous to the second
-/// derivative, so that edges of the surface are rounded over a spacing.
+/// Distances at the points of a cubic lattice, interpolated by a cubic spline: continuous to the
+/// second derivative, so that edges of the surface are rounded over a spacing.
 #[derive(Debug)]
 pub(crate) struct Lattice {
     first: Vector,
@@ -163,7 +164,8 @@ impl Lattice {
     }
 }
 
-/// The four cubic B-splines over a spacing and their first and second derivatives at share `t` of it.
+/// The four cubic B-splines over a spacing and their first and second derivatives at share `t` of
+/// it.
 fn basis(t: f64) -> [[f64; 4]; 3] {
     let s = 1.0 - t;
     [
@@ -178,7 +180,8 @@ fn basis(t: f64) -> [[f64; 4]; 3] {
     ]
 }
 
-/// Replaces a line of samples by the coefficients of the cubic spline through them, mirrored at its ends.
+/// Replaces a line of samples by the coefficients of the cubic spline through them, mirrored at its
+/// ends.
 ///
 /// Source: Unser, IEEE Signal Processing Magazine 16 (6), 1999, box 2.
 fn interpolate(values: &mut [f64], start: usize, stride: usize, count: usize) {

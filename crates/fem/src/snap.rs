@@ -6,19 +6,20 @@ use std::sync::Arc;
 use supine_mesh::{Edges, TetMesh};
 use supine_space::{Point, Progress, Vector};
 
-/// The points are moved, the tissue settled again, and the points moved by what they are off then: a micrometre after three rounds.
+/// The points are moved, the tissue settled again, and the points moved by what they are off then:
+/// a micrometre after three rounds.
 const ROUNDS: usize = 3;
 /// A move leaves each tetrahedron at least this share of its volume.
 const MIN_VOLUME: f64 = 0.3;
 /// Halvings when a surface is sought along an edge.
 const HALVINGS: usize = 40;
 
-/// The mesh of `body` with points inside the tissue moved along edges onto the surface of `rigid`, where the
-/// target's gravity has it: coupled to it ([`crate::Applicator::attach`]), they hold the tissue at the surface
-/// and not at the ragged set of points that happen to lie inside.
+/// The mesh of `body` with points inside the tissue moved along edges onto the surface of `rigid`,
+/// where the target's gravity has it: coupled to it ([`crate::Applicator::attach`]), they hold the
+/// tissue at the surface and not at the ragged set of points that happen to lie inside.
 ///
-/// Points of the boundary stay, and so do points whose move would flatten a tetrahedron. Number and order of
-/// points and tetrahedra are kept. The second value is how many points were moved.
+/// Points of the boundary stay, and so do points whose move would flatten a tetrahedron. Number and
+/// order of points and tetrahedra are kept. The second value is how many points were moved.
 ///
 /// # Errors
 /// As [`solve`].
@@ -43,12 +44,12 @@ pub fn snapped(
     Ok((mesh, moved.iter().filter(|m| **m).count()))
 }
 
-/// The mesh with points inside the tissue moved along edges onto the surface of `cavity`, in the CT shape: cut
-/// ([`crate::Insertion::cavity`]), its wall is that surface and not the ragged one of the tetrahedra that happen
-/// to lie inside.
+/// The mesh with points inside the tissue moved along edges onto the surface of `cavity`, in the CT
+/// shape: cut ([`crate::Insertion::cavity`]), its wall is that surface and not the ragged one of
+/// the tetrahedra that happen to lie inside.
 ///
-/// Points of the boundary stay, and so do points whose move would flatten a tetrahedron. Number and order of points
-/// and tetrahedra are kept. The second value is how many points were moved.
+/// Points of the boundary stay, and so do points whose move would flatten a tetrahedron. Number and
+/// order of points and tetrahedra are kept. The second value is how many points were moved.
 ///
 /// # Errors
 /// When the moved points are no mesh.
@@ -107,7 +108,8 @@ fn moved_points(
     points
 }
 
-/// Share of the way from `a` to `b` at which the surface lies, if one of them lies inside and one outside.
+/// Share of the way from `a` to `b` at which the surface lies, if one of them lies inside and one
+/// outside.
 fn crossing(rigid: &dyn RigidBody, a: &Point, b: &Point) -> Option<f64> {
     let inside = |p: &Point| rigid.distance(p) <= 0.0;
     let way: Vector = b - a;

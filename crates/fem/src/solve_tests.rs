@@ -18,8 +18,9 @@ fn params(order: Order, rest: RestState) -> Params {
 }
 
 /// A column that hangs by its own weight, with ν = 0: nothing moves sideways, and the stretch s at
-/// distance z from the held end carries the weight beyond, μ (s − 1/s) = ρ g (h − z): the neo-Hookean solid
-/// in uniaxial strain (stress of Bonet and Wood 2008, section 6.4.3). The displacement is its integral.
+/// distance z from the held end carries the weight beyond, μ (s − 1/s) = ρ g (h − z): the
+/// neo-Hookean solid in uniaxial strain (stress of Bonet and Wood 2008, section 6.4.3). The
+/// displacement is its integral.
 #[test]
 fn a_column_stretches_as_the_closed_solution_says() {
     let (height, cells) = (40.0, 8);
@@ -94,7 +95,8 @@ fn a_mid_side_between_wall_points_may_move() {
         .filter(|&f| mesh.boundary()[f].points.iter().all(|&p| mesh.points()[p as usize].z == 0.0))
         .collect();
     assert_eq!(faces.len(), 2);
-    // Hold one triangle of the bottom and one of the top: the diagonal of the cube joins held points.
+    // Hold one triangle of the bottom and one of the top: the diagonal of the cube joins held
+    // points.
     let top = |c: &[Point; 3]| c.iter().all(|p| p.z == 10.0);
     let bottom = |c: &[Point; 3]| c.iter().all(|p| p.z == 0.0);
     let held =
@@ -129,8 +131,8 @@ fn a_mid_side_between_wall_points_may_move() {
     );
 }
 
-/// Tissue that turns far swells on the straight way there; the pressure of that swelling makes the stiffness
-/// indefinite unless it is left out.
+/// Tissue that turns far swells on the straight way there; the pressure of that swelling makes the
+/// stiffness indefinite unless it is left out.
 #[test]
 fn nearly_incompressible_tissue_turns_in_few_iterations() {
     let mesh = block([8, 8, 4], 12.0, 0.1);

@@ -37,8 +37,9 @@ enum Stiffness {
 
 /// The stiffness of one body, and a factor of it or of a former one.
 ///
-/// Systems are solved by conjugate gradients (Hestenes and Stiefel 1952) on the exact stiffness; the factor
-/// is only their preconditioner. It may be rounded, and serves until the iteration becomes slow.
+/// Systems are solved by conjugate gradients (Hestenes and Stiefel 1952) on the exact stiffness;
+/// the factor is only their preconditioner. It may be rounded, and serves until the iteration
+/// becomes slow.
 pub(crate) struct Tangent {
     pattern: Arc<Pattern>,
     blocks: Vec<Block>,
@@ -93,8 +94,9 @@ impl Tangent {
         self.pattern.analysis().map_or(0, Analysis::entries)
     }
 
-    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, K with the `predicted`
-    /// volume strain if there is one, or with the shifted stiffness where that one is not positive definite.
+    /// Solves K(u) x = `right` for each right side to |K x − right| ≤ `goal` |right|, K with the
+    /// `predicted` volume strain if there is one, or with the shifted stiffness where that one is
+    /// not positive definite.
     ///
     /// `None` when an element is turned inside out at `u` or neither has a factor.
     ///
@@ -162,8 +164,8 @@ impl Tangent {
         }
     }
 
-    /// The inverse of the factorised matrix between nodes whose three unknowns begin at `rows`, symmetric; `None`
-    /// when a number is not finite.
+    /// The inverse of the factorised matrix between nodes whose three unknowns begin at `rows`,
+    /// symmetric; `None` when a number is not finite.
     ///
     /// # Errors
     /// When there is not enough memory.
@@ -191,8 +193,8 @@ impl Tangent {
         Ok(made.is_some())
     }
 
-    /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the shifted one, first in the
-    /// precision at hand, then in double. `None` when neither has a factor.
+    /// Factorises the exact stiffness at `u`, which `blocks` hold, or else the shifted one, first
+    /// in the precision at hand, then in double. `None` when neither has a factor.
     fn factorise_some<const N: usize, const Q: usize>(
         &mut self,
         model: &Model<N, Q>,
@@ -237,9 +239,9 @@ impl Tangent {
         Ok(true)
     }
 
-    /// Steps of the iteration that cost about as much as a new factor: the operations of a factorisation
-    /// grow with the square of the entries in a column, those of a step with their number, and memory
-    /// slows the step down.
+    /// Steps of the iteration that cost about as much as a new factor: the operations of a
+    /// factorisation grow with the square of the entries in a column, those of a step with their
+    /// number, and memory slows the step down.
     fn patience(&self) -> usize {
         let entries = self.pattern.analysis().map_or(0, Analysis::entries);
         (entries / self.pattern.unknowns().max(1) / 32).clamp(6, 30)

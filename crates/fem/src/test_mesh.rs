@@ -79,8 +79,8 @@ pub(crate) fn tagged(mesh: &TetMesh, tag: impl Fn(&[Point; 3]) -> BoundaryTag) -
         .into()
 }
 
-/// Points on the unit sphere and triangles between them, outward: an icosahedron whose triangles are cut into
-/// four `rounds` times.
+/// Points on the unit sphere and triangles between them, outward: an icosahedron whose triangles
+/// are cut into four `rounds` times.
 pub(crate) fn icosphere(rounds: usize) -> (Vec<Vector>, Vec<[u32; 3]>) {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut points = Vec::new();
@@ -117,8 +117,8 @@ pub(crate) fn icosphere(rounds: usize) -> (Vec<Vector>, Vec<[u32; 3]>) {
     (points, triangles)
 }
 
-/// A ball of radius `outer` held at its surface, with points on the concentric sphere of radius `inner`, and how
-/// far the middles of its edges lie off its concentric spheres.
+/// A ball of radius `outer` held at its surface, with points on the concentric sphere of radius
+/// `inner`, and how far the middles of its edges lie off its concentric spheres.
 pub(crate) fn ball(
     inner: f64,
     outer: f64,

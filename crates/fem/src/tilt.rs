@@ -1,51 +1,53 @@
 //! The operating table: gravity that turns, and tissue that follows it.
 
-use crate::before::Before;
-use crate::beside::Beside;
+use crate::background::Background;
 use crate::coupling::Step;
 use crate::curved::Straightening;
+use crate::discretisation::Discretisation;
 use crate::either::{Either, either};
-use crate::ground::Ground;
 use crate::model::Model;
-use crate::newton::{Known, Newton};
+use crate::newton::{KnownEquilibrium, Newton};
 use crate::pattern::Pattern;
 use crate::quasi_newton::{ERROR_MM, Memory, error_mm, largest};
-use crate::rest::Settled;
+use crate::rest::LoadedBody;
 use crate::tangent::Tangent;
+use crate::warm_start::WarmStart;
 use crate::{Body, Error, Info, Job, Load, Params, checked, deformed, from_ct};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Edges, Order, TetMesh};
 use supine_space::{Progress, Vector};
 
-/// Corrections of a turn at most, and how fast their sizes are to fall, from that of the linear response; beyond,
-/// Newton's method takes over, which costs as much as some sixty.
+/// Corrections of a turn at most, and how fast their sizes are to fall, from that of the linear
+/// response; beyond, Newton's method takes over, which costs as much as some sixty.
 const CORRECTIONS: usize = 20;
 const SHRINK: f64 = 0.75;
-/// The share of the error that a correction is taken to leave, at least and at most: the larger of the last two that
-/// were seen, the most as long as none was. Chosen so that the error stayed below 0.006 mm in thousands of turns of all
-/// sizes at every kind of cut, with moduli from 0.6 kPa and Poisson's ratios to 0.49.
+/// The share of the error that a correction is taken to leave, at least and at most: the larger of
+/// the last two that were seen, the most as long as none was. Chosen so that the error stayed below
+/// 0.006 mm in thousands of turns of all sizes at every kind of cut, with moduli from 0.6 kPa and
+/// Poisson's ratios to 0.49.
 const LEFT: [f64; 2] = [0.65, 0.9];
-/// Corrections of a turn that a new factor would hardly save, and how many beyond these since the last renewal make it
-/// worth a new one, which costs as much as some twenty.
+/// Corrections of a turn that a new factor would hardly save, and how many beyond these since the
+/// last renewal make it worth a new one, which costs as much as some twenty.
 const FEW: usize = 2;
 const DEBT: usize = 12;
 
 /// A meshed body under a gravity that turns, as on an operating table that is tilted.
 ///
-/// The stress-free shape is found once. A turn makes quasi-Newton steps with a kept factor of the stiffness, from where
-/// the tissue is; the first of them is its linear response to the change of gravity. What the last steps told of the
-/// stiffness (L-BFGS, see `quasi_newton`) is kept from turn to turn: so the response is that of the place, not of the
-/// factor. Where the steps do not converge, as after a long way of soft tissue, Newton's method takes over; it begins
-/// where the tissue is and, should that lead nowhere, as [`crate::solve`] does.
+/// The stress-free shape is found once. A turn makes quasi-Newton steps with a kept factor of the
+/// stiffness, from where the tissue is; the first of them is its linear response to the change of
+/// gravity. What the last steps told of the stiffness (L-BFGS, see `quasi_newton`) is kept from
+/// turn to turn: so the response is that of the place, not of the factor. Where the steps do not
+/// converge, as after a long way of soft tissue, Newton's method takes over; it begins where the
+/// tissue is and, should that lead nowhere, as [`crate::solve`] does.
 ///
-/// So a turn ends where [`crate::solve`] does, to within about [`Step::error_mm`], whatever came before, as long as the
-/// tissue has one equilibrium. Errors do not add up. Same calls in the same order, same bytes, unless
-/// [`Tilt::renew_beside`] is used.
+/// So a turn ends where [`crate::solve`] does, to within about [`Step::error_mm`], whatever came
+/// before, as long as the tissue has one equilibrium. Errors do not add up. Same calls in the same
+/// order, same bytes, unless [`Tilt::renew_beside`] is used.
 pub struct Tilt {
     mesh: Arc<TetMesh>,
     edges: Edges,
     tissue: Either<Hung<4, 1>, Hung<10, 4>>,
-    beside: Beside<Tangent>,
+    beside: Background<Tangent>,
 }
 
 impl Tilt {
@@ -71,7 +73,7 @@ impl Tilt {
                 (Either::Quadratic(hung), info)
             }
         };
-        let (mesh, beside) = (body.mesh.clone(), Beside::idle());
+        let (mesh, beside) = (body.mesh.clone(), Background::idle());
         let tilt = Self { mesh, edges, tissue, beside };
         info.max_displacement_mm = tilt.deformation()?.displacement().max_norm();
         Ok((tilt, info))
@@ -82,13 +84,16 @@ impl Tilt {
         either!(&self.tissue, t => t.gravity)
     }
 
-    /// Turns gravity to `gravity` (a unit vector, LPS); the tissue follows to within about [`Step::error_mm`].
+    /// Turns gravity to `gravity` (a unit vector, LPS); the tissue follows to within about
+    /// [`Step::error_mm`].
     ///
-    /// When turns have become slow, the next one first renews the factor, unless [`Tilt::renew_beside`] did or does.
+    /// When turns have become slow, the next one first renews the factor, unless
+    /// [`Tilt::renew_beside`] did or does.
     ///
     /// # Errors
-    /// [`Error::Direction`] when `gravity` is not a unit vector, [`Error::NonConvergence`] when no equilibrium is
-    /// found under it, or [`Error::Memory`]: gravity and tissue then stay as they were.
+    /// [`Error::Direction`] when `gravity` is not a unit vector, [`Error::NonConvergence`] when no
+    /// equilibrium is found under it, or [`Error::Memory`]: gravity and tissue then stay as they
+    /// were.
     pub fn turn(&mut self, gravity: &Vector) -> Result<Step, Error> {
         let ct = either!(&self.tissue, t => t.bed.ct);
         Load { ct, target: *gravity }.check()?;
@@ -110,8 +115,8 @@ impl Tilt {
         either!(&mut self.tissue, t => t.renew())
     }
 
-    /// Begins to renew the factor under the present gravity in another thread, unless that is under way; a later turn
-    /// takes it when it is there.
+    /// Begins to renew the factor under the present gravity in another thread, unless that is under
+    /// way; a later turn takes it when it is there.
     pub fn renew_beside(&mut self) {
         self.take_renewal();
         if self.beside.is_busy() {
@@ -132,7 +137,8 @@ impl Tilt {
         }
     }
 
-    /// The mesh displaced from the CT shape as it is under the present gravity, mm; its order is that of the parameters.
+    /// The mesh displaced from the CT shape as it is under the present gravity, mm; its order is
+    /// that of the parameters.
     ///
     /// # Errors
     /// None is known: it holds a finite vector for every node.
@@ -232,7 +238,8 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
         Ok(made)
     }
 
-    /// The displacement under `load` by the linear response and corrections; `None` when they do not reach it.
+    /// The displacement under `load` by the linear response and corrections; `None` when they do
+    /// not reach it.
     fn corrected(&mut self, load: &[Vector]) -> Option<(Vec<Vector>, Step)> {
         let bed = &self.bed;
         let mut u = self.u.clone();
@@ -253,7 +260,8 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
             if size.is_nan() || size > most.max(ERROR_MM) {
                 return None;
             }
-            // The first one mends the curvature of the response, which tells nothing of the next ones.
+            // The first one mends the curvature of the response, which tells nothing of the next
+            // ones.
             let share = size / last;
             let left =
                 if corrections > 1 { share.max(before).clamp(least, greatest) } else { greatest };
@@ -274,7 +282,7 @@ impl<const N: usize, const Q: usize> Hung<N, Q> {
             .map_err(|_| Error::Memory { unknowns: bed.pattern.unknowns() })?;
         let at_ct = bed.load(&bed.ct);
         let mut newton = Newton::new(&bed.model, tangent, &bed.held, bed.norm, bed.max_iterations);
-        let known = Known { u: &bed.to_ct, load: &at_ct };
+        let known = KnownEquilibrium { u: &bed.to_ct, load: &at_ct };
         let found = newton
             .resumed(load, Some(self.u.clone()), known, bed.tolerance, Progress::none())
             .map_err(|halt| newton.failed(halt, bed.tolerance))?;
@@ -290,16 +298,16 @@ impl Job<'_> {
         &self,
         progress: Progress<'_>,
     ) -> Result<(Hung<N, Q>, Info), Error> {
-        let ground = Ground::new(self)?;
-        let settled = self.settle(&ground, &mut Before::nothing(), progress)?;
-        let Settled { model, to_ct, u, mut info, .. } = settled;
-        self.warn::<N>(&ground.positions, &from_ct(&u, &to_ct), &mut info);
+        let discretisation = Discretisation::new(self)?;
+        let settled = self.settle(&discretisation, &mut WarmStart::nothing(), progress)?;
+        let LoadedBody { model, to_ct, u, mut info, .. } = settled;
+        self.warn::<N>(&discretisation.positions, &from_ct(&u, &to_ct), &mut info);
         let bed = Bed {
             norm: self.gravity_norm(&model, u.len()),
             model,
-            held: ground.held,
-            pattern: ground.lower,
-            straight: ground.straight,
+            held: discretisation.held,
+            pattern: discretisation.lower,
+            straight: discretisation.straight,
             to_ct,
             ct: self.load.ct,
             borne: self.borne(),

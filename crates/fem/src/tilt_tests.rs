@@ -171,7 +171,8 @@ fn errors_of_turns_do_not_add_up() {
     assert!(off(&tilt, &body, &params) < CLOSE_MM);
 }
 
-/// A long way costs corrections, or Newton's method; then the factor is renewed once, and turns are small work again.
+/// A long way costs corrections, or Newton's method; then the factor is renewed once, and turns are
+/// small work again.
 #[test]
 fn an_old_factor_is_renewed() {
     let (body, params) = (body(0.6), Params { cut: Cut::Free, ..Params::default() });

@@ -79,8 +79,9 @@ impl Wall {
         sum
     }
 
-    /// Moves nodes of the surface that lie deeper in the body than the `left` share of how deep they lay at `before` back
-    /// to there, along the normals: on the straight way between two places on a body a node passes through it.
+    /// Moves nodes of the surface that lie deeper in the body than the `left` share of how deep
+    /// they lay at `before` back to there, along the normals: on the straight way between two
+    /// places on a body a node passes through it.
     pub(crate) fn keep_out(
         &self,
         u: &mut [Vector],
@@ -134,7 +135,8 @@ impl Wall {
         unknown.into_iter().any(|&n| self.least(n, u, target) < mm)
     }
 
-    /// Whether no node is within the body by more than `mm` and those that are pressed lie on it to `mm`.
+    /// Whether no node is within the body by more than `mm` and those that are pressed lie on it to
+    /// `mm`.
     pub(crate) fn fits(
         &self,
         u: &[Vector],
@@ -148,8 +150,8 @@ impl Wall {
         self.clearance(u, target) >= -mm && presses.iter().all(on)
     }
 
-    /// A node within the tissue that lies in the body by more than `mm`: the body is where the tissue has no
-    /// surface to meet it.
+    /// A node within the tissue that lies in the body by more than `mm`: the body is where the
+    /// tissue has no surface to meet it.
     pub(crate) fn buried(&self, u: &[Vector], (target, mm): (Target<'_>, f64)) -> Option<Vector> {
         let deep = self.within.iter().find(|&&n| self.least(n, u, target) < -mm);
         deep.map(|&n| self.place(n, u))

@@ -1,9 +1,9 @@
 //! What the place of the chest wall does to the displacement at one place.
 //!
 //! The adjoint of `goal` tells it, K(u) z = ∂J/∂u. Where the wall lies δ farther out along its
-//! normal n, into the tissue, the displacement is zero there instead, so that at the old place it changes by
-//! −δ ∂u/∂n (the shape derivative of a held boundary; Sokolowski and Zolesio 1992, section 3.1). With r = K z the
-//! reactions of the adjoint at the held nodes,
+//! normal n, into the tissue, the displacement is zero there instead, so that at the old place it
+//! changes by −δ ∂u/∂n (the shape derivative of a held boundary; Sokolowski and Zolesio 1992,
+//! section 3.1). With r = K z the reactions of the adjoint at the held nodes,
 //!
 //! dJ = Σ_b r_b · (∂u/∂n)_b δ_b.
 
@@ -13,8 +13,8 @@ use crate::model::Model;
 use supine_mesh::{BoundaryTag, Edges, TetMesh};
 use supine_space::{Point, Vector};
 
-/// Longest step of the differences that give the reactions of the adjoint, mm: rounding and curvature are both far
-/// below a thousandth there.
+/// Longest step of the differences that give the reactions of the adjoint, mm: rounding and
+/// curvature are both far below a thousandth there.
 const DIFFERENCE_MM: f64 = 1e-3;
 
 /// A node of the chest wall, and what its place does to the displacement of a goal.
@@ -22,13 +22,14 @@ const DIFFERENCE_MM: f64 = 1e-3;
 pub struct WallNode {
     /// Its place in the CT, LPS, mm.
     pub place: Point,
-    /// Change of the goal's displacement, mm, per mm by which the wall around this node lies farther out, into the
-    /// tissue. That of a part of the wall is the sum over its nodes.
+    /// Change of the goal's displacement, mm, per mm by which the wall around this node lies
+    /// farther out, into the tissue. That of a part of the wall is the sum over its nodes.
     pub change: Vector,
 }
 
 impl Job<'_> {
-    /// What each node of the chest wall does to the goal; `None` when the solution is at the edge of folding.
+    /// What each node of the chest wall does to the goal; `None` when the solution is at the edge
+    /// of folding.
     pub(crate) fn wall<const N: usize, const Q: usize>(
         &self,
         model: &Model<N, Q>,
@@ -56,8 +57,8 @@ impl Job<'_> {
     }
 }
 
-/// K(u) `direction` at all nodes, held ones included, mN: the derivative of the internal forces, by central
-/// differences. `None` when an element is turned inside out there.
+/// K(u) `direction` at all nodes, held ones included, mN: the derivative of the internal forces, by
+/// central differences. `None` when an element is turned inside out there.
 fn derivative<const N: usize, const Q: usize>(
     model: &Model<N, Q>,
     u: &[Vector],
@@ -76,7 +77,8 @@ fn derivative<const N: usize, const Q: usize>(
     Some(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
 }
 
-/// Normals of the chest wall at its nodes, into the tissue, of no particular length; zero at all other nodes.
+/// Normals of the chest wall at its nodes, into the tissue, of no particular length; zero at all
+/// other nodes.
 fn wall_normals<const N: usize>(mesh: &TetMesh, edges: &Edges, nodes: usize) -> Vec<Vector> {
     let mut normals = vec![Vector::zeros(); nodes];
     for face in mesh.boundary().iter().filter(|face| face.tag == BoundaryTag::ChestWall) {

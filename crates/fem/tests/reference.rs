@@ -191,7 +191,8 @@ fn unloaded_agrees() {
         let body = Body::new(shape.clone(), tissue);
         let (y, same) = unload(&body, supine(), &params, Progress::none()).unwrap();
         assert_eq!(same, unloading);
-        // Mid-sides of the CT shape are midpoints; the stress-free positions are stored for all nodes.
+        // Mid-sides of the CT shape are midpoints; the stress-free positions are stored for all
+        // nodes.
         let corners =
             shape.points().iter().zip(y.displacement().values()).map(|(x, y)| x.coords + y);
         let stored = &case.stored("unl_X")[..shape.points().len()];

@@ -1,4 +1,5 @@
-//! A case file that is edited: its text changes, comments and order stay; each change is on disk before it counts.
+//! A case file that is edited: its text changes, comments and order stay; each change is on disk
+//! before it counts.
 
 use crate::Error;
 use crate::folder::{USERS, write_atomically};
@@ -61,7 +62,8 @@ impl CaseFile {
     /// Makes changes; what it says then.
     ///
     /// # Errors
-    /// When a value does not fit, another program changed the file, or it cannot be written: nothing is changed then.
+    /// When a value does not fit, another program changed the file, or it cannot be written:
+    /// nothing is changed then.
     pub fn edit(&mut self, edits: &[Edit]) -> Result<Spec, Error> {
         let text = edit(self.text(), edits)?;
         let spec = self.spec_of(&text)?;
@@ -78,8 +80,8 @@ impl CaseFile {
         }
     }
 
-    /// Takes over what another program wrote into its file: what it says then, nothing when that is the same. It is a change
-    /// that can be taken back.
+    /// Takes over what another program wrote into its file: what it says then, nothing when that is
+    /// the same. It is a change that can be taken back.
     ///
     /// # Errors
     /// When the file cannot be read, or is no case: nothing is changed then.

@@ -254,7 +254,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// Threads that cannot be had.
-    #[error("threads cannot be had: {0}")]
+    #[error("could not start worker threads: {0}")]
     Threads(String),
     /// The report.
     #[error("the report cannot be written: {0}")]
@@ -319,7 +319,8 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
-    /// A record that cannot be written as JSON (a number that is not finite), or not read (somebody changed it).
+    /// A record that cannot be written as JSON (a number that is not finite), or not read (somebody
+    /// changed it).
     #[error("the record of a stage cannot be written or read: {0}; run into a new folder")]
     Record(#[from] serde_json::Error),
     /// The user stopped it.

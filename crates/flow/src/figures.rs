@@ -9,7 +9,8 @@ use supine_volume::Volume;
 
 /// Angles below this are called poor, degrees.
 const POOR_DIHEDRAL_DEG: f64 = 5.0;
-/// Tissue squeezed below this share of its volume is out of its law's depth, and below the other looked at.
+/// Tissue squeezed below this share of its volume is out of its law's depth, and below the other
+/// looked at.
 const SQUEEZED: [f64; 2] = [0.3, 0.5];
 
 /// A figure in words.
@@ -92,8 +93,8 @@ impl Session {
         all
     }
 
-    /// The local change of volume of the map that is held (1: kept), on the voxels of the CT around what moves; nothing is
-    /// made, and nothing is read from a folder.
+    /// The local change of volume of the map that is held (1: kept), on the voxels of the CT around
+    /// what moves; nothing is made, and nothing is read from a folder.
     pub fn peek_jacobian(&self) -> Option<Volume<f32>> {
         let (fields, freshness) = self.peek::<Fields>()?;
         let map: Arc<_> = fields.held()?;

@@ -1,7 +1,7 @@
 //! The graph of nodes: what each may see, what it makes, and by which key a result is known.
 //!
-//! A node is one file in `nodes`. Its key is a hash of its own values, of its parents' keys and of the version of its
-//! method; nothing else decides what must be made again.
+//! A node is one file in `nodes`. Its key is a hash of its own values, of its parents' keys and of
+//! the version of its method; nothing else decides what must be made again.
 
 use crate::ground::Ground;
 use crate::key::Key;
@@ -18,33 +18,39 @@ pub(crate) type Output = Arc<dyn Any + Send + Sync>;
 pub(crate) trait Node: 'static {
     /// Which node it is.
     const ID: NodeId;
-    /// Version of its method: to be raised when the same inputs give other bytes. A test holds it to the bytes on the
-    /// fixture.
+    /// Version of its method: to be raised when the same inputs give other bytes. A test holds it
+    /// to the bytes on the fixture.
     const METHOD: u32;
-    /// Whether its result can be had back from the run's folder; else it is made again when it is needed.
+    /// Whether its result can be had back from the run's folder; else it is made again when it is
+    /// needed.
     const KEPT: bool;
     /// Whether it writes its files while it runs, so that it cannot be without a folder.
     const WRITES: bool = false;
-    /// Whether the nodes that rest on it know it by what it made (its facts) and not by what it was made from: another
-    /// tumour that leaves the sphere as it is leaves the mesh as it is. What it makes must lie in its facts.
+    /// Whether the nodes that rest on it know it by what it made (its facts) and not by what it was
+    /// made from: another tumour that leaves the sphere as it is leaves the mesh as it is. What it
+    /// makes must lie in its facts.
     const BY_VALUE: bool = false;
     /// All of the case and its files that it may see.
-    type Own: Serialize;
+    type NodeInputs: Serialize;
     /// The nodes whose results it may see.
     type Parents: Parents;
     /// What it makes.
     type Out: Send + Sync + 'static;
 
     /// What it may see of the ground state.
-    fn own(ground: &Ground) -> Result<Self::Own, Error>;
+    fn inputs(ground: &Ground) -> Result<Self::NodeInputs, Error>;
 
     /// The result when the case does not ask for the node; its parents then count for nothing.
-    fn not_asked(_own: &Self::Own) -> Option<Self::Out> {
+    fn not_asked(_inputs: &Self::NodeInputs) -> Option<Self::Out> {
         None
     }
 
     /// Makes the result.
-    fn run(own: &Self::Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error>;
+    fn run(
+        inputs: &Self::NodeInputs,
+        parents: Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Self::Out, Error>;
 
     /// Writes what is kept of the result.
     fn save(_out: &Self::Out, _work: &Work<'_>) -> Result<(), Error> {
@@ -148,7 +154,7 @@ impl Entry {
             by_value: N::BY_VALUE,
             parents: N::Parents::IDS,
             key: key::<N>,
-            asked: |ground| Ok(N::not_asked(&N::own(ground)?).is_none()),
+            asked: |ground| Ok(N::not_asked(&N::inputs(ground)?).is_none()),
             run: run::<N>,
             save: |out, work| N::save(&typed::<N>(out), work),
             facts: |out| N::facts(&typed::<N>(out)),
@@ -158,28 +164,28 @@ impl Entry {
     }
 }
 
-/// hash(name, version of the method, own values, keys of the parents); of a node that is not asked for, its name and own
-/// values alone.
+/// hash(name, version of the method, own values, keys of the parents); of a node that is not asked
+/// for, its name and own values alone.
 fn key<N: Node>(ground: &Ground, parents: &[Key]) -> Result<Key, Error> {
-    let own = N::own(ground)?;
+    let inputs = N::inputs(ground)?;
     let mut hasher = blake3::Hasher::new();
     let mut add = |part: &[u8]| {
         hasher.update(&(part.len() as u64).to_le_bytes()).update(part);
     };
     add(N::ID.name().as_bytes());
     add(&N::METHOD.to_le_bytes());
-    add(&serde_json::to_vec(&own)?);
-    if N::not_asked(&own).is_none() {
+    add(&serde_json::to_vec(&inputs)?);
+    if N::not_asked(&inputs).is_none() {
         parents.iter().for_each(|parent| add(parent.as_bytes()));
     }
     Ok(hasher.finalize().to_hex().to_string())
 }
 
 fn run<N: Node>(ground: &Ground, parents: &[Output], work: &Work<'_>) -> Result<Output, Error> {
-    let own = N::own(ground)?;
-    if let Some(out) = N::not_asked(&own) {
+    let inputs = N::inputs(ground)?;
+    if let Some(out) = N::not_asked(&inputs) {
         return Ok(Arc::new(out));
     }
     work.progress.at(0.0)?;
-    Ok(Arc::new(N::run(&own, N::Parents::outs(parents), work)?))
+    Ok(Arc::new(N::run(&inputs, N::Parents::outs(parents), work)?))
 }

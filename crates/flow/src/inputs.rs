@@ -1,4 +1,5 @@
-//! The files that a result is made from: what they hold, by hash, of exactly the files that the readers read.
+//! The files that a result is made from: what they hold, by hash, of exactly the files that the
+//! readers read.
 
 use crate::Error;
 use serde::Serialize;
@@ -19,7 +20,8 @@ pub(crate) struct InputFile {
     pub(crate) path: PathBuf,
     /// What its name ends with: decides how it is read.
     form: String,
-    /// Name of the file where a reader takes it for what the file holds (seeds of a tissue); else empty.
+    /// Name of the file where a reader takes it for what the file holds (seeds of a tissue); else
+    /// empty.
     name: String,
     files: usize,
     blake3: String,
@@ -66,8 +68,8 @@ impl Stamp {
     }
 }
 
-/// Size, time of modification and, where the system keeps it, of the last change of the entry, which no program can set
-/// back.
+/// Size, time of modification and, where the system keeps it, of the last change of the entry,
+/// which no program can set back.
 pub(crate) fn times(meta: &std::fs::Metadata) -> [u128; 3] {
     let modified = meta.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
     #[cfg(unix)]
@@ -129,8 +131,8 @@ fn root_of(path: &Path) -> &Path {
     if path.is_dir() { path } else { path.parent().unwrap_or(Path::new("")) }
 }
 
-/// The files that are read when a path is named; of one DICOM file of a CT, those of its folder; of a header whose
-/// samples lie beside it (`.mhd`), both.
+/// The files that are read when a path is named; of one DICOM file of a CT, those of its folder; of
+/// a header whose samples lie beside it (`.mhd`), both.
 fn files_of(path: &Path, ct: bool) -> std::io::Result<Vec<PathBuf>> {
     match path.is_file() {
         _ if ct && !is_volume_name(path) => {
@@ -184,8 +186,8 @@ fn hash_file(path: &Path) -> std::io::Result<String> {
 /// Deepest nesting of input folders that is followed.
 const MAX_DEPTH: usize = 8;
 
-/// All files below a folder in order of name; hidden ones and folders that must not be read left out, links to folders not
-/// followed.
+/// All files below a folder in order of name; hidden ones and folders that must not be read left
+/// out, links to folders not followed.
 pub(crate) fn files_below(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     collect(folder, MAX_DEPTH, &mut files)?;

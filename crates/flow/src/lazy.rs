@@ -41,7 +41,8 @@ impl<T> Lazy<T> {
     /// The value.
     ///
     /// # Errors
-    /// When it cannot be made or read, or the callback asked to stop: it is then tried again when it is next asked for.
+    /// When it cannot be made or read, or the callback asked to stop: it is then tried again when
+    /// it is next asked for.
     pub(crate) fn get(&self, progress: Progress<'_>) -> Result<Arc<T>, Error> {
         if let Some(held) = self.held.get() {
             return Ok(Arc::clone(held));

@@ -1,13 +1,15 @@
-//! The flow from CT to deformed CT: its parameters, its graph of nodes, the session that holds their results, and the
-//! folder that keeps them.
+//! The flow from CT to deformed CT: its parameters, its graph of nodes, the session that holds
+//! their results, and the folder that keeps them.
 //!
 //! - [`spec`]: one table of parameters; a [`Spec`] of given values makes a [`Case`].
-//! - `nodes`: one file per stage: what it may see, what it makes; the list of them is the whole flow.
+//! - `nodes`: one file per stage: what it may see, what it makes; the list of them is the whole
+//!   flow.
 //! - `graph`: keys: what must be made again follows from them.
 //! - [`Session`]: what was given, and all results, in memory; set, ask, watch, cancel.
 //! - [`RunFolder`]: the only place that knows the names of files.
 //!
-//! The only crate that knows the order of the stages and the only one below the front ends with a clock.
+//! The only crate that knows the order of the stages and the only one below the front ends with a
+//! clock.
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files, and the clock of the stages")]
 
@@ -61,6 +63,6 @@ pub use status::{
     write_status, write_text,
 };
 pub use supine_report::{
-    DoseVolumeHistogram, Ended, Reason, RunError, RunStatus, Summary, UncertainPatch, Warning,
-    Whose, directions, headline, held, moves, too_wide,
+    DoseVolumeHistogram, Ended, PatientIdentity, Reason, RunError, RunStatus, Summary,
+    UncertainPatch, Warning, directions, headline, held, moves, too_wide,
 };

@@ -1,4 +1,5 @@
-//! The breast on a table that is tilted while somebody looks on, and round an applicator: previews on a coarse mesh.
+//! The breast on a table that is tilted while somebody looks on, and round an applicator: previews
+//! on a coarse mesh.
 
 use crate::live_tissue::{Found, LiveMesh, LiveTissue, fits, law};
 use crate::session::{Request, Session, Watched};
@@ -45,7 +46,8 @@ pub struct Held {
     pub force_n: Vector,
     /// Moment about the centre of the sphere, N mm, LPS.
     pub moment_n_mm: Vector,
-    /// Distance of a place from the applicator's surface, mm, negative inside: of the tumour's centre.
+    /// Distance of a place from the applicator's surface, mm, negative inside: of the tumour's
+    /// centre.
     pub away_mm: Option<f64>,
 }
 
@@ -63,8 +65,9 @@ impl Applied {
 
 /// The CT carried by a coarse mesh under a gravity that turns.
 ///
-/// A preview: its displacement is quadratic in the mechanics, and for the picture linear in the eighths of each tetrahedron.
-/// It has the tissue of the case, with what was fitted to scans where that is held.
+/// A preview: its displacement is quadratic in the mechanics, and for the picture linear in the
+/// eighths of each tetrahedron. It has the tissue of the case, with what was fitted to scans where
+/// that is held.
 #[derive(Debug)]
 pub struct LiveBed {
     made_of: MadeOf,
@@ -110,8 +113,9 @@ impl MadeOf {
 }
 
 impl LiveBed {
-    /// A preview of what is given now, on a level table. What it rests on is made in the session's lane that the request
-    /// names, the preview itself in the live lane; not to be called from there.
+    /// A preview of what is given now, on a level table. What it rests on is made in the session's
+    /// lane that the request names, the preview itself in the live lane; not to be called from
+    /// there.
     ///
     /// # Errors
     /// When a stage or the solver fails, or the observer ends the work.
@@ -121,7 +125,8 @@ impl LiveBed {
         let (observer, failed) = (request.observer, &AtomicBool::new(false));
         let watch = Watched { node: NodeId::Solve, observer, failed };
         let progress = Progress::new(&watch);
-        // What is got from the session waits for its lane, which may have one thread: it must not be waited for from there.
+        // What is got from the session waits for its lane, which may have one thread: it must not
+        // be waited for from there.
         session.on_live(|| {
             let mesh = LiveMesh { tetrahedra: TETRAHEDRA, order: Order::Quadratic };
             let LiveTissue { ct, body, params } =
@@ -151,8 +156,8 @@ impl LiveBed {
         Ok(same)
     }
 
-    /// Tilts the table, and carries the CT where planes of its grid are seen (axis, number): elsewhere [`Self::ct`] then holds
-    /// nothing of use.
+    /// Tilts the table, and carries the CT where planes of its grid are seen (axis, number):
+    /// elsewhere [`Self::ct`] then holds nothing of use.
     ///
     /// # Errors
     /// When no equilibrium is found: all then stays as it was.
@@ -165,8 +170,9 @@ impl LiveBed {
         self.carrier.carry(self.tilt.deformation()?, seen)
     }
 
-    /// Moves an applicator to a pose on a table (identity: where it was put in), and carries the CT as [`Self::turn`] does. It
-    /// is put in anew when it, or the table, is another than before; `tumour` is a place in the CT that is looked at.
+    /// Moves an applicator to a pose on a table (identity: where it was put in), and carries the CT
+    /// as [`Self::turn`] does. It is put in anew when it, or the table, is another than before;
+    /// `tumour` is a place in the CT that is looked at.
     ///
     /// # Errors
     /// When it holds no tissue, or no equilibrium is found: it then stays where it was.
@@ -223,7 +229,8 @@ impl LiveBed {
         self.carrier.deformation.mesh().tets().len()
     }
 
-    /// Where the tissue at a place of the CT is now, LPS, mm; nothing where there is none of the mesh.
+    /// Where the tissue at a place of the CT is now, LPS, mm; nothing where there is none of the
+    /// mesh.
     pub fn carried(&self, place: &Point) -> Option<Point> {
         let Carrier { deformation, locator, edges, .. } = &self.carrier;
         let Located { tet, weights, .. } = locator.locate(place)?;

@@ -16,7 +16,8 @@ use supine_space::{Progress, supine};
 use supine_tetrahedralise::Refinement;
 use supine_volume::{Ct, Volume};
 
-/// The patient's tissue on a mesh of its own, with the case's tissue, and with what was fitted to scans where that is held.
+/// The patient's tissue on a mesh of its own, with the case's tissue, and with what was fitted to
+/// scans where that is held.
 #[derive(Clone, Debug)]
 pub struct LiveTissue {
     /// The CT, HU.
@@ -30,7 +31,8 @@ pub struct LiveTissue {
 /// How fine the mesh for live work is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LiveMesh {
-    /// Tetrahedra that are asked for; where the planning mesh has less than twice as many it is taken itself.
+    /// Tetrahedra that are asked for; where the planning mesh has less than twice as many it is
+    /// taken itself.
     pub tetrahedra: usize,
     /// Order of the elements.
     pub order: Order,
@@ -45,8 +47,9 @@ impl LiveTissue {
         Self::finer(session, request, mesh, |_| None)
     }
 
-    /// The same, finer in some places of the planning mesh: the longest edges wanted there, mm, on a grid (LPS). The number
-    /// of tetrahedra stays. A planning mesh that is taken itself is left as it is.
+    /// The same, finer in some places of the planning mesh: the longest edges wanted there, mm, on
+    /// a grid (LPS). The number of tetrahedra stays. A planning mesh that is taken itself is left
+    /// as it is.
     ///
     /// # Errors
     /// As [`LiveTissue::new`].

@@ -1,6 +1,7 @@
 //! The memory that a session's work holds, apart from that of other sessions in the process.
 //!
-//! `unsafe` is needed once: an allocator has no safe interface. It hands every call on to the system's.
+//! `unsafe` is needed once: an allocator has no safe interface. It hands every call on to the
+//! system's.
 
 #![allow(unsafe_code, reason = "an allocator, see above")]
 
@@ -13,11 +14,12 @@ use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering};
 
-/// Bytes that a thread counts for itself before it tells its session: threads then seldom wait for each other.
+/// Bytes that a thread counts for itself before it tells its session: threads then seldom wait for
+/// each other.
 const BATCH: isize = 1 << 16;
 
-/// The system's allocator, which counts for each session what its threads hold. A program that wants sessions to tell
-/// their memory names it as its `#[global_allocator]`.
+/// The system's allocator, which counts for each session what its threads hold. A program that
+/// wants sessions to tell their memory names it as its `#[global_allocator]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CountingAllocator;
 
@@ -50,7 +52,8 @@ thread_local! {
 }
 
 impl Meter {
-    /// A meter that lives as long as the process, as the threads that count on it may: a few bytes per session.
+    /// A meter that lives as long as the process, as the threads that count on it may: a few bytes
+    /// per session.
     pub(crate) fn leaked() -> &'static Self {
         Box::leak(Box::default())
     }
@@ -71,7 +74,8 @@ impl Meter {
         result
     }
 
-    /// The most that was held at once since the last reset, MB; none in a program without the counting allocator.
+    /// The most that was held at once since the last reset, MB; none in a program without the
+    /// counting allocator.
     pub(crate) fn peak_mb(&self) -> Option<f64> {
         let counts = COUNTS.load(Ordering::Relaxed);
         counts.then(|| self.peak.load(Ordering::Relaxed).max(0) as f64 / 1e6)

@@ -1,7 +1,7 @@
 //! The known name that someone may have meant.
 
-/// The known name nearest to a typed one, whatever the case: one that begins with it, one that has it within, else the one
-/// that the fewest slips of the keyboard lead to.
+/// The known name nearest to a typed one, whatever the case: one that begins with it, one that has
+/// it within, else the one that the fewest slips of the keyboard lead to.
 pub(crate) fn nearest<'a>(
     typed: &str,
     known: impl IntoIterator<Item = &'a str>,

@@ -1,6 +1,7 @@
 //! The nodes of the flow, by name.
 
-/// A node of the flow; what the command line calls a stage. The order is one in which they can be made.
+/// A node of the flow; what the command line calls a stage. The order is one in which they can be
+/// made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum NodeId {
     /// The CT.

@@ -1,4 +1,5 @@
-//! The patient's own doses and structures that a case carries along, as they are held: for those who show them.
+//! The patient's own doses and structures that a case carries along, as they are held: for those
+//! who show them.
 
 use crate::nodes::{Moved, MovedObjects, Objects};
 use crate::session::{Freshness, Request, Session};
@@ -78,7 +79,8 @@ impl Session {
         Ok(self.peek_objects())
     }
 
-    /// The patient's own objects that are held, of the files that the case names now; nothing is read or made.
+    /// The patient's own objects that are held, of the files that the case names now; nothing is
+    /// read or made.
     pub fn peek_objects(&self) -> Option<OwnObjects> {
         let (given, freshness) = self.peek::<Objects>()?;
         if given.is_empty() || freshness != Freshness::Fresh {

@@ -22,15 +22,15 @@ impl Session {
         Ok(())
     }
 
-    /// The scan of the sitting patient laid onto the CT, with its distances from skins, that of the CT first; nothing is read
-    /// or made, and nothing told that is of what was given before.
+    /// The scan of the sitting patient laid onto the CT, with its distances from skins, that of the
+    /// CT first; nothing is read or made, and nothing told that is of what was given before.
     pub fn peek_sitting_scan(&self) -> Option<Arc<ScanDistances>> {
         let (fitted, freshness) = self.peek::<Fit>()?;
         fitted.shared_distances().filter(|_| freshness == Freshness::Fresh)
     }
 
-    /// The scan on the operating table with its distances from skins, that of the result last; nothing is read or made, and
-    /// nothing told that is of what was given before.
+    /// The scan on the operating table with its distances from skins, that of the result last;
+    /// nothing is read or made, and nothing told that is of what was given before.
     pub fn peek_table_scan(&self) -> Option<Arc<ScanDistances>> {
         let (evaluated, freshness) = self.peek::<Evaluation>()?;
         evaluated.shared_distances().filter(|_| freshness == Freshness::Fresh)

@@ -23,7 +23,8 @@ pub struct Options {
     pub inputs_changed: bool,
 }
 
-/// Brings a session's folder up to date; the summary, or `None` when `until` ended the run before the report.
+/// Brings a session's folder up to date; the summary, or `None` when `until` ended the run before
+/// the report.
 ///
 /// # Errors
 /// [`Error`]; nothing half-written is left under a final name, and what was finished stays.

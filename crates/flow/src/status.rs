@@ -1,4 +1,5 @@
-//! How a run ended, told from its result or its failure: one place for `supine run --status` and for a batch.
+//! How a run ended, told from its result or its failure: one place for `supine run --status` and
+//! for a batch.
 
 use crate::commands::run::{Run, RunDone};
 use crate::folder::{USERS, whole, write_atomically};
@@ -49,7 +50,8 @@ pub fn advice_of(kind: Failure, message: &str) -> String {
     advice_for(kind, advice(message))
 }
 
-/// The name of a case: that of its file, or of its folder where the file is called `case` or `summary`.
+/// The name of a case: that of its file, or of its folder where the file is called `case` or
+/// `summary`.
 pub fn case_name(case: &Path) -> String {
     let whole = whole(case);
     let stem = |path: &Path| path.file_stem().map(|name| name.to_string_lossy().into_owned());
@@ -78,7 +80,8 @@ pub(crate) struct Told<'a> {
     pub(crate) worst: Colour,
 }
 
-/// Runs a case; how that ended, and the same in the words of a status. Until it ended the file says that it did not.
+/// Runs a case; how that ended, and the same in the words of a status. Until it ended the file says
+/// that it did not.
 pub fn run_told(
     given: &Run,
     (worst, path): (Colour, &Path),
@@ -102,8 +105,8 @@ pub fn write_status(status: &RunStatus, path: &Path) -> Result<(), Error> {
     write_text(path, &status.text())
 }
 
-/// Writes a text: a file is replaced as a whole, through links; what is no file, such as a pipe or a device, takes it as a
-/// stream and stays what it is. A folder that is missing is made.
+/// Writes a text: a file is replaced as a whole, through links; what is no file, such as a pipe or
+/// a device, takes it as a stream and stays what it is. A folder that is missing is made.
 ///
 /// # Errors
 /// [`Error::Output`] when it cannot be written.
@@ -184,7 +187,8 @@ impl Told<'_> {
         RunStatus { status, exit, error, ..self.bare(self.is_nameless()) }
     }
 
-    /// Of a run that the system ended: it stands where the status goes while the run goes on, as nobody could say it then.
+    /// Of a run that the system ended: it stands where the status goes while the run goes on, as
+    /// nobody could say it then.
     pub(crate) fn not_ended(&self) -> RunStatus {
         let text = "the run did not come to its end: the memory did not suffice, or somebody ended the program from outside; \
                     run it again, with more memory or fewer at once";
@@ -196,8 +200,8 @@ impl Told<'_> {
         failed(self.bare(self.is_nameless()), &Error::Stopped, false)
     }
 
-    /// Whether nothing may name the patient. A case that cannot be read is taken for one that asks for it if its text
-    /// speaks of it.
+    /// Whether nothing may name the patient. A case that cannot be read is taken for one that asks
+    /// for it if its text speaks of it.
     pub(crate) fn is_nameless(&self) -> bool {
         let asks = match &self.spec {
             Ok(spec) => spec.get("export.anonymise") == Some(&Value::Switch(true)),
@@ -261,8 +265,8 @@ pub(crate) fn finished(bare: RunStatus, summary: &Summary, worst: Colour) -> Run
     }
 }
 
-/// The status of a run that ended without a result. Messages name files: of a de-identified one the code stands in their
-/// place.
+/// The status of a run that ended without a result. Messages name files: of a de-identified one the
+/// code stands in their place.
 fn failed(bare: RunStatus, error: &Error, nameless: bool) -> RunStatus {
     let (kind, code, message) = (error.kind(), error.code(), error.to_string());
     let mut told = RunError::new(kind, code, message.clone(), advice(&message));

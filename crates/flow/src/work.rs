@@ -34,8 +34,8 @@ impl<'a> Work<'a> {
         Self { progress, shelf, warned, written, clock, warnings: Mutex::default() }
     }
 
-    /// The date and time that an object bears: the case's, the run's, or, where nobody said it or the patient was taken
-    /// out, those of the series that it is made from.
+    /// The date and time that an object bears: the case's, the run's, or, where nobody said it or
+    /// the patient was taken out, those of the series that it is made from.
     pub(crate) fn clock_of(&self, given: Option<&str>, named: &ExportSource) -> Clock {
         let of_case = given.and_then(Clock::parse);
         let of_run = || self.clock.filter(|_| named.anonymiser.is_none()).cloned();

@@ -14,7 +14,8 @@ impl Deformation {
     /// A mesh and a displacement that was made for it.
     ///
     /// # Errors
-    /// [`DisplacementError::OtherMesh`] when it was made for a mesh with other points or tetrahedra.
+    /// [`DisplacementError::OtherMesh`] when it was made for a mesh with other points or
+    /// tetrahedra.
     pub fn new(mesh: Arc<TetMesh>, displacement: Displacement) -> Result<Self, DisplacementError> {
         displacement.check(&mesh)?;
         Ok(Self { mesh, displacement })

@@ -36,8 +36,9 @@ impl Order {
 
 /// Displacement of the nodes of a mesh, always from the CT shape, mm.
 ///
-/// Nodes are the points of the mesh, and for quadratic order also the midpoints of its edges in
-/// the order of [`Edges`]. The elements of the mesh itself (the CT shape) are straight. Copies share the vectors.
+/// Nodes are the points of the mesh, and for quadratic order also the midpoints of its edges in the
+/// order of [`Edges`]. The elements of the mesh itself (the CT shape) are straight. Copies share
+/// the vectors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
     mesh: MeshId,
@@ -151,8 +152,8 @@ impl Displacement {
         }
     }
 
-    /// Derivative of the displacement within tetrahedron `tet` at barycentric coordinates `l`, without
-    /// unit: row = component of the displacement, column = axis of the CT.
+    /// Derivative of the displacement within tetrahedron `tet` at barycentric coordinates `l`,
+    /// without unit: row = component of the displacement, column = axis of the CT.
     ///
     /// Σ u_n (grad N_n)ᵀ with the N of [`Self::at`].
     pub fn gradient(&self, mesh: &TetMesh, edges: &Edges, tet: usize, l: [f64; 4]) -> Matrix {

@@ -15,10 +15,11 @@ pub enum Place {
     Inside(Located),
     /// Outside, with the skin as the nearest part of the boundary.
     Beside(Beside),
-    /// Outside, with the chest wall as the nearest part of the boundary: in or behind the rigid body.
+    /// Outside, with the chest wall as the nearest part of the boundary: in or behind the rigid
+    /// body.
     Wall,
-    /// Outside, with the cut or its rim as the nearest part of the boundary: tissue and air of which
-    /// the mesh knows nothing. Points that are not finite lie here too.
+    /// Outside, with the cut or its rim as the nearest part of the boundary: tissue and air of
+    /// which the mesh knows nothing. Points that are not finite lie here too.
     Beyond,
 }
 
@@ -31,8 +32,8 @@ pub struct Beside {
     pub weights: [f64; 3],
     /// From the foot to the point, mm.
     pub offset: Vector,
-    /// Slopes of `weights` when the point moves, 1/mm: in the plane of the face, along the edge that the
-    /// foot stays on, or 0 at a corner that it stays on.
+    /// Slopes of `weights` when the point moves, 1/mm: in the plane of the face, along the edge
+    /// that the foot stays on, or 0 at a corner that it stays on.
     pub(crate) slopes: [Vector; 3],
 }
 
@@ -45,8 +46,8 @@ impl Beside {
 
 /// A mesh in its CT shape, prepared to tell where points lie.
 ///
-/// Places depend on the shape alone, so those of many points serve for one displacement after another
-/// ([`crate::Motion`]).
+/// Places depend on the shape alone, so those of many points serve for one displacement after
+/// another ([`crate::Motion`]).
 pub struct Embedding {
     mesh: Arc<TetMesh>,
     edges: Edges,
@@ -98,7 +99,8 @@ impl Embedding {
 
     /// Where a point (LPS, mm) lies.
     ///
-    /// What is nearest on a rim belongs to the cut before the chest wall, and to either before the skin.
+    /// What is nearest on a rim belongs to the cut before the chest wall, and to either before the
+    /// skin.
     pub fn place(&self, p: &Point) -> Place {
         if !p.iter().all(|c| c.is_finite()) {
             return Place::Beyond;

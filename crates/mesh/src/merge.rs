@@ -2,8 +2,8 @@
 
 use supine_space::Point;
 
-/// The points without those at the place of another, and where each of the given ones is among them. The first of each
-/// place stands for it, so that the order of the points is kept.
+/// The points without those at the place of another, and where each of the given ones is among
+/// them. The first of each place stands for it, so that the order of the points is kept.
 pub(crate) fn merged(points: &[Point]) -> (Vec<Point>, Vec<u32>) {
     // Adding 0 makes -0 the same as 0.
     let key = |n: u32| points[n as usize].coords.map(|c| c + 0.0);

@@ -8,8 +8,8 @@ use supine_space::{Matrix, Vector};
 
 /// How what lies outside the skin moves with it.
 ///
-/// Up to `rigid_mm` from the skin all of it, as a layer of constant thickness; from there the motion
-/// falls smoothly to nothing at `reach_mm`.
+/// Up to `rigid_mm` from the skin all of it, as a layer of constant thickness; from there the
+/// motion falls smoothly to nothing at `reach_mm`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surround {
     /// Distance from the skin up to which the motion is whole, mm.
@@ -21,18 +21,19 @@ pub struct Surround {
 impl Default for Surround {
     /// 10 mm, then 40 mm of decay.
     ///
-    /// Points of a surface scan lie within a few millimetres of the CT's skin once it is registered, and
-    /// breathing, cloth or a bad edge take that to some 10 mm: all these must move as the skin does. The
-    /// decay is there so that the field ends without a step; its slope is at most 1.5 |u| / 40 mm, so that
-    /// it does not fold for motions of the skin up to 27 mm, more than a tilted table gives.
+    /// Points of a surface scan lie within a few millimetres of the CT's skin once it is
+    /// registered, and breathing, cloth or a bad edge take that to some 10 mm: all these must move
+    /// as the skin does. The decay is there so that the field ends without a step; its slope is at
+    /// most 1.5 |u| / 40 mm, so that it does not fold for motions of the skin up to 27 mm, more
+    /// than a tilted table gives.
     fn default() -> Self {
         Self { rigid_mm: 10.0, reach_mm: 50.0 }
     }
 }
 
 impl Surround {
-    /// Share of the motion at a distance (mm) from the skin, and its slope (1/mm): 1 − t² (3 − 2 t) with
-    /// t = (d − rigid) / (reach − rigid) held in 0..=1.
+    /// Share of the motion at a distance (mm) from the skin, and its slope (1/mm): 1 − t² (3 − 2 t)
+    /// with t = (d − rigid) / (reach − rigid) held in 0..=1.
     fn share(&self, distance_mm: f64) -> (f64, f64) {
         let width = self.reach_mm - self.rigid_mm;
         let t = (distance_mm - self.rigid_mm) / width;
@@ -55,13 +56,13 @@ impl Surround {
 /// | behind the chest wall | 0: it is one rigid body, and held |
 /// | beyond the cut | none: the mesh knows nothing of it |
 ///
-/// Outside the skin the offset turns with the skin, so that distances from it and directions along its
-/// normal are kept (the assumption of thin shells by Kirchhoff and Love): A takes tangents of the skin to
-/// those of the deformed skin and its normal to the normal there. It is the mean of the skin faces round
-/// each point, weighted by area, linear between; I where the skin meets the chest wall. s is that of
-/// [`Surround`]. The value is continuous from the inside to the reach and beyond, the derivative along the
-/// normal jumps at the skin (air does not stretch as tissue does), and both jump where two feet are
-/// equally near.
+/// Outside the skin the offset turns with the skin, so that distances from it and directions along
+/// its normal are kept (the assumption of thin shells by Kirchhoff and Love): A takes tangents of
+/// the skin to those of the deformed skin and its normal to the normal there. It is the mean of the
+/// skin faces round each point, weighted by area, linear between; I where the skin meets the chest
+/// wall. s is that of [`Surround`]. The value is continuous from the inside to the reach and
+/// beyond, the derivative along the normal jumps at the skin (air does not stretch as tissue does),
+/// and both jump where two feet are equally near.
 #[derive(Debug)]
 pub struct Motion {
     embedding: Arc<Embedding>,
@@ -106,11 +107,11 @@ impl Motion {
         places.par_iter().map(|p| self.at(p)).collect()
     }
 
-    /// Derivative of the displacement at a place, without unit: row = component of the displacement,
-    /// column = axis of the CT. `None` beyond the cut.
+    /// Derivative of the displacement at a place, without unit: row = component of the
+    /// displacement, column = axis of the CT. `None` beyond the cut.
     ///
-    /// The deformation gradient F is this plus the identity. It is the derivative of [`Self::at`] within
-    /// a tetrahedron, or within the region of one face, edge or corner of the skin.
+    /// The deformation gradient F is this plus the identity. It is the derivative of [`Self::at`]
+    /// within a tetrahedron, or within the region of one face, edge or corner of the skin.
     pub fn gradient(&self, place: &Place) -> Option<Matrix> {
         match place {
             Place::Inside(l) => {
@@ -131,8 +132,8 @@ impl Motion {
         on_face(&self.embedding, &self.displacement, beside.face, beside.weights) + turned
     }
 
-    /// s' v ŵᵀ + s [Σ ∂u/∂l_a b_aᵀ + Σ (A_a − I) w b_aᵀ + (A − I)(I − ∂c)], v the motion without decay, b_a
-    /// the slopes of the foot's weights l_a, ∂c those of the foot.
+    /// s' v ŵᵀ + s [Σ ∂u/∂l_a b_aᵀ + Σ (A_a − I) w b_aᵀ + (A − I)(I − ∂c)], v the motion without
+    /// decay, b_a the slopes of the foot's weights l_a, ∂c those of the foot.
     fn gradient_beside(&self, beside: &Beside) -> Matrix {
         let Beside { face, weights, offset, slopes } = beside;
         let mesh = self.embedding.mesh();
@@ -149,7 +150,8 @@ impl Motion {
     }
 }
 
-/// Nodal displacements of a face: its corners, then (quadratic) the middles of its edges 01, 12, 20.
+/// Nodal displacements of a face: its corners, then (quadratic) the middles of its edges 01, 12
+/// and 20.
 fn nodal(
     embedding: &Embedding,
     displacement: &Displacement,
@@ -193,8 +195,8 @@ fn slopes_on_face(
 
 /// A − I at the points of the skin, zero elsewhere and on the chest wall.
 ///
-/// Of one face: A = T + n' nᵀ with T the map of its tangents and n, n' its unit normals before and after.
-/// A face that is deformed to a line at a corner has no normal there and does not count.
+/// Of one face: A = T + n' nᵀ with T the map of its tangents and n, n' its unit normals before and
+/// after. A face that is deformed to a line at a corner has no normal there and does not count.
 fn turns(embedding: &Embedding, displacement: &Displacement) -> Vec<Matrix> {
     let mesh = embedding.mesh();
     let mut sums = vec![(Matrix::zeros(), 0.0); mesh.points().len()];

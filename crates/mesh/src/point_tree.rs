@@ -5,8 +5,9 @@ use supine_space::Point;
 
 /// Points in a balanced k-d tree, which finds those nearest to a place. mm, in any frame.
 ///
-/// It is made once and never changes. Points equally near are found by the lower index first, whatever the number of
-/// threads. Source: Friedman, Bentley and Finkel, ACM Trans. Math. Softw. 3, 1977.
+/// It is made once and never changes. Points equally near are found by the lower index first,
+/// whatever the number of threads. Source: Friedman, Bentley and Finkel, ACM Trans. Math. Softw.
+/// 3, 1977.
 #[derive(Clone, Debug)]
 pub struct PointTree {
     /// Inner nodes, each before its left and then its right half; all leaves lie equally deep.
@@ -69,8 +70,8 @@ impl PointTree {
         best.map(found)
     }
 
-    /// The `count` points nearest to a place, or fewer where no more lie within `within_mm`: indices and distances in mm,
-    /// the nearest first.
+    /// The `count` points nearest to a place, or fewer where no more lie within `within_mm`:
+    /// indices and distances in mm, the nearest first.
     pub fn nearest_few(&self, place: &Point, count: usize, within_mm: f64) -> Vec<(usize, f64)> {
         let mut best: Vec<(f64, u32)> = Vec::with_capacity(count.min(self.len()) + 1);
         if count > 0 {
@@ -84,8 +85,8 @@ impl PointTree {
         best.into_iter().map(found).collect()
     }
 
-    /// Shows `take` points within reach of a place, by squared distance and index. It answers with the squared distance
-    /// beyond which it wants no more, if it knows.
+    /// Shows `take` points within reach of a place, by squared distance and index. It answers with
+    /// the squared distance beyond which it wants no more, if it knows.
     fn search(&self, place: &Point, within_mm: f64, take: impl FnMut((f64, u32)) -> Option<f64>) {
         if within_mm >= 0.0 {
             // Infinitely far is what is not finite.

@@ -12,8 +12,8 @@ use crate::merge::merged;
 use cells::representatives;
 use supine_space::{Point, Pose, Vector};
 
-/// A surface scan: points with unit normals that point out of the body, and triangles where it has some. mm, in the frame
-/// of the scanner or of the patient; whoever holds it says which.
+/// A surface scan: points with unit normals that point out of the body, and triangles where it has
+/// some. mm, in the frame of the scanner or of the patient; whoever holds it says which.
 ///
 /// The surface may be open and have holes. No two points lie at the same place.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,24 +27,26 @@ pub struct Scan {
 const FEWEST: usize = 500;
 /// No body, nor a room, reaches farther, mm.
 const FARTHEST_MM: f64 = 1e5;
-/// With less than this share of the normals away from the middle the scan is inside out, with more it is not; between the
-/// two the middle does not tell.
+/// With less than this share of the normals away from the middle the scan is inside out, with more
+/// it is not; between the two the middle does not tell.
 const INSIDE_OUT: [f64; 2] = [0.4, 0.6];
 
 /// A scan is thinned to no more cells along an axis: they are to be counted.
 const FINEST: f64 = (1 << 19) as f64;
 
 impl Scan {
-    /// A scan from points in mm, with a normal each where they are known, and triangles, none or counter-clockwise from
-    /// outside.
+    /// A scan from points in mm, with a normal each where they are known, and triangles, none or
+    /// counter-clockwise from outside.
     ///
-    /// Points that are not finite are left out, points at the same place become one, and pieces of less than 1 % of the
-    /// points that lie by themselves are left out. Normals need not be of unit length; one that is zero or not finite is
-    /// made from those around. Without normals they come from the triangles, or else from the points near by. A scan that
-    /// is inside out as a whole is turned. [`ScanInfo`] tells all that.
+    /// Points that are not finite are left out, points at the same place become one, and pieces of
+    /// less than 1 % of the points that lie by themselves are left out. Normals need not be of unit
+    /// length; one that is zero or not finite is made from those around. Without normals they come
+    /// from the triangles, or else from the points near by. A scan that is inside out as a whole is
+    /// turned. [`ScanInfo`] tells all that.
     ///
     /// # Errors
-    /// When fewer than 500 points are left, they lie on a line or farther apart than any body, or a number makes no sense.
+    /// When fewer than 500 points are left, they lie on a line or farther apart than any body, or a
+    /// number makes no sense.
     pub fn new(
         points: Vec<Point>,
         normals: Option<Vec<Vector>>,
@@ -78,7 +80,8 @@ impl Scan {
         &self.normals
     }
 
-    /// Triangles, as indices of three points, counter-clockwise seen from outside; none when the scan is of points only.
+    /// Triangles, as indices of three points, counter-clockwise seen from outside; none when the
+    /// scan is of points only.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
@@ -89,8 +92,9 @@ impl Scan {
         self.points.iter().fold(start, |(low, high), p| (low.inf(p), high.sup(p)))
     }
 
-    /// One point for each cell of a grid of this spacing, that nearest to the mean of the cell's points, with its normal;
-    /// in the order of the scan, without triangles. A spacing that is not positive leaves all points.
+    /// One point for each cell of a grid of this spacing, that nearest to the mean of the cell's
+    /// points, with its normal; in the order of the scan, without triangles. A spacing that is not
+    /// positive leaves all points.
     #[must_use]
     pub fn thinned(&self, spacing_mm: f64) -> Self {
         if spacing_mm.is_nan() || spacing_mm <= 0.0 {
@@ -105,7 +109,8 @@ impl Scan {
         }
     }
 
-    /// The scan without points, by their index, and without their triangles; `None` when nothing is left.
+    /// The scan without points, by their index, and without their triangles; `None` when nothing is
+    /// left.
     pub fn without(&self, left_out: impl Fn(usize) -> bool) -> Option<Self> {
         let kept: Vec<bool> = (0..self.points.len()).map(|n| !left_out(n)).collect();
         let mut scan = self.clone();

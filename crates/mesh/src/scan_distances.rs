@@ -20,7 +20,8 @@ pub struct ScanDistances {
 pub struct SurfaceDistances {
     /// What surface it is, in a word.
     pub name: String,
-    /// Of each point, mm, positive outside the body; none where the point belongs to no part of the surface that is known.
+    /// Of each point, mm, positive outside the body; none where the point belongs to no part of the
+    /// surface that is known.
     pub mm: Vec<Option<f64>>,
 }
 

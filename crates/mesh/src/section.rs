@@ -113,8 +113,8 @@ impl<'a> Faces<'a> {
         self.cut_by(edges, displacement, &seen)
     }
 
-    /// The same for a plane of any frame: `seen` gives a position's two coordinates in the plane, and its distance from it in
-    /// any unit.
+    /// The same for a plane of any frame: `seen` gives a position's two coordinates in the plane,
+    /// and its distance from it in any unit.
     pub fn cut_by(
         &self,
         edges: &Edges,
@@ -156,7 +156,8 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// The line in which a plane cuts a triangle, whose corners lie at two coordinates and a distance from it.
+/// The line in which a plane cuts a triangle, whose corners lie at two coordinates and a distance
+/// from it.
 pub fn cut_triangle(corners: &[[f64; 3]; 3]) -> Option<[Spot; 2]> {
     let crossing = |a: usize, b: usize| {
         let [from, to] = [corners[a], corners[b]];

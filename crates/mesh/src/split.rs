@@ -1,12 +1,14 @@
-//! Each tetrahedron as eight, so that a quadratic displacement becomes a linear one of the same nodes.
+//! Each tetrahedron as eight, so that a quadratic displacement becomes a linear one of the same
+//! nodes.
 
 use crate::{BoundaryFace, Edges, MeshError, Order, TET_EDGES, TetMesh};
 use supine_space::{Point, Vector};
 
 /// A mesh whose tetrahedra are eighths of those of another one.
 ///
-/// Its points are the nodes of a quadratic displacement of the other mesh, in their order: points, then the middles of the
-/// edges. The values of such a displacement are those of a linear one here; between the nodes the two differ.
+/// Its points are the nodes of a quadratic displacement of the other mesh, in their order: points,
+/// then the middles of the edges. The values of such a displacement are those of a linear one here;
+/// between the nodes the two differ.
 #[derive(Debug)]
 pub struct Split {
     /// The eighths.
@@ -45,7 +47,8 @@ impl Split {
         Ok(Self { mesh: TetMesh::new(points, tets, boundary)?, edges, points: count })
     }
 
-    /// The displacement of the eighths' points, mm, from the nodes' values of a displacement of the other mesh.
+    /// The displacement of the eighths' points, mm, from the nodes' values of a displacement of the
+    /// other mesh.
     pub fn values(&self, order: Order, values: &[Vector]) -> Vec<Vector> {
         match order {
             Order::Quadratic => values.to_vec(),
@@ -57,7 +60,8 @@ impl Split {
     }
 }
 
-/// Four eighths at the corners, and four round a diagonal of the octahedron that is left: with the orientation of the whole.
+/// Four eighths at the corners, and four round a diagonal of the octahedron that is left: with the
+/// orientation of the whole.
 fn eighths(corners: &[u32; 4], middles: &[u32; 6]) -> [[u32; 4]; 8] {
     let m = |a: usize, b: usize| {
         let edge = TET_EDGES.iter().position(|e| *e == [a, b] || *e == [b, a]);

@@ -27,7 +27,8 @@ impl SurfaceDistance {
         &self.surface
     }
 
-    /// Distance (mm) of a place (LPS, mm) from the surface, negative where the surface goes round it.
+    /// Distance (mm) of a place (LPS, mm) from the surface, negative where the surface goes round
+    /// it.
     pub fn at(&self, place: &Point) -> f64 {
         let Some(faces) = &self.faces else { return f64::INFINITY };
         let here = Vec3::new(place.x, place.y, place.z);

@@ -68,8 +68,8 @@ pub struct TetMesh {
     id: MeshId,
 }
 
-/// Which mesh something belongs to: equal for the same points and tetrahedra in the same order, whatever the
-/// boundary faces are part of. Only for comparisons within a process.
+/// Which mesh something belongs to: equal for the same points and tetrahedra in the same order,
+/// whatever the boundary faces are part of. Only for comparisons within a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(u64);
 
@@ -229,7 +229,8 @@ impl TetMesh {
         Ok(open)
     }
 
-    /// The same mesh with the boundary faces tagged anew: the tag of each from its middle (LPS, mm) and its tag so far.
+    /// The same mesh with the boundary faces tagged anew: the tag of each from its middle (LPS, mm)
+    /// and its tag so far.
     #[must_use]
     pub fn tagged(mut self, tag: impl Fn(&Point, BoundaryTag) -> BoundaryTag) -> Self {
         let points = &self.points;

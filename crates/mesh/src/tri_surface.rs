@@ -5,8 +5,9 @@ use supine_space::{Failure, Point};
 
 /// A closed surface of triangles that wind counter-clockwise seen from outside; points in LPS, mm.
 ///
-/// Every edge is walked as often one way as the other, so that how many times the surface goes round a
-/// place is a whole number everywhere. It may cross or touch itself and consist of several pieces.
+/// Every edge is walked as often one way as the other, so that how many times the surface goes
+/// round a place is a whole number everywhere. It may cross or touch itself and consist of several
+/// pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriSurface {
     points: Vec<Point>,
@@ -79,12 +80,12 @@ impl SurfaceError {
 impl TriSurface {
     /// A surface from points (LPS, mm) and triangles.
     ///
-    /// Points at the same place become one, triangles with two corners at one place are left out, and a
-    /// surface that is inside out as a whole is turned ([`Self::was_inside_out`]).
+    /// Points at the same place become one, triangles with two corners at one place are left out,
+    /// and a surface that is inside out as a whole is turned ([`Self::was_inside_out`]).
     ///
     /// # Errors
-    /// When the surface is open, triangles disagree which side is outside, or a number makes no sense;
-    /// the error counts the edges and tells the place of one.
+    /// When the surface is open, triangles disagree which side is outside, or a number makes no
+    /// sense; the error counts the edges and tells the place of one.
     pub fn new(points: Vec<Point>, triangles: Vec<[u32; 3]>) -> Result<Self, SurfaceError> {
         if let Some(n) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
             return Err(SurfaceError::Point(n));

@@ -44,8 +44,8 @@ pub struct Answer {
     pub state: State,
     /// What is in the tissue.
     pub tissue: Followed,
-    /// The place lies within this distance with a probability of 95 %, mm: tissue, registration and solver together. None where
-    /// the run could not say how sure it is.
+    /// The place lies within this distance with a probability of 95 %, mm: tissue, registration and
+    /// solver together. None where the run could not say how sure it is.
     pub within_mm: Option<f64>,
     /// Age of the pose when the answer was ready, or when it was told again, s.
     pub age_s: f64,
@@ -64,7 +64,8 @@ pub struct Followed {
     pub touches: bool,
     /// Whether the solver found an equilibrium.
     pub settled: bool,
-    /// Error of the solver: three times its own estimate, and how far the applicator still has to go where it has not settled; mm.
+    /// Error of the solver: three times its own estimate, and how far the applicator still has to
+    /// go where it has not settled; mm.
     pub error_mm: f64,
     /// Corrections or iterations.
     pub corrections: usize,
@@ -79,7 +80,8 @@ pub struct Followed {
 /// How sure the place of the target is, whatever the pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certainty {
-    /// The run's own: the tumour on the table lies within this distance, mm, 95 %. None where it could not say.
+    /// The run's own: the tumour on the table lies within this distance, mm, 95 %. None where it
+    /// could not say.
     pub tissue_mm: Option<f64>,
     /// Expected target registration error at the tumour, rms, mm.
     pub registration_mm: f64,
@@ -88,8 +90,9 @@ pub struct Certainty {
 impl Certainty {
     /// All together for an error of the solver of at most `error_mm`, 95 %, mm.
     ///
-    /// The two that are random add as squares; 95 % of a normal error in space lie within 1.614 of its rms value (the root of
-    /// the 95 % quantile of chi-squared with three degrees of freedom, over that of three).
+    /// The two that are random add as squares; 95 % of a normal error in space lie within 1.614 of
+    /// its rms value (the root of the 95 % quantile of chi-squared with three degrees of freedom,
+    /// over that of three).
     pub fn within_mm(&self, error_mm: f64) -> Option<f64> {
         let registration = 1.614 * self.registration_mm;
         Some(self.tissue_mm?.hypot(registration) + error_mm)

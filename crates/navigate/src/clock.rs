@@ -1,30 +1,35 @@
 //! How old a pose is, by two clocks that do not agree.
 //!
-//! The tracker's clock and ours differ by an unknown offset. The difference of arrival and stamp is that offset plus the time
-//! under way; its minimum over a while belongs to the quickest message. What a message took longer than that is added to the
-//! stated latency of the tracker: so much the pose is older than it seems. The time under way of the quickest message itself
-//! cannot be told from the offset.
+//! The tracker's clock and ours differ by an unknown offset. The difference of arrival and stamp is
+//! that offset plus the time under way; its minimum over a while belongs to the quickest message.
+//! What a message took longer than that is added to the stated latency of the tracker: so much the
+//! pose is older than it seems. The time under way of the quickest message itself cannot be told
+//! from the offset.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 /// The minimum is taken over so long, ns. Clocks that drift by 50 ppm part by 0.5 ms meanwhile.
 const WINDOW_NS: i64 = 10_000_000_000;
-/// Differences that come closer together than this, ns, are as one: so no stream, however fast, fills the memory.
+/// Differences that come closer together than this, ns, are as one: so no stream, however fast,
+/// fills the memory.
 const APART_NS: i64 = 10_000_000;
 /// A change of the minimum above this is reported, ns.
 const STEP_NS: i64 = 20_000_000;
-/// Stamps that stay older than the newest for so long, ns, are of a clock that was set back: a delay keeps the order.
+/// Stamps that stay older than the newest for so long, ns, are of a clock that was set back: a
+/// delay keeps the order.
 const BACK_NS: i64 = 1_000_000_000;
 
 /// Follows the offset between a device's clock and ours.
 ///
-/// A step forwards of the device's clock shows at once. A step backwards shows after 1 s if its stamps are older than the
-/// newest for so long, else when the window has passed; until then ages are too great, not too small.
+/// A step forwards of the device's clock shows at once. A step backwards shows after 1 s if its
+/// stamps are older than the newest for so long, else when the window has passed; until then ages
+/// are too great, not too small.
 #[derive(Clone, Debug)]
 pub struct Clock {
     latency: Duration,
-    /// Differences that can still become the minimum: both times and differences grow from front to back.
+    /// Differences that can still become the minimum: both times and differences grow from front to
+    /// back.
     window: VecDeque<Seen>,
     minimum: Option<i64>,
     /// Arrival last, ns.
@@ -47,15 +52,17 @@ struct Seen {
 pub struct Age {
     /// Age, s; the stated latency alone when the message has no stamp.
     pub age_s: f64,
-    /// Change of the minimum, s, if it is above 20 ms: above 0 when the device's clock was set back or all messages are
-    /// slower than they were, below 0 when it was set forward or all are quicker. To be reported.
+    /// Change of the minimum, s, if it is above 20 ms: above 0 when the device's clock was set back
+    /// or all messages are slower than they were, below 0 when it was set forward or all are
+    /// quicker. To be reported.
     pub step_s: Option<f64>,
     /// Whether the message had a stamp.
     pub stamped: bool,
 }
 
 impl Clock {
-    /// A clock that knows nothing yet. `latency`: what the maker of the tracker states from measurement to sending.
+    /// A clock that knows nothing yet. `latency`: what the maker of the tracker states from
+    /// measurement to sending.
     pub fn new(latency: Duration) -> Self {
         let window = VecDeque::new();
         Self { latency, window, minimum: None, now: i64::MIN, newest: None, behind: None }
@@ -63,8 +70,8 @@ impl Clock {
 
     /// Takes a message. To be called for each that has a stamp, also when its pose is not taken.
     ///
-    /// `stamp`: device time, seconds in the upper 32 bits and 2^-32 s in the lower, 0 if there is none. `arrival`: time since
-    /// any fixed moment, by a clock that is never set back.
+    /// `stamp`: device time, seconds in the upper 32 bits and 2^-32 s in the lower, 0 if there is
+    /// none. `arrival`: time since any fixed moment, by a clock that is never set back.
     pub fn arrived(&mut self, stamp: u64, arrival: Duration) -> Age {
         let latency_s = self.latency.as_secs_f64();
         if stamp == 0 {
@@ -84,7 +91,8 @@ impl Clock {
         Age { age_s, step_s, stamped: true }
     }
 
-    /// Begins anew with the next message, as when it is known that the device's clock was set. A step is still reported.
+    /// Begins anew with the next message, as when it is known that the device's clock was set. A
+    /// step is still reported.
     pub fn restart(&mut self) {
         self.window.clear();
         (self.newest, self.behind) = (None, None);
@@ -191,8 +199,8 @@ mod tests {
         }
     }
 
-    /// Ages at 60 Hz for a minute with delays of 5 to 9 ms, of a clock that is ahead by `ahead(t)` s; and the steps with their
-    /// times.
+    /// Ages at 60 Hz for a minute with delays of 5 to 9 ms, of a clock that is ahead by `ahead(t)`
+    /// s; and the steps with their times.
     fn minute(ahead: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<(f64, f64)>) {
         let (mut draws, mut clock) = (SplitMix::new(4), clock());
         let (mut ages, mut steps) = (Vec::new(), Vec::new());
@@ -259,7 +267,8 @@ mod tests {
         for row in Trajectory::long().rows() {
             let age = clock.arrived(row.stamp(1_700_000_000), after(row.t_send_s));
             steps.extend(age.step_s.map(|step| (row.phase, step)));
-            // 2 ms of jitter to either side; samples with old stamps, and 0.12 s until the step back shows.
+            // 2 ms of jitter to either side; samples with old stamps, and 0.12 s until the step
+            // back shows.
             let most = match row.phase {
                 Phase::Stamps => 0.070,
                 Phase::Withdraw => 0.130,

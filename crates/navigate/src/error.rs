@@ -47,7 +47,9 @@ pub enum Error {
     #[error("the applicator has no direction to come from: give another place for it")]
     NoDirection,
     /// Cannot listen.
-    #[error("{address}: {source}; give another port with --port, or end what has it")]
+    #[error(
+        "{address}: {source}; give another port with --port, or stop the program that uses this one"
+    )]
     Listen {
         /// Where.
         address: String,

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::answer::Followed;
-use crate::left::boundary;
+use crate::departure::boundary;
 use crate::region::LiveRegion;
 use crate::tool::Tool;
 use std::sync::Arc;
@@ -18,22 +18,25 @@ use supine_volume::Ct;
 const FEW: usize = 2;
 /// Tissue and applicator are in balance when the error that is left is estimated below this, mm.
 const ERROR_MM: f64 = 0.01;
-/// Corrections for one pose: with more, 5,000 tetrahedra would pass over poses. What they leave is told, and made good when there
-/// is time.
+/// Corrections for one pose: with more, 5,000 tetrahedra would pass over poses. What they leave is
+/// told, and made good when there is time.
 const BUDGET: Budget = Budget { error_mm: ERROR_MM, corrections: 3, partly: true };
 /// The same where what touches is found on the way, too: half found, it means nothing.
 const PRESSED: Budget = Budget { error_mm: ERROR_MM, corrections: 12, partly: false };
-/// The solver's estimate of its error rests on what the last corrections show: of twenty answers against settled solutions
-/// eleven were farther off, by up to a quarter. So many times the estimate is told.
+/// The solver's estimate of its error rests on what the last corrections show: of twenty answers
+/// against settled solutions eleven were farther off, by up to a quarter. So many times the
+/// estimate is told.
 const SAFE: f64 = 3.0;
-/// Tissue that is tied to the applicator is taken along from where the applicator comes this near to its planned place, mm,
+/// Tissue that is tied to the applicator is taken along from where the applicator comes this near
+/// to its planned place, mm,
 const TAKEN_MM: f64 = 2.0;
 /// until it is this far from it.
 const LEFT_MM: f64 = 25.0;
 /// Parts of a way that are tried for one pose: as much of it as can be, then half of that.
 const TRIES: usize = 2;
-/// After a way that was made pressed tissue goes so much farther at once, after one that was not so much less far; never less than
-/// this share of what it can: where that fails, it fails for another reason.
+/// After a way that was made pressed tissue goes so much farther at once, after one that was not so
+/// much less far; never less than this share of what it can: where that fails, it fails for another
+/// reason.
 const FASTER: f64 = 2.0;
 const SLOWER: f64 = 0.25;
 const SLOWEST: f64 = 1.0 / 16.0;
@@ -47,7 +50,8 @@ const BED: f64 = 1.25;
 /// When the factor of the stiffness is renewed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Renewal {
-    /// In another thread, beside the steps: quick, but what a step rests on depends on the machine's haste.
+    /// In another thread, beside the steps: quick, but what a step rests on depends on the
+    /// machine's haste.
     #[default]
     Beside,
     /// Between two steps: the same poses give the same bits.
@@ -63,8 +67,8 @@ pub struct Plan {
     pub placed: Pose,
     /// How tissue is held to it.
     pub contact: Contact,
-    /// What was cut out before, in the CT shape, LPS, mm: a sphere, and the way in as its shaft. For
-    /// [`Contact::Unilateral`] alone.
+    /// What was cut out before, in the CT shape, LPS, mm: a sphere, and the way in as its shaft.
+    /// For [`Contact::Unilateral`] alone.
     pub cavity: Option<SphereOnShaft>,
     /// When the factor is renewed.
     pub renewal: Renewal,
@@ -113,7 +117,8 @@ struct Target {
 }
 
 impl Follower {
-    /// Puts an applicator at its planned place into `body` on the table; `target` is a place in the CT shape, LPS, mm.
+    /// Puts an applicator at its planned place into `body` on the table; `target` is a place in the
+    /// CT shape, LPS, mm.
     ///
     /// # Errors
     /// When the target lies in no tissue, or as [`Applicator::attach`].
@@ -184,7 +189,8 @@ impl Follower {
         LiveRegion::new(ct, mesh, self.applicator.bearing(), &self.target.on_table)
     }
 
-    /// The surface of the tissue, triangles of points of the mesh, outwards: skin, chest wall and the wall of a cavity.
+    /// The surface of the tissue, triangles of points of the mesh, outwards: skin, chest wall and
+    /// the wall of a cavity.
     ///
     /// # Errors
     /// As [`Applicator::deformation`].
@@ -207,8 +213,8 @@ impl Follower {
     /// Follows the applicator to a pose, from its own frame to the patient's, LPS, mm.
     ///
     /// # Errors
-    /// When memory is short. A pose for which no equilibrium is found is no error: the answer says that it has not settled, and
-    /// how wrong it may be.
+    /// When memory is short. A pose for which no equilibrium is found is no error: the answer says
+    /// that it has not settled, and how wrong it may be.
     pub fn follow(&mut self, pose: &Pose) -> Result<(Followed, Deformation), Error> {
         let goal = self.goal(pose);
         let Gone { corrections, error_mm } = self.go(&goal)?;
@@ -231,7 +237,8 @@ impl Follower {
         Ok((followed, deformation))
     }
 
-    /// Where the target is with the applicator at a pose at which it acts, to a relative residual, in its own time; LPS, mm.
+    /// Where the target is with the applicator at a pose at which it acts, to a relative residual,
+    /// in its own time; LPS, mm.
     ///
     /// # Errors
     /// As [`Applicator::settle`].
@@ -246,7 +253,8 @@ impl Follower {
         Ok(self.place(&self.deformation()?))
     }
 
-    /// Goes as far towards a goal as there is time, in parts where the whole way is too long for the factor at hand.
+    /// Goes as far towards a goal as there is time, in parts where the whole way is too long for
+    /// the factor at hand.
     fn go(&mut self, goal: &Pose) -> Result<Gone, Error> {
         let budget = if self.ties() { BUDGET } else { PRESSED };
         let (mut gone, mut moves) = (Gone::default(), false);
@@ -284,7 +292,8 @@ impl Follower {
         Ok(gone)
     }
 
-    /// So often nothing may move before a part of the way is made in its own time: a renewed factor may come first.
+    /// So often nothing may move before a part of the way is made in its own time: a renewed factor
+    /// may come first.
     fn patience(&self) -> usize {
         match self.plan.renewal {
             Renewal::Beside if self.ties() => 40,
@@ -313,7 +322,8 @@ impl Follower {
         if self.ties() { self.holds } else { self.applicator.coupled_nodes() > 0 }
     }
 
-    /// What is done between two answers: the factor of the stiffness is renewed when it has become old.
+    /// What is done between two answers: the factor of the stiffness is renewed when it has become
+    /// old.
     ///
     /// # Errors
     /// When memory is short.
@@ -351,8 +361,8 @@ impl Follower {
     }
 }
 
-/// Where the applicator is put in: tissue that is held to it takes it where it is planned, tissue that is pressed meets it as it
-/// comes, unless it is to lie in a cavity.
+/// Where the applicator is put in: tissue that is held to it takes it where it is planned, tissue
+/// that is pressed meets it as it comes, unless it is to lie in a cavity.
 fn put_in(plan: &Plan) -> Pose {
     let comes = plan.contact == Contact::Unilateral && plan.cavity.is_none();
     if comes { plan.placed * Pose::translation(0.0, 0.0, -OUTSIDE_MM) } else { plan.placed }
@@ -370,7 +380,8 @@ fn bed(mesh: &TetMesh, bears: &[bool], cavity: &SphereOnShaft) -> Vec<u32> {
     all.filter(|n| beside[*n as usize] == [true; 2]).filter(near).collect()
 }
 
-/// A share of the way between two poses: the centre of the sphere on a straight line, the turn about one axis.
+/// A share of the way between two poses: the centre of the sphere on a straight line, the turn
+/// about one axis.
 fn between(from: &Pose, to: &Pose, share: f64, put_in: &Pose) -> Pose {
     if share == 1.0 {
         return *to;

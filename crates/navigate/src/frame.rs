@@ -21,7 +21,8 @@ impl Frame {
         }
     }
 
-    /// From LPS to this frame, and back: a half turn about z. The frame of a tool is its own and is not turned.
+    /// From LPS to this frame, and back: a half turn about z. The frame of a tool is its own and is
+    /// not turned.
     pub fn turn(self) -> Pose {
         match self {
             Self::Lps => Pose::identity(),

@@ -1,20 +1,23 @@
 //! Which poses are taken.
 //!
-//! A tracker sends what it has: poses that are no rigid motion when a marker is lost, the same pose again when it is asked too
-//! often, old ones when a network delays them. The gate says of each what it is.
+//! A tracker sends what it has: poses that are no rigid motion when a marker is lost, the same pose
+//! again when it is asked too often, old ones when a network delays them. The gate says of each
+//! what it is.
 
 use crate::trajectory::parts;
 use nalgebra::{Rotation3, UnitQuaternion};
 use std::time::Duration;
 use supine_space::{Matrix, Point, Pose, Vector};
 
-/// How far an entry of R'R - I may be from 0. Trackers round their quaternions; a scale of 1.0025 is at the limit.
+/// How far an entry of R'R - I may be from 0. Trackers round their quaternions; a scale of 1.0025
+/// is at the limit.
 const RIGID: f64 = 5e-3;
 /// Faster than this, mm/s, the tool jumps: the fastest motion of an applicator that is followed.
 const FASTEST_MM_S: f64 = 29.0;
 /// What the noise of a tracker may add to that, mm.
 const NOISE_MM: f64 = 1.0;
-/// So many poses in a row that are equal to the bit are frozen: a tracker that sees always has noise.
+/// So many poses in a row that are equal to the bit are frozen: a tracker that sees always has
+/// noise.
 const FROZEN: u32 = 5;
 /// After so long with old stamps alone the device's clock was set back.
 const RESTARTED: Duration = Duration::from_secs(5);
@@ -28,9 +31,11 @@ pub enum Verdict {
     Accepted {
         /// The rigid motion nearest to the matrix; mm, in the frame of the poses.
         pose: Pose,
-        /// It lies farther from the one accepted before than 29 mm/s and 1 mm of noise explain: go there in steps.
+        /// It lies farther from the one accepted before than 29 mm/s and 1 mm of noise explain: go
+        /// there in steps.
         jump: bool,
-        /// It is the fifth or a later one in a row that is equal to the bit: the tracker sends but does not measure.
+        /// It is the fifth or a later one in a row that is equal to the bit: the tracker sends but
+        /// does not measure.
         frozen: bool,
         /// The device's clock was set back: stamps are compared with this one from now on.
         clock_restarted: bool,
@@ -78,10 +83,11 @@ pub enum Dropped {
 
 /// Judges poses in the order in which they arrive.
 ///
-/// First what a pose is, then how new it is: one that is refused is refused whatever its stamp, and does not count as the
-/// newest. A stamp that is not newer than the newest accepted one is dropped. When for 5 s, by time of arrival, all stamps are
-/// older than that, the device's clock was set back: the newest is forgotten, and the verdict says so. A stamp of 0 means that
-/// there is none: such a pose is never dropped and leaves the newest as it is.
+/// First what a pose is, then how new it is: one that is refused is refused whatever its stamp, and
+/// does not count as the newest. A stamp that is not newer than the newest accepted one is dropped.
+/// When for 5 s, by time of arrival, all stamps are older than that, the device's clock was set
+/// back: the newest is forgotten, and the verdict says so. A stamp of 0 means that there is none:
+/// such a pose is never dropped and leaves the newest as it is.
 #[derive(Clone, Debug)]
 pub struct Gate {
     centre: Point,
@@ -118,15 +124,17 @@ enum Newness {
 }
 
 impl Gate {
-    /// A gate round the centre of a region, mm, in the frame of the poses that it judges; `reach_mm` as [`REACH_MM`].
+    /// A gate round the centre of a region, mm, in the frame of the poses that it judges;
+    /// `reach_mm` as [`REACH_MM`].
     pub fn new(centre: Point, reach_mm: f64) -> Self {
         Self { centre, reach_mm, newest: None, last: None, old: None }
     }
 
     /// What a pose is.
     ///
-    /// `stamp`: device time, seconds in the upper 32 bits and 2^-32 s in the lower, 0 if there is none. `arrival`: time since
-    /// any fixed moment, by a clock that is never set back. `rows`: the upper three rows of the matrix, mm.
+    /// `stamp`: device time, seconds in the upper 32 bits and 2^-32 s in the lower, 0 if there is
+    /// none. `arrival`: time since any fixed moment, by a clock that is never set back. `rows`: the
+    /// upper three rows of the matrix, mm.
     pub fn judge(&mut self, stamp: u64, arrival: Duration, rows: &[[f64; 4]; 3]) -> Verdict {
         let pose = match rigid(rows) {
             Ok(pose) => pose,
@@ -181,7 +189,8 @@ impl Gate {
 }
 
 impl Last {
-    /// Time until another pose, s: by the device's clock if both have a stamp and it went on, else by arrival.
+    /// Time until another pose, s: by the device's clock if both have a stamp and it went on, else
+    /// by arrival.
     fn until(&self, stamp: u64, arrival: Duration) -> f64 {
         match stamp.checked_sub(self.stamp) {
             Some(ticks) if self.stamp != 0 => ticks as f64 / (1_u64 << 32) as f64,
@@ -190,10 +199,12 @@ impl Last {
     }
 }
 
-/// The rigid motion nearest to a matrix that is nearly one: the turn is the orthogonal factor of its polar decomposition.
+/// The rigid motion nearest to a matrix that is nearly one: the turn is the orthogonal factor of
+/// its polar decomposition.
 ///
 /// # Errors
-/// When a number is not finite, an entry of |R'R - I| is above 5e-3, or the determinant is not above 0.
+/// When a number is not finite, an entry of |R'R - I| is above 5e-3, or the determinant is not
+/// above 0.
 pub(crate) fn rigid(rows: &[[f64; 4]; 3]) -> Result<Pose, Refusal> {
     if !rows.iter().flatten().all(|value| value.is_finite()) {
         return Err(Refusal::NotFinite);
@@ -215,8 +226,9 @@ pub(crate) fn rigid(rows: &[[f64; 4]; 3]) -> Result<Pose, Refusal> {
     Ok(Pose::from_parts(tip.into(), UnitQuaternion::from_rotation_matrix(&turn)))
 }
 
-/// The orthogonal factor of the polar decomposition of a matrix within [`RIGID`] of a turn, by Newton's iteration
-/// X <- (X + X^-T)/2. The error is squared and halved each time: four of them go from 2.5e-3 below rounding.
+/// The orthogonal factor of the polar decomposition of a matrix within [`RIGID`] of a turn, by
+/// Newton's iteration X <- (X + X^-T)/2. The error is squared and halved each time: four of them go
+/// from 2.5e-3 below rounding.
 ///
 /// Source: Higham, SIAM J. Sci. Stat. Comput. 7, 1986.
 fn orthogonal(matrix: Matrix) -> Matrix {
@@ -424,8 +436,8 @@ mod tests {
         assert_eq!(expect(&gate.judge(stamp(2.0), after(1.3), &STILL)), Expect::Accept);
     }
 
-    /// What a stream at 10 Hz gets whose clock is `back` s behind from t = 10 s on: when it is first accepted again, and whether
-    /// it is said that the clock was set.
+    /// What a stream at 10 Hz gets whose clock is `back` s behind from t = 10 s on: when it is
+    /// first accepted again, and whether it is said that the clock was set.
     fn set_back(back: f64) -> (f64, bool) {
         let mut gate = gate();
         for k in 0..2_000 {

@@ -14,7 +14,8 @@ use supine_openigtlink::{Message, Stamp, StatusCode};
 
 /// Peers at the same time.
 const PEERS: usize = 8;
-/// A peer that has sent no pose for so long, and for so many of its intervals, leads no more: another may.
+/// A peer that has sent no pose for so long, and for so many of its intervals, leads no more:
+/// another may.
 const LEADS: Duration = Duration::from_millis(300);
 /// Poses that stay away for so many intervals, and at least this long, make the answer stale.
 const INTERVALS: u32 = 3;

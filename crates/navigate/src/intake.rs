@@ -9,7 +9,8 @@ use supine_space::{Point, Pose};
 /// How the frame of the poses lies in the patient, and the applicator in that of its marker.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames {
-    /// From the frame of the poses to the patient's, LPS, mm: the registration, or the turn of the patient's own frame.
+    /// From the frame of the poses to the patient's, LPS, mm: the registration, or the turn of the
+    /// patient's own frame.
     pub to_patient: Pose,
     /// From the applicator's own frame to that of its marker: the calibration.
     pub from_tool: Pose,

@@ -1,11 +1,13 @@
 //! The tumour followed live under the applicator: poses in, places out.
 //!
-//! A session ([`run`]) starts from the operating position of a finished run ([`Patient`]). Trackers and viewers speak OpenIGTLink
-//! with it. A pose goes through the [`gate`] (is it one?), the clocks (how old is it?) and the registration; the newest is
-//! followed by the tissue ([`Follower`]); the tumour's place goes to all peers with the stamp, the age and the error.
-//! Nothing queues: of each kind the newest is kept.
+//! A session ([`run`]) starts from the operating position of a finished run ([`Patient`]). Trackers
+//! and viewers speak OpenIGTLink with it. A pose goes through the [`gate`] (is it one?), the clocks
+//! (how old is it?) and the registration; the newest is followed by the tissue ([`Follower`]); the
+//! tumour's place goes to all peers with the stamp, the age and the error. Nothing queues: of each
+//! kind the newest is kept.
 //!
-//! One thread reads each peer, one writes to it, one solves, one carries the CT around the tumour, one watches for silence.
+//! One thread reads each peer, one writes to it, one solves, one carries the CT around the tumour,
+//! one watches for silence.
 
 #![expect(
     clippy::disallowed_methods,
@@ -14,13 +16,13 @@
 
 mod answer;
 pub mod clock;
+mod departure;
 mod error;
 mod follower;
 mod frame;
 pub mod gate;
 mod hub;
 mod intake;
-mod left;
 mod messages;
 mod outbox;
 mod patient;

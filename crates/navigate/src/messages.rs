@@ -164,7 +164,8 @@ pub(crate) fn surface(
     Message::new(SURFACE, stamp, Content::PolyData(shown))
 }
 
-/// A part of the CT as it is now, HU, with the displacement of its tissue. None for a grid that an image cannot say.
+/// A part of the CT as it is now, HU, with the displacement of its tissue. None for a grid that an
+/// image cannot say.
 pub(crate) fn image(ct: &Ct, stamp: Stamp, frame: Frame) -> Option<Message> {
     let layout = layout(ct.grid(), frame)?;
     let bytes = ct.data().iter().flat_map(|hu| hu.to_le_bytes()).collect();

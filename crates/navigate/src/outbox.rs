@@ -1,4 +1,5 @@
-//! What waits to be sent to one peer: of each kind the newest, so that a slow reader costs nobody else anything.
+//! What waits to be sent to one peer: of each kind the newest, so that a slow reader costs nobody
+//! else anything.
 
 use crate::answer::Answer;
 use std::collections::VecDeque;

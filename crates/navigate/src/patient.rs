@@ -15,7 +15,8 @@ use supine_volume::{Ct, Volume};
 
 /// The way in is wider than the shaft by this, mm: an incision is held open.
 const WAY_IN_MM: f64 = 6.0;
-/// Edges along the wall of a cavity are no longer, mm, and grow so much with the distance from it, mm per mm,
+/// Edges along the wall of a cavity are no longer, mm, and grow so much with the distance from it,
+/// mm per mm,
 const EDGE_MM: f64 = 7.0;
 const GROWTH: f64 = 0.5;
 /// as is told on a grid of this spacing to so far from its sphere, mm.
@@ -40,7 +41,8 @@ impl Patient {
     /// Opens a finished run; nothing of it is changed.
     ///
     /// # Errors
-    /// When there is none, when its inputs or the methods are others than then, or the observer ends the work.
+    /// When there is none, when its inputs or the methods are others than then, or the observer
+    /// ends the work.
     pub fn open(
         run: &Path,
         settings: &Settings,

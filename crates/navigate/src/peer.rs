@@ -86,7 +86,8 @@ fn send(hub: &Hub, stream: &TcpStream, outbox: &Outbox) {
     outbox.close();
 }
 
-/// Writes a message. A peer that takes it byte by byte is given up; at the end of the session there is no second try.
+/// Writes a message. A peer that takes it byte by byte is given up; at the end of the session there
+/// is no second try.
 fn write(mut stream: &TcpStream, mut bytes: &[u8], hub: &Hub) -> std::io::Result<()> {
     let begun = Instant::now();
     loop {
@@ -173,7 +174,8 @@ impl Reader<'_> {
         hub.count(|counts| counts.received += 1);
         let standing = hub.standing(self.outbox.id, &message.device, arrived);
         if standing == Standing::OtherDevice {
-            // Another tool of the same tracker: its poses and stamps say nothing of the one that leads.
+            // Another tool of the same tracker: its poses and stamps say nothing of the one that
+            // leads.
             hub.count(|counts| counts.dropped += 1);
             return;
         }

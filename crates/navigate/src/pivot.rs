@@ -1,8 +1,9 @@
 //! Where the tip of a tool is: the tool is turned about its tip, which stays in a dent.
 //!
-//! For all poses (R, p) of the tool's marker R t + p = c, with the tip t in the tool's frame and the dent c in the tracker's.
-//! Stacked, [R, -I] [t; c] = -p is solved by least squares. How well that fits says nothing about the tip: a tool that was
-//! hardly turned fits as well. What counts is the deviation of the tip from the covariance, and the condition.
+//! For all poses (R, p) of the tool's marker R t + p = c, with the tip t in the tool's frame and
+//! the dent c in the tracker's. Stacked, [R, -I] [t; c] = -p is solved by least squares. How well
+//! that fits says nothing about the tip: a tool that was hardly turned fits as well. What counts is
+//! the deviation of the tip from the covariance, and the condition.
 
 use crate::gate::{self, Refusal};
 use crate::trajectory::{TableError, table};
@@ -11,7 +12,8 @@ use supine_space::{Point, Pose, Vector};
 
 /// Greatest deviation of the tip in an axis that is accepted, mm.
 pub const MOST_SIGMA_MM: f64 = 0.15;
-/// Greatest condition that is accepted: at 180 mm a tool that is tilted by 20 degrees has 8, by 10 degrees 17.
+/// Greatest condition that is accepted: at 180 mm a tool that is tilted by 20 degrees has 8, by 10
+/// degrees 17.
 pub const MOST_CONDITION: f64 = 10.0;
 /// Two poses leave the tip open along the axis between them.
 const LEAST: usize = 3;
@@ -89,20 +91,24 @@ pub struct Pivot {
     pub tip: Vector,
     /// The dent in the tracker's frame, mm.
     pub pivot: Point,
-    /// Rms distance of the tip from the dent over the poses, mm. Says nothing of the error of the tip.
+    /// Rms distance of the tip from the dent over the poses, mm. Says nothing of the error of the
+    /// tip.
     pub rms_mm: f64,
-    /// Standard deviations of the tip in the tool's axes, mm: from s² (A'A)^-1 with s² = r'r/(3n - 6).
+    /// Standard deviations of the tip in the tool's axes, mm: from s² (A'A)^-1 with s² = r'r/(3n -
+    /// 6).
     pub sigma_mm: [f64; 3],
-    /// Largest over least singular value of the equations: low when the tool was tilted far in all directions.
+    /// Largest over least singular value of the equations: low when the tool was tilted far in all
+    /// directions.
     pub condition: f64,
 }
 
 impl Pivot {
-    /// The tip from poses of the tool in the tracker's frame, mm, while the tip stayed at one place.
+    /// The tip from poses of the tool in the tracker's frame, mm, while the tip stayed at one
+    /// place.
     ///
     /// # Errors
-    /// When there are fewer than three poses, a number is not finite or beyond 1 km, the poses leave the tip open, the
-    /// condition is above 10, or a deviation of the tip is above 0.15 mm.
+    /// When there are fewer than three poses, a number is not finite or beyond 1 km, the poses
+    /// leave the tip open, the condition is above 10, or a deviation of the tip is above 0.15 mm.
     pub fn new(poses: &[Pose]) -> Result<Self, PivotError> {
         let pivot = Self::solve(poses)?;
         let sigma_mm = pivot.sigma_mm.into_iter().fold(0.0, f64::max);
@@ -173,13 +179,14 @@ fn stack(poses: &[Pose]) -> (DMatrix<f64>, DVector<f64>) {
     (a, b)
 }
 
-/// Reads poses of a tool in the tracker's frame: a table of comma-separated values whose header names the columns
-/// `m0` to `m11`, as the table of a recorded trajectory does. They are R11 R21 R31 R12 R22 R32 R13 R23 R33 TX TY TZ, the order
-/// of a TRANSFORM message, mm. Other columns are passed over.
+/// Reads poses of a tool in the tracker's frame: a table of comma-separated values whose header
+/// names the columns `m0` to `m11`, as the table of a recorded trajectory does. They are R11 R21
+/// R31 R12 R22 R32 R13 R23 R33 TX TY TZ, the order of a TRANSFORM message, mm. Other columns are
+/// passed over.
 ///
 /// # Errors
-/// When the header lacks a column, a line has another number of fields, a field is no finite number, or a matrix is no rigid
-/// motion within 5e-3; the line is named.
+/// When the header lacks a column, a line has another number of fields, a field is no finite
+/// number, or a matrix is no rigid motion within 5e-3; the line is named.
 pub fn read_poses(text: &str) -> Result<Vec<Pose>, PivotError> {
     let columns = ["m0", "m1", "m2", "m3", "m4", "m5", "m6", "m7", "m8", "m9", "m10", "m11"];
     let lines = table::read(text, None, columns)?;
@@ -209,7 +216,8 @@ mod tests {
         Pose::from_parts((Vector::from(DENT) - turn * tip() + off).into(), turn)
     }
 
-    /// Eight poses round a cone of 30 degrees with errors that look random. The results are those of another program.
+    /// Eight poses round a cone of 30 degrees with errors that look random. The results are those
+    /// of another program.
     fn fixed() -> Vec<Pose> {
         let at = |k: usize| {
             let a = k as f64 * FRAC_PI_4;
@@ -220,8 +228,8 @@ mod tests {
         (0..8).map(at).collect()
     }
 
-    /// Poses within a cone, turned about the tool's axis by up to 30 degrees, with errors of the position of 0.1 mm an axis and
-    /// of the turn of `tilt` rad an axis.
+    /// Poses within a cone, turned about the tool's axis by up to 30 degrees, with errors of the
+    /// position of 0.1 mm an axis and of the turn of `tilt` rad an axis.
     fn cone(draws: &mut SplitMix, count: usize, half_angle_deg: f64, tilt: f64) -> Vec<Pose> {
         let mut one = |_| {
             let (around, out) =
@@ -331,7 +339,8 @@ mod tests {
         assert!((mean - 54.0 / 52.0).abs() < 3.0 * error && error < 0.1, "{mean} {error}");
     }
 
-    /// Errors of the tip, rms, for 0.1 mm and 0.05 degrees of noise and 50 poses; by another program, which repeats 300 times.
+    /// Errors of the tip, rms, for 0.1 mm and 0.05 degrees of noise and 50 poses; by another
+    /// program, which repeats 300 times.
     #[test]
     fn the_error_of_the_tip_falls_with_the_tilt() {
         let tilt = 0.05_f64.to_radians();

@@ -1,7 +1,7 @@
 //! The CT around the tumour, carried by the tissue while the applicator moves.
 
 use crate::Error;
-use crate::left::{hollow, left};
+use crate::departure::{hollow, left};
 use std::sync::Arc;
 use supine_mesh::{Deformation, Displacement, TetMesh};
 use supine_space::{Grid, Matrix, Point, Vector};
@@ -13,7 +13,8 @@ pub const VOXELS: usize = 128;
 /// Their spacing, mm.
 pub const SPACING_MM: f64 = 1.0;
 
-/// What is seen lies so near to where the displacement of the tissue has it, mm: a tenth of a voxel.
+/// What is seen lies so near to where the displacement of the tissue has it, mm: a tenth of a
+/// voxel.
 const OFF_MM: f64 = 0.1;
 
 /// Carries a part of the CT by the displacements of a mesh, one after the other.
@@ -29,12 +30,13 @@ pub struct LiveRegion {
     sought_for_mm: Option<f64>,
 }
 
-/// The width of the fade is sought anew when the displacement on the cut is by this share larger than it was.
+/// The width of the fade is sought anew when the displacement on the cut is by this share larger
+/// than it was.
 const LARGER: f64 = 1.1;
 
 impl LiveRegion {
-    /// A cube of 128 voxels of 1 mm along the axes of the patient about `centre`, LPS, mm. `bears`: which tetrahedra are left
-    /// when a cavity has been cut; it holds air.
+    /// A cube of 128 voxels of 1 mm along the axes of the patient about `centre`, LPS, mm. `bears`:
+    /// which tetrahedra are left when a cavity has been cut; it holds air.
     ///
     /// # Errors
     /// When the CT cannot be sampled, or no tissue is left.
@@ -79,8 +81,8 @@ impl LiveRegion {
         Ok(&self.frame)
     }
 
-    /// The displacement with its fade. Its width is sought once, for that takes longer than the picture: the applicator moves
-    /// the tissue where the mesh is cut but little.
+    /// The displacement with its fade. Its width is sought once, for that takes longer than the
+    /// picture: the applicator moves the tissue where the mesh is cut but little.
     fn faded(&mut self, deformation: &Deformation) -> Result<Faded, Error> {
         let on_cut = self.fading.on_cut_mm(deformation.displacement());
         if self.sought_for_mm.is_none_or(|sought| on_cut > LARGER * sought) {

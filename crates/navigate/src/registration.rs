@@ -1,15 +1,16 @@
 //! The tracker's frame brought onto the patient's by points that are known in both.
 //!
-//! What counts is not how well the points fit ([`Registration::fre_mm`]) but how far off the tumour may be
-//! ([`Registration::expected_tre_mm`]): the two are not correlated (Fitzpatrick, Proc. SPIE 7261, 2009,
-//! doi 10.1117/12.813601).
+//! What counts is not how well the points fit ([`Registration::fre_mm`]) but how far off the tumour
+//! may be ([`Registration::expected_tre_mm`]): the two are not correlated (Fitzpatrick, Proc. SPIE
+//! 7261, 2009, doi 10.1117/12.813601).
 
 use crate::trajectory::{TableError, table};
 use nalgebra::{Rotation3, Translation3, UnitQuaternion};
 use std::{collections::BTreeSet, fmt};
 use supine_space::{Matrix, Point, Pose, Vector};
 
-/// Points nearer than this to their line, mm (rms), fix no turn about it: a point is found to about 1 mm.
+/// Points nearer than this to their line, mm (rms), fix no turn about it: a point is found to about
+/// 1 mm.
 const OFF_LINE_MM: f64 = 2.0;
 /// Nor do those nearer than this share of their spread along it.
 const OFF_LINE_SHARE: f64 = 0.02;
@@ -17,8 +18,8 @@ const OFF_LINE_SHARE: f64 = 0.02;
 const FARTHEST_MM: f64 = 1e6;
 /// The turn is open when it changes the fit by less than this share.
 const OPEN: f64 = 1e-6;
-/// A mirror image is taken for one when the points fit it better than themselves by this factor, and themselves no better
-/// than this, mm (rms).
+/// A mirror image is taken for one when the points fit it better than themselves by this factor,
+/// and themselves no better than this, mm (rms).
 const MIRRORED: (f64, f64) = (2.0, 5.0);
 /// What to say of three points.
 const THREE: &str = "with three fiducials neither a wrong one nor a mirrored set shows: use four or more, not in one plane";
@@ -126,7 +127,8 @@ pub struct Fiducial {
 }
 
 impl Fiducial {
-    /// Its positions as [`Registration::new`] takes them: in the tracker's frame and in the patient's.
+    /// Its positions as [`Registration::new`] takes them: in the tracker's frame and in the
+    /// patient's.
     pub fn pair(&self) -> (Point, Point) {
         (self.tracker, self.patient)
     }
@@ -144,14 +146,16 @@ pub struct Registration {
 }
 
 impl Registration {
-    /// The pose that brings fiducials (tracker's frame, patient's frame) onto each other with the least sum of squares, and
-    /// what error is to be expected at a `target` in the patient; mm.
+    /// The pose that brings fiducials (tracker's frame, patient's frame) onto each other with the
+    /// least sum of squares, and what error is to be expected at a `target` in the patient; mm.
     ///
-    /// Source: Kabsch, Acta Cryst. A 32, 1976; with the sign that keeps it a turn, Umeyama, IEEE PAMI 13, 1991.
+    /// Source: Kabsch, Acta Cryst. A 32, 1976; with the sign that keeps it a turn, Umeyama, IEEE
+    /// PAMI 13, 1991.
     ///
     /// # Errors
-    /// When there are fewer than three, a coordinate is not finite or beyond 1 km, they lie on a line in one of the frames,
-    /// one set is the mirror image of the other, or the sets have nothing in common.
+    /// When there are fewer than three, a coordinate is not finite or beyond 1 km, they lie on a
+    /// line in one of the frames, one set is the mirror image of the other, or the sets have
+    /// nothing in common.
     pub fn new(fiducials: &[(Point, Point)], target: &Point) -> Result<Self, RegistrationError> {
         if fiducials.len() < 3 {
             return Err(RegistrationError::TooFew(fiducials.len()));
@@ -184,12 +188,12 @@ impl Registration {
         &self.residuals_mm
     }
 
-    /// Fiducial registration error: rms of the residuals, mm. Says nothing of the error at the tumour.
+    /// Fiducial registration error: rms of the residuals, mm; says nothing of that at the tumour.
     pub fn fre_mm(&self) -> f64 {
         self.fre_mm
     }
 
-    /// Fiducial localisation error: how far off a fiducial is found, rms in space, mm; estimated from
+    /// Fiducial localisation error: how far off a fiducial is found, rms in space, mm, from
     /// <FRE²> = (1 - 2/N) <FLE²>.
     pub fn fle_mm(&self) -> f64 {
         self.fle_mm
@@ -201,11 +205,11 @@ impl Registration {
     }
 
     /// Target registration error to be expected at a place in the patient (LPS, mm), rms, mm:
-    /// <TRE²> = <FLE²>/N (1 + 1/3 Σ d²/f²) over the principal axes of the fiducials, with d the distance of the place from the
-    /// axis and f the rms distance of the fiducials.
+    /// <TRE²> = <FLE²>/N (1 + 1/3 Σ d²/f²) over the principal axes of the fiducials, with d the
+    /// distance of the place from the axis and f the rms distance of the fiducials.
     ///
-    /// First order; holds for errors of the fiducials that are independent and alike in all directions. Those of points on
-    /// skin that moves are neither.
+    /// First order; holds for errors of the fiducials that are independent and alike in all
+    /// directions. Those of points on skin that moves are neither.
     ///
     /// Source: Fitzpatrick, West, Maurer, IEEE Trans. Med. Imaging 17, 1998.
     pub fn tre_mm(&self, place: &Point) -> f64 {
@@ -321,12 +325,12 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 /// Reads fiducials: a table of comma-separated values with the header
-/// `name,tracker_x,tracker_y,tracker_z,patient_x,patient_y,patient_z`, mm, the patient's in LPS. The columns may stand in any
-/// order; others are passed over.
+/// `name,tracker_x,tracker_y,tracker_z,patient_x,patient_y,patient_z`, mm, the patient's in LPS.
+/// The columns may stand in any order; others are passed over.
 ///
 /// # Errors
-/// When the header lacks a column, a line has another number of fields, a field is no finite number, or a name is empty or
-/// stands twice; the line is named.
+/// When the header lacks a column, a line has another number of fields, a field is no finite
+/// number, or a name is empty or stands twice; the line is named.
 pub fn read_fiducials(text: &str) -> Result<Vec<Fiducial>, RegistrationError> {
     let columns = ["tracker_x", "tracker_y", "tracker_z", "patient_x", "patient_y", "patient_z"];
     let (mut fiducials, mut names) = (Vec::new(), BTreeSet::new());
@@ -350,8 +354,8 @@ mod tests {
     use super::*;
     use crate::trajectory::SplitMix;
 
-    /// Six places round a breast, LPS, mm, and what each is found off by in the tracker's frame, mm. The results are those of
-    /// another program.
+    /// Six places round a breast, LPS, mm, and what each is found off by in the tracker's frame,
+    /// mm. The results are those of another program.
     const FIXED: [[f64; 6]; 6] = [
         [0.0, -60.0, 0.0, 0.3, -0.2, 0.1],
         [70.0, -20.0, 10.0, -0.4, 0.1, 0.2],
@@ -530,7 +534,8 @@ mod tests {
         let mixed: Vec<_> = good.iter().zip(&on_line).map(|(a, b)| (a.0, b.1)).collect();
         assert!(refused(&mixed).to_string().contains("patient's positions"));
         assert!(Registration::new(&found(&line(20.0), |_| Vector::zeros()), &target()).is_ok());
-        // Far enough off for their length and not for what a point is found to; and the other way round.
+        // Far enough off for their length and not for what a point is found to; and the other way
+        // round.
         for (length, off) in [(5.0, 1.5), (400.0, 8.0)] {
             let places =
                 [[0.0, 0.0, 0.0], [length, off, 0.0], [2.0 * length, 0.0, 0.0]].map(Point::from);
@@ -556,7 +561,8 @@ mod tests {
 
     #[test]
     fn sets_that_have_nothing_in_common_are_refused() {
-        // Ends of three axes, and a triangle each corner of which stands for both ends of one: every product cancels.
+        // Ends of three axes, and a triangle each corner of which stands for both ends of one:
+        // every product cancels.
         let corners = [[0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [0.0, 60.0, 0.0]];
         let end = |k: usize| Vector::ith(k / 2, if k.is_multiple_of(2) { 50.0 } else { -50.0 });
         let pair = |k: usize| (tracker_from_patient() * Point::from(end(k)), corners[k / 2].into());

@@ -23,7 +23,8 @@ pub struct Settings {
     pub shaft_radius_mm: f64,
     /// Length of the shaft from the centre of the sphere, mm.
     pub shaft_mm: f64,
-    /// Planned centre of the sphere on the table, LPS, mm. None: beside the tumour on the way in, or in the middle of the cavity.
+    /// Planned centre of the sphere on the table, LPS, mm. None: beside the tumour on the way in,
+    /// or in the middle of the cavity.
     pub at_mm: Option<[f64; 3]>,
     /// Direction from which the shaft comes, LPS. None: from the skin nearest to the tumour.
     pub from: Option<[f64; 3]>,

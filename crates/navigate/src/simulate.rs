@@ -1,4 +1,5 @@
-//! A tracker that is none: it sends the poses of a trajectory in time, so that anybody can try a session.
+//! A tracker that is none: it sends the poses of a trajectory in time, so that anybody can try a
+//! session.
 
 use crate::trajectory::Trajectory;
 use std::io::{Read, Write};

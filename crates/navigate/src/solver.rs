@@ -15,7 +15,8 @@ use supine_space::Point;
 
 /// The solver looks so often whether the session is over.
 const TICK: Duration = Duration::from_millis(200);
-/// A pose that has not settled is gone on with when no newer one has come in this time: a renewed factor may be there then.
+/// A pose that has not settled is gone on with when no newer one has come in this time: a renewed
+/// factor may be there then.
 const GOES_ON: Duration = Duration::from_millis(3);
 /// An answer that only repeats the last one, to within this, mm, is not sent again.
 const SAME_MM: f64 = 1e-6;

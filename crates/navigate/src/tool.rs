@@ -3,8 +3,8 @@
 use supine_fem::{Shaft, SphereOnShaft};
 use supine_space::{Point, Pose, Vector};
 
-/// A sphere on a shaft. In its own frame the centre of the sphere is the origin, the shaft runs along -z, and +z points out of
-/// the tip.
+/// A sphere on a shaft. In its own frame the centre of the sphere is the origin, the shaft runs
+/// along -z, and +z points out of the tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tool {
     /// Radius of the sphere, mm.
@@ -34,8 +34,8 @@ impl Tool {
     }
 }
 
-/// The turn that lets the shaft come from a direction (LPS, any length): about the shaft the applicator is round, so any turn
-/// about it will do. None for no direction.
+/// The turn that lets the shaft come from a direction (LPS, any length): about the shaft the
+/// applicator is round, so any turn about it will do. None for no direction.
 pub fn facing(outwards: &Vector) -> Option<nalgebra::UnitQuaternion<f64>> {
     let tip = -outwards.try_normalize(1e-9)?;
     nalgebra::UnitQuaternion::rotation_between(&Vector::z(), &tip).or_else(|| {

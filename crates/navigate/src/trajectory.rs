@@ -1,7 +1,8 @@
 //! A motion of an applicator that is always the same: for a session without tracker and for tests.
 //!
-//! It goes in, is held, steps, sweeps, jumps and turns; samples are lost, stamps repeat, poses are none, the device's clock
-//! steps; it goes out. Each row says what is to be done with it, so that whatever takes poses can be checked row by row.
+//! It goes in, is held, steps, sweeps, jumps and turns; samples are lost, stamps repeat, poses are
+//! none, the device's clock steps; it goes out. Each row says what is to be done with it, so that
+//! whatever takes poses can be checked row by row.
 
 mod motion;
 mod split_mix;
@@ -23,13 +24,16 @@ const RATE_HZ: f64 = 60.0;
 const SEED: u64 = 20_261_121;
 /// Noise of the tracker: mm an axis, and rad about the tool's x.
 const NOISE: (f64, f64) = (0.05, 0.0005);
-/// From the moment of a pose until it is sent: mean and range, s. Polaris Vega: 14.2 ms, doi 10.1186/s13014-021-01804-7.
+/// From the moment of a pose until it is sent: mean and range, s. Polaris Vega: 14.2 ms, doi
+/// 10.1186/s13014-021-01804-7.
 const SENT_AFTER_S: (f64, f64) = (0.0142, 0.004);
-/// Gaps as seconds of a minute of losses: where each begins and how long it is; the first always lasts 0.1 s.
+/// Gaps as seconds of a minute of losses: where each begins and how long it is; the first always
+/// lasts 0.1 s.
 const GAPS: [(f64, f64); 5] = [(5.0, 0.1), (10.0, 0.5), (20.0, 1.0), (30.0, 2.0), (45.0, 5.0)];
 /// Share of the other samples that is lost.
 const LOST: f64 = 0.02;
-/// Shares of stamps that are, summed up: those of the sample before, out of order, and whole samples that come again.
+/// Shares of stamps that are, summed up: those of the sample before, out of order, and whole
+/// samples that come again.
 const WRONG_STAMPS: [f64; 3] = [0.05, 0.10, 0.12];
 /// How many samples a stamp out of order lies back.
 const BACK: f64 = 3.5;
@@ -109,15 +113,17 @@ pub struct Row {
     pub flag: Option<Flag>,
     /// What is to be done with it.
     pub expect: Expect,
-    /// The upper three rows of the pose: turn and tip (mm), LPS unless set elsewhere ([`Trajectory::at`]).
+    /// The upper three rows of the pose: turn and tip (mm), LPS unless set elsewhere
+    /// ([`Trajectory::at`]).
     pub rows: [[f64; 4]; 3],
     /// The true tip, without noise of the tracker, mm; same frame.
     pub tip: Point,
 }
 
 impl Row {
-    /// The time stamp as OpenIGTLink has it: seconds since 1970 in the upper 32 bits, 2^-32 s in the lower; to 1 us. `epoch_s`
-    /// is when the motion began, s since 1970. An epoch of 0 makes the first stamp 0, which means that there is none.
+    /// The time stamp as OpenIGTLink has it: seconds since 1970 in the upper 32 bits, 2^-32 s in
+    /// the lower; to 1 us. `epoch_s` is when the motion began, s since 1970. An epoch of 0 makes
+    /// the first stamp 0, which means that there is none.
     pub fn stamp(&self, epoch_s: u32) -> u64 {
         let micros = (self.stamp_s.max(0.0) * 1e6).round() as u64;
         let seconds = u64::from(epoch_s) + micros / 1_000_000;
@@ -127,8 +133,8 @@ impl Row {
 
 /// Samples in the order in which they are sent.
 ///
-/// The tip of the tool is the pose's origin, its +z points out of the tip. The frame is LPS with its origin in the tumour bed;
-/// the tool enters from the left, in front and above.
+/// The tip of the tool is the pose's origin, its +z points out of the tip. The frame is LPS with
+/// its origin in the tumour bed; the tool enters from the left, in front and above.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     rows: Vec<Row>,
@@ -182,8 +188,8 @@ impl Trajectory {
         &self.rows
     }
 
-    /// The same motion where an applicator is planned: `placed` is its pose there, from its own frame to the patient's, mm. The
-    /// bed is its place, the way in comes along its shaft.
+    /// The same motion where an applicator is planned: `placed` is its pose there, from its own
+    /// frame to the patient's, mm. The bed is its place, the way in comes along its shaft.
     #[must_use]
     pub fn entering(self, placed: &Pose) -> Self {
         let (entry, shaft) = (Vector::from(motion::ENTRY), placed.rotation * -Vector::z());
@@ -193,8 +199,8 @@ impl Trajectory {
         self.at(&Pose::from_parts(placed.translation, turn))
     }
 
-    /// The same motion elsewhere: `origin` takes the frame of the motion to another, as that of a patient, mm. Its shift is
-    /// where the tumour bed lies there.
+    /// The same motion elsewhere: `origin` takes the frame of the motion to another, as that of a
+    /// patient, mm. Its shift is where the tumour bed lies there.
     pub fn at(mut self, origin: &Pose) -> Self {
         let turn = origin.rotation.to_rotation_matrix().into_inner();
         for row in &mut self.rows {
@@ -312,7 +318,8 @@ impl Sender {
         }
     }
 
-    /// Says what is to be done: a stamp counts against the newest that was accepted, and only of a pose that is one.
+    /// Says what is to be done: a stamp counts against the newest that was accepted, and only of a
+    /// pose that is one.
     fn expect(&mut self, row: &mut Row) {
         if row.expect != Expect::Accept {
             return;

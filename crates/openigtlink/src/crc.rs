@@ -1,7 +1,8 @@
 //! The checksum of a body: CRC-64/ECMA-182.
 //!
-//! Polynomial 0x42F0E1EBA9EA3693, initial value 0, not reflected, nothing added at the end. Sixteen bytes
-//! at once, by sixteen tables ("slicing", Kounavis and Berry 2008): a body of 4 MiB passes in about 2 ms.
+//! Polynomial 0x42F0E1EBA9EA3693, initial value 0, not reflected, nothing added at the end. Sixteen
+//! bytes at once, by sixteen tables ("slicing", Kounavis and Berry 2008): a body of 4 MiB passes in
+//! about 2 ms.
 
 /// The polynomial without its leading term.
 const POLYNOMIAL: u64 = 0x42F0_E1EB_A9EA_3693;

@@ -13,7 +13,8 @@ pub(crate) const SIZE_AND_CRC: std::ops::Range<usize> = 42..58;
 
 /// The version of the header, which is not that of the protocol.
 ///
-/// A sender uses version 2 only after the peer has: readers of protocol 1 and 2 fall out of step with it.
+/// A sender uses version 2 only after the peer has: readers of protocol 1 and 2 fall out of step
+/// with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Version {
     /// Protocol versions 1 and 2: the body is the content.
@@ -63,7 +64,8 @@ impl Header {
         Self::read_within(bytes, &Limits::default())
     }
 
-    /// Reads a header: u16 version, `char[12]` type, `char[20]` device, u64 stamp, u64 size, u64 CRC.
+    /// Reads a header: u16 version, `char[12]` type, `char[20]` device, u64 stamp, u64 size, u64
+    /// CRC.
     ///
     /// # Errors
     /// A version that does not exist, a type name that is none, a body above the limit.
@@ -91,8 +93,8 @@ impl Header {
         })
     }
 
-    /// Whether [`crate::Message::read`] makes something of this type. The body of any other need not be
-    /// kept: skip it in pieces and answer STATUS 12.
+    /// Whether [`crate::Message::read`] makes something of this type. The body of any other need
+    /// not be kept: skip it in pieces and answer STATUS 12.
     pub fn is_known(&self) -> bool {
         content::is_known(&self.kind)
     }

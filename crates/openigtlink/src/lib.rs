@@ -1,14 +1,15 @@
 //! The OpenIGTLink protocol: messages to bytes and back. No sockets.
 //!
-//! A message is a header of 58 bytes and a body. A server reads the header ([`Header::read_within`]), then
-//! as many bytes as it announces, then [`Message::read`]; [`Message::write`] makes both at once, so that a
-//! message goes out in one write. All numbers are big-endian, except voxels, which say so themselves.
-//! docs/OPENIGTLINK.md has the layout of every type.
+//! A message is a header of 58 bytes and a body. A server reads the header
+//! ([`Header::read_within`]), then as many bytes as it announces, then [`Message::read`];
+//! [`Message::write`] makes both at once, so that a message goes out in one write. All numbers are
+//! big-endian, except voxels, which say so themselves. docs/OPENIGTLINK.md has the layout of every
+//! type.
 //!
-//! What is read is what the peer sent: poses that are not rigid and numbers that are not finite come
-//! through, in the peer's frame. No number of a peer is believed before the bytes are there: reading a
-//! message allocates at most its body's size and 64 KiB. An error says which STATUS code answers it and
-//! whether the connection can be kept.
+//! What is read is what the peer sent: poses that are not rigid and numbers that are not finite
+//! come through, in the peer's frame. No number of a peer is believed before the bytes are there:
+//! reading a message allocates at most its body's size and 64 KiB. An error says which STATUS code
+//! answers it and whether the connection can be kept.
 //!
 //! ```
 //! use supine_openigtlink::{Content, Header, Message, Stamp, Text};
@@ -22,8 +23,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Source of the layouts: OpenIGTLink protocol, header versions 1 and 2, as the C++ library writes it;
-//! `fixtures/openigtlink` holds messages of three peers.
+//! Source of the layouts: OpenIGTLink protocol, header versions 1 and 2, as the C++ library writes
+//! it; `fixtures/openigtlink` holds messages of three peers.
 
 mod content;
 pub mod crc;

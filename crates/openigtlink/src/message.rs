@@ -36,8 +36,8 @@ impl Message {
     /// Allocates at most the body's size and 64 KiB.
     ///
     /// # Errors
-    /// First a wrong checksum, then an extended header, metadata or a content that is not laid out as its
-    /// type has it. [`BodyError::keeps`] says whether the next message can be read.
+    /// First a wrong checksum, then an extended header, metadata or a content that is not laid out
+    /// as its type has it. [`BodyError::keeps`] says whether the next message can be read.
     pub fn read(header: &Header, body: &[u8]) -> Result<Self, BodyError> {
         let given = body.len() as u64;
         if given != header.body {
@@ -66,8 +66,8 @@ impl Message {
 
     /// Adds header and body to `out`, to be sent in one write. Voxels are copied once.
     ///
-    /// What a field cannot hold is cut: names to their field, a STRING to 65535 bytes, sensor values to
-    /// 255, metadata to 500 entries.
+    /// What a field cannot hold is cut: names to their field, a STRING to 65535 bytes, sensor
+    /// values to 255, metadata to 500 entries.
     pub fn write(&self, out: &mut Vec<u8>) {
         let start = out.len();
         let around = match self.version {

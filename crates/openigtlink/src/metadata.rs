@@ -22,8 +22,8 @@ pub(crate) struct Parts<'a> {
     pub(crate) metadata: Vec<(String, String)>,
 }
 
-/// Takes a body of version 2 apart: extended header (u16 its size, u16 size of the metadata's header, u32
-/// size of the metadata's body, u32 message id), content, metadata.
+/// Takes a body of version 2 apart: extended header (u16 its size, u16 size of the metadata's
+/// header, u32 size of the metadata's body, u32 message id), content, metadata.
 pub(crate) fn read(body: &[u8]) -> Result<Parts<'_>, BodyError> {
     let size = body.len() as u64;
     let bad = |why| BodyError::ExtendedHeader { size, why };
@@ -52,8 +52,8 @@ pub(crate) fn read(body: &[u8]) -> Result<Parts<'_>, BodyError> {
     Ok(Parts { id, content, metadata })
 }
 
-/// Reads metadata: header u16 count, for each u16 size of the key, u16 encoding, u32 size of the value;
-/// body key, value, key, value. Without a header there are none.
+/// Reads metadata: header u16 count, for each u16 size of the key, u16 encoding, u32 size of the
+/// value; body key, value, key, value. Without a header there are none.
 fn entries(header: &[u8], body: &[u8]) -> Result<Vec<(String, String)>, Refusal> {
     let mut header = Reader::new(header, "its header has 2 bytes and 8 for each entry");
     let mut body = Reader::new(body, "keys and values have the sizes that the header gives them");

@@ -4,9 +4,9 @@ use std::fmt;
 
 /// A name in a field of N bytes: it ends at the first NUL, or fills the field without one.
 ///
-/// The protocol wants ASCII. Other bytes are kept as they came and shown as one character each (U+0080 to
-/// U+00FF), so that a peer gets its own name back to the byte. A name may hold control characters: show it
-/// to a person with `{:?}`, which escapes them.
+/// The protocol wants ASCII. Other bytes are kept as they came and shown as one character each
+/// (U+0080 to U+00FF), so that a peer gets its own name back to the byte. A name may hold control
+/// characters: show it to a person with `{:?}`, which escapes them.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Name<const N: usize>([u8; N]);
 

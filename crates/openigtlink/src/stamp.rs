@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-/// A time as the protocol has it: seconds since 1970-01-01 UTC in the high 32 bits, 2^-32 s in the low ones.
+/// A time as the protocol has it: seconds since 1970-01-01 UTC in the high 32 bits, 2^-32 s in the
+/// low ones.
 ///
 /// 0 says that there is none. The seconds begin again at 0 in February 2106.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,4 +1,5 @@
-//! Messages that are damaged, lie or mean harm: what answers each, and that none costs more than it brings.
+//! Messages that are damaged, lie or mean harm: what answers each, and that none costs more than it
+//! brings.
 
 mod support;
 
@@ -52,7 +53,8 @@ fn with(place: usize, bytes: &[u8]) -> Vec<u8> {
     message
 }
 
-/// A body of version 2 with sizes as given: of the extended header, of the metadata's header and body.
+/// A body of version 2 with sizes as given: of the extended header, of the metadata's header and
+/// body.
 fn two(sizes: (u16, u16, u32), metadata: &[u8]) -> Vec<u8> {
     let mut body = sizes.0.to_be_bytes().to_vec();
     body.extend(sizes.1.to_be_bytes());
@@ -347,7 +349,8 @@ impl Dice {
         ((mixed ^ mixed >> 31) % end.max(1) as u64) as usize
     }
 
-    /// One change to a message: a byte, a number at an end of its range, a cut, more bytes, bytes twice.
+    /// One change to a message: a byte, a number at an end of its range, a cut, more bytes, bytes
+    /// twice.
     fn change(&mut self, bytes: &mut Vec<u8>) {
         // Mostly behind the header, and there mostly where sizes and counts stand.
         let from = if self.below(8) == 0 { 0 } else { HEADER_BYTES.min(bytes.len()) };

@@ -1,8 +1,8 @@
 //! The displacement of the tumour over the modulus.
 //!
-//! With x = 1/E the product w(x) = E u is nearly constant: exactly so for small displacements. Through values and slopes
-//! of w at the moduli that were solved goes a cubic in x between each two; dw/dx = −E² (u + E du/dE). On the stiff side
-//! w goes on along its slope.
+//! With x = 1/E the product w(x) = E u is nearly constant: exactly so for small displacements.
+//! Through values and slopes of w at the moduli that were solved goes a cubic in x between each
+//! two; dw/dx = −E² (u + E du/dE). On the stiff side w goes on along its slope.
 
 use crate::Error;
 use supine_fem::{Body, Load, Params, RestState, sensitivity, unload};
@@ -11,11 +11,12 @@ use supine_space::{Point, Progress, Vector, Warning};
 
 /// Iterations after which a soft modulus is given up: usable solutions are found in ten or less.
 const PATIENCE: usize = 20;
-/// The softest modulus that has an unloaded shape, and that which has a solution on the table, are found to this ratio: where
-/// the tissue gives way, the displacement grows by as much within a hundredth as by a degree of tilt.
+/// The softest modulus that has an unloaded shape, and that which has a solution on the table, are
+/// found to this ratio: where the tissue gives way, the displacement grows by as much within a
+/// hundredth as by a degree of tilt.
 const FINE: f64 = 1.01;
-/// A solution whose product of modulus and displacement is so many times that of the stiff end has snapped to another
-/// position: on breasts it grows by half at most.
+/// A solution whose product of modulus and displacement is so many times that of the stiff end has
+/// snapped to another position: on breasts it grows by half at most.
 const SNAPPED: f64 = 3.0;
 /// Solutions that are put between two whose slopes lead elsewhere.
 const BETWEEN: usize = 5;
@@ -52,8 +53,9 @@ struct Node {
 }
 
 impl Curve {
-    /// Through the solutions at both ends of a range of moduli, kPa. Where the softer end has none, through those on the way to
-    /// the softest modulus that has one; `None` when the stiffer end has none either.
+    /// Through the solutions at both ends of a range of moduli, kPa. Where the softer end has none,
+    /// through those on the way to the softest modulus that has one; `None` when the stiffer end
+    /// has none either.
     ///
     /// # Errors
     /// When the user asks to stop.
@@ -69,7 +71,8 @@ impl Curve {
             let Some((node, told)) = found(solver.at(rest, kpa, steps.next()))? else {
                 return Ok(None);
             };
-            // Of a stretched belief not each solution's warnings: what the run's own solution says counts.
+            // Of a stretched prior not each solution's warnings: what the run's own solution says
+            // counts.
             if told.iter().any(|warning| warning.code() == "folded-elements") {
                 warnings.extend(told);
             }
@@ -97,8 +100,9 @@ impl Curve {
         Ok(Some(Self { nodes, ends: ends_at > soft, possible_from_kpa: 0.0, warnings }))
     }
 
-    /// The same in the unloaded state, where a modulus is possible only from `floor_kpa` on and if it has an unloaded shape. Which
-    /// have one is a question of the CT's gravity alone, so that no tilt makes a modulus impossible.
+    /// The same in the unloaded state, where a modulus is possible only from `floor_kpa` on and if
+    /// it has an unloaded shape. Which have one is a question of the CT's gravity alone, so that no
+    /// tilt makes a modulus impossible.
     ///
     /// # Errors
     /// As [`Curve::through`].
@@ -128,8 +132,9 @@ impl Curve {
         if self.possible_from_kpa > 0.0 { self.possible_from_kpa } else { solved }
     }
 
-    /// The displacement at a modulus, mm. Where none softer than the first can be solved, the displacement turns without measure
-    /// near that one, and its slope leads nowhere: softer ones move farther in proportion to 1/E.
+    /// The displacement at a modulus, mm. Where none softer than the first can be solved, the
+    /// displacement turns without measure near that one, and its slope leads nowhere: softer ones
+    /// move farther in proportion to 1/E.
     pub(crate) fn at(&self, kpa: f64) -> Vector {
         let x = 1.0 / kpa;
         if let Some(softest) = self.nodes.first().filter(|node| self.ends && x > node.x) {
@@ -156,7 +161,8 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Whether the slope at one of two solutions leads past the other by more than lies between them: the cubic would swing.
+/// Whether the slope at one of two solutions leads past the other by more than lies between them:
+/// the cubic would swing.
 fn is_bent(a: &Node, b: &Node) -> bool {
     let (way, rise) = (b.x - a.x, b.w - a.w);
     let off = |slope: Vector| (slope * way - rise).norm();

@@ -10,8 +10,8 @@ const SPACING_MM: f64 = 2.5;
 /// Farther from a surface than this, mm, a point belongs to none of it.
 const WITHIN_MM: f64 = 40.0;
 
-/// A scan held against the skin with its points at each of some places, with a name each. Skin that moves and is not modelled
-/// has no distances.
+/// A scan held against the skin with its points at each of some places, with a name each. Skin that
+/// moves and is not modelled has no distances.
 pub(crate) fn distances(
     scan: &Scan,
     pose: &Pose,

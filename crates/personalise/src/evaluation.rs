@@ -1,8 +1,8 @@
 //! A scan on the operating table held against the model.
 //!
-//! The pose comes from the torso beside the breasts alone: on the breast a wrong model would draw it along and look right.
-//! What is measured is how far the skin lies off along its normal. That is not the error of the tumour: skin that slides, and
-//! what happens below it, is not seen.
+//! The pose comes from the torso beside the breasts alone: on the breast a wrong model would draw
+//! it along and look right. What is measured is how far the skin lies off along its normal. That is
+//! not the error of the tumour: skin that slides, and what happens below it, is not seen.
 
 use crate::distances::{distances, spread};
 use crate::fit::REACH_MM;
@@ -11,8 +11,8 @@ use supine_mesh::{Displacement, Scan, ScanDistances};
 use supine_register::{Params, Rigid, Spread, Start, align, candidates};
 use supine_space::{Point, Pose, Progress};
 
-/// Radius of the part of the skin around the point that is nearest to the tumour, mm. Source: the paper that this program
-/// follows, table 2.
+/// Radius of the part of the skin around the point that is nearest to the tumour, mm. Source: the
+/// paper that this program follows, table 2.
 pub const NEAR_MM: f64 = 20.0;
 /// Name of the skin of the CT as it lies.
 const CT: &str = "ct";
@@ -26,7 +26,8 @@ const POSES: usize = 3;
 pub struct EvaluationQuestion<'a> {
     /// The skin with respect to the mesh.
     pub carried: &'a Carried,
-    /// How the mesh is displaced in each model that is compared, with its name; the last is that of the run.
+    /// How the mesh is displaced in each model that is compared, with its name; the last is that of
+    /// the run.
     pub models: &'a [(&'a str, &'a Displacement)],
     /// The scan, in a frame of its own.
     pub scan: &'a Scan,
@@ -52,7 +53,8 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// Of each surface its name, and what the distances from it come to near the tumour and on the whole breast.
+    /// Of each surface its name, and what the distances from it come to near the tumour and on the
+    /// whole breast.
     pub fn spreads(&self) -> impl Iterator<Item = (&str, [Spread; 2])> {
         let all = &self.distances;
         let near = |n: usize| (all.places[n] - self.near).norm() <= NEAR_MM;

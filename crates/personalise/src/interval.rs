@@ -1,10 +1,10 @@
 //! How far the tumour moves, and how sure that is.
 
 use crate::Error;
-use crate::belief::Belief;
 use crate::beyond::beyond;
 use crate::curve::{Curve, Solver};
 use crate::ellipsoid::Ellipsoid;
+use crate::modulus_prior::ModulusPrior;
 use crate::spread::{Drawn, Nominal, Rests, middle, quantile};
 use crate::wall::{Patch, PatchEffect, Wall};
 use supine_fem::{Body, GoalErrors, Load, Params, RestState, goal_errors};
@@ -13,8 +13,9 @@ use supine_space::{Matrix, Point, Progress, Sphere, Vector, Warning};
 
 /// Probability with which the intervals hold.
 pub const LEVEL: f64 = 0.95;
-/// Below a modulus of ρ g L over this, with L the thickness of the tissue, the unloaded state answers a tilt without
-/// measure and soon has no usable shape: 9.81e-3 x 55 / E > 1.3 on a synthetic breast of 55 mm.
+/// Below a modulus of ρ g L over this, with L the thickness of the tissue, the unloaded state
+/// answers a tilt without measure and soon has no usable shape: 9.81e-3 x 55 / E > 1.3 on a
+/// synthetic breast of 55 mm.
 const SLACK: f64 = 1.3;
 
 /// What is asked.
@@ -22,8 +23,9 @@ const SLACK: f64 = 1.3;
 pub struct Question<'a> {
     /// What is deformed.
     pub body: &'a Body,
-    /// The same tissue on a mesh that may be coarser: on it is solved how the displacement changes with modulus and rest
-    /// state. The run's own displacement takes off what the curves of both states have too much or too little.
+    /// The same tissue on a mesh that may be coarser: on it is solved how the displacement changes
+    /// with modulus and rest state. The run's own displacement takes off what the curves of both
+    /// states have too much or too little.
     pub coarse: &'a Body,
     /// Why.
     pub load: &'a Load,
@@ -34,18 +36,20 @@ pub struct Question<'a> {
     /// The tumour in the CT, LPS, mm.
     pub tumour: Sphere,
     /// What is known of the modulus.
-    pub belief: Belief,
-    /// The error of the chest wall that 19 of 20 places like the one given (LPS, mm) do not exceed, mm.
+    pub prior: ModulusPrior,
+    /// The error of the chest wall that 19 of 20 places like the one given (LPS, mm) do not exceed,
+    /// mm.
     pub wall_error_mm: &'a (dyn Fn(&Point) -> f64 + Sync),
     /// Its uncertain places.
     pub patches: &'a [Patch],
-    /// The body with each proportion of its tissues' moduli another one, by one standard deviation: independent of each other.
+    /// The body with each proportion of its tissues' moduli another one, by one standard deviation:
+    /// independent of each other.
     pub tissues: &'a [Body],
 }
 
 impl std::fmt::Debug for Question<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Question({:?}, {:?})", self.tumour, self.belief)
+        write!(f, "Question({:?}, {:?})", self.tumour, self.prior)
     }
 }
 
@@ -103,7 +107,8 @@ pub struct TumourInterval {
     pub shares: Vec<Share>,
     /// The other rest state; `None` when the modulus was given with its rest state.
     pub other: Option<OtherState>,
-    /// The softest modulus with a usable unloaded shape among those tried, kPa; `None` when it was not asked or none has.
+    /// The softest modulus with a usable unloaded shape among those tried, kPa; `None` when it was
+    /// not asked or none has.
     pub softest_unloaded_kpa: Option<f64>,
     /// What each uncertain place of the wall may do, in the order given.
     pub patches: Vec<PatchEffect>,
@@ -111,29 +116,31 @@ pub struct TumourInterval {
     pub warnings: Vec<Warning>,
 }
 
-/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall, region and mesh are as uncertain as
-/// they are.
+/// How far the tumour moves with 95 % probability, when modulus, rest state, chest wall, region and
+/// mesh are as uncertain as they are.
 ///
-/// Modulus, rest state, wall, region and mesh are drawn 10,000 times, independently of each other. A modulus that was given belongs
-/// to the run's rest state, so only that of the literature is drawn with both states, each as likely.
-/// For every draw the displacement is read from curves over the modulus ([`crate`], `curve`) through solutions in each
-/// state; wall and mesh add to it as the adjoint solution tells ([`supine_fem::goal_errors`]), the region as a free and a
-/// held cut differ.
+/// Modulus, rest state, wall, region and mesh are drawn 10,000 times, independently of each other.
+/// A modulus that was given belongs to the run's rest state, so only that of the literature is
+/// drawn with both states, each as likely. For every draw the displacement is read from curves over
+/// the modulus ([`crate`], `curve`) through solutions in each state; wall and mesh add to it as the
+/// adjoint solution tells ([`supine_fem::goal_errors`]), the region as a free and a held cut
+/// differ.
 ///
 /// # Errors
-/// As the mechanics; [`supine_fem::Error::GoalOutside`] when no tissue of the mesh lies within the tumour.
+/// As the mechanics; [`supine_fem::Error::GoalOutside`] when no tissue of the mesh lies within the
+/// tumour.
 pub fn tumour_interval(
     question: &Question<'_>,
     progress: Progress<'_>,
 ) -> Result<TumourInterval, Error> {
-    let Question { body, load, params, tumour, belief, .. } = *question;
+    let Question { body, load, params, tumour, prior, .. } = *question;
     let centre = tumour.centre();
     let solver = Solver { body: question.coarse, load, params, place: &centre };
-    let both = belief.other().is_some();
+    let both = prior.other().is_some();
     let wanted = |rest: RestState| both || params.rest == rest;
     let range = |rest: RestState| {
-        let other = belief.other().filter(|_| params.rest != rest);
-        other.unwrap_or(belief.known()).interval_kpa()
+        let other = prior.other().filter(|_| params.rest != rest);
+        other.unwrap_or(prior.known()).interval_kpa()
     };
     let errors = goal_errors(body, load, params, &tumour, progress.part(0.0, 0.15))?;
     let beyond = beyond(question, progress.part(0.15, 0.2))?;
@@ -166,7 +173,7 @@ pub fn tumour_interval(
     let error_mm = errors.wall.iter().map(|node| (question.wall_error_mm)(&node.place)).collect();
     let wall = Wall { nodes: &errors.wall, error_mm };
     let rests = Rests {
-        belief,
+        prior,
         nominal,
         net: net.as_ref(),
         unloaded: unloaded.as_ref(),
@@ -190,7 +197,8 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     let share = |source: Source, drawn: Drawn| -> Result<Share, Error> {
         let cloud = rests.cloud(drawn)?;
         let within_mm = within(&cloud, &nominal.displacement);
-        // What one source does begins at the value found; whether that is possible at all, the whole interval tells.
+        // What one source does begins at the value found; whether that is possible at all, the
+        // whole interval tells.
         let ([low, high], found) = (lengths(&cloud), nominal.displacement.norm());
         Ok(Share { source, length_mm: [low.min(found), high.max(found)], within_mm })
     };
@@ -231,8 +239,9 @@ fn told(rests: &Rests<'_>, patches: Vec<PatchEffect>) -> Result<TumourInterval, 
     })
 }
 
-/// The distance from a displacement that is not exceeded with the probability [`LEVEL`], and that reaches both ends of the
-/// interval of the length: two statements of one cloud must not contradict each other.
+/// The distance from a displacement that is not exceeded with the probability [`LEVEL`], and that
+/// reaches both ends of the interval of the length: two statements of one cloud must not contradict
+/// each other.
 fn within(cloud: &[Vector], from: &Vector) -> f64 {
     let [low, high] = middle(LEVEL, cloud.iter().map(Vector::norm));
     let radial = quantile(LEVEL, cloud.iter().map(|v| (v - from).norm()));
@@ -246,13 +255,14 @@ impl Share {
     }
 }
 
-/// The sum of the tetrahedra's shares, which adds them as if all had one sign, over what 95 % of errors do not exceed. On
-/// the synthetic patients the sum was 7 to 16 times the difference to a mesh of 20,000 tetrahedra.
+/// The sum of the tetrahedra's shares, which adds them as if all had one sign, over what 95 % of
+/// errors do not exceed. On the synthetic patients the sum was 7 to 16 times the difference to a
+/// mesh of 20,000 tetrahedra.
 const CANCEL: f64 = 5.0;
 
 /// Standard deviation of a component by the mesh, mm.
 fn mesh_mm(errors: &GoalErrors) -> f64 {
-    errors.shares.iter().sum::<f64>() / (CANCEL * crate::belief::NORMAL_95)
+    errors.shares.iter().sum::<f64>() / (CANCEL * crate::modulus_prior::NORMAL_95)
 }
 
 /// Covariance of the displacement by the proportions of the tissues' moduli, mm².

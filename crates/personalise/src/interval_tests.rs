@@ -76,11 +76,11 @@ fn case(young_kpa: f64, rest: RestState) -> Case {
 }
 
 impl Case {
-    fn ask(&self, belief: Belief, wall_mm: f64) -> TumourInterval {
-        self.ask_at(tumour(), belief, wall_mm)
+    fn ask(&self, prior: ModulusPrior, wall_mm: f64) -> TumourInterval {
+        self.ask_at(tumour(), prior, wall_mm)
     }
 
-    fn ask_at(&self, place: Point, belief: Belief, wall_mm: f64) -> TumourInterval {
+    fn ask_at(&self, place: Point, prior: ModulusPrior, wall_mm: f64) -> TumourInterval {
         let question = Question {
             body: &self.body,
             coarse: &self.body,
@@ -88,7 +88,7 @@ impl Case {
             params: &self.params,
             solved: &self.solved,
             tumour: Sphere::new(place, 4.0).unwrap(),
-            belief,
+            prior,
             wall_error_mm: &|_| wall_mm,
             tissues: &[],
             patches: &[Patch {
@@ -129,27 +129,28 @@ fn the_curves_are_what_is_solved_between_their_ends() {
 #[test]
 fn a_guess_makes_a_wide_interval_and_a_measurement_a_narrow_one() {
     let case = case(0.609, RestState::Net);
-    let guess = case.ask(Belief::literature(), 1.0);
+    let guess = case.ask(ModulusPrior::literature(), 1.0);
     let nominal = guess.displacement.norm();
     assert_eq!(guess.shares[0].source, Source::Modulus);
     assert!(guess.length_mm[0] < nominal / 3.0 && guess.length_mm[1] > nominal * 2.0, "{guess:?}");
     // In proportion to 1/E, nearly.
     let modulus = guess.shares[0].length_mm;
-    let [low, high] = Belief::literature().known().interval_kpa();
+    let [low, high] = ModulusPrior::literature().known().interval_kpa();
     assert!((modulus[0] / (nominal * 0.609 / high) - 1.0).abs() < 0.05, "{modulus:?}");
     assert!((modulus[1] / (nominal * 0.609 / low) - 1.0).abs() < 0.05, "{modulus:?}");
     let other = guess.other.unwrap();
     let want = case.solved_at(0.609, RestState::Unloaded);
     assert!((other.displacement.unwrap() - want).norm() < 0.02 * want.norm(), "{other:?}");
     assert!(guess.ellipsoid.holds(&guess.displacement) && guess.ellipsoid.holds(&want));
-    let measured = case.ask(Belief::given([0.58, 0.64]).unwrap(), 1.0);
+    let measured = case.ask(ModulusPrior::given([0.58, 0.64]).unwrap(), 1.0);
     assert!(measured.other.is_none() && measured.softest_unloaded_kpa.is_none());
     let width = |found: &TumourInterval| found.length_mm[1] - found.length_mm[0];
     assert!(width(&measured) < 0.2 * width(&guess), "{measured:?}");
     assert!(measured.length_mm[0] < nominal && nominal < measured.length_mm[1]);
 }
 
-/// Tissue whose soft moduli have no unloaded shape, tilted on and on: what is possible is a question of the CT alone.
+/// Tissue whose soft moduli have no unloaded shape, tilted on and on: what is possible is a
+/// question of the CT alone.
 #[test]
 fn more_tilt_never_narrows_an_interval() {
     let mut case = case(0.609, RestState::Net);
@@ -160,7 +161,7 @@ fn more_tilt_never_narrows_an_interval() {
         let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
         case.load.target = Vector::new(sin, 0.0, -cos);
         (case.solved, _) = solve(&case.body, &case.load, &case.params, Progress::none()).unwrap();
-        let found = case.ask(Belief::literature(), 1.0);
+        let found = case.ask(ModulusPrior::literature(), 1.0);
         if let Some(before) = before {
             assert_eq!(found.softest_unloaded_kpa, before.softest_unloaded_kpa, "{degrees}");
             let width = |found: &TumourInterval| found.length_mm[1] - found.length_mm[0];
@@ -189,7 +190,7 @@ fn every_range_holds_the_value_told_and_the_softest_modulus_has_the_next_one_bel
     let (own, (found, _)) = softer.find_map(|kpa| Some((kpa, solved(kpa)?))).unwrap();
     case.body.tissue.young_kpa = own;
     case.solved = found;
-    let found = case.ask(Belief::literature(), 1.0);
+    let found = case.ask(ModulusPrior::literature(), 1.0);
     let length = found.displacement.norm();
     for share in &found.shares {
         assert!(share.length_mm[0] <= length && length <= share.length_mm[1], "{share:?}");
@@ -203,12 +204,12 @@ fn every_range_holds_the_value_told_and_the_softest_modulus_has_the_next_one_bel
 #[test]
 fn a_modulus_that_nobody_measured_lies_outside_the_interval() {
     let case = case(6.0, RestState::Net);
-    let found = case.ask(Belief::literature(), 0.1);
+    let found = case.ask(ModulusPrior::literature(), 0.1);
     assert!(found.displacement.norm() < 0.8 * found.length_mm[0], "{found:?}");
 }
 
-/// A layer of which the breast is a part, cut ever nearer to the tumour: what is beyond is a source, and the interval holds the
-/// displacement of the whole layer.
+/// A layer of which the breast is a part, cut ever nearer to the tumour: what is beyond is a
+/// source, and the interval holds the displacement of the whole layer.
 #[test]
 fn what_is_beyond_the_region_is_a_source_that_holds_the_whole() {
     let mut whole = case(0.609, RestState::Net);
@@ -223,13 +224,13 @@ fn what_is_beyond_the_region_is_a_source_that_holds_the_whole() {
         let body = Body::new(mesh, whole.body.tissue);
         let (solved, _) = solve(&body, &whole.load, &whole.params, Progress::none()).unwrap();
         let case = Case { body, load: whole.load, params: whole.params, solved };
-        let found = case.ask_at(place, Belief::given([0.6, 0.62]).unwrap(), 0.1);
+        let found = case.ask_at(place, ModulusPrior::given([0.6, 0.62]).unwrap(), 0.1);
         let share = found.shares.iter().find(|s| s.source == Source::Region).copied().unwrap();
         assert!((found.displacement - truth).norm() < found.within_mm, "{found:?} {truth}");
         share.within_mm
     });
     assert!(shares[1] > 1.3 * shares[0] && shares[0] > 0.0, "{shares:?}");
-    let found = whole.ask_at(place, Belief::given([0.6, 0.62]).unwrap(), 0.1);
+    let found = whole.ask_at(place, ModulusPrior::given([0.6, 0.62]).unwrap(), 0.1);
     assert!(found.shares.iter().all(|s| s.source != Source::Region), "nothing is cut off");
 }
 
@@ -270,8 +271,8 @@ fn cut_off(
 #[test]
 fn a_worse_wall_widens_its_share_in_proportion() {
     let case = case(0.9, RestState::Unloaded);
-    let belief = Belief::given([0.85, 0.95]).unwrap();
-    let [fine, rough] = [0.5, 1.0].map(|mm| case.ask(belief, mm));
+    let prior = ModulusPrior::given([0.85, 0.95]).unwrap();
+    let [fine, rough] = [0.5, 1.0].map(|mm| case.ask(prior, mm));
     let width = |found: &TumourInterval| {
         found.shares.iter().find(|s| s.source == Source::ChestWall).unwrap().width_mm()
     };
@@ -282,7 +283,7 @@ fn a_worse_wall_widens_its_share_in_proportion() {
         width(&fine)
     );
     assert!(rough.patches[0].change_mm > 0.0);
-    assert_eq!(rough, case.ask(belief, 1.0), "the same draws each time");
+    assert_eq!(rough, case.ask(prior, 1.0), "the same draws each time");
 }
 
 fn tumour() -> Point {

@@ -1,10 +1,10 @@
 //! What is known of the tissue of one patient, and what that means at the tumour.
 //!
-//! The displacement of the tumour rests on what nobody knows exactly: Young's modulus, the rest state, the place of the
-//! chest wall, the tissue beyond the region, and the mesh. [`tumour_interval`] says how far the tumour moves with 95 %
-//! probability, and what each of them adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
+//! The displacement of the tumour rests on what nobody knows exactly: Young's modulus, the rest
+//! state, the place of the chest wall, the tissue beyond the region, and the mesh.
+//! [`tumour_interval`] says how far the tumour moves with 95 % probability, and what each of them
+//! adds. Lengths in mm, moduli in kPa, positions and displacements in LPS.
 
-mod belief;
 mod beyond;
 mod curve;
 mod distances;
@@ -13,10 +13,10 @@ mod error;
 mod evaluation;
 mod fit;
 mod interval;
+mod modulus_prior;
 mod spread;
 mod wall;
 
-pub use belief::{Belief, LITERATURE_KPA, LogNormal, Origin};
 pub use ellipsoid::Ellipsoid;
 pub use error::Error;
 pub use evaluation::{Evaluation, EvaluationQuestion, NEAR_MM, evaluate};
@@ -25,4 +25,5 @@ pub use fit::{
     StateFit, Tissues, UPRIGHT_DEG, compare, fit, moduli,
 };
 pub use interval::{LEVEL, OtherState, Question, Share, Source, TumourInterval, tumour_interval};
+pub use modulus_prior::{LITERATURE_KPA, LogNormal, ModulusPrior, Origin};
 pub use wall::{Patch, PatchEffect};

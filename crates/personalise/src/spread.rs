@@ -1,8 +1,8 @@
 //! Draws of what is not known, and the displacement with each.
 
 use crate::Error;
-use crate::belief::{Belief, LogNormal, Origin};
 use crate::curve::Curve;
+use crate::modulus_prior::{LogNormal, ModulusPrior, Origin};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -18,7 +18,7 @@ const SEED: u64 = 95;
 
 /// What the displacement rests on.
 pub(crate) struct Rests<'a> {
-    pub(crate) belief: Belief,
+    pub(crate) prior: ModulusPrior,
     /// What the run was given.
     pub(crate) nominal: Nominal,
     /// `None` when that state was not asked for.
@@ -62,7 +62,8 @@ impl Drawn {
 }
 
 impl Rests<'_> {
-    /// The displacement at a modulus in a rest state. The run's own stands for what the curves leave open.
+    /// The displacement at a modulus in a rest state. The run's own stands for what the curves
+    /// leave open.
     pub(crate) fn at(&self, kpa: f64, rest: RestState) -> Option<Vector> {
         let Nominal { kpa: own, rest: state, displacement } = self.nominal;
         let curve = match rest {
@@ -79,20 +80,21 @@ impl Rests<'_> {
 
     /// What is known of the modulus in a rest state.
     fn known(&self, rest: RestState) -> &LogNormal {
-        let other = self.belief.other().filter(|_| rest != self.nominal.rest);
-        other.unwrap_or(self.belief.known())
+        let other = self.prior.other().filter(|_| rest != self.nominal.rest);
+        other.unwrap_or(self.prior.known())
     }
 
-    /// The modulus of a rest state when it is not drawn: the run's, but a fitted one belongs to its state.
+    /// The modulus of a rest state when it is not drawn: the run's, but a fitted one belongs to its
+    /// state.
     pub(crate) fn nominal_kpa(&self, rest: RestState) -> f64 {
-        match self.belief.origin() == Origin::Scans && rest != self.nominal.rest {
+        match self.prior.origin() == Origin::Scans && rest != self.nominal.rest {
             true => self.known(rest).median_kpa(),
             false => self.nominal.kpa,
         }
     }
 
-    /// What the curve of the run's state lacks to the run's displacement. It grows with 1/E as the displacement does, and
-    /// the other state's curve, on the same mesh, lacks as much.
+    /// What the curve of the run's state lacks to the run's displacement. It grows with 1/E as the
+    /// displacement does, and the other state's curve, on the same mesh, lacks as much.
     fn off(&self, own: f64, state: RestState, displacement: Vector) -> Vector {
         let curve = match state {
             RestState::Net => self.net,
@@ -101,8 +103,8 @@ impl Rests<'_> {
         curve.map_or(Vector::zeros(), |curve| displacement - curve.at(own))
     }
 
-    /// Displacements, each with what is drawn drawn anew. A modulus at which the unloaded state has no usable shape is no
-    /// possibility there: the pair is drawn again.
+    /// Displacements, each with what is drawn drawn anew. A modulus at which the unloaded state has
+    /// no usable shape is no possibility there: the pair is drawn again.
     ///
     /// # Errors
     /// [`Error::NoSolution`] when hardly any draw is possible.
@@ -117,7 +119,7 @@ impl Rests<'_> {
         while cloud.len() < DRAWS {
             tried += 1;
             if tried > ATTEMPTS * DRAWS {
-                let young_kpa = self.belief.known().interval_kpa();
+                let young_kpa = self.prior.known().interval_kpa();
                 return Err(Error::NoSolution { rest: self.nominal.rest, young_kpa });
             }
             // All are drawn each time: what one of them does is then seen beside the same others.

@@ -3,8 +3,8 @@
 use supine_fem::WallNode;
 use supine_space::{Matrix, Point, Vector};
 
-/// Errors of the wall at two places are alike when these are near: their correlation falls as exp(-d²/2L²) with this L,
-/// mm. Chosen: a rib and the gap beside it, or the border of a muscle.
+/// Errors of the wall at two places are alike when these are near: their correlation falls as
+/// exp(-d²/2L²) with this L, mm. Chosen: a rib and the gap beside it, or the border of a muscle.
 const ALIKE_MM: f64 = 20.0;
 /// Standard deviations that 19 of 20 errors do not exceed, either way.
 const NINETEEN_OF_TWENTY: f64 = 1.96;
@@ -25,8 +25,8 @@ pub struct Patch {
 pub struct PatchEffect {
     /// Its middle, LPS, mm.
     pub centre: Point,
-    /// Length by which the tumour's displacement changes when the wall is off by the place's error there, all to one
-    /// side, mm.
+    /// Length by which the tumour's displacement changes when the wall is off by the place's error
+    /// there, all to one side, mm.
     pub change_mm: f64,
 }
 

@@ -20,8 +20,9 @@ struct Owner {
 /// Three numbers, as a tuple of Python.
 pub(crate) type Triple = (f64, f64, f64);
 
-/// An array of voxels indexed `[k, j, i]`, or `[k, j, i, component]` of vectors, its origin (LPS, mm), spacing (mm) and
-/// direction (row by row; columns are the axes i, j, k), as SimpleITK has them.
+/// An array of voxels indexed `[k, j, i]`, or `[k, j, i, component]` of vectors, its origin (LPS,
+/// mm), spacing (mm) and direction (row by row; columns are the axes i, j, k), as SimpleITK has
+/// them.
 pub(crate) type VolumeParts<'py> =
     (Bound<'py, PyUntypedArray>, Triple, Triple, (Triple, Triple, Triple));
 
@@ -74,9 +75,9 @@ fn lent<'py, T: Element, D: Dimension, H: Send + Sync + 'static>(
     holder: &Arc<H>,
 ) -> PyResult<Bound<'py, PyUntypedArray>> {
     let owner = Bound::new(py, Owner { _of: Arc::clone(holder) as _ })?;
-    // SAFETY: both callers make the view of a reference that was derived from the holder, or from what lives for ever; nobody
-    // changes or moves what an `Arc` shares while the owner, which the array holds, lives. The array is made read-only before
-    // Python sees it.
+    // SAFETY: both callers make the view of a reference that was derived from the holder, or from
+    // what lives for ever; nobody changes or moves what an `Arc` shares while the owner, which the
+    // array holds, lives. The array is made read-only before Python sees it.
     let array = unsafe { PyArray::borrow_from_array(view, owner.into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array.as_untyped().clone())
@@ -158,7 +159,8 @@ fn rows<'py, T: Element>(
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
     let view =
         ArrayView2::from_shape((numbers.len() / columns, columns), numbers).map_err(shape)?;
-    // SAFETY: every caller passes memory that its owner keeps in place; the array is made read-only.
+    // SAFETY: every caller passes memory that its owner keeps in place; the array is made
+    // read-only.
     let array = unsafe { PyArray2::borrow_from_array(&view, owner) };
     array.readwrite().make_nonwriteable();
     Ok(array)

@@ -16,8 +16,9 @@ use supine_flow::spec::{Kind, Parameter, TABLE};
 use supine_flow::{Error, NodeId, Options, Request, RunFolder, Session, Spec, Start};
 use supine_mesh::Deformation;
 
-/// The results that stay in memory after a run: those that Python may ask for and all that they rest on, without what only
-/// the folder has and without the fields, which take much memory and little time.
+/// The results that stay in memory after a run: those that Python may ask for and all that they
+/// rest on, without what only the folder has and without the fields, which take much memory and
+/// little time.
 const HELD: [NodeId; 17] = [
     NodeId::Import,
     NodeId::Source,
@@ -92,7 +93,7 @@ impl Core {
 
     /// The whole case with its defaults, as JSON.
     fn case(&self) -> String {
-        Json::Object(self.session.case().canonical()).to_string()
+        Json::Object(self.session.case().canonical().clone()).to_string()
     }
 
     fn ct<'py>(&self, py: Python<'py>, hear: Py<PyAny>) -> PyResult<VolumeParts<'py>> {

@@ -6,7 +6,8 @@ use pyo3::types::{PyDict, PyType};
 use supine_flow::{CaseError, Error};
 use supine_space::Failure;
 
-/// A class of `supine._error`. It is written in Python: the stable interface before 3.12 has no subclasses of exceptions.
+/// A class of `supine._error`. It is written in Python: the stable interface before 3.12 has no
+/// subclasses of exceptions.
 fn class(py: Python<'_>) -> PyResult<Bound<'_, PyType>> {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     CLASS.import(py, "supine._error", "SupineError").cloned()

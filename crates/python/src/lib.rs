@@ -1,8 +1,8 @@
 //! The Python module `supine._core`: a session of the flow whose results come as numpy arrays.
 //!
-//! `core` is the session, `wait` lets Python go on while it works, `arrays` gives arrays without copies,
-//! `carried` those of the patient's own objects, `taken` reads those
-//! that Python gives, `failure` turns errors into exceptions. What users see is the Python beside it (python/supine).
+//! `core` is the session, `wait` lets Python go on while it works, `arrays` gives arrays without
+//! copies, `carried` those of the patient's own objects, `taken` reads those that Python gives,
+//! `failure` turns errors into exceptions. What users see is the Python beside it (python/supine).
 
 mod arrays;
 mod carried;

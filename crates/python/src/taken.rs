@@ -1,4 +1,5 @@
-//! Arrays that Python gives, as values of the flow. They are copied once: the flow owns what it works on.
+//! Arrays that Python gives, as values of the flow. They are copied once: the flow owns what it
+//! works on.
 
 use crate::failure::refuse;
 use numpy::{Element, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};

@@ -1,4 +1,5 @@
-//! Work beside Python: its lock is free meanwhile, and Ctrl-C and progress are looked after twenty times a second.
+//! Work beside Python: its lock is free meanwhile, and Ctrl-C and progress are looked after twenty
+//! times a second.
 
 use crate::failure::raise;
 use pyo3::prelude::*;
@@ -50,11 +51,13 @@ impl Observer for Watcher<'_> {
     }
 }
 
-/// Does work of the flow on another thread. `hear` is called as `hear(kind, stage, value, text)`: kind `share` with the share
-/// that is done in `value`, or `warning` with its code in `text` before the first line break and its message after.
+/// Does work of the flow on another thread. `hear` is called as `hear(kind, stage, value, text)`:
+/// kind `share` with the share that is done in `value`, or `warning` with its code in `text` before
+/// the first line break and its message after.
 ///
 /// # Errors
-/// What the work ends with, what `hear` raises, or `KeyboardInterrupt`; in the two last cases the work has ended too.
+/// What the work ends with, what `hear` raises, or `KeyboardInterrupt`; in the two last cases the
+/// work has ended too.
 pub(crate) fn wait<T: Send>(
     py: Python<'_>,
     hear: &Py<PyAny>,

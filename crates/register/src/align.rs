@@ -1,12 +1,13 @@
 //! Pose and shape together, by Gauss-Newton on robust distances to planes.
 //!
-//! Each point s of the scan belongs to the nearest point V of the surface with normal n; its residual is
-//! r = n · (R s + t − V(p)). Sought is the minimum of Σ w ρ(r) / Σ w over the pose (R, t) and the parameters p, with ρ
-//! Tukey's biweight, whose reach falls from iteration to iteration. A step solves the normal equations of the derivatives
-//! of r: (q × n, n) by a turn about and a shift of the centre, with q the place from there, and −n · ∂V/∂p.
+//! Each point s of the scan belongs to the nearest point V of the surface with normal n; its
+//! residual is r = n · (R s + t − V(p)). Sought is the minimum of Σ w ρ(r) / Σ w over the pose (R,
+//! t) and the parameters p, with ρ Tukey's biweight, whose reach falls from iteration to iteration.
+//! A step solves the normal equations of the derivatives of r: (q × n, n) by a turn about and a
+//! shift of the centre, with q the place from there, and −n · ∂V/∂p.
 //!
-//! Source: point-to-plane distance, Chen and Medioni, Image Vision Comput. 10, 1992; the reach that falls, as in graduated
-//! non-convexity, Blake and Zisserman 1987.
+//! Source: point-to-plane distance, Chen and Medioni, Image Vision Comput. 10, 1992; the reach that
+//! falls, as in graduated non-convexity, Blake and Zisserman 1987.
 
 use crate::{Error, Match, Matches, Posed, Shape, Tukey};
 use nalgebra::{DMatrix, DVector, Translation3, UnitQuaternion};
@@ -16,15 +17,18 @@ use supine_space::{Point, Pose, Progress, Vector};
 
 /// Factor of the reach from one iteration to the next.
 const NARROWER: f64 = 0.7;
-/// A point of the scan farther from the surface than this many reaches is not looked at, nor one nearer left out: mm.
+/// A point of the scan farther from the surface than this many reaches is not looked at, nor one
+/// nearer left out: mm.
 const WITHIN: (f64, f64) = (3.0, 8.0);
 /// A step below this length, mm, at the rim of the breast ends the iteration.
 const STEP_MM: f64 = 2e-3;
 /// Distance of the rim of a breast from its centre, mm: what a turn moves.
 const LEVER_MM: f64 = 80.0;
-/// A change of the parameters by this share of what is one iteration's largest counts as one of [`STEP_MM`].
+/// A change of the parameters by this share of what is one iteration's largest counts as one of
+/// [`STEP_MM`].
 const STEP_SHARE: f64 = 4e-4;
-/// The iteration also ends when the objective has not fallen by this share in as many iterations: nearest points flicker.
+/// The iteration also ends when the objective has not fallen by this share in as many iterations:
+/// nearest points flicker.
 const FLAT: (f64, usize) = (1e-5, 4);
 /// So few points fix no pose.
 const LEAST: usize = 200;
@@ -51,8 +55,8 @@ pub struct Params<'a> {
     pub iterations: usize,
     /// Whether the pose is sought too.
     pub pose: bool,
-    /// Variance of the residuals over the number of points that tell on their own, mm²: what a deviation of a parameter from
-    /// its prior costs beside them.
+    /// Variance of the residuals over the number of points that tell on their own, mm²: what a
+    /// deviation of a parameter from its prior costs beside them.
     pub prior_mm2: f64,
     /// How often each point of the scan counts; all once when absent.
     pub counts: Option<&'a [f64]>,
@@ -67,7 +71,8 @@ pub struct Aligned {
     pub values: Vec<f64>,
     /// Σ w ρ(r) / Σ w at the last reach, mm²; the priors' part is in it.
     pub objective_mm2: f64,
-    /// Second derivatives of the objective by turn (rad), shift (mm) and parameters, without those of the loss.
+    /// Second derivatives of the objective by turn (rad), shift (mm) and parameters, without those
+    /// of the loss.
     pub information: DMatrix<f64>,
     /// The points that belong to the surface.
     pub matches: Matches,
@@ -80,8 +85,8 @@ pub struct Aligned {
 /// The pose of a scan on a shape and the shape's parameters.
 ///
 /// # Errors
-/// [`Error::Apart`] when hardly a point of the scan lies on the surface, [`Error::Open`] when they leave the pose open, and
-/// when the user stops.
+/// [`Error::Apart`] when hardly a point of the scan lies on the surface, [`Error::Open`] when they
+/// leave the pose open, and when the user stops.
 pub fn align(
     scan: &Scan,
     shape: &dyn Shape,
@@ -94,8 +99,8 @@ pub fn align(
     search.run(posed, false, progress)
 }
 
-/// As [`align`], from a shape at the start's values that is known, for parameters that hardly change: its points move along
-/// their slopes, and which of them is nearest and the normals stay.
+/// As [`align`], from a shape at the start's values that is known, for parameters that hardly
+/// change: its points move along their slopes, and which of them is nearest and the normals stay.
 ///
 /// # Errors
 /// As [`align`].
@@ -250,7 +255,8 @@ impl Search<'_> {
         old != self.values
     }
 
-    /// How far a step moves the surface, mm; a step of the parameters in proportion to their largest.
+    /// How far a step moves the surface, mm; a step of the parameters in proportion to their
+    /// largest.
     fn length(&self, step: &DVector<f64>) -> f64 {
         let turn = LEVER_MM * step.rows(0, 3).amax();
         let priors = self.shape.priors().iter().enumerate();

@@ -24,14 +24,16 @@ const REACH_MM: f64 = 40.0;
 /// Poses nearer than this are one: mm at the middle, and degrees.
 const SAME: (f64, f64) = (15.0, 10.0);
 
-/// A pose and how well it fits: the mean loss of the scan's points, mm², those that belong nowhere counted in full.
+/// A pose and how well it fits: the mean loss of the scan's points, mm², those that belong nowhere
+/// counted in full.
 type Ranked = (f64, Pose);
 
-/// Poses of a scan on a shape, best first, each with the mean loss (mm²) of the scan's points under a reach of
-/// 10 mm; those that belong nowhere count in full.
+/// Poses of a scan on a shape, best first, each with the mean loss (mm²) of the scan's points under
+/// a reach of 10 mm; those that belong nowhere count in full.
 ///
-/// The scan looks at the front of the body: the mean of its normals is brought near the mean of those of the shape's points
-/// that count, with tilts and turns about it, and shifts of its middle. The best are refined. Nothing random.
+/// The scan looks at the front of the body: the mean of its normals is brought near the mean of
+/// those of the shape's points that count, with tilts and turns about it, and shifts of its middle.
+/// The best are refined. Nothing random.
 ///
 /// # Errors
 /// When the user stops.

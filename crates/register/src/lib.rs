@@ -1,8 +1,9 @@
 //! Surface scans brought onto the skin of a CT.
 //!
-//! A scan has a frame of its own. [`align`] finds the rigid pose that brings its points onto a surface, and with it
-//! parameters of the surface's shape, where it has any ([`Shape`]); [`Skin`] is the surface of a CT. [`by_landmarks`] and
-//! [`candidates`] find poses to begin from. A pose takes the scan's frame to the patient's: LPS, mm.
+//! A scan has a frame of its own. [`align`] finds the rigid pose that brings its points onto a
+//! surface, and with it parameters of the surface's shape, where it has any ([`Shape`]); [`Skin`]
+//! is the surface of a CT. [`by_landmarks`] and [`candidates`] find poses to begin from. A pose
+//! takes the scan's frame to the patient's: LPS, mm.
 
 mod align;
 mod candidates;

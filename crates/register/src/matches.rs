@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use supine_mesh::Scan;
 use supine_space::{Point, Pose, Vector};
 
-/// The cosine between the normals of a scan's point and the surface below which they do not belong together.
+/// The cosine between the normals of a scan's point and the surface below which they do not belong
+/// together.
 const SAME_SIDE: f64 = 0.6;
 
 /// A point of a scan on a surface.
@@ -28,7 +29,8 @@ pub struct Match {
 pub struct Matches(pub Vec<Match>);
 
 impl Matches {
-    /// The points of a scan in a pose that lie within a distance (mm) of a surface's points and face the same way.
+    /// The points of a scan in a pose that lie within a distance (mm) of a surface's points and
+    /// face the same way.
     pub fn new(scan: &Scan, pose: &Pose, surface: &Posed, weights: &[f64], within_mm: f64) -> Self {
         let at = |n: usize| {
             let place = pose * scan.points()[n];

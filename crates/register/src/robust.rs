@@ -1,6 +1,7 @@
 //! A loss under which far points count for nothing.
 
-/// Tukey's biweight: of a residual r, c²/6 (1 − (1 − (r/c)²)³) up to c, and c²/6 beyond. Near 0 it is r²/2.
+/// Tukey's biweight: of a residual r, c²/6 (1 − (1 − (r/c)²)³) up to c, and c²/6 beyond. Near 0 it
+/// is r²/2.
 ///
 /// Source: Beaton and Tukey, Technometrics 16, 1974.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +17,8 @@ impl Tukey {
         self.reach_mm.powi(2) / 6.0 * (1.0 - left.powi(3))
     }
 
-    /// Weight of the residual in least squares that are solved again and again: slope of the loss over r.
+    /// Weight of the residual in least squares that are solved again and again: slope of the loss
+    /// over r.
     pub fn weight(&self, residual: f64) -> f64 {
         self.left(residual).powi(2)
     }

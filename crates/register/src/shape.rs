@@ -23,7 +23,8 @@ pub trait Shape: Sync {
     /// Triangles, counter-clockwise seen from outside.
     fn triangles(&self) -> &[[u32; 3]];
 
-    /// How much a scan's point counts whose nearest is each of the surface's points: 0 where the surface says nothing.
+    /// How much a scan's point counts whose nearest is each of the surface's points: 0 where the
+    /// surface says nothing.
     fn weights(&self) -> &[f64];
 
     /// What is known of each parameter.
@@ -65,7 +66,8 @@ impl Shape for Rigid {
     }
 }
 
-/// A surface that is larger or smaller than it should be: its parameter is the scale about a place, less 1.
+/// A surface that is larger or smaller than it should be: its parameter is the scale about a place,
+/// less 1.
 #[derive(Debug)]
 pub struct Scaled<'a> {
     surface: &'a Rigid,
@@ -140,8 +142,8 @@ impl Posed {
         Some(self.counting[found] as usize)
     }
 
-    /// Moves the points along their slopes by changes of the parameters; which is nearest, and the normals, stay as they
-    /// were.
+    /// Moves the points along their slopes by changes of the parameters; which is nearest, and the
+    /// normals, stay as they were.
     pub(crate) fn shift(&mut self, changes: &[f64]) {
         for (slopes, change) in self.slopes.iter().zip(changes) {
             self.points.iter_mut().zip(slopes).for_each(|(p, slope)| *p += slope * *change);

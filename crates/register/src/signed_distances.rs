@@ -28,8 +28,9 @@ pub struct Spread {
     pub max_mm: f64,
 }
 
-/// Signed distances of a scan's points, in a pose, from the planes through the nearest points of a surface no farther than
-/// `within_mm`; points that have none, or face another way, or are nearest to a point without weight are left out.
+/// Signed distances of a scan's points, in a pose, from the planes through the nearest points of a
+/// surface no farther than `within_mm`; points that have none, or face another way, or are nearest
+/// to a point without weight are left out.
 pub fn signed_distances(
     scan: &Scan,
     pose: &Pose,

@@ -10,7 +10,8 @@ pub const SKIN_SPACING_MM: f64 = 2.5;
 /// So near to the end of the CT the skin is not known, mm.
 const END_MM: f64 = 6.0;
 
-/// The skin of a CT where it was seen: triangles between the voxels, counter-clockwise from outside.
+/// The skin of a CT where it was seen: triangles between the voxels, counter-clockwise from
+/// outside.
 #[derive(Clone, Debug)]
 pub struct Skin {
     points: Vec<Point>,
@@ -19,8 +20,9 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// The largest piece of the zero level of a distance that is negative inside the body, less what lies at the end of the
-    /// CT. Values between voxels are trilinear, on a grid of [`SKIN_SPACING_MM`] along the CT's axes.
+    /// The largest piece of the zero level of a distance that is negative inside the body, less
+    /// what lies at the end of the CT. Values between voxels are trilinear, on a grid of
+    /// [`SKIN_SPACING_MM`] along the CT's axes.
     pub fn of(distance: &SignedDistance) -> Self {
         let grid = distance.grid();
         let step = grid.spacing().map(|s| SKIN_SPACING_MM / s);

@@ -12,7 +12,8 @@ const SEARCH_MM: f64 = 5.0;
 /// In steps of this length, mm.
 const STEP_MM: f64 = 0.25;
 
-/// The measures of the scene: the moved mesh against the moved CT, independent of how that was made.
+/// The measures of the scene: the moved mesh against the moved CT, independent of how that was
+/// made.
 pub fn agreement(scene: &Scene<'_>) -> Agreement {
     Agreement { voxel_mm: scene.ct.grid().spacing().max(), skin: skin(scene) }
 }
@@ -39,8 +40,8 @@ fn told(found: &[Option<f64>]) -> SkinAgreement {
     }
 }
 
-/// From the middle of a moved face along its normal to the nearest skin of the moved CT, mm; `None` within
-/// when there is none near, without when the place lies outside the CT.
+/// From the middle of a moved face along its normal to the nearest skin of the moved CT, mm; `None`
+/// within when there is none near, without when the place lies outside the CT.
 #[expect(clippy::option_option, reason = "not measured, and measured but lost, are two things")]
 fn distance(scene: &Scene<'_>, face: &BoundaryFace) -> Option<Option<f64>> {
     let corners = face

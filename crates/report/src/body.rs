@@ -1,4 +1,5 @@
-//! Surfaces of triangles as a body: seen along a direction, the nearest on top, lit, with their edges.
+//! Surfaces of triangles as a body: seen along a direction, the nearest on top, lit, with their
+//! edges.
 
 use crate::canvas::{Canvas, Rgb, Spot};
 use crate::colour;
@@ -112,7 +113,8 @@ impl Camera {
         ([x, middle - away.z * scale], self.side.towards().dot(&away))
     }
 
-    /// A picture of triangles (corners anticlockwise as seen from outside; LPS, mm) with their colours.
+    /// A picture of triangles (corners anticlockwise as seen from outside; LPS, mm) with their
+    /// colours.
     pub(crate) fn picture(&self, faces: impl Iterator<Item = ([Point; 3], Rgb)>) -> Canvas {
         let (mut samples, lamp) = (Samples::new(self), self.lamp());
         for (corners, rgb) in faces {
@@ -138,8 +140,8 @@ impl Camera {
         self.seen(p).0.map(|x| x / FINE as f64)
     }
 
-    /// A picture of points (LPS, mm) with their outward normals and colours, as discs of a radius (mm); those that are turned
-    /// away are left out.
+    /// A picture of points (LPS, mm) with their outward normals and colours, as discs of a radius
+    /// (mm); those that are turned away are left out.
     pub(crate) fn dotted(
         &self,
         points: impl Iterator<Item = (Point, Vector, Rgb)>,
@@ -164,7 +166,8 @@ impl Camera {
         self.averaged(&samples.shown)
     }
 
-    /// The samples that a triangle covers: number, distance towards who looks, whether near an edge.
+    /// The samples that a triangle covers: number, distance towards who looks, whether near an
+    /// edge.
     fn covered(&self, corners: &[(Spot, f64); 3]) -> Vec<(usize, f64, bool)> {
         let across = FINE * self.size;
         let [a, b, c] = corners.map(|(spot, _)| spot);

@@ -43,7 +43,8 @@ pub(crate) struct Canvas {
     data: Vec<u8>,
 }
 
-/// The nearest whole number of one that is not negative: `round` is a call into a library, for every pixel.
+/// The nearest whole number of one that is not negative: `round` is a call into a library, for
+/// every pixel.
 fn nearest(value: f64) -> u8 {
     (value + 0.5) as u8
 }
@@ -215,7 +216,8 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        // Measured on the pictures of a report: 2 % larger than what the encoder takes for balanced, in a third of the time.
+        // Measured on the pictures of a report: 2 % larger than what the encoder takes for
+        // balanced, in a third of the time.
         encoder.set_deflate_compression(png::DeflateCompression::Level(4));
         encoder.set_filter(png::Filter::Up);
         encoder.write_header()?.write_image_data(&self.data)?;

@@ -1,4 +1,5 @@
-//! Colours: one meaning each, the same in every picture, told apart with and without green-blindness.
+//! Colours: one meaning each, the same in every picture, told apart with and without
+//! green-blindness.
 
 use crate::canvas::Rgb;
 use supine_mesh::BoundaryTag;
@@ -86,7 +87,8 @@ mod tests {
         assert_eq!((grey(-200.0), grey(0.0), grey(500.0)), ([0; 3], [128; 3], [255; 3]));
     }
 
-    /// Red, green and blue without the medium cones (Machado, Oliveira and Fernandes 2009, severity 1), linear light.
+    /// Red, green and blue without the medium cones (Machado, Oliveira and Fernandes 2009, severity
+    /// 1), linear light.
     const DEUTERANOPIA: [[f64; 3]; 3] = [
         [0.367_322, 0.860_646, -0.227_968],
         [0.280_085, 0.672_501, 0.047_413],

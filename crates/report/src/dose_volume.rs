@@ -1,4 +1,5 @@
-//! Dose-volume histograms: a small chart for every structure and the figures that plans are judged by.
+//! Dose-volume histograms: a small chart for every structure and the figures that plans are judged
+//! by.
 
 use crate::DoseVolumeHistogram;
 use crate::tables::Table;

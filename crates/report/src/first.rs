@@ -1,4 +1,5 @@
-//! What a planner reads first: the verdict, how far the tumour moves, how sure that is, and where to look.
+//! What a planner reads first: the verdict, how far the tumour moves, how sure that is, and where
+//! to look.
 
 use crate::canvas::Rgb;
 use crate::colour;
@@ -229,7 +230,8 @@ const MOST_PAIRS: usize = 24;
 const PAINT: &str = "too large for points: paint chest wall and soft tissue on both sides of the boundary, as a segmentation, and \
                      name it as seeds.file";
 
-/// `seeds = { chest_wall = [[1.0, 2.0, 3.0]], soft_tissue = [[1.0, -6.0, 3.0]] }`, with hyphens that TOML reads; empty without pairs.
+/// `seeds = { chest_wall = [[1.0, 2.0, 3.0]], soft_tissue = [[1.0, -6.0, 3.0]] }`, with hyphens
+/// that TOML reads; empty without pairs.
 fn seed_line(pairs: &[[[f64; 3]; 2]]) -> String {
     if pairs.is_empty() {
         return String::new();

@@ -7,7 +7,7 @@ use crate::pictures::Part;
 use crate::place::{self, Place};
 use crate::tables::{self, Table};
 use crate::verdict::notes;
-use crate::{Mesh, Summary, Whose, dose_volume, tg132, words};
+use crate::{Mesh, PatientIdentity, Summary, dose_volume, tg132, words};
 use askama::Template;
 use base64::Engine;
 use std::borrow::Cow;
@@ -78,7 +78,7 @@ struct Figure<'a> {
 /// What the template engine says.
 pub(crate) fn page(
     summary: &Summary,
-    whose: Option<&Whose>,
+    whose: Option<&PatientIdentity>,
     rows: &[EncodedRow],
     viewer: &str,
 ) -> Result<String, askama::Error> {
@@ -86,8 +86,8 @@ pub(crate) fn page(
     let still = rows.iter().filter(|row| row.part == Part::Still);
     Page {
         summary,
-        whose: whose.map(Whose::known).unwrap_or_default(),
-        printed: whose.map(Whose::printed).unwrap_or_default(),
+        whose: whose.map(PatientIdentity::known).unwrap_or_default(),
+        printed: whose.map(PatientIdentity::printed).unwrap_or_default(),
         first: First::new(summary),
         notes: notes(summary),
         key: tables::key(summary),

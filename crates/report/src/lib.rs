@@ -1,9 +1,10 @@
 //! Pictures, the HTML report and summary.json of a run.
 //!
-//! [`write()`] makes `index.html`, self-contained with a slice viewer in it, and its pictures as PNG files
-//! from a [`Summary`] and the products of the run ([`Scene`]); [`write_summary`] makes
-//! `summary.json`; [`pdf()`] makes one or two sheets for printers and archives. Knows no stage: the pipeline tells what happened. Nothing in the report differs
-//! from run to run of the same case; times and memory stand in [`Summary::run`] alone.
+//! [`write()`] makes `index.html`, self-contained with a slice viewer in it, and its pictures as
+//! PNG files from a [`Summary`] and the products of the run ([`Scene`]); [`write_summary`] makes
+//! `summary.json`; [`pdf()`] makes one or two sheets for printers and archives. Knows no stage: the
+//! pipeline tells what happened. Nothing in the report differs from run to run of the same case;
+//! times and memory stand in [`Summary::run`] alone.
 
 #![expect(clippy::disallowed_methods, reason = "edge crate: files")]
 
@@ -19,6 +20,7 @@ mod files;
 mod first;
 mod html;
 mod lettering;
+mod patient_identity;
 mod pdf;
 #[cfg(test)]
 mod phantom;
@@ -36,7 +38,6 @@ mod tg132;
 mod verdict;
 mod viewer;
 mod volumes;
-mod whose;
 mod words;
 mod write;
 
@@ -45,6 +46,7 @@ pub use cohort::{Figures, PICTURES, Patient, TABLE_HEAD, cohort_page, cohort_tab
 pub use error::Error;
 pub use files::write_summary;
 pub use first::{headline, moves};
+pub use patient_identity::PatientIdentity;
 pub use pdf::pdf;
 pub use provenance::provenance;
 pub use scan_tables::{write_evaluation_table, write_fit_table};
@@ -53,6 +55,5 @@ pub use status::{Ended, RunError, RunPlace, RunStatus, TumourMoved, advice_for, 
 pub use summary::*;
 pub use verdict::{TOLERANCE_MM, held, too_wide, verdict};
 pub use volumes::volume_changes;
-pub use whose::Whose;
 pub use words::directions;
 pub use write::{Pictures, draw, write, write_mesh};

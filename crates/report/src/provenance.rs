@@ -1,7 +1,9 @@
-//! The chain of a run as W3C PROV-JSON (Member Submission of 24 April 2013), which provenance tools of neuroimaging read.
+//! The chain of a run as W3C PROV-JSON (Member Submission of 24 April 2013), which provenance tools
+//! of neuroimaging read.
 //!
-//! A result of a stage is an entity, named by the hash that it is known by; the stage's work is an activity, which used the
-//! results that it was made from. The files that were read and those that were written are entities of the whole run.
+//! A result of a stage is an entity, named by the hash that it is known by; the stage's work is an
+//! activity, which used the results that it was made from. The files that were read and those that
+//! were written are entities of the whole run.
 
 use crate::summary::{Link, Summary};
 use serde_json::{Map, Value, json};
@@ -26,8 +28,8 @@ impl Document {
     }
 }
 
-/// The provenance of a run: what was read, what each stage made from what, and what was written, each with its hash
-/// (BLAKE3, hexadecimal).
+/// The provenance of a run: what was read, what each stage made from what, and what was written,
+/// each with its hash (BLAKE3, hexadecimal).
 pub fn provenance(summary: &Summary) -> Value {
     let mut document = Document { records: Map::new(), relations: 0 };
     let id = summary.id.as_deref().unwrap_or("run");

@@ -19,13 +19,13 @@ pub struct Scene<'a> {
     pub deformed: &'a Ct,
     /// The segmentation.
     pub labels: &'a LabelMap,
-    /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and 0
-    /// elsewhere, on the grid of the labels; `None` when it is not known.
+    /// How far the boundary of the chest wall may be wrong, tenths of mm on the voxels near it and
+    /// 0 elsewhere, on the grid of the labels; `None` when it is not known.
     pub uncertainty: Option<&'a Volume<u8>>,
     /// The finer labels, on the grid of the labels; `None` when the case did not ask for them.
     pub tissues: Option<&'a LabelMap>,
-    /// The mesh in the CT shape with its displacement to the operating position, as the CT was carried: with its fade
-    /// towards the cut.
+    /// The mesh in the CT shape with its displacement to the operating position, as the CT was
+    /// carried: with its fade towards the cut.
     pub deformation: &'a Deformation,
     /// The displacement of the tissue itself, without that fade, of the same mesh.
     pub tissue: &'a Displacement,

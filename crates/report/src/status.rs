@@ -11,8 +11,8 @@ use supine_space::Failure;
 pub struct RunStatus {
     /// Version of this structure: [`RunStatus::SCHEMA`].
     pub schema: String,
-    /// Name of the case: that of its file, of its folder where the file is called `case.toml` or `summary.json`, of its row in
-    /// a table; of a de-identified run that of the status file.
+    /// Name of the case: that of its file, of its folder where the file is called `case.toml` or
+    /// `summary.json`, of its row in a table; of a de-identified run that of the status file.
     pub case: String,
     /// The case file, or the table in which it stands; absent when the patient was taken out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -106,7 +106,8 @@ pub struct RunError {
     pub message: String,
     /// Where it lies, as far as that is known.
     pub place: RunPlace,
-    /// What to do: what the message says of it, else what helps with its kind. Absent from what older versions left.
+    /// What to do: what the message says of it, else what helps with its kind. Absent from what
+    /// older versions left.
     pub advice: Option<String>,
 }
 

@@ -34,12 +34,13 @@ use serde::{Deserialize, Serialize};
 pub struct Summary {
     /// Version of this structure: [`Summary::SCHEMA`].
     pub schema: u32,
-    /// Short name of the result, four hexadecimal digits of a hash of the deformed CT and its derivation; it ends the
-    /// exported series' description. Absent in summaries of older versions.
+    /// Short name of the result, four hexadecimal digits of a hash of the deformed CT and its
+    /// derivation; it ends the exported series' description. Absent in summaries of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// In a word, whether the run left what may be used: `done` with a green or amber verdict, `not-usable` with a red one.
-    /// What `supine run --json` prints has an `error` too where the command ends with another code than 0.
+    /// In a word, whether the run left what may be used: `done` with a green or amber verdict,
+    /// `not-usable` with a red one. What `supine run --json` prints has an `error` too where the
+    /// command ends with another code than 0.
     pub status: Status,
     /// What made the result.
     pub tool: Tool,
@@ -47,8 +48,8 @@ pub struct Summary {
     pub verdict: Verdict,
     /// What the result must not be used for, one statement per entry: [`must_not_be_used_for`].
     pub must_not_be_used_for: Vec<String>,
-    /// The case as it was checked, with its defaults: what `supine run` repeats the run from. Without what names files
-    /// when the patient was taken out.
+    /// The case as it was checked, with its defaults: what `supine run` repeats the run from.
+    /// Without what names files when the patient was taken out.
     pub case: serde_json::Map<String, serde_json::Value>,
     /// Which breast, on which table, with which tumour.
     pub position: Position,
@@ -56,7 +57,8 @@ pub struct Summary {
     pub inputs: Vec<Input>,
     /// Every parameter that shaped the result, defaults included.
     pub parameters: Parameters,
-    /// The series that the CT was read from; `None` when it did not come as DICOM, or the patient was taken out.
+    /// The series that the CT was read from; `None` when it did not come as DICOM, or the patient
+    /// was taken out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<SourceSeries>,
     /// The CT as it was read.
@@ -92,7 +94,8 @@ pub struct Summary {
     /// Doses, structures and segments that were carried along; absent when the case names none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub carried: Vec<CarriedObject>,
-    /// Dose and volume of every structure, where a dose and structures were carried along; absent when not.
+    /// Dose and volume of every structure, where a dose and structures were carried along; absent
+    /// when not.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dose_volume: Vec<DoseVolumeHistogram>,
     /// The exported series; `None` when nothing was exported.
@@ -178,8 +181,8 @@ pub struct Parameters {
 /// The soft tissue and how it is loaded.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Tissue {
-    /// Young's modulus, kPa; with `moduli` their mean over the mesh. It belongs to the rest state and the
-    /// element order beside it.
+    /// Young's modulus, kPa; with `moduli` their mean over the mesh. It belongs to the rest state
+    /// and the element order beside it.
     pub young_kpa: f64,
     /// Moduli that differ from tissue to tissue; absent when one is taken for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -367,10 +370,12 @@ pub struct UncertainPatch {
     pub error_mm: f64,
     /// Where it lies, as in `upper outer quadrant`.
     pub place: String,
-    /// How far the tumour's displacement changes when the wall is off by that error there, mm; `None` when it is not known.
+    /// How far the tumour's displacement changes when the wall is off by that error there, mm;
+    /// `None` when it is not known.
     pub effect_mm: Option<f64>,
-    /// Pairs of seeds on both sides of the boundary as it was found, for a planner to move to where it is: in the chest wall,
-    /// then in the soft tissue, LPS, mm. All together make the place sure.
+    /// Pairs of seeds on both sides of the boundary as it was found, for a planner to move to where
+    /// it is: in the chest wall, then in the soft tissue, LPS, mm. All together make the place
+    /// sure.
     pub seeds_mm: Vec<[[f64; 3]; 2]>,
 }
 
@@ -401,8 +406,8 @@ pub struct Mesh {
     pub chest_wall_mm2: f64,
     /// Area of the cut, mm².
     pub cut_mm2: f64,
-    /// Volume of what it was made of, ml: the soft tissue of the labels in the region, without dropped
-    /// pieces, or the mesh that was coarsened.
+    /// Volume of what it was made of, ml: the soft tissue of the labels in the region, without
+    /// dropped pieces, or the mesh that was coarsened.
     #[serde(default)]
     pub source_volume_ml: f64,
     /// Patches of skin, chest wall or cut smaller than a face that took their neighbour's tag.
@@ -438,8 +443,8 @@ pub struct Curved {
     pub max_mm: f64,
 }
 
-/// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the labels,
-/// the sphere, or the surface of the mesh that was coarsened.
+/// How far the faces of one tag lie from the surface they follow: the skin or chest wall of the
+/// labels, the sphere, or the surface of the mesh that was coarsened.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct SurfaceFit {
     /// The tag: `skin`, `chest_wall` or `cut`.

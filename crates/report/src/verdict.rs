@@ -43,7 +43,8 @@ const NOTES: [&str; 14] = [
     "truncated-field",
     "uids-from-file-header",
 ];
-/// A displacement may lie this far outside its interval, mm and as a share: the interval is without the fade at the cut.
+/// A displacement may lie this far outside its interval, mm and as a share: the interval is without
+/// the fade at the cut.
 const OUTSIDE_MM: f64 = 0.1;
 const OUTSIDE: f64 = 0.05;
 /// Share of the moved voxels from which on folds spoil a result.
@@ -319,7 +320,8 @@ fn warnings(summary: &Summary, places: usize) -> Vec<Reason> {
     told.map(with_effect).collect()
 }
 
-/// What all uncertain places of the wall together may do to the tumour, mm; `None` where it is not known.
+/// What all uncertain places of the wall together may do to the tumour, mm; `None` where it is not
+/// known.
 fn together_mm(summary: &Summary) -> Option<f64> {
     let patches = &summary.segmentation.uncertainty.as_ref()?.patches;
     patches.iter().map(|patch| patch.effect_mm).sum()

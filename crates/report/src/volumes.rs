@@ -15,7 +15,8 @@ const SPAN: [f64; 2] = [0.02, 0.5];
 /// Points of the tumour's sphere along its radius.
 const ACROSS: i32 = 10;
 
-/// What is told of the map that carries the CT: towards the cut it fades to nothing, and that squeezes and stretches.
+/// What is told of the map that carries the CT: towards the cut it fades to nothing, and that
+/// squeezes and stretches.
 const EXPORTED: &str = "all of it in the exported CT, with the fade at the cut";
 
 /// det F at a place of the CT that stands for a volume.
@@ -27,14 +28,14 @@ struct Sample {
     place: Point,
 }
 
-/// The change of volume of all soft tissue that is simulated, of the tumour's sphere, of each finer label of the
-/// scene, and of all as the CT is carried, with the fade at the cut, in this order; what there is nothing of is left out.
-/// All but the last are of the tissue itself.
+/// The change of volume of all soft tissue that is simulated, of the tumour's sphere, of each finer
+/// label of the scene, and of all as the CT is carried, with the fade at the cut, in this order;
+/// what there is nothing of is left out. All but the last are of the tissue itself.
 ///
 /// The tissue is sampled at the 35 points of each tetrahedron whose barycentric coordinates are
-/// quarters, alike in weight, and the sphere on a grid; of the sphere, what lies outside the mesh does
-/// not change. A structure's volume before is that of its samples: some per cent off for one as small
-/// as a tetrahedron, its ratio to the volume after much less.
+/// quarters, alike in weight, and the sphere on a grid; of the sphere, what lies outside the mesh
+/// does not change. A structure's volume before is that of its samples: some per cent off for one
+/// as small as a tetrahedron, its ratio to the volume after much less.
 ///
 /// # Errors
 /// When the user asked to stop.

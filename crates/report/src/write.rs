@@ -2,7 +2,7 @@
 
 use crate::encoded::{EncodedRow, encoded};
 use crate::files::{builder, replace_folder};
-use crate::{Error, Mesh, Scene, Shown, Summary, Whose, html, pictures, viewer};
+use crate::{Error, Mesh, PatientIdentity, Scene, Shown, Summary, html, pictures, viewer};
 use std::path::{Path, PathBuf};
 use supine_mesh::TetMesh;
 use supine_space::{Point, Progress, Vector, Warning};
@@ -25,7 +25,8 @@ impl Pictures {
     }
 }
 
-/// Draws all pictures of a report and makes the slices of its viewer. They rest on nothing that is exported, so that they can be drawn meanwhile.
+/// Draws all pictures of a report and makes the slices of its viewer. They rest on nothing that is
+/// exported, so that they can be drawn meanwhile.
 ///
 /// # Errors
 /// [`Error::Picture`] when the encoder fails, [`Error::Stopped`] when the user asked to stop.
@@ -41,17 +42,17 @@ pub fn draw(
     Ok(Pictures { rows, viewer, warnings: missing(scene) })
 }
 
-/// Writes `dir/index.html`, self-contained, and its pictures as `dir/*.png`; the files, relative to `dir`: `index.html`, then
-/// the pictures.
+/// Writes `dir/index.html`, self-contained, and its pictures as `dir/*.png`; the files, relative to
+/// `dir`: `index.html`, then the pictures.
 ///
 /// Everything is written into a temporary folder beside `dir`, which then takes the place of
 /// `dir`. Nothing in it differs from run to run of the same case.
 ///
 /// # Errors
-/// [`Error::Write`] when the folder cannot be written, [`Error::Page`] when the page cannot be made, [`Error::Stopped`] when
-/// the user asked to stop. `dir` is then as it was.
+/// [`Error::Write`] when the folder cannot be written, [`Error::Page`] when the page cannot be
+/// made, [`Error::Stopped`] when the user asked to stop. `dir` is then as it was.
 pub fn write(
-    (summary, whose): (&Summary, Option<&Whose>),
+    (summary, whose): (&Summary, Option<&PatientIdentity>),
     pictures: &Pictures,
     dir: &Path,
     progress: Progress<'_>,
@@ -61,7 +62,8 @@ pub fn write(
     write_folder(&page, &pictures.rows, dir)
 }
 
-/// Writes `dir/index.html`, a page on a mesh alone, and its pictures as `dir/*.png`, as [`write()`] does.
+/// Writes `dir/index.html`, a page on a mesh alone, and its pictures as `dir/*.png`, as [`write()`]
+/// does.
 ///
 /// # Errors
 /// As [`write()`].

@@ -52,7 +52,8 @@ pub(crate) struct Jump {
     pub(crate) reach: usize,
 }
 
-/// Rays walked before the first one that counts, so that the ring has no seam (reference, section 4).
+/// Rays walked before the first one that counts, so that the ring has no seam (reference, section
+/// 4).
 const WARM: usize = 60;
 
 /// The summed path costs of every (slice, ray, level).
@@ -73,8 +74,8 @@ pub(crate) fn aggregate(costs: &Costs, jumps: Jumps) -> Costs {
 /// Rays that the paths along the body turn by per slice.
 const TURNS: [usize; 3] = [0, 1, RAYS - 1];
 
-/// Adds the paths from the first slice up (or the last one down), straight on and turning to both sides. All at once:
-/// each slice of costs is fetched from memory for three of them.
+/// Adds the paths from the first slice up (or the last one down), straight on and turning to both
+/// sides. All at once: each slice of costs is fetched from memory for three of them.
 fn add_paths(costs: &Costs, up: bool, Jumps { ray, slice }: Jumps, sum: &mut Costs) {
     let levels = costs.levels;
     let slices = costs.values.len() / (RAYS * levels);

@@ -25,7 +25,8 @@ const BARE_SHARE: f32 = 0.6;
 /// below a breast, where the ribs do not.
 const INSIDE_MM: f32 = 15.0;
 const OUTSIDE_MM: f32 = 10.0;
-/// Whether there are ribs is asked only where the lungs have shrunk to this share of their widest slice.
+/// Whether there are ribs is asked only where the lungs have shrunk to this share of their widest
+/// slice.
 const LUNG_SHARE: f32 = 0.4;
 
 /// The expected radius on rays that have no rib near them, from the lower third of the lungs

@@ -1,4 +1,5 @@
-//! What is known of each voxel: the patient, her lungs and bones, and how deep it lies under the skin.
+//! What is known of each voxel: the patient, her lungs and bones, and how deep it lies under the
+//! skin.
 
 use crate::devices::Device;
 use crate::frame::Frame;
@@ -15,7 +16,8 @@ pub(crate) mod flag {
     pub(crate) const OPEN_AIR: u8 = 8;
     pub(crate) const CORE: u8 = 16;
     pub(crate) const IMPLANT: u8 = 32;
-    /// As dense as costal cartilage and joined to a bone: cartilage, the bones themselves, organs full of contrast medium.
+    /// As dense as costal cartilage and joined to a bone: cartilage, the bones themselves, organs
+    /// full of contrast medium.
     pub(crate) const CARTILAGE: u8 = 64;
 }
 

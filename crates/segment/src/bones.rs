@@ -13,14 +13,14 @@ use supine_volume::{Ct, Parts, Run, gaussian_rows, median, ranked};
 pub(crate) const SMOOTH_MM: f32 = 0.9;
 /// Bone lies deeper under the skin than this, mm (the same).
 const BONE_DEPTH_MM: f32 = 5.0;
-/// Costal cartilage lies above this share of the way from fat to muscle: it has 70 to 200 HU where fat has -105 and muscle 50.
-/// Measured on four real CTs, one of them at other voltages and with noise: at 1.1 muscle counts in noise, at 1.3 the free border
-/// of a muscle is lost.
+/// Costal cartilage lies above this share of the way from fat to muscle: it has 70 to 200 HU where
+/// fat has -105 and muscle 50. Measured on four real CTs, one of them at other voltages and with
+/// noise: at 1.1 muscle counts in noise, at 1.3 the free border of a muscle is lost.
 const CARTILAGE: f32 = 1.2;
 /// Least volume of a bone, cm³ (the same).
 const BONE_CM3: f64 = 1.5;
-/// The thorax reaches from side to side and from front to back over this middle of the bones: single voxels
-/// beyond do not count (reference, section 4, step 2).
+/// The thorax reaches from side to side and from front to back over this middle of the bones:
+/// single voxels beyond do not count (reference, section 4, step 2).
 const OUTERMOST: [f32; 2] = [0.01, 0.99];
 /// Its axis lies at this share of the way from front to back (the same).
 const TO_BACK: f32 = 0.55;

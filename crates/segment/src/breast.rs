@@ -1,7 +1,8 @@
 //! The breast in the labels: where it ends, its highest point, and the sphere that holds it.
 //!
 //! Seen from the front, the breast is the mound of soft tissue of one side between the midline and
-//! the front of the armpit: what faces the side more than the front is the fat of armpit, arm and flank.
+//! the front of the armpit: what faces the side more than the front is the fat of armpit, arm and
+//! flank.
 
 use crate::Error;
 use crate::front::{Axis, Front};
@@ -16,9 +17,10 @@ use supine_volume::{
 const MOUND_MM: f64 = 30.0;
 /// The breast ends where the thickness has fallen to this share between the rest and its peak.
 const RIM_SHARE: f32 = 0.15;
-/// Straight towards the head by this much more: there a breast runs out into the fat before the armpit without an edge.
-/// Measured: by eye the middles of the breasts of chest-lidc0001 lie at half the height of fold and upper border; with 0.15 the
-/// regions' lay 9 (left) and 6 mm (right) higher, with 0.22 3 mm, with 0.35 4 mm lower. On phantoms it moves by 2 mm.
+/// Straight towards the head by this much more: there a breast runs out into the fat before the
+/// armpit without an edge. Measured: by eye the middles of the breasts of chest-lidc0001 lie at
+/// half the height of fold and upper border; with 0.15 the regions' lay 9 (left) and 6 mm (right)
+/// higher, with 0.22 3 mm, with 0.35 4 mm lower. On phantoms it moves by 2 mm.
 const RIM_SHARE_UP: f32 = 0.22;
 /// Directions in which the rim is looked for.
 const RAYS: usize = 72;
@@ -44,22 +46,24 @@ const CLEAR_MM: f64 = 1.0;
 const ENDS_MM: f64 = 20.0;
 /// What lies this close to the first and last slice tells whether they cut the breast, mm.
 const EDGE_MM: f64 = 8.0;
-/// What has more than this share of its greatest thickness there goes on beyond them. Measured: 1.4 to 1.5 at the raised right arm of
-/// breast-lidc0314, which on every second or third slice made the larger mound.
+/// What has more than this share of its greatest thickness there goes on beyond them. Measured: 1.4
+/// to 1.5 at the raised right arm of breast-lidc0314, which on every second or third slice made the
+/// larger mound.
 const GOES_ON: f64 = 0.9;
 /// Least thickness of a breast at its peak, mm.
 const MIN_MM: f32 = 12.0;
-/// Least height of a breast over the tissue around it, which is as thin as this share of that side's, mm; the fat of a flat
-/// chest varies less.
+/// Least height of a breast over the tissue around it, which is as thin as this share of that
+/// side's, mm; the fat of a flat chest varies less.
 const MIN_RISE_MM: f32 = 6.0;
 const FLAT_SHARE: f64 = 0.25;
-/// A nipple lies where the breast has this share of its greatest thickness; a tube beside the breast of breast-rider0109, at
-/// 0.55, is none.
+/// A nipple lies where the breast has this share of its greatest thickness; a tube beside the
+/// breast of breast-rider0109, at 0.55, is none.
 const NIPPLE_SHARE: f64 = 0.7;
 
-/// A side with less than this share of the other breast's thickness there has no breast. Measured: 0.81 to 1.24 between the sides
-/// of four real CTs and four synthetic patients; 0.39 at most where a breast of these was taken off to 9 mm, but for
-/// chest-cmb01068, where the other is hardly a breast.
+/// A side with less than this share of the other breast's thickness there has no breast. Measured:
+/// 0.81 to 1.24 between the sides of four real CTs and four synthetic patients; 0.39 at most where
+/// a breast of these was taken off to 9 mm, but for chest-cmb01068, where the other is hardly a
+/// breast.
 pub(crate) const MISSING_SHARE: f64 = 0.45;
 
 const FLAT: &str =
@@ -77,7 +81,8 @@ pub struct Breast {
     pub(crate) at_ends: f64,
     /// Height of the mound over the tissue around it, mm.
     pub(crate) rise_mm: f64,
-    /// Thickness of the soft tissue about its place as a share of that about the other breast; `None` without another breast.
+    /// Thickness of the soft tissue about its place as a share of that about the other breast;
+    /// `None` without another breast.
     pub(crate) share_of_other: Option<f64>,
     /// Thickness of its tissue as seen from the front, as a share of its greatest; one row along y.
     shares: Volume<f32>,
@@ -86,10 +91,12 @@ pub struct Breast {
 
 impl Breast {
     /// The breast of that side; the mound next to the tumour's centre when that is known, since
-    /// elsewhere the tissue may be thicker: in an arm beside the chest, in the armpit, on the belly.
+    /// elsewhere the tissue may be thicker: in an arm beside the chest, in the armpit, on the
+    /// belly.
     ///
     /// # Errors
-    /// [`Error::NoBreast`] when the labels hold none there, [`Error::BreastMissing`] when they hold one on the other side only.
+    /// [`Error::NoBreast`] when the labels hold none there, [`Error::BreastMissing`] when they hold
+    /// one on the other side only.
     pub fn find(labels: &LabelMap, side: Side, tumour: Option<Point>) -> Result<Self, Error> {
         let why = "there is no chest wall in the labels";
         let front = Front::new(labels).ok_or(Error::NoBreast { side, why })?;
@@ -104,8 +111,9 @@ impl Breast {
         Ok(Self { share_of_other: Some(compared.share()), ..found? })
     }
 
-    /// The mound of one side. A raised arm and the shoulder may make the largest one, which goes on at the end of the CT: then a
-    /// breast is what stands no less high, farther from that end, and is whole.
+    /// The mound of one side. A raised arm and the shoulder may make the largest one, which goes on
+    /// at the end of the CT: then a breast is what stands no less high, farther from that end, and
+    /// is whole.
     pub(crate) fn in_front(
         front: &Front,
         side: Side,
@@ -127,7 +135,8 @@ impl Breast {
         Ok(other.ok().filter(whole).unwrap_or(found))
     }
 
-    /// The largest mound of one side among the places that `counts` knows, or that next to the tumour.
+    /// The largest mound of one side among the places that `counts` knows, or that next to the
+    /// tumour.
     fn mound(
         front: &Front,
         side: Side,
@@ -182,8 +191,8 @@ impl Breast {
         Ok(Self { side, centre, rim, at_ends, rise_mm, share_of_other: None, shares, axis })
     }
 
-    /// Thickness of the breast before or behind a point, as a share of its greatest; 0 beside the breast, and where the
-    /// point faces the armpit.
+    /// Thickness of the breast before or behind a point, as a share of its greatest; 0 beside the
+    /// breast, and where the point faces the armpit.
     pub(crate) fn share_at(&self, p: &Point) -> f64 {
         let grid = self.shares.grid();
         let at = Point::new(p.x, grid.origin().y, p.z);
@@ -212,9 +221,10 @@ impl Breast {
     }
 
     /// Sphere for the simulation: the breast and 15 mm, and the tumour and 15 mm, kept clear of the
-    /// first and last slice and of tissue at the sides of the volume. On a CT too short or too narrow for that it reaches less far beyond
-    /// the breast, and where even the breast is too long for it the sphere is moved along the body, or away from the side; what was
-    /// done at a side is told.
+    /// first and last slice and of tissue at the sides of the volume. On a CT too short or too
+    /// narrow for that it reaches less far beyond the breast, and where even the breast is too long
+    /// for it the sphere is moved along the body, or away from the side; what was done at a side is
+    /// told.
     ///
     /// # Errors
     /// [`Error::NoRegion`] when no sphere within the volume can hold the tumour.
@@ -244,7 +254,8 @@ impl Breast {
     }
 }
 
-/// Where the map has the middle of the highest mound, or of that next to the tumour, among the places that `counts` knows.
+/// Where the map has the middle of the highest mound, or of that next to the tumour, among the
+/// places that `counts` knows.
 fn summit(
     mound: &Volume<f32>,
     tumour: Option<Point>,
@@ -328,8 +339,8 @@ fn keep_clear(grid: &Grid, Ball { centre, radius: needed }: Ball) -> Ball {
     Ball { centre: centre + normal * (moved - depth), radius }
 }
 
-/// The sphere clear of the tissue at the sides of the volume; air may lie beyond them. With less margin, then moved as
-/// little as will do, at last wholly into the volume.
+/// The sphere clear of the tissue at the sides of the volume; air may lie beyond them. With less
+/// margin, then moved as little as will do, at last wholly into the volume.
 fn clear_of_sides(labels: &LabelMap, needed: f64, ball: Ball) -> Ball {
     let fits = |centre: Point| largest_radius(labels, centre).unwrap_or(f64::INFINITY);
     if fits(ball.centre) >= ball.radius {
@@ -345,7 +356,8 @@ fn clear_of_sides(labels: &LabelMap, needed: f64, ball: Ball) -> Ball {
         .unwrap_or(within)
 }
 
-/// The sphere within the sides of the volume, where it leaves them: with less margin, then moved, then smaller.
+/// The sphere within the sides of the volume, where it leaves them: with less margin, then moved,
+/// then smaller.
 fn beside(grid: &Grid, needed: f64, ball: Ball) -> Ball {
     [0, 1].into_iter().fold(ball, |Ball { centre, radius }, axis| {
         let along: Vector = grid.direction().column(axis).into();
@@ -428,7 +440,8 @@ mod tests {
 
     #[test]
     fn a_raised_arm_of_the_other_side_is_not_what_the_breast_is_compared_with() {
-        // The larger mound of `chest`, at the height of an arm, on the right alone; two equal breasts.
+        // The larger mound of `chest`, at the height of an arm, on the right alone; two equal
+        // breasts.
         let grid = chest(440).grid().clone();
         let mirrored = |p: &Point| Point::new(-p.x, p.y, p.z);
         let arm = Point::new(-90.0, -75.0, 320.0);
@@ -474,7 +487,8 @@ mod tests {
     fn the_fat_of_the_armpit_is_no_breast_and_none_of_the_breast_beside_it() {
         let labels = chest(240);
         let breast = Breast::find(&labels, Side::Left, None).unwrap();
-        // An arm that joins the chest at the side, thicker than the breast and up to the last slice.
+        // An arm that joins the chest at the side, thicker than the breast and up to the last
+        // slice.
         let axilla = |p: &Point| (p - Point::new(120.0, 40.0, 240.0)).norm() < 75.0;
         let with_arm = |labels: &LabelMap| {
             let grid = labels.grid().clone();

@@ -1,12 +1,14 @@
 //! How far the boundary of the chest wall may be wrong, ray by ray.
 //!
-//! Measured on contours read from six real CTs, on the surfaces found there and on others that were made wrong on purpose (by
-//! weights of the search that no CT supports): the share of rays around without an edge, and how little the ray itself looks
-//! like the end of muscle ([`crate::misfit`]), add to a doubt. A place is as doubtful as what lies beside it, for where the
-//! surface leaves the right edge it takes some way along the slice, and more so beside a step of the surface (free borders of
-//! muscle, clefts). Compared on these six: with what lies beside, the same share of right places called uncertain holds 88 of 100 that
-//! are more than 2 mm off, and 67 without; what else was tried along the rays (other edges near, dense tissue farther out, fat farther in,
-//! steps across slices) told no more.
+//! Measured on contours read from six real CTs, on the surfaces found there and on others that were
+//! made wrong on purpose (by weights of the search that no CT supports): the share of rays around
+//! without an edge, and how little the ray itself looks like the end of muscle ([`crate::shape_mismatch`]),
+//! add to a doubt. A place is as doubtful as what lies beside it, for where the surface leaves the
+//! right edge it takes some way along the slice, and more so beside a step of the surface (free
+//! borders of muscle, clefts). Compared on these six: with what lies beside, the same share of
+//! right places called uncertain holds 88 of 100 that are more than 2 mm off, and 67 without; what
+//! else was tried along the rays (other edges near, dense tissue farther out, fat farther in, steps
+//! across slices) told no more.
 
 use crate::body::flag;
 use crate::frame::Frame;
@@ -23,15 +25,17 @@ use supine_volume::{LabelMap, Volume, label};
 /// Facts are taken from the rays around: mm along the body, rays to each side.
 const AROUND_MM: f32 = 5.0;
 const AROUND_RAYS: usize = 4;
-/// Beside a place doubt falls by so much per mm along the slice, and no farther away than this it counts, mm.
+/// Beside a place doubt falls by so much per mm along the slice, and no farther away than this it
+/// counts, mm.
 const PER_MM_BESIDE: f32 = 0.06;
 const BESIDE_MM: f32 = 10.0;
-/// A surface that turns towards its rays there by more than this (mm of radius per mm along it), and by up to one more, adds this
-/// much per unit.
+/// A surface that turns towards its rays there by more than this (mm of radius per mm along it),
+/// and by up to one more, adds this much per unit.
 const STEEP: f32 = 0.6;
 const BY_STEEP: f32 = 0.3;
-/// Error that 19 of 20 rays do not exceed, mm, by their doubt. Unclear parts of the contours count eight times as much as clear
-/// ones, for most places with little doubt are clear, and an unclear one among them is no less wrong.
+/// Error that 19 of 20 rays do not exceed, mm, by their doubt. Unclear parts of the contours count
+/// eight times as much as clear ones, for most places with little doubt are clear, and an unclear
+/// one among them is no less wrong.
 const BY_DOUBT: [(f32, f32); 11] = [
     (0.1, 0.5),
     (0.3, 0.65),
@@ -45,20 +49,22 @@ const BY_DOUBT: [(f32, f32); 11] = [
     (2.5, 6.0),
     (3.2, 12.0),
 ];
-/// Where muscle was added beyond the surface, or taken off, its border has an edge of its own. Measured on the borders of six
-/// CTs that lie more than 3 mm away: 0.4 to 2.6 in 19 of 20.
+/// Where muscle was added beyond the surface, or taken off, its border has an edge of its own.
+/// Measured on the borders of six CTs that lie more than 3 mm away: 0.4 to 2.6 in 19 of 20.
 const ADDED_MM: f32 = 2.0;
 /// Where there are no ribs the surface is carried on: no data say how well, mm.
 const CARRIED_ON_MM: f32 = 10.0;
 /// Seeds on both sides that leave the surface no more than this, mm, make it sure.
 const BETWEEN_MM: f32 = 2.5;
-/// Error that 19 of 20 rays do not exceed, mm, by the distance along the surface (mm) from where seeds on both sides hold it:
-/// measured for 9 of 10 at 30 000 places without an edge, on contours of two real CTs and on synthetic patients, with pairs
-/// set on the true boundary at random; a fifth more. Beyond the last distance seeds say nothing.
+/// Error that 19 of 20 rays do not exceed, mm, by the distance along the surface (mm) from where
+/// seeds on both sides hold it: measured for 9 of 10 at 30 000 places without an edge, on contours
+/// of two real CTs and on synthetic patients, with pairs set on the true boundary at random; a
+/// fifth more. Beyond the last distance seeds say nothing.
 const BY_SEEDS: [(f32, f32); 5] =
     [(0.0, 1.0), (9.0, 3.1), (12.0, 5.0), (16.0, 8.1), (16.1, MAX_MM)];
 const SEEDS_REACH_MM: f32 = 16.0;
-/// Within this distance of a pair of seeds the boundary is not uncertain, mm: [`BY_SEEDS`] at [`crate::UNCERTAIN_MM`].
+/// Within this distance of a pair of seeds the boundary is not uncertain, mm: [`BY_SEEDS`] at
+/// [`crate::UNCERTAIN_MM`].
 pub(crate) const SURE_AROUND_MM: f64 = 6.0;
 /// The voxels this near to the boundary along their ray carry its error, mm.
 const BAND_MM: f32 = 3.0;
@@ -91,7 +97,8 @@ pub(crate) fn error(
     })
 }
 
-/// The doubt of each ray with what lies beside it, from that of the rays alone; `radius` is that of the surface, mm.
+/// The doubt of each ray with what lies beside it, from that of the rays alone; `radius` is that of
+/// the surface, mm.
 fn beside(radius: &RadialMap, own: impl Fn(usize) -> f32 + Sync) -> RadialMap {
     RadialMap::from_fn(radius.slices(), |k, p| {
         let arc = radius.arc(k, p);
@@ -115,8 +122,8 @@ fn along(table: &[(f32, f32)], x: f32) -> f32 {
     low + (high - low) * ((x - a) / (b - a)).clamp(0.0, 1.0)
 }
 
-/// Distance to the nearest ray that seeds hold, between the places where the rays leave the chest wall, mm; infinite beyond
-/// [`SEEDS_REACH_MM`].
+/// Distance to the nearest ray that seeds hold, between the places where the rays leave the chest
+/// wall, mm; infinite beyond [`SEEDS_REACH_MM`].
 fn from_seeds(scan: Scan<'_>, wall: &RadialMap, held: &[bool]) -> Vec<f32> {
     let slice_mm = scan.frame.spacing[2];
     let place = |k: usize, p: usize| {
@@ -187,7 +194,8 @@ pub(crate) fn map(
     out
 }
 
-/// The pixels of a slice on both sides of the border of its chest wall with soft tissue, this near to it, mm.
+/// The pixels of a slice on both sides of the border of its chest wall with soft tissue, this near
+/// to it, mm.
 fn beside_border(labels: &[u8], frame: &Frame, band: f32) -> impl Iterator<Item = usize> {
     let spacing = [frame.spacing[0], frame.spacing[1]];
     let near_to = |is: fn(u8) -> bool| {

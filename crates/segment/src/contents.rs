@@ -1,5 +1,5 @@
-//! What the soft tissue must not hold: lung, cavities of air, bone. What belongs to the chest becomes chest
-//! wall, which holds all that it encloses; the rest is told.
+//! What the soft tissue must not hold: lung, cavities of air, bone. What belongs to the chest
+//! becomes chest wall, which holds all that it encloses; the rest is told.
 
 use crate::Error;
 use crate::body::flag;
@@ -17,18 +17,19 @@ use supine_volume::{LabelMap, Parts, Run, label};
 const AIR_HU: i16 = -600;
 /// Air this near to the skin is the air before it, mm. Chosen, not measured.
 const SKIN_MM: f32 = 3.0;
-/// The wall is nowhere thinner over lung than this, mm. Measured on four real CTs: 2.9 to 5.5 at the thinnest place.
+/// The wall is nowhere thinner over lung than this, mm. Measured on four real CTs: 2.9 to 5.5 at
+/// the thinnest place.
 const THINNEST_MM: f32 = 3.0;
 /// As dense as bone, HU: the level of [`crate::check_region`].
 const BONE_HU: i16 = 200;
-/// A piece of a rib or of cartilage outside the wall ends this near to it, mm; an arm or a vein full of contrast medium goes
-/// on. Chosen, not measured.
+/// A piece of a rib or of cartilage outside the wall ends this near to it, mm; an arm or a vein
+/// full of contrast medium goes on. Chosen, not measured.
 const BESIDE_MM: f32 = 5.0;
-/// Rays that turn at least this far to the front, share: the shoulders and the veins of the armpits lie farther to the
-/// side. Measured: up to 0.3 there.
+/// Rays that turn at least this far to the front, share: the shoulders and the veins of the armpits
+/// lie farther to the side. Measured: up to 0.3 there.
 const IN_FRONT: f32 = 0.4;
-/// Volumes that warn, and the volume of lung that refuses, ml. Measured on four real CTs: 0.05 at most; 2.1 where the wall
-/// had fallen 14 mm into a lung.
+/// Volumes that warn, and the volume of lung that refuses, ml. Measured on four real CTs: 0.05 at
+/// most; 2.1 where the wall had fallen 14 mm into a lung.
 const WARNS_ML: f64 = 0.1;
 const REFUSES_ML: f64 = 10.0;
 
@@ -113,7 +114,8 @@ fn air(scan: Scan<'_>, labels: &LabelMap) -> Pieces {
     Pieces { parts, belong }
 }
 
-/// Bone in front of the thorax. What goes on in the wall's bone and ends beside the wall belongs to it.
+/// Bone in front of the thorax. What goes on in the wall's bone and ends beside the wall belongs to
+/// it.
 fn bone(outline: &Outline<'_>, labels: &LabelMap) -> Pieces {
     let scan = outline.scan();
     let (hu, flags, labels) = (scan.ct.data(), &scan.body.flags, labels.data());
@@ -144,14 +146,16 @@ fn bone(outline: &Outline<'_>, labels: &LabelMap) -> Pieces {
     Pieces { parts, belong }
 }
 
-/// The six neighbours of a voxel (those before the volume left out); at the end of a row the next one's.
+/// The six neighbours of a voxel (those before the volume left out); at the end of a row the next
+/// one's.
 fn beside(scan: Scan<'_>, n: usize) -> impl Iterator<Item = usize> {
     let steps = [1, scan.frame.size[0], scan.frame.plane()];
     let before = steps.into_iter().filter_map(move |step| n.checked_sub(step));
     before.chain(steps.into_iter().map(move |step| n + step))
 }
 
-/// Makes runs of voxels, the soft tissue this near to them and what the wall then encloses in their slices chest wall.
+/// Makes runs of voxels, the soft tissue this near to them and what the wall then encloses in their
+/// slices chest wall.
 fn enclose(scan: Scan<'_>, runs: &[Run], rim_mm: f32, labels: &mut LabelMap) {
     let (plane, ni) = (scan.frame.plane(), scan.frame.size[0]);
     let spacing = [scan.frame.spacing[0], scan.frame.spacing[1]];

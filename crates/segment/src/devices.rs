@@ -1,7 +1,8 @@
 //! Metal devices under the skin: ports, pacemakers, the valves of expanders.
 //!
-//! They are as dense as bone, and as joined to it by their streaks as ribs are to each other: both would draw the chest wall
-//! out to the skin. What follows sees them as fat, so that the wall ends behind them.
+//! They are as dense as bone, and as joined to it by their streaks as ribs are to each other: both
+//! would draw the chest wall out to the skin. What follows sees them as fat, so that the wall ends
+//! behind them.
 
 use crate::body::{Body, flag};
 use crate::frame::Frame;
@@ -13,18 +14,23 @@ use std::sync::Arc;
 use supine_space::Point;
 use supine_volume::{Ct, Parts, Run, Volume, distance_mm};
 
-// Measured on the port of breast-flt001 and on what is as dense in the chests of five other CTs, unless a reason is given.
-/// Metal: no bone of the trunk of six CTs is as dense over this volume, cm³; what else is, are veins full of contrast medium.
+// Measured on the port of breast-flt001 and on what is as dense in the chests of five other CTs,
+// unless a reason is given.
+/// Metal: no bone of the trunk of six CTs is as dense over this volume, cm³; what else is, are
+/// veins full of contrast medium.
 const CORE_HU: i16 = 1800;
 const CORE_CM3: f64 = 0.1;
-/// The device is what is denser than this so near to its core, mm: its housing of plastic, and its streaks.
+/// The device is what is denser than this so near to its core, mm: its housing of plastic, and its
+/// streaks.
 const RIM_HU: i16 = 150;
 const RIM_MM: f32 = 8.0;
-/// From there so far around, mm, at most this share is as dense: 0.01 round the port, 0.1 round one on the ribs of a thin phantom,
-/// 0.2 and more round teeth and fillings. Wires round a breastbone that was opened lie in bone, too.
+/// From there so far around, mm, at most this share is as dense: 0.01 round the port, 0.1 round one
+/// on the ribs of a thin phantom, 0.2 and more round teeth and fillings. Wires round a breastbone
+/// that was opened lie in bone, too.
 const AROUND_MM: f32 = 16.0;
 const DENSE_SHARE: f64 = 0.2;
-/// It reaches as near to the skin, mm: devices are made to be felt through it. The port lies 7 deep, no vein less than 25.
+/// It reaches as near to the skin, mm: devices are made to be felt through it. The port lies 7
+/// deep, no vein less than 25.
 const DEPTH_MM: f32 = 15.0;
 /// Pacemakers have up to 35 cm³; bones and beds of metal have more. Chosen, not measured.
 const MOST_CM3: f64 = 60.0;
@@ -40,7 +46,8 @@ pub struct Device {
     pub middle: Point,
 }
 
-/// The CT in which devices under the skin of the front are filled with this patient's fat; what was found goes into the body.
+/// The CT in which devices under the skin of the front are filled with this patient's fat; what was
+/// found goes into the body.
 pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     let parts = Parts::new(frame.size, |n| is_core(&ct, body, n));
     let ml = |part: usize| parts.voxels[part] as f64 * frame.voxel_cm3();
@@ -130,7 +137,8 @@ fn around(ct: &Ct, frame: &Frame, body: &Body, core: &[Run]) -> Option<Metal> {
     (apart && small).then_some(Metal { voxels: device, middle, depth_mm: shallowest })
 }
 
-/// What the parts of metal make up: parts beside each other are one device, a voxel of two counts once.
+/// What the parts of metal make up: parts beside each other are one device, a voxel of two counts
+/// once.
 fn devices(ct: &Ct, frame: &Frame, found: &[Vec<usize>]) -> Vec<Device> {
     let mut devices: Vec<(BTreeSet<usize>, Point)> = Vec::new();
     for part in found {

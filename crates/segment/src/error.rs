@@ -245,8 +245,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// The kind of failure. What is wrong with the CT is a failure of the method that looked at it; what
-    /// the user gave beside it (parameters, seeds, labels) is input.
+    /// The kind of failure. What is wrong with the CT is a failure of the method that looked at it;
+    /// what the user gave beside it (parameters, seeds, labels) is input.
     pub fn kind(&self) -> Failure {
         match self {
             Self::Stopped(_) => Failure::Stopped,

@@ -17,9 +17,11 @@ const LUNG_MEAN_HU: f64 = -970.0;
 /// Least volume of the lungs together and of the body, litres.
 pub(crate) const LUNGS_L: f64 = 0.3;
 const BODY_L: f64 = 3.0;
-/// Sheets and leads thinner than twice this are taken off the body, mm (reference, section 4, step 1).
+/// Sheets and leads thinner than twice this are taken off the body, mm (reference, section 4, step
+/// 1).
 const OPENING_MM: f32 = 3.0;
-/// A way along pixels is at most this much longer than the straight one: by steps to eight neighbours 8 %.
+/// A way along pixels is at most this much longer than the straight one: by steps to eight
+/// neighbours 8 %.
 const WAY: f32 = 1.1;
 
 /// Finds the body.
@@ -148,8 +150,8 @@ fn keep_largest(frame: &Frame, params: &Params, flags: &mut [u8]) -> Result<(), 
 }
 
 /// The body: tissue that a way of at most `reach` through tissue joins to the core, and what both
-/// enclose in their slice. Along the way, not across the air: cloth that hangs beside the skin stays
-/// outside however near it is.
+/// enclose in their slice. Along the way, not across the air: cloth that hangs beside the skin
+/// stays outside however near it is.
 fn grow_back(ct: &Ct, frame: &Frame, params: &Params, flags: &mut [u8], reach: f32) {
     let (plane, ni, level) = (frame.plane(), frame.size[0], params.skin_hu as i16);
     let spacing = [frame.spacing[0], frame.spacing[1]];

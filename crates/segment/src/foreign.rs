@@ -6,28 +6,31 @@ use crate::plane::near;
 use rayon::prelude::*;
 use supine_volume::{Ct, Parts};
 
-/// Metal: above this level (reference, section 4, step 1), smaller than this, and reaching as near to the skin
-/// as no bone does (both chosen, not measured).
+/// Metal: above this level (reference, section 4, step 1), smaller than this, and reaching as near
+/// to the skin as no bone does (both chosen, not measured).
 const METAL_HU: i16 = 500;
 const METAL_CM3: f64 = 10.0;
 const METAL_DEPTH_MM: f32 = 3.0;
-/// As large a piece lies on the skin only where it touches the air, pixels: what is that large and has skin over it was put
-/// there. Measured: copies of the port of breast-flt001 2 and 4 mm under the skin of three other CTs had been taken off.
+/// As large a piece lies on the skin only where it touches the air, pixels: what is that large and
+/// has skin over it was put there. Measured: copies of the port of breast-flt001 2 and 4 mm under
+/// the skin of three other CTs had been taken off.
 const METAL_LARGE_CM3: f64 = 1.0;
 const METAL_TOUCHES: f32 = 1.5;
-/// Gel and plastic, 100 to 200 HU (reference, section 9): above this level, looked for this deep; skin reaches
-/// it in spots.
+/// Gel and plastic, 100 to 200 HU (reference, section 9): above this level, looked for this deep;
+/// skin reaches it in spots.
 const GEL_HU: i16 = 90;
 const GEL_DEPTH_MM: f32 = 6.0;
-/// Above this level, which no nipple reaches (with contrast medium about 110 HU and noise), lie this
-/// volume (cm³) and this share of it. Chosen, not measured.
+/// Above this level, which no nipple reaches (with contrast medium about 110 HU and noise), lie
+/// this volume (cm³) and this share of it. Chosen, not measured.
 const GEL_CORE_HU: i16 = 130;
 const GEL_CORE_CM3: f64 = 0.1;
 const GEL_CORE_SHARE: f64 = 0.3;
-/// At least this share of it lies in the outermost two pixels, where no bone is. Chosen, not measured.
+/// At least this share of it lies in the outermost two pixels, where no bone is. Chosen, not
+/// measured.
 const GEL_SHARE: f64 = 0.3;
-/// At least this share of it lies deeper than skin reaches: a sharp kernel makes skin itself as dense. Measured on a real CT
-/// whose skin was taken for gel all round (184 cm³): 0.03; electrodes and wires 0.4 and more. Skin is 1 to 3 mm thick.
+/// At least this share of it lies deeper than skin reaches: a sharp kernel makes skin itself as
+/// dense. Measured on a real CT whose skin was taken for gel all round (184 cm³): 0.03; electrodes
+/// and wires 0.4 and more. Skin is 1 to 3 mm thick.
 const GEL_THICK_SHARE: f64 = 0.1;
 const SKIN_MM: f32 = 3.0;
 
@@ -138,7 +141,8 @@ mod tests {
     use supine_space::{Grid, Matrix, Point, Vector};
     use supine_volume::Volume;
 
-    /// Whether a block of metal 12 mm wide and `long` slices of 2 mm long is taken off, so many pixels of 0.8 mm under the skin.
+    /// Whether a block of metal 12 mm wide and `long` slices of 2 mm long is taken off, so many
+    /// pixels of 0.8 mm under the skin.
     fn taken(under: usize, long: usize) -> bool {
         let spacing = Vector::new(0.8, 0.8, 2.0);
         let grid = Grid::new([200, 200, 40], spacing, Point::origin(), Matrix::identity()).unwrap();

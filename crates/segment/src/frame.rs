@@ -3,8 +3,8 @@
 use crate::Error;
 use supine_space::Grid;
 
-/// Largest angle between the k axis and the head-foot direction, degrees. Chosen, not measured; 12 degrees
-/// are tried on the phantom.
+/// Largest angle between the k axis and the head-foot direction, degrees. Chosen, not measured; 12
+/// degrees are tried on the phantom.
 const MAX_TILT_DEG: f64 = 20.0;
 
 /// Sizes and directions within the slices.

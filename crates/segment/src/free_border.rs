@@ -20,10 +20,11 @@ const STEEP: f32 = 1.2;
 /// along the body.
 const NEAR_MM: f32 = 25.0;
 const NEAR_Z_MM: f32 = 6.0;
-/// It lies no farther outside the surface than this, mm, and no farther than `CLOSE_MM` when the fat between them is left
-/// out: gland lies on the wall, a free border over the fat of the armpit. Beyond the step at a border the surface lies deep:
-/// there muscle that is no farther than `CLOSE_MM` from the surface beside it counts up to `FARTHEST_MM`. Measured: a thick
-/// pectoralis of breast-flt001 is cut by 5 mm without.
+/// It lies no farther outside the surface than this, mm, and no farther than `CLOSE_MM` when the
+/// fat between them is left out: gland lies on the wall, a free border over the fat of the armpit.
+/// Beyond the step at a border the surface lies deep: there muscle that is no farther than
+/// `CLOSE_MM` from the surface beside it counts up to `FARTHEST_MM`. Measured: a thick pectoralis
+/// of breast-flt001 is cut by 5 mm without.
 const BEYOND_MM: f32 = 45.0;
 const CLOSE_MM: f32 = 25.0;
 const FARTHEST_MM: f32 = 60.0;
@@ -32,14 +33,15 @@ const JOINED_CM3: f64 = 0.5;
 const UNDER_MM: f32 = 6.0;
 /// A free border is longer along the body than this, mm; gland that touches the wall is not.
 const LONG_MM: f32 = 16.0;
-/// What the smoothing takes off a muscle: of its flat sides, mm, and of a border that thins out to an edge, mm along the
-/// tissue. Measured: edges of the pectoralis on two real CTs were cut by 6 to 10; one less than 2 mm thick by 7 when its mean
-/// had to be that of muscle.
+/// What the smoothing takes off a muscle: of its flat sides, mm, and of a border that thins out to
+/// an edge, mm along the tissue. Measured: edges of the pectoralis on two real CTs were cut by 6 to
+/// 10; one less than 2 mm thick by 7 when its mean had to be that of muscle.
 const RIM_MM: f32 = 2.5;
 const TIP_MM: f32 = 10.0;
 /// Most of its very edge lies over so much fat, mm. Chosen, not measured.
 const OVER_FAT_MM: f32 = 2.0;
-/// It is longer along the body than this, mm; a strand of gland that touches the wall is not. Chosen, not measured.
+/// It is longer along the body than this, mm; a strand of gland that touches the wall is not.
+/// Chosen, not measured.
 const TIP_LONG_MM: f32 = 12.0;
 
 /// Gives the muscle beyond the surface its label. One radius per ray cannot follow the free border
@@ -129,7 +131,8 @@ impl<'a> Border<'a> {
         (free && within).then_some(beyond)
     }
 
-    /// How far a voxel so far outside the surface lies from the surface on the rays beside its own, mm.
+    /// How far a voxel so far outside the surface lies from the surface on the rays beside its own,
+    /// mm.
     fn beside(&self, ray: usize, beyond: f32) -> f32 {
         let (k, p, radius) = (ray / RAYS, ray % RAYS, self.outline.radius());
         let own = radius.at(k, p).max(1.0);
@@ -142,8 +145,9 @@ impl<'a> Border<'a> {
         nearest.fold(f32::INFINITY, f32::min)
     }
 
-    /// The pixels of those parts of a slice most of which lie over fat: a border that thins out to an edge is partial volume of
-    /// muscle and fat, and not told from gland by its mean; but gland lies on the wall.
+    /// The pixels of those parts of a slice most of which lie over fat: a border that thins out to
+    /// an edge is partial volume of muscle and fat, and not told from gland by its mean; but gland
+    /// lies on the wall.
     fn overhanging(&self, k: usize, parts: &Parts) -> Vec<Run> {
         let over_fat = |n: usize| {
             let (ray, beyond) = self.outline.seen(k, self.scan.frame.position(n));
@@ -175,8 +179,8 @@ impl<'a> Border<'a> {
         STEP_MM * fat.sum::<f32>()
     }
 
-    /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders that thin out to an edge; gives
-    /// the voxels of the very edges.
+    /// Labels the muscle of a slice: what was found (`core`, pixels), its flat sides, and borders
+    /// that thin out to an edge; gives the voxels of the very edges.
     fn paint(&self, k: usize, core: &[usize], out: &mut [u8]) -> Vec<Run> {
         let frame = self.scan.frame;
         let (plane, ni) = (frame.plane(), frame.size[0]);

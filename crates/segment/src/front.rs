@@ -8,11 +8,13 @@ const STEP_MM: f64 = 4.0;
 /// The map is smoothed by a Gaussian of this, mm: noise and skin folds, not a breast. Chosen, not
 /// measured.
 const SMOOTH_MM: f64 = 8.0;
-/// Seen from the axis of the chest, soft tissue up to the first of these angles from the front, degrees, counts as a
-/// breast's; from there its share falls to nothing at the second: fat there is that of the armpit and flank. Measured: nipples
-/// of seven CTs lie at 35 to 60; what passed for a nipple on the arm of chest-cmb01068 lay at 70.
+/// Seen from the axis of the chest, soft tissue up to the first of these angles from the front,
+/// degrees, counts as a breast's; from there its share falls to nothing at the second: fat there is
+/// that of the armpit and flank. Measured: nipples of seven CTs lie at 35 to 60; what passed for a
+/// nipple on the arm of chest-cmb01068 lay at 70.
 const FRONT_DEG: (f64, f64) = (50.0, 70.0);
-/// The axis of the chest lies at this share of the way from its front to its back (reference, section 4, step 2).
+/// The axis of the chest lies at this share of the way from its front to its back (reference,
+/// section 4, step 2).
 const AXIS: f64 = 0.55;
 
 /// A map over x (to the patient's left) and z (towards the head) of the skin that faces the front.
@@ -111,7 +113,8 @@ fn bounds(grid: &Grid) -> (Point, Point) {
     (low, corners.iter().fold(corners[0], |a, b| a.sup(b)))
 }
 
-/// The medians over the slices of the middle of the chest wall and of the place between its front and back.
+/// The medians over the slices of the middle of the chest wall and of the place between its front
+/// and back.
 fn axis(wall: &Volume<bool>) -> Option<Axis> {
     let [ni, nj, nk] = wall.grid().size();
     let (mut xs, mut ys) = (Vec::new(), Vec::new());

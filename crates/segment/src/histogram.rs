@@ -12,7 +12,8 @@ const TOP: f32 = 0.9;
 /// Values that one thread counts at a time.
 const CHUNK: usize = 1 << 16;
 
-/// How many values lie in each bin of a range of HU. Whole numbers: their sums are exact in any order.
+/// How many values lie in each bin of a range of HU. Whole numbers: their sums are exact in any
+/// order.
 #[derive(Clone, Debug)]
 pub(crate) struct Histogram {
     from: f32,
@@ -61,8 +62,9 @@ impl Histogram {
         self
     }
 
-    /// Middle of the top after smoothing, HU: of the bins about the highest that hold nearly as much. The highest one alone
-    /// jumps about where the top is flat (measured: by 10 HU on a real CT of fatty muscle).
+    /// Middle of the top after smoothing, HU: of the bins about the highest that hold nearly as
+    /// much. The highest one alone jumps about where the top is flat (measured: by 10 HU on a real
+    /// CT of fatty muscle).
     pub(crate) fn mode(&self) -> f32 {
         let kernel = slice_kernel(SMOOTH_BINS);
         let last = self.counts.len() as isize - 1;

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use supine_volume::{Ct, Parts, Run};
 
-// Chosen, not measured: tried on implants of 105 and 5 HU in the phantom of the tests; no CT of a patient with
-// implants was there to measure on (reference, section 10).
+// Chosen, not measured: tried on implants of 105 and 5 HU in the phantom of the tests; no CT of a
+// patient with implants was there to measure on (reference, section 10).
 /// Noise and the texture of gland are smoothed away in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 2.5;
 /// Saline and silicone, HU; muscle, gland and fat lie between and below.
@@ -61,7 +61,8 @@ pub(crate) fn as_fat(ct: Arc<Ct>, frame: &Frame, body: &mut Body) -> Arc<Ct> {
     filled(ct, body, implants.into_iter(), std::iter::empty())
 }
 
-/// The CT with this patient's fat in the voxels of implants, which are marked, and in those that are blurred by them.
+/// The CT with this patient's fat in the voxels of implants, which are marked, and in those that
+/// are blurred by them.
 pub(crate) fn filled(
     mut ct: Arc<Ct>,
     body: &mut Body,
@@ -191,7 +192,8 @@ impl Chest<'_> {
                 .into_iter()
                 .map(|v| v < FATTY_HU)
                 .collect();
-            // The blurred rim of silicone is no sheet of muscle; that of saline does not look like one.
+            // The blurred rim of silicone is no sheet of muscle; that of saline does not look like
+            // one.
             let dense = mean > MUSCLE_HU;
             let reach = |mm: f32| near(&on, frame.size[0], spacing, mm);
             let inside = reach(WAY_MM + if dense { frame.pixel() } else { 0.0 });

@@ -9,11 +9,13 @@ use supine_volume::{Ct, LabelMap, Parts, label};
 const LUNG_HU: i16 = -600;
 /// Above is bone, HU (as in a breast's region).
 const BONE_HU: i16 = 200;
-/// Volumes that warn, ml: a rim of partial volume holds less lung, a clip or a calcification less bone.
+/// Volumes that warn, ml: a rim of partial volume holds less lung, a clip or a calcification less
+/// bone.
 const LUNG_ML: f64 = 0.1;
 const BONE_ML: f64 = 1.0;
 
-/// Warnings of lung and bone within the soft tissue, with the volume of all and the place of the largest piece.
+/// Warnings of lung and bone within the soft tissue, with the volume of all and the place of the
+/// largest piece.
 pub(crate) fn inclusions(ct: &Ct, labels: &LabelMap) -> Vec<Warning> {
     let hu = ct.data();
     let soft = |n: usize| label::is_soft_tissue(labels.data()[n]);

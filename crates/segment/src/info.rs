@@ -89,8 +89,8 @@ pub(crate) fn info(
 /// flooded a breast.
 const EDGE_SHARE: f64 = 0.7;
 
-/// Least distance of the levels and the level of muscle that are usual, HU (reference, section 8: proposed
-/// there; measured are 143 to 163 and 32 to 54).
+/// Least distance of the levels and the level of muscle that are usual, HU (reference, section 8:
+/// proposed there; measured are 143 to 163 and 32 to 54).
 const USUAL_CONTRAST_HU: f64 = 110.0;
 const USUAL_MUSCLE_HU: std::ops::RangeInclusive<f64> = 30.0..=75.0;
 

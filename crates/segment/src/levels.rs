@@ -11,12 +11,13 @@ use rayon::prelude::*;
 use std::ops::Range;
 use supine_volume::Ct;
 
-/// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an effusion
-/// (reference, sections 4 and 9).
+/// Search ranges of the two modes, HU. Measured: fat -97 to -111, muscle 46 to 54, 32 beside an
+/// effusion (reference, sections 4 and 9).
 const FAT_HU: Range<f32> = -160.0..-50.0;
 const MUSCLE_HU: Range<f32> = 15.0..110.0;
-/// Before any surface is known, muscle is looked for this deep under the skin of the back and fat below the skin, mm, in slices
-/// so far apart. Measured: within 4 HU of what is found later outside the ribs.
+/// Before any surface is known, muscle is looked for this deep under the skin of the back and fat
+/// below the skin, mm, in slices so far apart. Measured: within 4 HU of what is found later outside
+/// the ribs.
 const BACK_MM: Range<f32> = 8.0..25.0;
 const SKIN_MM: f32 = 4.0;
 const APART_MM: f32 = 10.0;
@@ -28,8 +29,8 @@ const DENSEST_HU: f32 = 60.0;
 
 /// From muscle to gland, HU (the same).
 const SPAN_HU: f32 = 10.0;
-/// Tissue nearer to muscle than this share of the way from fat is not fat in part. Measured: at 0.5 a thin pectoralis
-/// counts as gland, at 0.9 gland as muscle.
+/// Tissue nearer to muscle than this share of the way from fat is not fat in part. Measured: at 0.5
+/// a thin pectoralis counts as gland, at 0.9 gland as muscle.
 const DENSE_SHARE: f32 = 0.8;
 
 /// Levels of this scan, HU.
@@ -40,8 +41,8 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    /// The levels before any surface is known: the mode of fat in the body, and that of muscle not far under the skin of the
-    /// back.
+    /// The levels before any surface is known: the mode of fat in the body, and that of muscle not
+    /// far under the skin of the back.
     pub(crate) fn of_body(ct: &Ct, frame: &Frame, body: &Body) -> Self {
         let apart = ((APART_MM / frame.spacing[2]) as usize).max(1);
         let none = || [FAT_HU, MUSCLE_HU].map(|range| Histogram::new(&range));
@@ -119,7 +120,8 @@ impl Levels {
         least as i16..(self.muscle + DENSEST_HU) as i16
     }
 
-    /// Whether tissue of this mean HU is muscle: 1 within `below`..+60 HU of the muscle, falling to 0 at 10 HU less.
+    /// Whether tissue of this mean HU is muscle: 1 within `below`..+60 HU of the muscle, falling to
+    /// 0 at 10 HU less.
     pub(crate) fn true_muscle(self, hu: f32, below: f32) -> f32 {
         if hu < self.muscle + DENSEST_HU {
             ((hu - self.muscle + below) / SPAN_HU + 1.0).clamp(0.0, 1.0)

@@ -6,10 +6,11 @@
 //! inside and gland outside (`wall`). Both surfaces are one radius per ray from the axis, found
 //! by semi-global aggregation (`aggregate`). The user's seeds bind that surface (`seeds`).
 //!
-//! Numbers: "reference, section n" is a section of the design's `reference/segment.md`, where the method was
-//! built and measured on the fixture, three synthetic patients and the real CT breast-flt013 with contours
-//! (mean distances of the wall there, mm). Constants that name no source were chosen, not measured; that the
-//! whole works with them is measured in docs/VERIFICATION.md, "Segmentation".
+//! Numbers: "reference, section n" is a section of the design's `reference/segment.md`, where the
+//! method was built and measured on the fixture, three synthetic patients and the real CT
+//! breast-flt013 with contours (mean distances of the wall there, mm). Constants that name no
+//! source were chosen, not measured; that the whole works with them is measured in
+//! docs/VERIFICATION.md, "Segmentation".
 
 mod aggregate;
 mod band;
@@ -19,6 +20,7 @@ mod bones;
 mod breast;
 mod confidence;
 mod contents;
+mod denoise;
 mod devices;
 mod error;
 mod find_body;
@@ -34,7 +36,6 @@ mod info;
 mod labels_error;
 mod levels;
 mod lung_hull;
-mod misfit;
 mod muscle;
 mod nipple;
 mod noise;
@@ -47,7 +48,6 @@ mod pieces;
 mod plane;
 mod posture;
 mod quality_check;
-mod quiet;
 mod radial_map;
 mod region_check;
 mod rib_evidence;
@@ -55,6 +55,7 @@ mod scan;
 mod seeds;
 mod segmentation;
 mod segmenter;
+mod shape_mismatch;
 mod shell;
 mod slice_tissue;
 mod spikes;
@@ -96,8 +97,9 @@ use std::sync::Arc;
 use supine_space::Progress;
 use supine_volume::{Ct, Field};
 
-/// Soft tissue and chest wall of a supine chest CT that does not say what was measured: [`Field::found`],
-/// [`Segmenter::new`] and [`Segmenter::segment`] in a row; the segmenter gives their surfaces and their uncertainty too.
+/// Soft tissue and chest wall of a supine chest CT that does not say what was measured:
+/// [`Field::found`], [`Segmenter::new`] and [`Segmenter::segment`] in a row; the segmenter gives
+/// their surfaces and their uncertainty too.
 ///
 /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
 /// direction. Values are HU; padding may have any value below -1024. Do not crop the CT before.

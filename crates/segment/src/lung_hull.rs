@@ -1,4 +1,5 @@
-//! The convex hull of the lungs in a slice: what lies in it is no breast, and nothing under the skin.
+//! The convex hull of the lungs in a slice: what lies in it is no breast, and nothing under the
+//! skin.
 
 use crate::body::flag;
 use crate::frame::Frame;

@@ -9,8 +9,8 @@ use crate::scan::Scan;
 use rayon::prelude::*;
 use supine_volume::{Run, gaussian_rows, slice_kernel};
 
-/// Smoothing that tells homogeneous muscle from gland: in the slice (reference, section 4, step 6) and across,
-/// mm.
+/// Smoothing that tells homogeneous muscle from gland: in the slice (reference, section 4, step 6)
+/// and across, mm.
 const SMOOTH_MM: f32 = 2.0;
 const SMOOTH_Z_MM: f32 = 1.5;
 // What follows was chosen, not measured.
@@ -25,8 +25,8 @@ const BLOB_MM: f32 = 12.0;
 /// Muscle lies deeper under the skin than this, mm.
 pub(crate) const DEPTH_MM: f32 = 4.0;
 
-/// Mean HU of the dense tissue around (Gaussian weights) in a slice: fat and bone beside a muscle do
-/// not count, so it tells muscle from gland up to their borders. NaN where there is none.
+/// Mean HU of the dense tissue around (Gaussian weights) in a slice: fat and bone beside a muscle
+/// do not count, so it tells muscle from gland up to their borders. NaN where there is none.
 pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
     let Scan { ct, frame, body, .. } = scan;
     // Muscle lies in the body: no row beyond it is looked at, but for what the smoothing reaches.
@@ -63,8 +63,8 @@ pub(crate) fn dense_mean(scan: Scan<'_>, k: usize, levels: Levels) -> Vec<f32> {
     sum.into_iter().zip(share).map(mean).collect()
 }
 
-/// What dense tissue is, told by its mean HU around: muscle is 15-20 HU denser than gland; no more than `below` HU under
-/// its level (HU) it still is muscle.
+/// What dense tissue is, told by its mean HU around: muscle is 15-20 HU denser than gland; no more
+/// than `below` HU under its level (HU) it still is muscle.
 pub(crate) struct Dense {
     /// Likeness to homogeneous muscle along the rays, 0..=1; blobs left out.
     pub(crate) muscle: Costs,
@@ -110,8 +110,8 @@ impl Dense {
     }
 }
 
-/// The voxels of a slice most of whose surroundings are muscle by their mean: the noise of gland makes it
-/// as dense in spots.
+/// The voxels of a slice most of whose surroundings are muscle by their mean: the noise of gland
+/// makes it as dense in spots.
 fn homogeneous(scan: Scan<'_>, k: usize, mean: &[f32], levels: Levels, below: f32) -> Vec<Run> {
     let (frame, start) = (scan.frame, k * scan.frame.plane());
     let is_muscle = |n: usize| {

@@ -33,9 +33,9 @@ impl Breast {
     /// The nipple: the clearest bump of dense skin on the breast.
     ///
     /// The bump is how much the share of the body within a Gaussian of 9 mm falls short of one half
-    /// on the skin as a Gaussian of 4.5 mm shows it: 0 on flat skin. Its clearness is that times the
-    /// density of the body within the smaller Gaussian, less the median over the breast's skin, HU.
-    /// `None` when no skin of the breast is in the labels.
+    /// on the skin as a Gaussian of 4.5 mm shows it: 0 on flat skin. Its clearness is that times
+    /// the density of the body within the smaller Gaussian, less the median over the breast's skin,
+    /// HU. `None` when no skin of the breast is in the labels.
     pub fn nipple(&self, ct: &Ct, labels: &LabelMap) -> Option<Nipple> {
         let around = Sphere::new(self.centre(), self.reach()).ok()?;
         let skin = Skin::new(ct, labels, &around)?;

@@ -1,7 +1,8 @@
 //! Whether head and feet, left and right are where the CT says: what of the chest contradicts.
 //!
-//! Measured on four real CTs, one with a consolidated lung and effusion (rider0109), and four synthetic patients, as shares of
-//! the tissue or bone compared; of a CT reversed or mirrored each has the other sign:
+//! Measured on four real CTs, one with a consolidated lung and effusion (rider0109), and four
+//! synthetic patients, as shares of the tissue or bone compared; of a CT reversed or mirrored each
+//! has the other sign:
 //!
 //! | | ribs | mass | aorta | heart | liver |
 //! |---|---|---|---|---|---|
@@ -19,24 +20,25 @@ use std::ops::RangeInclusive;
 use supine_space::Warning;
 use supine_volume::{Ct, median};
 
-// The limits lie between the figures measured above and those of the other sign; where none is named they were chosen, not
-// measured.
+// The limits lie between the figures measured above and those of the other sign; where none is
+// named they were chosen, not measured.
 /// Ribs that run up towards the front by more than this share contradict.
 const RIBS: f64 = -0.03;
-/// So does this share more of tissue between the lungs in their upper half, together with the ribs: of itself a consolidated
-/// lung has as much.
+/// So does this share more of tissue between the lungs in their upper half, together with the ribs:
+/// of itself a consolidated lung has as much.
 const MASS: f64 = -0.15;
 /// Aorta and heart on the right contradict together: one alone may be pushed aside.
 const AORTA: f64 = -0.25;
 const HEART: f64 = -0.15;
-/// So does a liver on the left where neither aorta nor heart lies clearly on the left, by their limits of the other sign: a
-/// sick lung beside them takes their evidence, but hardly the liver's.
+/// So does a liver on the left where neither aorta nor heart lies clearly on the left, by their
+/// limits of the other sign: a sick lung beside them takes their evidence, but hardly the liver's.
 const LIVER: f64 = -0.4;
-/// The liver is looked for below this share of the lungs' length and down to this far below them, mm ...
+/// The liver is looked for below this share of the lungs' length and down to this far below them,
+/// mm ...
 const LOW: f32 = 0.15;
 const BELOW_MM: f32 = 60.0;
-/// ... as tissue without gas and fat this far around within the slice and across it, mm, up to so far from the midline, mm:
-/// bowel, stomach and spleen are smaller or mixed with them.
+/// ... as tissue without gas and fat this far around within the slice and across it, mm, up to so
+/// far from the midline, mm: bowel, stomach and spleen are smaller or mixed with them.
 const SOLID_MM: [f32; 2] = [14.0, 10.0];
 const LIVER_MM: f32 = 120.0;
 /// The chest is looked at on points this far apart within the slices, mm.
@@ -44,16 +46,17 @@ const STEP_MM: f32 = 3.0;
 /// Denser is bone, less dense is fat, HU.
 const BONE_HU: i16 = 200;
 const TISSUE_HU: i16 = -20;
-/// Slices with this area of lung belong to the chest, mm²; those with the second one show where the lungs' back is.
+/// Slices with this area of lung belong to the chest, mm²; those with the second one show where the
+/// lungs' back is.
 const LUNG_MM2: f32 = 2000.0;
 const WHOLE_MM2: f32 = 6000.0;
 /// Lungs over less than this length tell nothing, mm.
 const LENGTH_MM: f32 = 60.0;
-/// Ribs are followed over this height, mm, at the sides, between these angles from the front, over up to so many bins of 2
-/// degrees: farther lies the next rib.
+/// Ribs are followed over this height, mm, at the sides, between these angles from the front, over
+/// up to so many bins of 2 degrees: farther lies the next rib.
 const RISE_MM: f32 = 5.0;
-/// Slices farther apart than this jump from rib to rib, mm. Measured: on every third slice of rider0109, 15 mm apart, ribs had the
-/// other sign.
+/// Slices farther apart than this jump from rib to rib, mm. Measured: on every third slice of
+/// rider0109, 15 mm apart, ribs had the other sign.
 const APART_MM: f32 = 10.0;
 const SIDES: std::ops::Range<usize> = 30..63;
 const BINS: usize = 91;
@@ -106,8 +109,8 @@ pub(crate) struct Orientation {
 
 impl Orientation {
     /// # Errors
-    /// [`Error::HeadFeetReversed`] when ribs and tissue between the lungs say so. Left and right are never refused: of 10,000
-    /// people one has her heart on the right.
+    /// [`Error::HeadFeetReversed`] when ribs and tissue between the lungs say so. Left and right
+    /// are never refused: of 10,000 people one has her heart on the right.
     pub(crate) fn check(ct: &Ct, frame: &Frame, body: &Body) -> Result<Self, Error> {
         let kind = |n: usize| {
             let (inside, lung) = (body.flags[n] & flag::BODY != 0, flag::LUNG | flag::BODY);
@@ -132,8 +135,8 @@ impl Orientation {
         Self { ribs, mass, aorta, heart, liver: chest.liver(midline) }
     }
 
-    /// What was measured. Ribs and tissue refuse together only, aorta, heart and liver warn together only; tissue alone does not
-    /// warn, for disease of a lung moves it.
+    /// What was measured. Ribs and tissue refuse together only, aorta, heart and liver warn
+    /// together only; tissue alone does not warn, for disease of a lung moves it.
     pub(crate) fn checks(&self) -> [QualityCheck; 5] {
         let least = |what, share: f64| QualityCheck::at_least(what, 100.0 * share, "%");
         [
@@ -173,7 +176,8 @@ impl Orientation {
     }
 }
 
-/// The slices that show lung, from the feet to the head, on points along the patient's left and back.
+/// The slices that show lung, from the feet to the head, on points along the patient's left and
+/// back.
 struct Chest {
     size: [usize; 2],
     slices: Vec<Vec<Kind>>,
@@ -312,8 +316,8 @@ impl Chest {
         near.iter().enumerate().map(|(n, near)| !near && within(n)).collect()
     }
 
-    /// The aorta runs at the left before the spine, about 35 to 75 mm before the lungs' back, up to 50 mm from the middle;
-    /// the heart lies before that, in the lower half.
+    /// The aorta runs at the left before the spine, about 35 to 75 mm before the lungs' back, up to
+    /// 50 mm from the middle; the heart lies before that, in the lower half.
     fn aorta_and_heart(&self, midline: f32) -> (f64, f64) {
         let points = |mm: f32| (mm / STEP_MM) as usize;
         let length = self.slices.len() as f64;
@@ -344,7 +348,8 @@ impl Chest {
         (lung_mm2(slice) >= WHOLE_MM2).then_some(last)
     }
 
-    /// The middle of the bone about and behind the spinal canal, points from the right; contrast medium does not reach there.
+    /// The middle of the bone about and behind the spinal canal, points from the right; contrast
+    /// medium does not reach there.
     fn spine(&self, slice: &[Kind], back: usize) -> Option<f32> {
         let columns = slice.iter().enumerate().filter(|(_, k)| **k != Kind::Outside);
         let (low, high) = columns
@@ -373,7 +378,8 @@ fn between(row: &[Kind]) -> impl Iterator<Item = usize> {
     (first..last).filter(|&i| row[i].is_dense())
 }
 
-/// Adds how many lie up to `reach` mm left and right of the middle; the middle itself is on no side.
+/// Adds how many lie up to `reach` mm left and right of the middle; the middle itself is on no
+/// side.
 fn beside(places: impl Iterator<Item = usize>, middle: f32, reach: f32, sides: &mut [f64; 2]) {
     for i in places {
         let left = (i as f32 - middle) * STEP_MM;

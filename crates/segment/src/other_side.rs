@@ -4,7 +4,8 @@ use crate::Breast;
 use crate::front::Front;
 use supine_space::{Point, Side};
 
-/// The sides are compared within this of the breast's middle and of the place on the other side that mirrors it, mm.
+/// The sides are compared within this of the breast's middle and of the place on the other side
+/// that mirrors it, mm.
 const COMPARED_MM: f64 = 30.0;
 
 /// The soft tissue of one side against that about the breast of the other, mm.
@@ -16,9 +17,10 @@ pub(crate) struct Compared {
 }
 
 impl Compared {
-    /// The other breast is looked for about the place that mirrors the tumour, or this breast: elsewhere a raised arm may
-    /// stand higher. A breast found without a tumour may be an arm itself; then the highest mound of the other side counts
-    /// too, and of the two the one that speaks for a breast. `None` without a mound on the other side.
+    /// The other breast is looked for about the place that mirrors the tumour, or this breast:
+    /// elsewhere a raised arm may stand higher. A breast found without a tumour may be an arm
+    /// itself; then the highest mound of the other side counts too, and of the two the one that
+    /// speaks for a breast. `None` without a mound on the other side.
     pub(crate) fn new(
         front: &Front,
         side: Side,
@@ -44,7 +46,8 @@ impl Compared {
     }
 }
 
-/// Mean thickness of the soft tissue that faces the front about a place, mm; `None` when nothing does.
+/// Mean thickness of the soft tissue that faces the front about a place, mm; `None` when nothing
+/// does.
 fn thickness_at(front: &Front, at: &Point) -> Option<f64> {
     let grid = front.smooth.grid();
     let (mut sum, mut weight) = (0.0, 0.0);

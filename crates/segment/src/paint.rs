@@ -12,7 +12,8 @@ use supine_volume::{LabelMap, SignedDistance, Surfaces, label};
 /// Distances to the surfaces are told this far, mm. Chosen, not measured.
 const BAND_MM: f64 = 5.0;
 
-/// Side of a tile, pixels: few are crossed by the surface, and few are to be looked at. Chosen, not measured.
+/// Side of a tile, pixels: few are crossed by the surface, and few are to be looked at. Chosen, not
+/// measured.
 const TILE: usize = 8;
 /// More than what rounding takes from a radius, mm.
 const ROUNDING_MM: f32 = 0.01;
@@ -71,8 +72,8 @@ impl<'a> Outline<'a> {
         self.seen(n / frame.plane(), frame.position(n % frame.plane())).1
     }
 
-    /// The nearest ray to a position (mm) in a slice, counted over all slices, and how far it lies outside the
-    /// surface, mm.
+    /// The nearest ray to a position (mm) in a slice, counted over all slices, and how far it lies
+    /// outside the surface, mm.
     #[inline]
     pub(crate) fn seen(&self, k: usize, position: [f32; 2]) -> (usize, f32) {
         let (r, turn) = self.scan.rays.polar(k, position);
@@ -124,7 +125,8 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// Whether a tile lies inside the surface as a whole (true) or outside (false); `None` when it may cross it.
+    /// Whether a tile lies inside the surface as a whole (true) or outside (false); `None` when it
+    /// may cross it.
     fn side_of(&self, k: usize, tile: &Tile) -> Option<bool> {
         let (r, turn) = self.scan.rays.polar(k, tile.middle);
         let half = tile.half_mm;

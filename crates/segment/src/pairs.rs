@@ -4,22 +4,25 @@ use crate::confidence::SURE_AROUND_MM;
 use std::collections::BTreeMap;
 use supine_space::{Point, Vector};
 
-/// The seeds of a pair lie this far from the boundary on either side, mm: near enough to bind it, and beyond its blur.
+/// The seeds of a pair lie this far from the boundary on either side, mm: near enough to bind it,
+/// and beyond its blur.
 pub(crate) const ASIDE_MM: f64 = 2.0;
 /// A place without pairs near it counts as covered when it is smaller than this share of the whole.
 const REST: f64 = 0.03;
 /// Pairs are placed at most this densely, mm.
 const STEP_MM: f64 = 3.0;
 
-/// No pair is put where less than this share of the boundary's normal lies within the slices: on a step between two of them.
+/// No pair is put where less than this share of the boundary's normal lies within the slices: on a
+/// step between two of them.
 const STEEP: f64 = 0.3;
 
 /// A place of the boundary (LPS, mm) with its faces towards the soft tissue, mm², LPS.
 pub(crate) type Face = (Point, Vector);
 
-/// Pairs on both sides of the boundary as it was found, in the chest wall and in the soft tissue, so that every face has
-/// one within [`SURE_AROUND_MM`]. Each next one is put where it makes the most sure; none where the boundary has no one
-/// direction within the slices, whose normal is `axis`: slices may be farther apart than the seeds of a pair.
+/// Pairs on both sides of the boundary as it was found, in the chest wall and in the soft tissue,
+/// so that every face has one within [`SURE_AROUND_MM`]. Each next one is put where it makes the
+/// most sure; none where the boundary has no one direction within the slices, whose normal is
+/// `axis`: slices may be farther apart than the seeds of a pair.
 pub(crate) fn covering(faces: &[Face], axis: &Vector) -> Vec<[Point; 2]> {
     let possible: Vec<(Point, [Point; 2])> =
         candidates(faces).filter_map(|at| Some((at, pair(&at, faces, axis)?))).collect();

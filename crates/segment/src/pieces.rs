@@ -13,7 +13,8 @@ pub(crate) struct Amount {
     pub(crate) middle: Point,
 }
 
-/// How much of the runs that count there is, in pieces of at least `least_ml`; their grid is that of the parts.
+/// How much of the runs that count there is, in pieces of at least `least_ml`; their grid is that
+/// of the parts.
 pub(crate) fn amount(
     parts: &Parts,
     grid: &Grid,

@@ -40,7 +40,8 @@ pub(crate) fn squared_distance(on: &[bool], ni: usize, spacing: [f32; 2], reach:
 
 /// Pixels of a row that are looked at together. Chosen, not measured.
 const BLOCK: usize = 32;
-/// Rows after which the highest value of a block is looked for again: that takes as long as a row. Chosen, not measured.
+/// Rows after which the highest value of a block is looked for again: that takes as long as a row.
+/// Chosen, not measured.
 const LOOK_AGAIN: usize = 6;
 
 /// The smallest value of each block of each row.
@@ -61,8 +62,8 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// Lowers a block of row `j` to what the rows around it, `reach` to both sides, say; nearer rows first, and none that
-    /// can lower nothing or say no less than `limit`, mm².
+    /// Lowers a block of row `j` to what the rows around it, `reach` to both sides, say; nearer
+    /// rows first, and none that can lower nothing or say no less than `limit`, mm².
     fn lower(&self, j: usize, block: usize, reach: usize, limit: f32, out: &mut [f32]) {
         let ni = self.along.len() / self.seen.len();
         let blocks = ni.div_ceil(BLOCK);

@@ -1,9 +1,10 @@
 //! Which side the patient lies on: where the table is, and where her lungs are denser.
 //!
 //! Gravity gathers blood and closes air spaces in the part of the lung that lies lowest. Measured
-//! on eight patients on their backs (four real): 26 to 89 HU per 100 mm denser towards the back, 16 at
-//! most to a side; and 237 to 788 cm³ of table behind them, none in front. Each lung counts beside its own
-//! mean: an effusion or a collapse makes one denser than the other (33 to a side on a real CT, 0.5 so).
+//! on eight patients on their backs (four real): 26 to 89 HU per 100 mm denser towards the back, 16
+//! at most to a side; and 237 to 788 cm³ of table behind them, none in front. Each lung counts
+//! beside its own mean: an effusion or a collapse makes one denser than the other (33 to a side on
+//! a real CT, 0.5 so).
 
 use crate::Error;
 use crate::body::{Body, flag};
@@ -13,7 +14,8 @@ use rayon::prelude::*;
 use supine_space::Warning;
 use supine_volume::{Ct, Parts};
 
-// The limits lie between the figures measured above; where none is named they were chosen, not measured.
+// The limits lie between the figures measured above; where none is named they were chosen, not
+// measured.
 /// Material outside the patient above this is table, cushion or clothes, HU.
 const TABLE_HU: i16 = -500;
 /// It starts this far off the patient, mm.
@@ -21,16 +23,16 @@ const OFF_MM: f32 = 6.0;
 /// A table cups the patient: what lies this far in front of her back's lowest place still counts
 /// as behind her, mm.
 const CUP_MM: f32 = 30.0;
-/// Least volume of a table, cm³ (measured: 237 and more), and how many times more must lie on its side than
-/// behind her.
+/// Least volume of a table, cm³ (measured: 237 and more), and how many times more must lie on its
+/// side than behind her.
 const TABLE_CM3: f64 = 100.0;
 const TIMES: f64 = 4.0;
 /// Lung: values below, so that vessels and partial volume do not count, HU.
 const LUNG_HU: i16 = -600;
 /// Lung within the patient: a cushion beside her may hold as much air.
 const INNER: u8 = flag::LUNG | flag::BODY;
-/// Lungs this much denser to one side tell that she lies on it, HU per 100 mm (measured on the back: 16 at
-/// most to a side, 26 and more towards the back).
+/// Lungs this much denser to one side tell that she lies on it, HU per 100 mm (measured on the
+/// back: 16 at most to a side, 26 and more towards the back).
 const DENSER: f64 = 20.0;
 /// Lungs this much denser towards the back contradict a table in front, HU per 100 mm.
 const CONTRARY: f64 = 10.0;
@@ -144,8 +146,8 @@ fn table(ct: &Ct, frame: &Frame, body: &Body) -> [f64; 4] {
     [0, 1, 2, 3].map(|a| voxels.iter().map(|v| v[a]).sum::<usize>() as f64 * frame.voxel_cm3())
 }
 
-/// Slope of the lungs' HU towards the back and the left within each piece of lung of each slice, per 100 mm, by
-/// least squares.
+/// Slope of the lungs' HU towards the back and the left within each piece of lung of each slice,
+/// per 100 mm, by least squares.
 fn denser(ct: &Ct, frame: &Frame, body: &Body) -> [f64; 2] {
     let sums: Vec<[f64; 5]> =
         (0..frame.size[2]).into_par_iter().map(|k| moments(ct, frame, body, k)).collect();
@@ -157,7 +159,8 @@ fn denser(ct: &Ct, frame: &Frame, body: &Body) -> [f64; 2] {
     [100.0 * (bh * ll - lh * bl) / det, 100.0 * (lh * bb - bh * bl) / det]
 }
 
-/// Sums of squares and products of place (back, left) and HU over the lungs of a slice: bb, ll, bl, bh, lh.
+/// Sums of squares and products of place (back, left) and HU over the lungs of a slice: bb, ll, bl,
+/// bh, lh.
 fn moments(ct: &Ct, frame: &Frame, body: &Body, k: usize) -> [f64; 5] {
     let [ni, nj, _] = frame.size;
     let (start, flags) = (k * frame.plane(), body.flags_slice(frame, k));

@@ -7,7 +7,8 @@ use supine_volume::{median, ranked, slice_kernel, weigh};
 /// Rays per turn (reference, section 4).
 pub(crate) const RAYS: usize = 360;
 
-/// Radii searched: from `START_MM` in steps of 1 mm (the same, step 4); the ends were chosen, not measured.
+/// Radii searched: from `START_MM` in steps of 1 mm (the same, step 4); the ends were chosen, not
+/// measured.
 pub(crate) const START_MM: f32 = 30.0;
 pub(crate) const RADII: usize = 210;
 
@@ -55,8 +56,8 @@ impl RadialMap {
         }
     }
 
-    /// `of` the known values in the window of 2 dk + 1 slices and 2 dp + 1 rays; NaN where there are
-    /// none.
+    /// `of` the known values in the window of 2 dk + 1 slices and 2 dp + 1 rays; NaN where there
+    /// are none.
     pub(crate) fn window(
         &self,
         dk: usize,
@@ -102,7 +103,8 @@ impl RadialMap {
         let ring = |k: usize| k * RAYS..(k + 1) * RAYS;
         let mut along = Self::new(nz, 0.0);
         along.values.par_chunks_exact_mut(RAYS).enumerate().for_each(|(k, out)| {
-            // The ring goes on over both ends, so that the rays to both sides of all rays are slices of memory.
+            // The ring goes on over both ends, so that the rays to both sides of all rays are
+            // slices of memory.
             let reach = kp.len() - 1;
             let from = RAYS - reach % RAYS;
             let around = self.values[ring(k)].iter().cycle().skip(from);

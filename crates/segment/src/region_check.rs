@@ -1,4 +1,5 @@
-//! Whether the breast of one side can be simulated in its region: what refuses, what asks for a look.
+//! Whether the breast of one side can be simulated in its region: what refuses, what asks for a
+//! look.
 
 use crate::breast::MISSING_SHARE;
 use crate::quality_check::QualityCheck;
@@ -12,7 +13,8 @@ use supine_volume::{Ct, Field, LabelMap, Volume, distance_mm, label};
 /// in the breasts of six patients, two of them with contrast.
 const BONE_HU: i16 = 200;
 const OFF_WALL_MM: f32 = 10.0;
-/// Skin is no bone, though noise and a sharp kernel make it as dense in spots: measured 12 cm³ on a real CT, 0.1 below this, mm.
+/// Skin is no bone, though noise and a sharp kernel make it as dense in spots: measured 12 cm³ on a
+/// real CT, 0.1 below this, mm.
 const UNDER_SKIN_MM: f32 = 4.0;
 /// Volumes that warn and that refuse, cm³: an arm holds more, a clip, a calcification or a port
 /// less. Chosen, not measured.
@@ -22,24 +24,25 @@ const BONE_REFUSES_CM3: f64 = 15.0;
 /// of the sphere's great circle that refuses. Measured: 0.16 where the field clips a flank.
 const CUT_WARNS_CM2: f64 = 1.0;
 const CUT_REFUSES: f64 = 0.3;
-/// The last pixels of the field lie this near to its end, pixels: beside what was not measured, but not across a corner.
+/// The last pixels of the field lie this near to its end, pixels: beside what was not measured, but
+/// not across a corner.
 const LAST: f64 = 1.01;
-/// Area of a breast's thickest part at the end of the field that refuses, cm². Measured: 22 on breast-rider0109's left,
-/// 0.4 on p2-full, where the field grazes the skin.
+/// Area of a breast's thickest part at the end of the field that refuses, cm². Measured: 22 on
+/// breast-rider0109's left, 0.4 on p2-full, where the field grazes the skin.
 const BREAST_CUT_CM2: f64 = 3.0;
-/// Thickness of the breast at the end of the volume, as a share of its greatest, that warns and that
-/// refuses. Measured: 0.7 at most on six CTs, one of which cuts the breast's upper rim; 0.75 to 0.9
-/// where a rim is lost; 0.83 to 1.7 where the CT ends within the breast's middle third.
+/// Thickness of the breast at the end of the volume, as a share of its greatest, that warns and
+/// that refuses. Measured: 0.7 at most on six CTs, one of which cuts the breast's upper rim; 0.75
+/// to 0.9 where a rim is lost; 0.83 to 1.7 where the CT ends within the breast's middle third.
 const END_WARNS: f64 = 0.75;
 const END_REFUSES: f64 = 0.9;
-/// A breast lower than this over the tissue around it is hardly one, mm. Measured: 17 and more at breasts of seven CTs,
-/// 9 and 13 on chest-cmb01068.
+/// A breast lower than this over the tissue around it is hardly one, mm. Measured: 17 and more at
+/// breasts of seven CTs, 9 and 13 on chest-cmb01068.
 const THIN_MM: f64 = 14.0;
-/// A breast with less than this share of the other's thickness is told. Chosen between what is measured of whole breasts and
-/// of missing ones (see [`MISSING_SHARE`]).
+/// A breast with less than this share of the other's thickness is told. Chosen between what is
+/// measured of whole breasts and of missing ones (see [`MISSING_SHARE`]).
 const UNEVEN_SHARE: f64 = 0.6;
-/// Share of the boundary, or area of one place, that may be uncertain before a look is asked for. Chosen, not
-/// measured (reference, section 8, proposed 10 cm²).
+/// Share of the boundary, or area of one place, that may be uncertain before a look is asked for.
+/// Chosen, not measured (reference, section 8, proposed 10 cm²).
 const UNCERTAIN_SHARE: f64 = 0.1;
 const UNCERTAIN_CM2: f64 = 8.0;
 
@@ -67,8 +70,8 @@ pub struct BreastPlace<'a> {
     pub middle: Point,
 }
 
-/// Checks a breast within its region; gives what the user should look at. Labels and CT are on one grid; `field` is that of
-/// the CT.
+/// Checks a breast within its region; gives what the user should look at. Labels and CT are on one
+/// grid; `field` is that of the CT.
 ///
 /// # Errors
 /// [`Error::BoneInBreast`] and [`Error::BreastCut`].
@@ -93,7 +96,8 @@ pub fn check_region(
     Ok(out)
 }
 
-/// Volume of what is as dense as bone in the soft tissue, off the chest wall and under the skin, cm³.
+/// Volume of what is as dense as bone in the soft tissue, off the chest wall and under the skin,
+/// cm³.
 fn bone_cm3(ct: &Ct, labels: &LabelMap, region: Sphere) -> f64 {
     let Some((start, grid)) = labels.grid().around(&region) else { return 0.0 };
     let whole = |v: [usize; 3]| [0, 1, 2].map(|a| v[a] + start[a]);

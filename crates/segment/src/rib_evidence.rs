@@ -9,7 +9,8 @@ use crate::scan::Scan;
 // Costs and reaches of the reference, section 4, step 4, unless another source is named.
 /// Reward for the outer edge of a bone that has soft tissue behind it. Chosen, not measured.
 pub(crate) const EDGE: f32 = 4.0;
-/// Cost per mm of bone beyond the shell, counted to this many mm; of cartilage as much, by how dense it is.
+/// Cost per mm of bone beyond the shell, counted to this many mm; of cartilage as much, by how
+/// dense it is.
 const BONE_BEYOND: f32 = 0.5;
 const BONE_BEYOND_MM: f32 = 14.0;
 /// Cost of leaving lung outside or of touching the skin.
@@ -17,10 +18,11 @@ pub(crate) const BARRED: f32 = 30.0;
 /// The shell keeps this distance to the skin, mm.
 const SKIN_MM: f32 = 3.0;
 
-// Where a chest has no bone in front, what lies just inside and outside tells where its wall is. Measured on real CTs with
-// contours: without the two a wall of cartilage alone was drawn 14 mm into the fat of one and 20 mm in to a heart full of
-// contrast medium.
-/// Cost per mm of fat within this distance inside the shell, beyond a slack: fat lies outside the ribs.
+// Where a chest has no bone in front, what lies just inside and outside tells where its wall is.
+// Measured on real CTs with contours: without the two a wall of cartilage alone was drawn 14 mm
+// into the fat of one and 20 mm in to a heart full of contrast medium.
+/// Cost per mm of fat within this distance inside the shell, beyond a slack: fat lies outside the
+/// ribs.
 const FAT_INSIDE: f32 = 0.6;
 const FAT_INSIDE_MM: usize = 10;
 const FAT_SLACK_MM: f32 = 1.0;

@@ -49,8 +49,8 @@ impl Scan<'_> {
         (0..=steps).map(|n| to - LUNG_STEP_MM * n as f32).find(is_lung)
     }
 
-    /// `value(pixel)` along the rays of a slice at heights over a surface, height fastest; NaN where it
-    /// has none.
+    /// `value(pixel)` along the rays of a slice at heights over a surface, height fastest; NaN
+    /// where it has none.
     pub(crate) fn along(
         &self,
         k: usize,

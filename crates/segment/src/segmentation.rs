@@ -9,8 +9,8 @@ use supine_volume::LabelMap;
 #[derive(Clone, Debug)]
 pub struct Segmentation {
     /// [`supine_volume::label::OUTSIDE`], [`supine_volume::label::SOFT_TISSUE`] and
-    /// [`supine_volume::label::CHEST_WALL`], which includes lungs, bones and all else within, on the
-    /// grid of the CT.
+    /// [`supine_volume::label::CHEST_WALL`], which includes lungs, bones and all else within, on
+    /// the grid of the CT.
     pub labels: Arc<LabelMap>,
     /// Outer surface of the chest wall, radius in mm per ray.
     pub(crate) outline: RadialMap,

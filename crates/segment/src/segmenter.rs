@@ -1,6 +1,7 @@
 //! A CT made ready: seeds can be set and changed without starting over.
 
 use crate::body::{Body, flag};
+use crate::denoise::quiet;
 use crate::find_body::find_body;
 use crate::frame::Frame;
 use crate::info::Counts;
@@ -9,7 +10,6 @@ use crate::orientation::Orientation;
 use crate::paint::Outline;
 use crate::posture::Posture;
 use crate::quality_check::QualityCheck;
-use crate::quiet::quiet;
 use crate::radial_map::{RadialMap, Rays};
 use crate::scan::Scan;
 use crate::seeds::{self, Constraints};
@@ -53,11 +53,13 @@ impl Segmenter {
     /// Makes a CT ready. The seeds among the parameters are not looked at.
     ///
     /// The slices (k) must be within 20 degrees of axial; their rows and columns may run in any
-    /// direction. Values are HU; padding may have any value below -1024. `field` is that of the CT. Do not crop the CT before.
+    /// direction. Values are HU; padding may have any value below -1024. `field` is that of the CT.
+    /// Do not crop the CT before.
     ///
     /// # Errors
-    /// When the slices are not axial, no body, lungs or ribs are found, half of the chest is missing, fat and muscle cannot be
-    /// told apart, a parameter is out of range, or the callback asked to stop.
+    /// When the slices are not axial, no body, lungs or ribs are found, half of the chest is
+    /// missing, fat and muscle cannot be told apart, a parameter is out of range, or the callback
+    /// asked to stop.
     pub fn new(
         ct: Arc<Ct>,
         field: &Field,
@@ -107,8 +109,8 @@ impl Segmenter {
     /// Soft tissue and chest wall as the seeds want them.
     ///
     /// # Errors
-    /// When a seed lies where it cannot be, two seeds exclude each other, lung lies outside the wall, or the
-    /// callback asked to stop.
+    /// When a seed lies where it cannot be, two seeds exclude each other, lung lies outside the
+    /// wall, or the callback asked to stop.
     pub fn segment(
         &self,
         seeds: &Seeds,
@@ -171,14 +173,16 @@ impl Segmenter {
         seeds::warnings(self.scan(), self.search.levels, &walls, seeds)
     }
 
-    /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what [`Self::segment`] made of this
-    /// CT: the error that 19 of 20 such places do not exceed, tenths of mm (255: 25.5 mm or more),
-    /// on the voxels of the patient within 3 mm of the boundary; 0 elsewhere.
+    /// The uncertainty of the wall: how far the boundary of the chest wall may be wrong in what
+    /// [`Self::segment`] made of this CT: the error that 19 of 20 such places do not exceed, tenths
+    /// of mm (255: 25.5 mm or more), on the voxels of the patient within 3 mm of the boundary; 0
+    /// elsewhere.
     pub fn uncertainty(&self, made: &Segmentation) -> Volume<u8> {
         confidence::map(self.scan(), &made.outline, &made.error, &made.labels)
     }
 
-    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels: their signs are its labels.
+    /// Skin and chest wall of what [`Self::segment`] made of this CT, known between the voxels:
+    /// their signs are its labels.
     ///
     /// # Errors
     /// When the callback asked to stop.
@@ -192,8 +196,8 @@ impl Segmenter {
         Ok(surfaces)
     }
 
-    /// The breast implants and the devices under the skin that were found, as [`supine_volume::label::IMPLANT`] on the CT's grid;
-    /// `None` when there are none.
+    /// The breast implants and the devices under the skin that were found, as
+    /// [`supine_volume::label::IMPLANT`] on the CT's grid; `None` when there are none.
     pub fn implants(&self) -> Option<LabelMap> {
         let implant = |f: u8| if f & flag::IMPLANT != 0 { label::IMPLANT } else { label::OUTSIDE };
         let found = self.body.flags.iter().any(|f| f & flag::IMPLANT != 0);

@@ -1,5 +1,6 @@
-//! The rib shell: a closed surface through the outer edges of ribs, cartilage, sternum and spine, carried
-//! across the gaps between them by smoothness and by what cannot lie inside or outside of it.
+//! The rib shell: a closed surface through the outer edges of ribs, cartilage, sternum and spine,
+//! carried across the gaps between them by smoothness and by what cannot lie inside or outside of
+//! it.
 
 use crate::Error;
 use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
@@ -16,14 +17,15 @@ use supine_space::Progress;
 /// Cost per mm of jump between rays 1 degree apart, and mm allowed (this chosen, not measured).
 const JUMP: f32 = 0.5;
 const JUMP_MM: f32 = 4.0;
-/// In front: cost per mm of lying deeper than the slack inside the hull of the first solution. Needed where a
-/// bright heart lies behind a wall with little bone (reference, sections 4 and 9).
+/// In front: cost per mm of lying deeper than the slack inside the hull of the first solution.
+/// Needed where a bright heart lies behind a wall with little bone (reference, sections 4 and 9).
 const HULL: f32 = 1.0;
 const HULL_SLACK_MM: f32 = 6.0;
 /// Slices with ribs that are needed (reference, section 8: proposed there, not measured).
 const RIB_SLICES: usize = 6;
 
-/// Where no ribs are: cost per mm of departure from the expected shell, up to a cap. Chosen, not measured.
+/// Where no ribs are: cost per mm of departure from the expected shell, up to a cap. Chosen, not
+/// measured.
 const EXPECTED: f32 = 0.5;
 const EXPECTED_CAP_MM: f32 = 40.0;
 

@@ -1,4 +1,5 @@
-//! What the CT alone tells of the voxels of a slice at the borders of muscle: kept, for no seed changes it.
+//! What the CT alone tells of the voxels of a slice at the borders of muscle: kept, for no seed
+//! changes it.
 
 use crate::body::flag;
 use crate::bones::smoothed_rows;
@@ -8,9 +9,11 @@ use crate::plane::near;
 use crate::scan::Scan;
 use std::sync::OnceLock;
 
-/// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm. Chosen, not measured.
+/// Smoothing that leaves an edge where it is and takes the noise of a sharp kernel, mm. Chosen, not
+/// measured.
 const SHARP_MM: f32 = 0.7;
-/// A border that thins out to an edge has fat this near, mm: gland is thicker. Chosen, not measured.
+/// A border that thins out to an edge has fat this near, mm: gland is thicker. Chosen, not
+/// measured.
 const THIN_MM: f32 = 4.0;
 /// Its very edge has fat this near, mm. Chosen, not measured.
 const THINNER_MM: f32 = 2.0;

@@ -1,20 +1,20 @@
-//! What stands out of the wall in front and is no muscle: gland that touches the wall draws the surface
-//! out into the breast. Grey-scale openings along lines tell it: a ridge of muscle, such as its free
-//! border, is long in one direction at least.
+//! What stands out of the wall in front and is no muscle: gland that touches the wall draws the
+//! surface out into the breast. Grey-scale openings along lines tell it: a ridge of muscle, such as
+//! its free border, is long in one direction at least.
 
 use crate::band::FRONT;
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use std::f32::consts::FRAC_PI_4;
 
-// Lengths and heights were chosen. Measured with both: a strand that ended on the muscle drew the wall 3.09 mm
-// out on one synthetic patient at most, now 2.45; dense gland 7.7 mm, now 5.3.
+// Lengths and heights were chosen. Measured with both: a strand that ended on the muscle drew the
+// wall 3.09 mm out on one synthetic patient at most, now 2.45; dense gland 7.7 mm, now 5.3.
 /// A muscle is at least twice this long along the body; what is shorter stands out no more than the
 /// height, mm.
 const SPIKE_MM: f32 = 8.0;
 const SPIKE_HEIGHT_MM: f32 = 8.0;
-/// A muscle is at least twice this long in one direction; what is shorter in all of them stands out no
-/// more than the height, mm.
+/// A muscle is at least twice this long in one direction; what is shorter in all of them stands out
+/// no more than the height, mm.
 const NUB_MM: f32 = 7.0;
 const NUB_HEIGHT_MM: f32 = 1.0;
 /// Places on a line are no farther apart than this, mm.
@@ -76,7 +76,8 @@ impl Line<'_> {
     }
 }
 
-/// The nearest whole number, as `f32::round`, which is a call on machines without an instruction for it.
+/// The nearest whole number, as `f32::round`, which is a call on machines without an instruction
+/// for it.
 #[inline]
 fn rounded(x: f32) -> isize {
     // In double precision the half is added exactly.
@@ -92,8 +93,8 @@ mod tests {
     const SLICE_MM: f32 = 2.5;
     const RADIUS_MM: f32 = 100.0;
 
-    /// The flat surface, with what `height(along, across)` (mm from the middle) says on top, opened by
-    /// the four lines.
+    /// The flat surface, with what `height(along, across)` (mm from the middle) says on top, opened
+    /// by the four lines.
     fn opened(height: impl Fn(f32, f32) -> f32 + Sync) -> (RadialMap, RadialMap) {
         let shell = RadialMap::new(41, RADIUS_MM);
         let surface = RadialMap::from_fn(41, |k, p| {

@@ -25,8 +25,8 @@ const INNER_BOUNDARY: f64 = 0.3;
 const WARN_CM3: f64 = 1.0;
 
 /// Takes labels that were made elsewhere, by any program or by hand, for a CT: on its own grid to
-/// the bit, in whatever order its voxels are stored, whole or cut off around what is labelled, with warnings of what is suspect
-/// about them.
+/// the bit, in whatever order its voxels are stored, whole or cut off around what is labelled, with
+/// warnings of what is suspect about them.
 ///
 /// # Errors
 /// When the labels are on another grid, one of soft tissue and chest wall is missing, or they
@@ -98,8 +98,8 @@ pub fn take_labels(ct: &Ct, labels: LabelMap) -> Result<(LabelMap, Vec<Warning>)
     Ok((labels, warnings))
 }
 
-/// Whether labels of a part of the CT end within the patient: what is labelled on the faces of the part goes on as tissue beyond
-/// them.
+/// Whether labels of a part of the CT end within the patient: what is labelled on the faces of the
+/// part goes on as tissue beyond them.
 fn cuts_through(ct: &Ct, part: &LabelMap) -> bool {
     let (whole, own) = (ct.grid(), part.grid());
     let Some(start) = whole.voxel_at(&own.origin()) else { return false };

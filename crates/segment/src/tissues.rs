@@ -4,8 +4,8 @@
 //! Fat and gland are told apart half-way between their own levels in this scan. Published: skin of
 //! the breast 1.44 mm thick in the mean, 0.87 to 2.34 (Shi et al., Med Phys 40, 2013,
 //! doi:10.1118/1.4793257); gland and skin take 14 to 26 % of the breast in the mean, less than 45 %
-//! in 95 of 100 women (Yaffe et al., Med Phys 36, 2009, PMC2787062). The other constants were chosen and
-//! tried on phantoms, not measured.
+//! in 95 of 100 women (Yaffe et al., Med Phys 36, 2009, PMC2787062). The other constants were
+//! chosen and tried on phantoms, not measured.
 
 use crate::Error;
 use crate::bones::smoothed;
@@ -20,7 +20,8 @@ use supine_volume::{Ct, LabelMap, Parts, label, median};
 
 /// Noise is smoothed by this much in the slice before levels are compared, mm.
 const SMOOTH_MM: f32 = 0.8;
-/// Thickness of the skin (about the published mean); gland and fat are measured deeper than twice this, mm.
+/// Thickness of the skin (about the published mean); gland and fat are measured deeper than twice
+/// this, mm.
 const SKIN_MM: f32 = 1.6;
 /// Dense tissue lies this far above fat, HU, and gland is measured where it is thicker than twice
 /// this, mm.
@@ -68,11 +69,12 @@ pub struct TissueInfo {
 /// (the rest, vessels and organs included).
 ///
 /// Every voxel stays on its side: soft tissue remains soft tissue by
-/// [`supine_volume::label::is_soft_tissue`], chest wall remains chest wall. The labels may be coarse
-/// or fine, found or supplied, on the grid of the CT (HU). What they call implant stays so, and
-/// so does soft tissue that `implants` ([`crate::Segmenter::implants`]) call so. Dense tissue in
-/// front of the wall counts as gland wherever it lies, muscle at the shoulder too; strands thinner
-/// than 4 mm count as fat. The tumour (LPS, mm) is grown where it stands out from its surroundings.
+/// [`supine_volume::label::is_soft_tissue`], chest wall remains chest wall. The labels may be
+/// coarse or fine, found or supplied, on the grid of the CT (HU). What they call implant stays so,
+/// and so does soft tissue that `implants` ([`crate::Segmenter::implants`]) call so. Dense tissue
+/// in front of the wall counts as gland wherever it lies, muscle at the shoulder too; strands
+/// thinner than 4 mm count as fat. The tumour (LPS, mm) is grown where it stands out from its
+/// surroundings.
 ///
 /// # Errors
 /// When the grids differ, the slices are not axial, or the callback asked to stop.
@@ -260,7 +262,8 @@ fn mark_lung(ct: &Ct, frame: &Frame, out: &mut LabelMap) {
     }
 }
 
-/// Volume and mean of each finer label within a sphere (LPS, mm), labels on the grid of the CT (HU).
+/// Volume and mean of each finer label within a sphere (LPS, mm), labels on the grid of the CT
+/// (HU).
 pub fn tissue_shares(ct: &Ct, labels: &LabelMap, within: Sphere) -> Vec<TissueShare> {
     let Some((start, part)) = labels.grid().around(&within) else {
         return shares(std::iter::empty(), 0.0);

@@ -6,17 +6,18 @@ use crate::plane::squared_distance;
 use rayon::prelude::*;
 use supine_volume::{Ct, Parts, Run};
 
-/// What is narrower than twice this stands proud of the patient, mm: tubes, nipples, tips of folds. Measured: a
-/// tube with its clamp is 17 mm wide.
+/// What is narrower than twice this stands proud of the patient, mm: tubes, nipples, tips of folds.
+/// Measured: a tube with its clamp is 17 mm wide.
 const OPENING_MM: f32 = 10.0;
 /// A tube is followed so far off the skin, mm (measured: it reaches 12 mm).
 const REACH_MM: f32 = 12.0;
-/// A tube is longer than this and its part that is taken for the patient higher, mm. Measured on two tubes: 53 and 60 long,
-/// 7 and 12 high; nipples are at most 20 long, the table's contact with the back 2.2 high.
+/// A tube is longer than this and its part that is taken for the patient higher, mm. Measured on
+/// two tubes: 53 and 60 long, 7 and 12 high; nipples are at most 20 long, the table's contact with
+/// the back 2.2 high.
 const LONG_MM: f32 = 40.0;
 const HIGH_MM: f32 = 4.0;
-/// At least this share of it is no wider at the skin than above it. Measured: 0.95 and more of tubes; of nipples and
-/// folds of the skin, which have their base there, 0.55 and less.
+/// At least this share of it is no wider at the skin than above it. Measured: 0.95 and more of
+/// tubes; of nipples and folds of the skin, which have their base there, 0.55 and less.
 const STANDS: f64 = 0.75;
 
 /// A run of voxels that stand proud of the patient.
@@ -39,7 +40,8 @@ struct Object {
     extent: Option<[[usize; 3]; 2]>,
 }
 
-/// Takes tubes off the body, down to the skin; gives their volume, cm³. `level` is that of the skin, HU.
+/// Takes tubes off the body, down to the skin; gives their volume, cm³. `level` is that of the
+/// skin, HU.
 pub(crate) fn drop(ct: &Ct, frame: &Frame, level: i16, body: &mut Body) -> f64 {
     let slices: Vec<Vec<Proud>> =
         (0..frame.size[2]).into_par_iter().map(|k| proud(ct, frame, level, body, k)).collect();

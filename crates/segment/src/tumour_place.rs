@@ -5,7 +5,8 @@ use supine_space::{Failure, Point, Side, Sphere};
 use supine_volume::Ct;
 
 // Chosen, not measured, unless a reason is given.
-/// Less than this is air or lung, HU: fat is above -150, and half a voxel of air beside it above this.
+/// Less than this is air or lung, HU: fat is above -150, and half a voxel of air beside it above
+/// this.
 const AIR_HU: f64 = -300.0;
 /// The mean is taken over this radius at most, mm: a clip or a bubble must not decide.
 const CORE_MM: f64 = 3.0;
@@ -15,8 +16,8 @@ const BODY_HU: i16 = -200;
 const SLAB_MM: f64 = 30.0;
 /// Every so many voxels along i and j count for the middle.
 const STRIDE: usize = 2;
-/// A tumour farther than this from the middle lies on that side, mm: a field of view that cuts one flank moves the middle
-/// by half of what it cuts.
+/// A tumour farther than this from the middle lies on that side, mm: a field of view that cuts one
+/// flank moves the middle by half of what it cuts.
 const SIDE_MM: f64 = 25.0;
 
 /// Where a tumour lies.
@@ -86,13 +87,15 @@ fn extent(from: &[f64; 3], to: &[f64; 3]) -> String {
 const RAS: &str = "; with the signs of x and y turned it would lie in tissue: was it given in RAS? Positions are LPS";
 const CHECK: &str = "; correct the centre (LPS, mm)";
 
-/// Checks that a tumour's centre lies in tissue of the CT and, where a side is asked, not in the other half of the body.
+/// Checks that a tumour's centre lies in tissue of the CT and, where a side is asked, not in the
+/// other half of the body.
 ///
-/// The middle of the body is the median x of all that is denser than -200 HU within 30 mm along the body.
+/// The middle of the body is the median x of all that is denser than -200 HU within 30 mm along the
+/// body.
 ///
 /// # Errors
-/// [`TumourPlaceError`] when its centre lies outside the CT, in air or lung (mean HU about it below -300), or more than
-/// 25 mm beyond the middle of the body.
+/// [`TumourPlaceError`] when its centre lies outside the CT, in air or lung (mean HU about it below
+/// -300), or more than 25 mm beyond the middle of the body.
 pub fn tumour_place(
     ct: &Ct,
     tumour: Sphere,

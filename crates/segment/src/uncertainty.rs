@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use supine_space::{Grid, Point, Side, Sphere, Vector};
 use supine_volume::{LabelMap, Volume, components, label};
 
-/// The boundary is called uncertain where it may be wrong by more than this in one of twenty places, mm. Chosen, not measured; the two
-/// that follow too.
+/// The boundary is called uncertain where it may be wrong by more than this in one of twenty
+/// places, mm. Chosen, not measured; the two that follow too.
 pub const UNCERTAIN_MM: f64 = 2.5;
 /// A place this near to the nipple's level is neither above nor below it, mm.
 const MIDDLE_MM: f64 = 12.0;
@@ -35,8 +35,9 @@ pub struct Patch {
     pub centre: Point,
     /// The error that 19 of 20 such places do not exceed, mm: its mean over the patch.
     pub error_mm: f64,
-    /// Pairs of seeds on both sides of the boundary as it was found, in the chest wall and in the soft tissue, LPS, mm.
-    /// Together, each moved to where the boundary is, they make the place sure.
+    /// Pairs of seeds on both sides of the boundary as it was found, in the chest wall and in the
+    /// soft tissue, LPS, mm. Together, each moved to where the boundary is, they make the place
+    /// sure.
     pub seeds: Vec<[Point; 2]>,
 }
 
@@ -48,8 +49,9 @@ impl WallUncertainty {
 }
 
 impl Patch {
-    /// Where the patch lies as seen from the front, from the `middle` of the breast of that side: `upper outer quadrant`,
-    /// `behind the middle of the breast`, ... Not from the nipple, which falls sideways in who lies on her back.
+    /// Where the patch lies as seen from the front, from the `middle` of the breast of that side:
+    /// `upper outer quadrant`, `behind the middle of the breast`, ... Not from the nipple, which
+    /// falls sideways in who lies on her back.
     pub fn place(&self, middle: &Point, side: Side) -> &'static str {
         let off = self.centre - middle;
         let (out, up) = (off.x * side.sign(), off.z);
@@ -68,8 +70,8 @@ impl Patch {
     }
 }
 
-/// The uncertainty of the boundary within a sphere. `map` is [`crate::Segmenter::uncertainty`], on the
-/// grid of the labels.
+/// The uncertainty of the boundary within a sphere. `map` is [`crate::Segmenter::uncertainty`], on
+/// the grid of the labels.
 pub fn wall_uncertainty(labels: &LabelMap, map: &Volume<u8>, region: Sphere) -> WallUncertainty {
     let Some((start, part)) = labels.grid().around(&region) else {
         return WallUncertainty::default();
@@ -154,7 +156,8 @@ mod tests {
     use super::*;
     use supine_space::Matrix;
 
-    /// A cylinder of chest wall, radius 60 mm, with soft tissue round it; uncertain where `on` holds.
+    /// A cylinder of chest wall, radius 60 mm, with soft tissue round it; uncertain where `on`
+    /// holds.
     fn limb(on: impl Fn(&Point) -> bool + Sync) -> (LabelMap, Volume<u8>) {
         let grid = Grid::new(
             [80, 80, 50],

@@ -4,11 +4,11 @@ use crate::aggregate::{Costs, Jump, Jumps, aggregate, cheapest};
 use crate::band::{Band, FRONT, LOWEST_MM, STEP_MM, height};
 use crate::frame::Frame;
 use crate::levels::Levels;
-use crate::misfit::misfit;
 use crate::muscle::{Dense, Found};
 use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use crate::seeds::{Constraints, Free};
+use crate::shape_mismatch::misfit;
 use crate::shell::Shell;
 use crate::spikes;
 use crate::wall_costs::{Ray, Rule, first_fat_plane, likeness, outermost_muscle};
@@ -18,29 +18,30 @@ use supine_space::Progress;
 use supine_volume::Run;
 
 // Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named.
-/// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap. Measured: without it a dense breast
-/// is flooded (20 mm on a synthetic patient).
+/// Cost per mm of departure from the expected thickness, beyond a slack and up to a cap. Measured:
+/// without it a dense breast is flooded (20 mm on a synthetic patient).
 const THICKNESS: f32 = 0.1;
 const THICKNESS_SLACK_MM: f32 = 2.0;
 const THICKNESS_CAP_MM: f32 = 8.0;
-/// Cost per mm of gland enclosed beyond the expected thickness and this slack. Measured: at 0.2 a breast full of gland is
-/// flooded.
+/// Cost per mm of gland enclosed beyond the expected thickness and this slack. Measured: at 0.2 a
+/// breast full of gland is flooded.
 const GLAND: f32 = 0.3;
 const GLAND_SLACK_MM: f32 = 4.0;
-/// Largest jump between neighbouring rays, mm. Measured: with 3 the wall cuts the corner between two muscles beside the armpit
-/// by 7 mm.
+/// Largest jump between neighbouring rays, mm. Measured: with 3 the wall cuts the corner between
+/// two muscles beside the armpit by 7 mm.
 const JUMP_MM: f32 = 7.0;
 /// Jumps between slices cost this share.
 const ALONG_BODY: f32 = 0.56;
 /// The thickness where no plane is seen anywhere, mm. Chosen, not measured.
 const USUAL_MM: f32 = 8.0;
-/// A place that departs from its neighbours by more is an outlier, mm; the neighbours lie within this distance along the body,
-/// mm: breath may move the wall between slices that are farther apart.
+/// A place that departs from its neighbours by more is an outlier, mm; the neighbours lie within
+/// this distance along the body, mm: breath may move the wall between slices that are farther
+/// apart.
 const OUTLIER_MM: f32 = 2.0;
 const NEIGHBOURS_MM: f32 = 2.6;
-/// A surface that lies in fat goes down to an edge of muscle so far under it, mm. Measured on six real CTs: with 2 clear parts
-/// are nearer on five (rider0109: 0.56 to 0.47 mm) and nowhere farther; from 2.5 on slips of muscle over fat are lost on
-/// chest-cmb01068.
+/// A surface that lies in fat goes down to an edge of muscle so far under it, mm. Measured on six
+/// real CTs: with 2 clear parts are nearer on five (rider0109: 0.56 to 0.47 mm) and nowhere
+/// farther; from 2.5 on slips of muscle over fat are lost on chest-cmb01068.
 const IN_FAT_MM: f32 = 2.0;
 
 /// The surface and what is known of it.
@@ -227,7 +228,8 @@ fn confirmed(surface: &RadialMap, plane: &RadialMap) -> RadialMap {
 }
 
 /// Moves the surface to the half-way level between fat and muscle where that lies within 1 mm,
-/// drops outliers, smooths lightly and takes it out of dents full of fat; gives the heights and where the level was found.
+/// drops outliers, smooths lightly and takes it out of dents full of fat; gives the heights and
+/// where the level was found.
 fn refine(
     surface: &RadialMap,
     hu: &Costs,
@@ -260,8 +262,8 @@ fn refine(
     (height, edge)
 }
 
-/// The outer edge of muscle no farther than `IN_FAT_MM` under height h where that lies in fat, as over a dent between ribs,
-/// which the surface bridges; else h.
+/// The outer edge of muscle no farther than `IN_FAT_MM` under height h where that lies in fat, as
+/// over a dent between ribs, which the surface bridges; else h.
 fn out_of_fat(hu: &[f32], h: f32, level: f32) -> f32 {
     let here = (((h - LOWEST_MM) / STEP_MM).max(0.0) as usize).min(hu.len() - 2);
     // What is not known is no fat.

@@ -4,8 +4,8 @@ use crate::Weights;
 use crate::band::{Band, STEP_MM, height};
 use crate::levels::Levels;
 
-// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named; what is weighed is
-// in [`Weights`].
+// Costs and reaches of the reference, section 4, step 6 (set B), unless another source is named;
+// what is weighed is in [`Weights`].
 /// What differs over the ribs and below them.
 #[derive(Clone, Copy)]
 pub(crate) struct Rule {
@@ -20,14 +20,16 @@ impl Rule {
         Self { fat: weights.fat, dense_mm: 8.0 }
     }
 
-    /// Chosen, not measured: there the fat of the belly lies under a thin sheet of muscle, and no gland over it.
+    /// Chosen, not measured: there the fat of the belly lies under a thin sheet of muscle, and no
+    /// gland over it.
     pub(crate) fn below_ribs() -> Self {
         Self { fat: 0.035, dense_mm: 25.0 }
     }
 }
 
-/// Fat is counted from this height on, mm, and above this much less: the fat of the armpit lies under the free border of a
-/// muscle (measured on a real CT: its tip is cut by 12 instead of 9 mm without).
+/// Fat is counted from this height on, mm, and above this much less: the fat of the armpit lies
+/// under the free border of a muscle (measured on a real CT: its tip is cut by 12 instead of 9 mm
+/// without).
 const FAT_FROM_MM: f32 = -2.0;
 const FAT_CAP_MM: f32 = 8.0;
 const FAT_BEYOND_CAP: f32 = 0.3;
@@ -42,8 +44,8 @@ const BARRED: f32 = 20.0;
 pub(crate) const SKIN_MM: f32 = 2.5;
 /// Thickness of a fat plane that shows where the wall ends, mm.
 const PLANE_MM: f32 = 2.0;
-/// Least usual distance from the lung to the outer surface of the wall, mm. Measured on three real CTs: 5 to 8 where there is
-/// least muscle, and no less.
+/// Least usual distance from the lung to the outer surface of the wall, mm. Measured on three real
+/// CTs: 5 to 8 where there is least muscle, and no less.
 const OVER_LUNG_MM: f32 = 10.0;
 
 /// Likeness to muscle, 0 (fat) to 1, along a ray; 1/2 where nothing is known, 0 in the skin.

@@ -1,7 +1,8 @@
 //! What the search for the chest wall weighs against what.
 
-/// Costs of the search for the chest wall. The defaults are those that do best on all CTs with known walls; what they would
-/// be without one of these, and what that one then scores, is told in docs/VERIFICATION.md.
+/// Costs of the search for the chest wall. The defaults are those that do best on all CTs with
+/// known walls; what they would be without one of these, and what that one then scores, is told in
+/// docs/VERIFICATION.md.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Cost per mm of fat enclosed between rib shell and wall.

@@ -1,5 +1,5 @@
-//! Whether both sides of the chest are in the CT: a field that ends beside the lung cuts the chest itself, and so does an end of
-//! the body that is as flat as a cut.
+//! Whether both sides of the chest are in the CT: a field that ends beside the lung cuts the chest
+//! itself, and so does an end of the body that is as flat as a cut.
 
 use crate::Error;
 use crate::body::{Body, flag};
@@ -10,16 +10,19 @@ use std::ops::RangeInclusive;
 use supine_space::Side;
 use supine_volume::{Field, median};
 
-/// The field ends so near to the lung where it cuts the chest, mm: there is no room for a wall. Measured: more than 20 in
-/// four real CTs, two of which cut the flanks.
+/// The field ends so near to the lung where it cuts the chest, mm: there is no room for a wall.
+/// Measured: more than 20 in four real CTs, two of which cut the flanks.
 const BESIDE_MM: f64 = 10.0;
-/// Share of the slices with lung that refuses. Measured on four real CTs: 0.0; on halves of them cut at the middle 0.30 to 1.0,
-/// but 0.02 where the end cuts off so little of the other lung that it does not count as lung.
+/// Share of the slices with lung that refuses. Measured on four real CTs: 0.0; on halves of them
+/// cut at the middle 0.30 to 1.0, but 0.02 where the end cuts off so little of the other lung that
+/// it does not count as lung.
 const REFUSES: f64 = 0.2;
-/// So does a body that ends, over this share of its depth, in one column of pixels. Measured on four real CTs and four synthetic
-/// patients: 0.27 at most, where the field cuts a flank; 0.89 and more on their halves, cropped or filled with air.
+/// So does a body that ends, over this share of its depth, in one column of pixels. Measured on
+/// four real CTs and four synthetic patients: 0.27 at most, where the field cuts a flank; 0.89 and
+/// more on their halves, cropped or filled with air.
 const FLAT: f64 = 0.7;
-/// A cut may end this far off the body's outermost column, mm: the body's edges are rounded. Chosen, not measured.
+/// A cut may end this far off the body's outermost column, mm: the body's edges are rounded.
+/// Chosen, not measured.
 const CUT_MM: f32 = 4.0;
 
 /// The first and last of a row of pixels; `None` of none.
@@ -34,8 +37,9 @@ pub(crate) fn check(frame: &Frame, body: &Body, field: &Field) -> Result<[Qualit
     Ok([flat, beside_lung(frame, body, field)?])
 }
 
-/// Whether the body ends at a side as flat as where it is cut: in most slices its outermost column, the same in all of them, is
-/// nearly as deep as it. Flanks that the field cuts are less deep. Lungs need not be found: a cut opens them to the outside.
+/// Whether the body ends at a side as flat as where it is cut: in most slices its outermost column,
+/// the same in all of them, is nearly as deep as it. Flanks that the field cuts are less deep.
+/// Lungs need not be found: a cut opens them to the outside.
 ///
 /// # Errors
 /// [`Error::HalfChest`].
@@ -56,7 +60,8 @@ pub(crate) fn flat_side(
     Ok(QualityCheck::at_most(what, right.max(left), "%").refuses(100.0 * FLAT))
 }
 
-/// At the right and the left: depth of the body's outermost columns as a share of the body's, the median over its slices.
+/// At the right and the left: depth of the body's outermost columns as a share of the body's, the
+/// median over its slices.
 fn flatness(frame: &Frame, is_body: impl Fn(usize) -> bool + Sync) -> [f64; 2] {
     // The side runs along the columns of the image or along its rows.
     let across = usize::from(frame.left[1].abs() > frame.left[0].abs());
@@ -127,8 +132,8 @@ fn beside_lung(frame: &Frame, body: &Body, field: &Field) -> Result<QualityCheck
     Ok(QualityCheck::at_most(what, 100.0 * share, "%").refuses(100.0 * REFUSES))
 }
 
-/// How many of a slice's voxels of lung are near the end of the field, and how far these lie to the left of the others
-/// in sum, mm; `None` without lung.
+/// How many of a slice's voxels of lung are near the end of the field, and how far these lie to the
+/// left of the others in sum, mm; `None` without lung.
 fn beside(frame: &Frame, body: &Body, near: &[bool], k: usize) -> Option<(usize, f32)> {
     let flags = body.flags_slice(frame, k);
     let lung =

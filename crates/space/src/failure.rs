@@ -1,6 +1,7 @@
 //! What kind of failure an error is, and the exit code a command answers it with.
 
-/// What kind of failure an error is: one kind for each exit code. Every crate's error says its kind.
+/// What kind of failure an error is: one kind for each exit code. Every crate's error says its
+/// kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Failure {
     /// The input cannot be used; the message names the file, slice or key and what to do.
@@ -20,7 +21,8 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// The published exit code: 1 input, 2 usage, 3 method, 4 check, 5 output, 75 retry, 130 stopped.
+    /// The published exit code: 1 input, 2 usage, 3 method, 4 check, 5 output, 75 retry, 130
+    /// stopped.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Input => 1,
@@ -46,7 +48,8 @@ impl Failure {
         }
     }
 
-    /// The failure of an output: a full disk is worth a retry, a folder that cannot be written is not.
+    /// The failure of an output: a full disk is worth a retry, a folder that cannot be written is
+    /// not.
     pub fn of_output(error: &std::io::Error) -> Self {
         use std::io::ErrorKind as Kind;
         match error.kind() {

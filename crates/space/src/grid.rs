@@ -45,10 +45,10 @@ const ORTHONORMAL_TOLERANCE: f64 = 1e-4;
 
 /// Two grids are the same when no corner voxels lie farther apart than this, mm.
 ///
-/// Files round geometry: a spacing written with five decimals moves the last of 512 voxels by 0.003 mm, a
-/// direction in single precision that of a 500 mm axis by 0.0001 mm. Both must pass; 0.01 mm is still a
-/// fiftieth of the smallest voxels of a CT, so that no voxel is taken for its neighbour. Chosen from these
-/// figures, not measured.
+/// Files round geometry: a spacing written with five decimals moves the last of 512 voxels by 0.003
+/// mm, a direction in single precision that of a 500 mm axis by 0.0001 mm. Both must pass; 0.01 mm
+/// is still a fiftieth of the smallest voxels of a CT, so that no voxel is taken for its neighbour.
+/// Chosen from these figures, not measured.
 const SAME_GRID_MM: f64 = 0.01;
 
 impl Grid {
@@ -142,8 +142,8 @@ impl Grid {
         Some(voxel)
     }
 
-    /// Whether the other grid has the same voxels at the same places, but for the rounding of files: as
-    /// many along each axis, no two of them farther apart than 0.01 mm.
+    /// Whether the other grid has the same voxels at the same places, but for the rounding of
+    /// files: as many along each axis, no two of them farther apart than 0.01 mm.
     pub fn is_same(&self, other: &Self) -> bool {
         self.offset_mm(other).is_some_and(|mm| mm <= SAME_GRID_MM)
     }

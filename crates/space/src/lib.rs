@@ -1,9 +1,9 @@
 //! Patient space: points, grids, spheres, gravity and the progress callback.
 //!
 //! Everything is in the DICOM patient frame LPS (x to the patient's left, y posterior, z superior),
-//! in millimetres and f64. This crate knows no voxels' values, no mesh, no file.
-//! Also what every stage answers with: [`Failure`] (the kind of an error), [`Warning`], [`Progress`].
-//! Numbers that are computed several at once ([`Pack`]) are here because the stages share them.
+//! in millimetres and f64. This crate knows no voxels' values, no mesh, no file. Also what every
+//! stage answers with: [`Failure`] (the kind of an error), [`Warning`], [`Progress`]. Numbers that
+//! are computed several at once ([`Pack`]) are here because the stages share them.
 
 mod failure;
 mod gravity;

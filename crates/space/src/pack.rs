@@ -1,7 +1,7 @@
 //! Arithmetic on several numbers at once.
 //!
-//! Plain loops over fixed arrays, which the compiler turns into vector instructions where the caller is
-//! compiled for them. No operation is fused, so every machine gives the same digits.
+//! Plain loops over fixed arrays, which the compiler turns into vector instructions where the
+//! caller is compiled for them. No operation is fused, so every machine gives the same digits.
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
@@ -49,7 +49,8 @@ macro_rules! each {
     };
 }
 
-// Written as loops: closures are not compiled for the instructions of the function they are called in.
+// Written as loops: closures are not compiled for the instructions of the function they are called
+// in.
 each! {
     /// The whole number at or above each.
     ceil: a => a.ceil();
@@ -98,9 +99,9 @@ impl Pack {
 
     /// ln (1 + x) for x > −1, to two units of the last digit.
     ///
-    /// 1 + x = 2^k m with m in [√½, √2); ln m = 2 artanh(f / (2 + f)), f = m − 1, by its series' best
-    /// polynomial, and what rounding took from 1 + x is given back. Source: FreeBSD msun `e_log.c`,
-    /// `s_log1p.c` (Sun Microsystems 1993).
+    /// 1 + x = 2^k m with m in [√½, √2); ln m = 2 artanh(f / (2 + f)), f = m − 1, by its series'
+    /// best polynomial, and what rounding took from 1 + x is given back. Source: FreeBSD msun
+    /// `e_log.c`, `s_log1p.c` (Sun Microsystems 1993).
     #[inline(always)]
     pub fn ln_1p(self) -> Self {
         const LN2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];

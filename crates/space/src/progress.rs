@@ -1,4 +1,5 @@
-//! The one callback of a stage: it is told how far the stage is and what it found on the way, and may answer stop.
+//! The one callback of a stage: it is told how far the stage is and what it found on the way, and
+//! may answer stop.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -1,8 +1,10 @@
-//! Texts that others chose (names of patients, structures, points, files), where people or spreadsheets read them.
+//! Texts that others chose (names of patients, structures, points, files), where people or
+//! spreadsheets read them.
 
 use std::borrow::Cow;
 
-/// Characters that turn the direction of the text about them (Unicode Standard Annex 9): with them a name reads as another.
+/// Characters that turn the direction of the text about them (Unicode Standard Annex 9): with them
+/// a name reads as another.
 const TURNING: [char; 12] = [
     '\u{061c}', '\u{200e}', '\u{200f}', '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}',
     '\u{2066}', '\u{2067}', '\u{2068}', '\u{2069}',
@@ -32,20 +34,21 @@ pub fn from_file(bytes: &[u8]) -> Result<&str, String> {
     }
 }
 
-/// What parts the cells of a table, by its head: commas, or semicolons or tabs where it has those alone, as spreadsheets write
-/// where the comma is a decimal point.
+/// What parts the cells of a table, by its head: commas, or semicolons or tabs where it has those
+/// alone, as spreadsheets write where the comma is a decimal point.
 pub fn separator(head: &str) -> u8 {
     let others = [b';', b'\t'].into_iter().filter(|_| !head.contains(','));
     others.into_iter().find(|&c| head.contains(char::from(c))).unwrap_or(b',')
 }
 
-/// Whether people are not to be shown a character as it is: it turns the text, or a terminal obeys it.
+/// Whether people are not to be shown a character as it is: it turns the text, or a terminal obeys
+/// it.
 fn is_hidden(c: char) -> bool {
     TURNING.contains(&c) || c.is_control() && !matches!(c, '\n' | '\r' | '\t')
 }
 
-/// A text as it is shown to people: characters that turn its direction, or that a terminal obeys, by their numbers, as in
-/// `⟨U+202E⟩`. Ends of lines and tabs stay.
+/// A text as it is shown to people: characters that turn its direction, or that a terminal obeys,
+/// by their numbers, as in `⟨U+202E⟩`. Ends of lines and tabs stay.
 pub fn visible(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -61,8 +64,8 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// A text as it stands in a table for spreadsheets: with a `'` before it where they would take it for a formula.
-/// [`from_cell`] takes that away.
+/// A text as it stands in a table for spreadsheets: with a `'` before it where they would take it
+/// for a formula. [`from_cell`] takes that away.
 pub fn to_cell(text: &str) -> Cow<'_, str> {
     let is_number = text.parse::<f64>().is_ok();
     let guarded = text.starts_with(FORMULA) && !is_number || begins_guarded(text);

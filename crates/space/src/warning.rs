@@ -25,8 +25,8 @@ enum Piece {
 }
 
 impl Warning {
-    /// A warning of a kind, with the beginning of its text. The code is stable: lower-case words joined by `-`, the
-    /// same for every occurrence of the same doubt.
+    /// A warning of a kind, with the beginning of its text. The code is stable: lower-case words
+    /// joined by `-`, the same for every occurrence of the same doubt.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
         Self { code, pieces: vec![Piece::Text(text.into())], values: vec![], place: None }
     }
@@ -38,7 +38,8 @@ impl Warning {
         self
     }
 
-    /// Goes on with a name that a site chose and that may be a patient's; it is shown in quotation marks.
+    /// Goes on with a name that a site chose and that may be a patient's; it is shown in quotation
+    /// marks.
     #[must_use]
     pub fn name(mut self, name: impl Into<String>) -> Self {
         self.pieces.push(Piece::Name(name.into()));
@@ -57,8 +58,8 @@ impl Warning {
         self
     }
 
-    /// Adds a number that was measured, for programs, by a name that says its unit: `mm`, `area_cm2`, `voxels`. One that is
-    /// not finite is no measurement and left out.
+    /// Adds a number that was measured, for programs, by a name that says its unit: `mm`,
+    /// `area_cm2`, `voxels`. One that is not finite is no measurement and left out.
     #[must_use]
     pub fn value(mut self, name: &'static str, value: f64) -> Self {
         self.values.extend(value.is_finite().then_some((name, value)));

@@ -59,8 +59,8 @@ pub(crate) struct Places<'a> {
 }
 
 impl Places<'_> {
-    /// 0 inside, else the number of the tag beyond which the point lies; an error, which CGAL passes
-    /// through, when the user asked to stop.
+    /// 0 inside, else the number of the tag beyond which the point lies; an error, which CGAL
+    /// passes through, when the user asked to stop.
     pub(crate) fn label(&self, x: f64, y: f64, z: f64) -> Result<u8, Stopped> {
         let asked = self.asked.get() + 1;
         self.asked.set(asked);

@@ -10,8 +10,8 @@ pub(crate) mod ffi {
         tags: Vec<u8>,
     }
 
-    // SAFETY: C++ keeps none of its arguments beyond the call, takes lengths from the slices, and is
-    // given one tag per face and faces whose points exist (`wire::Request::check`).
+    // SAFETY: C++ keeps none of its arguments beyond the call, takes lengths from the slices, and
+    // is given one tag per face and faces whose points exist (`wire::Request::check`).
     unsafe extern "C++" {
         include!("fill.h");
         fn fill(points: &[f64], faces: &[u32], tags: &[u8], switches: &str) -> Result<Raw>;

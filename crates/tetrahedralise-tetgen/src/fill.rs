@@ -80,8 +80,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// The kind of failure: where no worker could be started for want of memory or processes another try
-    /// may help; all else but a stop is a failure of the method.
+    /// The kind of failure: where no worker could be started for want of memory or processes
+    /// another try may help; all else but a stop is a failure of the method.
     pub fn kind(&self) -> Failure {
         use std::io::ErrorKind as Kind;
         match self {
@@ -97,8 +97,8 @@ impl Error {
 
 /// Fills a closed surface (points in LPS, mm) with tetrahedra; its triangles and tags are kept.
 ///
-/// `worker` starts a program that calls [`crate::work`]. The progress is an estimate: TetGen does not
-/// tell how far it is.
+/// `worker` starts a program that calls [`crate::work`]. The progress is an estimate: TetGen does
+/// not tell how far it is.
 ///
 /// # Errors
 /// When the worker cannot be started, dies, gives up or does not end, or the progress callback says

@@ -1,4 +1,5 @@
-//! What goes through the pipes: numbers in little-endian order, lists with their length before them.
+//! What goes through the pipes: numbers in little-endian order, lists with their length before
+//! them.
 
 use supine_mesh::{BoundaryFace, BoundaryTag, MeshError, TetMesh};
 use supine_space::Point;

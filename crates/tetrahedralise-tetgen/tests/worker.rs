@@ -7,8 +7,8 @@ use supine_mesh::{BoundaryFace, BoundaryTag, TetMesh};
 use supine_space::{Point, Progress};
 use supine_tetrahedralise_tetgen::{Error, Params, fill};
 
-/// A box from the origin whose sides have a grid of `n` by `n` squares each; its lowest side is chest
-/// wall, its highest skin.
+/// A box from the origin whose sides have a grid of `n` by `n` squares each; its lowest side is
+/// chest wall, its highest skin.
 fn surface(size: f64, n: usize) -> (Vec<Point>, Vec<BoundaryFace>) {
     let mut number = std::collections::BTreeMap::new();
     let mut faces = Vec::new();

@@ -14,11 +14,11 @@ const FED: f32 = 1e-6;
 
 impl Refinement {
     /// Lengths with which an error is least for a number of tetrahedra, from the share that each
-    /// tetrahedron of a first mesh has in it (any unit) with elements of that order. Smoothed over the
-    /// mean edge of that mesh.
+    /// tetrahedron of a first mesh has in it (any unit) with elements of that order. Smoothed over
+    /// the mean edge of that mesh.
     ///
-    /// With shares η ∝ h^(2p) V and a number of tetrahedra Σ V / h³ the sum of the shares is least at
-    /// h ∝ (η / (V h^(2p)))^(-1 / (2p + 3)).
+    /// With shares η ∝ h^(2p) V and a number of tetrahedra Σ V / h³ the sum of the shares is least
+    /// at h ∝ (η / (V h^(2p)))^(-1 / (2p + 3)).
     ///
     /// # Errors
     /// When the mesh is too large for a map.

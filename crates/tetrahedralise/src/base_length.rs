@@ -17,7 +17,8 @@ const SPARE: f64 = 1.25;
 /// That number is sought in steps of this factor.
 const STEP: f64 = 1.1;
 
-/// The base length that gives about as many tetrahedra with refinement as `usual` (mm) gives without.
+/// The base length that gives about as many tetrahedra with refinement as `usual` (mm) gives
+/// without.
 ///
 /// # Errors
 /// When the refined place alone takes more.

@@ -16,14 +16,14 @@ use supine_space::{Matrix, Point, Progress};
 
 /// A mesh of the asked number of tetrahedra, fewer than `mesh` has, on the same surfaces.
 ///
-/// The boundary follows the faces of the given mesh tag by tag; its rims and corners stay where they
-/// are. Of a mesh that was made here, [`crate::Domain::mesh`] makes a coarser one that is nearer to
-/// the patient. Where `refinement` says so it is finer, and coarser elsewhere. Deterministic: the same bits for any
-/// number of threads.
+/// The boundary follows the faces of the given mesh tag by tag; its rims and corners stay where
+/// they are. Of a mesh that was made here, [`crate::Domain::mesh`] makes a coarser one that is
+/// nearer to the patient. Where `refinement` says so it is finer, and coarser elsewhere.
+/// Deterministic: the same bits for any number of threads.
 ///
 /// # Errors
-/// When the number is not smaller than that of `mesh` or cannot be reached, a number of the refinement is out of
-/// range, or the progress callback says stop.
+/// When the number is not smaller than that of `mesh` or cannot be reached, a number of the
+/// refinement is out of range, or the progress callback says stop.
 pub fn coarsen(
     mesh: &TetMesh,
     tetrahedra: usize,

@@ -153,8 +153,8 @@ impl Mesher<'_> {
         true
     }
 
-    /// The best steps for each change of the count, among so many of the shortest and of the longest
-    /// edges, that leave no face further than `off` (mm) from its surface.
+    /// The best steps for each change of the count, among so many of the shortest and of the
+    /// longest edges, that leave no face further than `off` (mm) from its surface.
     fn options(&mut self, candidates: usize, off: f64) -> BTreeMap<i64, Vec<Tried>> {
         let edges = self.edges_by_length();
         let short = edges.iter().take(candidates).map(|e| Step::Collapse(e.1));

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use supine_mesh::{Displacement, Edges, TET_EDGES, TetMesh};
 use supine_space::Vector;
 
-/// No node moves farther than this share of its (shortest) edge: what lies farther off is no bulge of a
-/// surface but the end of a wedge, which has no surface to lie on.
+/// No node moves farther than this share of its (shortest) edge: what lies farther off is no bulge
+/// of a surface but the end of a wedge, which has no surface to lie on.
 const FARTHEST: f64 = 0.2;
-/// The curved elements have at least this volume ratio to the straight ones at every place looked at.
+/// The curved elements have at least this volume ratio to the straight ones at every place looked
+/// at.
 const MIN_RATIO: f64 = 0.3;
 /// Offsets around a bad element are halved so often, then left out.
 const HALVINGS: usize = 5;
@@ -30,13 +31,13 @@ pub struct Curving {
 }
 
 impl Domain {
-    /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh` when those
-    /// of skin and chest wall lie on their surfaces, mm.
+    /// How far the nodes of quadratic elements lie off the points and edge middles of `mesh` when
+    /// those of skin and chest wall lie on their surfaces, mm.
     ///
-    /// Points count too: a straight mesh fits its surfaces in the mean, so its corners lie a little beyond
-    /// them. On a rim a node lies on both surfaces; the cut itself stays straight, and edges inside stay
-    /// straight between their ends. Offsets are shortened where an element would be squeezed
-    /// (det of the map from straight to curved below 0.3 at a node or quadrature point).
+    /// Points count too: a straight mesh fits its surfaces in the mean, so its corners lie a little
+    /// beyond them. On a rim a node lies on both surfaces; the cut itself stays straight, and edges
+    /// inside stay straight between their ends. Offsets are shortened where an element would be
+    /// squeezed (det of the map from straight to curved below 0.3 at a node or quadrature point).
     ///
     /// # Errors
     /// When an offset is not finite.
@@ -129,7 +130,8 @@ fn shared(
     Ok(Displacement::new(mesh, edges, offsets)?)
 }
 
-/// Smallest ratio of the volumes of curved and straight element over its nodes and quadrature points.
+/// Smallest ratio of the volumes of curved and straight element over its nodes and quadrature
+/// points.
 fn min_ratio(offsets: &Displacement, mesh: &TetMesh, edges: &Edges, tet: usize) -> f64 {
     let near = |at: usize, l: f64| [0, 1, 2, 3].map(|c| if c == at { l } else { (1.0 - l) / 3.0 });
     let corners = (0..4).map(|c| near(c, 1.0));

@@ -6,8 +6,8 @@ use crate::fit::SAMPLES;
 use supine_mesh::BoundaryTag;
 use supine_space::Vector;
 
-/// How far the faces of one tag lie from the surface they follow: that of the smoothed labels, or of
-/// the mesh that was coarsened.
+/// How far the faces of one tag lie from the surface they follow: that of the smoothed labels, or
+/// of the mesh that was coarsened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// The tag.

@@ -24,8 +24,8 @@ const MISSED: f64 = 0.01;
 const FINER: f64 = 1.5;
 /// The margin of labels around the sphere that the smoothing needs, in its standard deviations.
 const MARGIN: f64 = 4.0;
-/// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that the
-/// mesh jams, another is tried.
+/// Cells of the start lattice in units of the usual: where one lattice meets the surfaces so that
+/// the mesh jams, another is tried.
 pub(crate) const LATTICES: [f64; 3] = [1.0, 0.91, 0.83];
 /// A mesh with a tetrahedron worse than this (sine of 20°) has jammed.
 const JAMMED: f64 = 0.342;
@@ -93,8 +93,8 @@ impl Domain {
     /// the rim. Deterministic: the same bits for any number of threads.
     ///
     /// # Errors
-    /// When the number is too small for the shape (the error names the smallest found that works), there
-    /// is nothing to mesh, or the progress callback says stop.
+    /// When the number is too small for the shape (the error names the smallest found that works),
+    /// there is nothing to mesh, or the progress callback says stop.
     pub fn mesh(
         &self,
         tetrahedra: usize,
@@ -150,7 +150,8 @@ pub(crate) fn edge_for(volume: f64, tetrahedra: usize) -> f64 {
     (CUBE_SHARE * volume / tetrahedra as f64).cbrt()
 }
 
-/// The mesh in patient space and what is told of it. `volume`: that of the tissue it was made of, mm³.
+/// The mesh in patient space and what is told of it. `volume`: that of the tissue it was made of,
+/// mm³.
 pub(crate) fn finished(
     mesher: &Mesher<'_>,
     frame: &Frame,
@@ -163,8 +164,8 @@ pub(crate) fn finished(
     Ok(mesh)
 }
 
-/// The cut lattice, with cells of `scale` times the usual size, and the base length that should give
-/// the asked count.
+/// The cut lattice, with cells of `scale` times the usual size, and the base length that should
+/// give the asked count.
 pub(crate) fn first_mesh<'a>(
     fields: &'a Fields,
     params: &Params,

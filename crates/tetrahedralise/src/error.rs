@@ -110,7 +110,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// The kind of failure: surfaces that cannot be used are input, all else is a failure of the method.
+    /// The kind of failure: surfaces that cannot be used are input, all else is a failure of the
+    /// method.
     pub fn kind(&self) -> Failure {
         match self {
             Self::Stopped(_) => Failure::Stopped,

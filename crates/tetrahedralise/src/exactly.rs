@@ -11,11 +11,12 @@ pub(crate) const MIN_TETRAHEDRA: usize = 200;
 const TRIES: usize = 30;
 const STEP: f64 = 0.1;
 
-/// The mesh of exactly the asked number of tetrahedra. `attempt` makes the best mesh it can of a number;
-/// it may have another.
+/// The mesh of exactly the asked number of tetrahedra. `attempt` makes the best mesh it can of a
+/// number; it may have another.
 ///
 /// # Errors
-/// When there are other than the asked: then the smallest larger number is sought that works, and named.
+/// When there are other than the asked: then the smallest larger number is sought that works, and
+/// named.
 pub(crate) fn exactly<'a>(
     asked: usize,
     progress: Progress<'_>,

@@ -225,8 +225,8 @@ impl Boundary for Fields {
     }
 }
 
-/// Distance to the nearest voxel that is not soft tissue, mm, at points about [`DEPTH_STEP_MM`] apart;
-/// `low`: where the first voxel lies in the mesher's frame.
+/// Distance to the nearest voxel that is not soft tissue, mm, at points about [`DEPTH_STEP_MM`]
+/// apart; `low`: where the first voxel lies in the mesher's frame.
 fn depth(kinds: &Volume<Kind>, low: Vector) -> Result<Samples<1>, GridError> {
     let grid = kinds.grid();
     let step = [0, 1, 2].map(|a| ((DEPTH_STEP_MM / grid.spacing()[a]).round() as usize).max(1));

@@ -15,8 +15,8 @@ const SWEEPS: usize = 6;
 const CLOSING: usize = 4;
 /// Share of the mean error that a sweep takes away.
 const SHARE: f64 = 0.9;
-/// Share of its level that a vertex keeps: levels of neighbours that lie on opposite sides cancel in
-/// the mean and would grow.
+/// Share of its level that a vertex keeps: levels of neighbours that lie on opposite sides cancel
+/// in the mean and would grow.
 const KEPT: f64 = 0.93;
 /// Vertices may leave their surfaces this far in units of the edge length.
 const LEVEL: f64 = 0.15;

@@ -33,8 +33,8 @@ pub(crate) fn flat_mm(sigma: f64) -> f64 {
 /// Levels of air and chest wall.
 pub(crate) type Levels = Result<[Volume<f32>; 2], GridError>;
 
-/// Levels of outside air and chest wall from the voxels alone, positive inside them, mm. `sigma` (mm)
-/// is for clean labels; rough ones are smoothed more widely, as their roughness asks.
+/// Levels of outside air and chest wall from the voxels alone, positive inside them, mm. `sigma`
+/// (mm) is for clean labels; rough ones are smoothed more widely, as their roughness asks.
 pub(crate) fn smoothed_levels(kinds: &Volume<Kind>, sigma: f64) -> Levels {
     let blocks = Blocks::new(kinds.grid(), sigma)?;
     let level = |mask| smoothed_level(kinds, mask, &blocks, sigma);
@@ -197,8 +197,9 @@ fn roughness(kinds: &Volume<Kind>, mask: Kind, level: &Volume<f32>) -> f64 {
     if smooth > 0.0 { (off / smooth).sqrt() } else { 1.0 }
 }
 
-/// Levels of outside air and chest wall, positive inside them, mm: the distance to the known surfaces,
-/// smoothed by `sigma` (mm), where those part the kinds of voxels, else to the middle between voxels.
+/// Levels of outside air and chest wall, positive inside them, mm: the distance to the known
+/// surfaces, smoothed by `sigma` (mm), where those part the kinds of voxels, else to the middle
+/// between voxels.
 pub(crate) fn known_levels(kinds: &Volume<Kind>, surfaces: &Surfaces, sigma: f64) -> Levels {
     let voxels = kinds.grid();
     let step = [0, 1, 2].map(|a| ((KNOWN_APART_MM / voxels.spacing()[a]) as usize).max(1));

@@ -11,8 +11,8 @@ use supine_volume::{LabelMap, Region, Volume, label};
 const CENTRE: Point = Point::new(-20.0, 35.0, 8.0);
 const RADIUS: f64 = 28.0;
 
-/// A flat layer between chest wall (below, from 8.4 mm) and air (above, to -7.2 mm), in the grid's own
-/// axes.
+/// A flat layer between chest wall (below, from 8.4 mm) and air (above, to -7.2 mm), in the grid's
+/// own axes.
 fn layer(direction: Matrix) -> LabelMap {
     let (size, spacing) = ([66, 66, 54], Vector::new(1.2, 1.2, 1.5));
     let middle = Vector::from_fn(|a, _| 0.5 * (size[a] - 1) as f64 * spacing[a]);

@@ -52,7 +52,8 @@ fn edges_are_short_in_the_place_and_longer_elsewhere() {
     }
 }
 
-/// Edges that are longest on a grid, here around the place, bind a mesh that is made of another one, too.
+/// Edges that are longest on a grid, here around the place, bind a mesh that is made of another
+/// one, too.
 #[test]
 fn a_coarser_mesh_is_fine_where_it_is_asked_for() {
     let fine = refined(Matrix::identity(), Refinement::None);
@@ -94,8 +95,8 @@ fn numbers_out_of_range_are_refused() {
     }
 }
 
-/// Shares that fall off from the place draw the tetrahedra there; the mesh made of equal shares for its
-/// sizes is left as it is.
+/// Shares that fall off from the place draw the tetrahedra there; the mesh made of equal shares for
+/// its sizes is left as it is.
 #[test]
 fn tetrahedra_go_where_the_shares_are() {
     let usual = refined(Matrix::identity(), Refinement::None);

@@ -32,8 +32,8 @@ const FLAT: f64 = 1e-3;
 const UNTIDY: f64 = 0.45;
 /// Splits of long edges leave tetrahedra of at least this quality in the first round, ...
 const FLOOR: f64 = 0.1;
-/// ... this much better ones in each further round, so that sizes that cannot be had do not break again
-/// and again what was bettered, ...
+/// ... this much better ones in each further round, so that sizes that cannot be had do not break
+/// again and again what was bettered, ...
 const FLOOR_RISE: f64 = 0.06;
 /// ... up to this.
 const HIGHEST_FLOOR: f64 = 0.4;
@@ -281,8 +281,8 @@ impl Mesher<'_> {
     }
 
     /// Tries every operation on every edge that meets a tetrahedron worse than `threshold`, worst
-    /// first, with smoothing, keeping what betters the worst tetrahedron concerned and leaves no face
-    /// further than `off` (mm) from its surface.
+    /// first, with smoothing, keeping what betters the worst tetrahedron concerned and leaves no
+    /// face further than `off` (mm) from its surface.
     pub(crate) fn rework(
         &mut self,
         threshold: f64,

@@ -21,12 +21,12 @@ const SMALL: f64 = 0.5;
 /// Volumes smaller than this are not worth a warning, mm³.
 const WORTH_MM3: f64 = 1000.0;
 
-/// The labels that two closed surfaces bound, and these surfaces between the voxels, on a grid around a
-/// sphere; and what a user should know.
+/// The labels that two closed surfaces bound, and these surfaces between the voxels, on a grid
+/// around a sphere; and what a user should know.
 ///
-/// `skin` bounds the whole body or the soft tissue alone, `chest_wall` what is rigid. Where both claim a
-/// place it is chest wall; where a gap between them is narrower than [`Params::min_thickness_mm`] too.
-/// What a surface encloses several times counts once.
+/// `skin` bounds the whole body or the soft tissue alone, `chest_wall` what is rigid. Where both
+/// claim a place it is chest wall; where a gap between them is narrower than
+/// [`Params::min_thickness_mm`] too. What a surface encloses several times counts once.
 #[derive(Debug)]
 pub struct Solids {
     /// Outside, soft tissue and chest wall.
@@ -41,8 +41,8 @@ impl Solids {
     /// Puts two surfaces on a grid around the sphere.
     ///
     /// # Errors
-    /// [`Error::Solid`] when a surface has other units than mm or lies beside the sphere, or when chest
-    /// wall and soft tissue do not meet; and when the progress callback says stop.
+    /// [`Error::Solid`] when a surface has other units than mm or lies beside the sphere, or when
+    /// chest wall and soft tissue do not meet; and when the progress callback says stop.
     pub fn new(
         skin: &TriSurface,
         chest_wall: &TriSurface,

@@ -82,7 +82,8 @@ fn a_mesh_lies_on_the_surfaces_it_was_made_of() {
     assert_right(&mesh);
 }
 
-/// The soft tissue alone as a surface: the body, and the chest wall `gap` mm wider as a hollow in it.
+/// The soft tissue alone as a surface: the body, and the chest wall `gap` mm wider as a hollow in
+/// it.
 fn hollow(gap: f64) -> TriSurface {
     let (body, wall) = (ellipsoid(BODY), ellipsoid((WALL.0, WALL.1.map(|a| a + gap))));
     let first = body.points().len() as u32;

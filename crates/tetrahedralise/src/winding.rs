@@ -1,9 +1,9 @@
 //! How many times a surface goes round each voxel centre of a grid.
 //!
-//! Every triangle is met with the lines of voxel centres along each axis. The surface is closed, so the
-//! sum of its crossings on the way to a place, +1 into it and -1 out of it, is how many times it goes
-//! round that place, whatever crosses or touches itself. All decisions are exact: a line counts as moved
-//! aside by (e, e²), e -> 0+, so that none meets an edge.
+//! Every triangle is met with the lines of voxel centres along each axis. The surface is closed, so
+//! the sum of its crossings on the way to a place, +1 into it and -1 out of it, is how many times
+//! it goes round that place, whatever crosses or touches itself. All decisions are exact: a line
+//! counts as moved aside by (e, e²), e -> 0+, so that none meets an edge.
 
 use rayon::prelude::*;
 use robust::Coord;
@@ -76,8 +76,8 @@ impl Winding {
     /// Where the surface is left on the way from the centre of voxel `from` to that of its face
     /// neighbour `to`, as a share of it.
     ///
-    /// Lines along different axes can differ by a rounding error about a centre that lies on the surface:
-    /// then the nearest crossing counts.
+    /// Lines along different axes can differ by a rounding error about a centre that lies on the
+    /// surface: then the nearest crossing counts.
     pub(crate) fn leaves(&self, from: [usize; 3], to: [usize; 3]) -> f32 {
         let axis = (0..3).find(|&a| from[a] != to[a]).unwrap_or(0);
         let (here, there) = (from[axis] as f64, to[axis] as f64);
@@ -141,8 +141,8 @@ fn crossings(t: [[f64; 3]; 3], axis: usize, size: [usize; 2]) -> Vec<(usize, Cro
     found
 }
 
-/// Side of the edge from a to b on which the line p, moved aside, lies: 1 left, -1 right; 0 only when
-/// the edge is a point.
+/// Side of the edge from a to b on which the line p, moved aside, lies: 1 left, -1 right; 0 only
+/// when the edge is a point.
 fn side(a: Coord<f64>, b: Coord<f64>, p: Coord<f64>) -> i32 {
     let exact = robust::orient2d(a, b, p);
     // The derivatives of (b - a) x (p - a) along x and y.

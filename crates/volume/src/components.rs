@@ -1,4 +1,5 @@
-//! Connected components of a mask, by runs along the rows: a few bytes per run instead of per voxel.
+//! Connected components of a mask, by runs along the rows: a few bytes per run instead of per
+//! voxel.
 
 use crate::Volume;
 use rayon::prelude::*;
@@ -49,8 +50,8 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// The face-connected parts of the voxels where `on` holds (place in memory), in a volume of that size,
-    /// i fastest in memory. The same for any number of threads.
+    /// The face-connected parts of the voxels where `on` holds (place in memory), in a volume of
+    /// that size, i fastest in memory. The same for any number of threads.
     pub fn new(size: [usize; 3], on: impl Fn(usize) -> bool + Sync) -> Self {
         let plane = size[0] * size[1];
         Self::of_slices(size, |k, n| on(k * plane + n))

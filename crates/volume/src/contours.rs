@@ -12,7 +12,8 @@ const BRIDGED_MM: f64 = 10.0;
 /// Gaps wider than this many usual steps are told.
 const USUAL_STEPS: f64 = 1.5;
 
-/// Contours may lie this far beyond the grid that they belong to, mm: what was drawn on a larger CT, or beyond the field of the scanner.
+/// Contours may lie this far beyond the grid that they belong to, mm: what was drawn on a larger
+/// CT, or beyond the field of the scanner.
 pub const MARGIN_MM: f64 = 500.0;
 
 /// Where contours of one plane cross or lie upon each other.
@@ -131,14 +132,14 @@ struct Plane {
 
 /// The voxels whose centres lie within closed contours parallel to the slices; LPS, mm.
 ///
-/// Within a plane `rule` tells how the contours go together ([`Outlines`]). A slice within 0.1 mm of a plane takes that plane's contours; one between two planes the
-/// zero of the signed distances of both, weighted by how near they are. Gaps of up to two usual
-/// steps (their median) or 10 mm are bridged so. Beyond the outermost planes the contours hold for
-/// half a usual step.
+/// Within a plane `rule` tells how the contours go together ([`Outlines`]). A slice within 0.1 mm
+/// of a plane takes that plane's contours; one between two planes the zero of the signed distances
+/// of both, weighted by how near they are. Gaps of up to two usual steps (their median) or 10 mm
+/// are bridged so. Beyond the outermost planes the contours hold for half a usual step.
 ///
 /// # Errors
-/// When no contour encloses anything, one lies more than [`MARGIN_MM`] beyond the grid or is not parallel to the slices, or
-/// planes are missing.
+/// When no contour encloses anything, one lies more than [`MARGIN_MM`] beyond the grid or is not
+/// parallel to the slices, or planes are missing.
 pub fn fill_contours(
     grid: &Grid,
     contours: &[Vec<Point>],
@@ -288,8 +289,8 @@ fn between(grid: &Grid, a: &Plane, b: &Plane, share: f64) -> Vec<bool> {
     a.iter().zip(&b).map(|(a, b)| (1.0 - share) * a + share * b < 0.0).collect()
 }
 
-/// The pixels whose centres lie within the contours. A centre on an edge counts on the lower side of the shape, not on
-/// the upper.
+/// The pixels whose centres lie within the contours. A centre on an edge counts on the lower side
+/// of the shape, not on the upper.
 fn fill(ni: usize, nj: usize, outlines: &Outlines) -> Vec<bool> {
     let mut pixels = vec![false; ni * nj];
     let rows = outlines.contours().iter().flatten().map(|p| p[1]);

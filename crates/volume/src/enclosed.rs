@@ -12,7 +12,8 @@ const MAX_PLANES: f64 = 512.0;
 /// Contours nearer than this lie in one plane, mm.
 const SAME_PLANE_MM: f64 = 0.1;
 
-/// A corner is a stray that lies this many times as far from the middle of its contour as half of the corners do, ...
+/// A corner is a stray that lies this many times as far from the middle of its contour as half of
+/// the corners do, ...
 const STRAY: f64 = 10.0;
 /// ... and this far at least, mm.
 const STRAY_MM: f64 = 30.0;
@@ -39,11 +40,13 @@ impl Enclosed {
 
 /// What parallel closed contours enclose; LPS, mm.
 ///
-/// The rules are those of [`fill_contours`], on pixels of 1/256 of the contours' width and on planes as far apart as
-/// theirs: `rule` within a plane, missing planes interpolated, half a step beyond the outermost ones.
+/// The rules are those of [`fill_contours`], on pixels of 1/256 of the contours' width and on
+/// planes as far apart as theirs: `rule` within a plane, missing planes interpolated, half a step
+/// beyond the outermost ones.
 ///
 /// # Errors
-/// When no contour encloses anything, they lie in one plane alone, are not parallel, or planes are missing.
+/// When no contour encloses anything, they lie in one plane alone, are not parallel, or planes are
+/// missing.
 pub fn enclosed(contours: &[Vec<Point>], rule: Rule) -> Result<Enclosed, ContourError> {
     let grid = grid_of(contours)?;
     let (mask, filled) = fill_contours(&grid, contours, rule)?;
@@ -78,7 +81,8 @@ pub fn overlap(contours: &[Vec<Point>], rule: Rule) -> Option<Overlap> {
     Some(Overlap { planes: 1 + crossed.count(), at })
 }
 
-/// A corner that lies far from all others of its contour: a coordinate was mistyped, or lost its decimal point.
+/// A corner that lies far from all others of its contour: a coordinate was mistyped, or lost its
+/// decimal point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stray {
     /// Number of the contour, from 1.

@@ -10,12 +10,14 @@ const PADDING_HU: i16 = -1100;
 const FILL_HU: i16 = -900;
 /// What air may be.
 const AIR_HU: std::ops::Range<i16> = PADDING_HU..FILL_HU;
-/// Scanners fill a circle about the middle of the image, whatever its radius; its rim, this wide, holds what was measured
-/// on at least this share. Measured: three of four real CTs end 0.5 pixels beyond 480 pixels of 512, with 1.00 of their rim.
+/// Scanners fill a circle about the middle of the image, whatever its radius; its rim, this wide,
+/// holds what was measured on at least this share. Measured: three of four real CTs end 0.5 pixels
+/// beyond 480 pixels of 512, with 1.00 of their rim.
 const RIM_MM: f64 = 4.0;
 const RIM_SHARE: f64 = 0.9;
 
-/// The pixels of a slice that were measured: where any slice of a CT holds a measurement, the same for all slices.
+/// The pixels of a slice that were measured: where any slice of a CT holds a measurement, the same
+/// for all slices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Pixels along i and j, and their distances, mm.
@@ -25,9 +27,10 @@ pub struct Field {
 }
 
 impl Field {
-    /// The field of a CT on `grid` of which runs of voxels, as they lie in memory, hold `hu` in place of a measurement;
-    /// `None` when every pixel was measured in some slice. Values that air may have count as measured: where a file calls
-    /// them padding, air that was clipped to them bears the same mark.
+    /// The field of a CT on `grid` of which runs of voxels, as they lie in memory, hold `hu` in
+    /// place of a measurement; `None` when every pixel was measured in some slice. Values that air
+    /// may have count as measured: where a file calls them padding, air that was clipped to them
+    /// bears the same mark.
     pub fn of_padding(
         grid: &Grid,
         runs: impl IntoIterator<Item = (std::ops::Range<usize>, i16)>,
@@ -41,8 +44,8 @@ impl Field {
         seen.contains(&false).then(|| Self::new(grid, seen))
     }
 
-    /// The field of a CT that does not say what was measured: all that is not padding (below -1100 HU), or the circle
-    /// beyond which each slice has one value; all of it when there is neither.
+    /// The field of a CT that does not say what was measured: all that is not padding (below -1100
+    /// HU), or the circle beyond which each slice has one value; all of it when there is neither.
     pub fn found(ct: &Ct) -> Self {
         let (hu, grid) = (ct.data(), ct.grid());
         let plane = grid.size()[0] * grid.size()[1];
@@ -61,8 +64,8 @@ impl Field {
         Self { size: [ni, nj], spacing: [spacing[0], spacing[1]], seen }
     }
 
-    /// What [`Self::runs`] told of the field of a CT of `size` pixels within the slices, `spacing` mm apart; `None` when
-    /// it is of another.
+    /// What [`Self::runs`] told of the field of a CT of `size` pixels within the slices, `spacing`
+    /// mm apart; `None` when it is of another.
     pub fn of_runs(size: [usize; 2], spacing: [f64; 2], runs: &[usize]) -> Option<Self> {
         let whole = runs.iter().try_fold(0usize, |sum, &run| sum.checked_add(run));
         let own = size[0].checked_mul(size[1]).is_some_and(|plane| whole == Some(plane));
@@ -71,7 +74,8 @@ impl Field {
         (own && spacing.iter().all(|&s| s > 0.0)).then(|| Self { size, spacing, seen: seen() })
     }
 
-    /// Lengths of the runs of pixels that were, in turn, measured and not measured, from the first pixel on; to be kept.
+    /// Lengths of the runs of pixels that were, in turn, measured and not measured, from the first
+    /// pixel on; to be kept.
     pub fn runs(&self) -> Vec<usize> {
         let first = self.seen.first().is_some_and(|&seen| !seen).then_some(0);
         first.into_iter().chain(self.seen.chunk_by(|a, b| a == b).map(<[bool]>::len)).collect()
@@ -105,8 +109,8 @@ impl Field {
         within.then(|| j as usize * ni + i as usize)
     }
 
-    /// Whether each pixel of a slice lies within `mm` of one that was not measured, centre to centre, those beyond the
-    /// border of the image among them; 0 and all beyond the field.
+    /// Whether each pixel of a slice lies within `mm` of one that was not measured, centre to
+    /// centre, those beyond the border of the image among them; 0 and all beyond the field.
     pub fn near_end(&self, mm: f64) -> Vec<bool> {
         let [ni, nj] = self.size;
         // One pixel more on each side, which was not measured.

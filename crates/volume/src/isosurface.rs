@@ -12,16 +12,16 @@ pub struct Layers<'a> {
     pub values: &'a [Vec<f32>],
 }
 
-/// Corners of a cube, as bits i, j, k, on the six ways from one corner to the opposite one. Each is a
-/// tetrahedron with the same orientation as the axes.
+/// Corners of a cube, as bits i, j, k, on the six ways from one corner to the opposite one. Each is
+/// a tetrahedron with the same orientation as the axes.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
 
-/// The surface, triangles counter-clockwise from outside when i, j, layers are right-handed in space, as
-/// points that `place(i, j, layer)` puts between two neighbours, linearly.
+/// The surface, triangles counter-clockwise from outside when i, j, layers are right-handed in
+/// space, as points that `place(i, j, layer)` puts between two neighbours, linearly.
 ///
-/// Marching tetrahedra on cubes cut the same way everywhere, so that the surface is closed when the outer
-/// values are all positive. Source: Doi and Koide, IEICE Trans. E74, 1991.
+/// Marching tetrahedra on cubes cut the same way everywhere, so that the surface is closed when the
+/// outer values are all positive. Source: Doi and Koide, IEICE Trans. E74, 1991.
 ///
 /// # Panics
 /// When a layer has fewer values than `size` says.

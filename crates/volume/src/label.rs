@@ -52,8 +52,8 @@ const STRUCTURE: Term = ("91723000", "Anatomical Structure");
 const OBJECT: Term = ("260787004", "Physical object");
 const ABNORMAL: Term = ("49755003", "Morphologically Abnormal Structure");
 
-/// Category and type of every label, as DICOM lists them for segmentations (PS3.16 CID 7150 categories, CID 7151 and
-/// 7163 types).
+/// Category and type of every label, as DICOM lists them for segmentations (PS3.16 CID 7150
+/// categories, CID 7151 and 7163 types).
 const TERMS: [(u8, Term, Term); 10] = [
     (SOFT_TISSUE, TISSUE, ("87784001", "Soft tissue")),
     (CHEST_WALL, STRUCTURE, ("78904004", "Chest wall")),
@@ -67,12 +67,14 @@ const TERMS: [(u8, Term, Term); 10] = [
     (IMPLANT, OBJECT, ("2282003", "Breast implant, type not specified")),
 ];
 
-/// Category and type of a label as SNOMED CT has them; `None` for what is no part of the patient or no label.
+/// Category and type of a label as SNOMED CT has them; `None` for what is no part of the patient or
+/// no label.
 pub fn terms(label: u8) -> Option<[Term; 2]> {
     TERMS.iter().find(|(of, ..)| *of == label).map(|&(_, category, kind)| [category, kind])
 }
 
-/// A label map with [`OUTSIDE`] everywhere: memory that the system gives zeroed and nobody has touched.
+/// A label map with [`OUTSIDE`] everywhere: memory that the system gives zeroed and nobody has
+/// touched.
 pub fn empty(grid: &Grid) -> LabelMap {
     Volume::from_parts(grid.clone(), vec![OUTSIDE; grid.len()])
 }

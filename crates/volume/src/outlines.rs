@@ -6,7 +6,8 @@ const LINES: usize = 64;
 const BESIDE: f64 = 0.01;
 /// A contour lies within another when it shares more than this with it.
 const WITHIN: f64 = 1.0 - BESIDE;
-/// A contour within another, nearer to it than this all round in the mean, is the same drawn again, mm.
+/// A contour within another, nearer to it than this all round in the mean, is the same drawn again,
+/// mm.
 const SAME_MM: f64 = 1.0;
 /// One that is nearer than this is a hole, but may have been meant as the same, mm.
 const THIN_MM: f64 = 2.0;
@@ -17,7 +18,8 @@ type Spot = [f64; 2];
 /// How the contours of a plane go together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rule {
-    /// A contour well within another is a hole in it; contours that cross or lie upon each other are one region.
+    /// A contour well within another is a hole in it; contours that cross or lie upon each other
+    /// are one region.
     #[default]
     Joined,
     /// What an odd number of contours holds (CLOSEDPLANAR_XOR, PS3.3 C.8.8.6.3).
@@ -26,8 +28,8 @@ pub enum Rule {
 
 /// Closed contours of one plane.
 ///
-/// Each holds what it goes round, however often (nonzero winding), so that a keyhole leaves its hole and a contour drawn
-/// twice in one go does not vanish.
+/// Each holds what it goes round, however often (nonzero winding), so that a keyhole leaves its
+/// hole and a contour drawn twice in one go does not vanish.
 #[derive(Clone, Debug)]
 pub struct Outlines {
     contours: Vec<Vec<Spot>>,
@@ -75,7 +77,8 @@ impl Outlines {
         Self { contours, ..self.clone() }
     }
 
-    /// Where a line along the first axis lies inside, ascending. A corner on the line belongs to the lower side.
+    /// Where a line along the first axis lies inside, ascending. A corner on the line belongs to
+    /// the lower side.
     pub fn line(&self, y: f64) -> Vec<[f64; 2]> {
         let mut ends: Vec<(f64, usize, i32)> = Vec::new();
         for (contour, &group) in self.contours.iter().zip(&self.groups) {

@@ -32,8 +32,9 @@ fn is_inside(grid: &Grid, axis: usize, index: f64) -> bool {
     (-0.5..=grid.size()[axis] as f64 - 0.5).contains(&index)
 }
 
-/// What the pixels of a plane share where the volume's axes are those of the plane: each axis has its pair of voxels by the
-/// column, by the row, or one for all pixels. The samples are those of [`sample_row`] to the bit, in a third of the time.
+/// What the pixels of a plane share where the volume's axes are those of the plane: each axis has
+/// its pair of voxels by the column, by the row, or one for all pixels. The samples are those of
+/// [`sample_row`] to the bit, in a third of the time.
 struct Pairs {
     /// For each axis of the volume; none where a pixel lies outside.
     along: [Vec<Option<Pair>>; 3],

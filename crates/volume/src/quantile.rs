@@ -20,8 +20,8 @@ impl Ordered for f64 {
     }
 }
 
-/// The value that `rank` others do not exceed; `None` when there are not so many. Puts the values in
-/// another order.
+/// The value that `rank` others do not exceed; `None` when there are not so many. Puts the values
+/// in another order.
 pub fn ranked<T: Ordered>(values: &mut [T], rank: usize) -> Option<T> {
     (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, T::order).1)
 }
@@ -31,8 +31,8 @@ pub fn median<T: Ordered>(values: &mut [T]) -> Option<T> {
     ranked(values, values.len() / 2)
 }
 
-/// The value of the rank `share` (0..=1) of the last, rounded down; `None` of nothing. Puts the values in
-/// another order.
+/// The value of the rank `share` (0..=1) of the last, rounded down; `None` of nothing. Puts the
+/// values in another order.
 pub fn quantile<T: Ordered>(values: &mut [T], share: f64) -> Option<T> {
     let last = values.len().checked_sub(1)?;
     ranked(values, (last as f64 * share) as usize)

@@ -168,8 +168,8 @@ impl Region {
     }
 }
 
-/// The largest radius of a sphere about a place in which no soft tissue is cut by the end of the volume, mm, rounded down to
-/// a tenth; none where no soft tissue lies at any end.
+/// The largest radius of a sphere about a place in which no soft tissue is cut by the end of the
+/// volume, mm, rounded down to a tenth; none where no soft tissue lies at any end.
 pub fn largest_radius(labels: &LabelMap, centre: Point) -> Option<f64> {
     let grid = labels.grid();
     let size = grid.size();

@@ -5,8 +5,8 @@ use supine_space::Point;
 
 /// The eight voxels around a continuous index, and the way from the first to the others.
 ///
-/// An index beyond the volume is held at its border, per axis. The first voxel is `min(floor q, n - 2)`; an
-/// axis of one voxel is constant.
+/// An index beyond the volume is held at its border, per axis. The first voxel is `min(floor q, n -
+/// 2)`; an axis of one voxel is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
     first: usize,
@@ -14,8 +14,8 @@ pub struct Cell {
     t: [f64; 3],
 }
 
-/// The two voxels of an axis around a continuous index: where the first lies in memory, how far the other is from it, and
-/// the way between them.
+/// The two voxels of an axis around a continuous index: where the first lies in memory, how far the
+/// other is from it, and the way between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
     first: usize,

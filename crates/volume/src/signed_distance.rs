@@ -31,9 +31,10 @@ impl SignedDistance {
     /// not: as a share of the way from n, 0..=1.
     ///
     /// |grad d| = 1 on the grid with the crossings as boundary, solved by upwind differences:
-    /// exact for planes. Source: Sethian, PNAS 93 (1996), with buckets in place of a heap. On a sphere of
-    /// 30 mm radius in voxels of 1.4 x 1.4 x 5 mm the error is below 0.1 mm within one voxel of
-    /// the surface and below 0.6 mm within the band. The same bits for any number of threads.
+    /// exact for planes. Source: Sethian, PNAS 93 (1996), with buckets in place of a heap. On a
+    /// sphere of 30 mm radius in voxels of 1.4 x 1.4 x 5 mm the error is below 0.1 mm within one
+    /// voxel of the surface and below 0.6 mm within the band. The same bits for any number of
+    /// threads.
     pub fn new(
         grid: &Grid,
         band_mm: f64,

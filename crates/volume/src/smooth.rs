@@ -34,14 +34,16 @@ pub fn gaussian(volume: &Volume<f32>, sigma_mm: [f64; 3]) -> Volume<f32> {
 
 /// Smooths a slice (rows of `ni` pixels, `spacing` mm apart) in place by a Gaussian of `sigma_mm`.
 ///
-/// Separable sampled kernel, cut at 3 sigma; the border value continues outside. In single precision and
-/// cut nearer than [`gaussian`]: the labels of the segmentation rest on these very digits.
+/// Separable sampled kernel, cut at 3 sigma; the border value continues outside. In single
+/// precision and cut nearer than [`gaussian`]: the labels of the segmentation rest on these very
+/// digits.
 pub fn gaussian_slice(image: &mut [f32], ni: usize, spacing: [f32; 2], sigma_mm: f32) {
     let rows = 0..image.len() / ni;
     gaussian_rows(image, ni, spacing, sigma_mm, rows);
 }
 
-/// [`gaussian_slice`] for some rows of the slice; those near them are left smoothed along the row alone.
+/// [`gaussian_slice`] for some rows of the slice; those near them are left smoothed along the row
+/// alone.
 pub fn gaussian_rows(
     image: &mut [f32],
     ni: usize,
@@ -64,8 +66,8 @@ pub fn gaussian_rows(
     }
 }
 
-/// One-sided half of the kernel, weight of the centre first, cut at 4 sigma; `[1.0]` when sigma (voxels) is
-/// negligible.
+/// One-sided half of the kernel, weight of the centre first, cut at 4 sigma; `[1.0]` when sigma
+/// (voxels) is negligible.
 fn kernel(sigma: f64) -> Vec<f32> {
     if sigma.is_nan() || sigma < 0.05 {
         return vec![1.0];
@@ -85,7 +87,8 @@ pub fn slice_kernel(sigma: f32) -> Vec<f32> {
     half.iter().map(|w| w / sum).collect()
 }
 
-/// Smooths a row in place. Its ends are continued by copies, so that all weights are applied to whole slices.
+/// Smooths a row in place. Its ends are continued by copies, so that all weights are applied to
+/// whole slices.
 fn smooth_row(row: &mut [f32], kernel: &[f32], padded: &mut Vec<f32>) {
     let (n, reach) = (row.len(), kernel.len() - 1);
     padded.clear();
@@ -98,8 +101,8 @@ fn smooth_row(row: &mut [f32], kernel: &[f32], padded: &mut Vec<f32>) {
 /// Values summed at once: they stay in registers for all weights.
 const BLOCK: usize = 16;
 
-/// The sums of what lies `x` to both sides, `beside(x)`, weighed by the one-sided half of a kernel and added from the centre
-/// outwards. The slices of both sides are as long as `out` at least.
+/// The sums of what lies `x` to both sides, `beside(x)`, weighed by the one-sided half of a kernel
+/// and added from the centre outwards. The slices of both sides are as long as `out` at least.
 ///
 /// # Panics
 /// When one of them is shorter.
@@ -140,7 +143,8 @@ struct Line {
 }
 
 impl Line {
-    /// Weighted sum of whole rows at `here - x` and `here + x`; the first row is at the start of `source`.
+    /// Weighted sum of whole rows at `here - x` and `here + x`; the first row is at the start of
+    /// `source`.
     fn smooth_rows(self, source: &[f32], here: usize, kernel: &[f32], out: &mut [f32]) {
         let len = out.len();
         let row = |at: usize| &source[at * self.stride..][..len];

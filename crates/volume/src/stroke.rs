@@ -15,7 +15,8 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// Calls `f` with the offset of each voxel whose centre lies within the brush, some more than once.
+    /// Calls `f` with the offset of each voxel whose centre lies within the brush, some more than
+    /// once.
     pub fn voxels(&self, grid: &Grid, mut f: impl FnMut(usize)) {
         let ends = self.points.windows(2).map(|pair| (pair[0], pair[1]));
         let dot = self.points.first().filter(|_| self.points.len() == 1).map(|p| (*p, *p));

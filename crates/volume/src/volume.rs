@@ -84,8 +84,9 @@ impl<T> Volume<T> {
         (self.grid, self.data)
     }
 
-    /// The same voxels in the order of another grid, when they are the voxels of that grid in some order: axes exchanged or
-    /// turned round, as programs store them that keep to one orientation. Else the volume as it is.
+    /// The same voxels in the order of another grid, when they are the voxels of that grid in some
+    /// order: axes exchanged or turned round, as programs store them that keep to one orientation.
+    /// Else the volume as it is.
     #[must_use]
     pub fn in_order_of(self, other: &Grid) -> Self
     where
@@ -117,8 +118,8 @@ impl<T> Volume<T> {
         }
     }
 
-    /// The same on a larger grid of whose voxels its own are some, with the default value around them, as programs cut off what is
-    /// empty. Else the volume as it is.
+    /// The same on a larger grid of whose voxels its own are some, with the default value around
+    /// them, as programs cut off what is empty. Else the volume as it is.
     #[must_use]
     pub fn placed_in(self, whole: &Grid) -> Self
     where
@@ -179,8 +180,8 @@ fn place_within(part: &Grid, whole: &Grid) -> Option<[usize; 3]> {
     (same_axes && fits).then_some(ends[0])
 }
 
-/// For each axis of `other` the axis of `grid` along it, and whether that runs back; nothing when they differ in order
-/// not at all, or in more.
+/// For each axis of `other` the axis of `grid` along it, and whether that runs back; nothing when
+/// they differ in order not at all, or in more.
 fn same_axes(grid: &Grid, other: &Grid) -> Option<[(usize, bool); 3]> {
     let along = |a: usize| {
         let axis = other.direction().column(a);

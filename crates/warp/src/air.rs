@@ -1,4 +1,5 @@
-//! A dose continued from tissue into the air beside it, so that what is interpolated near the skin rests on tissue alone.
+//! A dose continued from tissue into the air beside it, so that what is interpolated near the skin
+//! rests on tissue alone.
 
 use rayon::prelude::*;
 use supine_space::Point;
@@ -6,10 +7,11 @@ use supine_volume::{Ct, Volume, sample_trilinear_at};
 
 /// Below this a place is air, HU: half-way from air to water.
 const AIR_HU: f32 = -500.0;
-/// Nodes beside those with a dose that take a value: a cell with tissue in it has all its corners, though the outermost
-/// nodes of tissue may have no dose.
+/// Nodes beside those with a dose that take a value: a cell with tissue in it has all its corners,
+/// though the outermost nodes of tissue may have no dose.
 const LAYERS: usize = 3;
-/// A dose in air is one of the tissue beside it, and is kept, up to this many times more or less than what goes on from there.
+/// A dose in air is one of the tissue beside it, and is kept, up to this many times more or less
+/// than what goes on from there.
 const LIKE: f32 = 2.0;
 
 /// Whether a place is tissue; what lies beyond the CT is not known to be air.
@@ -17,11 +19,12 @@ pub(crate) fn is_tissue(ct: &Ct, at: &Point) -> bool {
     ct.grid().voxel_at(at).is_none_or(|_| sample_trilinear_at(ct, at) > AIR_HU)
 }
 
-/// A dose, Gy, whose nodes in air within a window (its first node, and nodes along each axis) go on linearly from the tissue
-/// beside them. Planning systems leave the air without dose, and so would take half of it from the skin.
+/// A dose, Gy, whose nodes in air within a window (its first node, and nodes along each axis) go on
+/// linearly from the tissue beside them. Planning systems leave the air without dose, and so would
+/// take half of it from the skin.
 ///
-/// A node of air that has about that dose already keeps it. Tissue beside air without any dose lies outside the contour up
-/// to which the dose was computed, and counts as air.
+/// A node of air that has about that dose already keeps it. Tissue beside air without any dose lies
+/// outside the contour up to which the dose was computed, and counts as air.
 pub(crate) fn continued(
     dose: &Volume<f32>,
     ct: &Ct,
@@ -90,7 +93,8 @@ impl Near<'_> {
         self.known[n].then(|| self.dose.at(at))
     }
 
-    /// The mean of what goes on linearly from the nodes around, the nearer the more; `None` with no known node beside it.
+    /// The mean of what goes on linearly from the nodes around, the nearer the more; `None` with no
+    /// known node beside it.
     fn going_on(&self, voxel: [usize; 3]) -> Option<f32> {
         let spacing = self.dose.grid().spacing();
         // Sums of value times weight, and of weights: by two nodes in a row, and by one.

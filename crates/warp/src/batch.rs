@@ -1,7 +1,7 @@
 //! Several tetrahedra at once: their boxes, faces, volumes, and where faces cross rows of voxels.
 //!
-//! The same as in [`crate::rows`], which looks at single rows of single tetrahedra with exact signs and is
-//! asked where what is known here is not enough.
+//! The same as in [`crate::rows`], which looks at single rows of single tetrahedra with exact signs
+//! and is asked where what is known here is not enough.
 
 use crate::predicate::{FACES, Index};
 use crate::rows::{CROSSING_ERROR, ERROR};
@@ -12,12 +12,14 @@ pub(crate) type Triple = [Pack; 3];
 
 /// Up to [`LANES`] tetrahedra in the index space of a grid.
 pub(crate) struct Batch {
-    /// Lowest and highest voxel of each box along i, j, k; the lowest is above the highest where there is none.
+    /// Lowest and highest voxel of each box along i, j, k; the lowest is above the highest where
+    /// there is none.
     pub(crate) first: Triple,
     pub(crate) last: Triple,
     /// Corners relative to `first`.
     pub(crate) corners: [Triple; 4],
-    /// normal·x + offset of face f, x relative to `first`, is positive inside and `volume` at corner f.
+    /// normal·x + offset of face f, x relative to `first`, is positive inside and `volume` at
+    /// corner f.
     pub(crate) normals: [Triple; 4],
     offsets: [Pack; 4],
     /// Six times the volume of each in voxels, not negative.
@@ -26,13 +28,13 @@ pub(crate) struct Batch {
     error: Pack,
 }
 
-/// Where the faces of several tetrahedra cross rows: x = constant + y slopes\[0\] + z slopes\[1\], all relative to
-/// the first voxel of the box.
+/// Where the faces of several tetrahedra cross rows: x = constant + y slopes\[0\] + z slopes\[1\],
+/// all relative to the first voxel of the box.
 pub(crate) struct Crossings {
     /// Constant, slope along j, slope along k of each face.
     pub(crate) faces: [[[f32; LANES]; 3]; 4],
-    /// What is added where a face bounds rows from below, and from above: nothing, or where it does not, so much
-    /// that it does not count.
+    /// What is added where a face bounds rows from below, and from above: nothing, or where it does
+    /// not, so much that it does not count.
     pub(crate) low: [[f32; LANES]; 4],
     pub(crate) high: [[f32; LANES]; 4],
     /// The last voxel of each box along i, relative to its first.
@@ -41,8 +43,8 @@ pub(crate) struct Crossings {
     pub(crate) blur: [f32; LANES],
 }
 
-/// Roundings of one f32 in a crossing come to this share of its largest term at most; four units of the
-/// last digit, twice.
+/// Roundings of one f32 in a crossing come to this share of its largest term at most; four units of
+/// the last digit, twice.
 const SINGLE_ERROR: f64 = 8.0 * f32::EPSILON as f64;
 /// Crossings known worse than this, voxels, are not worth looking at.
 const SHARP: f32 = 1.0 / 64.0;
@@ -83,7 +85,8 @@ impl Batch {
         Self { first, last, corners: local, normals, offsets, volume: volume * sign, error }
     }
 
-    /// The boxes: first voxel and number of voxels along i, j, k, which is below 1 where there is none.
+    /// The boxes: first voxel and number of voxels along i, j, k, which is below 1 where there is
+    /// none.
     #[inline(always)]
     pub(crate) fn extents(&self) -> [[[i32; LANES]; 3]; 2] {
         let [mut first, mut count] = [[[0; LANES]; 3]; 2];
@@ -131,8 +134,8 @@ impl Batch {
 }
 
 impl Crossings {
-    /// Whether enough is known of one. Then there are faces of both kinds: where rounding makes all of one kind, the
-    /// steepest is not known at all.
+    /// Whether enough is known of one. Then there are faces of both kinds: where rounding makes all
+    /// of one kind, the steepest is not known at all.
     #[inline(always)]
     pub(crate) fn known(&self, lane: usize) -> bool {
         self.blur[lane] < SHARP

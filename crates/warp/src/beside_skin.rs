@@ -6,9 +6,11 @@ use rayon::prelude::*;
 use supine_mesh::{Place, Surround};
 use supine_volume::{Volume, distance_mm};
 
-/// From the CT to the deformed (LPS, mm), on the grid of `fields`: in the mesh their `ct_to_deformed`, and beside the skin what
-/// [`crate::carry_points`] does, as far as that reaches and a cell of the grid farther. Linear interpolation between voxels so
-/// moves a point on the skin, or a mark beside it, as `carry_points` does; between vectors of the mesh alone it would meet 0.
+/// From the CT to the deformed (LPS, mm), on the grid of `fields`: in the mesh their
+/// `ct_to_deformed`, and beside the skin what [`crate::carry_points`] does, as far as that reaches
+/// and a cell of the grid farther. Linear interpolation between voxels so moves a point on the
+/// skin, or a mark beside it, as `carry_points` does; between vectors of the mesh alone it would
+/// meet 0.
 ///
 /// # Errors
 /// When the displacement is not one of the mesh.

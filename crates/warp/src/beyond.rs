@@ -10,9 +10,10 @@ use supine_volume::{Ct, Field};
 /// A way back is looked at in steps of at most this share of a pixel. Chosen, not measured.
 const STEP_PIXELS: f64 = 0.5;
 
-/// Volume of the soft tissue that [`crate::warp`] would have to bring in from beyond the end of `field`, what was measured
-/// of the CT, mm³: voxels within it whose tissue was beyond, as far as the mesh leads on. They hold air, or what the CT
-/// has in place of a measurement. The end of the mesh at the skin does not count.
+/// Volume of the soft tissue that [`crate::warp`] would have to bring in from beyond the end of
+/// `field`, what was measured of the CT, mm³: voxels within it whose tissue was beyond, as far as
+/// the mesh leads on. They hold air, or what the CT has in place of a measurement. The end of the
+/// mesh at the skin does not count.
 ///
 /// # Errors
 /// As [`crate::warp`].

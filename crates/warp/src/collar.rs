@@ -72,9 +72,11 @@ impl Skin {
         Self { vertices, faces, tets, rest, normals, heights }
     }
 
-    /// The collar along the normals, before and after the displacement of `pieces`, which have this skin.
+    /// The collar along the normals, before and after the displacement of `pieces`, which have this
+    /// skin.
     ///
-    /// It is lower where prisms would be inverted. It keeps its height while it turns with the skin.
+    /// It is lower where prisms would be inverted. It keeps its height while it turns with the
+    /// skin.
     pub(crate) fn collar(&self, pieces: &Pieces) -> Collar {
         let Self { faces, rest, .. } = self;
         let moved = |v: &u32| pieces.rest[*v as usize] + pieces.displacement[*v as usize];

@@ -1,4 +1,5 @@
-//! How well the two fields of a map undo each other, and how well coarser vectors follow one of them.
+//! How well the two fields of a map undo each other, and how well coarser vectors follow one of
+//! them.
 
 use crate::Fields;
 use rayon::prelude::*;
@@ -31,12 +32,12 @@ impl Consistency {
     }
 }
 
-/// How well `ct_to_deformed` and `deformed_to_ct` undo each other: forward, then backward, how far from where it
-/// began a voxel of the CT comes out. `None` when nothing moves.
+/// How well `ct_to_deformed` and `deformed_to_ct` undo each other: forward, then backward, how far
+/// from where it began a voxel of the CT comes out. `None` when nothing moves.
 ///
-/// Over the voxels in the mesh that move to a place whose eight neighbours lie in the deformed mesh.
-/// The backward field is sampled between its voxels, so that this is what a user of both fields gets; it is
-/// not 0 for exact fields on a grid, but grows with the square of the spacing.
+/// Over the voxels in the mesh that move to a place whose eight neighbours lie in the deformed
+/// mesh. The backward field is sampled between its voxels, so that this is what a user of both
+/// fields gets; it is not 0 for exact fields on a grid, but grows with the square of the spacing.
 pub fn consistency(fields: &Fields) -> Option<Consistency> {
     let back = fields.deformed_to_ct();
     let grid = back.grid();
@@ -49,10 +50,12 @@ pub fn consistency(fields: &Fields) -> Option<Consistency> {
     Consistency::of(fields.forward().filter_map(error).collect())
 }
 
-/// How well a reader follows `deformed_to_ct` who has `vectors` in its place, on a coarser grid that covers it, and
-/// interpolates linearly between them: over the voxels of the deformed mesh that move. `None` when nothing moves.
+/// How well a reader follows `deformed_to_ct` who has `vectors` in its place, on a coarser grid
+/// that covers it, and interpolates linearly between them: over the voxels of the deformed mesh
+/// that move. `None` when nothing moves.
 ///
-/// Beyond the outermost places of the coarser grid, at least two along each axis, the outermost vectors go on.
+/// Beyond the outermost places of the coarser grid, at least two along each axis, the outermost
+/// vectors go on.
 pub fn interpolation_error(vectors: &Volume<[f32; 3]>, fields: &Fields) -> Option<Consistency> {
     let grid = fields.deformed_to_ct().grid();
     let error = |(voxel, to): ([usize; 3], [f32; 3])| {
@@ -62,8 +65,8 @@ pub fn interpolation_error(vectors: &Volume<[f32; 3]>, fields: &Fields) -> Optio
     Consistency::of(fields.backward().map(error).collect())
 }
 
-/// Trilinear sample of a field at a continuous index; `None` where a neighbour lies outside the mesh (its
-/// vector is exactly 0) or the grid.
+/// Trilinear sample of a field at a continuous index; `None` where a neighbour lies outside the
+/// mesh (its vector is exactly 0) or the grid.
 fn within(field: &Volume<[f32; 3]>, index: [f64; 3]) -> Option<Vector> {
     let grid: &Grid = field.grid();
     let base = index.map(f64::floor);

@@ -23,20 +23,21 @@ const FINEST_MM: f64 = 0.25;
 /// Half the thickness in which the ends of the solid are closed, mm.
 const LID_MM: f64 = 0.01;
 
-/// Closed contours parallel to the slices of `grid` (LPS, mm) in the operating position, in those slices;
-/// `deformation` as the solver gave it, the fade is applied within.
+/// Closed contours parallel to the slices of `grid` (LPS, mm) in the operating position, in those
+/// slices; `deformation` as the solver gave it, the fade is applied within.
 ///
-/// Between planes the solid is where the signed distances to the contours beside, weighted by nearness,
-/// are negative, each shifted towards the other where they then lie upon each other better (a thin structure that
-/// slants would vanish between them: see `shear`); it ends half a usual step beyond the outermost planes, and so does each part where planes
-/// lie further apart than two usual steps and 10 mm. The surface of the solid moves as in
-/// [`carry_surface`] and is cut by the slices; `rule` tells what contours of a plane hold together. In slices where nothing of it
-/// moves, the contours are those that were given there; elsewhere none encloses less than 2 mm², unless one that was
-/// given does.
+/// Between planes the solid is where the signed distances to the contours beside, weighted by
+/// nearness, are negative, each shifted towards the other where they then lie upon each other
+/// better (a thin structure that slants would vanish between them: see `shear`); it ends half a
+/// usual step beyond the outermost planes, and so does each part where planes lie further apart
+/// than two usual steps and 10 mm. The surface of the solid moves as in [`carry_surface`] and is
+/// cut by the slices; `rule` tells what contours of a plane hold together. In slices where nothing
+/// of it moves, the contours are those that were given there; elsewhere none encloses less than 2
+/// mm², unless one that was given does.
 ///
 /// # Errors
-/// When no contour encloses anything, one lies nowhere near the grid or is not parallel to the slices, a parameter is out of
-/// range, or the user stopped.
+/// When no contour encloses anything, one lies nowhere near the grid or is not parallel to the
+/// slices, a parameter is out of range, or the user stopped.
 pub fn carry_contours(
     contours: &[Vec<Point>],
     rule: Rule,
@@ -100,8 +101,8 @@ fn planes(contours: &[Vec<Point>], rule: Rule, grid: &Grid) -> Result<Vec<Plane>
     Ok(planes.into_par_iter().map(outlined).collect())
 }
 
-/// How thick a structure is in its planes, mm: twice the area by the length of the outline, which is the width of a
-/// long band and the radius of a disc, in the mean over its area.
+/// How thick a structure is in its planes, mm: twice the area by the length of the outline, which
+/// is the width of a long band and the radius of a disc, in the mean over its area.
 fn thickness(planes: &[Plane]) -> f64 {
     let (mut area, mut weighed) = (0.0, 0.0);
     for contour in planes.iter().flat_map(|p| p.outlines.contours()) {

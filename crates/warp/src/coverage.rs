@@ -40,7 +40,8 @@ impl Window {
         }
     }
 
-    /// One voxel more on each side, within a volume of `size` voxels; of an empty one the first two along each axis.
+    /// One voxel more on each side, within a volume of `size` voxels; of an empty one the first two
+    /// along each axis.
     pub(crate) fn wider(self, size: [usize; 3]) -> Self {
         if self.is_empty() {
             return Self { first: [0; 3], end: size.map(|n| n.min(2)) };
@@ -161,8 +162,8 @@ impl Coverage {
         self.words.iter_mut().zip(&other.words).for_each(|(own, other)| *own |= other);
     }
 
-    /// Calls `with` for each voxel (i, j, k) that is marked here and not in `other`, of the same window; their
-    /// number.
+    /// Calls `with` for each voxel (i, j, k) that is marked here and not in `other`, of the same
+    /// window; their number.
     pub(crate) fn each_without(&self, other: &Self, mut with: impl FnMut([usize; 3])) -> usize {
         let mut count = 0;
         for (at, (own, other)) in self.words.iter().zip(&other.words).enumerate() {

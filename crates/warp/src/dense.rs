@@ -1,8 +1,8 @@
-//! Small dense things in the tissue, clips and wires, as they are: what is stiff does not deform, and interpolation would blur
-//! what a planner looks for.
+//! Small dense things in the tissue, clips and wires, as they are: what is stiff does not deform,
+//! and interpolation would blur what a planner looks for.
 //!
-//! Each is moved by the displacement of its middle in whole voxels, so that every value of it stays as it was scanned; its
-//! place is then known to half a voxel.
+//! Each is moved by the displacement of its middle in whole voxels, so that every value of it stays
+//! as it was scanned; its place is then known to half a voxel.
 
 use crate::{Error, Params, carry_points};
 use std::collections::BTreeSet;
@@ -53,8 +53,9 @@ pub struct Dense {
     pub fate: DenseFate,
 }
 
-/// Finds dense things in and near the mesh, outside the chest wall, and puts the small ones into `out`, the CT after deformation on the CT's
-/// grid, as they were scanned. In the order of their first voxels.
+/// Finds dense things in and near the mesh, outside the chest wall, and puts the small ones into
+/// `out`, the CT after deformation on the CT's grid, as they were scanned. In the order of their
+/// first voxels.
 ///
 /// # Errors
 /// When a parameter is out of range.

@@ -8,19 +8,21 @@ use supine_volume::{Ct, Volume, sample_trilinear_at};
 /// A dose before and after deformation, Gy.
 #[derive(Clone, Debug)]
 pub struct CarriedDose {
-    /// As it was given; in the air beside moving tissue as it goes on from there, where no such dose was given.
+    /// As it was given; in the air beside moving tissue as it goes on from there, where no such
+    /// dose was given.
     pub planned: Volume<f32>,
-    /// On the grid of the origins: what the tissue that lies in a voxel had received. Outside the skin, as far as the
-    /// origins have a layer there, it goes on from the tissue, so that who interpolates it has the dose of tissue up to the
-    /// skin.
+    /// On the grid of the origins: what the tissue that lies in a voxel had received. Outside the
+    /// skin, as far as the origins have a layer there, it goes on from the tissue, so that who
+    /// interpolates it has the dose of tissue up to the skin.
     pub carried: Volume<f32>,
 }
 
 /// A dose after deformation, on the grid of `origins`.
 ///
 /// A deformed dose, not one that is computed anew on the deformed anatomy. Trilinear; 0 where the
-/// tissue left and outside the grid of the dose. `ct`, before deformation, tells tissue from air; without it all that lies
-/// outside the mesh and beside its skin is taken for air, and the dose there for one of tissue.
+/// tissue left and outside the grid of the dose. `ct`, before deformation, tells tissue from air;
+/// without it all that lies outside the mesh and beside its skin is taken for air, and the dose
+/// there for one of tissue.
 ///
 /// # Errors
 /// [`Stopped`].
@@ -57,9 +59,10 @@ pub fn carry_dose(
 
 /// Density of tissue of a CT number, g/mL: 1 + HU / 1000, 0 below -1000 HU.
 ///
-/// The definition of the Hounsfield scale, HU = 1000 (μ / μ_water - 1), with attenuation in proportion to
-/// density. Within some percent for soft tissue, too high for bone by up to half, for which planning
-/// systems have a calibrated curve (Schneider, Pedroni and Lomax, Phys. Med. Biol. 41, 1996).
+/// The definition of the Hounsfield scale, HU = 1000 (μ / μ_water - 1), with attenuation in
+/// proportion to density. Within some percent for soft tissue, too high for bone by up to half, for
+/// which planning systems have a calibrated curve (Schneider, Pedroni and Lomax, Phys. Med. Biol.
+/// 41, 1996).
 pub fn density(hu: f32) -> f64 {
     (1.0 + f64::from(hu) / 1000.0).max(0.0)
 }
@@ -75,9 +78,10 @@ pub struct DoseTotals {
     pub mass_g: Option<[f64; 2]>,
 }
 
-/// Sums of a dose, before (as given, on its grid) and after ([`carry_dose`], on the grid of `origins`), weighted
-/// with the [`density`] of the CT's tissue at the centres of the voxels. HU are carried unchanged, so
-/// that mass goes with volume. What goes on from the tissue into the air beside it is not counted.
+/// Sums of a dose, before (as given, on its grid) and after ([`carry_dose`], on the grid of
+/// `origins`), weighted with the [`density`] of the CT's tissue at the centres of the voxels. HU
+/// are carried unchanged, so that mass goes with volume. What goes on from the tissue into the air
+/// beside it is not counted.
 pub fn dose_totals(
     [before, after]: [&Volume<f32>; 2],
     origins: &Origins,

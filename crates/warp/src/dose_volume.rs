@@ -21,8 +21,8 @@ pub struct DoseVolume {
 }
 
 impl DoseVolume {
-    /// The dose within closed contours parallel to the slices of `slices` (LPS, mm), trilinear at samples 1 mm apart, more in
-    /// structures of over 4 litres.
+    /// The dose within closed contours parallel to the slices of `slices` (LPS, mm), trilinear at
+    /// samples 1 mm apart, more in structures of over 4 litres.
     ///
     /// # Errors
     /// When the contours enclose nothing, or are not what [`fill_contours`] takes.
@@ -60,7 +60,8 @@ impl DoseVolume {
         self.doses_gy.last().copied().unwrap_or(0.0).into()
     }
 
-    /// Least dose to the share of the volume that receives most, Gy: D98 % at 0.98 (ICRU Report 83).
+    /// Least dose to the share of the volume that receives most, Gy: D98 % at 0.98 (ICRU Report
+    /// 83).
     pub fn at_volume(&self, share: f64) -> f64 {
         let last = self.doses_gy.len() - 1;
         let rank = ((1.0 - share) * self.doses_gy.len() as f64).floor() as usize;

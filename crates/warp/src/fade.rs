@@ -38,8 +38,8 @@ pub struct Faded {
 
 /// The displacement of a deformation with its fade towards the `cut` faces.
 ///
-/// u s(d / w) with s(t) = t² (3 - 2 t), d the distance of the node (CT shape) to the cut. The width w is
-/// `params.fade_mm`, or chosen so that det F > 0.
+/// u s(d / w) with s(t) = t² (3 - 2 t), d the distance of the node (CT shape) to the cut. The width
+/// w is `params.fade_mm`, or chosen so that det F > 0.
 ///
 /// # Errors
 /// When a parameter is out of range.
@@ -70,7 +70,8 @@ impl Prepared {
     }
 }
 
-/// What fades the displacements of a mesh, as often as they change: how far its nodes lie from the cut.
+/// What fades the displacements of a mesh, as often as they change: how far its nodes lie from the
+/// cut.
 #[derive(Debug)]
 pub struct Fading {
     mesh: Arc<TetMesh>,
@@ -96,11 +97,12 @@ impl Fading {
         on_cut.map(|(_, u)| u.norm()).fold(0.0, f64::max)
     }
 
-    /// As [`fade`]: u s(d / w) with s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the node in the CT shape to the
-    /// nearest cut face, w = width.
+    /// As [`fade`]: u s(d / w) with s(t) = t² (3 - 2 t) for t in 0..1, d = distance (mm) of the
+    /// node in the CT shape to the nearest cut face, w = width.
     ///
-    /// Without a given width: the smallest of a geometric series, not below three times the largest displacement on the cut
-    /// nor below the mean edge of the cut faces, that spoils no tetrahedron.
+    /// Without a given width: the smallest of a geometric series, not below three times the largest
+    /// displacement on the cut nor below the mean edge of the cut faces, that spoils no
+    /// tetrahedron.
     ///
     /// # Errors
     /// When a parameter is out of range, or it is a displacement of another mesh.

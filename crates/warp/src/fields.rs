@@ -148,7 +148,8 @@ pub fn fields(
     })
 }
 
-/// Ways below this are those of tissue at rest, mm: places in indices up to 8192 are rounded to 1e-12.
+/// Ways below this are those of tissue at rest, mm: places in indices up to 8192 are rounded to
+/// 1e-12.
 const ROUNDING_MM: f64 = 1e-9;
 
 /// Barycentric coordinates in the parent from those in the piece.
@@ -167,7 +168,8 @@ struct Owned {
 }
 
 impl Owned {
-    /// From the voxel to its place on the other side, LPS, mm; exactly 0 where nothing but rounding moves it.
+    /// From the voxel to its place on the other side, LPS, mm; exactly 0 where nothing but rounding
+    /// moves it.
     fn way_mm(&self, grid: &Grid) -> [f32; 3] {
         let index = Vector::from([0, 1, 2].map(|a| self.place[a] - self.voxel[a]));
         let mm = grid.direction() * index.component_mul(&grid.spacing());
@@ -188,8 +190,8 @@ struct Direction<'a> {
 }
 
 impl Direction<'_> {
-    /// Calls `begin` for each of `slabs`, and `write` for each voxel in them that is owned, with its place in the
-    /// slab.
+    /// Calls `begin` for each of `slabs`, and `write` for each voxel in them that is owned, with
+    /// its place in the slab.
     fn paint<S: Send>(
         &self,
         slabs: impl IndexedParallelIterator<Item = S>,

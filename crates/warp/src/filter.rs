@@ -10,12 +10,12 @@ use crate::pullback::Pullback;
 pub enum Interpolation {
     /// Trilinear: of the 8 voxels around. Smooths edges and noise.
     Linear,
-    /// Cubic convolution of 4 voxels along each axis, a = -1/2 (Keys, IEEE Trans. Acoust. Speech Signal
-    /// Process. 29, 1981, 1153).
+    /// Cubic convolution of 4 voxels along each axis, a = -1/2 (Keys, IEEE Trans. Acoust. Speech
+    /// Signal Process. 29, 1981, 1153).
     #[default]
     Cubic,
-    /// Windowed sinc of 6 voxels along each axis, with weights that sum to one (Duchon, J. Appl. Meteorol. 18,
-    /// 1979, 1016).
+    /// Windowed sinc of 6 voxels along each axis, with weights that sum to one (Duchon, J. Appl.
+    /// Meteorol. 18, 1979, 1016).
     Lanczos3,
 }
 
@@ -76,10 +76,12 @@ fn sinc(x: f64) -> f64 {
     if x < 1e-9 { 1.0 } else { x.sin() / x }
 }
 
-/// The value at a continuous index, held within the volume; beyond its edges the outermost voxels go on.
+/// The value at a continuous index, held within the volume; beyond its edges the outermost voxels
+/// go on.
 ///
-/// Cubic and Lanczos filters overshoot beside edges: their values are held within those of the voxels that they
-/// take, so that beside the skin no tissue is darker than air and none denser than the densest near by.
+/// Cubic and Lanczos filters overshoot beside edges: their values are held within those of the
+/// voxels that they take, so that beside the skin no tissue is darker than air and none denser than
+/// the densest near by.
 pub(crate) fn value(source: &Source<'_>, interpolation: Interpolation, q: Index) -> f64 {
     let size = source.size();
     let width = interpolation.width();
@@ -118,7 +120,8 @@ pub(crate) fn mean(
     samples: usize,
 ) -> i16 {
     let (centre, slopes) = (pullback.at(p), pullback.affine(p).1);
-    // Samples may lie beyond the tetrahedron, where the tissue goes on; one that is flat has no slopes.
+    // Samples may lie beyond the tetrahedron, where the tissue goes on; one that is flat has no
+    // slopes.
     let places = offsets(samples).map(|d| {
         let aside = slopes.map(|s| s[0] * d[0] + s[1] * d[1] + s[2] * d[2]);
         let known = aside.iter().all(|v| v.abs() < WIDEST as f64);
@@ -135,8 +138,8 @@ pub(crate) fn offsets(samples: usize) -> impl Iterator<Item = [f64; 3]> {
         .map(move |n| [n % samples, n / samples % samples, n / (samples * samples)].map(offset))
 }
 
-/// Samples along each axis of a voxel in tissue of volume ratio `det`: one where it is at least `below`, else as
-/// many as voxels of the CT are squeezed into one.
+/// Samples along each axis of a voxel in tissue of volume ratio `det`: one where it is at least
+/// `below`, else as many as voxels of the CT are squeezed into one.
 pub(crate) fn samples(det: f64, below: f64) -> usize {
     if det >= below {
         return 1;
@@ -176,7 +179,8 @@ mod tests {
         }
     }
 
-    /// Cubic convolution is exact for polynomials of degree 2 (Keys 1981), the trilinear value for degree 1.
+    /// Cubic convolution is exact for polynomials of degree 2 (Keys 1981), the trilinear value for
+    /// degree 1.
     #[test]
     fn polynomials_are_as_exact_as_the_filters_promise() {
         let data = volume(|[i, j, k]| 4.0 * i * i - 8.0 * j + 12.0 * j * k);

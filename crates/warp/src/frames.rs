@@ -18,7 +18,8 @@ use supine_volume::Ct;
 
 /// A CT and a mesh in it whose displacement changes from frame to frame.
 ///
-/// Only voxels that the frame before changed are restored, and what does not change is prepared once.
+/// Only voxels that the frame before changed are restored, and what does not change is prepared
+/// once.
 #[derive(Debug)]
 pub struct Frames {
     ct: Arc<Ct>,
@@ -49,10 +50,12 @@ impl Frames {
         Self::prepared(ct, still, mesh, params)
     }
 
-    /// The same with frames on another grid, LPS, which may hold a part of the tissue alone; air where there is no CT.
+    /// The same with frames on another grid, LPS, which may hold a part of the tissue alone; air
+    /// where there is no CT.
     ///
-    /// The pieces that follow a quadratic displacement are kept from frame to frame and made finer where they miss it in the grid
-    /// by more than [`Params::curve_tolerance_mm`]: within it, a frame depends on those before.
+    /// The pieces that follow a quadratic displacement are kept from frame to frame and made finer
+    /// where they miss it in the grid by more than [`Params::curve_tolerance_mm`]: within it, a
+    /// frame depends on those before.
     ///
     /// # Errors
     /// When an axis of the CT or the grid cannot be sampled or a parameter is out of range.
@@ -118,10 +121,11 @@ impl Frames {
         &self.edges
     }
 
-    /// Makes `frame`, which holds [`Frames::still`] or the frame before, the CT carried by a deformation of the mesh.
+    /// Makes `frame`, which holds [`Frames::still`] or the frame before, the CT carried by a
+    /// deformation of the mesh.
     ///
-    /// The displacement is taken as it is: to let it fade towards the cut, give what [`crate::fade`] makes
-    /// of it.
+    /// The displacement is taken as it is: to let it fade towards the cut, give what
+    /// [`crate::fade`] makes of it.
     ///
     /// # Errors
     /// When it is one of another mesh.
@@ -161,8 +165,8 @@ impl Frames {
         self.paint_seen(deformation, None, frame)
     }
 
-    /// Makes `frame` as [`Frames::next`] does where only planes of the grid are seen (axis, number): elsewhere it then holds
-    /// nothing of use.
+    /// Makes `frame` as [`Frames::next`] does where only planes of the grid are seen (axis,
+    /// number): elsewhere it then holds nothing of use.
     ///
     /// # Errors
     /// When it is one of another mesh.

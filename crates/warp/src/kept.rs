@@ -1,12 +1,13 @@
-//! Pieces that are kept while a quadratic displacement changes: halved where they no longer follow it, and never joined again.
+//! Pieces that are kept while a quadratic displacement changes: halved where they no longer follow
+//! it, and never joined again.
 
 use crate::pieces::{Curve, MAX_PIECES, Pieces, difference};
 use rayon::prelude::*;
 use supine_mesh::{Order, TET_EDGES};
 use supine_space::{Grid, Point, Progress, Stopped, Vector};
 
-/// Pieces that miss the displacement by more than the tolerance are made to miss it by this share of it: the tissue may move on
-/// before they are halved again.
+/// Pieces that miss the displacement by more than the tolerance are made to miss it by this share
+/// of it: the tissue may move on before they are halved again.
 const TIGHTER: f64 = 0.5;
 /// A tetrahedron matters from so many voxels outside of the grid on.
 const BESIDE: f64 = 1.0;
@@ -15,8 +16,8 @@ const BESIDE: f64 = 1.0;
 #[derive(Debug)]
 pub(crate) struct Kept {
     grid: Grid,
-    /// The edges of the pieces: their tetrahedron, and how they lead in its barycentric coordinates. Of equal ones, which bulge
-    /// alike, one.
+    /// The edges of the pieces: their tetrahedron, and how they lead in its barycentric
+    /// coordinates. Of equal ones, which bulge alike, one.
     edges: Vec<(u32, [f32; 4])>,
 }
 
@@ -26,7 +27,8 @@ impl Kept {
         Self { grid, edges: edges(pieces) }
     }
 
-    /// Gives the pieces another displacement of their mesh and halves those that are seen and miss it; whether all stayed.
+    /// Gives the pieces another displacement of their mesh and halves those that are seen and miss
+    /// it; whether all stayed.
     pub(crate) fn follow(
         &mut self,
         pieces: &mut Pieces,
@@ -55,7 +57,8 @@ impl Kept {
         Ok(!halved)
     }
 
-    /// Whether a tetrahedron, moved, reaches the grid. It lies among the control points of its Bézier form.
+    /// Whether a tetrahedron, moved, reaches the grid. It lies among the control points of its
+    /// Bézier form.
     fn sees(&self, curve: &Curve<'_>, tet: usize) -> bool {
         let values = curve.displacement.values();
         let corners = curve.mesh.tets()[tet].map(|p| {

@@ -4,9 +4,9 @@ use crate::{Origin, Origins, origins::there};
 use supine_space::{Point, Progress, Stopped};
 use supine_volume::Volume;
 
-/// A label map after deformation, on the grid of `origins`: each voxel has the label that is nearest to
-/// where its tissue was. Labels are never mixed. Voxels that the tissue left, and places outside the label
-/// map, get `T::default()`.
+/// A label map after deformation, on the grid of `origins`: each voxel has the label that is
+/// nearest to where its tissue was. Labels are never mixed. Voxels that the tissue left, and places
+/// outside the label map, get `T::default()`.
 ///
 /// Air beside the skin does not take the place of what stays.
 ///

@@ -1,19 +1,21 @@
 //! CT, mesh and displacement to the deformed CT.
 //!
 //! For every voxel centre inside a deformed tetrahedron the CT is sampled where that tetrahedron
-//! came from (as [`Interpolation`] says, halves to even). Each voxel has exactly one owner, decided by exact
-//! signs. Where the tissue was and no longer is there is air; all else is the CT, bit for bit.
+//! came from (as [`Interpolation`] says, halves to even). Each voxel has exactly one owner, decided
+//! by exact signs. Where the tissue was and no longer is there is air; all else is the CT, bit for
+//! bit.
 //!
 //! The steps, one file each: [`fade`] holds the displacement back at the cut; `pieces` follows a
-//! quadratic displacement by straight tetrahedra, which live frames have `kept`; `collar` adds the air-side layer that
-//! carries the blurred skin edge; `map` converts all vertices to index space, once; `raster` says
-//! which voxels each tetrahedron owns (`batch` and `sweep`: several at once; `rows` and `predicate`: exact signs
-//! where that is not enough) in the `order` of a curve; `resample` samples
-//! them by a `kernel` and keeps by `coverage` that each is written once; `frames` does so again and
-//! again; `fields` and `points` carry vectors and points; `origins` leads any grid back to the CT, for
-//! `labels`, `masks` and `dose`; `surface` and `contours` go forward like points; `consistency` holds the two
-//! fields against each other; `resampling` crops fields to what moves and leads them on into the air that the tissue
-//! left, for other programs; `dense` keeps clips and wires whole; `beyond` counts what was never measured.
+//! quadratic displacement by straight tetrahedra, which live frames have `kept`; `collar` adds the
+//! air-side layer that carries the blurred skin edge; `map` converts all vertices to index space,
+//! once; `raster` says which voxels each tetrahedron owns (`batch` and `sweep`: several at once;
+//! `rows` and `predicate`: exact signs where that is not enough) in the `order` of a curve;
+//! `resample` samples them by a `kernel` and keeps by `coverage` that each is written once;
+//! `frames` does so again and again; `fields` and `points` carry vectors and points; `origins`
+//! leads any grid back to the CT, for `labels`, `masks` and `dose`; `surface` and `contours` go
+//! forward like points; `consistency` holds the two fields against each other; `resampling` crops
+//! fields to what moves and leads them on into the air that the tissue left, for other programs;
+//! `dense` keeps clips and wires whole; `beyond` counts what was never measured.
 
 mod air;
 mod batch;
@@ -124,8 +126,8 @@ const CURVE_WARNING_MM: f64 = 0.1;
 /// Outside mesh and collar, voxels of the CT at or above this are tissue and stay.
 const BODY_HU: i16 = -500;
 
-/// The CT after deformation, on its own grid; `deformation` as the solver gave it, the fade is applied
-/// within.
+/// The CT after deformation, on its own grid; `deformation` as the solver gave it, the fade is
+/// applied within.
 ///
 /// # Errors
 /// When an axis of the CT has a single voxel, a parameter
@@ -139,8 +141,9 @@ pub fn warp(
     warp_onto(ct.grid(), ct, deformation, params, progress)
 }
 
-/// As [`warp`], on any `grid`: what lies outside the mesh is interpolated as `params` say, averaged where the
-/// grid is coarser than the CT, and air outside the CT. On the CT's own grid it stays bit for bit.
+/// As [`warp`], on any `grid`: what lies outside the mesh is interpolated as `params` say, averaged
+/// where the grid is coarser than the CT, and air outside the CT. On the CT's own grid it stays bit
+/// for bit.
 ///
 /// # Errors
 /// As [`warp`], for the grid as for the CT.

@@ -8,8 +8,9 @@ use supine_volume::Volume;
 /// A place halfway between voxels, in halves of voxels.
 type Half = [i64; 2];
 
-/// Outer outlines of a mask, slice by slice, through the middles between voxels within and without (LPS, mm); holes and
-/// outlines that enclose less than `least_mm2` are left out. Voxels that touch at a corner alone are apart.
+/// Outer outlines of a mask, slice by slice, through the middles between voxels within and without
+/// (LPS, mm); holes and outlines that enclose less than `least_mm2` are left out. Voxels that touch
+/// at a corner alone are apart.
 pub fn mask_contours(mask: &Volume<bool>, least_mm2: f64) -> Vec<Vec<Point>> {
     let (grid, spacing) = (mask.grid(), mask.grid().spacing());
     let slices: Vec<Vec<Vec<Point>>> = (0..grid.size()[2])
@@ -43,7 +44,8 @@ fn outlines(mask: &Volume<bool>, k: usize) -> Vec<Vec<Half>> {
             let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[a, b]| within(i + a, j + b));
             let sides = [[1, 0], [2, 1], [1, 2], [0, 1]].map(|[a, b]| [2 * i + a, 2 * j + b]);
             for side in 0..4 {
-                // Going round anticlockwise, the outline leaves the square where what is within begins.
+                // Going round anticlockwise, the outline leaves the square where what is within
+                // begins.
                 if !corners[side] && corners[(side + 1) % 4] {
                     let end =
                         (1..4).find(|n| corners[(side + n) % 4] && !corners[(side + n + 1) % 4]);

@@ -11,14 +11,15 @@ const MARGIN: usize = 2;
 /// Longest distance that is told from a longer one, mm.
 const FAR_MM: f32 = 1e3;
 
-/// A mask after deformation, on the grid of `origins`. Voxels that the tissue left, and places outside the
-/// mask's grid, do not hold.
+/// A mask after deformation, on the grid of `origins`. Voxels that the tissue left, and places
+/// outside the mask's grid, do not hold.
 ///
-/// Within the tissue, those voxels hold whose tissue lies deepest in the mask by the signed distance to its
-/// boundary, interpolated linearly (shape-based interpolation: Raya and Udupa, IEEE Trans Med Imaging 9 (1990)
-/// 32), and as many of them as the mask interpolated linearly weighs. So the volume is that of the carried
-/// structure to within a voxel: the nearest voxels lose or double part of a slice wherever the motion crosses
-/// the middle between two, and any fixed level thins out what is thin.
+/// Within the tissue, those voxels hold whose tissue lies deepest in the mask by the signed
+/// distance to its boundary, interpolated linearly (shape-based interpolation: Raya and Udupa, IEEE
+/// Trans Med Imaging 9 (1990) 32), and as many of them as the mask interpolated linearly weighs. So
+/// the volume is that of the carried structure to within a voxel: the nearest voxels lose or double
+/// part of a slice wherever the motion crosses the middle between two, and any fixed level thins
+/// out what is thin.
 ///
 /// Air beside the skin does not take the place of what stays.
 ///
@@ -115,7 +116,8 @@ impl Shape {
     }
 }
 
-/// The box of the voxels that hold with [`MARGIN`] voxels on all sides, cut to the box `within` and as many.
+/// The box of the voxels that hold with [`MARGIN`] voxels on all sides, cut to the box `within` and
+/// as many.
 fn part(mask: &Volume<bool>, within: Option<Window>) -> Option<([usize; 3], Grid)> {
     let grid = mask.grid();
     let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);

@@ -1,5 +1,5 @@
-//! An order of tetrahedra in which neighbours follow each other, so that voxels near by are met while they are in
-//! the cache.
+//! An order of tetrahedra in which neighbours follow each other, so that voxels near by are met
+//! while they are in the cache.
 
 use crate::predicate::Index;
 use rayon::prelude::*;
@@ -20,7 +20,8 @@ pub(crate) struct Sorted {
 }
 
 impl Sorted {
-    /// The first `count` of `tets` along a Morton curve through their centres, the others after them as they are.
+    /// The first `count` of `tets` along a Morton curve through their centres, the others after
+    /// them as they are.
     pub(crate) fn new(vertices: &[Index], tets: &[[u32; 4]], count: usize) -> Self {
         const NONE: u32 = u32::MAX;
         let mut ids = along_curve(vertices, &tets[..count]);

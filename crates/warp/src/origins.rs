@@ -10,8 +10,8 @@ use supine_mesh::{
 use supine_space::{Grid, Point, Progress, Stopped, Vector};
 use supine_volume::{Volume, distance_mm};
 
-/// Where the value of a voxel after deformation comes from. Vectors lead from the centre of the voxel to
-/// that place in the CT (LPS, mm).
+/// Where the value of a voxel after deformation comes from. Vectors lead from the centre of the
+/// voxel to that place in the CT (LPS, mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Origin {
     /// From the same place: nothing moved here.
@@ -44,7 +44,8 @@ impl Origins {
     /// The map on `grid`; `deformation` as the solver gave it, the fade is applied within.
     ///
     /// What lies up to `layer_mm` outside the skin moves and turns with it, as points do
-    /// ([`crate::carry_points`]). Label maps need that: their voxels reach beyond the faces of a mesh.
+    /// ([`crate::carry_points`]). Label maps need that: their voxels reach beyond the faces of a
+    /// mesh.
     ///
     /// # Errors
     /// When an axis of the grid has a single voxel, a
@@ -173,7 +174,8 @@ fn length(v: [f32; 3]) -> f64 {
     Vector::from(v.map(f64::from)).norm()
 }
 
-/// The part of a grid within `margin` (mm) of the box of a mesh, two voxels or more along each axis.
+/// The part of a grid within `margin` (mm) of the box of a mesh, two voxels or more along each
+/// axis.
 fn part(grid: &Grid, mesh: &TetMesh, margin: f64) -> Option<([usize; 3], Grid)> {
     let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     for p in mesh.points() {
@@ -196,8 +198,8 @@ fn part(grid: &Grid, mesh: &TetMesh, margin: f64) -> Option<([usize; 3], Grid)> 
     grid.crop(start, size).ok().map(|part| (start, part))
 }
 
-/// Beyond the layer the motion falls to nothing within this way, so that the search of a place beside the
-/// skin has no step to stumble over, mm.
+/// Beyond the layer the motion falls to nothing within this way, so that the search of a place
+/// beside the skin has no step to stumble over, mm.
 const DECAY_MM: f64 = 40.0;
 
 /// The faded displacement, and where places lie in its mesh and beside its skin.
@@ -225,7 +227,8 @@ impl Skin {
 /// What [`Origins::with_fields`] makes.
 pub(crate) struct Mapped {
     pub(crate) origins: Origins,
-    /// On the part of the grid in which something may move; none where the mesh lies beside the grid.
+    /// On the part of the grid in which something may move; none where the mesh lies beside the
+    /// grid.
     pub(crate) fields: Option<Fields>,
     /// Where there is a layer beside the skin.
     pub(crate) skin: Option<Skin>,

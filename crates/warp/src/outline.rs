@@ -39,9 +39,10 @@ type Segment = [[f64; 2]; 2];
 
 /// Distance of each pixel centre from the edge of what contours hold, mm, negative inside.
 ///
-/// The nearest segment of each pixel is handed on from pixel to pixel, forwards and backwards, as in
-/// Danielsson's sequential distance map (Comput. Graph. Image Process. 14, 1980), and from there to the segments before and
-/// after it: exact beside the contours, elsewhere wrong by up to a fifth of a pixel.
+/// The nearest segment of each pixel is handed on from pixel to pixel, forwards and backwards, as
+/// in Danielsson's sequential distance map (Comput. Graph. Image Process. 14, 1980), and from there
+/// to the segments before and after it: exact beside the contours, elsewhere wrong by up to a fifth
+/// of a pixel.
 pub(crate) fn signed_distance(pixels: &Pixels, outlines: &Outlines) -> Vec<f32> {
     let segments = edge(outlines, pixels.step);
     let mut nearest = vec![(u32::MAX, f64::INFINITY); pixels.len()];
@@ -104,8 +105,8 @@ fn square_distance(p: [f64; 2], [a, b]: &Segment) -> f64 {
     off[0] * off[0] + off[1] * off[1]
 }
 
-/// The segments that have inside and outside beside them: of contours that cross or lie upon each other, pieces of at most
-/// a pixel.
+/// The segments that have inside and outside beside them: of contours that cross or lie upon each
+/// other, pieces of at most a pixel.
 fn edge(outlines: &Outlines, step: f64) -> Vec<Segment> {
     let contours = outlines.contours().iter();
     let segments = contours.flat_map(|c| (0..c.len()).map(|n| [c[n], c[(n + 1) % c.len()]]));

@@ -17,8 +17,8 @@ pub struct Params {
     pub curve_tolerance_mm: f64,
     /// How values between voxels of the CT are found.
     pub interpolation: Interpolation,
-    /// Where the volume of tissue shrinks to less than this share (det F), a voxel is the mean of several samples
-    /// within it; 0 switches that off.
+    /// Where the volume of tissue shrinks to less than this share (det F), a voxel is the mean of
+    /// several samples within it; 0 switches that off.
     pub supersample_below: f64,
 }
 

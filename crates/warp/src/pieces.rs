@@ -99,8 +99,8 @@ impl Pieces {
         }
     }
 
-    /// Halves edges until the pieces of the tetrahedra that `matter` miss the displacement, which they have, by
-    /// `tolerance_mm` at most; whether any was halved.
+    /// Halves edges until the pieces of the tetrahedra that `matter` miss the displacement, which
+    /// they have, by `tolerance_mm` at most; whether any was halved.
     pub(crate) fn refine(
         &mut self,
         max_pieces: usize,

@@ -40,8 +40,8 @@ impl Pullback {
         Self { slope, anchor, source, low, high }
     }
 
-    /// The place in the CT of `origin`, and its change along i, j, k (a row for each axis of the CT), not held
-    /// within the hull.
+    /// The place in the CT of `origin`, and its change along i, j, k (a row for each axis of the
+    /// CT), not held within the hull.
     #[inline(always)]
     pub(crate) fn affine(&self, origin: Index) -> (Index, [Index; 3]) {
         let [o, s, t, u] = self.source;

@@ -122,8 +122,8 @@ impl<'a> Raster<'a> {
         self.window.slices(slab * SLAB, (slab + 1) * SLAB)
     }
 
-    /// Gives what each tetrahedron owns within a slab to `paint`, tetrahedra in ascending order: where
-    /// several own a voxel (a folded mesh), the first is to keep it.
+    /// Gives what each tetrahedron owns within a slab to `paint`, tetrahedra in ascending order:
+    /// where several own a voxel (a folded mesh), the first is to keep it.
     pub(crate) fn scan(&self, slab: usize, paint: &mut impl Paint) {
         self.scan_those(self.members(slab), slab, paint);
     }

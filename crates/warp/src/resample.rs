@@ -26,7 +26,8 @@ pub(crate) struct Resampling {
     rules: Rules,
     /// What is within mesh or collar in the CT, slab by slab.
     before: Vec<Coverage>,
-    /// The tetrahedra in the order in which they are worked on, those of the collar last, from this one on.
+    /// The tetrahedra in the order in which they are worked on, those of the collar last, from this
+    /// one on.
     sorted: Sorted,
     collar_from: usize,
     /// Their vertices in the CT, as its indices.
@@ -66,8 +67,8 @@ impl Resampling {
         Self { near, size, rules, before, sorted, collar_from: map.collar_from, rest }
     }
 
-    /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened; `source` is the volume
-    /// that this was made for.
+    /// Changes `out`, which holds the CT undeformed (i fastest), and says what happened; `source`
+    /// is the volume that this was made for.
     pub(crate) fn run(
         &self,
         source: Source<'_>,
@@ -78,7 +79,8 @@ impl Resampling {
         self.run_seen(source, (map, None), out, progress)
     }
 
-    /// The same where only planes of the grid are seen (axis, number): elsewhere `out` then holds nothing of use.
+    /// The same where only planes of the grid are seen (axis, number): elsewhere `out` then holds
+    /// nothing of use.
     pub(crate) fn run_seen(
         &self,
         source: Source<'_>,
@@ -199,8 +201,8 @@ struct Brush<'a> {
     /// The maps of the tetrahedra that are looked at, and the one that is worked on.
     locals: Option<Locals>,
     item: Item,
-    /// Of the tetrahedra that are looked at: what is to be written, where its voxels lie in the CT, their values
-    /// and their number.
+    /// Of the tetrahedra that are looked at: what is to be written, where its voxels lie in the CT,
+    /// their values and their number.
     strokes: Vec<Stroke>,
     spots: Spots,
     values: Vec<i16>,
@@ -271,8 +273,8 @@ impl Paint for Brush<'_> {
 }
 
 impl Brush<'_> {
-    /// Takes the voxels of the mesh: all of them at first, and if it turns out that some are claimed again, those
-    /// that no tetrahedron before has.
+    /// Takes the voxels of the mesh: all of them at first, and if it turns out that some are
+    /// claimed again, those that no tetrahedron before has.
     #[inline(always)]
     fn take_mesh(&mut self, spans: &[Span]) {
         if self.folded.is_some() {
@@ -319,7 +321,8 @@ impl Brush<'_> {
         self.voxels += voxels as usize;
     }
 
-    /// Finds in the CT what belongs to the strokes from number `first` on, whose voxels begin at number `before`.
+    /// Finds in the CT what belongs to the strokes from number `first` on, whose voxels begin at
+    /// number `before`.
     #[inline(always)]
     fn locate(&mut self, first: usize, before: usize) {
         let Some(locals) = &self.locals else { return };
@@ -363,8 +366,8 @@ impl Brush<'_> {
         }
     }
 
-    /// Writes the strokes from number `first` on, whose voxels begin at number `before`, and forgets them: the
-    /// mean of `samples`³ values in each voxel.
+    /// Writes the strokes from number `first` on, whose voxels begin at number `before`, and
+    /// forgets them: the mean of `samples`³ values in each voxel.
     #[cold]
     #[inline(never)]
     fn filter(&mut self, samples: usize, first: usize, before: usize) {
@@ -391,8 +394,8 @@ impl Brush<'_> {
         for stroke in &self.strokes {
             let length = stroke.length as usize;
             let (out, new) = (&mut self.out[stroke.range()], &values[..length]);
-            // A few numbers of the same size each: to change more and keep the rest would wait for what was
-            // written just before.
+            // A few numbers of the same size each: to change more and keep the rest would wait for
+            // what was written just before.
             match length {
                 0..4 => [0, length / 2, length - 1].into_iter().for_each(|n| out[n] = new[n]),
                 4..8 => [0, length - 4]

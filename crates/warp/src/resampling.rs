@@ -1,5 +1,5 @@
-//! What other programs move images and points by: fields on the part of a grid in which something moves, led on beside the
-//! skin, and the backward one into the air that the tissue left.
+//! What other programs move images and points by: fields on the part of a grid in which something
+//! moves, led on beside the skin, and the backward one into the air that the tissue left.
 
 use crate::beside_skin::beside_skin;
 use crate::coverage::Window;
@@ -12,25 +12,28 @@ use supine_volume::Volume;
 
 /// Fields on one part of a grid; beyond it nothing moves.
 ///
-/// It is one voxel wider on each side than all that moves, where the grid goes on: linear interpolation at its border
-/// meets 0. Its voxels are voxels of the grid. Where nothing moves at all it is the grid's first two voxels along each axis.
+/// It is one voxel wider on each side than all that moves, where the grid goes on: linear
+/// interpolation at its border meets 0. Its voxels are voxels of the grid. Where nothing moves at
+/// all it is the grid's first two voxels along each axis.
 #[derive(Clone, Debug)]
 pub struct MovingPart {
     /// The map itself, both ways, and its Jacobian: 0, 0 and 1 outside the mesh.
     pub fields: Fields,
     /// As [`resampling`] makes them, on the same voxels.
     pub resampling: Volume<[f32; 3]>,
-    /// What points move along, from the CT to the deformed (LPS, mm), on the same voxels: `ct_to_deformed` in the mesh, and
-    /// beside the skin what [`crate::carry_points`] does, as far as that reaches and a cell of the grid farther.
+    /// What points move along, from the CT to the deformed (LPS, mm), on the same voxels:
+    /// `ct_to_deformed` in the mesh, and beside the skin what [`crate::carry_points`] does, as far
+    /// as that reaches and a cell of the grid farther.
     pub points: Volume<[f32; 3]>,
 }
 
-/// Vectors by which any resampler of images makes the deformed CT, HU(x) = HU(x + v(x)): on the part of `grid` in which they
-/// are not 0, one voxel wider, from the deformed to the CT (LPS, mm).
+/// Vectors by which any resampler of images makes the deformed CT, HU(x) = HU(x + v(x)): on the
+/// part of `grid` in which they are not 0, one voxel wider, from the deformed to the CT (LPS, mm).
 ///
-/// They are those of the map in the deformed mesh. Around it, as far as a cell of the grid reaches, they follow the skin, so that
-/// the tissue beside it is interpolated between vectors of its own; where tissue was and now is air, they lead to air as well,
-/// so that the vectors alone leave no ghost of it.
+/// They are those of the map in the deformed mesh. Around it, as far as a cell of the grid reaches,
+/// they follow the skin, so that the tissue beside it is interpolated between vectors of its own;
+/// where tissue was and now is air, they lead to air as well, so that the vectors alone leave no
+/// ghost of it.
 ///
 /// # Errors
 /// When an axis of the grid has a single voxel, a parameter is out of range, or the user stopped.
@@ -45,7 +48,8 @@ pub fn resampling(
     crop(&vectors, moving(&vectors).wider(vectors.grid().size()))
 }
 
-/// The fields of [`crate::fields`] and the vectors of [`resampling`] on the part of `grid` in which any of them moves something.
+/// The fields of [`crate::fields`] and the vectors of [`resampling`] on the part of `grid` in which
+/// any of them moves something.
 ///
 /// # Errors
 /// When an axis of the grid has a single voxel, a parameter is out of range, or the user stopped.
@@ -78,13 +82,14 @@ pub fn moving_part(
     Ok(MovingPart { fields, resampling: crop(&vectors, window)?, points: crop(&points, window)? })
 }
 
-/// Somewhat more than the diagonal of a cell, mm: what follows the skin so far outside is all that is interpolated within it.
+/// Somewhat more than the diagonal of a cell, mm: what follows the skin so far outside is all that
+/// is interpolated within it.
 pub fn cell_mm(grid: &Grid) -> f64 {
     1.01 * grid.spacing().norm()
 }
 
-/// The vectors of origins on the part of their grid in which something moves; where tissue left, that of the nearest place
-/// that has one.
+/// The vectors of origins on the part of their grid in which something moves; where tissue left,
+/// that of the nearest place that has one.
 fn led_on(origins: &Origins) -> Result<Volume<[f32; 3]>, Error> {
     let Some((_, part)) = origins.moving() else {
         let first = origins.grid().crop([0; 3], [2; 3])?;

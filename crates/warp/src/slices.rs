@@ -9,13 +9,14 @@ const NEAR_MM: f64 = 0.05;
 /// Contours that enclose less are left out, mm².
 const MIN_MM2: f64 = 0.05;
 
-/// The contours in which the slices of `grid` cut a closed surface, slice by slice; LPS, mm. What lies
-/// within the surface lies within them by the even-odd rule where the surface does not cross itself.
+/// The contours in which the slices of `grid` cut a closed surface, slice by slice; LPS, mm. What
+/// lies within the surface lies within them by the even-odd rule where the surface does not cross
+/// itself.
 pub fn contours(surface: &TriSurface, grid: &Grid) -> Vec<Vec<Point>> {
     let index: Vec<[f64; 3]> =
         surface.points().iter().map(|p| grid.index_from_patient(p)).collect();
-    // By slice, from the side on which a triangle goes up through it to that on which it comes down; the
-    // triangle beside goes the other way there.
+    // By slice, from the side on which a triangle goes up through it to that on which it comes
+    // down; the triangle beside goes the other way there.
     let mut ways: BTreeMap<usize, BTreeMap<[u32; 2], Vec<[u32; 2]>>> = BTreeMap::new();
     for triangle in surface.triangles() {
         let k = triangle.map(|p| index[p as usize][2]);

@@ -22,10 +22,11 @@ pub struct Carried {
 
 /// The edges of the carried triangles follow the carried edges within this, mm.
 const TOLERANCE_MM: f64 = 0.1;
-/// Edges are not made shorter than half of this, mm. The map is compared with an edge at steps of this.
+/// Edges are not made shorter than half of this, mm. The map is compared with an edge at steps of
+/// this.
 const STEP_MM: f64 = 1.0;
-/// Sides of triangles within the reach of the mesh are no longer than this, mm: the map inside a larger
-/// triangle does not show on its edges.
+/// Sides of triangles within the reach of the mesh are no longer than this, mm: the map inside a
+/// larger triangle does not show on its edges.
 const LONGEST_MM: f64 = 5.0;
 /// The way on which the motion beside the skin falls to nothing behind the collar, mm.
 const DECAY_MM: f64 = 40.0;
@@ -34,14 +35,14 @@ const MOVED_MM: f64 = 0.01;
 /// Halvings: 5 m to 1 mm.
 const ROUNDS: usize = 13;
 
-/// A closed surface (LPS, mm) in the operating position; `deformation` as the solver gave it, the fade is
-/// applied within.
+/// A closed surface (LPS, mm) in the operating position; `deformation` as the solver gave it, the
+/// fade is applied within.
 ///
 /// Points in the mesh move with its map, those outside the skin as in [`crate::carry_points`] up to
-/// `params.collar_mm`; from there the motion falls smoothly to nothing within 40 mm, so that the surface
-/// does not tear. Points behind the chest wall and beyond the cut stay. Sides are split until the
-/// straight ones follow the carried ones within 0.1 mm, down to 1 mm. The first points are those of the given
-/// surface, in their order, unless two came to the same place.
+/// `params.collar_mm`; from there the motion falls smoothly to nothing within 40 mm, so that the
+/// surface does not tear. Points behind the chest wall and beyond the cut stay. Sides are split
+/// until the straight ones follow the carried ones within 0.1 mm, down to 1 mm. The first points
+/// are those of the given surface, in their order, unless two came to the same place.
 ///
 /// # Errors
 /// When a parameter is out of range, or the user stopped.
@@ -54,8 +55,8 @@ pub fn carry_surface(
     carried(surface, &Field::new(deformation, params)?, progress)
 }
 
-/// Points (LPS, mm) in the operating position, moved as those of a surface ([`carry_surface`]), such as the corners of
-/// open lines.
+/// Points (LPS, mm) in the operating position, moved as those of a surface ([`carry_surface`]),
+/// such as the corners of open lines.
 ///
 /// # Errors
 /// When a parameter is out of range.
@@ -160,8 +161,8 @@ fn key(a: u32, b: u32) -> [u32; 2] {
 }
 
 impl Pieces {
-    /// Halves the edges that have to be; false when there are none. `settled` edges need not be looked at
-    /// again.
+    /// Halves the edges that have to be; false when there are none. `settled` edges need not be
+    /// looked at again.
     fn split(&mut self, field: &Field, settled: &mut HashSet<[u32; 2]>) -> bool {
         let mut edges: Vec<([u32; 2], bool)> = Vec::with_capacity(3 * self.triangles.len());
         for &[a, b, c] in &self.triangles {

@@ -16,7 +16,8 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// Of the box of a lane of `extents`, in `slices`; `None` when there is none or it lies outside.
+    /// Of the box of a lane of `extents`, in `slices`; `None` when there is none or it lies
+    /// outside.
     #[inline(always)]
     pub(crate) fn new(
         [first, count]: &[[[i32; LANES]; 3]; 2],

@@ -373,15 +373,18 @@ fn differs(
     Patch { view, slice, at: low, size: [high[0] - low[0], high[1] - low[1]], hu }
 }
 
-/// "SEBD" and "AEBD", little-endian: the first bytes of a frame of the table, and of one with an applicator.
+/// "SEBD" and "AEBD", little-endian: the first bytes of a frame of the table, and of one with an
+/// applicator.
 const TABLE: u32 = 0x4442_4553;
 const APPLICATOR: u32 = 0x4442_4541;
 
-/// Little-endian: u32 magic, 0, planes, 0; four f32: of the table AP and LAT (degrees), the tumour's way (mm; NaN: unknown),
-/// ms; with an applicator the tumour's way, force (N), moment (N mm; NaN: a navigation does not say it), ms. For each plane u32 view (axial, sagittal, coronal),
-/// slice, first voxel right and down, how many right and down; its HU row by row as i16, with two bytes more where their
-/// number is odd. With an applicator eight f32 follow: the tumour's centre (LPS, mm), its distance and that of its surface from
-/// the applicator's (mm), the table's AP and LAT, 0.
+/// Little-endian: u32 magic, 0, planes, 0; four f32: of the table AP and LAT (degrees), the
+/// tumour's way (mm; NaN: unknown), ms; with an applicator the tumour's way, force (N), moment (N
+/// mm; NaN: a navigation does not say it), ms. For each plane u32 view (axial, sagittal, coronal),
+/// slice, first voxel right and down, how many right and down; its HU row by row as i16, with two
+/// bytes more where their number is odd. With an applicator eight f32 follow: the tumour's centre
+/// (LPS, mm), its distance and that of its surface from the applicator's (mm), the table's AP and
+/// LAT, 0.
 #[derive(Default)]
 struct Frame {
     bytes: Vec<u8>,

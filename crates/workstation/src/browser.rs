@@ -1,7 +1,7 @@
 //! Opens the browser at an address that nobody else may see.
 //!
-//! What a program is started with is seen by every user of a machine, so the browser is given a file that its owner alone
-//! may read, and that leads to the address.
+//! What a program is started with is seen by every user of a machine, so the browser is given a
+//! file that its owner alone may read, and that leads to the address.
 
 use std::io::Write;
 use tempfile::{Builder, NamedTempFile};

@@ -1,8 +1,8 @@
 //! The one owner of what is open: requests change it, the page is told of each change.
 
 use crate::Error;
+use crate::adjacent::Beside;
 use crate::bed::Previewed;
-use crate::beside::Beside;
 use crate::bytes::Voxels;
 use crate::follow::Following;
 use crate::job::Watching;

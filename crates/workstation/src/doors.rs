@@ -1,7 +1,8 @@
-//! The door: a connection that has not shown the key stays for a moment only, and never crowds out one that has.
+//! The door: a connection that has not shown the key stays for a moment only, and never crowds out
+//! one that has.
 //!
-//! The port is loopback, which all accounts of a machine share, and a process has some thousand descriptors at most: whoever
-//! opens connections and says nothing would lock the owner out.
+//! The port is loopback, which all accounts of a machine share, and a process has some thousand
+//! descriptors at most: whoever opens connections and says nothing would lock the owner out.
 
 use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};
@@ -18,9 +19,11 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{Instant, Sleep, sleep};
 
-/// So many connections may be without the key at a time; a page's files come over six. The oldest makes room for the next.
+/// So many connections may be without the key at a time; a page's files come over six. The oldest
+/// makes room for the next.
 const MOST: usize = 64;
-/// So long a connection may be without it and take nothing: the page's files may come by a slow tunnel.
+/// So long a connection may be without it and take nothing: the page's files may come by a slow
+/// tunnel.
 const WITHIN: Duration = Duration::from_secs(5);
 /// Between two tries to accept a connection while there are no descriptors.
 const AGAIN: Duration = Duration::from_millis(50);

@@ -60,8 +60,8 @@ pub(crate) enum Way {
 }
 
 impl Desk {
-    /// Makes changes of the case that the page sent. Files are no values that it may type: it names them by the numbers that were
-    /// given out, and can only take them away here.
+    /// Makes changes of the case that the page sent. Files are no values that it may type: it names
+    /// them by the numbers that were given out, and can only take them away here.
     ///
     /// # Errors
     /// As [`Self::edit`]; [`Error::NotBelow`] when a value names a file.
@@ -81,7 +81,8 @@ impl Desk {
     /// Makes changes of the case.
     ///
     /// # Errors
-    /// [`Error::Old`] when it was changed since the page looked; when a value does not fit, or the file cannot be written.
+    /// [`Error::Old`] when it was changed since the page looked; when a value does not fit, or the
+    /// file cannot be written.
     pub(crate) fn edit(self: &Arc<Self>, asked: Edits) -> Result<(), Error> {
         let edit = |edit: OneEdit| Edit { key: edit.key, value: edit.value };
         let edits: Vec<Edit> = asked.edits.into_iter().map(edit).collect();
@@ -161,7 +162,8 @@ impl Desk {
     /// Puts a new case into a file.
     ///
     /// # Errors
-    /// When the folder was not given out, the name is none, there is such a file, or it cannot be written.
+    /// When the folder was not given out, the name is none, there is such a file, or it cannot be
+    /// written.
     pub(crate) fn save_as(&self, asked: &SaveAs) -> Result<(), Error> {
         let SaveAs { dir, name } = asked;
         if !name.ends_with(".toml") {
@@ -187,7 +189,8 @@ fn without_ticks(text: &str) -> String {
 const OF_A_REGION: [&str; 2] = ["tumour.structure", "tumour.file"];
 
 impl Held {
-    /// Edits with those that follow from them: the side of a tumour that is placed, as long as nobody has set one.
+    /// Edits with those that follow from them: the side of a tumour that is placed, as long as
+    /// nobody has set one.
     fn with_what_follows(&mut self, mut edits: Vec<Edit>, placed: Option<[f64; 3]>) -> Vec<Edit> {
         let Some(session) = self.session.clone() else { return edits };
         let value = edits.iter().find(|edit| edit.key == "tumour.centre").map(|edit| &edit.value);
@@ -205,7 +208,8 @@ impl Held {
         edits
     }
 
-    /// The side of a tumour's centre, LPS, mm, where it is another than before and nobody has set one.
+    /// The side of a tumour's centre, LPS, mm, where it is another than before and nobody has set
+    /// one.
     fn side_of(&mut self, session: &Session, centre: [f64; 3]) -> Option<Edit> {
         let known = session.case().breast;
         let open = known.is_none() || self.side_proposed;
@@ -248,7 +252,8 @@ impl Held {
     pub(crate) fn mark_as(&mut self, session: &Session) {
         let written = self.result_of.as_deref();
         let now = self.case.as_ref().map(CaseFile::text);
-        // Ticks say what was looked at: the written report lacks them, and nothing that was computed is another for it.
+        // Ticks say what was looked at: the written report lacks them, and nothing that was
+        // computed is another for it.
         let is_ticked = written.map(without_ticks) == now.map(without_ticks);
         let is_of_ticked = written.is_some() && is_ticked;
         if let Some(result) = &mut self.state.result {
@@ -264,7 +269,8 @@ impl Held {
         self.show_results(session);
     }
 
-    /// Nothing that is shown but the CT is known to be of the case: its file says something that cannot be taken over.
+    /// Nothing that is shown but the CT is known to be of the case: its file says something that
+    /// cannot be taken over.
     pub(crate) fn mark_all_old(&mut self) {
         let State { volumes, stages, warnings, figures, result, own, .. } = &mut self.state;
         volumes
@@ -290,7 +296,8 @@ impl Held {
         (shown.region, shown.astray) = (shown.region.or(region), astray);
         shown.kept = self.kept.as_ref().is_some_and(Kept::is_there);
         shown.side_proposed = self.side_proposed && session.case().breast.is_some();
-        // No command does the same as a case that no file holds: the line before spoke of something else.
+        // No command does the same as a case that no file holds: the line before spoke of something
+        // else.
         let command = case.path().map(|path| run_command(&name_of(path), &self.edited));
         self.state.command = command.unwrap_or_default();
         self.state.case = Some(shown);

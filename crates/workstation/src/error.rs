@@ -50,7 +50,7 @@ pub enum Error {
     #[error("nothing was sent: {0}; write the result again")]
     RunChanged(String),
     /// The work ended in a way that nobody foresaw.
-    #[error("the work ended by an error of the program; the terminal says more")]
+    #[error("internal error; see the terminal for details")]
     Broken,
     /// The system has no random numbers.
     #[error("the system gives no random numbers for the key of the page: {0}")]

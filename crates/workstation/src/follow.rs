@@ -1,5 +1,6 @@
-//! Following a navigation that runs: a thread connects to it as a client and tells the newest answer. Nothing of the patient is
-//! sent, nothing queues, and every wait but that of the system for a host's name is bounded.
+//! Following a navigation that runs: a thread connects to it as a client and tells the newest
+//! answer. Nothing of the patient is sent, nothing queues, and every wait but that of the system
+//! for a host's name is bounded.
 
 use crate::Error;
 use crate::desk::Desk;
@@ -125,7 +126,8 @@ impl Default for Following {
 }
 
 impl Following {
-    /// What is followed, now and after each change; a newer one takes the place of one that was not seen yet.
+    /// What is followed, now and after each change; a newer one takes the place of one that was not
+    /// seen yet.
     pub(crate) fn watched(&self) -> watch::Receiver<Arc<Navigation>> {
         self.told.subscribe()
     }
@@ -156,7 +158,8 @@ impl Following {
         }
     }
 
-    /// The CT around the tumour as the navigation has it now: asked for, and waited for. None where none comes in time.
+    /// The CT around the tumour as the navigation has it now: asked for, and waited for. None where
+    /// none comes in time.
     pub(crate) fn picture(&self) -> Option<Arc<Pictured>> {
         let mut bytes = vec![];
         let query = Content::Query(Query::new(Verb::Get, "IMAGE"));

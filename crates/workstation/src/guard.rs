@@ -1,9 +1,9 @@
 //! Who may ask: nothing else decides.
 //!
-//! The address is loopback, which all users of a machine share, and pages of other programs on it can post to any port of it
-//! and open sockets there. So a request must name loopback as its host (a name that leads elsewhere and was bound to
-//! loopback later fails here), come from this page (`Origin`, `Sec-Fetch-Site`: another port fails here), and, below `/api`,
-//! bear the token.
+//! The address is loopback, which all users of a machine share, and pages of other programs on it
+//! can post to any port of it and open sockets there. So a request must name loopback as its host
+//! (a name that leads elsewhere and was bound to loopback later fails here), come from this page
+//! (`Origin`, `Sec-Fetch-Site`: another port fails here), and, below `/api`, bear the token.
 
 /// What a request says of where it comes from.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,7 +29,8 @@ pub(crate) enum Refusal {
 
 /// Below this the state and the data are.
 const API: &str = "/api/";
-/// The socket, whose token is its first message: a browser sends no header of the page's choice with it.
+/// The socket, whose token is its first message: a browser sends no header of the page's choice
+/// with it.
 const LINK: &str = "/api/link";
 
 /// Whether a request may pass.
@@ -68,7 +69,8 @@ pub(crate) fn is_same(given: &str, token: &str) -> bool {
     given.len() == token.len() && differ == 0
 }
 
-/// Whether a host is this machine by a name that no resolver decides; any port, for a tunnel has its own.
+/// Whether a host is this machine by a name that no resolver decides; any port, for a tunnel has
+/// its own.
 fn is_loopback(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.parse::<u16>().is_ok() => name,

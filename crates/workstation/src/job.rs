@@ -111,8 +111,8 @@ impl Observer for Watching {
         }
         let there = if cached { "was there" } else { "done" };
         self.log(node, format!("{there}, {seconds:.2} s"));
-        // What goes on beside may be of what was given before: it takes no stage from the work that was asked for, and none
-        // is done because its result was there.
+        // What goes on beside may be of what was given before: it takes no stage from the work that
+        // was asked for, and none is done because its result was there.
         let beside = self.beside;
         let end = |stage: &mut StageShown| {
             if !beside || !(cached || stage.state == "running") {

@@ -1,15 +1,17 @@
-//! The page in the browser: a folder of DICOM, a case or a run is opened, looked at and worked on, on one's own machine.
+//! The page in the browser: a folder of DICOM, a case or a run is opened, looked at and worked on,
+//! on one's own machine.
 //!
-//! A server on loopback hands out the page and the voxels, and tells of each change; the page cuts the slices. Who may ask
-//! is decided in `guard` alone; `desk` owns what is open; the method lies in the flow's session.
+//! A server on loopback hands out the page and the voxels, and tells of each change; the page cuts
+//! the slices. Who may ask is decided in `guard` alone; `desk` owns what is open; the method lies
+//! in the flow's session.
 
 #![expect(
     clippy::disallowed_methods,
     reason = "edge crate: files, sockets and the clock of the page"
 )]
 
+mod adjacent;
 mod bed;
-mod beside;
 mod body;
 mod browser;
 mod bytes;
@@ -61,7 +63,8 @@ const ALONE: Duration = Duration::from_secs(12 * 3600);
 /// What is asked.
 #[derive(Clone, Debug)]
 pub struct Open {
-    /// A folder, a case file, or the folder of a run. All that the page may see lies in this folder, or beside this file.
+    /// A folder, a case file, or the folder of a run. All that the page may see lies in this
+    /// folder, or beside this file.
     pub path: PathBuf,
     /// Whether a folder is looked through at once; else the user chooses one below it.
     pub look_through: bool,
@@ -135,8 +138,8 @@ pub fn open(given: &Open, host: &dyn Host) -> Result<(), Error> {
     served
 }
 
-/// The folder below which the page may see files: what was opened, or the folder around it where that is one file, one
-/// series or one run, for results must not lie within these.
+/// The folder below which the page may see files: what was opened, or the folder around it where
+/// that is one file, one series or one run, for results must not lie within these.
 fn root(path: &Path) -> &Path {
     let many = path.is_dir() && !roots::is_run(path) && !roots::holds_dicom(path);
     if many { path } else { path.parent().unwrap_or(path) }

@@ -150,8 +150,8 @@ impl Cut<'_> {
         Line { name: "uncertain".into(), points }
     }
 
-    /// Skin, wall and cut of a mesh that is displaced; of one in the CT shape the cut, for the labels tell the rest; and where
-    /// the tetrahedra meet.
+    /// Skin, wall and cut of a mesh that is displaced; of one in the CT shape the cut, for the
+    /// labels tell the rest; and where the tetrahedra meet.
     fn mesh(&self, body: &Body) -> Vec<Line> {
         let displacement = body.displacement.as_deref();
         let faces = Faces::new(&body.mesh);
@@ -175,8 +175,8 @@ impl Cut<'_> {
     }
 }
 
-/// Segments joined where they meet; each line goes as far as it can without a choice that matters: any of several ways on is
-/// taken.
+/// Segments joined where they meet; each line goes as far as it can without a choice that matters:
+/// any of several ways on is taken.
 pub(crate) fn joined(segments: Vec<[Spot; 2]>) -> Vec<Vec<Spot>> {
     /// Ends this near are one, voxels.
     const NEAR: f64 = 1e-4;

@@ -58,8 +58,8 @@ async fn serve(app: App, guest: Guest, mut socket: WebSocket) {
     app.links.fetch_sub(1, Ordering::SeqCst);
 }
 
-/// Tells the newest state, the newest of a navigation, and frames of the table, until the page goes. Never more than one is under way: what changes
-/// meanwhile is told at once after.
+/// Tells the newest state, the newest of a navigation, and frames of the table, until the page
+/// goes. Never more than one is under way: what changes meanwhile is told at once after.
 async fn tell(app: &App, socket: &mut WebSocket) {
     let mut states = app.desk.watched();
     let frames = Frames::new(None);

@@ -1,5 +1,5 @@
-//! What goes on beside the work that was asked for: labels follow the seeds, the table is tilted live, and the CT is made
-//! ready for a brush.
+//! What goes on beside the work that was asked for: labels follow the seeds, the table is tilted
+//! live, and the CT is made ready for a brush.
 
 use crate::Error;
 use crate::bed::{Asked, BedWish, Frames};
@@ -118,7 +118,8 @@ impl Desk {
         }
     }
 
-    /// Does what is wanted until nothing is. The preview of the table is kept as long as it is of what is open.
+    /// Does what is wanted until nothing is. The preview of the table is kept as long as it is of
+    /// what is open.
     fn work_beside(self: &Arc<Self>) {
         loop {
             let (next, stop) = {
@@ -141,7 +142,8 @@ impl Desk {
                 // A newer stroke may be waiting.
                 let waits = self.live.wanted().labels.is_some();
                 (held.state.live.following, held.state.live.busy) = (waits, waits);
-                // A preview tells of itself; that the CT cannot be made ready is told by the work that needs it.
+                // A preview tells of itself; that the CT cannot be made ready is told by the work
+                // that needs it.
                 if wish == Wish::Labels {
                     held.state.live.problem = match done {
                         Ok(()) | Err(Error::Flow(supine_flow::Error::Stopped)) => None,

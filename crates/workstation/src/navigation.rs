@@ -1,4 +1,5 @@
-//! What a navigation says, in messages, and what the page is told of it: frames are LPS, all numbers finite.
+//! What a navigation says, in messages, and what the page is told of it: frames are LPS, all
+//! numbers finite.
 
 use crate::region;
 use serde::Serialize;
@@ -15,7 +16,8 @@ pub(crate) const REGION: &str = "Region";
 const FARTHEST: f64 = 10_000.0;
 /// Largest diameter of a tumour, mm.
 const LARGEST: f64 = 400.0;
-/// How far the product of a rotation and its transpose may be off the unit matrix: its numbers are short ones.
+/// How far the product of a rotation and its transpose may be off the unit matrix: its numbers are
+/// short ones.
 const RIGID: f64 = 0.005;
 /// More of a text is not shown, letters.
 const TEXT: usize = 300;

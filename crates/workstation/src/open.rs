@@ -1,7 +1,7 @@
 //! Opening a folder, a series, a case or a run, and bringing stages up to date.
 
 use crate::Error;
-use crate::beside::Beside;
+use crate::adjacent::Beside;
 use crate::body::body;
 use crate::bytes::Voxels;
 use crate::desk::{Desk, Held};
@@ -256,7 +256,8 @@ impl Desk {
     }
 }
 
-/// Reads what is shown from the folder of a run. Each is asked for: what is only brought up to date there is not read.
+/// Reads what is shown from the folder of a run. Each is asked for: what is only brought up to date
+/// there is not read.
 fn read_back(session: &Session, request: &Request<'_>) -> Result<(), supine_flow::Error> {
     session.labels(request)?;
     session.region(request)?;
@@ -412,7 +413,7 @@ pub(crate) fn quoted(name: &str) -> String {
 pub(crate) fn shown_case(session: &Session, file: &CaseFile) -> CaseShown {
     let case = session.case();
     let mut values = serde_json::Map::new();
-    flatten(&mut values, "", &serde_json::Value::Object(case.canonical()));
+    flatten(&mut values, "", &serde_json::Value::Object(case.canonical().clone()));
     let [can_undo, can_redo] = file.can_undo_redo();
     CaseShown {
         name: file.path().map_or_else(|| "new case".into(), name_of),

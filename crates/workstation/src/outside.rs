@@ -56,7 +56,8 @@ fn look(desk: &Weak<Desk>) -> Option<()> {
 }
 
 impl Held {
-    /// Takes over what another program wrote into the file of the case; whether the case is another one since.
+    /// Takes over what another program wrote into the file of the case; whether the case is another
+    /// one since.
     pub(crate) fn take_over(&mut self, session: &Arc<Session>) -> bool {
         match self.said(session) {
             Said::Same => {

@@ -42,7 +42,8 @@ fn side(own: &OwnObjects, after: bool) -> Option<Volume<i16>> {
     first.with_data(first.data().iter().map(cgy).collect()).ok()
 }
 
-/// The doses of the lines that are drawn, Gy, the highest first: round steps below the largest dose before.
+/// The doses of the lines that are drawn, Gy, the highest first: round steps below the largest dose
+/// before.
 pub(crate) fn levels_gy(own: &OwnObjects) -> Vec<f64> {
     own.doses().next().and_then(|dose| dose.max_gy()[0]).map_or(vec![], levels)
 }

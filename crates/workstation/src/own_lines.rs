@@ -17,8 +17,8 @@ struct Layer {
     rings: Vec<Vec<[f64; 3]>>,
 }
 
-/// The lines of a structure. Contours are slabs as thick as they lie apart: what they say of a plane across them, and no
-/// more.
+/// The lines of a structure. Contours are slabs as thick as they lie apart: what they say of a
+/// plane across them, and no more.
 pub(crate) fn structure(contours: &Contours, cut: &Cut<'_>) -> Vec<Vec<Spot>> {
     let corners = |ring: &Vec<_>| -> Vec<[f64; 3]> {
         ring.iter().map(|p| cut.grid.index_from_patient(p)).collect()
@@ -112,8 +112,8 @@ fn across(layers: &[Layer], gap: f64, axis: usize, cut: &Cut<'_>) -> Vec<Vec<Spo
     joined(segments)
 }
 
-/// Where the edge of what a layer holds crosses a plane, along another axis, ascending: inside from each odd one to the next.
-/// `mm` is the spacing along the other axis and across the plane.
+/// Where the edge of what a layer holds crosses a plane, along another axis, ascending: inside from
+/// each odd one to the next. `mm` is the spacing along the other axis and across the plane.
 fn crossings(layer: &Layer, [other, normal]: [usize; 2], at: f64, mm: [f64; 2]) -> Vec<f64> {
     let flat = |ring: &Vec<[f64; 3]>| ring.iter().map(|p| [p[other], p[normal]]).collect();
     let rings = layer.rings.iter().map(flat).collect();
@@ -206,7 +206,8 @@ mod tests {
 
     #[test]
     fn across_them_they_are_slabs_with_their_hole() {
-        // Voxels are 1 mm across and 2 mm high; contours lie 4 mm apart. Beside the hole and through it.
+        // Voxels are 1 mm across and 2 mm high; contours lie 4 mm apart. Beside the hole and
+        // through it.
         for (view, slice, hole) in [("sagittal", 30, false), ("coronal", 20, true)] {
             let drawn = lines(view, slice);
             assert!(drawn.iter().all(|line| line.first() == line.last()), "closed lines");

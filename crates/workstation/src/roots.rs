@@ -52,7 +52,8 @@ impl Roots {
     /// The path of a number.
     ///
     /// # Errors
-    /// [`Error::NotBelow`] when it was not given out, or what it names now lies elsewhere: a link was put there.
+    /// [`Error::NotBelow`] when it was not given out, or what it names now lies elsewhere: a link
+    /// was put there.
     pub(crate) fn path(&self, id: &str) -> Result<PathBuf, Error> {
         let given = id.parse().ok().and_then(|n: usize| self.given.get(n));
         self.below(given.ok_or(Error::NotBelow)?)
@@ -61,7 +62,8 @@ impl Roots {
     /// A path of a name in a folder, which need not be there yet.
     ///
     /// # Errors
-    /// As [`Self::path`]; [`Error::Request`] when the name is none, [`Error::NotBelow`] when a link of that name is there.
+    /// As [`Self::path`]; [`Error::Request`] when the name is none, [`Error::NotBelow`] when a link
+    /// of that name is there.
     pub(crate) fn path_of(&self, dir: &str, name: &str) -> Result<PathBuf, Error> {
         let path = self.path(dir)?.join(name);
         let plain = |c: char| c.is_alphanumeric() || " ._-()".contains(c);

@@ -248,8 +248,8 @@ async fn log(State(app): State<App>) -> axum::Json<serde_json::Value> {
     axum::Json(json!({ "lines": app.desk.log() }))
 }
 
-/// The answer to a key that holds no longer: the page asked in the moment in which something newer came, which
-/// is no failure. It then asks for the state.
+/// The answer to a key that holds no longer: the page asked in the moment in which something newer
+/// came, which is no failure. It then asks for the state.
 fn passed() -> Response {
     StatusCode::NO_CONTENT.into_response()
 }

@@ -119,8 +119,8 @@ impl Held {
         self.show_lines(session);
     }
 
-    /// Scans of the skin, by their distance from the model: the sitting one from the fitted one, that on the table from the
-    /// result.
+    /// Scans of the skin, by their distance from the model: the sitting one from the fitted one,
+    /// that on the table from the result.
     fn show_scans(&mut self, session: &Session) {
         let scans = [
             ("scan, sitting", Shape::Ct, session.peek_sitting_scan()),
@@ -232,8 +232,8 @@ impl Held {
     }
 }
 
-/// How far off the preview has the tumour from where the planning mesh has it, mm; nothing while either is not there, or both
-/// are of different tables.
+/// How far off the preview has the tumour from where the planning mesh has it, mm; nothing while
+/// either is not there, or both are of different tables.
 pub(crate) fn preview_differs(held: &Held, session: &Session) -> Option<f64> {
     let previewed = held.previewed?;
     let bed = session.case().bed?;

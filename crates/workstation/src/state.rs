@@ -4,7 +4,7 @@ use crate::roots::Named;
 use crate::show::FigureShown;
 use crate::unsaved::UnsavedShown;
 use serde::Serialize;
-use supine_flow::{Case, CaseError, NodeId, Whose};
+use supine_flow::{Case, CaseError, NodeId, PatientIdentity};
 use supine_space::{Grid, View};
 
 /// All that the page shows, but the voxels.
@@ -15,7 +15,7 @@ pub(crate) struct State {
     pub(crate) version: &'static str,
     pub(crate) case: Option<CaseShown>,
     /// Whose CT is open.
-    pub(crate) patient: Option<Whose>,
+    pub(crate) patient: Option<PatientIdentity>,
     pub(crate) phase: Phase,
     pub(crate) problem: Option<Problem>,
     pub(crate) volumes: Vec<VolumeShown>,
@@ -72,7 +72,8 @@ pub(crate) struct CaseShown {
     pub(crate) saved: bool,
     /// Whether its changes, which no file holds, are kept for the next start.
     pub(crate) kept: bool,
-    /// Why what another program wrote into its file could not be taken over: what is shown is of the case before.
+    /// Why what another program wrote into its file could not be taken over: what is shown is of
+    /// the case before.
     pub(crate) astray: Option<String>,
     /// Whether a change can be taken back, and made again.
     pub(crate) can_undo: bool,
@@ -216,7 +217,8 @@ pub(crate) struct Job {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct TumourShown {
     pub(crate) distance_mm: f64,
-    /// Interval of that distance, and how far off its place may be; nothing where they could not be found.
+    /// Interval of that distance, and how far off its place may be; nothing where they could not be
+    /// found.
     pub(crate) length_mm: Option<[f64; 2]>,
     pub(crate) within_mm: Option<f64>,
     /// Why no verdict on it can be green, if so.
@@ -485,8 +487,8 @@ impl VolumeShown {
     }
 }
 
-/// The views of a grid's own planes. Each direction of a picture is that axis of the grid that comes nearest to it; no two
-/// directions share one.
+/// The views of a grid's own planes. Each direction of a picture is that axis of the grid that
+/// comes nearest to it; no two directions share one.
 pub(crate) fn views(grid: &Grid) -> Vec<ViewShown> {
     let order = nearest_axes(grid);
     let along = |direction: [f64; 3]| {
@@ -505,8 +507,8 @@ pub(crate) fn views(grid: &Grid) -> Vec<ViewShown> {
     View::ALL.map(shown).into()
 }
 
-/// Which axis of the grid runs nearest along x, y and z of LPS: of the six ways to pair them the one with the largest sum of
-/// cosines.
+/// Which axis of the grid runs nearest along x, y and z of LPS: of the six ways to pair them the
+/// one with the largest sum of cosines.
 fn nearest_axes(grid: &Grid) -> [usize; 3] {
     let ways = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let fit =

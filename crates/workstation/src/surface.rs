@@ -1,6 +1,7 @@
-//! Surfaces and arrows as bytes, little-endian. A surface: u32 number of points, u32 of triangles, f32 x, y, z of each point
-//! (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0, f32 x, y, z of both ends of each (LPS, mm). Points: u32
-//! number, u32 0, f32 x, y, z (LPS, mm) and value of each.
+//! Surfaces and arrows as bytes, little-endian. A surface: u32 number of points, u32 of triangles,
+//! f32 x, y, z of each point (LPS, mm), u32 indices of each triangle. Arrows: u32 number, u32 0,
+//! f32 x, y, z of both ends of each (LPS, mm). Points: u32 number, u32 0, f32 x, y, z (LPS, mm) and
+//! value of each.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -98,7 +99,8 @@ impl Surface {
         Self::faces(mesh, tag, |point| mesh.points()[point as usize])
     }
 
-    /// The same of a displaced mesh, quadratic faces as four flat ones; nothing where a tetrahedron is too flat to be split.
+    /// The same of a displaced mesh, quadratic faces as four flat ones; nothing where a tetrahedron
+    /// is too flat to be split.
     pub(crate) fn carried(carried: &Deformation, tag: BoundaryTag) -> Option<Self> {
         let (mesh, u) = (carried.mesh(), carried.displacement());
         let moved = |mesh: &TetMesh| {
@@ -199,7 +201,8 @@ impl Surface {
     }
 }
 
-/// Takes the steps of the voxels away: each point moves half way to the middle of its neighbours, a few times.
+/// Takes the steps of the voxels away: each point moves half way to the middle of its neighbours, a
+/// few times.
 fn smooth(points: &mut [Point], triangles: &[[u32; 3]]) {
     const ROUNDS: usize = 4;
     for _ in 0..ROUNDS {

@@ -1,8 +1,9 @@
-//! Changes of a case that no file holds: each is kept on disk, and offered when the program is started there again.
+//! Changes of a case that no file holds: each is kept on disk, and offered when the program is
+//! started there again.
 //!
-//! They are kept with the user's own settings, not among the patient's files, which may be read-only: names are random, and only
-//! the owner may read them. A file beside each is locked by the program that has it open; the lock ends with that program,
-//! however it ends.
+//! They are kept with the user's own settings, not among the patient's files, which may be
+//! read-only: names are random, and only the owner may read them. A file beside each is locked by
+//! the program that has it open; the lock ends with that program, however it ends.
 
 use crate::Error;
 use crate::desk::{Desk, Held};
@@ -51,7 +52,8 @@ impl Record {
 #[derive(Debug)]
 pub(crate) struct Kept {
     place: PathBuf,
-    /// What it was when it was opened: without changes nothing is kept. None of a case that was kept before.
+    /// What it was when it was opened: without changes nothing is kept. None of a case that was
+    /// kept before.
     first: Option<String>,
     file: Option<Locked>,
     /// Whether the file holds the case as it is now.
@@ -79,7 +81,8 @@ impl Kept {
     /// Keeps the case as it is now; what was kept goes when no change is left.
     ///
     /// # Errors
-    /// When it cannot be written. What was kept before stays, as on a full disk an older state is better than none.
+    /// When it cannot be written. What was kept before stays, as on a full disk an older state is
+    /// better than none.
     fn keep(&mut self, dir: &Path, case: &CaseFile) -> io::Result<()> {
         self.is_current = false;
         if self.first.as_deref() == Some(case.text()) {
@@ -155,7 +158,8 @@ fn make_own(dir: &Path) -> io::Result<()> {
     builder.recursive(true).create(dir)
 }
 
-/// Where programs keep such things of the user whose process this is; none where the system names no place.
+/// Where programs keep such things of the user whose process this is; none where the system names
+/// no place.
 pub(crate) fn usual_folder() -> Option<PathBuf> {
     let named =
         |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
@@ -170,7 +174,8 @@ pub(crate) fn usual_folder() -> Option<PathBuf> {
 const MOST: usize = 100;
 const LONGEST: u64 = 183 * 24 * 3600;
 
-/// Removes what is kept for too long or beyond so many, the oldest first, but for what a program has open; how many that were.
+/// Removes what is kept for too long or beyond so many, the oldest first, but for what a program
+/// has open; how many that were.
 pub(crate) fn prune(dir: &Path) -> usize {
     let since = |at: SystemTime| at.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     let entries = std::fs::read_dir(dir).into_iter().flatten();
@@ -202,7 +207,8 @@ pub(crate) struct UnsavedShown {
     pub(crate) changed: u64,
 }
 
-/// What is kept in a folder of cases made from what lies below the roots, and no program has open, the newest first.
+/// What is kept in a folder of cases made from what lies below the roots, and no program has open,
+/// the newest first.
 fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
     let entries = std::fs::read_dir(dir).into_iter().flatten();
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
@@ -221,7 +227,8 @@ fn offered(dir: &Path, roots: &Roots) -> Vec<UnsavedShown> {
 }
 
 impl Held {
-    /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it is not kept.
+    /// Keeps the case as it is now, where no file holds it. Where that fails the page says that it
+    /// is not kept.
     pub(crate) fn keep_case(&mut self) {
         let (Some(kept), Some(case)) = (&mut self.kept, &self.case) else { return };
         if let Some(dir) = &self.unsaved {

@@ -8,8 +8,9 @@ use supine_flow::commands::dicom::{Inspect, inspect};
 use supine_flow::{Spec, Unwatched};
 
 impl Desk {
-    /// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a case, in one line, from the
-    /// headers of its CT; nothing where it names none or cannot be read.
+    /// Name, ID and study of the patient of a case or a run by its number, or of what was kept of a
+    /// case, in one line, from the headers of its CT; nothing where it names none or cannot be
+    /// read.
     ///
     /// # Errors
     /// When it was not given out.

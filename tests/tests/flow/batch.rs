@@ -82,7 +82,8 @@ fn a_batch_goes_on_after_a_typo_and_a_second_call_makes_nothing_anew() {
     let table = at.join("more.csv");
     let rows = "name,case,breast\ntypo,good/case.toml,lft\n";
     std::fs::write(&table, rows).expect("a table");
-    // By relative paths: the page, of which the guide shows a picture, then names no folder of who tests.
+    // By relative paths: the page, of which the guide shows a picture, then names no folder of who
+    // tests.
     let batch = || {
         let words = ["batch", "good", "red", "more.csv", "--out", "out"];
         Outcome::of(supine_command().current_dir(at).args(words))
@@ -237,7 +238,8 @@ fn a_run_that_the_system_ends_has_told_so_and_a_batch_tries_it_last() {
     assert_eq!((&told["status"], &told["exit"]), (&"failed".into(), &75.into()));
     assert_eq!(told["error"]["code"], "not-ended");
 
-    // Less than the threads of a batch want: that is a lack of memory too, and no mistake of the program.
+    // Less than the threads of a batch want: that is a lack of memory too, and no mistake of the
+    // program.
     let program = std::fs::metadata(supine_command().get_program()).expect("the program").len();
     for more in [6_000, 11_000] {
         let kilobytes = program / 1024 + more;

@@ -173,7 +173,8 @@ fn the_modulus_and_the_rest_state_come_from_the_scans_and_the_run_goes_on_with_t
     for name in ["sitting.csv", "modulus.csv", "intraop.csv", "evaluation.csv"] {
         assert!(out.join("scans").join(name).is_file(), "{name}");
     }
-    // Another scan on the operating table is held anew, as in a run that held none yet; what was fitted stays.
+    // Another scan on the operating table is held anew, as in a run that held none yet; what was
+    // fitted stays.
     change_scan(&folder.path().join("intraop.ply"), |p| {
         [p[0] * 1.002, p[1], p[2], p[3], p[4], p[5]]
     });

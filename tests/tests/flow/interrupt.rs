@@ -5,12 +5,12 @@ use std::process::{Child, Command};
 use std::time::Duration;
 use supine_tests::Outcome;
 
-/// A run gets to any of its stages in this time: the longest way takes ten seconds, and much longer where a machine has other
-/// work.
+/// A run gets to any of its stages in this time: the longest way takes ten seconds, and much longer
+/// where a machine has other work.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
-/// Most time of processors that it may still take, s. Work that is stopped looks for it several times a second; how long one
-/// waits for it depends on what else the machine does.
+/// Most time of processors that it may still take, s. Work that is stopped looks for it several
+/// times a second; how long one waits for it depends on what else the machine does.
 const MOST_S: f64 = 3.0;
 
 /// Sends Ctrl-C to a program that is at work and waits for its end; what it answered.
@@ -35,7 +35,8 @@ pub(crate) fn interrupt(mut child: Child) -> Outcome {
 /// Time of processors that a program took so far, s; none where the system does not tell it so.
 fn worked_s(child: &Child) -> Option<f64> {
     let told = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).ok()?;
-    // After the name, which may hold anything: in the program and in the system, in hundredths of a second.
+    // After the name, which may hold anything: in the program and in the system, in hundredths of a
+    // second.
     let (_, fields) = told.rsplit_once(')')?;
     let times = fields.split_whitespace().skip(11).take(2).map(str::parse::<f64>);
     times.sum::<Result<f64, _>>().ok().map(|hundredths| hundredths / 100.0)

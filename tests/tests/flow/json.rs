@@ -108,7 +108,8 @@ fn a_run_says_how_it_ended_in_a_word() {
     assert_eq!(failed(&supine(&words), 1)["error"]["code"], "input-missing");
 }
 
-/// Soft tissue in a small sphere on a steep table, told by `--set`, moves far where the region ends.
+/// Soft tissue in a small sphere on a steep table, told by `--set`, moves far where the region
+/// ends.
 #[test]
 fn warnings_have_the_numbers_that_were_measured() {
     let folder = scratch();

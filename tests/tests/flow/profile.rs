@@ -40,7 +40,8 @@ fn perfetto_opens_the_trace_of_a_run() {
         let name = stage["name"].as_str().expect("a name");
         let ours = stage["seconds"].as_f64().expect("a number");
         let theirs = *seconds.get(name).unwrap_or_else(|| panic!("no {name}: {told}"));
-        // The clock is looked at one after the other, and a machine with other work holds the run up in between.
+        // The clock is looked at one after the other, and a machine with other work holds the run
+        // up in between.
         assert!((theirs - ours).abs() < 2.0 + 0.5 * ours, "{name}: {ours} {theirs}");
         sums = [sums[0] + ours, sums[1] + theirs];
     }

@@ -139,8 +139,8 @@ fn a_second_run_does_nothing_and_a_changed_bed_redoes_the_end() {
     assert_eq!(labels, std::fs::read(out.join("labels.seg.nrrd")).expect("there are labels"));
 }
 
-/// The stages that the last run did itself, in order, but for those whose result is kept in memory only and was needed:
-/// reading the CT, what exports say of its series.
+/// The stages that the last run did itself, in order, but for those whose result is kept in memory
+/// only and was needed: reading the CT, what exports say of its series.
 fn redone(out: &Path) -> Vec<String> {
     let summary = summary(out);
     let stages = summary["run"]["stages"].as_array().expect("`run.stages` is a list");
@@ -156,7 +156,8 @@ fn a_finished_run_on_a_disk_that_cannot_be_written_is_finished() {
     let folder = scratch();
     let out = folder.path().join("out");
     shared().copy_to(&out);
-    // A view of the folder in which nobody can write, for this program alone; root could write against its mode.
+    // A view of the folder in which nobody can write, for this program alone; root could write
+    // against its mode.
     let script = "mount --bind \"$1\" \"$1\" && mount -o remount,bind,ro \"$1\" || exit 99; shift; exec \"$@\"";
     let again = |more: &[&str]| {
         let mut command = Command::new("unshare");

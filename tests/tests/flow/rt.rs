@@ -157,9 +157,9 @@ fn a_segmentation_is_carried_as_the_label_map_of_the_same_labels_but_for_their_b
     for (segment, label) in [0, 1].map(|n| (&facts["segments"][n], &said["labels"][n])) {
         assert_eq!(segment["before_ml"], label["before_ml"], "{facts}\n{said}");
     }
-    // highdicom sees the same voxels in the slices of the exported CT. The label map has the nearest label, each
-    // segment its own shape and volume: they part at the boundary.
-    // That no voxel of what was carried is lost on the way, the exact volumes say.
+    // highdicom sees the same voxels in the slices of the exported CT. The label map has the
+    // nearest label, each segment its own shape and volume: they part at the boundary. That no
+    // voxel of what was carried is lost on the way, the exact volumes say.
     let ml = [0, 1].map(|n| facts["segments"][n]["after_ml"].as_f64().expect("a volume"));
     let ml = format!("{},{}", ml[0], ml[1]);
     readers_python(

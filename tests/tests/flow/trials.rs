@@ -1,5 +1,6 @@
-//! Trials of a folder: a run that is killed wherever it is, several runs at once, a disk that fills. Nothing under a final name is
-//! ever half-written, and the run that comes to its end leaves the bytes of one that nothing befell.
+//! Trials of a folder: a run that is killed wherever it is, several runs at once, a disk that
+//! fills. Nothing under a final name is ever half-written, and the run that comes to its end leaves
+//! the bytes of one that nothing befell.
 
 use crate::interrupt::PATIENCE;
 use crate::repeat::assert_same_bytes;
@@ -25,7 +26,8 @@ fn count(folder: &Path) -> usize {
     paths.map(|path| if path.is_dir() { count(&path) } else { 1 }).sum()
 }
 
-/// Fails unless what has its final name has the bytes of the whole run. What was being written may be left under passing names.
+/// Fails unless what has its final name has the bytes of the whole run. What was being written may
+/// be left under passing names.
 fn assert_nothing_is_half_written(out: &Path) {
     let passing = forgotten(out);
     for path in results(out).iter().filter(|path| !passing.contains(path)) {
@@ -35,7 +37,8 @@ fn assert_nothing_is_half_written(out: &Path) {
     }
 }
 
-/// Waits until the folder holds so many files or the program has ended; whether it is still at work.
+/// Waits until the folder holds so many files or the program has ended; whether it is still at
+/// work.
 fn wait_for(files: usize, out: &Path, child: &mut Child) -> bool {
     let begun = Instant::now();
     while child.try_wait().expect("it can be asked").is_none() {
@@ -90,7 +93,8 @@ fn of_three_runs_in_one_folder_one_works_and_the_others_say_so() {
     assert_same_bytes(&out, &shared().out);
 }
 
-/// The program runs on a disk that is too small, then on larger ones; what it left is copied out each time with what it said.
+/// The program runs on a disk that is too small, then on larger ones; what it left is copied out
+/// each time with what it said.
 #[cfg(target_os = "linux")]
 const FILLS: &str = r#"
 mount -t tmpfs -o size=1m tmpfs "$1" || exit 99

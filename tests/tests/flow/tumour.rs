@@ -41,7 +41,8 @@ fn the_tumour_is_the_sphere_of_its_region() {
     run(&by_name, &out, "export").success("supine run");
     let before = std::fs::read(out.join("mesh/deformed.vtu")).expect("a mesh");
 
-    // Another region drawn in the same file changes nothing but the file, and the tumour is that region's.
+    // Another region drawn in the same file changes nothing but the file, and the tumour is that
+    // region's.
     write_structures(&rs, &frame(), &[OTHERS[0], GTV, OTHERS[1]]);
     let said = run(&by_name, &out, "report").success("supine run");
     let summary: Value = serde_json::from_str(&said.stdout).expect("JSON");

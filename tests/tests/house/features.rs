@@ -1,10 +1,11 @@
-//! Whichever packages cargo is asked for, a foreign crate has the same features: each is compiled once.
+//! Whichever packages cargo is asked for, a foreign crate has the same features: each is compiled
+//! once.
 
 use std::collections::{BTreeMap, BTreeSet};
 use supine_tests::{Outcome, metadata, root};
 
-/// The features of each crate in one role (crates that are linked and those that run while compiling may differ), as cargo
-/// resolves them for some packages.
+/// The features of each crate in one role (crates that are linked and those that run while
+/// compiling may differ), as cargo resolves them for some packages.
 fn resolved(packages: &[&str], edges: &str) -> BTreeMap<String, BTreeSet<String>> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let tree = Outcome::of(

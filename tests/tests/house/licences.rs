@@ -31,7 +31,8 @@ fn the_allowed_licences_are_no_copyleft() {
     }
 }
 
-/// The crates that bind programs under copyleft, and their licences; all others are the house's own.
+/// The crates that bind programs under copyleft, and their licences; all others are the house's
+/// own.
 const BINDINGS: [(&str, &str); 2] = [
     ("supine-tetrahedralise-cgal", "GPL-3.0-or-later"),
     ("supine-tetrahedralise-tetgen", "AGPL-3.0-or-later"),

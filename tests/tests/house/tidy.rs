@@ -200,8 +200,8 @@ fn only_the_edges_touch_files() {
     assert_none(&faults);
 }
 
-/// A library whose documentation holds no example says `doctest = false`: looking for examples takes as long as
-/// documenting it. One that holds an example must not, or nobody runs it.
+/// A library whose documentation holds no example says `doctest = false`: looking for examples
+/// takes as long as documenting it. One that holds an example must not, or nobody runs it.
 #[test]
 fn examples_of_the_documentation_are_run() {
     let mut faults = Vec::new();

@@ -1,5 +1,5 @@
-//! Two other implementations of OpenIGTLink as trackers and viewers. Their places are compared with those of the recording, which
-//! no message has a hand in.
+//! Two other implementations of OpenIGTLink as trackers and viewers. Their places are compared with
+//! those of the recording, which no message has a hand in.
 
 use crate::session::{Recorded, Session, recorded, run_in, scratch};
 use serde_json::Value;
@@ -7,13 +7,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use supine_tests::{Outcome, readers_python, root, source, tool};
 
-/// The planned centre of the sphere, LPS, mm: in front of the tumour. The shaft comes from the front.
+/// The planned centre of the sphere, LPS, mm: in front of the tumour. The shaft comes from the
+/// front.
 const PLACE: [f64; 3] = [91.4, -277.0, -594.5];
 /// Places go over the wire as single precision: 4e-5 mm at 600 mm.
 const NEAR_MM: f64 = 1e-3;
 
-/// Starts a session with a planned place and a recording, lets a peer work with it, and gives what the peer printed and what
-/// was recorded.
+/// Starts a session with a planned place and a recording, lets a peer work with it, and gives what
+/// the peer printed and what was recorded.
 fn session_with(
     frame: &str,
     folder: &Path,

@@ -9,7 +9,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use supine_tests::{Case, Finished, Outcome, supine_command};
 
-/// A session is ready after this at the latest: it takes seconds, and much longer where a machine has other work.
+/// A session is ready after this at the latest: it takes seconds, and much longer where a machine
+/// has other work.
 const PATIENCE: Duration = Duration::from_secs(300);
 /// What a session says once peers can connect; the address follows.
 const LISTENS: &str = "OpenIGTLink on ";

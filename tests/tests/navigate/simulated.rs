@@ -4,8 +4,8 @@ use crate::session::{run_in, scratch};
 use serde_json::Value;
 use supine_tests::supine;
 
-/// Rows of the short motion by what is to be done with them: 1,158 to take, 4 that are not finite, 5 not rigid and 1 far off to
-/// refuse, 8 duplicates and 5 old ones to drop.
+/// Rows of the short motion by what is to be done with them: 1,158 to take, 4 that are not finite,
+/// 5 not rigid and 1 far off to refuse, 8 duplicates and 5 old ones to drop.
 const COUNTS: [(&str, u64); 4] =
     [("received", 1181), ("accepted", 1158), ("refused", 10), ("dropped", 13)];
 
@@ -38,7 +38,8 @@ fn a_simulated_motion_is_counted_row_by_row_and_its_replay_is_the_same_to_the_bi
     // A prediction is followed again unless a newer pose comes.
     assert!((1158..=1158 + predicted).contains(&(followed + overtaken)), "{told}");
     let lines = std::fs::read_to_string(&record).expect("a recording").lines().count() as u64;
-    // A head and a line for each answer: one for each pose, and those of predictions that were followed again.
+    // A head and a line for each answer: one for each pose, and those of predictions that were
+    // followed again.
     let recorded = lines - 1;
     let fits = if predicted == 0 { recorded == followed } else { recorded >= followed };
     assert!(fits, "{recorded} recorded: {told}");

@@ -69,8 +69,8 @@ fn a_registration_that_cannot_be_read_names_its_line() {
     assert_refused(&navigate(&run, &words), INPUT, &["lie on a line"]);
 }
 
-/// Poses of a tool whose tip, 180 mm from its marker, stays in a dent while the tool is tilted by `tilt` degrees all round; each
-/// as the twelve numbers of a TRANSFORM, column by column.
+/// Poses of a tool whose tip, 180 mm from its marker, stays in a dent while the tool is tilted by
+/// `tilt` degrees all round; each as the twelve numbers of a TRANSFORM, column by column.
 fn pivot(tilt: f64, count: usize) -> String {
     let names: Vec<String> = (0..12).map(|n| format!("m{n}")).collect();
     let mut text = names.join(",");

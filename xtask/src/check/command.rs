@@ -1,7 +1,7 @@
 //! Commands of the check: bound to the processors that they have, what they print kept in a file.
 //!
-//! Cargo compiles the packages of the workspace through this program ([`crate::compiler`]), that is by clippy's driver, which
-//! compiles as the compiler does and lints on the way.
+//! Cargo compiles the packages of the workspace through this program ([`crate::compiler`]), that is
+//! by clippy's driver, which compiles as the compiler does and lints on the way.
 
 use super::pool::Seat;
 use anyhow::{Context, Result, bail};
@@ -35,8 +35,8 @@ impl Logs {
     }
 }
 
-/// The same command with no more processors than it was given: whatever asks how many there are, compilers' and
-/// rayon's pools as well as `supine` itself, is told these.
+/// The same command with no more processors than it was given: whatever asks how many there are,
+/// compilers' and rayon's pools as well as `supine` itself, is told these.
 pub(crate) fn seated(command: &Command, seat: &Seat) -> Command {
     let list: Vec<String> = seat.processors.iter().map(ToString::to_string).collect();
     let mut bound = Command::new("taskset");
@@ -54,8 +54,8 @@ pub(crate) fn seated(command: &Command, seat: &Seat) -> Command {
     bound
 }
 
-/// The same command, with which cargo compiles and lints the packages of the workspace. All commands of the check that
-/// compile have it, so that they share what they compile.
+/// The same command, with which cargo compiles and lints the packages of the workspace. All
+/// commands of the check that compile have it, so that they share what they compile.
 ///
 /// # Errors
 /// When nobody knows where this program lies.
@@ -64,7 +64,8 @@ pub(crate) fn linting(command: &mut Command) -> Result<&mut Command> {
     Ok(command.env("RUSTC_WORKSPACE_WRAPPER", program))
 }
 
-/// Holds that cargo warned of nothing, in what it printed. Of crates from elsewhere it shows no warnings.
+/// Holds that cargo warned of nothing, in what it printed. Of crates from elsewhere it shows no
+/// warnings.
 ///
 /// # Errors
 /// With every warning.

@@ -1,4 +1,5 @@
-//! The test executables: built by one call of cargo, each run as one job or, when that would take long, as several.
+//! The test executables: built by one call of cargo, each run as one job or, when that would take
+//! long, as several.
 
 use super::command::{Logs, seated};
 use super::harness;
@@ -106,8 +107,8 @@ pub(crate) struct Share<'a> {
     pub(crate) seconds: f64,
 }
 
-/// Divides the tests of an executable that did not pass before among as many jobs as are needed for none to take long. The
-/// executable is handed the program `supine` if it runs it.
+/// Divides the tests of an executable that did not pass before among as many jobs as are needed for
+/// none to take long. The executable is handed the program `supine` if it runs it.
 ///
 /// # Errors
 /// When the executable does not list its tests, or a file cannot be read.
@@ -142,8 +143,8 @@ pub(crate) fn to_run<'a>(
     Ok(ToRun { shares: shares.collect(), before })
 }
 
-/// Tests with what they are expected to take (s), divided so that no part takes much longer than [`LONG`]; each part with
-/// what it is expected to take.
+/// Tests with what they are expected to take (s), divided so that no part takes much longer than
+/// [`LONG`]; each part with what it is expected to take.
 fn divided(mut tests: Vec<(f64, String)>) -> Vec<(f64, Vec<String>)> {
     let all: f64 = tests.iter().map(|(seconds, _)| seconds).sum();
     let parts = ((all / LONG).ceil() as usize).max(1).min(tests.len());

@@ -1,8 +1,8 @@
-//! One process of a test executable, by the words of Rust's own harness: which tests there are, what became of them, and
-//! what each took.
+//! One process of a test executable, by the words of Rust's own harness: which tests there are,
+//! what became of them, and what each took.
 //!
-//! With one thread the harness prints the name of a test before it begins and what became of it after. The time between
-//! two names is that of a test.
+//! With one thread the harness prints the name of a test before it begins and what became of it
+//! after. The time between two names is that of a test.
 
 use super::outcome::{Report, Timed};
 use anyhow::{Context, Result, bail, ensure};

@@ -124,7 +124,8 @@ impl<'a> Check<'a> {
         Job { work: Box::new(work), after, ..job }
     }
 
-    /// The crates that have pages, and whether each is a program. What wants a feature has none, as with cargo.
+    /// The crates that have pages, and whether each is a program. What wants a feature has none, as
+    /// with cargo.
     fn documented(&self) -> Vec<(String, bool)> {
         let packages = self.metadata.workspace_packages().into_iter();
         let targets = packages.filter(|p| self.selection.has(&p.name)).flat_map(|p| &p.targets);

@@ -1,6 +1,8 @@
-//! What passed with the same bytes before is not run again: a test sees nothing but what its key is made of.
+//! What passed with the same bytes before is not run again: a test sees nothing but what its key is
+//! made of.
 //!
-//! A result is kept as soon as a job ends, so that a check that was broken off goes on where it was. Only what passed is kept.
+//! A result is kept as soon as a job ends, so that a check that was broken off goes on where it
+//! was. Only what passed is kept.
 
 use super::inputs::Inputs;
 use anyhow::{Context, Result};
@@ -13,7 +15,8 @@ use std::sync::Mutex;
 /// So many results are kept, a dozen for each test; when there are more, the older half goes.
 const MOST: usize = 20_000;
 
-/// What is run: its name, the files that it is made of, and the key of all that its outcome rests on, if that can be had.
+/// What is run: its name, the files that it is made of, and the key of all that its outcome rests
+/// on, if that can be had.
 #[derive(Clone)]
 pub(crate) struct Subject {
     name: String,

@@ -1,8 +1,9 @@
 //! `cargo xtask test`: everything that must hold.
 //!
-//! What others provide is installed first; what cannot be installed ends the check before anything is compiled. The tests
-//! are compiled and linted by one call of cargo with all processors. Then they run side by side, one process and one
-//! processor each, while cargo does on one processor what is left for it: the wheel, the other meshers, documentation.
+//! What others provide is installed first; what cannot be installed ends the check before anything
+//! is compiled. The tests are compiled and linted by one call of cargo with all processors. Then
+//! they run side by side, one process and one processor each, while cargo does on one processor
+//! what is left for it: the wheel, the other meshers, documentation.
 
 mod command;
 mod executables;
@@ -56,7 +57,8 @@ pub(crate) struct Check<'a> {
     logs: Logs,
     times: Times,
     known: Known,
-    /// A copy of the program under test: cargo's own is made anew with other features while the tests run.
+    /// A copy of the program under test: cargo's own is made anew with other features while the
+    /// tests run.
     supine: PathBuf,
 }
 
@@ -122,13 +124,15 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
 /// What all processors worked for it, where the system tells.
 fn worked() -> String {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // After the name: own and ended children's time, in user and in system mode, in hundredths of a second.
+    // After the name: own and ended children's time, in user and in system mode, in hundredths of a
+    // second.
     let fields = stat.rsplit_once(')').map_or("", |(_, fields)| fields).split_whitespace();
     let hundredths: f64 = fields.skip(11).take(4).filter_map(|f| f.parse::<f64>().ok()).sum();
     format!(", {:.0} s of processors", hundredths / 100.0)
 }
 
-/// What this machine has received over its networks since it started, bytes; 0 where the system does not tell.
+/// What this machine has received over its networks since it started, bytes; 0 where the system
+/// does not tell.
 fn received() -> u64 {
     let networks = std::fs::read_to_string("/proc/net/dev").unwrap_or_default();
     let interfaces = networks.lines().filter_map(|line| line.trim_start().split_once(':'));

@@ -130,7 +130,8 @@ pub(crate) fn sum_up(done: &[Done], before: &[(&'static str, Duration)]) {
     }
 }
 
-/// Says what failed, then how many tests there were, on the last line, with those that passed before.
+/// Says what failed, then how many tests there were, on the last line, with those that passed
+/// before.
 ///
 /// # Errors
 /// When anything failed or was left out.

@@ -1,8 +1,9 @@
 //! Work side by side: as many jobs as there are processors, what holds up the end longest first.
 //!
-//! A job says how many processors it takes, how long it is expected to take and which jobs must have passed before it.
-//! Of those that can begin, the one with the longest chain of work behind it begins first; what takes long thus does not
-//! begin last. Jobs of one lane never run beside each other: cargo locks its build folder.
+//! A job says how many processors it takes, how long it is expected to take and which jobs must
+//! have passed before it. Of those that can begin, the one with the longest chain of work behind it
+//! begins first; what takes long thus does not begin last. Jobs of one lane never run beside each
+//! other: cargo locks its build folder.
 
 use super::outcome::{Done, Outcome, Report};
 use anyhow::Result;
@@ -57,8 +58,8 @@ struct Running {
     begun: Instant,
 }
 
-/// Runs all jobs on these many processors and tells what became of each, in the order given. A job whose forerunner did
-/// not pass is left out.
+/// Runs all jobs on these many processors and tells what became of each, in the order given. A job
+/// whose forerunner did not pass is left out.
 pub(crate) fn run(jobs: Vec<Job<'_>>, processors: usize) -> Vec<Done> {
     let mut board = Board::new(jobs, processors);
     let (tell, told) = mpsc::channel::<(usize, Result<Report>)>();

@@ -1,4 +1,5 @@
-//! What tests took when they were run last, by which the check puts those that take long first and splits executables.
+//! What tests took when they were run last, by which the check puts those that take long first and
+//! splits executables.
 
 use super::outcome::Done;
 use anyhow::{Context, Result};

@@ -1,4 +1,5 @@
-//! The archives for Linux and Windows: the same files in the same order with the same dates, whoever packs them.
+//! The archives for Linux and Windows: the same files in the same order with the same dates,
+//! whoever packs them.
 
 use super::build::Platform;
 use super::{Release, papers, tools};

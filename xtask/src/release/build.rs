@@ -73,7 +73,8 @@ pub(super) fn build(site: &Site<'_>, platform: Platform) -> Result<PathBuf> {
     command.args(["build", "--locked", "--package", "supine", "--profile", "shipped"]);
     command.args(["--target", triple]);
     command.env("CARGO_TARGET_DIR", site.target);
-    // mimalloc tells when it was compiled. Not the commit's time: one that changes no program gives the same ones.
+    // mimalloc tells when it was compiled. Not the commit's time: one that changes no program gives
+    // the same ones.
     command.env("SOURCE_DATE_EPOCH", "0");
     command.env("CARGO_ENCODED_RUSTFLAGS", sources.rust_flags(platform).join("\u{1f}"));
     command.env(format!("CFLAGS_{}", triple.replace('-', "_")), sources.c_flags().join(" "));

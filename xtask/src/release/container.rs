@@ -11,7 +11,8 @@ use std::process::Command;
 const PAGES: [&str; 4] =
     ["LICENSE-MIT", "LICENSE-APACHE", papers::THIRD_PARTY, "docs/LIMITATIONS.md"];
 
-/// `supine-VERSION-x86_64-oci.tar`: an OCI archive, for `podman load`, `docker load` and `skopeo copy`.
+/// `supine-VERSION-x86_64-oci.tar`: an OCI archive, for `podman load`, `docker load` and `skopeo
+/// copy`.
 pub(super) fn image(release: &Release<'_>) -> Result<()> {
     tools::debian(&[("buildah", "buildah")])?;
     let context = release.folder("container")?;

@@ -95,7 +95,8 @@ fn form(release: &Release<'_>, name: &str) -> Result<String> {
     Ok(text.replace("@VERSION@", &release.version))
 }
 
-/// A text as a field of a Debian control file: each line begins with a blank, an empty one is a point.
+/// A text as a field of a Debian control file: each line begins with a blank, an empty one is a
+/// point.
 fn indented(text: &str) -> String {
     let lines =
         text.trim().lines().map(|l| if l.is_empty() { " .".into() } else { format!(" {l}") });

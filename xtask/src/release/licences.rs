@@ -1,7 +1,8 @@
 //! The licences of all crates that the programs hold, as their authors wrote them.
 //!
-//! Taken from the sources that cargo has: cargo-about does the same with more care for headers of single files, but
-//! searches each for many minutes. Which licences are allowed, deny.toml decides and a test of the house checks.
+//! Taken from the sources that cargo has: cargo-about does the same with more care for headers of
+//! single files, but searches each for many minutes. Which licences are allowed, deny.toml decides
+//! and a test of the house checks.
 
 use super::Release;
 use super::build::Platform;

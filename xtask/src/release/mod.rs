@@ -1,7 +1,8 @@
 //! `cargo xtask release`: everything that is given to users, made into `target/dist`.
 //!
-//! One module per artefact; each takes what it ships from `build` (programs) and `papers` (manual pages, completions,
-//! guides, licences). The only time that stands in anything is that of the commit. See docs/RELEASING.md.
+//! One module per artefact; each takes what it ships from `build` (programs) and `papers` (manual
+//! pages, completions, guides, licences). The only time that stands in anything is that of the
+//! commit. See docs/RELEASING.md.
 
 mod archives;
 mod build;
@@ -45,11 +46,12 @@ pub(crate) struct Options {
     /// Only these parts; all of them where none is named
     #[arg(value_enum)]
     parts: Vec<Part>,
-    /// Makes nothing: builds the commit once more in a clean folder elsewhere and compares the program with that of
-    /// target/dist, byte for byte
+    /// Makes nothing: builds the commit once more in a clean folder elsewhere and compares the
+    /// program with that of target/dist, byte for byte
     #[arg(long, conflicts_with = "parts")]
     check: bool,
-    /// Makes nothing: installs what lies in target/dist into clean systems and tries it there; needs root
+    /// Makes nothing: installs what lies in target/dist into clean systems and tries it there;
+    /// needs root
     #[arg(long)]
     test: bool,
 }

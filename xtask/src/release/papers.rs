@@ -21,7 +21,8 @@ const PAGES: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-A
 /// The licences of all crates that the programs hold.
 pub(super) const THIRD_PARTY: &str = "THIRD-PARTY-LICENCES.txt";
 
-/// Makes `man`, `completions` and `doc` in the folder [`folder`]; the programs of other systems are given the same.
+/// Makes `man`, `completions` and `doc` in the folder [`folder`]; the programs of other systems are
+/// given the same.
 pub(super) fn collect(release: &Release<'_>) -> Result<()> {
     let papers = empty(folder(release))?;
     let program = release.program(Platform::Linux);

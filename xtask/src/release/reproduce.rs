@@ -6,8 +6,8 @@ use crate::steps::run;
 use anyhow::{Context, Result, ensure};
 use std::process::Command;
 
-/// Builds the static program from a clone of the commit in a folder of another name and depth, from nothing, and
-/// compares it with the one that was built here.
+/// Builds the static program from a clone of the commit in a folder of another name and depth, from
+/// nothing, and compares it with the one that was built here.
 pub(super) fn check(release: &Release<'_>) -> Result<()> {
     let folder = empty(release.parts.join("elsewhere/deeper"))?;
     let (source, target) = (folder.join("clone"), folder.join("built"));

@@ -1,4 +1,5 @@
-//! The bill of materials: every crate of the program for Linux, with version, licence and hash, as CycloneDX.
+//! The bill of materials: every crate of the program for Linux, with version, licence and hash, as
+//! CycloneDX.
 
 use super::build::Platform;
 use super::tools::CYCLONEDX;

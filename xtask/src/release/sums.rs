@@ -6,7 +6,8 @@ use std::process::Command;
 
 const FILE: &str = "SHA256SUMS";
 
-/// Writes the sums of all files of a folder; `sha256sum --check SHA256SUMS` there holds them against it.
+/// Writes the sums of all files of a folder; `sha256sum --check SHA256SUMS` there holds them
+/// against it.
 pub(super) fn write(dist: &Path) -> Result<()> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(dist)? {

@@ -1,4 +1,5 @@
-//! Programs that make artefacts: from Debian, or by `cargo install` into `target/tools`, once, in the version given here.
+//! Programs that make artefacts: from Debian, or by `cargo install` into `target/tools`, once, in
+//! the version given here.
 
 use crate::House;
 use crate::debian;

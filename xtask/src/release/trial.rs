@@ -1,7 +1,8 @@
 //! `cargo xtask release --test`: each artefact on a clean system.
 //!
-//! A clean Debian 12 made by mmdebstrap takes the package; a root with no file but the program takes the archive, which
-//! shows that it needs nothing; Wine takes the program for Windows. What it costs is printed with each step.
+//! A clean Debian 12 made by mmdebstrap takes the package; a root with no file but the program
+//! takes the archive, which shows that it needs nothing; Wine takes the program for Windows. What
+//! it costs is printed with each step.
 
 use super::build::Platform;
 use super::{Part, Release, archives, container, debian, empty, said, tools, wheel};
@@ -71,7 +72,8 @@ fn package(release: &Release<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Runs the image as it is in its archive, by buildah in a chroot: that needs no more of the kernel than root.
+/// Runs the image as it is in its archive, by buildah in a chroot: that needs no more of the kernel
+/// than root.
 fn image(release: &Release<'_>) -> Result<()> {
     tools::debian(&[("buildah", "buildah")])?;
     let archive = format!("oci-archive:{}", container::file(release).display());

@@ -6,7 +6,8 @@ use crate::steps::run;
 use anyhow::{Context, Result};
 use std::process::Command;
 
-/// A tumour's way from the first import to the answer, in an environment that holds the wheel and what it asks for.
+/// A tumour's way from the first import to the answer, in an environment that holds the wheel and
+/// what it asks for.
 const TRIAL: &str = "import sys, warnings, supine; warnings.simplefilter('ignore'); \
                      session = supine.Session.read(sys.argv[1]); print(supine.__version__, session.tumour)";
 

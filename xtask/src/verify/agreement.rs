@@ -11,8 +11,8 @@ const AGREEMENT_TEXT: &str = include_str!("agreement.md");
 const CONVERGENCE_TEXT: &str = include_str!("convergence.md");
 /// Relative residual of the solutions that are compared node by node.
 const TOLERANCE: f64 = 1e-10;
-/// Largest nodal difference that counts as agreement, mm: where the problem is well conditioned, and where
-/// softness or the way through the unloaded shape amplifies rounding.
+/// Largest nodal difference that counts as agreement, mm: where the problem is well conditioned,
+/// and where softness or the way through the unloaded shape amplifies rounding.
 const CLOSE_MM: f64 = 1e-8;
 const SOFT_MM: f64 = 1e-6;
 /// Of the derivative by the modulus, as a share of its largest value.
@@ -81,8 +81,8 @@ pub(super) fn agreement(mechanics: &Mechanics<'_>) -> Result<String> {
 const QUADRATIC: &[&str] = &["1.6k", "5k", "12k"];
 /// Elements and meshes of the convergence, coarse first.
 ///
-/// Error by the number of unknowns n: on straight meshes of a curved body h² for both orders in the end, h³
-/// for quadratic elements while the body's outline is not what limits; h as n^(-1/3).
+/// Error by the number of unknowns n: on straight meshes of a curved body h² for both orders in the
+/// end, h³ for quadratic elements while the body's outline is not what limits; h as n^(-1/3).
 const SERIES: [Series; 3] = [
     Series {
         name: "linear",

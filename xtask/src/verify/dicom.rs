@@ -1,4 +1,5 @@
-//! DICOM: folders of many files, what `supine verify-export` finds, and the way to an archive and back.
+//! DICOM: folders of many files, what `supine verify-export` finds, and the way to an archive and
+//! back.
 
 use super::{Bench, output, run};
 use anyhow::Result;

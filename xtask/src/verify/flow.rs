@@ -1,4 +1,5 @@
-//! Whole runs and repeated ones: time and memory, beside another build of the program when one is named.
+//! Whole runs and repeated ones: time and memory, beside another build of the program when one is
+//! named.
 
 use super::{Bench, patients, real};
 use anyhow::{Context, Result, ensure};

@@ -25,8 +25,8 @@ pub(super) struct Errors {
     parts: Value,
 }
 
-/// The volumes of a patient by the true field and by the run in `work`, with pictures of their worst slices
-/// there.
+/// The volumes of a patient by the true field and by the run in `work`, with pictures of their
+/// worst slices there.
 pub(super) fn errors(
     bench: &Bench<'_>,
     patient: &Path,
@@ -57,7 +57,8 @@ pub(super) fn errors(
     Ok(all)
 }
 
-/// A CT carried by the map of a mesh; the interpolation as `supine warp` names it, and where the volume goes.
+/// A CT carried by the map of a mesh; the interpolation as `supine warp` names it, and where the
+/// volume goes.
 pub(super) fn carried(
     bench: &Bench<'_>,
     ct: &Path,

@@ -1,4 +1,5 @@
-//! Cost of a cold solution: ours beside other finite-element programs, and its growth with the mesh.
+//! Cost of a cold solution: ours beside other finite-element programs, and its growth with the
+//! mesh.
 
 use super::plot::{Line, Panel, svg};
 use super::{Bench, environment, number, output, run};

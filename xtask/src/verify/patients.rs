@@ -58,7 +58,8 @@ pub(crate) fn cases(bench: &Bench<'_>) -> Result<Vec<PathBuf>> {
     folders(bench).into_iter().map(one).collect()
 }
 
-/// Writes a patient's case with her true tissue into a work folder; its file, and the folder of her CT.
+/// Writes a patient's case with her true tissue into a work folder; its file, and the folder of her
+/// CT.
 fn case(work: &Path, patient: &Path) -> Result<(PathBuf, PathBuf)> {
     std::fs::create_dir_all(work)?;
     let ct = unpacked(patient, work)?;

@@ -45,7 +45,8 @@ pub(super) fn svg(panels: &[Panel]) -> String {
     svg + "</svg>\n"
 }
 
-/// The powers of ten between which one coordinate of all points lies, and where a value of it is drawn.
+/// The powers of ten between which one coordinate of all points lies, and where a value of it is
+/// drawn.
 struct Axis {
     from: f64,
     to: f64,

@@ -84,7 +84,8 @@ fn blanks_round_a_patient_id_are_none_of_it() {
     let archive = Archive::start(|talk, message| {
         let asked = query(talk, message);
         match asked.text(tags::QUERY_RETRIEVE_LEVEL).as_str() {
-            // One that takes what it is asked for to the letter; another program wrote the ID with blanks.
+            // One that takes what it is asked for to the letter; another program wrote the ID with
+            // blanks.
             "STUDY" if asked.text(tags::PATIENT_ID) == PATIENT => {
                 matches(talk, message, &[study(" ZZ9  ", "20260310")], 0);
             }
@@ -144,8 +145,8 @@ fn a_query_that_is_aborted_names_who_asks() {
 /// The UID of a series of another patient in the same study.
 const OTHERS: &str = "1.2.1.2";
 
-/// An archive that lists one study for two patients, with a series of each; `says` is whether it tells in a query for
-/// series whose they are, or refuses to.
+/// An archive that lists one study for two patients, with a series of each; `says` is whether it
+/// tells in a query for series whose they are, or refuses to.
 fn of_two_patients(says: bool) -> Archive {
     Archive::start(move |talk, message| {
         let bytes = data_of(talk, message);

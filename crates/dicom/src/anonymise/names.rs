@@ -1,15 +1,16 @@
-//! Names of regions that may leave de-identified: plain words of anatomy and of planning, no free text.
+//! Names of regions that may leave de-identified: plain words of anatomy and of planning, no free
+//! text.
 //!
-//! PS3.15 E.1 lets the Basic Profile empty ROI Name, and Clean Descriptors clean it. A planner needs the
-//! name, so it stays when every word of it is known here; otherwise all of it goes. Words that remained of a
-//! longer name could say something else ("not the tumor").
+//! PS3.15 E.1 lets the Basic Profile empty ROI Name, and Clean Descriptors clean it. A planner
+//! needs the name, so it stays when every word of it is known here; otherwise all of it goes. Words
+//! that remained of a longer name could say something else ("not the tumor").
 
 use crate::data_set::DataSet;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 
-/// Words of structures' names, lower case: those of AAPM Task Group 263 (2018) for chest, neck and upper
-/// abdomen, kinds of targets, and what planners of breasts write beside them.
+/// Words of structures' names, lower case: those of AAPM Task Group 263 (2018) for chest, neck and
+/// upper abdomen, kinds of targets, and what planners of breasts write beside them.
 const WORDS: &str = "
     a abdomen air airway aka and angle anterior anus aorta arch areola areolar arm arteries artery artifact ascending
     atrium auricle ax avoid avoidance axilla axillary axial balloon band bed bladder block body bolus bone bones
@@ -39,8 +40,8 @@ const DIGITS: usize = 2;
 /// Most digits of a dose (cGy).
 const DOSE_DIGITS: usize = 4;
 
-/// Whether nobody can be told by a name: every word is one of planning and none one of the `patient`'s, and it has one
-/// number of two digits at most beside doses (`PTV_50.4Gy`).
+/// Whether nobody can be told by a name: every word is one of planning and none one of the
+/// `patient`'s, and it has one number of two digits at most beside doses (`PTV_50.4Gy`).
 pub(super) fn plain(name: &str, patient: &DataSet) -> bool {
     // The one unit with a capital within.
     let tokens = tokens(&name.replace("cGy", "gy"));
@@ -105,7 +106,8 @@ const NUMBERS: [Tag; 4] = [
     tags::ACCESSION_NUMBER,
 ];
 
-/// Whether a text has a word of the name of anybody in the header, the patient or who treats her, or one of her numbers.
+/// Whether a text has a word of the name of anybody in the header, the patient or who treats her,
+/// or one of her numbers.
 pub(super) fn name_somebody(text: &str, header: &DataSet) -> bool {
     let people = header.elements().iter().filter(|e| e.vr == VR::PN).map(|e| e.tag);
     let known = words(people.chain(NUMBERS).map(|tag| header.text(tag)));
@@ -122,7 +124,8 @@ fn words(texts: impl IntoIterator<Item = String>) -> Vec<String> {
     texts.into_iter().flat_map(of).collect()
 }
 
-/// The words of the patient's name and ID, lower case: a patient may be called as a part of the body is.
+/// The words of the patient's name and ID, lower case: a patient may be called as a part of the
+/// body is.
 fn hers(patient: &DataSet) -> Vec<String> {
     words([tags::PATIENT_NAME, tags::PATIENT_ID].map(|tag| patient.text(tag)))
 }

@@ -1,7 +1,8 @@
-//! Doses, structure sets and segmentations of a patient, as objects of her de-identified CT may name them.
+//! Doses, structure sets and segmentations of a patient, as objects of her de-identified CT may
+//! name them.
 //!
-//! What an object of ours takes from one that was given is little: which regions there are, what a dose
-//! means, and to what it refers. Of that little, this leaves what cannot name the patient.
+//! What an object of ours takes from one that was given is little: which regions there are, what a
+//! dose means, and to what it refers. Of that little, this leaves what cannot name the patient.
 
 use super::{Anonymiser, names::plain};
 use crate::companion::same_patient;
@@ -76,12 +77,12 @@ const CODES: [Tag; 3] = [
     tags::ANATOMIC_REGION_SEQUENCE,
 ];
 
-/// What has to take the patient out of an object of `header` before it goes with the exported `ct`; none where
-/// that still names her, and for objects that the run itself made.
+/// What has to take the patient out of an object of `header` before it goes with the exported `ct`;
+/// none where that still names her, and for objects that the run itself made.
 ///
 /// # Errors
-/// When the object is of another patient (the pseudonym of the CT is not hers), or the CT is de-identified and `by` is
-/// missing.
+/// When the object is of another patient (the pseudonym of the CT is not hers), or the CT is
+/// de-identified and `by` is missing.
 fn cleaner<'a>(
     file: &str,
     header: &DataSet,
@@ -142,8 +143,8 @@ impl Anonymiser {
 }
 
 impl Dose {
-    /// The dose as an object of the exported `ct` may name it; `by` is what took the patient out of a CT that is
-    /// de-identified (PS3.15 E.1). Meaning and plan stay, the plan by its mapped UID.
+    /// The dose as an object of the exported `ct` may name it; `by` is what took the patient out of
+    /// a CT that is de-identified (PS3.15 E.1). Meaning and plan stay, the plan by its mapped UID.
     ///
     /// # Errors
     /// When it is of another patient than the CT.
@@ -165,11 +166,12 @@ impl Dose {
 }
 
 impl Structures {
-    /// The structures as an object of the exported `ct` may name them, and what a user has to know of it; `by` is
-    /// what took the patient out of a CT that is de-identified (PS3.15 E.1).
+    /// The structures as an object of the exported `ct` may name them, and what a user has to know
+    /// of it; `by` is what took the patient out of a CT that is de-identified (PS3.15 E.1).
     ///
-    /// Numbers, colours, types and contours stay. A name of plain words of planning stays; any other becomes `ROI`
-    /// and the number of the region, by which a planner finds it in the structure set that was given.
+    /// Numbers, colours, types and contours stay. A name of plain words of planning stays; any
+    /// other becomes `ROI` and the number of the region, by which a planner finds it in the
+    /// structure set that was given.
     ///
     /// # Errors
     /// When they are of another patient than the CT.
@@ -216,8 +218,9 @@ impl Structures {
 }
 
 impl Segmentation {
-    /// The segments as an object of the exported `ct` may name them, as in [`Structures::for_export`]; a segment
-    /// whose name is no plain one becomes `Segment` and its number. Colours and codes of published schemes stay.
+    /// The segments as an object of the exported `ct` may name them, as in
+    /// [`Structures::for_export`]; a segment whose name is no plain one becomes `Segment` and its
+    /// number. Colours and codes of published schemes stay.
     ///
     /// # Errors
     /// When they are of another patient than the CT.

@@ -119,8 +119,8 @@ impl Container {
         }
     }
 
-    /// Gives a data set the class and instance that the file header names when it has none itself, as
-    /// some anonymisers leave it (PS3.10 7.1: both name the same object); whether it had to.
+    /// Gives a data set the class and instance that the file header names when it has none itself,
+    /// as some anonymisers leave it (PS3.10 7.1: both name the same object); whether it had to.
     pub(crate) fn identify(&self, set: &mut DataSet) -> bool {
         let mut had_to = false;
         for (in_header, tag) in [
@@ -170,8 +170,8 @@ impl Container {
 /// Endings that DICOM files have, besides numbers and none.
 const ENDINGS: [&str; 8] = ["dcm", "dicom", "dic", "ima", "img", "ct", "acr", "v2"];
 
-/// Whether the name of an empty file may be that of a slice that was lost: not `Thumbs.db` and its like, which file managers
-/// leave.
+/// Whether the name of an empty file may be that of a slice that was lost: not `Thumbs.db` and its
+/// like, which file managers leave.
 fn may_be_dicom(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase());
     let name = name.unwrap_or_default();

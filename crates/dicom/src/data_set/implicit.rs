@@ -7,20 +7,22 @@ use dicom_core::dictionary::{DataDictionary as _, DataDictionaryEntry as _, Virt
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::StandardDataDictionary;
 
-/// The data set in Implicit VR Little Endian; [`can_be_implicit`] tells whether it keeps its meaning.
+/// The data set in Implicit VR Little Endian; [`can_be_implicit`] tells whether it keeps its
+/// meaning.
 ///
-/// A sequence that the dictionary does not know has no stated length: its delimiters are what tells a
-/// reader that it is one (PS3.5 6.2.2).
+/// A sequence that the dictionary does not know has no stated length: its delimiters are what tells
+/// a reader that it is one (PS3.5 6.2.2).
 pub(crate) fn encode_implicit(set: &DataSet) -> Vec<u8> {
     let mut out = Vec::new();
     put_set(&mut out, set);
     out
 }
 
-/// Why a data set would lose its meaning without its value representations; nothing when it would not.
+/// Why a data set would lose its meaning without its value representations; nothing when it would
+/// not.
 ///
-/// A reader takes the VR of a public element from the dictionary, so it has to be the same there. That
-/// of a private element is lost by this syntax, as the standard has it; its bytes stay.
+/// A reader takes the VR of a public element from the dictionary, so it has to be the same there.
+/// That of a private element is lost by this syntax, as the standard has it; its bytes stay.
 pub(crate) fn can_be_implicit(set: &DataSet) -> Result<(), String> {
     for element in set.elements() {
         let tag = element.tag;

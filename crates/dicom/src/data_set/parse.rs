@@ -163,7 +163,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether all that follows is zeros, which media and programs that write in blocks leave; then the walk is done.
+    /// Whether all that follows is zeros, which media and programs that write in blocks leave; then
+    /// the walk is done.
     fn only_zeros_follow(&mut self) -> Result<bool, Fault> {
         let soon = self.total.min(self.at + 4);
         if self.at == 0 || self.bytes.get(self.at..soon).is_none_or(|b| b.iter().any(|&b| b != 0)) {
@@ -275,8 +276,9 @@ impl Walk<'_> {
         self.push(Element { tag, vr, value: Value::Bytes(bytes) })
     }
 
-    /// The items of a sequence that came as UN with its length, and how many elements they have: implicit VR little endian
-    /// by the standard (PS3.5 6.2.2 note), explicit by some programs. None when the bytes are neither: they stay what they are.
+    /// The items of a sequence that came as UN with its length, and how many elements they have:
+    /// implicit VR little endian by the standard (PS3.5 6.2.2 note), explicit by some programs.
+    /// None when the bytes are neither: they stay what they are.
     fn unknown_items(&self, bytes: &[u8]) -> Option<(Vec<DataSet>, usize)> {
         [false, true].into_iter().find_map(|explicit| {
             let encoding = Encoding { explicit, big_endian: false };

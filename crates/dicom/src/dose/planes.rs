@@ -58,8 +58,8 @@ impl Planes {
 
 /// Distance of each frame from the first along the normal, mm.
 ///
-/// Form a: the first value is 0 and all are such distances. Form b: the first value is the z of the first
-/// plane and all are z of planes; only for planes along the patient's axes (C.8.8.3.2).
+/// Form a: the first value is 0 and all are such distances. Form b: the first value is the z of the
+/// first plane and all are z of planes; only for planes along the patient's axes (C.8.8.3.2).
 fn offsets(
     object: &Object,
     frames: usize,

@@ -19,11 +19,13 @@ const MAX_VOXELS: u128 = 1 << 28;
 
 /// Reads an RT dose: absorbed dose in Gy on a regular grid in any orientation.
 ///
-/// 16 or 32 bits unsigned, uncompressed, or 16 bits in a compressed form of one fragment per frame. Dose = stored value
-/// x Dose Grid Scaling (PS3.3 C.8.8.3.4). Frames come in any order; they are sorted by their offsets.
+/// 16 or 32 bits unsigned, uncompressed, or 16 bits in a compressed form of one fragment per frame.
+/// Dose = stored value x Dose Grid Scaling (PS3.3 C.8.8.3.4). Frames come in any order; they are
+/// sorted by their offsets.
 ///
 /// # Errors
-/// When the file is no sound RT dose, holds no grid, is relative, or its planes are not equally spaced.
+/// When the file is no sound RT dose, holds no grid, is relative, or its planes are not equally
+/// spaced.
 pub fn read_dose(path: &Path) -> Result<Dose, Error> {
     let mut object = Object::open(path)?;
     let class = object.set.text(tags::SOP_CLASS_UID);

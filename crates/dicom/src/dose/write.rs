@@ -44,15 +44,16 @@ pub struct DoseInfo {
 
 /// Writes a dose after deformation (Gy) as an RT dose of the exported CT into the file `path`.
 ///
-/// 32 bits unsigned. Dose Type, Dose Summation Type and the Referenced RT Plan are those of `from`: no plan is made up.
-/// Frame of reference, patient and study are those of `ct`, and all says that the dose was moved and not computed anew:
-/// Image Type, Derivation, Dose Comment, Spatial Transform of Dose NON_RIGID with the `registration` (PS3.3 C.8.8.3).
-/// Histograms and the normalisation point, which no longer hold, are left out. UIDs are 2.25 from the hash of all that is written. The file appears
-/// only when it was read back equal.
+/// 32 bits unsigned. Dose Type, Dose Summation Type and the Referenced RT Plan are those of `from`:
+/// no plan is made up. Frame of reference, patient and study are those of `ct`, and all says that
+/// the dose was moved and not computed anew: Image Type, Derivation, Dose Comment, Spatial
+/// Transform of Dose NON_RIGID with the `registration` (PS3.3 C.8.8.3). Histograms and the
+/// normalisation point, which no longer hold, are left out. UIDs are 2.25 from the hash of all that
+/// is written. The file appears only when it was read back equal.
 ///
 /// # Errors
-/// When the dose is of another patient than the CT, negative or not finite, a text does not fit its attribute, or the
-/// file cannot be written or does not read back. Nothing is left then.
+/// When the dose is of another patient than the CT, negative or not finite, a text does not fit its
+/// attribute, or the file cannot be written or does not read back. Nothing is left then.
 pub fn write_dose(
     dose: &Volume<f32>,
     from: &Dose,
@@ -162,8 +163,8 @@ fn put_values(set: &mut DataSet, gy: &[f32]) -> Result<f64, Error> {
     Ok(step)
 }
 
-/// The finest step, as it is written and as it is read, by which `most` still fits 31 bits: some readers take the stored
-/// values for signed ones.
+/// The finest step, as it is written and as it is read, by which `most` still fits 31 bits: some
+/// readers take the stored values for signed ones.
 pub(super) fn scaling(most: f64) -> (String, f64) {
     let full = f64::from(i32::MAX);
     let mut step = if most > 0.0 { most / full } else { 1.0 / full };

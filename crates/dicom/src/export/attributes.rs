@@ -71,7 +71,8 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Identifiers from the hash of all that is written, but for those of the source that are asked for.
+    /// Identifiers from the hash of all that is written, but for those of the source that are asked
+    /// for.
     pub(super) fn new(hash: &[u8; 32], source: &Source, policy: Policy) -> Self {
         let header = &source.slices[0].header;
         Self {

@@ -15,8 +15,8 @@ impl Frame {
             })
     }
 
-    /// The bytes of a compressed frame. The first fragment is the basic offset table; a frame may be
-    /// cut into several of the others.
+    /// The bytes of a compressed frame. The first fragment is the basic offset table; a frame may
+    /// be cut into several of the others.
     pub(super) fn encapsulated<'a>(
         self,
         fragments: &'a [Vec<u8>],

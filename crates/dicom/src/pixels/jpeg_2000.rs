@@ -59,8 +59,8 @@ impl Jpeg2000Header {
     }
 }
 
-/// From the first marker segment on: a frame is a bare codestream (PS3.5 A.4.4), which some writers wrap
-/// into a JP2 file all the same.
+/// From the first marker segment on: a frame is a bare codestream (PS3.5 A.4.4), which some writers
+/// wrap into a JP2 file all the same.
 fn codestream(frame: &[u8]) -> Option<&[u8]> {
     let at = frame.windows(4).position(|w| w == [0xFF, 0x4F, 0xFF, 0x51])?;
     frame.get(at..)

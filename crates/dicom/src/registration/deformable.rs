@@ -40,8 +40,8 @@ pub struct Deformable {
 /// P_source = P_registered + D (C.20.3.1.1, both matrices the identity). Float 32, little endian.
 ///
 /// # Errors
-/// When a vector is not finite, the grid is left-handed or too large, a text does not fit its attribute, or the file
-/// cannot be written or does not read back. Nothing is left then.
+/// When a vector is not finite, the grid is left-handed or too large, a text does not fit its
+/// attribute, or the file cannot be written or does not read back. Nothing is left then.
 pub fn write_deformable(
     vectors: &Volume<[f32; 3]>,
     source: &Source,

@@ -27,7 +27,8 @@ fn identity() -> DataSet {
     item
 }
 
-/// Content identification (PS3.3 table 10-12), and the side as the CT says it (type 2C of a paired part).
+/// Content identification (PS3.3 table 10-12), and the side as the CT says it (type 2C of a paired
+/// part).
 fn put_content(
     set: &mut DataSet,
     (ct, params): (&Source, &CompanionParams),

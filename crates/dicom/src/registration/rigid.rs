@@ -13,11 +13,11 @@ use std::path::Path;
 const KIND: Kind =
     Kind { class: uids::SPATIAL_REGISTRATION_STORAGE, modality: "REG", role: "rigid registration" };
 
-/// Writes the identity between the frames of reference of the CT and its deformed export into the file `path`; it
-/// is labelled CHEST WALL ONLY, since only there does it hold.
+/// Writes the identity between the frames of reference of the CT and its deformed export into the
+/// file `path`; it is labelled CHEST WALL ONLY, since only there does it hold.
 ///
-/// Each item's matrix maps its frame to the object's, which is that of the deformed CT (C.20.2.1.1):
-/// both are identities.
+/// Each item's matrix maps its frame to the object's, which is that of the deformed CT
+/// (C.20.2.1.1): both are identities.
 ///
 /// # Errors
 /// When a text does not fit its attribute, or the file cannot be written or does not read back.

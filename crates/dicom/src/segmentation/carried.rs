@@ -26,15 +26,17 @@ const NAMED: &[Tag] = &[
     tags::RECOMMENDED_DISPLAY_CIE_LAB_VALUE,
 ];
 
-/// Writes the segments of a segmentation after deformation into the file `path`, as one of the exported CT.
+/// Writes the segments of a segmentation after deformation into the file `path`, as one of the
+/// exported CT.
 ///
-/// `masks` are the voxels of the segments of `from`, in its order, on the grid of `ct`. Names, codes and colours are kept; segments are
-/// numbered from 1, may overlap, and one without a voxel has no frame. Otherwise as
-/// [`super::write_segmentation`].
+/// `masks` are the voxels of the segments of `from`, in its order, on the grid of `ct`. Names,
+/// codes and colours are kept; segments are numbered from 1, may overlap, and one without a voxel
+/// has no frame. Otherwise as [`super::write_segmentation`].
 ///
 /// # Errors
-/// When the segments are of another patient than the CT or hold no voxel at all, the masks do not fit the CT, a text does not fit its
-/// attribute, or the file cannot be written or does not read back. Nothing is left then.
+/// When the segments are of another patient than the CT or hold no voxel at all, the masks do not
+/// fit the CT, a text does not fit its attribute, or the file cannot be written or does not read
+/// back. Nothing is left then.
 pub fn write_carried_segmentation(
     masks: &[Volume<bool>],
     from: &Segmentation,

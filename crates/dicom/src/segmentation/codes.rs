@@ -1,4 +1,5 @@
-//! What segments are, in codes of SNOMED CT: those of [`supine_volume::label::terms`], and others that say the same.
+//! What segments are, in codes of SNOMED CT: those of [`supine_volume::label::terms`], and others
+//! that say the same.
 
 use crate::data_set::DataSet;
 use crate::derived::code;

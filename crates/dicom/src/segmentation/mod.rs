@@ -34,8 +34,8 @@ pub struct Segment {
     pub meaning: Option<Meaning>,
 }
 
-/// A segmentation on the grid of a CT. The voxels stay packed as in the file until they are asked. It names
-/// the patient: not for logs, hence only the segments in its `Debug`.
+/// A segmentation on the grid of a CT. The voxels stay packed as in the file until they are asked.
+/// It names the patient: not for logs, hence only the segments in its `Debug`.
 pub struct Segmentation {
     pub(crate) file: String,
     /// All but the pixels.
@@ -199,8 +199,8 @@ pub(crate) fn same_frame_of_reference(
     }
 }
 
-/// Frame of Reference UID of an object; empty when it has none. For who has to compare it before the object is
-/// read onto a grid.
+/// Frame of Reference UID of an object; empty when it has none. For who has to compare it before
+/// the object is read onto a grid.
 ///
 /// # Errors
 /// When the file is no sound DICOM file.

@@ -33,7 +33,8 @@ pub struct SegmentationParams {
     pub algorithm: String,
     /// Date and time written everywhere "now" is meant.
     pub clock: Clock,
-    /// How many segmentations were written beside the CT before: decides the Series Number of a carried one.
+    /// How many segmentations were written beside the CT before: decides the Series Number of a
+    /// carried one.
     pub before: usize,
     /// Version of this software, 64 characters at most.
     pub software_version: String,
@@ -65,10 +66,10 @@ struct Frame {
 /// Writes labels as one segmentation object (PS3.3 A.51, type BINARY) into the file `path`.
 ///
 /// The labels must lie on the grid of the source. A label is a segment, with the names and colours
-/// of [`supine_volume::label::ALL`] and SNOMED CT codes; a slice where it has no voxel has no frame.
-/// Patient, study, geometry strings and frame of reference are the source's, and every frame names
-/// the slice it was made from. UIDs are 2.25 from the hash of all that is written. The file appears
-/// only when it was read back equal.
+/// of [`supine_volume::label::ALL`] and SNOMED CT codes; a slice where it has no voxel has no
+/// frame. Patient, study, geometry strings and frame of reference are the source's, and every frame
+/// names the slice it was made from. UIDs are 2.25 from the hash of all that is written. The file
+/// appears only when it was read back equal.
 ///
 /// # Errors
 /// When the labels do not fit the source, hold a label without name or none at all, a text does not

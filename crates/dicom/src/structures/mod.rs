@@ -69,7 +69,8 @@ pub struct Roi {
     pub frame_of_reference: String,
     /// Closed contours in one plane each (CLOSED_PLANAR, CLOSEDPLANAR_XOR), LPS, mm.
     pub contours: Vec<Vec<Point>>,
-    /// How contours of one plane go together: exclusive where they are CLOSEDPLANAR_XOR, which then all have to be.
+    /// How contours of one plane go together: exclusive where they are CLOSEDPLANAR_XOR, which then
+    /// all have to be.
     pub rule: Rule,
     /// Points and open lines, which enclose nothing.
     pub lines: Vec<Line>,
@@ -83,14 +84,15 @@ impl Roi {
         (self.interpreted_type == "EXTERNAL").then_some(Meaning::Body)
     }
 
-    /// What a user must know of how it is drawn: contours of one plane that cross or lie upon each other, corners that stray.
+    /// What a user must know of how it is drawn: contours of one plane that cross or lie upon each
+    /// other, corners that stray.
     pub fn oddly_drawn(&self) -> Vec<Warning> {
         oddly_drawn(&self.name, &self.contours, self.rule)
     }
 }
 
-/// What a user must know of how a region is drawn: contours of one plane that cross or lie upon each other, corners that
-/// stray.
+/// What a user must know of how a region is drawn: contours of one plane that cross or lie upon
+/// each other, corners that stray.
 pub fn oddly_drawn(name: &str, contours: &[Vec<Point>], rule: Rule) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(Overlap { planes, at }) = overlap(contours, rule) {
@@ -121,7 +123,8 @@ fn place([x, y, z]: [f64; 3]) -> String {
     format!("({x:.1}, {y:.1}, {z:.1}) mm")
 }
 
-/// The regions of a structure set. It names the patient: not for logs, hence only the regions in its `Debug`.
+/// The regions of a structure set. It names the patient: not for logs, hence only the regions in
+/// its `Debug`.
 #[derive(Clone)]
 pub struct Structures {
     pub(crate) file: String,
@@ -154,7 +157,8 @@ impl Structures {
         Error::Contours { file: self.file.clone(), name: roi.name.clone(), source }
     }
 
-    /// The voxels whose centres lie within a region, and what a user must know before trusting them.
+    /// The voxels whose centres lie within a region, and what a user must know before trusting
+    /// them.
     ///
     /// See [`fill_contours`] for planes between slices and slices between planes.
     /// `frame_of_reference` is that of the CT; a CT that did not come as DICOM has none.
@@ -305,7 +309,8 @@ fn points(object: &Object, name: &str, contour: &DataSet) -> Result<Vec<Point>, 
 /// Contour Offset Vector, retired but read.
 const CONTOUR_OFFSET_VECTOR: Tag = Tag(0x3006, 0x0045);
 
-/// What a contour is moved by from where its corners are written (Contour Offset Vector, PS3.3 C.8.8.6.2), mm.
+/// What a contour is moved by from where its corners are written (Contour Offset Vector, PS3.3
+/// C.8.8.6.2), mm.
 fn offset(object: &Object, name: &str, contour: &DataSet) -> Result<Vector, Error> {
     let texts = contour.texts(CONTOUR_OFFSET_VECTOR);
     let numbers: Option<Vec<f64>> = texts.iter().map(|text| parse_ds(text)).collect();

@@ -22,12 +22,14 @@ const KIND: Kind =
     Kind { class: uids::RT_STRUCTURE_SET_STORAGE, modality: "RTSTRUCT", role: "structures" };
 /// Coordinates within a slice are rounded to this share of 1 mm.
 const PER_MM: f64 = 1e4;
-/// Longest Contour Data: beyond it the element would lose its VR (PS3.5 6.2.2), which some readers do not take.
+/// Longest Contour Data: beyond it the element would lose its VR (PS3.5 6.2.2), which some readers
+/// do not take.
 const MAX_BYTES: usize = 65_534;
-/// Points of which the decimal strings always fit it: three of 16 characters each, and what lies between.
+/// Points of which the decimal strings always fit it: three of 16 characters each, and what lies
+/// between.
 const MOST_POINTS: usize = 1280;
-/// Where it would be longer, corners this near to the line of their neighbours are left out, mm; twice as much until it
-/// fits.
+/// Where it would be longer, corners this near to the line of their neighbours are left out, mm;
+/// twice as much until it fits.
 const THIN_MM: f64 = 0.01;
 /// What says which region it is.
 const NAMED: &[Tag] = &[tags::ROI_NUMBER, tags::ROI_NAME, tags::ROI_DESCRIPTION];
@@ -62,17 +64,19 @@ pub struct StructuresInfo {
     pub warnings: Vec<Warning>,
 }
 
-/// Writes the regions of a structure set after deformation into the file `path`, as one of the exported CT.
+/// Writes the regions of a structure set after deformation into the file `path`, as one of the
+/// exported CT.
 ///
-/// `carried` is what is drawn of the regions of `from`, in its order. Numbers, names, colours and interpreted types
-/// are kept, and a region without contours stays one. A contour in a slice of the CT names that slice and has
-/// its very position string (readers compare by equality); one between slices names none. An open line with more than 1,280
-/// points becomes several that meet. A hole is a contour of its own. UIDs are 2.25 from the hash of all
-/// that is written. The file appears only when it was read back equal.
+/// `carried` is what is drawn of the regions of `from`, in its order. Numbers, names, colours and
+/// interpreted types are kept, and a region without contours stays one. A contour in a slice of the
+/// CT names that slice and has its very position string (readers compare by equality); one between
+/// slices names none. An open line with more than 1,280 points becomes several that meet. A hole is
+/// a contour of its own. UIDs are 2.25 from the hash of all that is written. The file appears only
+/// when it was read back equal.
 ///
 /// # Errors
-/// When the structures are of another patient than the CT, a text does not fit its attribute, or the file cannot be
-/// written or does not read back. Nothing is left then.
+/// When the structures are of another patient than the CT, a text does not fit its attribute, or
+/// the file cannot be written or does not read back. Nothing is left then.
 pub fn write_structures(
     carried: &[Drawing],
     from: &Structures,
@@ -328,7 +332,8 @@ impl Regions<'_> {
         starts.map(piece).collect()
     }
 
-    /// The corners as written, without one that repeats its neighbour; the first is not repeated at the end.
+    /// The corners as written, without one that repeats its neighbour; the first is not repeated at
+    /// the end.
     fn corners(&self, corners: &[Point], slice: Option<usize>) -> Vec<String> {
         let mut texts: Vec<String> =
             corners.iter().map(|p| self.slices.texts(p, slice).join("\\")).collect();

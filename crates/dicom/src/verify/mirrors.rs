@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Sum of the products of all voxels with those of the source, for each way to mirror the source: along i
-/// (bit 0), j (bit 1) and k (bit 2) of the place. Exact.
+/// Sum of the products of all voxels with those of the source, for each way to mirror the source:
+/// along i (bit 0), j (bit 1) and k (bit 2) of the place. Exact.
 pub(super) fn mirrored(ours: &[i16], source: &[i16], [ni, nj, nk]: [usize; 3]) -> [i64; 8] {
     let part = unbounded(ours, source);
     let row = |j: usize, k: usize| (k * nj + j) * ni..(k * nj + j + 1) * ni;

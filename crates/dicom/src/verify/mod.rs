@@ -134,8 +134,8 @@ const NEEDS_SOURCE: &str = "needs the source series";
 /// The series that an export was derived from.
 #[derive(Clone, Copy, Debug)]
 pub enum Original<'a> {
-    /// Its folder, or a file of it: it is read for the comparison. In a folder with several series the one
-    /// that the export names is taken.
+    /// Its folder, or a file of it: it is read for the comparison. In a folder with several series
+    /// the one that the export names is taken.
     Files(&'a Path),
     /// As [`crate::read_series`] gave it, before it was de-identified: it need not be read again.
     Read {
@@ -157,8 +157,8 @@ pub struct Expected<'a> {
     pub accept: Accept,
 }
 
-/// Checks an exported series against its own rules and, when given, against the series it was derived
-/// from. The exported files are read from the disk, whatever is in memory.
+/// Checks an exported series against its own rules and, when given, against the series it was
+/// derived from. The exported files are read from the disk, whatever is in memory.
 ///
 /// # Errors
 /// When the folder cannot be read, holds no file, or the source cannot be read as a CT series.

@@ -235,8 +235,8 @@ fn check_slices(checks: &mut Checks, rule: &str, pixels: &Pixels, source: &[i16]
     checks.none_of(rule, &found);
 }
 
-/// Correlation with the source against that with its seven mirror images. `moments` are the mean and the
-/// standard deviation of the export and of the source.
+/// Correlation with the source against that with its seven mirror images. `moments` are the mean
+/// and the standard deviation of the export and of the source.
 fn check_mirrors(
     checks: &mut Checks,
     rule: &str,

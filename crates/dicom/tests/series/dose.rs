@@ -146,7 +146,8 @@ fn sixteen_bits_and_fewer_stored_bits_are_read() {
     assert_dose(&reading(&d).unwrap(), "12 of 16, with bits above");
 }
 
-/// RLE Lossless of one frame of 16 bits: two planes of bytes, the upper first, in runs of one literal each (PS3.5 Annex G).
+/// RLE Lossless of one frame of 16 bits: two planes of bytes, the upper first, in runs of one
+/// literal each (PS3.5 Annex G).
 fn run_lengths(samples: &[u16]) -> Vec<u8> {
     let plane = |shift: u32| -> Vec<u8> {
         let mut packed: Vec<u8> = samples

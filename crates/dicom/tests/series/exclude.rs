@@ -43,7 +43,8 @@ fn a_copy_of_a_slice_says_how_to_leave_it_out() {
     assert_eq!(without(ct.path(), &["zz-copy.dcm"]).unwrap().0, 6);
 }
 
-/// Two scans of one series, the feet as the second, that meet at 2.dcm; `apart` mm above it lies one more of the second.
+/// Two scans of one series, the feet as the second, that meet at 2.dcm; `apart` mm above it lies
+/// one more of the second.
 fn joined(apart: f64) -> Vec<crate::support::Slice> {
     let mut slices = six();
     let [x, y, z] = position(&slices[2]);

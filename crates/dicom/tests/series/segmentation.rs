@@ -241,7 +241,8 @@ fn labels_that_cannot_be_segments_are_refused_and_leave_nothing() {
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
 }
 
-/// Masks that overlap, one of them empty, as a segmentation of another CT; names and codes are those of the file.
+/// Masks that overlap, one of them empty, as a segmentation of another CT; names and codes are
+/// those of the file.
 #[test]
 fn carried_segments_keep_names_codes_and_voxels() {
     let dir = TempDir::new().unwrap();

@@ -258,7 +258,8 @@ fn values_that_are_no_hu_are_refused() {
 
 #[test]
 fn padding_that_no_pixel_can_have_is_told_and_marks_none() {
-    // Signed and unsigned values of 12 bits; the lower 12 bits of the padding are those of a real value.
+    // Signed and unsigned values of 12 bits; the lower 12 bits of the padding are those of a real
+    // value.
     for (signed, padding) in [(true, 0x8000u16), (true, 0x0FFF), (false, 0xF428)] {
         let mut all = six();
         for slice in &mut all {

@@ -1,8 +1,8 @@
 //! The keys by which a NRRD file is a 3D Slicer segmentation.
 //!
 //! Facts: `vtkMRMLSegmentationStorageNode` of 3D Slicer: `SegmentN_ID`, `_Name`, `_Color`,
-//! `_LabelValue`, `_Layer`, `_Extent`, `_Tags` per segment, and the grid of the reference image (RAS) among
-//! `Segmentation_ConversionParameters`.
+//! `_LabelValue`, `_Layer`, `_Extent`, `_Tags` per segment, and the grid of the reference image
+//! (RAS) among `Segmentation_ConversionParameters`.
 
 use crate::Problem;
 use std::{collections::BTreeMap, fmt::Write as _};
@@ -52,7 +52,8 @@ pub(crate) fn parse(
     layers: usize,
 ) -> Result<Vec<Segment>, Problem> {
     let says = |what: &str| keys.keys().any(|k| k.starts_with("Segment") && k.ends_with(what));
-    // 3D Slicer up to 4.10 gave each segment a layer of its own, of ones, and said neither layer nor value.
+    // 3D Slicer up to 4.10 gave each segment a layer of its own, of ones, and said neither layer
+    // nor value.
     let one_each = layers > 1 && !says("_Layer") && !says("_LabelValue");
     let mut segments = Vec::new();
     for n in 0.. {
@@ -113,11 +114,12 @@ pub(super) fn keys(labels: &LabelMap) -> Result<Vec<(String, String)>, String> {
     Ok(keys)
 }
 
-/// The tag by which 3D Slicer keeps what a label means: list of terms, category, type and its modifier, list of regions,
-/// region and its modifier, apart by `~`; each term as scheme, code and meaning.
+/// The tag by which 3D Slicer keeps what a label means: list of terms, category, type and its
+/// modifier, list of regions, region and its modifier, apart by `~`; each term as scheme, code and
+/// meaning.
 ///
-/// Format: `vtkSlicerTerminologiesModuleLogic::SerializeTerminologyEntry` of 3D Slicer. Its list of DICOM's own terms is
-/// named, since the codes are DICOM's; the region is left open.
+/// Format: `vtkSlicerTerminologiesModuleLogic::SerializeTerminologyEntry` of 3D Slicer. Its list of
+/// DICOM's own terms is named, since the codes are DICOM's; the region is left open.
 fn terminology(label: u8) -> String {
     let Some(terms) = label::terms(label) else { return String::new() };
     let [category, kind] = terms.map(|(code, meaning)| format!("SCT^{code}^{meaning}"));
@@ -194,8 +196,8 @@ fn reference_grid(keys: &BTreeMap<String, String>) -> Option<Grid> {
     (grid.len() <= LARGEST_REFERENCE).then_some(grid)
 }
 
-/// Whether all layers together may be put back: the file need not hold what lies around them, so that
-/// a few bytes could ask for any amount of memory.
+/// Whether all layers together may be put back: the file need not hold what lies around them, so
+/// that a few bytes could ask for any amount of memory.
 pub(crate) fn fit_together(layers: usize, keys: &BTreeMap<String, String>) -> bool {
     reference_grid(keys).is_none_or(|g| g.len().saturating_mul(layers) <= LARGEST_OF_LAYERS)
 }

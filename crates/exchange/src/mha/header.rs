@@ -3,7 +3,8 @@
 use crate::{Problem, scalar::Scalar};
 use std::collections::BTreeMap;
 
-/// Longest header that is looked at, bytes: one without an end is not searched through a whole volume.
+/// Longest header that is looked at, bytes: one without an end is not searched through a whole
+/// volume.
 const LONGEST: usize = 1 << 16;
 /// The key that ends the header.
 const LAST: &str = "ElementDataFile";

@@ -89,7 +89,8 @@ fn check(header: &Header) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The samples as they are stored, without what `HeaderSize` says lies ahead of them (-1: all but the last).
+/// The samples as they are stored, without what `HeaderSize` says lies ahead of them (-1: all but
+/// the last).
 fn stored<'a>(header: &Header, data: &'a [u8], wanted: usize) -> Result<&'a [u8], Problem> {
     let compressed = header.flag(&["CompressedData"])?;
     let skip = match header.numbers::<i64, 1>(&["HeaderSize"])? {

@@ -1,9 +1,9 @@
 //! Gmsh MSH 4.1, as text: the mesh, its boundary as physical groups, its displacement.
 //!
 //! One entity and physical group for the tissue (volume 4, `soft_tissue`) and for each tag there is
-//! (surfaces 1 `skin`, 2 `chest_wall`, 3 `cut`); all nodes belong to the volume. Numbers have as many
-//! digits as it takes to read the same bits back.
-//! Format: Gmsh reference manual, <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
+//! (surfaces 1 `skin`, 2 `chest_wall`, 3 `cut`); all nodes belong to the volume. Numbers have as
+//! many digits as it takes to read the same bits back. Format: Gmsh reference manual,
+//! <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
 
 mod read;
 mod write;

@@ -4,8 +4,8 @@ use super::parse;
 use proptest::prelude::*;
 use supine_mesh::BoundaryTag;
 
-/// One tetrahedron: nodes numbered with gaps and on entities of their own, points and lines among the
-/// elements, groups by number, coordinates on a surface.
+/// One tetrahedron: nodes numbered with gaps and on entities of their own, points and lines among
+/// the elements, groups by number, coordinates on a surface.
 const FILE: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
     $PhysicalNames\n4\n2 7 \"skin\"\n2 8 \"chest_wall\"\n2 9 \"cut\"\n3 1 \"breast\"\n$EndPhysicalNames\n\
     $Entities\n1 1 3 1\n1 0 0 0 0\n1 0 0 0 3 0 0 0 0\n\

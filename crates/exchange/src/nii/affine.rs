@@ -14,11 +14,12 @@ pub(super) fn decimal(x: f32) -> f64 {
     x.to_string().parse().unwrap_or(f64::from(x))
 }
 
-/// sform and qform of one file may put a voxel this far apart, mm: what rounding to f32 and to four decimals leaves.
+/// sform and qform of one file may put a voxel this far apart, mm: what rounding to f32 and to four
+/// decimals leaves.
 const FORMS_MM: f64 = 0.1;
 
-/// The grid of a header, LPS, mm: from the sform, or from the qform when there is no sform; where there are both, they have to
-/// say the same.
+/// The grid of a header, LPS, mm: from the sform, or from the qform when there is no sform; where
+/// there are both, they have to say the same.
 pub(super) fn grid(header: &NiftiHeader, size: [usize; 3]) -> Result<Grid, Problem> {
     let forms = (header.sform_code > 0, header.qform_code > 0);
     if forms == (false, false) {

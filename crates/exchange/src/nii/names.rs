@@ -1,7 +1,8 @@
 //! Names of labels in a header extension.
 //!
-//! Facts: TotalSegmentator (`nifti_ext_header.py`) and Connectome Workbench write an extension whose
-//! text is a `CaretExtension` in XML; `Label` elements with the attribute `Key` hold the names.
+//! Facts: TotalSegmentator (`nifti_ext_header.py`) and Connectome Workbench write an extension
+//! whose text is a `CaretExtension` in XML; `Label` elements with the attribute `Key` hold the
+//! names.
 
 use crate::{Problem, labels::segments::Segment};
 use quick_xml::{Reader, events::Event};

@@ -64,7 +64,8 @@ pub(crate) fn parse(bytes: &[u8], progress: Progress<'_>) -> Result<Raster, Prob
     })
 }
 
-/// The words of the header: `descrip` and `aux_file`, which other programs carry on, and the texts of extensions.
+/// The words of the header: `descrip` and `aux_file`, which other programs carry on, and the texts
+/// of extensions.
 fn note(ahead: &[u8], big_endian: bool) -> String {
     let fields = [&ahead[148..228], &ahead[228..252]];
     let texts = fields.into_iter().chain(names::extensions(ahead, big_endian)).map(|text| {

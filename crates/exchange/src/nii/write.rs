@@ -22,9 +22,9 @@ pub(crate) fn write<T: Sample>(
     write_values(path, (volume.grid(), Values::One), note, samples, progress)
 }
 
-/// Writes displacements as ITK does, vectors in LPS, mm: intent 1007 (`NIFTI_INTENT_VECTOR`), components along the fifth
-/// axis, slowest in memory. Intent 1006 (`NIFTI_INTENT_DISPVECT`) means vectors in RAS, which readers built on an ITK
-/// before 5.3 take for LPS without a word.
+/// Writes displacements as ITK does, vectors in LPS, mm: intent 1007 (`NIFTI_INTENT_VECTOR`),
+/// components along the fifth axis, slowest in memory. Intent 1006 (`NIFTI_INTENT_DISPVECT`) means
+/// vectors in RAS, which readers built on an ITK before 5.3 take for LPS without a word.
 pub(crate) fn write_displacements(
     path: &Path,
     field: &Volume<[f32; 3]>,

@@ -1,8 +1,8 @@
 //! Masks that a program made of the whole body: what of them can be taken for granted.
 //!
 //! A model's edges are right to its voxels, 1.5 mm of TotalSegmentator, 3 mm with `--fast`, while
-//! the boundary of the chest wall is sought to a tenth of that. So the edges of masks that meet there
-//! say nothing; what lies deeper does.
+//! the boundary of the chest wall is sought to a tenth of that. So the edges of masks that meet
+//! there say nothing; what lies deeper does.
 
 use super::map::Map;
 use super::names::MaskKind;

@@ -11,8 +11,8 @@ use supine_space::Progress;
 use supine_volume::Seeds;
 
 /// Reads seeds: points from 3D Slicer markups (`.mrk.json`) or CSV `name,x,y,z`, painted voxels
-/// from a 3D Slicer segmentation (`.seg.nrrd`), a label map (`.nrrd`, `.nii`, `.nii.gz`, `.mha`, `.mhd`) or a
-/// folder of masks.
+/// from a 3D Slicer segmentation (`.seg.nrrd`), a label map (`.nrrd`, `.nii`, `.nii.gz`, `.mha`,
+/// `.mhd`) or a folder of masks.
 ///
 /// Names tell the tissue; case does not matter, `_` and `-` count as spaces, and what follows the
 /// word is free. Chest wall: `chest wall`, `muscle`, `rib`, `sternum`, `costal`, `intercostal`,
@@ -27,8 +27,9 @@ use supine_volume::Seeds;
 /// - Folders: every mask whose name begins with `rib`, `sternum`, `costal`, `intercostal`,
 ///   `pectoral`, `serratus`, `chest wall` or `breast`, as TotalSegmentator names them; others are
 ///   passed over, and empty ones. The same holds for a file of all classes that names them in its
-///   header (NIfTI) or by the IDs of its segments (`.seg.nrrd`). Of masks other than bone, cartilage
-///   and intercostals, 3 mm along the edge say nothing, nor do voxels that two kinds claim.
+///   header (NIfTI) or by the IDs of its segments (`.seg.nrrd`). Of masks other than bone,
+///   cartilage and intercostals, 3 mm along the edge say nothing, nor do voxels that two kinds
+///   claim.
 ///
 /// Maps keep the grid of their file, which need not be that of the CT.
 ///

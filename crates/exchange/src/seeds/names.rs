@@ -45,8 +45,8 @@ pub(super) fn kind(name: &str) -> Option<SeedKind> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct MaskKind {
     pub(super) tissue: SeedKind,
-    /// Whether it lies deep within its tissue. The edges of the others are where soft tissue and chest
-    /// wall meet.
+    /// Whether it lies deep within its tissue. The edges of the others are where soft tissue and
+    /// chest wall meet.
     pub(super) deep: bool,
 }
 
@@ -58,8 +58,8 @@ pub(super) fn mask_kind(name: &str) -> Option<MaskKind> {
     kind(name).map(|tissue| MaskKind { tissue, deep })
 }
 
-/// Whether a name is one by which TotalSegmentator calls a mask of the thorax: the others of the file
-/// are then those of the whole body.
+/// Whether a name is one by which TotalSegmentator calls a mask of the thorax: the others of the
+/// file are then those of the whole body.
 pub(super) fn is_of_whole_body(name: &str) -> bool {
     let rib = name.strip_prefix("rib_left_").or_else(|| name.strip_prefix("rib_right_"));
     rib.is_some_and(|n| n.parse::<u8>().is_ok())

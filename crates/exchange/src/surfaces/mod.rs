@@ -1,8 +1,8 @@
 //! Closed surfaces and surface scans: STL, PLY, OBJ.
 //!
-//! None of the three formats says its frame. 3D Slicer writes `SPACE=LPS` or `SPACE=RAS` into a comment,
-//! which counts; without it whoever reads the file has to say. Polygons are cut into triangles.
-//! Lengths of a closed surface must be mm. A scan has a frame and a unit of its own.
+//! None of the three formats says its frame. 3D Slicer writes `SPACE=LPS` or `SPACE=RAS` into a
+//! comment, which counts; without it whoever reads the file has to say. Polygons are cut into
+//! triangles. Lengths of a closed surface must be mm. A scan has a frame and a unit of its own.
 
 mod obj;
 mod ply;
@@ -49,8 +49,8 @@ struct Parts {
 /// So much of a file is searched for its frame: any header, little else.
 const HEADER: usize = 4096;
 
-/// Reads a closed surface (`.stl`, `.ply`, `.obj`), and the frame that the file says it is in; it is
-/// handed out in LPS, mm, taken to be in `frame` where the file does not say.
+/// Reads a closed surface (`.stl`, `.ply`, `.obj`), and the frame that the file says it is in; it
+/// is handed out in LPS, mm, taken to be in `frame` where the file does not say.
 ///
 /// # Errors
 /// When the name ends otherwise, the file cannot be read or is malformed, or the surface breaks an

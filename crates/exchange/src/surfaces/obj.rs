@@ -1,5 +1,5 @@
-//! Wavefront OBJ: vertices, normals and faces; texture, colours, groups and materials are passed over. A line that ends in
-//! a backslash goes on in the next.
+//! Wavefront OBJ: vertices, normals and faces; texture, colours, groups and materials are passed
+//! over. A line that ends in a backslash goes on in the next.
 
 use super::{Parts, coordinate, fan};
 use crate::Problem;
@@ -63,7 +63,8 @@ struct Normals {
 }
 
 impl Normals {
-    /// Adds the normal that a corner names; one that is not there is missing, for a surface does without.
+    /// Adds the normal that a corner names; one that is not there is missing, for a surface does
+    /// without.
     fn add(&mut self, corner: u32, number: Option<&str>, vertices: usize) {
         if let Some(normal) = index(number, self.listed.len()) {
             if self.at_vertices.len() < vertices {
@@ -86,7 +87,8 @@ impl Normals {
     }
 }
 
-/// The vertex or normal of a corner, which is counted from 1, or backwards from the last one before it.
+/// The vertex or normal of a corner, which is counted from 1, or backwards from the last one before
+/// it.
 fn index(number: Option<&str>, count: usize) -> Option<u32> {
     let number: i64 = number?.parse().ok()?;
     // A number below all others leads nowhere.

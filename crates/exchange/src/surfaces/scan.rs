@@ -65,13 +65,14 @@ const OUTERMOST: f64 = 0.01;
 /// So many points tell the size.
 const SAMPLE: usize = 100_000;
 
-/// Reads a surface scan (`.stl`, `.ply`, `.obj`): points in mm, in the frame of the file whatever its comments say. Its lengths
-/// are in `unit`; without one they are mm or metres, by which of the two makes it as large as a torso. Faces are not needed;
-/// normals are taken where the file has them.
+/// Reads a surface scan (`.stl`, `.ply`, `.obj`): points in mm, in the frame of the file whatever
+/// its comments say. Its lengths are in `unit`; without one they are mm or metres, by which of the
+/// two makes it as large as a torso. Faces are not needed; normals are taken where the file has
+/// them.
 ///
 /// # Errors
-/// When the name ends otherwise, the file cannot be read or is malformed, its size does not tell the unit, or the points make
-/// no [`Scan`].
+/// When the name ends otherwise, the file cannot be read or is malformed, its size does not tell
+/// the unit, or the points make no [`Scan`].
 pub fn read_scan(path: &Path, unit: Option<LengthUnit>) -> Result<(Scan, ScanFile), Error> {
     let bytes = file::read(path)?;
     let parts = parse(path, &bytes).map_err(|p| p.of(path))?;
@@ -106,15 +107,15 @@ fn scan(parts: super::Parts, stated: Option<LengthUnit>) -> Result<(Scan, ScanFi
     Ok((scan, ScanFile { unit, detected: stated.is_none(), size_mm, info }))
 }
 
-/// mm or metres, by the size in the unit of the file. Centimetres and inches are not guessed: a torso of 40 cm is one of 15.7
-/// inches, and either may be a small piece in mm.
+/// mm or metres, by the size in the unit of the file. Centimetres and inches are not guessed: a
+/// torso of 40 cm is one of 15.7 inches, and either may be a small piece in mm.
 fn detect(size: f64) -> Option<LengthUnit> {
     let fits = |unit: &LengthUnit| TORSO_MM.contains(&(size * unit.mm()));
     [LengthUnit::Millimetre, LengthUnit::Metre].into_iter().find(fits)
 }
 
-/// Diagonal of the box around the points without the outermost, nor those that are no places: not finite, or the origin, which
-/// scanners write for holes.
+/// Diagonal of the box around the points without the outermost, nor those that are no places: not
+/// finite, or the origin, which scanners write for holes.
 fn size(points: &[Point]) -> f64 {
     let step = points.len().div_ceil(SAMPLE).max(1);
     let place = |p: &&Point| p.iter().all(|c| c.is_finite()) && **p != Point::origin();

@@ -9,8 +9,8 @@ const HEAD: usize = 84;
 /// Bytes of a triangle: normal, three corners, two spare.
 const TRIANGLE: usize = 50;
 
-/// Binary is known by its length: its text may begin like that of the other kind. Some programs leave a few bytes behind the
-/// last triangle.
+/// Binary is known by its length: its text may begin like that of the other kind. Some programs
+/// leave a few bytes behind the last triangle.
 pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     let binary = bytes.split_at_checked(HEAD).map(|(head, body)| {
         let count = head.last_chunk().map_or(0, |n| u32::from_le_bytes(*n));
@@ -35,7 +35,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parts, Problem> {
     Ok(Parts { points: soup, triangles, ..Parts::default() })
 }
 
-/// Whether it is the kind that is text: by its first word, in small or capital letters, and a corner.
+/// Whether it is the kind that is text: by its first word, in small or capital letters, and a
+/// corner.
 fn is_text(bytes: &[u8]) -> bool {
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).trim_ascii_start();
     let begins = bytes.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));

@@ -1,4 +1,5 @@
-//! Writing closed surfaces: binary STL, binary PLY, OBJ; LPS, mm, which a comment says as 3D Slicer does.
+//! Writing closed surfaces: binary STL, binary PLY, OBJ; LPS, mm, which a comment says as 3D Slicer
+//! does.
 
 use crate::{Error, file};
 use std::io::{self, Write};
@@ -8,8 +9,8 @@ use supine_mesh::TriSurface;
 /// The comment by which 3D Slicer knows the frame.
 const FRAME: &str = "supine. SPACE=LPS";
 
-/// Writes a closed surface by the ending of the name: `.stl` (binary, single precision), `.ply` (binary) or
-/// `.obj`; LPS, mm, and the file says so.
+/// Writes a closed surface by the ending of the name: `.stl` (binary, single precision), `.ply`
+/// (binary) or `.obj`; LPS, mm, and the file says so.
 ///
 /// # Errors
 /// When the name ends otherwise, there are 2^32 triangles or more, or the file cannot be written.

@@ -57,7 +57,8 @@ impl Case {
 /// All cases that paths name, by name.
 ///
 /// # Errors
-/// When a table cannot be read, a name cannot be that of a folder, or two cases have the same: nothing has been run then.
+/// When a table cannot be read, a name cannot be that of a folder, or two cases have the same:
+/// nothing has been run then.
 pub(super) fn cases(paths: &[PathBuf]) -> Result<Vec<Case>, Error> {
     let mut all = Vec::new();
     for path in paths {
@@ -86,7 +87,8 @@ fn resolved(file: &Path) -> PathBuf {
     }
 }
 
-/// That every name is one of a folder and that no two are the same, in small letters: not every disk tells them apart.
+/// That every name is one of a folder and that no two are the same, in small letters: not every
+/// disk tells them apart.
 fn check_names(all: &[Case]) -> Result<(), Error> {
     let mut seen: BTreeMap<String, &Case> = BTreeMap::new();
     for case in all {

@@ -1,8 +1,8 @@
-//! Many cases on one machine: each in a folder of its own, as many at once as memory and cores allow, and all of them in one
-//! table and on one page.
+//! Many cases on one machine: each in a folder of its own, as many at once as memory and cores
+//! allow, and all of them in one table and on one page.
 //!
-//! Who calls says where a case is run, such as in a process of its own. A case that fails ends itself alone; what is finished
-//! is not done again.
+//! Who calls says where a case is run, such as in a process of its own. A case that fails ends
+//! itself alone; what is finished is not done again.
 
 mod admit;
 mod cases;
@@ -61,7 +61,8 @@ pub trait BatchObserver: Sync {
     fn begin(&self, _name: &str, _threads: usize) {}
     /// Share of a case done, 0..=1.
     fn share(&self, _name: &str, _share: f64) {}
-    /// Why a de-identified case failed, in words that may name files: its status does not hold them.
+    /// Why a de-identified case failed, in words that may name files: its status does not hold
+    /// them.
     fn withheld(&self, _name: &str, _message: &str) {}
     /// A case ended; `kept` when its result was there.
     fn end(&self, _name: &str, _status: &RunStatus, _kept: bool) {}
@@ -86,13 +87,14 @@ pub struct BatchDone {
     pub page: PathBuf,
     /// Number of patients in both.
     pub patients: usize,
-    /// Names of others in the folder that are no cases of this call: neither table nor page holds them.
+    /// Names of others in the folder that are no cases of this call: neither table nor page holds
+    /// them.
     pub others: Vec<String>,
 }
 
 impl BatchDone {
-    /// How it failed, in the kind that has the exit code: the worst of its cases. Stopped before all; a failure before a
-    /// verdict that does not do; worth a retry when all that failed are.
+    /// How it failed, in the kind that has the exit code: the worst of its cases. Stopped before
+    /// all; a failure before a verdict that does not do; worth a retry when all that failed are.
     pub fn failure(&self) -> Option<Failure> {
         if self.stopped {
             return Some(Failure::Stopped);
@@ -115,8 +117,8 @@ impl BatchDone {
 /// Runs cases, as many at once as fit, and makes table and page of all patients in the folder.
 ///
 /// # Errors
-/// When the cases cannot be told apart, a table cannot be read, or the folder cannot be written or is in use: nothing is run
-/// then. A case that fails is no error.
+/// When the cases cannot be told apart, a table cannot be read, or the folder cannot be written or
+/// is in use: nothing is run then. A case that fails is no error.
 pub fn batch(
     given: &Batch,
     run: &RunCase<'_>,
@@ -139,7 +141,8 @@ pub fn batch(
     Ok(BatchDone { left, stopped, ended, ..gathered(&folder, given.worst, &own)? })
 }
 
-/// Makes table and page of what a folder holds, and runs nothing: of the cases' states and runs that others left there.
+/// Makes table and page of what a folder holds, and runs nothing: of the cases' states and runs
+/// that others left there.
 ///
 /// # Errors
 /// When it is no folder of a batch, or cannot be written.

@@ -1,7 +1,8 @@
 //! What a run needs of memory, and what the machine has.
 //!
-//! The figures are those of whole runs of the default mesh on two threads, resident memory of the process, the larger of
-//! docs/VERIFICATION.md ("Whole runs, repeated runs") and of `supine run --status` on 2026-11-27; see `MEASURED`.
+//! The figures are those of whole runs of the default mesh on two threads, resident memory of the
+//! process, the larger of docs/VERIFICATION.md ("Whole runs, repeated runs") and of `supine run
+//! --status` on 2026-11-27; see `MEASURED`.
 
 use crate::Error;
 use crate::session::Session;
@@ -23,12 +24,13 @@ const MEASURED: &[(usize, f64)] = &[
     (34_865_152, 1110.0),
 ];
 
-/// What a run holds whatever the CT, MB: mesh, factors of the mechanics, pictures, and the threads' stacks.
+/// What a run holds whatever the CT, MB: mesh, factors of the mechanics, pictures, and the threads'
+/// stacks.
 const FIXED_MB: f64 = 270.0;
 /// For each voxel, bytes: the CT before and after, its labels, distances and fields.
 const PER_VOXEL: f64 = 26.0;
-/// For each tetrahedron beyond those of the default mesh, bytes, by element order: `fixture` with 40,000 of order 2 held 1,341 MB
-/// (2026-11-27); those of order 1 have a seventh of its unknowns.
+/// For each tetrahedron beyond those of the default mesh, bytes, by element order: `fixture` with
+/// 40,000 of order 2 held 1,341 MB (2026-11-27); those of order 1 have a seventh of its unknowns.
 const PER_TETRAHEDRON: [f64; 2] = [4.0e3, 28.0e3];
 /// Tetrahedra of the default mesh.
 const USUAL: usize = 5000;
@@ -69,8 +71,8 @@ fn voxels(path: &Path, series: Option<&str>, accept: Accept) -> Option<usize> {
     all.filter_map(|s| Some(s.grid.as_ref()?.size.iter().product())).max()
 }
 
-/// Memory that a program may take now without others being pushed out, bytes; none where the system does not tell. Within a
-/// container no more than is left of its own limit.
+/// Memory that a program may take now without others being pushed out, bytes; none where the system
+/// does not tell. Within a container no more than is left of its own limit.
 pub(crate) fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -24,8 +24,9 @@ pub struct OneCase {
     pub(super) threads: usize,
 }
 
-/// Runs a case of a batch, wherever that is, and says how it ended. Called from several threads at once. Whoever does it in
-/// another process calls [`run_one`] there, so that a case that takes all memory ends itself alone.
+/// Runs a case of a batch, wherever that is, and says how it ended. Called from several threads at
+/// once. Whoever does it in another process calls [`run_one`] there, so that a case that takes all
+/// memory ends itself alone.
 pub type RunCase<'a> = dyn Fn(&OneCase, &dyn BatchObserver) -> Result<RunStatus, Lost> + Sync + 'a;
 
 /// Why nobody knows how a case ended.
@@ -55,7 +56,8 @@ impl OneCase {
         self.threads
     }
 
-    /// Its row in a table as text for [`OneCase::new`], as the table may change while the batch runs; none of a case file.
+    /// Its row in a table as text for [`OneCase::new`], as the table may change while the batch
+    /// runs; none of a case file.
     pub fn row(&self) -> Option<String> {
         self.case.row.as_ref().map(|row| row.text())
     }

@@ -44,7 +44,8 @@ impl Row {
         serde_json::from_str(text).map_err(|error| refused(format!("no row of a table: {error}")))
     }
 
-    /// Its values; paths lead from the folder of the table, those of its case file from that file's.
+    /// Its values; paths lead from the folder of the table, those of its case file from that
+    /// file's.
     ///
     /// # Errors
     /// When its case file cannot be read, or a value does not fit: with row and table.
@@ -67,7 +68,8 @@ fn folder_of(table: &Path) -> PathBuf {
     std::path::absolute(folder).or_else(|_| std::path::absolute(".")).unwrap_or_default()
 }
 
-/// The rows of a table. Separators are commas, or semicolons or tabs where the head has those alone.
+/// The rows of a table. Separators are commas, or semicolons or tabs where the head has those
+/// alone.
 ///
 /// # Errors
 /// When it cannot be read, the head names no key of a case, or a row has no name.

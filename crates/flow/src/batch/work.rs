@@ -1,4 +1,5 @@
-//! The cases at work: some threads, each of which takes the next case, waits until it fits, and runs it.
+//! The cases at work: some threads, each of which takes the next case, waits until it fits, and
+//! runs it.
 
 use super::admit::Admission;
 use super::cases::Case;
@@ -65,8 +66,9 @@ impl Work<'_> {
         Ok(ended.into_iter().map(|(_, status)| status).collect())
     }
 
-    /// Indices of the cases in the order in which they are begun: by name, those in the midst of which the system ended an
-    /// earlier call after all others, which they shall not cost their turn once more.
+    /// Indices of the cases in the order in which they are begun: by name, those in the midst of
+    /// which the system ended an earlier call after all others, which they shall not cost their
+    /// turn once more.
     fn order(&self) -> Vec<usize> {
         let ended = |n: &usize| self.folder.was_not_ended(&self.cases[*n].name);
         let (last, mut order): (Vec<_>, Vec<_>) = (0..self.cases.len()).partition(ended);
@@ -74,7 +76,8 @@ impl Work<'_> {
         order
     }
 
-    /// Runs a case, if it is not finished; how it ended, and whether its result was there. None when it was not begun.
+    /// Runs a case, if it is not finished; how it ended, and whether its result was there. None
+    /// when it was not begun.
     fn one(&self, case: &Case) -> Option<(RunStatus, bool)> {
         let out = self.folder.run(&case.name);
         // A mistake of ours in one case is no reason to lose the others.

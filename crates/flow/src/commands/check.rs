@@ -44,10 +44,11 @@ pub struct CheckDone {
     pub tetrahedra: usize,
     /// The scans that the case names.
     pub scans: Vec<CheckedScan>,
-    /// The stages that a run into the folder would do, in their order, where one was named: all whose key is not that
-    /// of the finished run in it.
+    /// The stages that a run into the folder would do, in their order, where one was named: all
+    /// whose key is not that of the finished run in it.
     pub redone: Option<Vec<&'static str>>,
-    /// The finished result of another case in that folder, in words: a run is refused unless it may replace that.
+    /// The finished result of another case in that folder, in words: a run is refused unless it may
+    /// replace that.
     pub would_replace: Option<String>,
     /// What the user must know.
     #[serde(serialize_with = "messages")]
@@ -93,9 +94,10 @@ pub struct CheckedTumour {
     pub mean_hu: f64,
 }
 
-/// Checks all that is known of a case before the work is begun: its values together, that its files are there, that the
-/// CT is a usable series, that the tumour lies in its tissue and on the right side, that the patient's objects and labels
-/// are of this CT, and that scans can be read. A run fails in the same words.
+/// Checks all that is known of a case before the work is begun: its values together, that its files
+/// are there, that the CT is a usable series, that the tumour lies in its tissue and on the right
+/// side, that the patient's objects and labels are of this CT, and that scans can be read. A run
+/// fails in the same words.
 ///
 /// # Errors
 /// Why the case cannot be run.
@@ -145,8 +147,8 @@ pub fn check(given: &Check, observer: &dyn Observer) -> Result<CheckDone, Error>
     })
 }
 
-/// The stages that a run into the named folder would do. All files that the case names are hashed for that, so that a
-/// missing one is told.
+/// The stages that a run into the named folder would do. All files that the case names are hashed
+/// for that, so that a missing one is told.
 fn redone(given: &Check, session: &Session) -> Result<Option<Vec<&'static str>>, Error> {
     let run = given.out.as_deref().and_then(|out| FinishedRun::open(out).ok());
     let secret = run.as_ref().map(FinishedRun::secret).transpose()?.flatten();

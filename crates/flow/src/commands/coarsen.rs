@@ -14,8 +14,8 @@ use supine_tetrahedralise::Refinement;
 /// What is asked.
 #[derive(Clone, Debug)]
 pub struct Coarsen {
-    /// A mesh, which is coarsened on its own surface; or the folder of a finished run, which is meshed again from its
-    /// labels.
+    /// A mesh, which is coarsened on its own surface; or the folder of a finished run, which is
+    /// meshed again from its labels.
     pub from: PathBuf,
     /// Number of tetrahedra.
     pub tetrahedra: usize,

@@ -9,7 +9,8 @@ use std::time::Instant;
 use supine_report::Warning;
 use supine_space::Progress;
 
-/// Passes on what it hears, a node once however often its result is asked for, and keeps the warnings.
+/// Passes on what it hears, a node once however often its result is asked for, and keeps the
+/// warnings.
 pub(super) struct Gather<'a> {
     observer: &'a dyn Observer,
     heard: Mutex<Heard>,

@@ -62,10 +62,12 @@ pub struct SeriesLine {
     pub slices: usize,
 }
 
-/// Looks at a CT and writes a case file with a comment for every key; what is not known is left as a line to fill in.
+/// Looks at a CT and writes a case file with a comment for every key; what is not known is left as
+/// a line to fill in.
 ///
 /// # Errors
-/// When the file is there already, the CT holds no usable series, or the tumour cannot be what is named.
+/// When the file is there already, the CT holds no usable series, or the tumour cannot be what is
+/// named.
 pub fn init(given: &Init, observer: &dyn Observer) -> Result<InitDone, Error> {
     if given.out.exists() && !given.overwrite {
         let path = given.out.display();

@@ -17,7 +17,8 @@ use supine_report::Warning;
 use supine_space::Sphere;
 use supine_tetrahedralise::{Params, Solids};
 
-/// Keys of the table that it takes; from the order on they say what moves, for `refine = "goal"` alone.
+/// Keys of the table that it takes; from the order on they say what moves, for `refine = "goal"`
+/// alone.
 pub const KEYS: &[&str] = &[
     "region.centre",
     "region.radius",
@@ -201,8 +202,8 @@ pub(super) fn surface(
     Ok(surface)
 }
 
-/// Writes a mesh in the format its name ends in; as a problem for another solver with the default tissue and the weight
-/// of a patient on her back.
+/// Writes a mesh in the format its name ends in; as a problem for another solver with the default
+/// tissue and the weight of a patient on her back.
 pub(super) fn write(
     mesh: &TetMesh,
     displacement: Option<&Displacement>,

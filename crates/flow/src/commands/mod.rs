@@ -1,9 +1,10 @@
-//! What the commands of the command line do: each is a session with some of its ground given, and leaves files whose
-//! names the caller chose.
+//! What the commands of the command line do: each is a session with some of its ground given, and
+//! leaves files whose names the caller chose.
 //!
-//! Every command is a function of what was asked (`Mesh` and the like) and an [`crate::Observer`]; what it returns is what is
-//! told of the result, and serialises to what the command prints as JSON. Keys of the table that a command takes are in
-//! its list `KEYS`; their values come as a [`Spec`], so that a value is checked in one place wherever it came from.
+//! Every command is a function of what was asked (`Mesh` and the like) and an [`crate::Observer`];
+//! what it returns is what is told of the result, and serialises to what the command prints as
+//! JSON. Keys of the table that a command takes are in its list `KEYS`; their values come as a
+//! [`Spec`], so that a value is checked in one place wherever it came from.
 
 pub mod carry;
 pub mod check;

@@ -82,8 +82,9 @@ pub(crate) struct Into<'a> {
     pub(crate) threads: usize,
 }
 
-/// Runs the values of a case, if there are any; what it held at most, MB, is told whether it ends well or not. That it failed
-/// is noted in a folder that holds a finished result, which is then not what the case asks for.
+/// Runs the values of a case, if there are any; what it held at most, MB, is told whether it ends
+/// well or not. That it failed is noted in a folder that holds a finished result, which is then not
+/// what the case asks for.
 pub(crate) fn run_into(
     spec: Result<Spec, Error>,
     into: Into<'_>,

@@ -1,4 +1,5 @@
-//! Whether the runs that files belong to may be used: what `supine send` asks before anything leaves.
+//! Whether the runs that files belong to may be used: what `supine send` asks before anything
+//! leaves.
 
 use crate::Error;
 use crate::folder::{RunFolder, changed_since, failed_since, run_around, runs_within, summary_of};
@@ -44,9 +45,10 @@ pub struct Looked {
     pub warnings: Vec<Warning>,
 }
 
-/// The runs to which these files and folders belong, or which lie in them, that must not be used: unfinished ones, those
-/// whose verdict is red, and those whose files are not what the run left. And of objects beside runs those that were
-/// carried from one that must not be used, and those of a series of which a part is missing.
+/// The runs to which these files and folders belong, or which lie in them, that must not be used:
+/// unfinished ones, those whose verdict is red, and those whose files are not what the run left.
+/// And of objects beside runs those that were carried from one that must not be used, and those of
+/// a series of which a part is missing.
 ///
 /// # Errors
 /// When a folder cannot be read.
@@ -88,8 +90,8 @@ pub fn look(paths: &[PathBuf]) -> Result<Looked, Error> {
     Ok(Looked { unusable, warnings: without_record(&beside).into_iter().collect() })
 }
 
-/// The exported CT series among objects beside runs of which an image is missing: their images are numbered from 1 on.
-/// A single image is sent as one.
+/// The exported CT series among objects beside runs of which an image is missing: their images are
+/// numbered from 1 on. A single image is sent as one.
 fn not_whole(beside: &[ObjectFile]) -> Vec<Unusable> {
     let mut series: BTreeMap<&str, (&Path, BTreeSet<i64>)> = BTreeMap::new();
     for object in beside.iter().filter(|object| is_ct(&object.class)) {
@@ -107,7 +109,8 @@ fn not_whole(beside: &[ObjectFile]) -> Vec<Unusable> {
     found
 }
 
-/// That nothing here tells of the run that left these objects. Those that `supine carry` makes as well do not count.
+/// That nothing here tells of the run that left these objects. Those that `supine carry` makes as
+/// well do not count.
 fn without_record(beside: &[ObjectFile]) -> Option<Warning> {
     let of_runs = |object: &&ObjectFile| is_ct(&object.class) || is_registration(&object.class);
     let count = beside.iter().filter(of_runs).count();
@@ -120,7 +123,8 @@ fn without_record(beside: &[ObjectFile]) -> Option<Warning> {
     })
 }
 
-/// Why a run must not be used by its own word: it is unfinished, its verdict is red, or a later run into its folder failed.
+/// Why a run must not be used by its own word: it is unfinished, its verdict is red, or a later run
+/// into its folder failed.
 pub(crate) fn why_not(run: &Path) -> Option<String> {
     let Some(summary) = summary_of(run) else {
         return Some("the run is unfinished: it has no summary.json".into());

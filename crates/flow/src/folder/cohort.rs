@@ -73,7 +73,8 @@ impl CohortFolder {
         self.root.join(names::STATUS).join(format!("{name}.json"))
     }
 
-    /// Tells how a run ended. Where it `before` ended so, time and memory aside, the file says what it said.
+    /// Tells how a run ended. Where it `before` ended so, time and memory aside, the file says what
+    /// it said.
     ///
     /// # Errors
     /// [`Error::Output`] when it cannot be written.
@@ -118,8 +119,8 @@ impl CohortFolder {
         named.filter(|name| usable_name(name).is_ok()).collect()
     }
 
-    /// The patients of some names. One without a status has that of her summary, made by `of_summary`; one who has
-    /// neither was stopped.
+    /// The patients of some names. One without a status has that of her summary, made by
+    /// `of_summary`; one who has neither was stopped.
     pub(crate) fn patients(
         &self,
         names: Vec<String>,
@@ -148,7 +149,8 @@ impl CohortFolder {
         names.into_iter().map(patient).collect()
     }
 
-    /// Writes the table and the page of some patients; their paths. What holds the same already stays as it is.
+    /// Writes the table and the page of some patients; their paths. What holds the same already
+    /// stays as it is.
     ///
     /// # Errors
     /// [`Error::Output`] when one cannot be written.

@@ -1,4 +1,5 @@
-//! That a later run into a folder failed: the finished result there is not what its case asks for now.
+//! That a later run into a folder failed: the finished result there is not what its case asks for
+//! now.
 
 use super::{USERS, names, summary_of, write_atomically};
 use crate::Error;
@@ -7,8 +8,8 @@ use std::fs;
 use std::path::Path;
 use supine_space::Failure;
 
-/// Notes that a run into a folder failed, if it holds a finished result. The code alone: messages name files. A refusal of
-/// the folder is none of its case's failures.
+/// Notes that a run into a folder failed, if it holds a finished result. The code alone: messages
+/// name files. A refusal of the folder is none of its case's failures.
 pub(crate) fn note_failed(root: &Path, error: &Error) {
     let refused = error.kind() == Failure::Usage || matches!(error, Error::Busy { .. });
     let of_ours = || summary_of(root).is_some_and(|s| s["tool"]["name"] == "supine");

@@ -50,8 +50,9 @@ impl HeldResult {
         format!("the finished result of {of}{when}")
     }
 
-    /// Whether it is of a CT: one with the same content, or the same series in the same place, of which slices were
-    /// added, left out or changed. A volume of another format has no series: its place tells.
+    /// Whether it is of a CT: one with the same content, or the same series in the same place, of
+    /// which slices were added, left out or changed. A volume of another format has no series: its
+    /// place tells.
     pub(crate) fn is_of(&self, ct: &Path, inputs: &Inputs) -> bool {
         let hash = inputs.file("ct", ct).ok();
         if hash.is_some_and(|found| found.hash() == self.blake3) {

@@ -1,5 +1,6 @@
-//! Taking results out of a folder without a loss: what a record confirms goes, all else is set aside, and the visible
-//! results of a finished run stay in a folder of their own until another run is finished.
+//! Taking results out of a folder without a loss: what a record confirms goes, all else is set
+//! aside, and the visible results of a finished run stay in a folder of their own until another run
+//! is finished.
 
 use super::record::Written;
 use super::{Record, RunFolder, names, remove, summary_of};
@@ -11,8 +12,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 impl RunFolder {
-    /// Begins to replace a finished result, of which some nodes' files will go: all that it shows is kept in a folder of
-    /// its own, together with its summary. Nothing happens where no run is finished.
+    /// Begins to replace a finished result, of which some nodes' files will go: all that it shows
+    /// is kept in a folder of its own, together with its summary. Nothing happens where no run is
+    /// finished.
     ///
     /// # Errors
     /// [`Error::Output`] when files cannot be moved.
@@ -84,8 +86,8 @@ impl RunFolder {
         }
     }
 
-    /// Removes a node's record and files. What its record does not confirm was changed or written by somebody else: it is
-    /// set aside; where to, for people.
+    /// Removes a node's record and files. What its record does not confirm was changed or written
+    /// by somebody else: it is set aside; where to, for people.
     ///
     /// # Errors
     /// [`Error::Output`] when something cannot be removed or moved.
@@ -122,7 +124,8 @@ impl RunFolder {
             && !holds_others(&self.root.join(path))
     }
 
-    /// Moves what lies at a path of the folder into one for what this program did not write; where it is now.
+    /// Moves what lies at a path of the folder into one for what this program did not write; where
+    /// it is now.
     pub(super) fn set_aside(&self, path: &str) -> Result<PathBuf, Error> {
         let free = (1..).map(|n| self.aside(n).join(path)).find(|to| !exists(to));
         let to = free.unwrap_or_else(|| self.aside(1).join(path));
@@ -132,8 +135,8 @@ impl RunFolder {
         Ok(to)
     }
 
-    /// Removes what was set aside where the same was made again: a run that was killed had written it, and had not yet recorded
-    /// that.
+    /// Removes what was set aside where the same was made again: a run that was killed had written
+    /// it, and had not yet recorded that.
     ///
     /// # Errors
     /// [`Error::Output`] when it cannot be removed or logged.
@@ -171,8 +174,8 @@ fn make_parent(path: &Path) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)
 }
 
-/// Whether a folder holds what no record counts: hidden files and links to folders. What this program keeps beside its
-/// objects, and file managers beside anything, is nobody's.
+/// Whether a folder holds what no record counts: hidden files and links to folders. What this
+/// program keeps beside its objects, and file managers beside anything, is nobody's.
 fn holds_others(path: &Path) -> bool {
     let Ok(entries) = fs::read_dir(path) else { return false };
     entries.flatten().any(|entry| {
@@ -198,7 +201,8 @@ fn files_left(folder: &Path) -> Vec<PathBuf> {
     entries.flatten().flat_map(below).collect()
 }
 
-/// The same file under a second name, or a copy of it where a file can have but one; of a folder, of all its files but hidden ones.
+/// The same file under a second name, or a copy of it where a file can have but one; of a folder,
+/// of all its files but hidden ones.
 fn link(from: &Path, to: &Path) -> io::Result<()> {
     if from.is_dir() {
         fs::create_dir_all(to)?;

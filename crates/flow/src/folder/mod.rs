@@ -1,8 +1,9 @@
 //! The folder of a run: the only place that knows the names of files.
 //!
-//! A node's result is there when its record holds the key that is asked for and its files are those that were
-//! recorded. Before anything is made anew, all that no longer belongs is removed, so that a folder never mixes results
-//! of two cases. Everything is written under a temporary name and renamed.
+//! A node's result is there when its record holds the key that is asked for and its files are those
+//! that were recorded. Before anything is made anew, all that no longer belongs is removed, so that
+//! a folder never mixes results of two cases. Everything is written under a temporary name and
+//! renamed.
 
 mod changed;
 mod cohort;
@@ -42,8 +43,8 @@ impl RunFolder {
     /// Opens or makes the folder.
     ///
     /// # Errors
-    /// [`Error::Foreign`] when it holds something of a result's name that no run made, [`Error::Busy`] when somebody
-    /// works in it, [`Error::Output`] when it cannot be written.
+    /// [`Error::Foreign`] when it holds something of a result's name that no run made,
+    /// [`Error::Busy`] when somebody works in it, [`Error::Output`] when it cannot be written.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let output = |source| Error::Output { path: root.into(), source };
         let records = root.join(names::RECORDS);
@@ -86,7 +87,8 @@ impl RunFolder {
         all.map(|path| self.root.join(path)).filter(|path| path.exists())
     }
 
-    /// Whether it holds results of another version: they are set aside before the first result is written.
+    /// Whether it holds results of another version: they are set aside before the first result is
+    /// written.
     pub fn is_former(&self) -> bool {
         self.former().next().is_some()
     }
@@ -155,8 +157,9 @@ impl RunFolder {
         writeln!(file, "{line}").map_err(output)
     }
 
-    /// The secret by which patients are taken out of exports, made on first use: the same patient keeps her pseudonym and
-    /// UIDs when the run is repeated or more is carried. Whoever has it can test which patient this was.
+    /// The secret by which patients are taken out of exports, made on first use: the same patient
+    /// keeps her pseudonym and UIDs when the run is repeated or more is carried. Whoever has it can
+    /// test which patient this was.
     pub(crate) fn secret(&self) -> Result<[u8; 32], Error> {
         if let Some(known) = known_secret(&self.root)? {
             return Ok(known);
@@ -434,7 +437,8 @@ fn refuse_foreign(root: &Path) -> Result<(), Error> {
     }
 }
 
-/// A path from the root of the disk. That of a file without a folder, as it is typed where it lies, is nothing.
+/// A path from the root of the disk. That of a file without a folder, as it is typed where it lies,
+/// is nothing.
 pub(crate) fn whole(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     std::path::absolute(path).unwrap_or_else(|_| path.into())

@@ -16,10 +16,11 @@ pub(super) const RECORDS: &str = ".stages";
 pub(super) const LOCK: &str = ".stages/lock";
 /// The version of the folder's layout.
 pub(super) const FORMAT: &str = ".stages/format";
-/// That a later run into the folder failed, before or after it began to replace the finished result.
+/// That a later run into the folder failed, before or after it began to replace the finished
+/// result.
 pub(super) const FAILED: &str = ".stages/failed.json";
-/// What the folder beside that of a de-identified run is called after it. Whoever has it can tell who the patient was, so
-/// that it never lies in the folder that is passed on.
+/// What the folder beside that of a de-identified run is called after it. Whoever has it can tell
+/// who the patient was, so that it never lies in the folder that is passed on.
 pub(super) const BESIDE: &str = "-reidentification";
 /// What takes the patient out of exports, in that folder.
 pub(super) const SECRET: &str = "anonymise.key";
@@ -39,7 +40,8 @@ pub(super) const PAGE: &str = "index.html";
 /// and what is held while somebody works in it.
 pub(super) const COHORT_LOCK: &str = "status/.lock";
 
-/// Labels of the user's own that were given in memory, for the case to name; no run writes over them.
+/// Labels of the user's own that were given in memory, for the case to name; no run writes over
+/// them.
 pub(super) const OWN_LABELS: &str = "own_labels.nrrd";
 
 /// Files and folders that nodes leave: node, what it calls it, path.

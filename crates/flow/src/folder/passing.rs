@@ -8,8 +8,8 @@ use std::path::Path;
 /// Letters and digits by which the passing names of two runs differ.
 const VARYING: usize = 6;
 
-/// Removes what lies under passing names where a run writes. Nobody else may be at work in the folder. What cannot be removed
-/// stays: it is no result.
+/// Removes what lies under passing names where a run writes. Nobody else may be at work in the
+/// folder. What cannot be removed stays: it is no result.
 pub(super) fn sweep_run(root: &Path) {
     let places: BTreeSet<_> =
         names::all().filter_map(|path| Some(root.join(path).parent()?.to_owned())).collect();

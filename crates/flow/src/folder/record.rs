@@ -22,7 +22,8 @@ pub(crate) struct Record {
     pub(crate) warnings: Vec<Warning>,
 }
 
-/// A record as it is kept: with the hash of all that it says, so that a changed number is no result.
+/// A record as it is kept: with the hash of all that it says, so that a changed number is no
+/// result.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     blake3: String,
@@ -39,7 +40,8 @@ impl Record {
         serde_json::to_vec(&Kept { blake3: hash_of_text(record.get()), record })
     }
 
-    /// The record of a stage in a run's folder; none when it is not there or was changed since it was written.
+    /// The record of a stage in a run's folder; none when it is not there or was changed since it
+    /// was written.
     pub(super) fn read(run: &Path, stage: &str) -> Option<Self> {
         let text = std::fs::read_to_string(path_of(run, stage)).ok()?;
         let kept: Kept = serde_json::from_str(&text).ok()?;

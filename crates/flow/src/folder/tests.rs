@@ -116,7 +116,8 @@ fn a_folder_in_use_is_refused() {
     assert!(matches!(RunFolder::open(dir.path()), Err(Error::Busy { .. })));
 }
 
-/// A run that is killed may have written a result and not yet its record: nobody knows then whose it is.
+/// A run that is killed may have written a result and not yet its record: nobody knows then whose
+/// it is.
 #[test]
 fn what_was_set_aside_goes_when_the_same_is_made_again() {
     for (again, stays) in [("mesh", false), ("mush", true)] {

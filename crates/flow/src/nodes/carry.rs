@@ -1,4 +1,5 @@
-//! The patient's own doses, structures and segmentations, beside the exported series they then belong to.
+//! The patient's own doses, structures and segmentations, beside the exported series they then
+//! belong to.
 
 use super::{Export, Import, MovedObjects, Objects, Registration};
 use crate::graph::{Node, Outs};
@@ -15,7 +16,7 @@ use supine_report::{CarriedObject, DoseVolumeHistogram, Input};
 pub(crate) struct Carry;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     objects: Vec<(CarriedKind, InputFile)>,
     /// Only that there is one decides; whose it is, the exported series says.
     #[serde(skip)]
@@ -35,27 +36,28 @@ impl Node for Carry {
     const METHOD: u32 = 10;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Objects, MovedObjects, Export, Registration);
     type Out = Carried;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let secret = ground.secret.filter(|_| ground.case.export.anonymise);
-        Ok(Own { objects: named(ground)?, secret })
+        Ok(NodeInputs { objects: named(ground)?, secret })
     }
 
-    fn not_asked(own: &Own) -> Option<Carried> {
-        own.objects.is_empty().then(Carried::default)
+    fn not_asked(inputs: &NodeInputs) -> Option<Carried> {
+        inputs.objects.is_empty().then(Carried::default)
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, given, moved, exported, registered): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Carried, Error> {
         let (series, registration) = (exported.series.clone(), registered.deformable.clone());
         // What lies in the run's folder is judged by its verdict, which is not known yet.
-        let files = ExportedFiles { series, registration, secret: own.secret, not_usable: false };
+        let files =
+            ExportedFiles { series, registration, secret: inputs.secret, not_usable: false };
         let progress = work.progress;
         let context = CarryContext::of(&files, input.source.as_ref(), progress.part(0.0, 0.5))?;
         let folder = work.place("objects")?;
@@ -74,7 +76,7 @@ impl Node for Carry {
             work.warn_all(warnings.map(|w| w.of(format!("{}: ", told.file))));
             carried.objects.push(told);
         }
-        carried.inputs = own.objects.iter().map(|(kind, file)| file.told(kind.name())).collect();
+        carried.inputs = inputs.objects.iter().map(|(kind, file)| file.told(kind.name())).collect();
         work.warn_all(moved.warnings.iter().cloned());
         carried.histograms = moved.histograms.clone();
         for of in &mut carried.histograms {

@@ -21,11 +21,12 @@ use supine_space::{Failure, Point, Progress, Side, Warning};
 
 pub(crate) struct Evaluation;
 
-/// The scan lies so far off the torso, mm rms, that its pose is not to be relied on; 0.4 mm on synthetic patients.
+/// The scan lies so far off the torso, mm rms, that its pose is not to be relied on; 0.4 mm on
+/// synthetic patients.
 const TORSO_MM: f64 = 1.5;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     left: bool,
     scans: Option<Scans>,
     /// The default tissue on this table; none when the run has it.
@@ -62,11 +63,11 @@ impl Node for Evaluation {
     const ID: NodeId = NodeId::Evaluation;
     const METHOD: u32 = 3;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, Mesh, Solve, Points);
     type Out = Evaluated;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let scans = case.scans.as_ref().and_then(|scans| Some((scans, scans.intraop.as_ref()?)));
         let scans = scans.map(|(scans, intraop)| {
@@ -90,21 +91,21 @@ impl Node for Evaluation {
             Law::of(&plain)
         });
         let left = case.breast == Some(Side::Left);
-        Ok(Own { left, scans: scans.transpose()?, default: default.transpose()? })
+        Ok(NodeInputs { left, scans: scans.transpose()?, default: default.transpose()? })
     }
 
-    fn not_asked(own: &Own) -> Option<Evaluated> {
-        own.scans.is_none().then(Evaluated::default)
+    fn not_asked(inputs: &NodeInputs) -> Option<Evaluated> {
+        inputs.scans.is_none().then(Evaluated::default)
     }
 
-    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Evaluated, Error> {
+    fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Evaluated, Error> {
         let (input, segmented, region, meshed, solved, points) = parents;
-        let Some(scans) = &own.scans else { return Ok(Evaluated::default()) };
+        let Some(scans) = &inputs.scans else { return Ok(Evaluated::default()) };
         let (sphere, progress) = (region.sphere()?, work.progress);
         let skin = Skin::of(&*skin_distance(&input, &segmented, Progress::none())?);
-        let other = other_breast(own.left, &segmented, &skin, sphere);
+        let other = other_breast(inputs.left, &segmented, &skin, sphere);
         let carried = Carried::new(&skin, &meshed.mesh, other.as_ref());
-        let default = match &own.default {
+        let default = match &inputs.default {
             Some(law) => by_default(law, &meshed, work)?,
             None => None,
         };
@@ -149,7 +150,8 @@ impl Node for Evaluation {
     }
 }
 
-/// How the default tissue deforms; none, and told, where it has no solution: the result does not rest on it.
+/// How the default tissue deforms; none, and told, where it has no solution: the result does not
+/// rest on it.
 fn by_default(law: &Law, meshed: &Meshed, work: &Work<'_>) -> Result<Option<Deformation>, Error> {
     let (body, part) = (law.body(meshed, None, None), work.progress.part(0.1, 0.5));
     match supine_fem::solve(&body, &law.load(), &law.solver(), part) {

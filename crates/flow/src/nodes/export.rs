@@ -19,7 +19,7 @@ use supine_volume::Ct;
 pub(crate) struct Export;
 
 #[derive(Serialize, Clone)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     /// For the texts that name a modulus which is known later.
     #[serde(skip)]
     typed: Arc<Case>,
@@ -38,7 +38,7 @@ pub(crate) struct Own {
     clock: Option<String>,
 }
 
-impl Own {
+impl NodeInputs {
     /// With the texts of the modulus that was fitted.
     fn fitted(&self, fit: Option<&TissueFit>) -> Result<Self, Error> {
         let Some(fit) = fit else { return Ok(self.clone()) };
@@ -68,14 +68,14 @@ impl Node for Export {
     const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Source, Fit, Solve, Warp);
     type Out = Exported;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let Policy { new_study, keep_equipment, same_frame, clip_padding } = case.export.policy;
-        Ok(Own {
+        Ok(NodeInputs {
             typed: Arc::clone(case),
             derivation: derivation(case)?,
             series_description: series_description(case)?,
@@ -92,17 +92,17 @@ impl Node for Export {
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, named, fit, solved, warped): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Exported, Error> {
-        let own = &own.fitted(fit.tissue())?;
+        let inputs = &inputs.fitted(fit.tissue())?;
         let series_uid = named.as_ref().as_ref().map(|named| named.source.series_uid());
-        let identity = identity(series_uid.as_deref(), &own.derivation, &warped.ct);
+        let identity = identity(series_uid.as_deref(), &inputs.derivation, &warped.ct);
         let id = format!("{:02x}{:02x}", identity[2], identity[3]);
         let Some(named) = named.as_ref() else {
             let path = work.place("volume")?;
-            supine_exchange::write_ct_nrrd(&warped.ct, &path, &own.derivation, work.progress)
+            supine_exchange::write_ct_nrrd(&warped.ct, &path, &inputs.derivation, work.progress)
                 .map_err(Error::product)?;
             let text = "the CT did not come as DICOM, so there is no patient to export a series for: \
                         the deformed CT is ct.nrrd";
@@ -110,13 +110,13 @@ impl Node for Export {
             return Ok(Exported { series: None, facts: Facts { id, export: None } });
         };
         let source = &named.source;
-        let policy = own.policy();
+        let policy = inputs.policy();
         let params = ExportParams {
-            series_description: format!("{} {id}", own.series_description),
-            derivation: own.derivation.clone(),
+            series_description: format!("{} {id}", inputs.series_description),
+            derivation: inputs.derivation.clone(),
             image_comments: IMAGE_COMMENTS.into(),
-            laterality: if own.left { Side::Left } else { Side::Right },
-            clock: work.clock_of(own.clock.as_deref(), named),
+            laterality: if inputs.left { Side::Left } else { Side::Right },
+            clock: work.clock_of(inputs.clock.as_deref(), named),
             software_version: env!("CARGO_PKG_VERSION").into(),
             identity,
             reach_mm: solved.facts.solve.max_displacement_mm,
@@ -126,7 +126,7 @@ impl Node for Export {
         let (write, verify) = (work.progress.part(0.0, 0.6), work.progress.part(0.6, 1.0));
         let written = supine_dicom::write_series(&warped.ct, source, &params, &folder, write)
             .map_err(export_error)?;
-        let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
+        let accept = Accept { assume_hu: inputs.assume_hu, equalise_steps: inputs.equalise_steps };
         let expected = Expected { policy, anonymiser: named.anonymiser.as_ref(), accept };
         let read = |source| Original::Read { ct: &input.ct, source };
         let original = input.source.as_ref().map(read);
@@ -164,7 +164,7 @@ impl Node for Export {
     }
 }
 
-impl Own {
+impl NodeInputs {
     fn policy(&self) -> Policy {
         let Self { new_study, keep_equipment, same_frame, clip_padding, .. } = *self;
         Policy { new_study, keep_equipment, same_frame, clip_padding }

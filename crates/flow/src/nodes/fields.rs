@@ -43,11 +43,11 @@ impl Node for Fields {
     const ID: NodeId = NodeId::Fields;
     const METHOD: u32 = 3;
     const KEPT: bool = true;
-    type Own = ();
+    type NodeInputs = ();
     type Parents = (Import, Solve);
     type Out = FieldsOut;
 
-    fn own(_: &Ground) -> Result<(), Error> {
+    fn inputs(_: &Ground) -> Result<(), Error> {
         Ok(())
     }
 

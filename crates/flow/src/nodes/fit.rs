@@ -30,13 +30,13 @@ pub(crate) struct Fit;
 
 /// Tetrahedra of the mesh on which the modulus is searched.
 const COARSE: usize = 1600;
-/// Residuals of a breast above which the model does not describe it, mm rms: 0.4 on synthetic patients when it does, 0.9 and
-/// more in the wrong rest state or with stiff gland.
+/// Residuals of a breast above which the model does not describe it, mm rms: 0.4 on synthetic
+/// patients when it does, 0.9 and more in the wrong rest state or with stiff gland.
 const MISFIT_MM: f64 = 0.7;
 /// Another pose of the scan that fits so nearly as well, as a factor of the objective, is told.
 const OTHER_POSE: f64 = 1.3;
-/// The chest wall as a whole is off by this much, one standard deviation, mm: on four real CTs the mean offset was 0.05, 0.51,
-/// 0.05 and 0.01 mm.
+/// The chest wall as a whole is off by this much, one standard deviation, mm: on four real CTs the
+/// mean offset was 0.05, 0.51, 0.05 and 0.01 mm.
 const WALL_MM: f64 = 0.3;
 /// Of the uncertainty of its places so much is common to all. Chosen, not measured.
 const WALL_SHARE: f64 = 0.4;
@@ -44,12 +44,13 @@ const WALL_SHARE: f64 = 0.4;
 const NORMAL_95: f64 = 1.96;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     left: bool,
     /// As the patient sits.
     law: Law,
     scans: Option<Scans>,
-    /// Whether the proportions of the tissues' moduli are fitted too; those that are taken for likely.
+    /// Whether the proportions of the tissues' moduli are fitted too; those that are taken for
+    /// likely.
     tissues: Option<[f64; 4]>,
     /// Whether labels tell fat from gland; else HU.
     by_labels: bool,
@@ -118,11 +119,11 @@ impl Node for Fit {
     const ID: NodeId = NodeId::Fit;
     const METHOD: u32 = 4;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region, TissuesNode, Mesh, ModuliNode);
     type Out = Fitted;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let load = Load { ct: supine_space::supine(), target: supine_space::sitting() };
         let of_case = case.scans.as_ref().and_then(|scans| Some((scans, scans.fit.as_ref()?)));
@@ -142,32 +143,32 @@ impl Node for Fit {
         let tissues = case.stiffness.filter(|stiffness| !stiffness.given).map(|s| s.kpa);
         let by_labels = case.stiffness.is_some_and(|s| s.map == StiffnessMap::Labels);
         let law = Law::under(case, load);
-        Ok(Own { left, law, scans: scans.transpose()?, tissues, by_labels })
+        Ok(NodeInputs { left, law, scans: scans.transpose()?, tissues, by_labels })
     }
 
-    fn not_asked(own: &Own) -> Option<Fitted> {
-        own.scans.is_none().then(Fitted::default)
+    fn not_asked(inputs: &NodeInputs) -> Option<Fitted> {
+        inputs.scans.is_none().then(Fitted::default)
     }
 
-    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Fitted, Error> {
+    fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Fitted, Error> {
         let (input, segmented, region, tissues, meshed, moduli) = parents;
-        let Some(scans) = &own.scans else { return Ok(Fitted::default()) };
+        let Some(scans) = &inputs.scans else { return Ok(Fitted::default()) };
         let sphere = region.sphere()?;
         let skin = Skin::of(&*skin_distance(&input, &segmented, Progress::none())?);
         let read = read_scans(scans, &skin, sphere, work)?;
         let moduli = moduli.as_ref().as_ref();
-        let body = own.law.body(&meshed, moduli, None);
-        let map = tissue_map(&input, &tissues, own.by_labels);
+        let body = inputs.law.body(&meshed, moduli, None);
+        let map = tissue_map(&input, &tissues, inputs.by_labels);
         let (coarse, shares) = coarse(&body, moduli.zip(map), work.progress.part(0.3, 0.4))?;
         let states = RestState::ALL.into_iter();
         let states: Vec<RestState> =
             states.filter(|rest| scans.states.contains(&rest.name())).collect();
-        let other = other_breast(own.left, &segmented, &skin, sphere);
+        let other = other_breast(inputs.left, &segmented, &skin, sphere);
         let question = FitQuestion {
             body: &body,
             coarse: &coarse,
-            load: &own.law.load(),
-            params: &own.law.solver(),
+            load: &inputs.law.load(),
+            params: &inputs.law.solver(),
             states: &states,
             skin: &skin,
             centre: sphere.centre(),
@@ -175,7 +176,7 @@ impl Node for Fit {
             scan: &read.sitting,
             poses: &read.poses,
             wall_mm: wall_mm(&segmented, &meshed.mesh)?,
-            tissues: own.tissues.zip(moduli).map(|(likely, by)| Tissues {
+            tissues: inputs.tissues.zip(moduli).map(|(likely, by)| Tissues {
                 shares: &by.shares,
                 coarse: &shares,
                 likely,
@@ -212,8 +213,8 @@ impl Node for Fit {
     }
 }
 
-/// One modulus for all tissues where the case has one for each: whether the scan speaks for it. None too where it has no
-/// solution.
+/// One modulus for all tissues where the case has one for each: whether the scan speaks for it.
+/// None too where it has no solution.
 fn one_modulus(
     question: &FitQuestion<'_>,
     found: &supine_personalise::Fit,

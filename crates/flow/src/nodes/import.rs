@@ -15,7 +15,7 @@ use supine_volume::{Ct, Field};
 pub(crate) struct Import;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     ct: InputFile,
     series: Option<String>,
     exclude: Vec<String>,
@@ -49,35 +49,35 @@ impl Node for Import {
     const ID: NodeId = NodeId::Import;
     const METHOD: u32 = 3;
     const KEPT: bool = false;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = ();
     type Out = Imported;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let Accept { assume_hu, equalise_steps } = case.accept;
         let (ct, series) = (ground.file("ct", case.ct()?)?, case.series.clone());
         let exclude = case.exclude.clone();
-        Ok(Own { ct, series, exclude, assume_hu, equalise_steps })
+        Ok(NodeInputs { ct, series, exclude, assume_hu, equalise_steps })
     }
 
-    fn run(own: &Own, (): Outs<Self>, work: &Work<'_>) -> Result<Imported, Error> {
-        let accept = Accept { assume_hu: own.assume_hu, equalise_steps: own.equalise_steps };
-        let (series, exclude) = (own.series.clone(), own.exclude.clone());
+    fn run(inputs: &NodeInputs, (): Outs<Self>, work: &Work<'_>) -> Result<Imported, Error> {
+        let accept = Accept { assume_hu: inputs.assume_hu, equalise_steps: inputs.equalise_steps };
+        let (series, exclude) = (inputs.series.clone(), inputs.exclude.clone());
         let params = ReadParams { series, exclude, accept };
-        let read = read_ct(&own.ct.path, &params, work.progress)?;
-        own.ct.check_unchanged()?;
-        let read = read.not_deformed(&own.ct.path)?;
+        let read = read_ct(&inputs.ct.path, &params, work.progress)?;
+        inputs.ct.check_unchanged()?;
+        let read = read.not_deformed(&inputs.ct.path)?;
         let field = read.field();
         let CtInput { ct, dicom, warnings, .. } = read;
         let (source, info) = dicom.unzip();
         let position = info.as_ref().map_or("", |info| info.patient_position.as_str());
         if let Some(why) = supine_dicom::not_supine(position) {
-            return Err(Error::NotSupine { path: own.ct.path.clone(), why });
+            return Err(Error::NotSupine { path: inputs.ct.path.clone(), why });
         }
         work.warn_all(warnings);
         let facts = facts(&ct, info.as_ref());
-        Ok(Imported { ct: Arc::new(ct), field, source, facts, origin: own.ct.told("ct") })
+        Ok(Imported { ct: Arc::new(ct), field, source, facts, origin: inputs.ct.told("ct") })
     }
 
     fn bytes(out: &Imported) -> usize {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use supine_fem::Body;
 use supine_mesh::Locator;
 use supine_personalise::{
-    Belief, LEVEL, LogNormal, Origin, Patch, Question, Source, tumour_interval,
+    LEVEL, LogNormal, ModulusPrior, Origin, Patch, Question, Source, tumour_interval,
 };
 use supine_report::{
     Ellipsoid, ModulusKnown, OtherRest, StateFit, TissueFit, TumourInterval, UncertaintyShare,
@@ -31,7 +31,7 @@ const COARSE: usize = 1200;
 pub(crate) struct Interval;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     tumour: Ball,
     law: Law,
     /// That of the case; else what the literature has counts.
@@ -41,8 +41,8 @@ pub(crate) struct Own {
 /// How sure the displacement is, and what each uncertain place of the wall does to it.
 #[derive(Serialize, Deserialize, Debug, Clone, Default)]
 pub(crate) struct Known {
-    /// None where the tumour lies in no tissue that was modelled, or where the run's rest state has no solution in the
-    /// interval.
+    /// None where the tumour lies in no tissue that was modelled, or where the run's rest state has
+    /// no solution in the interval.
     pub(crate) interval: Option<TumourInterval>,
     /// Change of the tumour's displacement, mm, in the order of the region's uncertain places.
     pub(crate) effects_mm: Vec<f64>,
@@ -52,24 +52,24 @@ impl Node for Interval {
     const ID: NodeId = NodeId::Interval;
     const METHOD: u32 = 8;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Segment, Region, Mesh, Moduli, Fit, Solve);
     type Out = Known;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let (tumour, law) = (ground.tumour()?.sphere.into(), Law::of(case)?);
-        Ok(Own { tumour, law, young_kpa: case.young_interval_kpa })
+        Ok(NodeInputs { tumour, law, young_kpa: case.young_interval_kpa })
     }
 
-    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
+    fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Known, Error> {
         let (segmented, region, meshed, moduli, fit, solved) = parents;
-        let tumour = own.tumour.sphere()?;
+        let tumour = inputs.tumour.sphere()?;
         if Locator::new(solved.deformation.mesh().clone()).locate(&tumour.centre()).is_none() {
             // What takes no part does not move, and nothing is unsure about that.
             return Ok(Known::default());
         }
-        let law = own.law.fitted(fit.tissue());
+        let law = inputs.law.fitted(fit.tissue());
         let moduli = moduli.as_ref().as_ref();
         let body = law.body(&meshed, moduli, fit.tissue());
         let tissues: Vec<Body> = other_tissues(fit.tissue())
@@ -87,7 +87,7 @@ impl Node for Interval {
             params: &params,
             solved: &solved.deformation,
             tumour,
-            belief: belief(own.young_kpa, fit.tissue())?,
+            prior: prior(inputs.young_kpa, fit.tissue())?,
             wall_error_mm: &|place| {
                 map.as_deref().map_or(UNCERTAIN_MM, |map| wall_error_mm(map, place))
             },
@@ -98,7 +98,9 @@ impl Node for Interval {
             Ok(found) => Ok(told(&question, found, work)),
             Err(error) if stopped(&error) => Err(error.into()),
             Err(error) => {
-                let text = format!("how sure the tumour's place is cannot be said: {error}");
+                let text = format!(
+                    "the uncertainty of the tumour position could not be computed: {error}"
+                );
                 work.warn(Warning::new("interval-without-solution", text));
                 Ok(Known::default())
             }
@@ -114,7 +116,8 @@ impl Node for Interval {
     }
 }
 
-/// What was fitted with the proportion of gland, of skin, and of the tumour, another one by a standard deviation.
+/// What was fitted with the proportion of gland, of skin, and of the tumour, another one by a
+/// standard deviation.
 fn other_tissues(fit: Option<&TissueFit>) -> Vec<TissueFit> {
     let of = |which: usize| {
         let mut other = fit?.clone();
@@ -127,16 +130,17 @@ fn other_tissues(fit: Option<&TissueFit>) -> Vec<TissueFit> {
 }
 
 /// What is known of the modulus: what was fitted, what the case says, or what the literature has.
-fn belief(given: Option<[f64; 2]>, fit: Option<&TissueFit>) -> Result<Belief, Error> {
+fn prior(given: Option<[f64; 2]>, fit: Option<&TissueFit>) -> Result<ModulusPrior, Error> {
     let Some(fit) = fit else {
-        return Ok(given.map_or_else(|| Ok(Belief::literature()), Belief::given)?);
+        return Ok(given.map_or_else(|| Ok(ModulusPrior::literature()), ModulusPrior::given)?);
     };
     let known = |state: &StateFit| LogNormal::new(state.young_kpa, state.deviation);
     let other = fit.states.get(1).filter(|_| !fit.decided);
-    Ok(Belief::fitted(known(fit.best()), other.map(known)))
+    Ok(ModulusPrior::fitted(known(fit.best()), other.map(known)))
 }
 
-/// The same tissue on fewer tetrahedra, where that saves time: the curves over the modulus hardly depend on the mesh.
+/// The same tissue on fewer tetrahedra, where that saves time: the curves over the modulus hardly
+/// depend on the mesh.
 pub(crate) fn coarser(
     body: &Body,
     count: usize,
@@ -165,8 +169,8 @@ fn patch(patch: &supine_report::UncertainPatch) -> Patch {
     Patch { centre, area_mm2, error_mm: patch.error_mm }
 }
 
-/// The error at a place of the wall, mm: that of the voxels around that know one, at most [`WALL_MM`] away; [`UNCERTAIN_MM`]
-/// where none does.
+/// The error at a place of the wall, mm: that of the voxels around that know one, at most
+/// [`WALL_MM`] away; [`UNCERTAIN_MM`] where none does.
 pub(crate) fn wall_error_mm(map: &Volume<u8>, place: &Point) -> f64 {
     let Ok(around) = supine_space::Sphere::new(*place, WALL_MM) else { return UNCERTAIN_MM };
     let Some((start, part)) = map.grid().around(&around) else { return UNCERTAIN_MM };
@@ -189,11 +193,11 @@ fn told(
 ) -> Known {
     work.warn_all(found.warnings);
     let centre = question.tumour.centre();
-    let belief = question.belief;
+    let prior = question.prior;
     let modulus = ModulusKnown {
-        young_kpa: belief.known().interval_kpa(),
-        median_kpa: belief.known().median_kpa(),
-        origin: match belief.origin() {
+        young_kpa: prior.known().interval_kpa(),
+        median_kpa: prior.known().median_kpa(),
+        origin: match prior.origin() {
             Origin::Literature => "literature",
             Origin::Given => "given",
             Origin::Scans => "scans",

@@ -11,7 +11,7 @@ use serde::Serialize;
 pub(crate) struct LabelsObject;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     /// Where the case names one.
     clock: Option<String>,
 }
@@ -21,19 +21,23 @@ impl Node for LabelsObject {
     const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Source, Segment);
     type Out = ();
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let clock = ground.case.export.clock.as_ref();
-        Ok(Own { clock: clock.map(ToString::to_string) })
+        Ok(NodeInputs { clock: clock.map(ToString::to_string) })
     }
 
-    fn run(own: &Own, (named, segmented): Outs<Self>, work: &Work<'_>) -> Result<(), Error> {
+    fn run(
+        inputs: &NodeInputs,
+        (named, segmented): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<(), Error> {
         let Some(named) = named.as_ref() else { return Ok(()) };
         let path = work.place("labels")?;
-        let clock = work.clock_of(own.clock.as_deref(), named);
+        let clock = work.clock_of(inputs.clock.as_deref(), named);
         write_dicom_labels(&segmented.labels, (&named.source, clock), segmented.facts.origin, &path)
     }
 

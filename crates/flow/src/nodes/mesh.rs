@@ -19,13 +19,15 @@ use supine_volume::Field;
 
 pub(crate) struct Mesh;
 
-/// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees: chosen, not measured.
+/// Below this the solver's matrices become poor and the warp's voxels squeezed, degrees: chosen,
+/// not measured.
 const POOR_DIHEDRAL_DEG: f64 = 10.0;
-/// A face this near to the end of the field belongs to it, pixels: labels end on whole pixels, which a mesh smooths.
+/// A face this near to the end of the field belongs to it, pixels: labels end on whole pixels,
+/// which a mesh smooths.
 const NEAR_PIXELS: f64 = 1.6;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     tetrahedra: usize,
     mesher: &'static str,
     curved: bool,
@@ -87,11 +89,11 @@ impl Node for Mesh {
     const ID: NodeId = NodeId::Mesh;
     const METHOD: u32 = 3;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Segment, Region);
     type Out = Meshed;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let refine = match case.mesh.refine {
             Refinement::Nowhere => OwnRefine::Nowhere,
@@ -102,7 +104,7 @@ impl Node for Mesh {
                 OwnRefine::Goal { place: ground.tumour()?.sphere.into(), law: Law::of(case)? }
             }
         };
-        Ok(Own {
+        Ok(NodeInputs {
             tetrahedra: case.mesh.tetrahedra,
             mesher: case.mesh.mesher.name(),
             curved: case.mesh.curved,
@@ -111,17 +113,22 @@ impl Node for Mesh {
         })
     }
 
-    fn run(own: &Own, (segmented, chosen): Outs<Self>, work: &Work<'_>) -> Result<Meshed, Error> {
+    fn run(
+        inputs: &NodeInputs,
+        (segmented, chosen): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Meshed, Error> {
         let progress = work.progress;
         let region = segmented.region(chosen.sphere()?, progress.part(0.0, 0.1))?;
-        let piece = if own.centre_piece { Piece::Centre } else { Piece::Largest };
-        let params = Params { tetrahedra: own.tetrahedra, piece, ..Params::default() };
-        let mesher = Mesher::ALL.into_iter().find(|m| m.name() == own.mesher).unwrap_or_default();
-        let refine = own.refine.refine()?;
+        let piece = if inputs.centre_piece { Piece::Centre } else { Piece::Largest };
+        let params = Params { tetrahedra: inputs.tetrahedra, piece, ..Params::default() };
+        let mesher =
+            Mesher::ALL.into_iter().find(|m| m.name() == inputs.mesher).unwrap_or_default();
+        let refine = inputs.refine.refine()?;
         let (mesh, info) =
             mesh_region(&region, &params, (mesher, &refine), progress.part(0.1, 0.9))?;
         work.warn_all(info.warnings.iter().cloned());
-        let bent = match own.curved {
+        let bent = match inputs.curved {
             false => None,
             true => {
                 let domain = Domain::new(&region, &params, progress.part(0.9, 1.0))?;

@@ -16,7 +16,7 @@ use supine_report::{FittedTissues, Moduli as Facts, StateFit};
 pub(crate) struct Moduli;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     by_labels: bool,
     stiffness: Option<([f64; 4], Option<f64>)>,
 }
@@ -74,29 +74,29 @@ impl Node for Moduli {
     const ID: NodeId = NodeId::Moduli;
     const METHOD: u32 = 2;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Tissues, Mesh);
     type Out = Option<ByTissue>;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let stiffness = ground.case.stiffness;
-        Ok(Own {
+        Ok(NodeInputs {
             by_labels: stiffness.is_some_and(|s| s.map == StiffnessMap::Labels),
             stiffness: stiffness.map(|s| (s.kpa, s.mean_kpa)),
         })
     }
 
-    fn not_asked(own: &Own) -> Option<Self::Out> {
-        own.stiffness.is_none().then_some(None)
+    fn not_asked(inputs: &NodeInputs) -> Option<Self::Out> {
+        inputs.stiffness.is_none().then_some(None)
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, tissues, meshed): Outs<Self>,
         _: &Work<'_>,
     ) -> Result<Self::Out, Error> {
-        let map = tissue_map(&input, &tissues, own.by_labels);
-        let (Some((kpa, mean_kpa)), Some(map)) = (own.stiffness, map) else { return Ok(None) };
+        let map = tissue_map(&input, &tissues, inputs.by_labels);
+        let (Some((kpa, mean_kpa)), Some(map)) = (inputs.stiffness, map) else { return Ok(None) };
         let shares = shares(&meshed.mesh, &map);
         let stiffness = Stiffness { map: map.kind, kpa, mean_kpa, given: true };
         let (young_kpa, facts) = moduli(&meshed.mesh, &shares, &stiffness);

@@ -26,11 +26,11 @@ impl Node for MovedObjects {
     const METHOD: u32 = 3;
     const KEPT: bool = false;
     /// Whether there are none.
-    type Own = bool;
+    type NodeInputs = bool;
     type Parents = (Import, Objects, Solve);
     type Out = Moved;
 
-    fn own(ground: &Ground) -> Result<bool, Error> {
+    fn inputs(ground: &Ground) -> Result<bool, Error> {
         Ok(named(ground)?.is_empty())
     }
 

@@ -1,4 +1,5 @@
-//! The patient's own doses, structures and segmentations, held against the CT before the long work is done.
+//! The patient's own doses, structures and segmentations, held against the CT before the long work
+//! is done.
 
 use super::{Import, Source};
 use crate::graph::{Node, Outs};
@@ -13,7 +14,7 @@ use serde::Serialize;
 pub(crate) struct Objects;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     objects: Vec<(CarriedKind, InputFile)>,
 }
 
@@ -29,21 +30,21 @@ impl Node for Objects {
     const ID: NodeId = NodeId::Objects;
     const METHOD: u32 = 1;
     const KEPT: bool = false;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Source);
     /// In the order of the case.
     type Out = Vec<GivenObject>;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
-        Ok(Own { objects: named(ground)? })
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { objects: named(ground)? })
     }
 
-    fn not_asked(own: &Own) -> Option<Vec<GivenObject>> {
-        own.objects.is_empty().then(Vec::new)
+    fn not_asked(inputs: &NodeInputs) -> Option<Vec<GivenObject>> {
+        inputs.objects.is_empty().then(Vec::new)
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, export_source): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Vec<GivenObject>, Error> {
@@ -51,8 +52,8 @@ impl Node for Objects {
             return Err(Error::NoSeries);
         };
         let context = CarryContext::ahead(source, named);
-        let all = own.objects.len() as f64;
-        let read = own.objects.iter().enumerate().map(|(n, (kind, file))| {
+        let all = inputs.objects.len() as f64;
+        let read = inputs.objects.iter().enumerate().map(|(n, (kind, file))| {
             work.progress.at(n as f64 / all)?;
             let object = GivenObject::read(*kind, &file.path, &context, input.ct.grid())?;
             file.check_unchanged()?;

@@ -1,5 +1,5 @@
-//! The pictures of the report, and what is measured on what they show. Nothing that is exported is in them, so that they
-//! are drawn while the export is written.
+//! The pictures of the report, and what is measured on what they show. Nothing that is exported is
+//! in them, so that they are drawn while the export is written.
 
 use super::{
     Evaluation, Fit, Import, Interval, Mesh, Points, Region, Segment, Solve, Tissues, Warp,
@@ -16,7 +16,7 @@ use supine_space::{Point, Progress, Side};
 pub(crate) struct Pictures;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     left: bool,
     tumour: Ball,
 }
@@ -35,17 +35,20 @@ impl Node for Pictures {
     const ID: NodeId = NodeId::Pictures;
     const METHOD: u32 = 7;
     const KEPT: bool = false;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents =
         (Import, Segment, Region, Tissues, Mesh, Solve, Warp, Points, Interval, Fit, Evaluation);
     type Out = Drawn;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
-        Ok(Own { left: case.breast()? == Side::Left, tumour: ground.tumour()?.sphere.into() })
+        Ok(NodeInputs {
+            left: case.breast()? == Side::Left,
+            tumour: ground.tumour()?.sphere.into(),
+        })
     }
 
-    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {
+    fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Drawn, Error> {
         let (
             input,
             segmented,
@@ -69,11 +72,11 @@ impl Node for Pictures {
             deformation: &warped.carried,
             tissue: solved.deformation.displacement(),
             sphere: region.sphere()?,
-            tumour: Some(own.tumour.sphere()?),
+            tumour: Some(inputs.tumour.sphere()?),
             tumour_after: Some(Point::from(points.tumour.after_mm)),
             tumour_within: known.interval.as_ref().map(|interval| &interval.ellipsoid),
             nipple: region.nipple(),
-            side: if own.left { Side::Left } else { Side::Right },
+            side: if inputs.left { Side::Left } else { Side::Right },
         };
         let segmentation = Segmentation {
             fat_hu: segmented.facts.fat_hu,

@@ -16,7 +16,7 @@ use supine_space::{Point, Warning};
 pub(crate) struct Points;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     tumour: Ball,
     /// The structure set that it came from.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,8 +36,8 @@ pub(crate) struct Carried {
     listed: Vec<NamedPoint>,
 }
 
-impl Own {
-    fn inputs(&self) -> Vec<supine_report::Input> {
+impl NodeInputs {
+    fn files_read(&self) -> Vec<supine_report::Input> {
         let tumour = self.drawn.iter().map(|file| file.told("tumour"));
         tumour.chain(self.files.iter().map(|file| file.told("points"))).collect()
     }
@@ -47,25 +47,29 @@ impl Node for Points {
     const ID: NodeId = NodeId::Points;
     const METHOD: u32 = 1;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Region, Solve);
     type Out = Carried;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let files = ground.files("carry.points", &case.points)?;
         let PlacedTumour { sphere, drawn, .. } = ground.tumour()?;
-        Ok(Own { tumour: sphere.into(), drawn: drawn.map(|(file, _)| file), files })
+        Ok(NodeInputs { tumour: sphere.into(), drawn: drawn.map(|(file, _)| file), files })
     }
 
-    fn run(own: &Own, (chosen, solved): Outs<Self>, work: &Work<'_>) -> Result<Carried, Error> {
-        let tumour = own.tumour.sphere()?.centre();
+    fn run(
+        inputs: &NodeInputs,
+        (chosen, solved): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Carried, Error> {
+        let tumour = inputs.tumour.sphere()?.centre();
         let mut points = vec![NamedPoint { name: "tumour".into(), position: tumour }];
         if let Some(position) = chosen.nipple() {
             points.push(NamedPoint { name: "nipple".into(), position });
         }
         let own_points = points.len();
-        for file in &own.files {
+        for file in &inputs.files {
             let read = read_points(&file.path);
             points.extend(read.map_err(|e| Error::file("carry.points", e))?);
             file.check_unchanged()?;
@@ -83,7 +87,7 @@ impl Node for Points {
             tumour: movement(tumour, after[0]),
             nipple: nipple.map(|(before, after)| movement(before, Some(after))),
             points: points.iter().zip(&after).skip(own_points).map(|(p, a)| told(p, *a)).collect(),
-            inputs: own.inputs(),
+            inputs: inputs.files_read(),
             listed: listed.collect(),
         })
     }

@@ -12,7 +12,7 @@ use supine_segment::{Params, Segmenter};
 pub(crate) struct Prepare;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     /// Labels that are supplied need nothing.
     needed: bool,
 }
@@ -24,27 +24,27 @@ pub(crate) struct Prepared {
     pub(crate) segmenter: Option<Arc<Segmenter>>,
 }
 
-/// Memory of what is held for each voxel of the CT, bytes: the CT with less noise, what is known of each voxel, and what
-/// the search for the wall needs.
+/// Memory of what is held for each voxel of the CT, bytes: the CT with less noise, what is known of
+/// each voxel, and what the search for the wall needs.
 const PER_VOXEL: usize = 7;
 
 impl Node for Prepare {
     const ID: NodeId = NodeId::Prepare;
     const METHOD: u32 = 2;
     const KEPT: bool = false;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import,);
     type Out = Prepared;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
-        Ok(Own { needed: ground.case.labels.is_none() })
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { needed: ground.case.labels.is_none() })
     }
 
-    fn not_asked(own: &Own) -> Option<Prepared> {
-        (!own.needed).then_some(Prepared { segmenter: None })
+    fn not_asked(inputs: &NodeInputs) -> Option<Prepared> {
+        (!inputs.needed).then_some(Prepared { segmenter: None })
     }
 
-    fn run(_: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Prepared, Error> {
+    fn run(_: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Prepared, Error> {
         let Imported { ct, field, .. } = &*input;
         let segmenter = Segmenter::new(Arc::clone(ct), field, &Params::default(), work.progress)?;
         Ok(Prepared { segmenter: Some(Arc::new(segmenter)) })

@@ -22,7 +22,7 @@ const PATCHES: usize = 12;
 pub(crate) struct Region;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     left: bool,
     tumour: Ball,
     region: Option<Ball>,
@@ -59,7 +59,8 @@ pub(crate) struct Chosen {
     pub(crate) chest_wall_ml: f64,
     /// Where the nipple seems to be, LPS, mm.
     nipple: Option<[f64; 3]>,
-    /// How far the boundary of the chest wall may be wrong within the region; `None` of supplied labels.
+    /// How far the boundary of the chest wall may be wrong within the region; `None` of supplied
+    /// labels.
     pub(crate) uncertainty: Option<WallUncertainty>,
     /// What the region was judged by.
     pub(crate) checks: Vec<QualityCheck>,
@@ -117,23 +118,27 @@ impl Node for Region {
     const METHOD: u32 = 10;
     const KEPT: bool = true;
     const BY_VALUE: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Tumour, Segment);
     type Out = Chosen;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let left = case.breast()? == Side::Left;
         let tumour = ground.tumour()?.sphere.into();
-        Ok(Own { left, tumour, region: case.region.map(Ball::from) })
+        Ok(NodeInputs { left, tumour, region: case.region.map(Ball::from) })
     }
 
-    fn run(own: &Own, (input, _, segmented): Outs<Self>, work: &Work<'_>) -> Result<Chosen, Error> {
-        let side = if own.left { Side::Left } else { Side::Right };
-        let tumour = own.tumour.sphere()?;
+    fn run(
+        inputs: &NodeInputs,
+        (input, _, segmented): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Chosen, Error> {
+        let side = if inputs.left { Side::Left } else { Side::Right };
+        let tumour = inputs.tumour.sphere()?;
         let (ct, map, progress) = (&input.ct, &segmented.labels, work.progress);
         let found = Breast::find(map, side, Some(tumour.centre()));
-        let (breast, sphere) = match (found, own.region) {
+        let (breast, sphere) = match (found, inputs.region) {
             // Labels that were supplied need not hold a whole breast when the region is given.
             (breast, Some(ball)) => {
                 work.warn_all(breast.as_ref().err().and_then(missing));
@@ -169,7 +174,7 @@ impl Node for Region {
         progress.at(0.8)?;
         Ok(Chosen {
             uncertainty: found.map(|found| wall_uncertainty(&found, middle, side)),
-            proposed: own.region.is_none(),
+            proposed: inputs.region.is_none(),
             soft_tissue_ml: volume_ml(map, sphere, label::is_soft_tissue),
             chest_wall_ml: volume_ml(map, sphere, label::is_chest_wall),
             nipple: nipple.map(|nipple| nipple.coords.into()),
@@ -210,7 +215,7 @@ fn guessed(nipple: Nipple) -> Option<Warning> {
     let place = <[f64; 3]>::from(nipple.point.coords);
     let text = format!(
         "no nipple stands out on the breast: its place, {place:.0?} mm, is a guess; only the level \
-         of pictures and its own displacement rest on it"
+         of pictures and its inputs displacement rest on it"
     );
     (!nipple.seen).then(|| Warning::new("nipple-guessed", text).at(&nipple.point))
 }
@@ -244,7 +249,8 @@ fn wall_uncertainty(
     }
 }
 
-/// How far the tumour's centre lies beyond the region's surface, mm; negative, as it must lie within.
+/// How far the tumour's centre lies beyond the region's surface, mm; negative, as it must lie
+/// within.
 ///
 /// # Errors
 /// [`Error::Tumour`] when it lies outside.

@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub(crate) struct Registration;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     asked: bool,
 }
 
@@ -30,20 +30,20 @@ impl Node for Registration {
     const METHOD: u32 = 5;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Source, Solve, Export, Fields);
     type Out = Registered;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
-        Ok(Own { asked: ground.case.export.registration })
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs { asked: ground.case.export.registration })
     }
 
-    fn not_asked(own: &Own) -> Option<Registered> {
-        (!own.asked).then(Registered::default)
+    fn not_asked(inputs: &NodeInputs) -> Option<Registered> {
+        (!inputs.asked).then(Registered::default)
     }
 
     fn run(
-        _: &Own,
+        _: &NodeInputs,
         (input, named, solved, exported, fields): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Registered, Error> {
@@ -56,7 +56,8 @@ impl Node for Registration {
         let deformation = &solved.deformation;
         let map = match fields.held() {
             Some(held) => held,
-            // As the node of the fields makes them: what is said of the vectors is the same whoever made them.
+            // As the node of the fields makes them: what is said of the vectors is the same whoever
+            // made them.
             None => {
                 let params = supine_warp::Params::default();
                 let part = progress.part(0.0, 0.5);

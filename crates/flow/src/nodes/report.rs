@@ -9,7 +9,7 @@ use crate::ground::Ground;
 use crate::nodes::moduli::ByTissue;
 use crate::nodes::region::Ball as OwnBall;
 use crate::shared::{warning_id, whose};
-use crate::spec::{Case, TumourSpec};
+use crate::spec::Case;
 use crate::work::Work;
 use crate::{Error, NodeId};
 use serde::Serialize;
@@ -22,7 +22,7 @@ use supine_report::{
 pub(crate) struct Report;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     /// The canonical case; of a de-identified run without its paths.
     case: serde_json::Map<String, serde_json::Value>,
     anonymise: bool,
@@ -41,7 +41,7 @@ impl Node for Report {
     const METHOD: u32 = 15;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (
         Import,
         Segment,
@@ -62,21 +62,21 @@ impl Node for Report {
     );
     type Out = Reported;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let anonymise = case.export.anonymise;
-        let canonical = if anonymise { without_paths(case) } else { case.canonical() };
+        let canonical = if anonymise { case.nameless() } else { case.canonical().clone() };
         let tumour = ground.tumour()?.sphere.into();
         let seen = case.seen.clone();
-        Ok(Own { case: canonical, anonymise, seen, tumour, typed: Arc::clone(case) })
+        Ok(NodeInputs { case: canonical, anonymise, seen, tumour, typed: Arc::clone(case) })
     }
 
-    fn run(own: &Own, parents: Outs<Self>, work: &Work<'_>) -> Result<Reported, Error> {
-        let summary = summarise(own, &parents, work)?;
+    fn run(inputs: &NodeInputs, parents: Outs<Self>, work: &Work<'_>) -> Result<Reported, Error> {
+        let summary = summarise(inputs, &parents, work)?;
         let (.., drawn) = &parents;
         let folder = work.place("report")?;
         let (input, ..) = &parents;
-        let whose = input.source.as_ref().filter(|_| !own.anonymise).map(whose);
+        let whose = input.source.as_ref().filter(|_| !inputs.anonymise).map(whose);
         let shown = (&summary, whose.as_ref());
         supine_report::write(shown, &drawn.pictures, &folder, work.progress)?;
         Ok(summary)
@@ -91,26 +91,12 @@ impl Node for Report {
     }
 }
 
-/// The canonical case without what names files or stands for what was looked at.
-fn without_paths(case: &Case) -> serde_json::Map<String, serde_json::Value> {
-    let mut nameless = case.clone();
-    nameless.ct = None;
-    nameless.series = None;
-    nameless.exclude.clear();
-    nameless.labels = None;
-    if matches!(nameless.tumour, Some(TumourSpec::Structure { .. })) {
-        nameless.tumour = None;
-    }
-    nameless.scans = None;
-    nameless.seeds.files.clear();
-    nameless.points.clear();
-    nameless.carried.clear();
-    nameless.seen.clear();
-    nameless.canonical()
-}
-
 /// The summary as far as the nodes before decide it.
-fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summary, Error> {
+fn summarise(
+    inputs: &NodeInputs,
+    parents: &Outs<Report>,
+    work: &Work<'_>,
+) -> Result<Summary, Error> {
     let (
         input,
         segmented,
@@ -129,8 +115,8 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         carried,
         drawn,
     ) = parents;
-    let fitted = fit.tissue().map(|fit| own.typed.fitted(fit));
-    let case = fitted.as_ref().unwrap_or(&own.typed);
+    let fitted = fit.tissue().map(|fit| inputs.typed.fitted(fit));
+    let case = fitted.as_ref().unwrap_or(&inputs.typed);
     let mut warp = warped.facts.clone();
     warp.forward_then_backward.clone_from(&fields.consistency);
     let mut export = exported.facts.export.clone();
@@ -138,7 +124,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         export.registration.clone_from(&registered.facts);
     }
     let mut ct = input.facts.clone();
-    if own.anonymise {
+    if inputs.anonymise {
         // Sites name files after patients.
         ct.left_out.iter_mut().enumerate().for_each(|(n, l)| nameless(n, l));
     }
@@ -149,9 +135,9 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         verdict: Verdict::default(),
         tool: Tool { name: "supine".into(), version: env!("CARGO_PKG_VERSION").into() },
         must_not_be_used_for: supine_report::must_not_be_used_for(),
-        case: own.case.clone(),
-        position: position(case, own.tumour)?,
-        inputs: inputs(&[
+        case: inputs.case.clone(),
+        position: position(case, inputs.tumour)?,
+        inputs: all_inputs(&[
             std::slice::from_ref(&input.origin),
             &segmented.facts.inputs,
             fit.inputs(),
@@ -166,7 +152,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
             interpolation: case.interpolation.name().into(),
             fade_mm: warp.fade_mm,
         },
-        source: input.source.as_ref().filter(|_| !own.anonymise).map(source_series),
+        source: input.source.as_ref().filter(|_| !inputs.anonymise).map(source_series),
         ct,
         segmentation: drawn.segmentation.clone(),
         mesh: drawn.mesh.clone(),
@@ -183,7 +169,7 @@ fn summarise(own: &Own, parents: &Outs<Report>, work: &Work<'_>) -> Result<Summa
         carried: carried.objects.clone(),
         dose_volume: carried.histograms.clone(),
         export,
-        warnings: ticked(work.warned, &own.seen),
+        warnings: ticked(work.warned, &inputs.seen),
         outputs: work.written.to_vec(),
         chain: vec![],
         run: Run::default(),
@@ -237,7 +223,7 @@ fn ball(OwnBall { centre_mm, radius_mm }: OwnBall) -> Ball {
 }
 
 /// Each once: two stages may read one file.
-fn inputs(all: &[&[Input]]) -> Vec<Input> {
+fn all_inputs(all: &[&[Input]]) -> Vec<Input> {
     let mut once: Vec<Input> = Vec::new();
     for input in all.iter().copied().flatten() {
         if !once.contains(input) {

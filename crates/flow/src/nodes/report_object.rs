@@ -13,7 +13,7 @@ use supine_space::Warning;
 pub(crate) struct ReportObject;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     asked: bool,
     anonymise: bool,
 }
@@ -23,21 +23,21 @@ impl Node for ReportObject {
     const METHOD: u32 = 2;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Source, Export, Pictures, Report);
     type Out = ();
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let export = &ground.case.export;
-        Ok(Own { asked: export.pdf, anonymise: export.anonymise })
+        Ok(NodeInputs { asked: export.pdf, anonymise: export.anonymise })
     }
 
-    fn not_asked(own: &Own) -> Option<()> {
-        (!own.asked).then_some(())
+    fn not_asked(inputs: &NodeInputs) -> Option<()> {
+        (!inputs.asked).then_some(())
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, named, exported, drawn, summary): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<(), Error> {
@@ -51,7 +51,7 @@ impl Node for ReportObject {
         let read = supine_dicom::read_series(series, &ReadParams::default(), read);
         let (_, ct, _) = read.map_err(Error::Export)?;
         let clock = ct.clock();
-        let whose = input.source.as_ref().filter(|_| !own.anonymise).map(whose);
+        let whose = input.source.as_ref().filter(|_| !inputs.anonymise).map(whose);
         let date = clock.to_string();
         let pdf = supine_report::pdf((&summary, whose.as_ref()), &drawn.pictures, &date)?;
         work.progress.at(0.8)?;

@@ -24,7 +24,7 @@ use supine_volume::{LabelMap, SeedKind, Seeds, Stroke, Surfaces, Volume};
 pub(crate) struct Segment;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     supplied: Option<(InputFile, RegionNames)>,
     seed_files: Vec<InputFile>,
     /// What the places are, and where, LPS, mm.
@@ -92,15 +92,15 @@ impl Node for Segment {
     const ID: NodeId = NodeId::Segment;
     const METHOD: u32 = 13;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Prepare);
     type Out = Segmented;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         if let Some(SuppliedLabels { file, names }) = &case.labels {
             let supplied = Some((ground.file("labels.file", file)?, names.clone()));
-            return Ok(Own {
+            return Ok(NodeInputs {
                 supplied,
                 seed_files: vec![],
                 seed_points: vec![],
@@ -108,7 +108,7 @@ impl Node for Segment {
             });
         }
         let points = case.seeds.points.iter();
-        Ok(Own {
+        Ok(NodeInputs {
             supplied: None,
             seed_files: ground.files("seeds.file", &case.seeds.files)?,
             seed_points: points.map(|(kind, at)| (name(*kind), at.coords.into())).collect(),
@@ -116,10 +116,14 @@ impl Node for Segment {
         })
     }
 
-    fn run(own: &Own, (input, ready): Outs<Self>, work: &Work<'_>) -> Result<Segmented, Error> {
-        match &own.supplied {
+    fn run(
+        inputs: &NodeInputs,
+        (input, ready): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Segmented, Error> {
+        match &inputs.supplied {
             Some((file, names)) => supplied(file, names, &input, work),
-            None => found(own, &ready, work),
+            None => found(inputs, &ready, work),
         }
     }
 
@@ -198,21 +202,22 @@ fn supplied(
     Ok(segmented)
 }
 
-/// That the seeds of a case that are points lie in its CT. Maps are left to the run: reading them takes its time.
+/// That the seeds of a case that are points lie in its CT. Maps are left to the run: reading them
+/// takes its time.
 ///
 /// # Errors
 /// When one does not, or a list of points cannot be read.
 pub(crate) fn check_seeds(ground: &Ground, grid: &Grid) -> Result<(), Error> {
-    let mut own = Segment::own(ground)?;
-    own.seed_files.retain(|file| is_points_name(&file.path));
-    let seeds = seeds(&own, Progress::none())?;
+    let mut inputs = Segment::inputs(ground)?;
+    inputs.seed_files.retain(|file| is_points_name(&file.path));
+    let seeds = seeds(&inputs, Progress::none())?;
     Ok(supine_segment::check_seeds_lie_in(grid, &seeds)?)
 }
 
 /// All seeds of the case together.
-fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
-    let mut seeds = Seeds { strokes: own.seed_strokes.clone(), ..Seeds::default() };
-    for (kind, at) in &own.seed_points {
+fn seeds(inputs: &NodeInputs, progress: Progress<'_>) -> Result<Seeds, Error> {
+    let mut seeds = Seeds { strokes: inputs.seed_strokes.clone(), ..Seeds::default() };
+    for (kind, at) in &inputs.seed_points {
         let list = match *kind {
             "chest_wall" => &mut seeds.chest_wall,
             "soft_tissue" => &mut seeds.soft_tissue,
@@ -220,7 +225,7 @@ fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
         };
         list.push(Point::from(*at));
     }
-    for file in &own.seed_files {
+    for file in &inputs.seed_files {
         let read = read_seeds(&file.path, progress).map_err(|e| Error::file("seeds.file", e))?;
         file.check_unchanged()?;
         seeds.chest_wall.extend(read.chest_wall);
@@ -231,20 +236,21 @@ fn seeds(own: &Own, progress: Progress<'_>) -> Result<Seeds, Error> {
     Ok(seeds)
 }
 
-fn found(own: &Own, ready: &Prepared, work: &Work<'_>) -> Result<Segmented, Error> {
+fn found(inputs: &NodeInputs, ready: &Prepared, work: &Work<'_>) -> Result<Segmented, Error> {
     let progress = work.progress;
     let segmenter = ready.segmenter.as_ref().ok_or(Error::NotKept { node: NodeId::Prepare })?;
-    let seeds = seeds(own, progress.part(0.0, 0.1))?;
+    let seeds = seeds(inputs, progress.part(0.0, 0.1))?;
     let (made, info) = segmenter.segment(&seeds, progress.part(0.1, 0.4))?;
     work.warn_all(info.warnings);
-    let automatic =
-        own.seed_files.is_empty() && own.seed_points.is_empty() && own.seed_strokes.is_empty();
+    let automatic = inputs.seed_files.is_empty()
+        && inputs.seed_points.is_empty()
+        && inputs.seed_strokes.is_empty();
     let facts = Facts {
         origin: if automatic { LabelOrigin::Automatic } else { LabelOrigin::Seeded },
         fat_hu: Some(info.fat_hu),
         muscle_hu: Some(info.muscle_hu),
         checks: info.checks.iter().map(quality_check).collect(),
-        inputs: own.seed_files.iter().map(|file| file.told("seeds")).collect(),
+        inputs: inputs.seed_files.iter().map(|file| file.told("seeds")).collect(),
     };
     let labels = Arc::clone(&made.labels);
     let (of, what) = (Arc::clone(segmenter), made.clone());

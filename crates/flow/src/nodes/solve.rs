@@ -25,12 +25,12 @@ impl Law {
         moduli: Option<&ByTissue>,
         fit: Option<&TissueFit>,
     ) -> Body {
-        let own = |by: &ByTissue| match fit {
+        let inputs = |by: &ByTissue| match fit {
             Some(fit) => Arc::from(by.fitted(&meshed.mesh, fit.best()).0),
             None => Arc::from(by.young_kpa.as_slice()),
         };
         Body {
-            young_kpa: moduli.map(own),
+            young_kpa: moduli.map(inputs),
             curved: meshed.curved.clone(),
             ..Body::new(Arc::clone(&meshed.mesh), self.tissue())
         }
@@ -71,19 +71,23 @@ impl Node for Solve {
     const ID: NodeId = NodeId::Solve;
     const METHOD: u32 = 1;
     const KEPT: bool = true;
-    type Own = Law;
+    type NodeInputs = Law;
     type Parents = (Mesh, Moduli, Fit);
     type Out = Solved;
 
-    fn own(ground: &Ground) -> Result<Law, Error> {
+    fn inputs(ground: &Ground) -> Result<Law, Error> {
         Law::of(&ground.case)
     }
 
-    fn run(own: &Law, (meshed, moduli, fit): Outs<Self>, work: &Work<'_>) -> Result<Solved, Error> {
-        let own = own.fitted(fit.tissue());
-        let body = own.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
+    fn run(
+        inputs: &Law,
+        (meshed, moduli, fit): Outs<Self>,
+        work: &Work<'_>,
+    ) -> Result<Solved, Error> {
+        let inputs = inputs.fitted(fit.tissue());
+        let body = inputs.body(&meshed, moduli.as_ref().as_ref(), fit.tissue());
         let (deformation, info) =
-            supine_fem::solve(&body, &own.load(), &own.solver(), work.progress)?;
+            supine_fem::solve(&body, &inputs.load(), &inputs.solver(), work.progress)?;
         let solve = supine_report::Solve {
             iterations: info.iterations,
             indefinite: info.indefinite,

@@ -18,7 +18,7 @@ const BURNED_IN: &str = "the CT says of itself that text stands in its pixels (B
 
 /// What takes the patient out; only its hash is ever written.
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     #[serde(serialize_with = "hashed")]
     secret: Option<[u8; 32]>,
     /// Whether she has to be out.
@@ -33,22 +33,22 @@ impl Node for Source {
     const ID: NodeId = NodeId::Source;
     const METHOD: u32 = 2;
     const KEPT: bool = false;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import,);
     /// None when the CT did not come as DICOM.
     type Out = Option<ExportSource>;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let anonymise = ground.case.export.anonymise;
-        Ok(Own { secret: ground.secret.filter(|_| anonymise), anonymise })
+        Ok(NodeInputs { secret: ground.secret.filter(|_| anonymise), anonymise })
     }
 
-    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error> {
+    fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Self::Out, Error> {
         let marked = input.source.as_ref().is_some_and(supine_dicom::Source::has_burned_in_text);
-        if own.anonymise && marked {
+        if inputs.anonymise && marked {
             work.warn(Warning::new("burned-in-text", BURNED_IN));
         }
-        Ok(input.source.as_ref().map(|source| match own.secret {
+        Ok(input.source.as_ref().map(|source| match inputs.secret {
             Some(key) => ExportSource::anonymised(source, Anonymiser::new(key)),
             None => ExportSource::named(source),
         }))

@@ -1,4 +1,5 @@
-//! Body, chest wall, breast and tumour on the exported series, as a structure set: what a planning system begins with.
+//! Body, chest wall, breast and tumour on the exported series, as a structure set: what a planning
+//! system begins with.
 
 use super::{Export, Import, Segment, Solve};
 use crate::graph::{Node, Outs};
@@ -12,7 +13,7 @@ use serde::Serialize;
 pub(crate) struct Structures;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     tumour: Ball,
     asked: bool,
 }
@@ -22,20 +23,23 @@ impl Node for Structures {
     const METHOD: u32 = 3;
     const KEPT: bool = true;
     const WRITES: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Solve, Export);
     type Out = ();
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
-        Ok(Own { tumour: ground.tumour()?.sphere.into(), asked: ground.case.export.structures })
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
+        Ok(NodeInputs {
+            tumour: ground.tumour()?.sphere.into(),
+            asked: ground.case.export.structures,
+        })
     }
 
-    fn not_asked(own: &Own) -> Option<()> {
-        (!own.asked).then_some(())
+    fn not_asked(inputs: &NodeInputs) -> Option<()> {
+        (!inputs.asked).then_some(())
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, segmented, solved, exported): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<(), Error> {
@@ -44,7 +48,7 @@ impl Node for Structures {
             ct: &input.ct,
             labels: &segmented.labels,
             deformation: &solved.deformation,
-            tumour: own.tumour.sphere()?,
+            tumour: inputs.tumour.sphere()?,
         };
         let warnings =
             write_own_regions(&regions, series, &work.place("structures")?, work.progress)?;

@@ -17,7 +17,7 @@ use supine_volume::{LabelMap, label};
 pub(crate) struct Tissues;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     asked: bool,
     tumour: Option<Ball>,
 }
@@ -33,28 +33,28 @@ impl Node for Tissues {
     const ID: NodeId = NodeId::Tissues;
     const METHOD: u32 = 1;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import, Segment, Region);
     type Out = Labelled;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let case = &ground.case;
         let wanted = case.tissues && case.tumour.is_some();
         let tumour = wanted.then(|| ground.tumour()).transpose()?;
         let tumour = tumour.map(|tumour| tumour.sphere.into());
-        Ok(Own { asked: case.tissues, tumour })
+        Ok(NodeInputs { asked: case.tissues, tumour })
     }
 
-    fn not_asked(own: &Own) -> Option<Labelled> {
-        (!own.asked).then(Labelled::default)
+    fn not_asked(inputs: &NodeInputs) -> Option<Labelled> {
+        (!inputs.asked).then(Labelled::default)
     }
 
     fn run(
-        own: &Own,
+        inputs: &NodeInputs,
         (input, segmented, region): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Labelled, Error> {
-        let tumour = own.tumour.map(Ball::sphere).transpose()?;
+        let tumour = inputs.tumour.map(Ball::sphere).transpose()?;
         let implants = segmented.implants.as_ref().map(|map| map.get(work.progress)).transpose()?;
         let (ct, coarse) = (&input.ct, &segmented.labels);
         let (fine, info) =

@@ -1,5 +1,5 @@
-//! The tumour, held against the CT before the long work is done: drawn on this very scan, in tissue, in the half of the
-//! body that the case names.
+//! The tumour, held against the CT before the long work is done: drawn on this very scan, in
+//! tissue, in the half of the body that the case names.
 
 use super::Import;
 use crate::graph::{Node, Outs};
@@ -16,7 +16,7 @@ use supine_space::{Side, Warning};
 pub(crate) struct Tumour;
 
 #[derive(Serialize)]
-pub(crate) struct Own {
+pub(crate) struct NodeInputs {
     left: bool,
     tumour: Ball,
     /// The structure set that it came from, and the frame of reference of its region.
@@ -37,23 +37,23 @@ impl Node for Tumour {
     const ID: NodeId = NodeId::Tumour;
     const METHOD: u32 = 2;
     const KEPT: bool = true;
-    type Own = Own;
+    type NodeInputs = NodeInputs;
     type Parents = (Import,);
     type Out = Placed;
 
-    fn own(ground: &Ground) -> Result<Own, Error> {
+    fn inputs(ground: &Ground) -> Result<NodeInputs, Error> {
         let left = ground.case.breast()? == Side::Left;
         let PlacedTumour { sphere, drawn, warnings } = ground.tumour()?;
-        Ok(Own { left, tumour: sphere.into(), drawn, warnings })
+        Ok(NodeInputs { left, tumour: sphere.into(), drawn, warnings })
     }
 
-    fn run(own: &Own, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
-        if let Some((_, frame)) = &own.drawn {
+    fn run(inputs: &NodeInputs, (input,): Outs<Self>, work: &Work<'_>) -> Result<Placed, Error> {
+        if let Some((_, frame)) = &inputs.drawn {
             work.warn_all(of_the_ct(frame, input.source.as_ref())?);
         }
-        work.warn_all(own.warnings.iter().cloned());
-        let side = if own.left { Side::Left } else { Side::Right };
-        let placed = tumour_place(&input.ct, own.tumour.sphere()?, Some(side))?;
+        work.warn_all(inputs.warnings.iter().cloned());
+        let side = if inputs.left { Side::Left } else { Side::Right };
+        let placed = tumour_place(&input.ct, inputs.tumour.sphere()?, Some(side))?;
         Ok(Placed { mean_hu: placed.mean_hu })
     }
 

@@ -30,20 +30,20 @@ impl Node for Warp {
     /// Made again in less time than it is read.
     const KEPT: bool = false;
     /// The interpolation.
-    type Own = &'static str;
+    type NodeInputs = &'static str;
     type Parents = (Import, Segment, Solve);
     type Out = Warped;
 
-    fn own(ground: &Ground) -> Result<&'static str, Error> {
+    fn inputs(ground: &Ground) -> Result<&'static str, Error> {
         Ok(ground.case.interpolation.name())
     }
 
     fn run(
-        own: &&'static str,
+        inputs: &&'static str,
         (input, segmented, solved): Outs<Self>,
         work: &Work<'_>,
     ) -> Result<Warped, Error> {
-        let named = Interpolation::ALL.into_iter().find(|i| i.name() == *own);
+        let named = Interpolation::ALL.into_iter().find(|i| i.name() == *inputs);
         let params = Params { interpolation: named.unwrap_or_default(), ..Params::default() };
         let (deformation, part) = (&solved.deformation, work.progress.part(0.0, 0.9));
         let (mut ct, info) = supine_warp::warp(&input.ct, deformation, &params, part)?;
@@ -63,7 +63,8 @@ impl Node for Warp {
     }
 }
 
-/// Tissue from beyond what was measured that is worth a word, cm³: less than a tumour's worth. Chosen, not measured.
+/// Tissue from beyond what was measured that is worth a word, cm³: less than a tumour's worth.
+/// Chosen, not measured.
 const BEYOND_CM3: f64 = 0.1;
 
 /// What a planner has to know of tissue that was never measured.

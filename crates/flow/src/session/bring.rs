@@ -117,7 +117,8 @@ impl Session {
         self.meter.within(|| job.run())
     }
 
-    /// By what a result is known to those that rest on it, for nodes that are known by their value: if it is there.
+    /// By what a result is known to those that rest on it, for nodes that are known by their value:
+    /// if it is there.
     pub(super) fn shown(&self, folder: Option<&RunFolder>, node: NodeId, key: &Key) -> Option<Key> {
         if let Some(cell) = lock(&self.cells).get(node, key) {
             return hash_of_value(&(entry(node).facts)(&cell.output).ok()?);
@@ -180,7 +181,8 @@ impl Pass<'_> {
     }
 }
 
-/// The targets that can be planned while the value of a node is open: that node, and those that do not rest on it.
+/// The targets that can be planned while the value of a node is open: that node, and those that do
+/// not rest on it.
 fn first_targets(targets: &[NodeId], open: Option<NodeId>) -> Vec<NodeId> {
     let Some(open) = open else { return targets.to_vec() };
     let later = descendants(open);
@@ -188,7 +190,8 @@ fn first_targets(targets: &[NodeId], open: Option<NodeId>) -> Vec<NodeId> {
     now.chain([open]).collect()
 }
 
-/// The nodes of which the folder holds what will go: those that are made anew, and all that the case no longer leads to.
+/// The nodes of which the folder holds what will go: those that are made anew, and all that the
+/// case no longer leads to.
 fn stale(ground: &Ground, folder: &RunFolder, plan: &Plan, shown: Shown<'_>) -> BTreeSet<NodeId> {
     let is_stale = |node: &NodeId| match plan.steps.get(node) {
         Some(Step::Make(None) | Step::Write) => true,
@@ -218,7 +221,8 @@ fn tell_aside(node: NodeId, moved: &[std::path::PathBuf], observer: &dyn Observe
     }
 }
 
-/// Whether a node whose key is not known yet rests on one that is made anew, by more than its value.
+/// Whether a node whose key is not known yet rests on one that is made anew, by more than its
+/// value.
 fn rests_on_made(node: NodeId, plan: &Plan) -> bool {
     let by_key = entry(node).parents.iter().copied().filter(|&parent| !entry(parent).by_value);
     by_key.into_iter().any(|parent| {

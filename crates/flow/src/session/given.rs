@@ -1,4 +1,5 @@
-//! Results that the caller has, in place of being made: a CT, labels, a mesh or a displacement of her own.
+//! Results that the caller has, in place of being made: a CT, labels, a mesh or a displacement of
+//! her own.
 
 use super::{Request, Session};
 use crate::folder::{own_labels, was_read, whole};
@@ -17,7 +18,8 @@ use supine_space::{Failure, Progress, Vector, Warning};
 use supine_volume::{Ct, LabelMap};
 
 impl Session {
-    /// Takes a CT (HU) in place of that of the case. It has no patient and no series: nothing is exported to DICOM.
+    /// Takes a CT (HU) in place of that of the case. It has no patient and no series: nothing is
+    /// exported to DICOM.
     pub fn give_ct(&self, ct: Arc<Ct>) {
         let mut hash = hash_of_grid(ct.grid());
         for voxel in ct.data().chunks(1 << 16) {
@@ -30,8 +32,8 @@ impl Session {
         self.give::<Import>(Imported::given(ct, origin), blake3);
     }
 
-    /// Takes labels on the grid of the CT in place of the segmentation, numbered as `volume::label` has them; the
-    /// observer hears what is doubtful about them.
+    /// Takes labels on the grid of the CT in place of the segmentation, numbered as `volume::label`
+    /// has them; the observer hears what is doubtful about them.
     ///
     /// # Errors
     /// When the CT cannot be read, or they cannot be of it.
@@ -45,7 +47,8 @@ impl Session {
         Ok(())
     }
 
-    /// Takes a mesh in the CT shape in place of the mesher's; points LPS, mm. The observer hears what is doubtful about it.
+    /// Takes a mesh in the CT shape in place of the mesher's; points LPS, mm. The observer hears
+    /// what is doubtful about it.
     ///
     /// # Errors
     /// When there are no labels to look at it by, or it does not lie in their soft tissue.
@@ -57,11 +60,12 @@ impl Session {
         Ok(())
     }
 
-    /// Takes a displacement (mm, LPS, from the CT shape) in place of the solver's, with its mesh in place of the mesher's. The
-    /// observer hears what is doubtful about them.
+    /// Takes a displacement (mm, LPS, from the CT shape) in place of the solver's, with its mesh in
+    /// place of the mesher's. The observer hears what is doubtful about them.
     ///
     /// # Errors
-    /// As [`Session::give_mesh`]; when the displacement is in another order, or turns tetrahedra inside out.
+    /// As [`Session::give_mesh`]; when the displacement is in another order, or turns tetrahedra
+    /// inside out.
     pub fn give_deformation(
         &self,
         deformation: Deformation,
@@ -81,8 +85,9 @@ impl Session {
         Ok(())
     }
 
-    /// Where labels alone were given, a session of the same case that names them as a file in a run's folder: a whole run tells
-    /// by its case what it rests on. The file is written by [`Session::write_own_labels`].
+    /// Where labels alone were given, a session of the same case that names them as a file in a
+    /// run's folder: a whole run tells by its case what it rests on. The file is written by
+    /// [`Session::write_own_labels`].
     ///
     /// # Errors
     /// When the path of the folder is no text, or there are no threads.
@@ -102,10 +107,12 @@ impl Session {
         Ok(Some(session.with_start(self.start().cloned())))
     }
 
-    /// Writes the labels that were given to the file that [`Session::with_own_labels`] names, in place of those of a run before.
+    /// Writes the labels that were given to the file that [`Session::with_own_labels`] names, in
+    /// place of those of a run before.
     ///
     /// # Errors
-    /// When a stage fails, the observer ends the work, or the file cannot be written or is none that the run in the folder read.
+    /// When a stage fails, the observer ends the work, or the file cannot be written or is none
+    /// that the run in the folder read.
     pub fn write_own_labels(&self, root: &Path, request: &Request<'_>) -> Result<(), Error> {
         let (labels, file) = (self.labels(request)?, own_labels(root));
         if file.exists() && !was_read(root, &file) {

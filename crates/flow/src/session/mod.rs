@@ -1,7 +1,8 @@
 //! A session: what was given, and all that was derived from it, held in memory.
 //!
-//! Set a parameter, ask for a node: what is stale is found from the graph and made anew, all else is taken as it is. Any
-//! number of sessions live in one process; each has its own threads. A session knows no method and no name of a file.
+//! Set a parameter, ask for a node: what is stale is found from the graph and made anew, all else
+//! is taken as it is. Any number of sessions live in one process; each has its own threads. A
+//! session knows no method and no name of a file.
 
 mod bring;
 mod cells;
@@ -31,8 +32,8 @@ use std::sync::{Arc, Mutex, RwLock};
 use supine_dicom::Clock;
 use supine_report::{Link, Warning};
 
-/// Memory that a session's results may hold while nobody works on them, bytes: a CT of 512 x 512 x 400 voxels before and
-/// after, its labels, surfaces and fields.
+/// Memory that a session's results may hold while nobody works on them, bytes: a CT of 512 x 512 x
+/// 400 voxels before and after, its labels, surfaces and fields.
 const BUDGET: usize = 4 << 30;
 
 /// Threads of the live lane: what somebody waits for goes on while all others work.
@@ -133,7 +134,8 @@ impl Session {
     /// A session of a specification, with a number of threads (0: all cores).
     ///
     /// # Errors
-    /// When the values contradict each other, files that a repeated run read have changed since, or threads cannot be had.
+    /// When the values contradict each other, files that a repeated run read have changed since, or
+    /// worker threads could not be started.
     pub fn new(spec: Spec, threads: usize) -> Result<Self, Error> {
         let inputs = Inputs::default();
         check_recorded(&spec, &inputs)?;
@@ -168,7 +170,8 @@ impl Session {
     /// The same with a folder, in which results are kept and from which they come back.
     ///
     /// # Errors
-    /// When an input lies where results are written, or the folder holds the finished result of another case.
+    /// When an input lies where results are written, or the folder holds the finished result of
+    /// another case.
     pub fn with_folder(self, folder: RunFolder) -> Result<Self, Error> {
         self.refuse_overlap(folder.root())?;
         self.refuse_other(&folder)?;
@@ -193,7 +196,8 @@ impl Session {
         Ok(())
     }
 
-    /// Refuses a folder that holds the finished result of another case, unless that may be replaced.
+    /// Refuses a folder that holds the finished result of another case, unless that may be
+    /// replaced.
     fn refuse_other(&self, folder: &RunFolder) -> Result<(), Error> {
         if folder.overwrites() {
             return Ok(());
@@ -232,7 +236,8 @@ impl Session {
         self
     }
 
-    /// The same, begun by a command at a date and time: exported objects bear it where the case names none.
+    /// The same, begun by a command at a date and time: exported objects bear it where the case
+    /// names none.
     #[must_use]
     pub fn with_start(mut self, start: Option<Start>) -> Self {
         self.start = start;
@@ -289,7 +294,8 @@ impl Session {
     /// Keeps results in a folder from now on; in memory alone without one.
     ///
     /// # Errors
-    /// When an input lies where results are written, or the folder holds the finished result of another case.
+    /// When an input lies where results are written, or the folder holds the finished result of
+    /// another case.
     pub fn keep_in(&self, folder: Option<RunFolder>) -> Result<(), Error> {
         if let Some(folder) = &folder {
             self.refuse_overlap(folder.root())?;
@@ -355,8 +361,8 @@ impl Session {
         lock(&self.cells).bytes()
     }
 
-    /// The most memory that the session's work held at once since it was last asked to start counting anew, MB; none in
-    /// a program without [`crate::CountingAllocator`].
+    /// The most memory that the session's work held at once since it was last asked to start
+    /// counting anew, MB; none in a program without [`crate::CountingAllocator`].
     pub fn peak_memory_mb(&self) -> Option<f64> {
         self.meter.peak_mb()
     }
@@ -393,7 +399,8 @@ impl Session {
         outcome
     }
 
-    /// The nodes that a run would do over the finished one that left these links and this secret; nothing is done.
+    /// The nodes that a run would do over the finished one that left these links and this secret;
+    /// nothing is done.
     pub(crate) fn redone(
         &self,
         left: &[Link],

@@ -30,8 +30,8 @@ pub(super) struct Plan {
     pub(super) keys: Keys,
 }
 
-/// The keys of nodes, as far as they are known: not of those that rest on a node that is known by its value and has none
-/// yet.
+/// The keys of nodes, as far as they are known: not of those that rest on a node that is known by
+/// its value and has none yet.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Keys {
     known: BTreeMap<NodeId, Key>,
@@ -40,7 +40,8 @@ pub(super) struct Keys {
     asked: BTreeMap<NodeId, bool>,
 }
 
-/// By what a result is known to those that rest on it, if it is there: for nodes that are known by their value.
+/// By what a result is known to those that rest on it, if it is there: for nodes that are known by
+/// their value.
 pub(super) type Shown<'a> = &'a (dyn Fn(NodeId, &Key) -> Option<Key> + Sync);
 
 /// The hash of a value.
@@ -120,8 +121,8 @@ impl Keys {
     }
 }
 
-/// The nodes that some targets rest on, themselves included; what is given rests on nothing, and neither does what is
-/// not asked for.
+/// The nodes that some targets rest on, themselves included; what is given rests on nothing, and
+/// neither does what is not asked for.
 pub(super) fn ancestors(ground: &Ground, targets: &[NodeId]) -> Result<BTreeSet<NodeId>, Error> {
     let mut found = BTreeSet::new();
     let mut open = targets.to_vec();

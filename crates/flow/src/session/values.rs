@@ -11,8 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use supine_mesh::{Deformation, TetMesh};
 use supine_report::{
-    CarriedPoint, Evaluation as Evaluated, Movement, TissueFit, TumourInterval, UncertainPatch,
-    Whose,
+    CarriedPoint, Evaluation as Evaluated, Movement, PatientIdentity, TissueFit, TumourInterval,
+    UncertainPatch,
 };
 use supine_segment::tumour_place;
 use supine_space::{Progress, Side, Sphere};
@@ -37,7 +37,7 @@ impl Session {
     }
 
     /// Whose CT is held; none when it is none of DICOM, or is not read.
-    pub fn peek_whose(&self) -> Option<Whose> {
+    pub fn peek_whose(&self) -> Option<PatientIdentity> {
         let (imported, _) = self.peek::<Import>()?;
         imported.source.as_ref().map(whose)
     }
@@ -48,14 +48,15 @@ impl Session {
         Some((Arc::clone(&segmented.labels), freshness))
     }
 
-    /// The deformed CT that is held, of what is given now or of what was given before; nothing is made.
+    /// The deformed CT that is held, of what is given now or of what was given before; nothing is
+    /// made.
     pub fn peek_deformed_ct(&self) -> Option<(Arc<Ct>, Freshness)> {
         let (warped, freshness) = self.peek::<Warp>()?;
         Some((Arc::clone(&warped.ct), freshness))
     }
 
-    /// The displacement that carried the deformed CT that is held (that of the tissue, faded towards the cut), of what is
-    /// given now or of what was given before; nothing is made.
+    /// The displacement that carried the deformed CT that is held (that of the tissue, faded
+    /// towards the cut), of what is given now or of what was given before; nothing is made.
     pub fn peek_carried(&self) -> Option<(Arc<Deformation>, Freshness)> {
         let (warped, freshness) = self.peek::<Warp>()?;
         Some((Arc::clone(&warped.carried), freshness))
@@ -74,12 +75,14 @@ impl Session {
         self.pool_of(request.lane).install(made)
     }
 
-    /// Skin and chest wall between the voxels that are held, of the labels that are held; nothing is made.
+    /// Skin and chest wall between the voxels that are held, of the labels that are held; nothing
+    /// is made.
     pub fn peek_surfaces(&self) -> Option<Arc<Surfaces>> {
         self.peek::<Segment>()?.0.surfaces.as_ref()?.peek().cloned()
     }
 
-    /// The map of the uncertainty of the chest wall that is held, tenths of mm, of the labels that are held; nothing is made.
+    /// The map of the uncertainty of the chest wall that is held, tenths of mm, of the labels that
+    /// are held; nothing is made.
     pub fn peek_uncertainty(&self) -> Option<Arc<Volume<u8>>> {
         self.peek::<Segment>()?.0.peek_uncertainty()
     }
@@ -89,14 +92,16 @@ impl Session {
         self.is_held(node) && !self.is_stale(node)
     }
 
-    /// The mesh that is held, in the CT shape, of what is given now or of what was given before; nothing is made.
+    /// The mesh that is held, in the CT shape, of what is given now or of what was given before;
+    /// nothing is made.
     pub fn peek_mesh(&self) -> Option<(Arc<TetMesh>, Freshness)> {
         let (meshed, freshness) = self.peek::<Mesh>()?;
         Some((Arc::clone(&meshed.mesh), freshness))
     }
 
-    /// The tumour before and after that is held, LPS, mm, with the interval of its displacement where that could be found;
-    /// nothing is made. Nothing either while one of the two is of what was given before.
+    /// The tumour before and after that is held, LPS, mm, with the interval of its displacement
+    /// where that could be found; nothing is made. Nothing either while one of the two is of what
+    /// was given before.
     pub fn peek_tumour(&self) -> Option<(Movement, Option<TumourInterval>)> {
         let (points, of_points) = self.peek::<Points>()?;
         let (known, of_interval) = self.peek::<Interval>()?;
@@ -104,20 +109,21 @@ impl Session {
         fresh.then(|| (points.tumour.clone(), known.interval.clone()))
     }
 
-    /// The region that is held, LPS, mm, and the uncertain places of the chest wall in it, the largest first; nothing is
-    /// made.
+    /// The region that is held, LPS, mm, and the uncertain places of the chest wall in it, the
+    /// largest first; nothing is made.
     pub fn peek_region(&self) -> Option<(Sphere, Vec<UncertainPatch>)> {
         let (chosen, _) = self.peek::<Region>()?;
         Some((chosen.sphere().ok()?, chosen.patches().to_vec()))
     }
 
-    /// The tumour as the case gives it, LPS, mm; of one named by a structure, once its file was read.
+    /// The tumour as the case gives it, LPS, mm; of one named by a structure, once its file was
+    /// read.
     pub fn tumour_sphere(&self) -> Option<Sphere> {
         self.ground().tumour().ok().map(|placed| placed.sphere)
     }
 
-    /// The side of the body on which a place of the CT that is held lies (LPS, mm), where it lies in tissue and clearly on
-    /// one; nothing is read.
+    /// The side of the body on which a place of the CT that is held lies (LPS, mm), where it lies
+    /// in tissue and clearly on one; nothing is read.
     pub fn propose_side(&self, centre_mm: [f64; 3]) -> Option<Side> {
         let (input, _) = self.peek::<Import>()?;
         let sphere = Sphere::new(centre_mm.into(), 1.0).ok()?;
@@ -148,7 +154,8 @@ impl Session {
         Ok(Arc::clone(&self.get::<Warp>(request)?.ct))
     }
 
-    /// The displacement as fields on the part of the CT's voxels that moves, both ways (LPS, mm), and its Jacobian.
+    /// The displacement as fields on the part of the CT's voxels that moves, both ways (LPS, mm),
+    /// and its Jacobian.
     ///
     /// # Errors
     /// When a stage fails, or the observer ends the work.
@@ -180,7 +187,8 @@ impl Session {
         Ok(self.get::<Points>(request)?.points.clone())
     }
 
-    /// The nipple before and after, LPS, mm; nothing where none was found in the tissue that is modelled.
+    /// The nipple before and after, LPS, mm; nothing where none was found in the tissue that is
+    /// modelled.
     ///
     /// # Errors
     /// When a stage fails, or the observer ends the work.

@@ -1,7 +1,7 @@
 //! The summary's figures from the domain types.
 
 use supine_mesh::{BoundaryTag, TetMesh, quality, spread, tet_quality};
-use supine_report::{Mesh, Movement, QualityCheck, SurfaceFit, Whose, WorstTet};
+use supine_report::{Mesh, Movement, PatientIdentity, QualityCheck, SurfaceFit, WorstTet};
 use supine_segment::Bound;
 use supine_space::{Point, Vector};
 use supine_tetrahedralise::Deviation;
@@ -10,9 +10,9 @@ use supine_tetrahedralise::Deviation;
 const NAMED: usize = 5;
 
 /// Whose CT a series is, for the report.
-pub(crate) fn whose(source: &supine_dicom::Source) -> Whose {
-    let supine_dicom::Whose { name, id, born, study, series } = source.whose();
-    Whose { name, id, born, study, series }
+pub(crate) fn whose(source: &supine_dicom::Source) -> PatientIdentity {
+    let supine_dicom::PatientIdentity { name, id, born, study, series } = source.whose();
+    PatientIdentity { name, id, born, study, series }
 }
 
 /// The mesh's part of the summary; the unknowns are known only to the solver and stay 0 here.
@@ -77,7 +77,8 @@ pub(crate) fn movement(before: Point, after: Option<Point>) -> Movement {
     Movement::new(before.coords.into(), after.unwrap_or(before).coords.into())
 }
 
-/// By what a case file knows a warning that the planner has looked at: another message is another warning.
+/// By what a case file knows a warning that the planner has looked at: another message is another
+/// warning.
 pub fn warning_id(warning: &supine_report::Warning) -> String {
     let told = format!("{}\n{}\n{}", warning.stage, warning.code, warning.message);
     format!("{}-{}", warning.code, &blake3::hash(told.as_bytes()).to_hex()[..12])

@@ -57,8 +57,9 @@ impl Mesher {
         }
     }
 
-    /// Tells what fills a solid for this mesher, once, by the program that was built with it: so that nothing here is compiled
-    /// anew for a mesher, nor comes under its licence. Our own needs none.
+    /// Tells what fills a solid for this mesher, once, by the program that was built with it: so
+    /// that nothing here is compiled anew for a mesher, nor comes under its licence. Our own needs
+    /// none.
     pub fn is_built_with(self, fill: Fill) {
         let place = match self {
             Self::Native => return,

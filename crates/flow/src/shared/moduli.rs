@@ -26,8 +26,9 @@ pub(crate) struct Map<'a> {
 
 /// Shares of fat, gland, skin and tumour in the soft tissue of each tetrahedron.
 ///
-/// It is looked at in more places than it has voxels. What is not soft tissue does not count; soft tissue that is none of
-/// these (implants) counts as fat, and a tetrahedron with nothing else takes the mean of all.
+/// It is looked at in more places than it has voxels. What is not soft tissue does not count; soft
+/// tissue that is none of these (implants) counts as fat, and a tetrahedron with nothing else takes
+/// the mean of all.
 pub(crate) fn shares(mesh: &TetMesh, map: &Map<'_>) -> Vec<[f64; 4]> {
     let count = mesh.tets().len();
     let found: Vec<Option<[f64; 4]>> =
@@ -45,9 +46,9 @@ pub(crate) fn shares(mesh: &TetMesh, map: &Map<'_>) -> Vec<[f64; 4]> {
 
 /// The moduli of the tetrahedra, kPa, and what a report tells of them.
 ///
-/// A tetrahedron has the mean over its volume of the moduli of the tissues in it. The arithmetic mean, because the energy
-/// is linear in the moduli: where the strain is uniform within the tetrahedron, as in a linear one, it stores exactly what
-/// its tissues store.
+/// A tetrahedron has the mean over its volume of the moduli of the tissues in it. The arithmetic
+/// mean, because the energy is linear in the moduli: where the strain is uniform within the
+/// tetrahedron, as in a linear one, it stores exactly what its tissues store.
 pub(crate) fn moduli(
     mesh: &TetMesh,
     shares: &[[f64; 4]],
@@ -110,8 +111,9 @@ fn tissue(label: u8, map: &Map<'_>, voxel: [usize; 3]) -> [f64; 4] {
 
 /// Points spread evenly within a tetrahedron, [`PER_VOXEL`] for each voxel that fits into it.
 ///
-/// The additive recurrence in three dimensions of Roberts (2018) with the powers of the root of
-/// g⁴ = g + 1, folded from the cube into the tetrahedron as by Rocchini and Cignoni (J. Graph. Tools 5, 2000).
+/// The additive recurrence in three dimensions of Roberts (2018) with the powers of the root of g⁴
+/// = g + 1, folded from the cube into the tetrahedron as by Rocchini and Cignoni (J. Graph. Tools
+/// 5, 2000).
 fn samples(corners: &[Point; 4], grid: &Grid) -> impl Iterator<Item = Point> {
     const STEPS: [f64; 3] =
         [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2];
@@ -162,7 +164,8 @@ mod tests {
         moduli(&corner(), &shares(&corner(), &map), stiffness)
     }
 
-    /// Of the tetrahedron with its right corner at the origin the share (1 − t)³ lies beyond x = 12 t.
+    /// Of the tetrahedron with its right corner at the origin the share (1 − t)³ lies beyond x = 12
+    /// t.
     #[test]
     fn a_tetrahedron_has_the_mean_of_what_lies_in_it() {
         let labels = |of: &dyn Fn(&Point) -> u8| Volume::from_fn(grid(), |v| of(&grid().centre(v)));

@@ -1,5 +1,6 @@
-//! What is looked at in a mesh and a displacement that the caller has, before anything rests on them: whether they lie in the
-//! tissue, and are in the axes, the unit and the order that they are taken for.
+//! What is looked at in a mesh and a displacement that the caller has, before anything rests on
+//! them: whether they lie in the tissue, and are in the axes, the unit and the order that they are
+//! taken for.
 
 use crate::Error;
 use rayon::prelude::*;
@@ -11,10 +12,11 @@ use supine_volume::{LabelMap, label};
 const LEAST_SHARE: f64 = 0.5;
 /// A mesh of which less lies in the soft tissue is told.
 const TOLD_SHARE: f64 = 0.9;
-/// The middle of an edge lies off the mean of its ends by a small part of the difference between them when the field is smooth;
-/// rows in another order are off by more than this part.
+/// The middle of an edge lies off the mean of its ends by a small part of the difference between
+/// them when the field is smooth; rows in another order are off by more than this part.
 const OFF_MIDDLE: f64 = 1.0;
-/// A pull to the patient's side below this, as a share of gravity, says nothing of a displacement's direction: 2 degrees.
+/// A pull to the patient's side below this, as a share of gravity, says nothing of a displacement's
+/// direction: 2 degrees.
 const LEAST_PULL: f64 = 0.035;
 /// A largest displacement below this, mm, is told: it may be in another unit.
 const TINY_MM: f64 = 0.05;
@@ -68,7 +70,8 @@ fn share_in_tissue(mesh: &TetMesh, labels: &LabelMap, read: impl Fn(Point) -> Po
     inside.map(|tet| mesh.volume(tet)).sum::<f64>() / mesh.total_volume()
 }
 
-/// Looks at a displacement; what is doubtful. `pull` is the table's gravity minus that of the CT, LPS.
+/// Looks at a displacement; what is doubtful. `pull` is the table's gravity minus that of the CT,
+/// LPS.
 ///
 /// # Errors
 /// When the rows of its edges are in another order, or it turns tetrahedra inside out.
@@ -123,7 +126,8 @@ fn doubts(largest_mm: f64, vectors: &[Vector], pull: &Vector) -> Vec<Warning> {
     doubts
 }
 
-/// How far the middles of edges lie off the mean of their ends, in parts of the difference between the ends: means over all edges.
+/// How far the middles of edges lie off the mean of their ends, in parts of the difference between
+/// the ends: means over all edges.
 fn off_middle(deformation: &Deformation, edges: &Edges) -> f64 {
     let (of_points, of_edges) =
         deformation.displacement().values().split_at(deformation.mesh().points().len());

@@ -1,4 +1,5 @@
-//! Body, chest wall, breast and tumour in the operating position, as a structure set of the exported series.
+//! Body, chest wall, breast and tumour in the operating position, as a structure set of the
+//! exported series.
 
 use crate::Error;
 use std::f64::consts::TAU;
@@ -37,7 +38,8 @@ pub(crate) struct OwnRegions<'a> {
 /// Writes the regions as a structure set of an exported series; warnings.
 ///
 /// # Errors
-/// When the series cannot be read, the user stopped, or the file cannot be written or does not read back.
+/// When the series cannot be read, the user stopped, or the file cannot be written or does not read
+/// back.
 pub(crate) fn write_own_regions(
     regions: &OwnRegions<'_>,
     series: &Path,

@@ -37,8 +37,8 @@ pub struct Goal {
 impl Refine {
     /// What the mesher has to know for a mesh of that many tetrahedra of this tissue.
     ///
-    /// For a goal a first mesh is made and solved, and its tetrahedra are judged by what they add to the
-    /// error there.
+    /// For a goal a first mesh is made and solved, and its tetrahedra are judged by what they add
+    /// to the error there.
     ///
     /// # Errors
     /// As the mesher's and the solver's.

@@ -27,11 +27,12 @@ pub struct RegisteredSeries<'a> {
     pub exported: &'a Path,
 }
 
-/// Writes `deformable.dcm` and `chest-wall.dcm` into `folder`: registrations of an exported series with the CT it was
-/// made from.
+/// Writes `deformable.dcm` and `chest-wall.dcm` into `folder`: registrations of an exported series
+/// with the CT it was made from.
 ///
-/// `deformation` as the solver gave it, `fields` those of it on voxels of the CT, by which the vectors are judged. The vectors
-/// ([`resampling`]) lie on a coarser grid around what moves; beyond it nothing does.
+/// `deformation` as the solver gave it, `fields` those of it on voxels of the CT, by which the
+/// vectors are judged. The vectors ([`resampling`]) lie on a coarser grid around what moves; beyond
+/// it nothing does.
 ///
 /// # Errors
 /// When the exported series cannot be read, or a file cannot be written.
@@ -87,8 +88,8 @@ fn write(
     Ok(())
 }
 
-/// A grid that covers the CT, its first place on the first voxel: vectors [`PIXELS`] pixels apart in a slice and as far, or
-/// in every slice where those lie further apart, along the normal.
+/// A grid that covers the CT, its first place on the first voxel: vectors [`PIXELS`] pixels apart
+/// in a slice and as far, or in every slice where those lie further apart, along the normal.
 fn coarse(ct: &Grid) -> Grid {
     let (size, spacing) = (ct.size(), ct.spacing());
     let mut apart = PIXELS * spacing.x.min(spacing.y);

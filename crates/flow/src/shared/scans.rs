@@ -12,13 +12,16 @@ use supine_register::{
 use supine_report::ScanFit;
 use supine_space::{Pose, Progress, Sphere, Warning};
 
-/// Landmarks this far from those of the CT after the best pose are of another point, mm rms: rough picks were 3 to 6 mm off.
+/// Landmarks this far from those of the CT after the best pose are of another point, mm rms: rough
+/// picks were 3 to 6 mm off.
 const LANDMARKS_MM: f64 = 20.0;
 /// Poses that are followed when no landmark tells.
 const POSES: usize = 3;
-/// A scan of a patient who lies as in the CT lies this near to its skin, mm rms; 0.35 mm on synthetic patients.
+/// A scan of a patient who lies as in the CT lies this near to its skin, mm rms; 0.35 mm on
+/// synthetic patients.
 const SUPINE_MM: f64 = 1.5;
-/// A scanner that measures so much too large or too small is told: 0.1 % is what a right one comes to.
+/// A scanner that measures so much too large or too small is told: 0.1 % is what a right one comes
+/// to.
 const SCALE: f64 = 0.005;
 /// The mirror image of a mirrored scan fits the skin so much better, as a share of the objective.
 const MIRRORED: f64 = 0.5;

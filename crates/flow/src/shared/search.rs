@@ -44,8 +44,8 @@ pub struct Try {
     pub seconds: f64,
 }
 
-/// Asks for meshes by edge length (mm) until one has about the asked number of tetrahedra, and returns
-/// the nearest. `volume`: of what is meshed, mm³.
+/// Asks for meshes by edge length (mm) until one has about the asked number of tetrahedra, and
+/// returns the nearest. `volume`: of what is meshed, mm³.
 ///
 /// # Errors
 /// When a mesh cannot be made or the progress callback says stop.

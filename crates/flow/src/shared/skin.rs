@@ -11,7 +11,8 @@ use supine_volume::{SignedDistance, label};
 /// HU between air and skin.
 const SKIN_HU: f64 = -400.0;
 
-/// The skin between the voxels: as segmented, or where labels were supplied by the CT along their border.
+/// The skin between the voxels: as segmented, or where labels were supplied by the CT along their
+/// border.
 pub(crate) fn skin_distance(
     input: &Imported,
     segmented: &Segmented,

@@ -9,8 +9,8 @@ use supine_volume::{LabelMap, RegionError, SignedDistance, Surfaces};
 const SKIN: &str = "skin.nrrd";
 const CHEST_WALL: &str = "chest_wall.nrrd";
 
-/// Writes the surfaces into a folder, made when there is none: `skin.nrrd` and `chest_wall.nrrd`, as
-/// [`write_signed_distance`] writes them.
+/// Writes the surfaces into a folder, made when there is none: `skin.nrrd` and `chest_wall.nrrd`,
+/// as [`write_signed_distance`] writes them.
 ///
 /// # Errors
 /// When the folder or a file cannot be written, or the callback asked to stop.

@@ -6,8 +6,9 @@ use supine_fem::Cut;
 /// Said by every slice of an export.
 pub(crate) const IMAGE_COMMENTS: &str = "SIMULATED DEFORMATION - not acquired anatomy";
 
-/// What the exported series is called, 59 characters at most: with the result's short name behind it a DICOM LO. Runs of
-/// one patient on other tables or with other tissue are told apart by it in the planning system's list.
+/// What the exported series is called, 59 characters at most: with the result's short name behind
+/// it a DICOM LO. Runs of one patient on other tables or with other tissue are told apart by it in
+/// the planning system's list.
 pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
     let (frame, bed) =
         (if case.export.policy.same_frame { " SAME-FRAME" } else { "" }, case.bed()?);
@@ -19,7 +20,8 @@ pub(crate) fn series_description(case: &Case) -> Result<String, CaseError> {
     Ok(format!("DEFORMED{frame} AP {ap} LAT {lat} {young} {}", case.rest.name()))
 }
 
-/// A number in at most so many decimals, none from 100 on, and its order of magnitude from 10,000 on.
+/// A number in at most so many decimals, none from 100 on, and its order of magnitude from 10,000
+/// on.
 fn short(x: f64, decimals: usize) -> String {
     if x.abs() >= 9999.5 {
         return format!("{x:.0e}");

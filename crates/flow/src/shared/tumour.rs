@@ -25,12 +25,13 @@ pub(crate) struct PlacedTumour {
 /// The sphere of a region, and its frame of reference.
 type Drawn = (Sphere, String);
 
-/// Tumours that were found in structure sets, by the hash of the file and the name of the region: nodes ask often, and a
-/// file may hold hundreds of thousands of points.
+/// Tumours that were found in structure sets, by the hash of the file and the name of the region:
+/// nodes ask often, and a file may hold hundreds of thousands of points.
 #[derive(Debug, Default)]
 pub(crate) struct TumourCache(Mutex<Known>);
 
-/// What was found, and what is odd about how it was drawn, by the hash of the file and the name of the region.
+/// What was found, and what is odd about how it was drawn, by the hash of the file and the name of
+/// the region.
 type Known = BTreeMap<(String, String), (Drawn, Vec<Warning>)>;
 
 impl TumourCache {
@@ -56,8 +57,8 @@ impl TumourCache {
     }
 }
 
-/// The sphere of the volume of a region about its centroid, and the frame of reference of the region; a warning where its
-/// contours leave out planes.
+/// The sphere of the volume of a region about its centroid, and the frame of reference of the
+/// region; a warning where its contours leave out planes.
 ///
 /// # Errors
 /// When no region or several have this name, or its contours enclose no volume.
@@ -84,7 +85,8 @@ pub(crate) fn drawn(
     Ok(((sphere, roi.frame_of_reference.clone()), gap))
 }
 
-/// Names of the regions of a structure set that can be the tumour: those with contours whose name no other has.
+/// Names of the regions of a structure set that can be the tumour: those with contours whose name
+/// no other has.
 ///
 /// # Errors
 /// When the file is no structure set.
@@ -122,7 +124,8 @@ fn not_one(name: &str, times: usize, names: &[&str]) -> String {
     format!("no region of the file is called {name:?}{hint} There are {}", listed.join(", "))
 }
 
-/// That a region was drawn on this CT, by the frame of reference; a warning where that cannot be told.
+/// That a region was drawn on this CT, by the frame of reference; a warning where that cannot be
+/// told.
 ///
 /// # Errors
 /// When it was drawn on another scan.

@@ -6,6 +6,7 @@ use super::table::{CLIPPED, Preset, SAME_FRAME, TABLE, position};
 use super::value::Value;
 use super::{canonical, mesh, tissue};
 use crate::shared::{CarriedFile, CarriedKind, RegionNames, SuppliedLabels};
+use serde_json::{Map, Value as Json};
 use std::path::PathBuf;
 use supine_dicom::{Accept, Clock, Policy, ReadParams};
 use supine_fem::{Cut, Load, RestState, Tissue};
@@ -16,8 +17,8 @@ use supine_warp::Interpolation;
 pub use mesh::{MeshSpec, Refinement};
 pub use tissue::{FitScans, ScansSpec, Stiffness, StiffnessMap};
 
-/// Everything that decides a result, checked. What a command does not need may be absent; who needs it asks by the
-/// methods that name what is missing.
+/// Everything that decides a result, checked. What a command does not need may be absent; who needs
+/// it asks by the methods that name what is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// DICOM folder or file of it, NRRD or NIfTI file.
@@ -52,7 +53,8 @@ pub struct Case {
     pub rest: RestState,
     /// What holds the cut.
     pub cut: Cut,
-    /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when absent.
+    /// Stiffness of the springs when `cut` is [`Cut::Spring`], kPa/mm; the tissue's own when
+    /// absent.
     pub spring_kpa_mm: Option<f64>,
     /// Surface scans: to fit the modulus, and to hold the result against.
     pub scans: Option<ScansSpec>,
@@ -70,6 +72,8 @@ pub struct Case {
     pub tissues: bool,
     /// What is asked of what leaves in DICOM.
     pub export: ExportSpec,
+    /// Every value, defaults included.
+    canonical: Map<String, Json>,
 }
 
 /// Where the tumour is.
@@ -140,11 +144,12 @@ impl Case {
     /// The case of a specification's values.
     ///
     /// # Errors
-    /// [`CaseError::Value`] when values contradict each other, [`CaseError::Missing`] when half of a pair is missing.
+    /// [`CaseError::Value`] when values contradict each other, [`CaseError::Missing`] when half of
+    /// a pair is missing.
     pub(super) fn of(values: &Values) -> Result<Self, CaseError> {
         let given = Given(values);
         let stiffness = tissue::stiffness(given)?;
-        Ok(Self {
+        let mut case = Self {
             ct: given.file("ct"),
             series: given.text("series"),
             exclude: given.names("exclude"),
@@ -179,13 +184,28 @@ impl Case {
             carried: carried(given),
             tissues: given.switch("tissues") || stiffness.is_some(),
             export: export(given)?,
-        })
+            canonical: Map::new(),
+        };
+        case.canonical = canonical::object(&case, values);
+        Ok(case)
     }
 
-    /// Every value that made a result, defaults included, as keys within tables: what a summary holds and a case file
-    /// may hold. Two cases with the same values are the same.
-    pub fn canonical(&self) -> serde_json::Map<String, serde_json::Value> {
-        canonical::object(self)
+    /// Every value that made a result, defaults included, as keys within tables: what a summary
+    /// holds and a case file may hold. Two cases with the same values are the same.
+    pub fn canonical(&self) -> &Map<String, Json> {
+        &self.canonical
+    }
+
+    /// The typed values alone.
+    #[cfg(test)]
+    pub(super) fn without_canonical(mut self) -> Self {
+        self.canonical.clear();
+        self
+    }
+
+    /// The same without what may say who the patient is: for a summary without the patient.
+    pub(crate) fn nameless(&self) -> Map<String, Json> {
+        canonical::nameless(&self.canonical)
     }
 
     /// The CT.

@@ -1,4 +1,5 @@
-//! `KEY=VALUE` as it is typed: the value as a case file has it, or without the marks that a shell eats.
+//! `KEY=VALUE` as it is typed: the value as a case file has it, or without the marks that a shell
+//! eats.
 
 use super::error::CaseError;
 use super::read::{SHORT, Values, is_table, no_table, place, values};
@@ -16,7 +17,8 @@ pub(super) struct Change {
     pub(super) gone: Vec<usize>,
 }
 
-/// Reads a change: a text, a list or a table as TOML; a number or a word as TOML where that fits the key, else as it is typed.
+/// Reads a change: a text, a list or a table as TOML; a number or a word as TOML where that fits
+/// the key, else as it is typed.
 ///
 /// # Errors
 /// [`CaseError`] when there is no such key or the value does not fit.

@@ -59,7 +59,8 @@ pub(super) fn check(values: &Values) -> Result<(), CaseError> {
     if keys.is_empty() { Ok(()) } else { Err(CaseError::Incomplete { keys, add }) }
 }
 
-/// The line to add; of a table of which half is there, the whole in its place, since TOML has no second half elsewhere.
+/// The line to add; of a table of which half is there, the whole in its place, since TOML has no
+/// second half elsewhere.
 fn line(given: Given<'_>, keys: &[&str], lacking: &str, count: usize) -> String {
     let Some(parameter) = position(lacking).map(|n| &TABLE[n]) else { return String::new() };
     let Some(table) = parameter.path().0.filter(|_| count < keys.len()) else {

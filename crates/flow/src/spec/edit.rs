@@ -40,8 +40,8 @@ pub fn edit(text: &str, edits: &[Edit]) -> Result<String, CaseError> {
     Ok(document.to_string())
 }
 
-/// Puts a key into a table of the document, which is made where there is none. A short form becomes the full one,
-/// unless it is the short form's own value that changes.
+/// Puts a key into a table of the document, which is made where there is none. A short form becomes
+/// the full one, unless it is the short form's own value that changes.
 fn put_within(document: &mut Table, table: &str, (name, new): (&str, Option<Item>)) {
     let single = document.get(table).is_some_and(|found| !found.is_table_like());
     if single && SHORT.contains(&table) {

@@ -62,7 +62,8 @@ pub enum CaseError {
         /// The lines, each with a line break before it.
         add: String,
     },
-    /// The summary of a de-identified run names no files, and the case that was kept beside it is gone.
+    /// The summary of a de-identified run names no files, and the case that was kept beside it is
+    /// gone.
     #[error("{path} is of a de-identified run and names no files: run its case file instead")]
     Withheld {
         /// The summary.

@@ -65,7 +65,8 @@ impl Parameter {
     }
 }
 
-/// A text as a case file has it: in '...', where a backslash is a backslash, unless it holds that mark.
+/// A text as a case file has it: in '...', where a backslash is a backslash, unless it holds that
+/// mark.
 pub fn quoted(text: &str) -> String {
     if text.contains('\'') || text.chars().any(char::is_control) {
         return toml::Value::from(text).to_string();

@@ -1,7 +1,7 @@
 //! What decides a result: one table of parameters, values for them, and the case that they make.
 //!
-//! [`TABLE`] is the truth of keys, options, ranges, defaults and help. A [`Spec`] holds values as they were given, from
-//! a case file, a summary or a program; [`Spec::case`] checks them together.
+//! [`TABLE`] is the truth of keys, options, ranges, defaults and help. A [`Spec`] holds values as
+//! they were given, from a case file, a summary or a program; [`Spec::case`] checks them together.
 
 mod canonical;
 mod case;
@@ -40,12 +40,14 @@ use recorded::Recorded;
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
 
-/// Values for the parameters of [`TABLE`], as they were given, and the folder from which their paths lead.
+/// Values for the parameters of [`TABLE`], as they were given, and the folder from which their
+/// paths lead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spec {
     values: Values,
     folder: PathBuf,
-    /// Of a summary that is repeated: the values that name files, with the hashes of what its run read by them.
+    /// Of a summary that is repeated: the values that name files, with the hashes of what its run
+    /// read by them.
     recorded: Recorded,
 }
 
@@ -57,7 +59,8 @@ impl Spec {
 
     /// Reads a case file (TOML) or the `summary.json` of a run, whose case it repeats.
     ///
-    /// Paths in a case file lead from its folder, those in a summary from the folder of its case file.
+    /// Paths in a case file lead from its folder, those in a summary from the folder of its case
+    /// file.
     ///
     /// # Errors
     /// [`CaseError`], naming the key and what to do.
@@ -90,7 +93,8 @@ impl Spec {
         Ok(Self { values: values(&object)?, ..Self::new(folder) })
     }
 
-    /// The case of a summary; of a de-identified run, whose summary names no files, the case that it kept beside it.
+    /// The case of a summary; of a de-identified run, whose summary names no files, the case that
+    /// it kept beside it.
     fn from_summary(text: &str, path: &Path) -> Result<Self, CaseError> {
         let invalid = |reason: String| CaseError::Invalid { path: path.into(), reason };
         let summary: Json = serde_json::from_str(text).map_err(|e| invalid(e.to_string()))?;
@@ -122,8 +126,8 @@ impl Spec {
         self
     }
 
-    /// Keys and paths of the files that the run of a repeated summary read, with the hashes that it recorded, while the
-    /// values are those of the summary.
+    /// Keys and paths of the files that the run of a repeated summary read, with the hashes that it
+    /// recorded, while the values are those of the summary.
     pub(crate) fn recorded(&self) -> impl Iterator<Item = (&'static str, &Path, Vec<&str>)> {
         let same = self
             .recorded
@@ -171,7 +175,8 @@ impl Spec {
         Ok(())
     }
 
-    /// Gives a parameter a value as it is typed on the command line; its paths lead from the working folder.
+    /// Gives a parameter a value as it is typed on the command line; its paths lead from the
+    /// working folder.
     ///
     /// # Errors
     /// As [`Spec::set`].
@@ -183,7 +188,8 @@ impl Spec {
         Ok(())
     }
 
-    /// Makes a change `KEY=VALUE` as it is typed: a table sets each of its keys; paths lead from the working folder.
+    /// Makes a change `KEY=VALUE` as it is typed: a table sets each of its keys; paths lead from
+    /// the working folder.
     ///
     /// # Errors
     /// As [`Spec::set`].
@@ -204,8 +210,9 @@ impl Spec {
         Ok(())
     }
 
-    /// Gives values as a case file has them, by keys or tables of keys, on top of those that are given; `null` takes one
-    /// away. A tumour that is given whole takes the place of one that was given in the other way.
+    /// Gives values as a case file has them, by keys or tables of keys, on top of those that are
+    /// given; `null` takes one away. A tumour that is given whole takes the place of one that was
+    /// given in the other way.
     ///
     /// # Errors
     /// As [`Spec::set`].
@@ -258,7 +265,8 @@ impl Spec {
     /// The values checked together.
     ///
     /// # Errors
-    /// [`CaseError::Value`] when they contradict each other, [`CaseError::Missing`] when half of a pair is missing.
+    /// [`CaseError::Value`] when they contradict each other, [`CaseError::Missing`] when half of a
+    /// pair is missing.
     pub fn case(&self) -> Result<Case, CaseError> {
         Case::of(&self.values)
     }

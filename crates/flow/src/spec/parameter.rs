@@ -1,5 +1,8 @@
 //! What a row of the table of parameters says.
 
+use super::case::Case;
+use serde_json::Value as Json;
+
 /// What a value may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -59,6 +62,22 @@ pub struct Parameter {
     pub option: &'static str,
     /// One line for people.
     pub help: &'static str,
+    /// How the canonical form has it where that rests on other values too.
+    pub(super) derived: Option<fn(&Case) -> Json>,
+}
+
+impl Parameter {
+    /// A value that rests on others, in place of what was given or the default.
+    pub(super) const fn derived(mut self, by: fn(&Case) -> Json) -> Self {
+        self.derived = Some(by);
+        self
+    }
+
+    /// Whether its value may say who the patient is: texts, names and files are whatever somebody
+    /// typed.
+    pub(super) fn may_identify(&self) -> bool {
+        matches!(self.kind, Kind::Text | Kind::File | Kind::Files | Kind::Names)
+    }
 }
 
 /// What holds when a parameter is not given.
@@ -88,5 +107,5 @@ pub(super) const fn row(
     default: Preset,
     help: &'static str,
 ) -> Parameter {
-    Parameter { key, kind, unit, default, option, help }
+    Parameter { key, kind, unit, default, option, help, derived: None }
 }

@@ -1,4 +1,5 @@
-//! Nested keys and values to the table's parameters: unknown ones are refused and the nearest known one is named.
+//! Nested keys and values to the table's parameters: unknown ones are refused and the nearest known
+//! one is named.
 
 use super::error::CaseError;
 use super::table::{TABLE, position};

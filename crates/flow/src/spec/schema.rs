@@ -5,7 +5,8 @@ use super::stroke;
 use super::table::{Kind, Parameter, Preset, TABLE};
 use serde_json::{Map, Value as Json, json};
 
-/// Which format of case files the schema is of: another number where files of before no longer hold.
+/// Which format of case files the schema is of: another number where files of before no longer
+/// hold.
 const CASE_ID: &str = "urn:supine:schema:case:1";
 
 /// The JSON schema (2020-12) of a case file, after its TOML is read.
@@ -45,7 +46,8 @@ pub fn case_schema() -> Json {
     })
 }
 
-/// The tables that are given in one of two ways, and what each way needs: `{ centre, radius }` or `{ structure, file }`.
+/// The tables that are given in one of two ways, and what each way needs: `{ centre, radius }` or
+/// `{ structure, file }`.
 fn either() -> Vec<(&'static str, Json)> {
     let mut tables: Vec<(&str, [Vec<&str>; 2])> = vec![];
     for parameter in TABLE {

@@ -1,4 +1,5 @@
-//! Strokes of a brush as a case file holds them: `{ tissue = "chest_wall", radius = 6.0, points = [[x, y, z], ...] }`.
+//! Strokes of a brush as a case file holds them: `{ tissue = "chest_wall", radius = 6.0, points =
+//! [[x, y, z], ...] }`.
 
 use serde_json::{Value as Json, json};
 use supine_space::Point;

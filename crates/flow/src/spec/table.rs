@@ -1,6 +1,7 @@
-//! The one table of parameters. The case file, the options of the command line, `summary.json`, the guide's table and
-//! the JSON schema are made from it.
+//! The one table of parameters. The case file, the options of the command line, `summary.json`, the
+//! guide's table and the JSON schema are made from it.
 
+use super::canonical;
 use super::parameter::row;
 pub use super::parameter::{Kind, Parameter, Preset};
 use Preset::{Absent, Required};
@@ -16,7 +17,8 @@ const MODULUS: Kind = Kind::Number { min: 0.001, max: 1e6 };
 const TILT: Kind = Kind::Number { min: -90.0, max: 90.0 };
 /// Radii of spheres within a patient, mm.
 const RADIUS: Kind = Kind::Number { min: 0.1, max: 500.0 };
-/// Beyond these radii of a tumour, mm, a diameter or a typing error is likelier than a breast that is operated.
+/// Beyond these radii of a tumour, mm, a diameter or a typing error is likelier than a breast that
+/// is operated.
 const TUMOUR_RADIUS: Kind = Kind::Number { min: 0.5, max: 50.0 };
 
 /// All parameters, in the order in which they are shown.
@@ -175,15 +177,15 @@ pub static TABLE: &[Parameter] = &[
         "mm",
         Absent("4"),
         "longest edge wanted in the tumour, with refine = \"tumour\"",
-    ),
+    ).derived(canonical::tumour_edge),
     row(
         ("mesh.tumour_growth", "tumour-growth"),
         Kind::Number { min: 0.05, max: 2.0 },
         "mm/mm",
         Absent("0.5"),
         "growth of that length with the distance from the tumour, with refine = \"tumour\"",
-    ),
-    row(("tissue.young", "young"), MODULUS, "kPa", Absent("0.609"), "Young's modulus"),
+    ).derived(canonical::tumour_growth),
+    row(("tissue.young", "young"), MODULUS, "kPa", Absent("0.609"), "Young's modulus").derived(canonical::young),
     row(
         ("tissue.poisson", "poisson"),
         Kind::Number { min: 0.0, max: 0.4998 },
@@ -204,7 +206,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Choice("net"),
         "rest state: net takes the CT shape as free of stress, unloaded finds the shape without gravity first",
-    ),
+    ).derived(canonical::rest),
     row(
         ("tissue.cut", "cut"),
         Kind::Choice(&["spring", "free", "fixed"]),
@@ -232,28 +234,28 @@ pub static TABLE: &[Parameter] = &[
         "kPa",
         Absent("in proportion"),
         "Young's modulus of fat, with a map; with `scans.sitting` the moduli say proportions, and are fitted if none is given",
-    ),
+    ).derived(canonical::modulus::<0>),
     row(
         ("tissue.gland", "gland"),
         MODULUS,
         "kPa",
         Absent("1.5 x fat"),
         "Young's modulus of gland, with a map",
-    ),
+    ).derived(canonical::modulus::<1>),
     row(
         ("tissue.skin", "skin"),
         MODULUS,
         "kPa",
         Absent("16 x fat"),
         "Young's modulus of skin, with a map",
-    ),
+    ).derived(canonical::modulus::<2>),
     row(
         ("tissue.tumour", "tumour"),
         MODULUS,
         "kPa",
         Absent("6 x fat"),
         "Young's modulus of the tumour, with a map",
-    ),
+    ).derived(canonical::modulus::<3>),
     row(
         ("tissue.young_interval", "young-interval"),
         Kind::Interval { min: 0.001, max: 1e6 },
@@ -295,7 +297,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Choice("auto"),
         "unit of length of the scans and their landmarks; auto: mm or m, by the size of the scan",
-    ),
+    ).derived(canonical::scan_unit),
     row(
         ("seeds.file", "seeds"),
         Kind::Files,
@@ -365,7 +367,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Preset::Switch(false),
         "label fat, gland, skin, tumour and implant too, for the report",
-    ),
+    ).derived(canonical::tissues),
     row(
         ("warp.interpolation", "interpolation"),
         Kind::Choice(&["cubic", "linear", "lanczos3"]),
@@ -436,7 +438,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Absent("true"),
         "registrations with the CT beside the exported series; not with its frame of reference",
-    ),
+    ).derived(canonical::registration),
     row(
         ("export.structures", "regions"),
         Kind::Switch,
@@ -457,7 +459,7 @@ pub static TABLE: &[Parameter] = &[
         "",
         Absent("the time of the run"),
         "date and time that the exported objects bear, YYYY-MM-DD HH:MM:SS",
-    ),
+    ).derived(canonical::clock),
 ];
 
 /// The place of a key in the table.

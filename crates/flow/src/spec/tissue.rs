@@ -43,18 +43,20 @@ pub struct Stiffness {
     pub given: bool,
 }
 
-/// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is said.
+/// Young's moduli of fat, gland, skin and tumour in proportion to that of fat, when nothing else is
+/// said.
 ///
-/// Only the proportions are taken from samples: cut out and squeezed, fat has some 3 kPa (Samani, Zubovits
-/// and Plewes, Phys. Med. Biol. 52, 2007) to 18 kPa (Krouskop et al., Ultrasonic Imaging 20, 1998), several
-/// times what breasts show that move under their weight, 0.3 to 2 kPa. The level is therefore the modulus
-/// of the case, kept as the mean over the mesh.
+/// Only the proportions are taken from samples: cut out and squeezed, fat has some 3 kPa (Samani,
+/// Zubovits and Plewes, Phys. Med. Biol. 52, 2007) to 18 kPa (Krouskop et al., Ultrasonic Imaging
+/// 20, 1998), several times what breasts show that move under their weight, 0.3 to 2 kPa. The level
+/// is therefore the modulus of the case, kept as the mean over the mesh.
 ///
-/// * Gland 1.5: as stiff as fat in Samani's samples, 1.6 times in Krouskop's at 5 % compression and 2.4
-///   times at 20 %.
+/// * Gland 1.5: as stiff as fat in Samani's samples, 1.6 times in Krouskop's at 5 % compression and
+///   2.4 times at 20 %.
 /// * Tumour 6: malignant tumours were 3 to 6 times as stiff as gland (Samani), so 4 times 1.5.
-/// * Skin 16: 4 kPa beside 0.2 to 0.3 kPa in breasts fitted to several poses (Mira et al., Clin. Biomech.
-///   60, 2018), 56 beside 3 kPa by suction on volunteers (Briot et al., Clin. Biomech. 2022).
+/// * Skin 16: 4 kPa beside 0.2 to 0.3 kPa in breasts fitted to several poses (Mira et al., Clin.
+///   Biomech. 60, 2018), 56 beside 3 kPa by suction on volunteers (Briot et al., Clin. Biomech.
+///   2022).
 const PROPORTIONS: [f64; 4] = [1.0, 1.5, 16.0, 6.0];
 pub(super) const KEYS: [&str; 4] = ["tissue.fat", "tissue.gland", "tissue.skin", "tissue.tumour"];
 
@@ -149,7 +151,8 @@ pub struct FitScans {
 /// The scans of a case.
 ///
 /// # Errors
-/// [`CaseError::Missing`] without any scan where landmarks or a unit are given, and as [`fit_scans`].
+/// [`CaseError::Missing`] without any scan where landmarks or a unit are given, and as
+/// [`fit_scans`].
 pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
     let (intraop, fit) = (given.file("scans.intraop"), fit_scans(given)?);
     if fit.is_none() && intraop.is_none() {
@@ -163,7 +166,8 @@ pub(super) fn scans(given: Given<'_>) -> Result<Option<ScansSpec>, CaseError> {
 /// The scans to which the modulus is fitted.
 ///
 /// # Errors
-/// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of the sitting patient.
+/// [`CaseError::Value`] when a modulus is given beside them, [`CaseError::Missing`] without that of
+/// the sitting patient.
 fn fit_scans(given: Given<'_>) -> Result<Option<FitScans>, CaseError> {
     let supine = given.file("scans.supine");
     let Some(sitting) = given.file("scans.sitting") else {

@@ -71,8 +71,8 @@ impl Value {
         found.ok_or_else(|| unfit(parameter, &short(given), hint::of_value(parameter.kind, given)))
     }
 
-    /// The value of a parameter as it is typed on the command line: words and paths without quotation marks, numbers
-    /// of a position with commas between them, positions with semicolons.
+    /// The value of a parameter as it is typed on the command line: words and paths without
+    /// quotation marks, numbers of a position with commas between them, positions with semicolons.
     ///
     /// # Errors
     /// As [`Value::of`].
@@ -166,7 +166,8 @@ fn texts(given: &Json) -> Option<Vec<String>> {
     }
 }
 
-/// A value as messages show it: a number without the `.0` that one way of typing it has and another has not.
+/// A value as messages show it: a number without the `.0` that one way of typing it has and another
+/// has not.
 fn short(given: &Json) -> String {
     const LENGTH: usize = 60;
     let text = match given.as_f64() {

@@ -40,7 +40,7 @@ struct Cold(Mutex<BTreeMap<(String, usize), String>>);
 
 impl Cold {
     fn result(&self, case: &Spec, base: &Path, which: usize) -> String {
-        let canonical = case.case().unwrap().canonical();
+        let canonical = case.case().unwrap().canonical().clone();
         let name = serde_json::to_string(&canonical).unwrap();
         let key = (name, which);
         if let Some(known) = self.0.lock().unwrap().get(&key) {

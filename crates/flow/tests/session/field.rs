@@ -1,4 +1,5 @@
-//! Where the scanner reconstructed nothing a mesh is cut, whatever tells of it, and what would come from there is told.
+//! Where the scanner reconstructed nothing a mesh is cut, whatever tells of it, and what would come
+//! from there is told.
 
 use crate::support::full_size_patient;
 use std::path::Path;
@@ -17,7 +18,8 @@ const ROWS: usize = 85;
 const PLACE: &str = "tumour = { centre = [130.0, -65.0, -594.5], radius = 5.0 }\n\
                      region = { centre = [130.0, -45.0, -594.5], radius = 45.0 }\n";
 
-/// The patient's CT in a file, with one value beyond a circle about the middle; the text of her case.
+/// The patient's CT in a file, with one value beyond a circle about the middle; the text of her
+/// case.
 fn cut(folder: &Path, fill: i16) -> (String, Field) {
     let case = full_size_patient(folder);
     let ct = read_ct(&folder.join("ct"), &Default::default(), Progress::none()).unwrap().ct;
@@ -78,7 +80,8 @@ fn a_mesh_is_cut_where_the_field_ends_and_what_comes_from_beyond_is_told() {
         session(case, dir.path()).with_folder(folder).unwrap().mesh(&request).unwrap()
     };
     kept(&case);
-    // Another mesh of what the folder keeps, for which no CT is read, is that of a session that kept nothing.
+    // Another mesh of what the folder keeps, for which no CT is read, is that of a session that
+    // kept nothing.
     let finer = case.replace("tetrahedra = 500", "tetrahedra = 600");
     let cold = session(&finer, dir.path());
     let (mesh, ct) = (cold.mesh(&request).unwrap(), cold.ct(&request).unwrap());
@@ -93,7 +96,8 @@ fn a_mesh_is_cut_where_the_field_ends_and_what_comes_from_beyond_is_told() {
     assert_eq!(beyond_cm3(dir.path(), &mesh, 0.0), 0.0);
 }
 
-/// What `supine warp` tells of a mesh that moves along x as a whole, its end at the circle taken for skin, cm³.
+/// What `supine warp` tells of a mesh that moves along x as a whole, its end at the circle taken
+/// for skin, cm³.
 fn beyond_cm3(folder: &Path, mesh: &TetMesh, shift: f64) -> f64 {
     let mesh = mesh.clone().tagged(|_, _| BoundaryTag::Skin);
     let moved = vec![Vector::new(shift, 0.0, 0.0); mesh.points().len()];

@@ -1,4 +1,5 @@
-//! Nothing is lost: neither a result, nor what a user keeps beside it, and no result is taken for that of another patient.
+//! Nothing is lost: neither a result, nor what a user keeps beside it, and no result is taken for
+//! that of another patient.
 
 use crate::support::{
     assert_same, finished_patient, patient, read_all, run, value as dicom_value, write_all,

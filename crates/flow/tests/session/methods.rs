@@ -1,7 +1,9 @@
-//! The version of a node's method is raised when its bytes change: results in folders are known by it.
+//! The version of a node's method is raised when its bytes change: results in folders are known by
+//! it.
 //!
-//! What each node leaves on the patient in full size is pinned in `methods.json`, for each kind of processor on which it was
-//! pinned: the last bits of a sum of products depend on it. With `SUPINE_PIN_METHODS=1` the test pins anew.
+//! What each node leaves on the patient in full size is pinned in `methods.json`, for each kind of
+//! processor on which it was pinned: the last bits of a sum of products depend on it. With
+//! `SUPINE_PIN_METHODS=1` the test pins anew.
 
 use crate::support::{full_size_patient, run};
 use serde_json::{Map, Value, json};
@@ -28,7 +30,8 @@ fn processor() -> &'static str {
     std::env::consts::ARCH
 }
 
-/// What a node left: version of its method, keys it was made from, hash of all that its record tells.
+/// What a node left: version of its method, keys it was made from, hash of all that its record
+/// tells.
 struct Left {
     method: u64,
     parents: Vec<String>,
@@ -96,7 +99,8 @@ fn a_nodes_bytes_change_with_the_version_of_its_method() {
         let one = |(node, left): &(NodeId, Left)| {
             (node.name().to_owned(), json!({ "method": left.method, "bytes": left.bytes }))
         };
-        // Pins of other processors for other versions say nothing any more; they are made there anew.
+        // Pins of other processors for other versions say nothing any more; they are made there
+        // anew.
         known.retain(|_, pins| pins.as_object().is_some_and(|pins| renewed(&all, pins).is_empty()));
         known.insert(processor().into(), all.iter().map(one).collect::<Map<_, _>>().into());
         std::fs::write(pinned(), serde_json::to_string_pretty(&known).unwrap() + "\n").unwrap();

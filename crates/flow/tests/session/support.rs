@@ -1,6 +1,7 @@
-//! The patient of these tests: the middle slices of the fixture, a small sphere, a coarse mesh. Where the size of her CT is
-//! not what is tested, its pixels are three times as wide. With some other widths (two and four) a change of the tumour's
-//! place moved the nipple, and what must be left alone was made again.
+//! The patient of these tests: the middle slices of the fixture, a small sphere, a coarse mesh.
+//! Where the size of her CT is not what is tested, its pixels are three times as wide. With some
+//! other widths (two and four) a change of the tumour's place moved the nipple, and what must be
+//! left alone was made again.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -34,7 +35,8 @@ pub(crate) fn finished_patient(folder: &Path) -> String {
     patient(folder)
 }
 
-/// The patient's finished run, equal to a second one: whichever process of this test program needs it first makes both.
+/// The patient's finished run, equal to a second one: whichever process of this test program needs
+/// it first makes both.
 fn first_run() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("session");
     std::fs::create_dir_all(&folder).unwrap();
@@ -78,7 +80,8 @@ fn coarse() -> Files {
     slices.map(|(k, (name, file))| (name, coarser(file, &ct, k))).collect()
 }
 
-/// A slice whose pixels are the means of squares of those of the CT, uncompressed; all else that it tells stays.
+/// A slice whose pixels are the means of squares of those of the CT, uncompressed; all else that it
+/// tells stays.
 fn coarser(mut file: Vec<u8>, ct: &Ct, k: usize) -> Vec<u8> {
     let grid = ct.grid();
     let [n, middle] = [grid.size()[0] / WIDER, WIDER - 1];
@@ -219,7 +222,8 @@ pub(crate) fn assert_same(what: &str, kept: &Path, cold: &Path) {
     same_files(what, &results(kept), &results(cold));
 }
 
-/// Says which files of the stages before the report differ, or their records: keys, facts, warnings.
+/// Says which files of the stages before the report differ, or their records: keys, facts,
+/// warnings.
 pub(crate) fn assert_same_stages(what: &str, kept: &Path, cold: &Path) {
     let apart = ["log.jsonl", "previous/", ".stages/pictures", ".stages/report"];
     let [kept, cold] = [kept, cold].map(|out| {

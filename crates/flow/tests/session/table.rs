@@ -1,5 +1,5 @@
-//! Every parameter, and every input file's bytes, changed in a finished run: the result equals that of a cold run to the
-//! byte, and what the change does not reach is not made again.
+//! Every parameter, and every input file's bytes, changed in a finished run: the result equals that
+//! of a cold run to the byte, and what the change does not reach is not made again.
 
 use crate::support::{
     assert_same, assert_same_stages, finished_patient, full_size_patient, patient, run, run_stages,
@@ -31,16 +31,17 @@ const SERIES: &[NodeId] = &[
 /// A key, another value for it as TOML, and what that leaves alone.
 type Change<'a> = (&'a str, &'a str, &'a [NodeId]);
 
-/// How far a change is followed. The report takes up the whole case and is written anew after any change, so that it cannot
-/// be an old one: it is compared where a change reaches little else, and at the end of each walk.
+/// How far a change is followed. The report takes up the whole case and is written anew after any
+/// change, so that it cannot be an old one: it is compared where a change reaches little else, and
+/// at the end of each walk.
 #[derive(Clone, Copy)]
 enum To {
     Stages,
     Report,
 }
 
-/// Every key: what comes before the tissue, the tissue, and what comes after. A key with several rows is changed several
-/// times.
+/// Every key: what comes before the tissue, the tissue, and what comes after. A key with several
+/// rows is changed several times.
 const CHANGES: [&[Change<'_>]; 3] = [GEOMETRY, TISSUE, RESULTS];
 
 const GEOMETRY: &[Change<'_>] = &[
@@ -239,7 +240,8 @@ impl Walk {
         made
     }
 
-    /// Runs the case again whose cold run was the last one, and of which none of the files that it names has changed.
+    /// Runs the case again whose cold run was the last one, and of which none of the files that it
+    /// names has changed.
     fn repair(&self, what: &str) -> Vec<NodeId> {
         let made = self.again(what);
         assert_same(what, &self.out(), &self.cold());
@@ -358,7 +360,8 @@ fn every_input_files_bytes_count() {
     walk.change(("seeds.file", "\"exclude.csv\"", NOTHING), To::Report);
 }
 
-/// Makes a slice brighter by 1 HU, whether its pixels are compressed or not: the number that is added to them is text.
+/// Makes a slice brighter by 1 HU, whether its pixels are compressed or not: the number that is
+/// added to them is text.
 fn brighten(ct: &Path, name: &str) {
     let path = ct.join(name);
     let mut file = fs::read(&path).unwrap();

@@ -5,15 +5,16 @@ use std::sync::{Condvar, Mutex};
 use std::time::{Duration, Instant};
 use supine_flow::{NodeId, Observer, Options, RunFolder, Session, Spec};
 
-/// Two stages that rest on the CT alone. Nothing is at work on the session's threads when they begin, so that they may
-/// be held up there: a thread that waits for a share of some other stage could take up one of them and would then wait
-/// for itself.
+/// Two stages that rest on the CT alone. Nothing is at work on the session's threads when they
+/// begin, so that they may be held up there: a thread that waits for a share of some other stage
+/// could take up one of them and would then wait for itself.
 const PAIR: [NodeId; 2] = [NodeId::Source, NodeId::Tumour];
-/// However busy the machine, the second of them has begun by then, if it does not wait for the first to end.
+/// However busy the machine, the second of them has begun by then, if it does not wait for the
+/// first to end.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// Lets neither of the pair go on before both have begun, and then both work at once for longer than the run took to come
-/// to them.
+/// Lets neither of the pair go on before both have begun, and then both work at once for longer
+/// than the run took to come to them.
 struct Together {
     begun: Instant,
     /// How many of the pair have begun.

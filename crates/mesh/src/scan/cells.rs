@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use supine_space::Point;
 
-/// Bits of a cell's place along an axis. What lies farther out than they reach shares the outermost cells.
+/// Bits of a cell's place along an axis. What lies farther out than they reach shares the outermost
+/// cells.
 const BITS: u32 = 21;
 /// So many points tell the middle.
 const SAMPLE: usize = 1000;
@@ -48,7 +49,8 @@ fn middle(points: &[Point]) -> Point {
     [0, 1, 2].map(median).into()
 }
 
-/// For each cell of a grid of this spacing the point nearest to the mean of those in it, by ascending index.
+/// For each cell of a grid of this spacing the point nearest to the mean of those in it, by
+/// ascending index.
 pub(super) fn representatives(points: &[Point], spacing_mm: f64) -> Vec<u32> {
     let cells = cells(points, spacing_mm);
     let shares: Vec<&[(u64, u32)]> = cells.chunk_by(|a, b| a.0 == b.0).collect();

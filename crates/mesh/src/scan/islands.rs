@@ -7,7 +7,8 @@ use supine_space::Point;
 
 /// A piece of this share of the points is part of the scan.
 const PIECE: f64 = 0.01;
-/// Triangles that would leave out more than this share of the points do not tell what hangs together.
+/// Triangles that would leave out more than this share of the points do not tell what hangs
+/// together.
 const TORN: f64 = 0.1;
 /// Points this near belong together, mm, and the same in spacings of the scan.
 const NEAR_MM: f64 = 8.0;

@@ -10,11 +10,12 @@ use supine_space::{Matrix, Point, Vector};
 const USABLE: f64 = 0.5;
 /// Given normals whose mean is longer than this are all alike: nobody computed them.
 const ALIKE: f64 = 0.999;
-/// Triangles around a point disagree about the sides where less than this share of their area remains in the sum, and
-/// tell nothing when that is so at more than a share of the points.
+/// Triangles around a point disagree about the sides where less than this share of their area
+/// remains in the sum, and tell nothing when that is so at more than a share of the points.
 const AGREE: f64 = 0.5;
 const DISAGREE: f64 = 0.05;
-/// Planes go through points this far apart, mm, so that noise does not tilt them, and through so many beside the first.
+/// Planes go through points this far apart, mm, so that noise does not tilt them, and through so
+/// many beside the first.
 const SPARSE_MM: f64 = 2.0;
 const AROUND: usize = 16;
 /// A missing normal is the mean of so many near by.
@@ -64,7 +65,8 @@ fn usable(mut normals: Vec<Vector>) -> Option<Vec<Vector>> {
         .then_some(normals)
 }
 
-/// The mean of the triangles around each point by their area, zero where there is none; `None` when they do not tell.
+/// The mean of the triangles around each point by their area, zero where there is none; `None` when
+/// they do not tell.
 fn from_triangles(scan: &Scan) -> Option<Vec<Vector>> {
     let mut sums = vec![(Vector::zeros(), 0.0); scan.points.len()];
     for triangle in &scan.triangles {
@@ -115,7 +117,8 @@ fn plane<'a>(points: impl ExactSizeIterator<Item = &'a Point> + Clone) -> Option
     thinnest(&(spread / count))
 }
 
-/// The direction in which a symmetric matrix has its smallest eigenvalue, `None` when there are several.
+/// The direction in which a symmetric matrix has its smallest eigenvalue, `None` when there are
+/// several.
 ///
 /// Source: Smith, Commun. ACM 4, 1961, for the eigenvalue.
 fn thinnest(matrix: &Matrix) -> Option<Vector> {

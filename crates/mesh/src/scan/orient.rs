@@ -9,8 +9,9 @@ use supine_space::{Point, Vector};
 /// From each point its side goes on to so many near by, and to those that it is near to.
 pub(super) const LINKS: usize = 8;
 
-/// Turns normals so that neighbours agree, most parallel ones first, and that most of each connected part point away from the
-/// middle of the points. `links` lead from each point to some near by.
+/// Turns normals so that neighbours agree, most parallel ones first, and that most of each
+/// connected part point away from the middle of the points. `links` lead from each point to some
+/// near by.
 ///
 /// Source: Hoppe et al., Surface reconstruction from unorganized points, SIGGRAPH 1992.
 pub(super) fn orient(points: &[Point], normals: &mut [Vector], links: &[Vec<u32>]) {

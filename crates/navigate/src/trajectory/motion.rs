@@ -1,10 +1,12 @@
-//! The motion without tracker: where the tip is, how far the tool is turned, and how much the hand trembles.
+//! The motion without tracker: where the tip is, how far the tool is turned, and how much the hand
+//! trembles.
 
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::TAU;
 use supine_space::{Matrix, Vector};
 
-/// From the tumour bed to the side where the tool enters, LPS: left, anterior, superior. A unit vector.
+/// From the tumour bed to the side where the tool enters, LPS: left, anterior, superior. A unit
+/// vector.
 pub(super) const ENTRY: [f64; 3] = [0.36, -0.80, 0.48];
 /// From here to the bed the tool is in tissue, mm.
 const SKIN_MM: f64 = 40.0;
@@ -165,13 +167,15 @@ impl Moment {
         }
     }
 
-    /// Whether the tool is elsewhere than a moment `before` of the same phase although it jumps only now and then.
+    /// Whether the tool is elsewhere than a moment `before` of the same phase although it jumps
+    /// only now and then.
     pub(super) fn jumped(&self, before: f64) -> bool {
         self.phase == Phase::Jumps && jump(before) != jump(self.done)
     }
 }
 
-/// Axes of the tool as columns, LPS, when it is not turned: z points out of the tip, away from the entry; x is level.
+/// Axes of the tool as columns, LPS, when it is not turned: z points out of the tip, away from the
+/// entry; x is level.
 pub(super) fn tool_axes() -> Matrix {
     let z = -Vector::from(ENTRY);
     let x = Vector3::new(z.y, -z.x, 0.0).normalize();
@@ -183,7 +187,8 @@ pub(super) fn about(axis: Vector, angle: f64) -> Matrix {
     Rotation3::from_scaled_axis(axis * angle).into_inner()
 }
 
-/// The step from 0 to 1 with the least jerk; beyond its ends it stays. Source: Flash and Hogan 1985.
+/// The step from 0 to 1 with the least jerk; beyond its ends it stays. Source: Flash and Hogan, J.
+/// Neurosci. 5, 1985.
 fn smooth(a: f64) -> f64 {
     let a = a.clamp(0.0, 1.0);
     a * a * a * (10.0 - 15.0 * a + 6.0 * a * a)

@@ -56,10 +56,12 @@ pub(crate) struct Line<const N: usize> {
     pub(crate) values: [f64; N],
 }
 
-/// The lines of a table: a label, if one is asked for, and the numbers in these columns. Other columns are passed over.
+/// The lines of a table: a label, if one is asked for, and the numbers in these columns. Other
+/// columns are passed over.
 ///
 /// # Errors
-/// When the header lacks a column or has it twice, a line has another number of fields, or a field is no finite number.
+/// When the header lacks a column or has it twice, a line has another number of fields, or a field
+/// is no finite number.
 pub(crate) fn read<const N: usize>(
     text: &str,
     label: Option<&'static str>,
@@ -107,7 +109,8 @@ fn finite(text: &str) -> Option<f64> {
     text.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// Counts lines. The reader's own count lags behind after empty lines and where lines end with CR LF.
+/// Counts lines. The reader's own count lags behind after empty lines and where lines end with CR
+/// LF.
 struct Count<'a> {
     text: &'a [u8],
     /// Up to here the lines are counted.

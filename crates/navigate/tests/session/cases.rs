@@ -247,7 +247,8 @@ fn flows(first: u64) -> Vec<Case> {
     };
     let last = stamp(first + 1199);
     let one = pose(first + 1200);
-    // The pauses are few: with other work a machine makes each of them longer, and a message has 2 s.
+    // The pauses are few: with other work a machine makes each of them longer, and a message has 2
+    // s.
     let bytewise = |raw: &Raw, pause, each: usize| {
         let pause = |n: usize| if n.is_multiple_of(each) { pause } else { NO_TIME };
         raw.bytes().into_iter().enumerate().map(|(n, b)| (vec![b], pause(n))).collect()

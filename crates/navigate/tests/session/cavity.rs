@@ -50,7 +50,8 @@ fn its_wall_is_pushed_and_holds_air() {
     let (answer, deformation) = pushed.unwrap();
     assert!(answer.touches && answer.settled && answer.force_n.x < 0.0, "{answer:?}");
     let after = region.carry(&deformation).unwrap().clone();
-    // Nothing is left where the applicator is now, and what was there is still some tissue farther on.
+    // Nothing is left where the applicator is now, and what was there is still some tissue farther
+    // on.
     let air = |ct: &supine_volume::Ct| {
         (0..26).filter(|mm| hu(ct, side(f64::from(*mm))) == AIR_HU).count()
     };

@@ -6,7 +6,8 @@ use supine_fem::Contact;
 use supine_navigate::Frame;
 use supine_openigtlink::{Start, StatusCode, Verb};
 
-/// The goal is 1 s. This is ten times what a machine with other work needs, and tells only an end that waits for a peer.
+/// The goal is 1 s. This is ten times what a machine with other work needs, and tells only an end
+/// that waits for a peer.
 const AT_THE_LATEST: Duration = Duration::from_secs(30);
 
 #[test]

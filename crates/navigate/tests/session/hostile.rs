@@ -1,5 +1,5 @@
-//! Peers that send what is no message, or no pose, or do not read: each gets what the protocol has for it, and nobody else
-//! notices.
+//! Peers that send what is no message, or no pose, or do not read: each gets what the protocol has
+//! for it, and nobody else notices.
 
 use crate::cases::{Case, Then, Wanted, all};
 use crate::support::{

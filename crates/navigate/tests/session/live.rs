@@ -6,7 +6,8 @@ use supine_navigate::Frame;
 use supine_openigtlink::{Content, Message, StatusCode};
 use supine_space::Vector;
 
-/// What goes over the wire is what the tissue does, with the stamp of the pose, in the frame of the peer.
+/// What goes over the wire is what the tissue does, with the stamp of the pose, in the frame of the
+/// peer.
 #[test]
 fn the_tumour_comes_back_with_the_stamp_of_the_pose() {
     for frame in [Frame::Lps, Frame::Ras] {

@@ -25,7 +25,8 @@ fn of_200_poses_in_one_write_the_last_is_answered_last_and_nothing_queues() {
         client.0.write_all(&bytes).unwrap();
         let last = stamp(poses);
         let (passed, _) = client.passing(|m| answered(m, last));
-        // One that becomes stale meanwhile is told once more, and a prediction is followed once more.
+        // One that becomes stale meanwhile is told once more, and a prediction is followed once
+        // more.
         let told = passed.iter().filter_map(|m| tumour(m).map(|item| (m.stamp.0, item)));
         let stamps: BTreeSet<u64> = told.clone().map(|(stamp, _)| stamp).chain([last.0]).collect();
         answers = stamps.len() as u64;

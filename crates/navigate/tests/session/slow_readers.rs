@@ -8,10 +8,11 @@ use supine_fem::Contact;
 use supine_navigate::Frame;
 use supine_openigtlink::{Start, Verb};
 
-/// Most that may lie in the sockets when the peer is let go, bytes: what the system keeps for both ends.
+/// Most that may lie in the sockets when the peer is let go, bytes: what the system keeps for both
+/// ends.
 const IN_SOCKETS: usize = 32 << 20;
-/// A peer is let go within this: a message under way, and images until the sockets are full. That takes some seconds, and
-/// longer where a machine has other work.
+/// A peer is let go within this: a message under way, and images until the sockets are full. That
+/// takes some seconds, and longer where a machine has other work.
 const LET_GO: Duration = Duration::from_secs(300);
 
 /// A peer that wants all that is large.

@@ -12,7 +12,8 @@ use supine_openigtlink::{Content, Message, Stamp, Status, StatusCode};
 /// Time between two poses of a tracker.
 const EACH: Duration = Duration::from_millis(20);
 
-/// What is told of the silence after a pose. Where a machine has other work there may have been one before, too.
+/// What is told of the silence after a pose. Where a machine has other work there may have been one
+/// before, too.
 fn last_silence(client: &mut Client, last: Stamp) -> Status {
     let silence = |m: &Message| status(m, "Silence");
     client.until(|m| stale(m).filter(|_| m.stamp == last));
@@ -60,7 +61,8 @@ fn silence_makes_the_answer_stale_once_and_a_new_pose_makes_it_good() {
     });
 }
 
-/// The interval of a tracker is known from its second pose on; until then nobody knows how long it may be silent.
+/// The interval of a tracker is known from its second pose on; until then nobody knows how long it
+/// may be silent.
 #[test]
 fn a_slow_tracker_is_not_stale_between_its_first_poses() {
     const SLOW: Duration = Duration::from_millis(120);

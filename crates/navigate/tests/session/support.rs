@@ -146,8 +146,8 @@ pub(crate) fn link(frame: Frame) -> Link {
     Link { listen, connect: None, device: None, frame, frames, late: NEVER_LATE }
 }
 
-/// The waits of all tests end after this: what they wait for comes within a second, and much later only where a machine has
-/// other work.
+/// The waits of all tests end after this: what they wait for comes within a second, and much later
+/// only where a machine has other work.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Tries at something that a machine with other work may spoil by holding the test up.
@@ -268,8 +268,8 @@ impl Client {
         self.until(|message| answered(message, stamp))
     }
 
-    /// Sends poses in the frame of the session until the answer is good: soon, but on a slow machine not with the first. The
-    /// stamp of that pose.
+    /// Sends poses in the frame of the session until the answer is good: soon, but on a slow
+    /// machine not with the first. The stamp of that pose.
     pub(crate) fn good_again(&mut self, frame: Frame, first: u64) -> Stamp {
         let begun = Instant::now();
         for n in first.. {
@@ -337,7 +337,8 @@ pub(crate) fn tumour(message: &Message) -> Option<PointItem> {
     }
 }
 
-/// The tumour's place in balance with the pose of a stamp; on a slow machine it may be stale when it is sent.
+/// The tumour's place in balance with the pose of a stamp; on a slow machine it may be stale when
+/// it is sent.
 pub(crate) fn answered(message: &Message, of: Stamp) -> Option<PointItem> {
     tumour(message).filter(|item| message.stamp == of && item.group.to_string() != "predicted")
 }

@@ -12,8 +12,8 @@ use supine_openigtlink::{Content, Message, StatusCode};
 
 /// Time between two poses of a tracker.
 const EACH: Duration = Duration::from_millis(20);
-/// Time between two poses of a slow one. It leads on for three of these: that it is held up by other work on the machine does
-/// not take the lead from it.
+/// Time between two poses of a slow one. It leads on for three of these: that it is held up by
+/// other work on the machine does not take the lead from it.
 const SLOW: Duration = Duration::from_millis(300);
 /// After so long without a pose another may lead.
 const LEADS: Duration = Duration::from_millis(300);
@@ -82,7 +82,8 @@ fn a_tracker_that_is_silent_for_0_3_s_leads_no_more() {
             std::thread::sleep(EACH);
         }
         assert!(sent.elapsed() >= LEADS);
-        // It leads from now on. Where the test is held up so long that it was silent, too, the first may lead once more.
+        // It leads from now on. Where the test is held up so long that it was silent, too, the
+        // first may lead once more.
         for n in 1.. {
             assert!(sent.elapsed() < PATIENCE, "the first leads on");
             second.pose(stamp(5000 + n), &near(n));

@@ -114,7 +114,8 @@ impl ImageLayout {
         centre.map(|value| value as f32)
     }
 
-    /// The centre of the first voxel of the whole volume, mm: the inverse of [`ImageLayout::centre_of`].
+    /// The centre of the first voxel of the whole volume, mm: the inverse of
+    /// [`ImageLayout::centre_of`].
     pub fn first_voxel(&self) -> [f64; 3] {
         let mut first = self.centre.map(f64::from);
         add_half(&mut first, &self.steps, self.size, -1.0);
@@ -155,8 +156,8 @@ impl Image {
     /// An image of voxels, i fastest, in the order of bytes that the layout names.
     ///
     /// # Errors
-    /// When the part that is sent reaches out of the volume, a voxel has no value, or `data` is not as long
-    /// as [`ImageLayout::data_bytes`].
+    /// When the part that is sent reaches out of the volume, a voxel has no value, or `data` is not
+    /// as long as [`ImageLayout::data_bytes`].
     pub fn new(layout: ImageLayout, data: Vec<u8>) -> Result<Self, LayoutError> {
         if let Some(fault) = layout.fault() {
             return Err(fault);
@@ -183,8 +184,8 @@ impl Image {
         self.data
     }
 
-    /// Reads an IMAGE: u16 1, u8 components, u8 scalar, u8 endian, u8 frame, u16 x 3 size, f32 x 3 x 3 steps,
-    /// f32 x 3 centre, u16 x 3 start, u16 x 3 extent, voxels.
+    /// Reads an IMAGE: u16 1, u8 components, u8 scalar, u8 endian, u8 frame, u16 x 3 size, f32 x 3
+    /// x 3 steps, f32 x 3 centre, u16 x 3 start, u16 x 3 extent, voxels.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, Refusal> {
         let mut reader = Reader::new(
             bytes,

@@ -26,8 +26,8 @@ use tracking::{QuaternionTool, Tool};
 
 pub use transform::Rows;
 
-/// What a message says. Lengths in mm, in the frame of the peer, which the wire does not name: peers take
-/// all numbers as RAS. Only an image carries a flag.
+/// What a message says. Lengths in mm, in the frame of the peer, which the wire does not name:
+/// peers take all numbers as RAS. Only an image carries a flag.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// TRANSFORM: a pose; rows of the 3 x 4 matrix.

@@ -41,8 +41,8 @@ impl Cells {
         Self::default()
     }
 
-    /// Adds a cell. `false`, and nothing is added, when all cells would take 4 GiB, which the format
-    /// cannot say.
+    /// Adds a cell. `false`, and nothing is added, when all cells would take 4 GiB, which the
+    /// format cannot say.
     pub fn push(&mut self, cell: &[u32]) -> bool {
         let words = self.words.len() + 1 + cell.len();
         let Ok(number) = u32::try_from(cell.len()) else { return false };
@@ -228,8 +228,8 @@ impl Attribute {
         number + if self.of == AttributeOf::Cells { CELL } else { 0 }
     }
 
-    /// Reads attributes: for each u8 kind, u8 components, u32 samples; then all names, each with a NUL, and
-    /// one more NUL if their length is odd; then all values.
+    /// Reads attributes: for each u8 kind, u8 components, u32 samples; then all names, each with a
+    /// NUL, and one more NUL if their length is odd; then all values.
     fn read(reader: &mut Reader<'_>, count: u32) -> Result<Vec<Self>, Refusal> {
         let heads = reader.take(6 * u64::from(count))?;
         if count as usize > ATTRIBUTES {
@@ -283,8 +283,8 @@ impl PolyData {
         HEAD + 12 * self.points.len() + 4 * words + attributes.sum::<usize>()
     }
 
-    /// Reads a POLYDATA: u32 points, for vertices, lines, polygons and strips u32 count and u32 bytes, u32
-    /// attributes; then f32 x 3 for each point, the cells, the attributes.
+    /// Reads a POLYDATA: u32 points, for vertices, lines, polygons and strips u32 count and u32
+    /// bytes, u32 attributes; then f32 x 3 for each point, the cells, the attributes.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, Refusal> {
         let mut reader = Reader::new(
             bytes,

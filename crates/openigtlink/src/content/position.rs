@@ -19,14 +19,14 @@ pub enum Rotation {
     None,
     /// x, y and z of a unit quaternion: 24 bytes.
     Vector([f32; 3]),
-    /// Quaternion x, y, z, w, the scalar last; trackers round it, so that it is not quite of length 1:
-    /// 28 bytes.
+    /// Quaternion x, y, z, w, the scalar last; trackers round it, so that it is not quite of length
+    /// 1: 28 bytes.
     Quaternion([f32; 4]),
 }
 
 impl Rotation {
-    /// The quaternion x, y, z, w. Where w was not sent it is sqrt(1 - x^2 - y^2 - z^2), not below 0; of a
-    /// vector longer than 1 the quaternion is not of length 1.
+    /// The quaternion x, y, z, w. Where w was not sent it is sqrt(1 - x^2 - y^2 - z^2), not below
+    /// 0; of a vector longer than 1 the quaternion is not of length 1.
     pub fn quaternion(&self) -> Option<[f32; 4]> {
         match *self {
             Self::None => None,

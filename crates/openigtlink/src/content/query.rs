@@ -23,8 +23,8 @@ pub enum Verb {
     Start(Start),
     /// STP_: no more of them.
     Stop,
-    /// RTS_: whether a start or stop, or a get without another answer, was followed. Send it only to a
-    /// peer that has sent one: some cannot take it.
+    /// RTS_: whether a start or stop, or a get without another answer, was followed. Send it only
+    /// to a peer that has sent one: some cannot take it.
     Reply(Outcome),
 }
 
@@ -57,8 +57,9 @@ pub enum Outcome {
     Failed,
 }
 
-/// Names after the prefix that are not the whole type name: what is written comes first of its type.
-/// Twelve letters are all that the header has for both, and libraries and specification cut differently.
+/// Names after the prefix that are not the whole type name: what is written comes first of its
+/// type. Twelve letters are all that the header has for both, and libraries and specification cut
+/// differently.
 const SHORT: [(&str, &str); 5] = [
     ("TRANS", "TRANSFORM"),
     ("TRANSFOR", "TRANSFORM"),
@@ -67,7 +68,8 @@ const SHORT: [(&str, &str); 5] = [
     (POSITION_TOO, "POSITION"),
 ];
 
-/// The prefix of a query's type name and the type it is about; `None` if it is no query for a known type.
+/// The prefix of a query's type name and the type it is about; `None` if it is no query for a known
+/// type.
 pub(crate) fn parts(kind: &str) -> Option<(&'static str, &'static str)> {
     let prefix = ["GET_", "STT_", "STP_", "RTS_"].into_iter().find(|p| kind.starts_with(p))?;
     let name = kind.strip_prefix(prefix)?;
@@ -86,8 +88,8 @@ impl Query {
         Self { verb, of: of.to_owned() }
     }
 
-    /// Reads the body of a query. That of GET_ and STP_ is empty in all libraries; the specification
-    /// leaves it to the type, so what is there is passed over.
+    /// Reads the body of a query. That of GET_ and STP_ is empty in all libraries; the
+    /// specification leaves it to the type, so what is there is passed over.
     pub(crate) fn read(prefix: &str, of: &str, bytes: &[u8]) -> Result<Self, Refusal> {
         let verb = match prefix {
             "GET_" => Verb::Get,

@@ -1,8 +1,8 @@
 //! How far the modulus would be another with other patches of skin.
 //!
-//! Residuals of a scan are alike over a centimetre and more, so points are not drawn one by one: cells of 30 mm are, with
-//! as many as there are, each as often as it comes, and the fit is done again from the best. Source: block bootstrap,
-//! Künsch, Ann. Stat. 17, 1989.
+//! Residuals of a scan are alike over a centimetre and more, so points are not drawn one by one:
+//! cells of 30 mm are, with as many as there are, each as often as it comes, and the fit is done
+//! again from the best. Source: block bootstrap, Künsch, Ann. Stat. 17, 1989.
 
 use super::FitQuestion;
 use super::family::Family;

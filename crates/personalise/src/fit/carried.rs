@@ -8,11 +8,13 @@ use supine_mesh::{
 use supine_register::Skin;
 use supine_space::{Point, Sphere, Vector};
 
-/// A point of the skin this near to the mesh moves as the mesh does there, mm: the mesh's faces cut corners.
+/// A point of the skin this near to the mesh moves as the mesh does there, mm: the mesh's faces cut
+/// corners.
 const ON_MESH_MM: f64 = 2.5;
 /// Nearer than this to the cut the skin is the breast's edge, mm.
 const EDGE_MM: f64 = 12.0;
-/// The torso beside the mesh counts so much: it is not rigid (see [`crate::fit`]), but fixes the pose.
+/// The torso beside the mesh counts so much: it is not rigid (see [`crate::fit`]), but fixes the
+/// pose.
 const TORSO: f64 = 0.3;
 /// The skin behind this share of the body's depth lies on a table or in the axilla.
 pub const BACK_SHARE: f64 = 0.72;
@@ -44,7 +46,8 @@ pub struct Carried {
 }
 
 impl Carried {
-    /// The skin with respect to a mesh in its CT shape; `other` is the sphere of the other breast, which moves too.
+    /// The skin with respect to a mesh in its CT shape; `other` is the sphere of the other breast,
+    /// which moves too.
     pub fn new(skin: &Skin, mesh: &Arc<TetMesh>, other: Option<&Sphere>) -> Self {
         let places = places(skin.points(), mesh);
         let rim = PointTree::new(&rim(mesh));

@@ -49,8 +49,8 @@ impl Choice {
     }
 }
 
-/// N ln(S'/S) for one fit (S) against another on the same mesh, S the squares of the breast's residuals, N of them
-/// independent in the better one; negative when the other is better.
+/// N ln(S'/S) for one fit (S) against another on the same mesh, S the squares of the breast's
+/// residuals, N of them independent in the better one; negative when the other is better.
 pub(super) fn evidence(one: &StateFit, other: &StateFit, carried: &Carried) -> f64 {
     let better = if one.misfit_mm <= other.misfit_mm { one } else { other };
     independent(&breast(better, carried)) * 2.0 * (other.misfit_mm / one.misfit_mm).ln()
@@ -75,8 +75,8 @@ fn breast(state: &StateFit, carried: &Carried) -> Vec<(Point, f64)> {
     state.aligned.matches.0.iter().filter(own).map(|m| (m.place, m.residual_mm)).collect()
 }
 
-/// How many residuals tell on their own: the area of the breast over that within which they are alike,
-/// ∫ ρ(d) 2π d dd up to where their correlation ρ vanishes.
+/// How many residuals tell on their own: the area of the breast over that within which they are
+/// alike, ∫ ρ(d) 2π d dd up to where their correlation ρ vanishes.
 pub(super) fn independent(residuals: &[(Point, f64)]) -> f64 {
     let every = residuals.len().div_ceil(COMPARED).max(1);
     let some: Vec<(Point, f64)> = residuals.iter().step_by(every).copied().collect();
@@ -103,8 +103,8 @@ pub(super) fn independent(residuals: &[(Point, f64)]) -> f64 {
     area_mm2(&some) / f64::max(alike_mm2, CLASS_MM * CLASS_MM)
 }
 
-/// Area that points on a surface cover, by the cubes that they lie in, mm²: a plane cuts about 1.5 times as many as lie
-/// beside each other in it.
+/// Area that points on a surface cover, by the cubes that they lie in, mm²: a plane cuts about 1.5
+/// times as many as lie beside each other in it.
 fn area_mm2(points: &[(Point, f64)]) -> f64 {
     const SIDE_MM: f64 = 8.0;
     let cell = |p: &Point| [0, 1, 2].map(|a| (p[a] / SIDE_MM).floor() as i64);

@@ -1,7 +1,8 @@
 //! The carried skin over the modulus.
 //!
-//! With x = 1/E the product w(x) = E u is nearly constant: exactly so for small displacements. Through values and slopes
-//! of w at the moduli that were solved goes a cubic in x between each two; dw/dx = −E² (u + E du/dE).
+//! With x = 1/E the product w(x) = E u is nearly constant: exactly so for small displacements.
+//! Through values and slopes of w at the moduli that were solved goes a cubic in x between each
+//! two; dw/dx = −E² (u + E du/dE).
 
 use super::carried::Carried;
 use rayon::prelude::*;
@@ -17,9 +18,9 @@ const LEANING_DEG: f64 = 12.0;
 /// The logarithm of the modulus changes by at most so much in one iteration.
 const STEP: f64 = 0.25;
 
-/// The skin at all moduli between the softest and the stiffest that were solved. Its parameters are ln E, E in kPa, and
-/// where that was solved too how far gravity turned from where it was said to pull, degrees, and further ones, each linear
-/// about where it was solved.
+/// The skin at all moduli between the softest and the stiffest that were solved. Its parameters are
+/// ln E, E in kPa, and where that was solved too how far gravity turned from where it was said to
+/// pull, degrees, and further ones, each linear about where it was solved.
 #[derive(Debug)]
 pub(crate) struct Family<'a> {
     carried: &'a Carried,
@@ -58,7 +59,8 @@ impl<'a> Family<'a> {
         Self { carried, nodes: Vec::new(), priors: vec![prior], further: Vec::new() }
     }
 
-    /// Adds what was solved at a modulus: displacement, mm, and its derivative by the modulus, mm/kPa.
+    /// Adds what was solved at a modulus: displacement, mm, and its derivative by the modulus,
+    /// mm/kPa.
     pub(crate) fn add(
         &mut self,
         kpa: f64,
@@ -84,8 +86,8 @@ impl<'a> Family<'a> {
         self.priors[0].range = ends.map(|node| -node.x.ln());
     }
 
-    /// Adds a further parameter: the displacement, mm, at the first modulus that was solved, a step from where all others
-    /// were.
+    /// Adds a further parameter: the displacement, mm, at the first modulus that was solved, a step
+    /// from where all others were.
     pub(crate) fn add_further(
         &mut self,
         prior: Prior,
@@ -107,8 +109,8 @@ impl<'a> Family<'a> {
         self.priors[0].range = [low - share, high + share];
     }
 
-    /// Whether these values are of a patient who does not sit upright, by what was taken for likely. If so that is not taken
-    /// for likely any more.
+    /// Whether these values are of a patient who does not sit upright, by what was taken for
+    /// likely. If so that is not taken for likely any more.
     pub(crate) fn leans(&mut self, values: &[f64]) -> bool {
         match (self.priors.get_mut(1), values.get(1)) {
             (Some(turn), Some(degrees)) if degrees.abs() > turn.deviation => {

@@ -1,10 +1,12 @@
 //! Young's modulus of one patient from a scan in which gravity pulls another way than in the CT.
 //!
-//! The CT's own skin, carried by the mechanics ([`Carried`]), is laid onto the scan: pose and ln E are sought together
-//! ([`supine_register::align`]), for the torso moves too and a pose taken from it alone carries an error of millimetres into
-//! E. The modulus goes from stiff to soft along a path on a coarse mesh, each solution begun from those before, until the
-//! objective has risen again; then it is corrected on the mesh that is asked, together with how far the patient leaned: 10
-//! degrees change the load by a tenth, and the skin tells them apart from another modulus. Each rest state has its own modulus.
+//! The CT's own skin, carried by the mechanics ([`Carried`]), is laid onto the scan: pose and ln E
+//! are sought together ([`supine_register::align`]), for the torso moves too and a pose taken from
+//! it alone carries an error of millimetres into E. The modulus goes from stiff to soft along a
+//! path on a coarse mesh, each solution begun from those before, until the objective has risen
+//! again; then it is corrected on the mesh that is asked, together with how far the patient leaned:
+//! 10 degrees change the load by a tenth, and the skin tells them apart from another modulus. Each
+//! rest state has its own modulus.
 
 mod bootstrap;
 mod carried;
@@ -29,11 +31,12 @@ use supine_mesh::{Scan, ScanDistances};
 use supine_register::{Aligned, Skin};
 use supine_space::{Beside, Point, Pose, Progress, Sphere};
 
-/// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front shows nine tenths.
+/// A scan that shows less of the breast's skin does not tell its modulus; a scan from the front
+/// shows nine tenths.
 const SEEN: f64 = 0.35;
-/// A patient who seems to lean more than this, degrees, did not sit: of one who leaned 10 a lean of 8 to 9 is found, of a
-/// gland four times as stiff as fat one of up to 16, and one who lay half, at 38, was taken for one who leans 21 in the other
-/// rest state, with another modulus.
+/// A patient who seems to lean more than this, degrees, did not sit: of one who leaned 10 a lean of
+/// 8 to 9 is found, of a gland four times as stiff as fat one of up to 16, and one who lay half, at
+/// 38, was taken for one who leans 21 in the other rest state, with another modulus.
 const LEANS_DEG: f64 = 20.0;
 
 /// What is asked.
@@ -76,7 +79,8 @@ pub struct StateFit {
     pub deviation: f64,
     /// What it is made of.
     pub parts: DeviationParts,
-    /// How far gravity pulls from where it was said to, towards that of the CT, degrees: how far the patient leans back.
+    /// How far gravity pulls from where it was said to, towards that of the CT, degrees: how far
+    /// the patient leans back.
     pub lean_deg: f64,
     /// Moduli of the tissues, where they were sought.
     pub proportions: Option<Proportions>,
@@ -88,8 +92,8 @@ pub struct StateFit {
     pub seen: f64,
     /// The skin of the model with what was fitted, its points in the order of the CT's, LPS, mm.
     pub skin: Vec<Point>,
-    /// The objective of the best pose that is another, over that of the best; none when one pose was followed, or all became
-    /// one.
+    /// The objective of the best pose that is another, over that of the best; none when one pose
+    /// was followed, or all became one.
     pub other_pose: Option<f64>,
     /// Modulus (kPa) and objective (mm²) along the path, from stiff to soft.
     pub path: Vec<(f64, f64)>,
@@ -129,8 +133,8 @@ pub struct Fit {
     pub states: Vec<StateFit>,
     /// Which rest state the scan supports.
     pub choice: Choice,
-    /// The scan's distances from the skin of the CT (`ct`), and from that of the model in the rest state to go on with
-    /// (`fitted`).
+    /// The scan's distances from the skin of the CT (`ct`), and from that of the model in the rest
+    /// state to go on with (`fitted`).
     pub distances: ScanDistances,
 }
 
@@ -150,8 +154,9 @@ fn check(state: &StateFit) -> Result<(), Error> {
     }
 }
 
-/// How much better one fit describes the breast than another on the same mesh: N ln(S'/S), S the squares of the breast's
-/// residuals, N of them independent. Above [`DECIDES`] the one is to be taken, below its negative the other.
+/// How much better one fit describes the breast than another on the same mesh: N ln(S'/S), S the
+/// squares of the breast's residuals, N of them independent. Above [`DECIDES`] the one is to be
+/// taken, below its negative the other.
 pub fn compare(question: &FitQuestion<'_>, one: &StateFit, other: &StateFit) -> f64 {
     let carried = Carried::new(question.skin, &question.body.mesh, question.other);
     evidence::evidence(one, other, &carried)
@@ -160,8 +165,8 @@ pub fn compare(question: &FitQuestion<'_>, one: &StateFit, other: &StateFit) -> 
 /// The modulus in each rest state asked.
 ///
 /// # Errors
-/// When the scan does not lie on the skin, shows no motion or hardly any of the breast, fits a patient who lies rather than
-/// sits, or the best modulus lies at the end of what can be solved.
+/// When the scan does not lie on the skin, shows no motion or hardly any of the breast, fits a
+/// patient who lies rather than sits, or the best modulus lies at the end of what can be solved.
 pub fn fit(question: &FitQuestion<'_>, progress: Progress<'_>) -> Result<Fit, Error> {
     let coarse = Carried::new(question.skin, &question.coarse.mesh, question.other);
     let fine = Carried::new(question.skin, &question.body.mesh, question.other);

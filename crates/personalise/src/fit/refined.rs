@@ -27,8 +27,9 @@ pub(crate) const REACH_MM: f64 = 4.0;
 const SEEN_MM: f64 = 6.0;
 /// Mesh and weights, as a share of E: what no residual shows.
 const MESH: f64 = 0.01;
-/// Residuals of the breast that noise and surfaces alone leave, mm rms, and by what share of E the modulus that moves the
-/// tumour may differ for each mm beyond: one modulus then does not describe the breast. Chosen on one such patient.
+/// Residuals of the breast that noise and surfaces alone leave, mm rms, and by what share of E the
+/// modulus that moves the tumour may differ for each mm beyond: one modulus then does not describe
+/// the breast. Chosen on one such patient.
 const MISFIT_MM: f64 = 0.45;
 const MISFIT_PER_MM: f64 = 0.25;
 /// Share of E by which a wall 1 mm off changes it.
@@ -106,7 +107,8 @@ struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// Solves and aligns until the modulus lies within those that were solved, and the tissues stay.
+    /// Solves and aligns until the modulus lies within those that were solved, and the tissues
+    /// stay.
     fn settle(
         &self,
         start: Settled,
@@ -138,8 +140,8 @@ impl<'a> Level<'a> {
         Err(Error::AtEnd { rest, young_kpa: aligned.values[0].exp() })
     }
 
-    /// The skin near a modulus, and near logarithms of the tissues' proportions where these are sought. What is solved is
-    /// kept as long as the tissues stay.
+    /// The skin near a modulus, and near logarithms of the tissues' proportions where these are
+    /// sought. What is solved is kept as long as the tissues stay.
     fn family(
         &self,
         kept: &mut Option<Sequence>,
@@ -214,8 +216,8 @@ impl Pulls {
         Self { inverse, priors }
     }
 
-    /// Standard deviation of a parameter because these others are known no better than their priors say, which draws of
-    /// patches do not show: (H + P)⁻¹ P times the priors' deviations.
+    /// Standard deviation of a parameter because these others are known no better than their priors
+    /// say, which draws of patches do not show: (H + P)⁻¹ P times the priors' deviations.
     fn of(&self, which: usize, others: std::ops::Range<usize>) -> f64 {
         let Some(inverse) = &self.inverse else { return f64::INFINITY };
         let known = others.filter(|other| *other < self.priors.len());

@@ -147,8 +147,8 @@ fn fixed(family: &Family<'_>, carried: &Carried, kpa: f64) -> Rigid {
     }
 }
 
-/// Whether the objective has risen since its least: the best modulus then lies between its neighbours. That of the first is
-/// not believed at once: the pose is still rough there.
+/// Whether the objective has risen since its least: the best modulus then lies between its
+/// neighbours. That of the first is not believed at once: the pose is still rough there.
 fn risen(path: &[(f64, f64)]) -> bool {
     let least = path.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
     let at = path.iter().position(|p| p.1 <= least).unwrap_or(0);

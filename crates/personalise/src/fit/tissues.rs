@@ -1,15 +1,16 @@
-//! The moduli of gland and skin in proportion to that of fat, as parameters beside the mean modulus.
+//! The moduli of gland and skin in proportion to that of fat, as parameters beside the mean
+//! modulus.
 //!
-//! The skin does not move linearly with them: each is sought within [`TRUST`] of where it was solved, and solved again there
-//! until it stays. On a patient whose gland is four times as stiff as fat the scan tells that to a few hundredths, and how
-//! stiff the skin is hardly.
+//! The skin does not move linearly with them: each is sought within [`TRUST`] of where it was
+//! solved, and solved again there until it stays. On a patient whose gland is four times as stiff
+//! as fat the scan tells that to a few hundredths, and how stiff the skin is hardly.
 
 use std::sync::Arc;
 use supine_fem::Body;
 use supine_register::Prior;
 
-/// How far gland and skin may be from the proportions that are taken for likely, one standard deviation of the logarithm:
-/// chosen so that published ones lie within two.
+/// How far gland and skin may be from the proportions that are taken for likely, one standard
+/// deviation of the logarithm: chosen so that published ones lie within two.
 const DEVIATIONS: [f64; 2] = [0.8, 1.4];
 /// The same of the tumour, which is too small for the skin to tell its modulus.
 const TUMOUR: f64 = 0.9;

@@ -27,7 +27,8 @@ pub(super) struct Card<'a> {
     pub(super) report: Option<String>,
     /// Codes, with a space between.
     pub(super) codes: String,
-    /// What the page is sorted by: verdict, displacement, room, modulus, seconds; empty where there is none.
+    /// What the page is sorted by: verdict, displacement, room, modulus, seconds; empty where there
+    /// is none.
     pub(super) keys: [String; 5],
 }
 

@@ -2,7 +2,8 @@
 
 use crate::{SkinDistances, Summary, TumourMoved};
 
-/// Figures of one result, those of the tables of mesh, modulus and displacement that are printed of patients.
+/// Figures of one result, those of the tables of mesh, modulus and displacement that are printed of
+/// patients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figures {
     /// The short name of the result; empty where none was exported.
@@ -35,7 +36,8 @@ pub struct Figures {
     pub volume_ml: f64,
     /// Young's modulus, kPa.
     pub young_kpa: f64,
-    /// The interval of the modulus and where it comes from; none where no interval of the tumour was computed.
+    /// The interval of the modulus and where it comes from; none where no interval of the tumour
+    /// was computed.
     pub young_known: Option<([f64; 2], String)>,
     /// Rest state.
     pub rest: String,
@@ -47,7 +49,8 @@ pub struct Figures {
     pub residual: f64,
     /// Voxels where the map folds.
     pub folded_voxels: usize,
-    /// Distances of a scan on the operating table from the skin near the tumour; none without a scan.
+    /// Distances of a scan on the operating table from the skin near the tumour; none without a
+    /// scan.
     pub scan: Option<SkinDistances>,
 }
 

@@ -71,7 +71,8 @@ pub(super) fn forest(patients: &[Patient]) -> Option<String> {
     Some(svg + "</svg>")
 }
 
-/// A displacement with its interval; one without moves for sure as far as it is said, or not at all.
+/// A displacement with its interval; one without moves for sure as far as it is said, or not at
+/// all.
 fn row(patient: &Patient) -> Option<(&Patient, f64, [f64; 2])> {
     let tumour = patient.figures.as_ref()?.tumour.as_ref()?;
     let x = tumour.length_mm;

@@ -25,7 +25,8 @@ pub struct Patient {
     pub figures: Option<Figures>,
     /// Codes of the verdict's reasons, of the warnings and of the error, each once, sorted.
     pub codes: Vec<String>,
-    /// The folder of the run as it leads from the page's own, with `/` between its parts; none without a report.
+    /// The folder of the run as it leads from the page's own, with `/` between its parts; none
+    /// without a report.
     pub run: Option<String>,
     /// Names of the pictures that its report has, of those in [`PICTURES`].
     pub pictures: Vec<&'static str>,
@@ -39,7 +40,8 @@ pub const PICTURES: [(&str, &str); 3] = [
 ];
 
 impl Patient {
-    /// A patient whose run ended so, with its result where there is one. Nothing is shown of her before [`Self::run`] is set.
+    /// A patient whose run ended so, with its result where there is one. Nothing is shown of her
+    /// before [`Self::run`] is set.
     pub fn new(status: RunStatus, summary: Option<&Summary>) -> Self {
         let of_verdict = summary.iter().flat_map(|s| &s.verdict.reasons).map(|r| r.code.clone());
         let warned = summary.iter().flat_map(|s| &s.warnings).map(|w| w.code.clone());

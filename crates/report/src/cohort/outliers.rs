@@ -1,4 +1,5 @@
-//! What lies apart from the others: Tukey's fences, one and a half times the quartiles' distance beyond them.
+//! What lies apart from the others: Tukey's fences, one and a half times the quartiles' distance
+//! beyond them.
 
 /// Fewer figures have no quartiles worth the name.
 const FEWEST: usize = 5;

@@ -78,7 +78,8 @@ fn counts(patients: &[Patient]) -> Vec<Count> {
     told.filter(|(n, count)| *n < 4 || count.number > 0).map(|(_, count)| count).collect()
 }
 
-/// Who wants a look first: those without a result that may be used, then those who lie apart from the others.
+/// Who wants a look first: those without a result that may be used, then those who lie apart from
+/// the others.
 fn first<'a>(
     patients: &'a [Patient],
     plots: &[Plot],

@@ -17,7 +17,8 @@ use Cell::{Figure, Status};
 /// The first columns of the table: by them it is known again.
 pub const TABLE_HEAD: &str = "name,status,exit,error_code,verdict";
 
-/// The columns in their order: how the run ended, the mesh, the tissue, the tumour, the mechanics, the cost.
+/// The columns in their order: how the run ended, the mesh, the tissue, the tumour, the mechanics,
+/// the cost.
 const COLUMNS: &[(&str, Cell)] = &[
     ("name", Status(|p| p.status.case.clone())),
     ("status", Status(|p| p.status.status.word().into())),
@@ -72,8 +73,8 @@ const COLUMNS: &[(&str, Cell)] = &[
     ("ct", Figure(|f| f.ct.as_ref().map_or("".into(), |ct| ct.display().to_string()))),
 ];
 
-/// The table: a head, then a row for each patient in the order given; lines end with CR LF, positions and displacements are
-/// LPS.
+/// The table: a head, then a row for each patient in the order given; lines end with CR LF,
+/// positions and displacements are LPS.
 pub fn table(patients: &[Patient]) -> String {
     let names: Vec<String> = COLUMNS.iter().map(|(name, _)| (*name).into()).collect();
     let rows = patients.iter().map(|patient| {

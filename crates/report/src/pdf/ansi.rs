@@ -1,6 +1,7 @@
 //! Texts in WinAnsiEncoding, the letters of the standard fonts (ISO 32000-1, annex D).
 
-/// Letters of the codes 0x80 to 0x9F, of which five are none; those of 0xA0 to 0xFF are their own numbers.
+/// Letters of the codes 0x80 to 0x9F, of which five are none; those of 0xA0 to 0xFF are their own
+/// numbers.
 const UPPER: [char; 32] = [
     '€', '\0', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\0', 'Ž', '\0', '\0', '‘',
     '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\0', 'ž', 'Ÿ',
@@ -9,8 +10,9 @@ const UPPER: [char; 32] = [
 /// Base letters of U+0100 to U+017F (Latin Extended-A), in their order.
 const BASE: &[u8; 128] = b"AaAaAaCcCcCcCcDdDdEeEeEeEeEeGgGgGgGgHhHhIiIiIiIiIiIiJjKkkLlLlLlLlLlNnNnNnnNnOoOoOoOoRrRrRrSsSsSsSsTtTtTtUuUuUuUuUuUuWwYyYZzZzZzs";
 
-/// The text in WinAnsiEncoding, and whether every letter of it kept its shape. Latin letters that the encoding lacks become
-/// their base letters, all others question marks; signs for which it has an equal become that.
+/// The text in WinAnsiEncoding, and whether every letter of it kept its shape. Latin letters that
+/// the encoding lacks become their base letters, all others question marks; signs for which it has
+/// an equal become that.
 pub(super) fn ansi(text: &str) -> (Vec<u8>, bool) {
     let (mut bytes, mut whole) = (Vec::with_capacity(text.len()), true);
     for letter in text.chars() {

@@ -1,11 +1,13 @@
-//! Blocks: what stands together on a page, drawn from its upper left corner downwards. Lengths in points (1/72 inch).
+//! Blocks: what stands together on a page, drawn from its upper left corner downwards. Lengths in
+//! points (1/72 inch).
 
 use super::ansi::ansi;
 use super::metrics::{Font, lines, width};
 use crate::canvas::Rgb;
 use std::cell::Cell;
 
-/// Grounds reach so far below their block: readers leave a bright line between those that only touch, points.
+/// Grounds reach so far below their block: readers leave a bright line between those that only
+/// touch, points.
 const SEAM: f64 = 0.4;
 
 /// How a text looks.
@@ -131,7 +133,8 @@ impl Setter {
         Block { height: style.leading(), ops: vec![Op::Text { at, style, letters }] }
     }
 
-    /// Facts one after the other, each behind its bold name; none is broken unless it is wider than a line.
+    /// Facts one after the other, each behind its bold name; none is broken unless it is wider than
+    /// a line.
     pub(super) fn facts(&self, facts: &[(&str, &str)], style: Style, wide: f64) -> Block {
         const APART: f64 = 12.0;
         let bold = Style { font: Font::Bold, ..style };

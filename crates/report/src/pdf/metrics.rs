@@ -9,7 +9,8 @@ pub(super) enum Font {
     Bold,
 }
 
-/// Widths of Helvetica for the codes 32 to 255 of WinAnsiEncoding, 1/1000 of the size (Adobe's font metrics, AFM 4.1).
+/// Widths of Helvetica for the codes 32 to 255 of WinAnsiEncoding, 1/1000 of the size (Adobe's font
+/// metrics, AFM 4.1).
 #[rustfmt::skip]
 const PLAIN: [u16; 224] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278,
@@ -27,7 +28,8 @@ const PLAIN: [u16; 224] = [
     556, 556, 556, 556, 556, 556, 889, 500, 556, 556, 556, 556, 278, 278, 278, 278,
     556, 556, 556, 556, 556, 556, 556, 584, 611, 556, 556, 556, 556, 500, 556, 500,
 ];
-/// Widths of Helvetica-Bold for the codes 32 to 255 of WinAnsiEncoding, 1/1000 of the size (Adobe's font metrics, AFM 4.1).
+/// Widths of Helvetica-Bold for the codes 32 to 255 of WinAnsiEncoding, 1/1000 of the size (Adobe's
+/// font metrics, AFM 4.1).
 #[rustfmt::skip]
 const BOLD: [u16; 224] = [
     278, 333, 474, 556, 556, 889, 722, 238, 333, 333, 389, 584, 278, 333, 278, 278,
@@ -54,8 +56,8 @@ pub(super) fn width(text: &[u8], font: Font, size: f64) -> f64 {
     f64::from(thousandths) * size / 1000.0
 }
 
-/// The ranges of a text that fit a width, in points, one per line: broken at spaces, and within a word only where it is wider
-/// than a whole line.
+/// The ranges of a text that fit a width, in points, one per line: broken at spaces, and within a
+/// word only where it is wider than a whole line.
 pub(super) fn lines(text: &[u8], font: Font, size: f64, wide: f64) -> Vec<Range<usize>> {
     let fits = |from: usize, to: usize| width(&text[from..to], font, size) <= wide;
     let mut found = Vec::new();

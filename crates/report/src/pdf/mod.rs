@@ -15,7 +15,7 @@ use crate::encoded::EncodedRow;
 use crate::first::{ABOUT, BANNER, BEFORE_SEEDS, First, LEGEND, NOT_FOR, PLACES, WINDOW};
 use crate::pictures::Part;
 use crate::tables::{self, Table};
-use crate::{Error, Pictures, Summary, Whose};
+use crate::{Error, PatientIdentity, Pictures, Summary};
 use block::{Block, Op, Setter, Style};
 use metrics::{Font, width};
 use picture::Raster;
@@ -40,15 +40,17 @@ const MOST_PLACES: usize = 8;
 const LACKING: &str = "Letters that this document cannot show stand as their plain ones or as ?; the object's own header has \
                        them.";
 
-/// The first screen of the page as a PDF of A4: verdict, displacement, pictures, uncertain places. `date` is that of the
-/// run, `YYYY-MM-DD HH:MM:SS`. The same input gives the same bytes; whose CT it is stands on every sheet.
+/// The first screen of the page as a PDF of A4: verdict, displacement, pictures, uncertain places.
+/// `date` is that of the run, `YYYY-MM-DD HH:MM:SS`. The same input gives the same bytes; whose CT
+/// it is stands on every sheet.
 ///
-/// Letters are those of WinAnsiEncoding, the fonts Helvetica and Helvetica-Bold, which are not embedded.
+/// Letters are those of WinAnsiEncoding, the fonts Helvetica and Helvetica-Bold, which are not
+/// embedded.
 ///
 /// # Errors
 /// [`Error::NotPlain`] when a picture is no plain PNG file.
 pub fn pdf(
-    (summary, whose): (&Summary, Option<&Whose>),
+    (summary, whose): (&Summary, Option<&PatientIdentity>),
     pictures: &Pictures,
     date: &str,
 ) -> Result<Vec<u8>, Error> {
@@ -92,8 +94,11 @@ pub fn pdf(
 }
 
 /// Whose CT it is, and which result: without the patient where she was taken out.
-fn facts<'a>(summary: &'a Summary, whose: Option<&'a Whose>) -> Vec<(&'static str, &'a str)> {
-    let mut facts = whose.map(Whose::known).unwrap_or_default();
+fn facts<'a>(
+    summary: &'a Summary,
+    whose: Option<&'a PatientIdentity>,
+) -> Vec<(&'static str, &'a str)> {
+    let mut facts = whose.map(PatientIdentity::known).unwrap_or_default();
     facts.extend(summary.id.iter().map(|id| ("Result", id.as_str())));
     let exported = summary.export.iter();
     facts.extend(exported.map(|export| ("Exported as", export.series_description.as_str())));

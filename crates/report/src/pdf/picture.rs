@@ -1,4 +1,5 @@
-//! Pictures of the report as those of the PDF: both hold rows filtered and deflated in the same way.
+//! Pictures of the report as those of the PDF: both hold rows filtered and deflated in the same
+//! way.
 
 use crate::Error;
 use crate::encoded::EncodedPicture;
@@ -14,7 +15,8 @@ pub(super) struct Raster {
 
 impl Raster {
     /// # Errors
-    /// [`Error::NotPlain`] when the picture is no PNG file of three times eight bits whose rows follow each other.
+    /// [`Error::NotPlain`] when the picture is no PNG file of three times eight bits whose rows
+    /// follow each other.
     pub(super) fn new(picture: &EncodedPicture) -> Result<Self, Error> {
         let deflated = deflated(&picture.png);
         let deflated = deflated.ok_or_else(|| Error::NotPlain { name: picture.name.clone() })?;

@@ -20,7 +20,8 @@ pub(super) struct Frame<'a> {
     pub(super) foot: &'a dyn Fn(usize, usize) -> Block,
 }
 
-/// The blocks on as many sheets as they take. One that does not fit what is left of a sheet begins the next.
+/// The blocks on as many sheets as they take. One that does not fit what is left of a sheet begins
+/// the next.
 pub(super) fn sheets(blocks: &[Block], frame: &Frame<'_>) -> Vec<Vec<Op>> {
     let head = |n: usize| &frame.heads[n.min(1)];
     let begun = |n: usize| head(n).at([SIDE, EDGE]).collect::<Vec<Op>>();

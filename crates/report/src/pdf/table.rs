@@ -13,8 +13,8 @@ const SIZE: f64 = 8.5;
 const HEAD: Style = Style::new(Font::Bold, 7.5, QUIET);
 const CELL: Style = Style::new(Font::Plain, SIZE, INK);
 
-/// The rows of a table of facts or of a list with its head, no wider than `wide`; rows of a list stand together with what
-/// comes before when a page ends, its head with the first one.
+/// The rows of a table of facts or of a list with its head, no wider than `wide`; rows of a list
+/// stand together with what comes before when a page ends, its head with the first one.
 pub(super) fn rows(setter: &Setter, table: &Table, wide: f64) -> Vec<Block> {
     let columns = columns(setter, table, wide);
     let mut blocks = Vec::new();
@@ -52,7 +52,8 @@ fn row(
     block
 }
 
-/// Widths of the columns: what each asks for, or an even share of what those leave that ask for less.
+/// Widths of the columns: what each asks for, or an even share of what those leave that ask for
+/// less.
 fn columns(setter: &Setter, table: &Table, wide: f64) -> Vec<f64> {
     let count = table.rows.iter().map(Vec::len).max().unwrap_or(0).max(table.head.len());
     let asked = |column: usize| {

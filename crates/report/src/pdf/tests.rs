@@ -24,13 +24,13 @@ fn judged_example() -> Summary {
     summary
 }
 
-fn patient(name: &str) -> Whose {
+fn patient(name: &str) -> PatientIdentity {
     let [id, born] = ["4711", "1960-05-17"].map(String::from);
-    Whose { name: name.into(), id, born, ..Whose::default() }
+    PatientIdentity { name: name.into(), id, born, ..PatientIdentity::default() }
 }
 
-/// The texts of a file in their order, lines joined, as this module writes them: `(text) Tj`, or `<hexadecimal> Tj` of those
-/// with letters beyond ASCII.
+/// The texts of a file in their order, lines joined, as this module writes them: `(text) Tj`, or
+/// `<hexadecimal> Tj` of those with letters beyond ASCII.
 fn texts(pdf: &[u8]) -> String {
     let lines = pdf.split(|byte| *byte == b'\n').filter_map(|line| line.strip_suffix(b" Tj"));
     lines.map(shown).collect::<Vec<String>>().join(" ")
@@ -46,7 +46,7 @@ fn shown(operand: &[u8]) -> String {
     (0..digits.len()).step_by(2).map(|at| char::from(code(at))).collect()
 }
 
-fn made(summary: &Summary, whose: Option<&Whose>) -> Vec<u8> {
+fn made(summary: &Summary, whose: Option<&PatientIdentity>) -> Vec<u8> {
     pdf((summary, whose), pictures(), DATE).unwrap()
 }
 

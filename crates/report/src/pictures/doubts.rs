@@ -120,7 +120,8 @@ mod tests {
         let middle = [canvas.width() / 2, canvas.height() / 2];
         let cross = |n: usize| canvas.at(middle[0] - 6 + n % 12, middle[1] - 6 + n / 12);
         assert!((0..144).map(cross).any(|rgb| rgb.iter().all(|c| *c > 200)), "a light cross");
-        // The boundary runs through it, uncertain on the patient's left, which the viewer has on the right.
+        // The boundary runs through it, uncertain on the patient's left, which the viewer has on
+        // the right.
         let row =
             |x: usize| (middle[1] - 8..middle[1] + 8).any(|y| canvas.at(x, y) == colour::UNCERTAIN);
         assert!((middle[0] + 20..canvas.width() - 60).any(row));

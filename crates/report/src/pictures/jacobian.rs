@@ -19,8 +19,8 @@ const HISTOGRAM: [usize; 2] = [520, 250];
 /// Histograms beside each other.
 const COLUMNS: usize = 3;
 
-/// det F in the planes through the focus, the figures and histograms of each structure, and the planes
-/// through its extremes.
+/// det F in the planes through the focus, the figures and histograms of each structure, and the
+/// planes through its extremes.
 pub(super) fn rows(
     studio: &Studio<'_>,
     shown: &Shown<'_>,

@@ -144,8 +144,8 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// The outline of an ellipsoid seen along a view's axis: the ellipse whose matrix is the sum of the outer products of the
-/// semi-axes' projections.
+/// The outline of an ellipsoid seen along a view's axis: the ellipse whose matrix is the sum of the
+/// outer products of the semi-axes' projections.
 fn silhouette(ellipsoid: &Ellipsoid, plane: &Plane) -> Vec<Spot> {
     const CORNERS: usize = 72;
     let [x, y] = plane.spot(&Point::from(ellipsoid.centre_mm));

@@ -14,7 +14,8 @@ use supine_space::{Point, Progress, Vector};
 
 /// Pixels across each picture.
 const SIZE: usize = 520;
-/// Smallest dihedral angles, degrees, at the ends of the colour scale; a regular tetrahedron has 70.5.
+/// Smallest dihedral angles, degrees, at the ends of the colour scale; a regular tetrahedron has
+/// 70.5.
 const SCALE_DEG: [f64; 2] = [20.0, 70.0];
 /// Below this, degrees, a tetrahedron is drawn in red.
 const POOR_DEG: f64 = 20.0;

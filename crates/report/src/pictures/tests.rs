@@ -126,7 +126,8 @@ fn names_of_strips_stand_on_dark() {
     let scene = phantom.scene();
     let row = curtain::row(&Studio::new(&scene, 2.0), Progress::none()).unwrap();
     let canvas = find(&row.pictures, "sagittal_curtain");
-    // In the middle strips the tissue reaches up to the names: above, below and beside them it is 0 HU.
+    // In the middle strips the tissue reaches up to the names: above, below and beside them it is 0
+    // HU.
     for strip in [2, 3] {
         let x = (2 * strip + 1) * canvas.width() / 12;
         let beside = x - text_width(["CT", "SIM"][strip % 2], 0.8 * LETTER) as usize / 2 - 4;

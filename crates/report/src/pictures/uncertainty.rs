@@ -188,7 +188,8 @@ fn extent(wall: &Volume<u8>) -> Option<[[usize; 3]; 2]> {
     extent
 }
 
-/// The steps of a line (voxels) between which it may meet voxels within an extent, with one to spare at both ends.
+/// The steps of a line (voxels) between which it may meet voxels within an extent, with one to
+/// spare at both ends.
 fn crossed([low, high]: [[usize; 3]; 2], start: Vector, step: Vector) -> (f64, f64) {
     let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
     for a in 0..3 {

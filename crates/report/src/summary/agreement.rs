@@ -3,13 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Measures of the AAPM's Task Group 132 (Brock et al., Med Phys 44:e43-e76, 2017) that apply to a simulated
-/// deformation. Landmarks and second contours there are none: of them nothing is said.
+/// Measures of the AAPM's Task Group 132 (Brock et al., Med Phys 44:e43-e76, 2017) that apply to a
+/// simulated deformation. Landmarks and second contours there are none: of them nothing is said.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Agreement {
     /// Longest side of a voxel of the CT, mm: the tolerance of the report.
     pub voxel_mm: f64,
-    /// Between the skin of the moved mesh and that of the moved CT; `None` when no skin was simulated.
+    /// Between the skin of the moved mesh and that of the moved CT; `None` when no skin was
+    /// simulated.
     pub skin: Option<SkinAgreement>,
 }
 

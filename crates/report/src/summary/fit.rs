@@ -11,8 +11,8 @@ pub struct TissueFit {
     pub states: Vec<StateFit>,
     /// Whether the scan tells the rest state, or the case named it.
     pub decided: bool,
-    /// N ln(S'/S): S the squares of the breast's residuals in the first and the second state, N of them independent; above 10
-    /// it decides. Absent when the case named the rest state.
+    /// N ln(S'/S): S the squares of the breast's residuals in the first and the second state, N of
+    /// them independent; above 10 it decides. Absent when the case named the rest state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<f64>,
     /// One modulus for all tissues beside those of the case; absent when the case has one.
@@ -32,15 +32,16 @@ fn some<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<StateFit>, D::Error> {
     }
 }
 
-/// One modulus for all tissues, fitted to the same scan in the rest state that the run goes on with.
+/// One modulus for all tissues, fitted to the same scan in the rest state that the run goes on
+/// with.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct OneModulus {
     /// Young's modulus, kPa.
     pub young_kpa: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,
-    /// N ln(S'/S), S the squares of the breast's residuals with one modulus, S' with those by tissue: above 10 the scan speaks
-    /// for one modulus, below -10 for those by tissue.
+    /// N ln(S'/S), S the squares of the breast's residuals with one modulus, S' with those by
+    /// tissue: above 10 the scan speaks for one modulus, below -10 for those by tissue.
     pub evidence: f64,
 }
 
@@ -54,7 +55,8 @@ impl TissueFit {
     }
 }
 
-/// The modulus that fits best in one rest state. A modulus belongs to its rest state: those of two are not to be compared.
+/// The modulus that fits best in one rest state. A modulus belongs to its rest state: those of two
+/// are not to be compared.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct StateFit {
     /// `net` or `unloaded`.
@@ -67,19 +69,20 @@ pub struct StateFit {
     pub deviation: f64,
     /// What that is made of.
     pub parts: DeviationParts,
-    /// How far the patient leaned back in the scan, degrees; negative: forward. Fitted with the modulus, upright within 4 degrees
-    /// taken for likely.
+    /// How far the patient leaned back in the scan, degrees; negative: forward. Fitted with the
+    /// modulus, upright within 4 degrees taken for likely.
     pub lean_deg: f64,
     /// Distance of the scan from the model's skin on the breast, mm rms.
     pub misfit_mm: f64,
     /// Moduli of the tissues in proportion to that of fat, where they were fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tissues: Option<FittedTissues>,
-    /// The objective in the best pose of the scan that is another one, over that in the best; absent when one pose was
-    /// followed, or all became one. Near 1 the pose is open.
+    /// The objective in the best pose of the scan that is another one, over that in the best;
+    /// absent when one pose was followed, or all became one. Near 1 the pose is open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_pose: Option<f64>,
-    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
+    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the
+    /// patient.
     pub patient_from_scan: [[f64; 4]; 4],
     /// The moduli that were tried, from stiff to soft.
     pub path: Vec<FitStep>,
@@ -152,6 +155,7 @@ pub struct ScanFit {
     pub rms_mm: f64,
     /// How many times as large as the skin of the CT it is.
     pub scale: f64,
-    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the patient.
+    /// Pose of the scan: rows of the matrix that takes its coordinates, mm, to those of the
+    /// patient.
     pub patient_from_scan: [[f64; 4]; 4],
 }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How far the tumour moves with the stated probability, when modulus, rest state, chest wall, region and mesh are as uncertain as
-/// they are known to be.
+/// How far the tumour moves with the stated probability, when modulus, rest state, chest wall,
+/// region and mesh are as uncertain as they are known to be.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TumourInterval {
     /// Probability with which each interval and the ellipsoid hold the truth: 0.95.
@@ -19,7 +19,8 @@ pub struct TumourInterval {
     pub ellipsoid: Ellipsoid,
     /// What is known of the modulus.
     pub modulus: ModulusKnown,
-    /// The tumour with the same modulus in the other rest state; absent when the modulus was given with its rest state.
+    /// The tumour with the same modulus in the other rest state; absent when the modulus was given
+    /// with its rest state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub other_rest: Option<OtherRest>,
     /// What each source of uncertainty does alone, the widest first.
@@ -38,20 +39,22 @@ pub struct Ellipsoid {
 /// What is known of Young's modulus: its logarithm is normally distributed.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ModulusKnown {
-    /// The interval that holds it with the stated probability, kPa; of the mean modulus where it differs from tissue to
-    /// tissue.
+    /// The interval that holds it with the stated probability, kPa; of the mean modulus where it
+    /// differs from tissue to tissue.
     pub young_kpa: [f64; 2],
     /// The modulus that is as often exceeded as not, kPa.
     pub median_kpa: f64,
-    /// `literature`: moduli of other patients; `given`: an interval of the case; `scans`: fitted to scans of the patient.
+    /// `literature`: moduli of other patients; `given`: an interval of the case; `scans`: fitted to
+    /// scans of the patient.
     pub origin: String,
-    /// The softest modulus with a usable unloaded shape, of those tried, kPa: softer tissue is no possibility in that
-    /// state. Absent when that state was not asked for or has no usable shape.
+    /// The softest modulus with a usable unloaded shape, of those tried, kPa: softer tissue is no
+    /// possibility in that state. Absent when that state was not asked for or has no usable shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub softest_unloaded_kpa: Option<f64>,
 }
 
-/// The tumour in the other rest state, with the same modulus, or with the one that was fitted there.
+/// The tumour in the other rest state, with the same modulus, or with the one that was fitted
+/// there.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct OtherRest {
     /// That state: `net` or `unloaded`.

@@ -39,13 +39,14 @@ pub struct DenseThing {
     pub volume_mm3: f64,
     /// Its largest value, HU.
     pub peak_hu: i16,
-    /// `whole`: moved as it was scanned; `deformed`: too large, it deformed with the tissue; `still`: it lies where nothing
-    /// moves; `outside_body`: it lies on the skin or in the air and stayed.
+    /// `whole`: moved as it was scanned; `deformed`: too large, it deformed with the tissue;
+    /// `still`: it lies where nothing moves; `outside_body`: it lies on the skin or in the air and
+    /// stayed.
     pub fate: String,
 }
 
-/// How far from where it began a voxel of the CT comes out that goes forward by one field and back by the
-/// other, sampled between its voxels.
+/// How far from where it began a voxel of the CT comes out that goes forward by one field and back
+/// by the other, sampled between its voxels.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Consistency {
     /// Voxels that count: those in the mesh that move to where all voxels around are of the mesh.
@@ -200,12 +201,14 @@ pub struct DoseVolumeCurve {
     pub shares: Vec<f64>,
 }
 
-/// Of a structure of which more lies beyond the grid of the dose no dose is told: what is counted as 0 Gy there is not known.
-/// Chosen: less than half of the 2 % that D98 leaves out, and what rounding at the rim of a grid amounts to.
+/// Of a structure of which more lies beyond the grid of the dose no dose is told: what is counted
+/// as 0 Gy there is not known. Chosen: less than half of the 2 % that D98 leaves out, and what
+/// rounding at the rim of a grid amounts to.
 const MOST_BEYOND: f64 = 0.005;
 
 impl DoseVolumeHistogram {
-    /// The larger share of the structure that lies beyond the grid of the dose, where that is too much for its doses to be told.
+    /// The larger share of the structure that lies beyond the grid of the dose, where that is too
+    /// much for its doses to be told.
     pub fn outside(&self) -> Option<f64> {
         let share = self.before.beyond.max(self.after.beyond);
         (share > MOST_BEYOND).then_some(share)

@@ -25,7 +25,8 @@ pub struct Run {
     /// When it began, `YYYY-MM-DD HH:MM:SS` of the place where it ran; `None` when it was not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub started: Option<String>,
-    /// The command that began it, word by word; `None` when the patient was taken out, since paths may name her.
+    /// The command that began it, word by word; `None` when the patient was taken out, since paths
+    /// may name her.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
     /// The stages in the order they ran.
@@ -57,10 +58,11 @@ pub struct StageTime {
 pub struct Link {
     /// Name of the stage.
     pub stage: String,
-    /// Hash (BLAKE3, hexadecimal) of its name, of the version of its method, of its own parameters and input files, and
-    /// of the keys of the results that it was made from.
+    /// Hash (BLAKE3, hexadecimal) of its name, of the version of its method, of its own parameters
+    /// and input files, and of the keys of the results that it was made from.
     pub key: String,
-    /// Hash of what it made, where the results that were made from it are known by that; else absent.
+    /// Hash of what it made, where the results that were made from it are known by that; else
+    /// absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
     /// Those keys, or values.

@@ -38,7 +38,8 @@ pub enum Status {
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Colour {
-    /// The tumour's place is known within the tolerance, and nothing was found that speaks against the result.
+    /// The tumour's place is known within the tolerance, and nothing was found that speaks against
+    /// the result.
     #[default]
     Green,
     /// To be looked at before use.

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 pub struct Warning {
     /// The stage that says it: `import`, `segment`, `mesh`, `solve`, `warp`, `export`, ...
     pub stage: String,
-    /// The kind of warning, for programs: lower-case words joined by `-`, the same for every occurrence.
+    /// The kind of warning, for programs: lower-case words joined by `-`, the same for every
+    /// occurrence.
     #[serde(default)]
     pub code: String,
     /// What it says.
@@ -17,7 +18,8 @@ pub struct Warning {
     /// What to do about it.
     #[serde(default)]
     pub advice: String,
-    /// What was measured, by names with their units (`mm`, `area_cm2`, `voxels`); absent when there is nothing.
+    /// What was measured, by names with their units (`mm`, `area_cm2`, `voxels`); absent when there
+    /// is nothing.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
     /// The place that it is about, LPS, mm in the CT; absent where there is none.

@@ -1,6 +1,8 @@
-//! The page's slice viewer: the region's box before and after, with the lines on it, as data for the page's script.
+//! The page's slice viewer: the region's box before and after, with the lines on it, as data for
+//! the page's script.
 //!
-//! All positions are LPS, mm. Nothing of it is text from the input: numbers, base64 and names of this crate.
+//! All positions are LPS, mm. Nothing of it is text from the input: numbers, base64 and names of
+//! this crate.
 
 mod sheet;
 mod slices;
@@ -45,7 +47,8 @@ struct Data<'a> {
 struct Sheets {
     /// The CT in grey.
     before: String,
-    /// The grey of the simulated CT less that of the CT, modulo 256: nothing where nothing moves, which packs better.
+    /// The grey of the simulated CT less that of the CT, modulo 256: nothing where nothing moves,
+    /// which packs better.
     change: String,
     /// The chest wall.
     wall: String,
@@ -80,8 +83,8 @@ struct Colours {
     nothing: String,
 }
 
-/// The viewer's data as JSON that may stand in a page's `<script>`; the chest wall is uncertain where it may be wrong by more
-/// than `limit_mm`.
+/// The viewer's data as JSON that may stand in a page's `<script>`; the chest wall is uncertain
+/// where it may be wrong by more than `limit_mm`.
 ///
 /// # Errors
 /// [`Error::Picture`] when the encoder fails, [`Error::Stopped`] when the user asked to stop.
@@ -114,7 +117,8 @@ pub(crate) fn data(
     Ok(within_script(&json))
 }
 
-/// JSON that cannot end the `<script>` that it stands in, nor begin a comment: `<` occurs in strings only.
+/// JSON that cannot end the `<script>` that it stands in, nor begin a comment: `<` occurs in
+/// strings only.
 fn within_script(json: &str) -> String {
     json.replace('<', "\\u003c")
 }

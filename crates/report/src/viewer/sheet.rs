@@ -38,7 +38,8 @@ impl Sheet {
         let mut encoder = png::Encoder::new(&mut png, width as u32, height as u32);
         encoder.set_color(png::ColorType::Grayscale);
         encoder.set_depth(png::BitDepth::Eight);
-        // Measured on the sheets of a report: smaller than with the highest level, in a fifth of the time.
+        // Measured on the sheets of a report: smaller than with the highest level, in a fifth of
+        // the time.
         encoder.set_deflate_compression(png::DeflateCompression::Level(4));
         encoder.set_filter(png::Filter::Adaptive);
         encoder.write_header()?.write_image_data(&pixels)?;

@@ -1,4 +1,5 @@
-//! Volumes of the region's box, resampled for the viewer: axial slices of bytes, from the feet to the head.
+//! Volumes of the region's box, resampled for the viewer: axial slices of bytes, from the feet to
+//! the head.
 
 use crate::pictures::uncertainty::is_uncertain;
 use crate::{Scene, colour};
@@ -12,7 +13,8 @@ const MOST: usize = 160;
 const FINEST_MM: f64 = 1.0;
 /// Share of chest wall in a voxel that is all chest wall.
 pub(super) const WHOLE: u8 = 15;
-/// Is added where the boundary of the chest wall is uncertain; above `WHOLE`, so that both fit into one byte.
+/// Is added where the boundary of the chest wall is uncertain; above `WHOLE`, so that both fit into
+/// one byte.
 pub(super) const UNCERTAIN: u8 = 16;
 
 /// The voxels of the viewer: a cube along the axes of LPS.
@@ -70,8 +72,8 @@ impl Lattice {
         self.slices(progress, |plane| sample_plane(ct, plane).into_iter().map(grey).collect())
     }
 
-    /// The share of chest wall, of [`WHOLE`], with [`UNCERTAIN`] added within the region where its boundary may be wrong
-    /// by more than `limit_mm`.
+    /// The share of chest wall, of [`WHOLE`], with [`UNCERTAIN`] added within the region where its
+    /// boundary may be wrong by more than `limit_mm`.
     pub(super) fn wall(
         &self,
         scene: &Scene<'_>,

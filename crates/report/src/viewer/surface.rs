@@ -1,4 +1,5 @@
-//! The mesh's skin and cut as triangles, before and after, for the viewer to draw where a plane cuts them.
+//! The mesh's skin and cut as triangles, before and after, for the viewer to draw where a plane
+//! cuts them.
 
 use crate::Scene;
 use base64::Engine;
@@ -14,7 +15,8 @@ const UNIT_MM: f64 = 0.02;
 #[derive(Debug, Serialize)]
 pub(super) struct Surface {
     unit_mm: f64,
-    /// Positions of the corners in the CT against the region's centre, LPS, in units: 16 bits, signed.
+    /// Positions of the corners in the CT against the region's centre, LPS, in units: 16 bits,
+    /// signed.
     before: String,
     /// The same on the operating table.
     after: String,
@@ -51,8 +53,9 @@ impl Surface {
     }
 }
 
-/// The corners of a face's flat triangles, three by three, each as the ends of the edge on whose middle it lies; a node of
-/// the mesh as an edge to itself. A quadratic face is taken as four flat ones, as in the pictures.
+/// The corners of a face's flat triangles, three by three, each as the ends of the edge on whose
+/// middle it lies; a node of the mesh as an edge to itself. A quadratic face is taken as four flat
+/// ones, as in the pictures.
 fn flat([a, b, c]: [u32; 3], order: Order) -> Vec<[u32; 2]> {
     let side = |p: u32, q: u32| [p.min(q), p.max(q)];
     let (ab, bc, ca) = (side(a, b), side(b, c), side(c, a));

@@ -6,12 +6,14 @@ use crate::radial_map::{RAYS, RadialMap};
 use crate::scan::Scan;
 use supine_volume::SeedKind;
 
-// Chosen, not measured: with these one seed mends a shell that was drawn 14 mm into fat (docs/VERIFICATION.md, "Segmentation").
-/// Soft tissue this far inside the shell contradicts it, mm; the shell is then drawn to so far inside the seed, mm: room for
-/// a chest wall of usual thickness.
+// Chosen, not measured: with these one seed mends a shell that was drawn 14 mm into fat
+// (docs/VERIFICATION.md, "Segmentation").
+/// Soft tissue this far inside the shell contradicts it, mm; the shell is then drawn to so far
+/// inside the seed, mm: room for a chest wall of usual thickness.
 const INSIDE_MM: f32 = 2.0;
 const ROOM_MM: f32 = 6.0;
-/// Chest wall this far outside the shell contradicts it, mm; the shell is then drawn to half of that.
+/// Chest wall this far outside the shell contradicts it, mm; the shell is then drawn to half of
+/// that.
 const OUTSIDE_MM: f32 = 90.0;
 /// Around the seed the shell returns to its own place with this slope.
 const SLOPE: f32 = 0.4;

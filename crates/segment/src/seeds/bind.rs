@@ -36,7 +36,8 @@ impl Bound {
         HARD * ((self.lower - h).max(0.0) + (h - self.upper).max(0.0))
     }
 
-    /// How far a surface at height h may still move to either side, mm; infinite where a side is free.
+    /// How far a surface at height h may still move to either side, mm; infinite where a side is
+    /// free.
     pub(crate) fn room(self, h: f32) -> f32 {
         (h - self.lower).max(self.upper - h)
     }
@@ -117,7 +118,8 @@ impl Constraints {
     /// Reduces the seeds to two bounds per ray, whatever their number.
     ///
     /// # Errors
-    /// When a soft-tissue seed lies at the axis of the chest, or chest wall lies farther out than soft tissue of the same place.
+    /// When a soft-tissue seed lies at the axis of the chest, or chest wall lies farther out than
+    /// soft tissue of the same place.
     pub(crate) fn new(scan: Scan<'_>, marks: &[Mark], shell: &RadialMap) -> Result<Self, Error> {
         let slice_mm = scan.frame.spacing[2];
         let mut cells = vec![Cell::default(); shell.values.len()];

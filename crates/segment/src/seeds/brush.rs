@@ -7,8 +7,9 @@ use crate::scan::Scan;
 use std::collections::BTreeMap;
 use supine_volume::{SeedKind, Stroke};
 
-/// What strokes say of voxels, by their offsets: a later stroke counts where it covers one before. A brush is broad: what it
-/// covers beside the patient, or where its tissue cannot be, is not meant.
+/// What strokes say of voxels, by their offsets: a later stroke counts where it covers one before.
+/// A brush is broad: what it covers beside the patient, or where its tissue cannot be, is not
+/// meant.
 ///
 /// # Errors
 /// When nothing that a stroke covers can be meant.

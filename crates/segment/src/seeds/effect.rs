@@ -9,8 +9,8 @@ use supine_volume::{SeedKind, Seeds};
 
 /// The wall is looked at this far around a seed, mm: beyond, other seeds or the fit itself move it.
 const AROUND_MM: f32 = 40.0;
-/// A wall that a seed moves by more than this is told, mm. Chosen: more than automatic walls are off by on the synthetic
-/// patients.
+/// A wall that a seed moves by more than this is told, mm. Chosen: more than automatic walls are
+/// off by on the synthetic patients.
 const FAR_MM: f32 = 10.0;
 /// A wall that moves outwards by more than this takes something in, mm.
 const TAKES_IN_MM: f32 = 3.0;
@@ -43,8 +43,8 @@ pub(crate) fn warnings(
     kinds.into_iter().flat_map(of).collect()
 }
 
-/// A seed draws the wall to its own side: what went the other way, others did; and what lies nearer to another seed of its
-/// kind, that one did.
+/// A seed draws the wall to its own side: what went the other way, others did; and what lies nearer
+/// to another seed of its kind, that one did.
 fn told(
     scan: Scan<'_>,
     levels: Levels,
@@ -98,7 +98,8 @@ fn on_wall(scan: Scan<'_>, wall: &RadialMap, (k, p): (usize, usize)) -> Vector {
     Vector::new((x * dx).into(), (y * dy).into(), (k as f32 * dz).into())
 }
 
-/// How far a place lies from the nearest of others: along a ray that grazes the wall it would be more.
+/// How far a place lies from the nearest of others: along a ray that grazes the wall it would be
+/// more.
 fn apart(others: &[Vector], place: Vector) -> f64 {
     others.iter().map(|other| (other - place).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()
 }

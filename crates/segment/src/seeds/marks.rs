@@ -26,7 +26,8 @@ pub(crate) struct Mark {
     pub(super) painted: bool,
 }
 
-/// That no seed that is a point lies outside a CT: what can be told of them before the CT is segmented.
+/// That no seed that is a point lies outside a CT: what can be told of them before the CT is
+/// segmented.
 ///
 /// # Errors
 /// [`Error::Seed`] of the first that does.
@@ -49,9 +50,9 @@ fn points_in(grid: &Grid, seeds: &Seeds) -> Result<Vec<(SeedKind, Point, [usize;
 /// All seeds as voxels of the CT, in order of memory.
 ///
 /// # Errors
-/// When a point lies outside the CT, none of a painted map lies within it, a stroke covers nothing of the patient, two kinds
-/// claim one voxel, a seed lies outside the body (of soft tissue: well outside), or a chest-wall seed lies in
-/// the skin.
+/// When a point lies outside the CT, none of a painted map lies within it, a stroke covers nothing
+/// of the patient, two kinds claim one voxel, a seed lies outside the body (of soft tissue: well
+/// outside), or a chest-wall seed lies in the skin.
 pub(crate) fn marks(scan: Scan<'_>, seeds: &Seeds) -> Result<Vec<Mark>, Error> {
     let grid = scan.ct.grid();
     let mut marks = Vec::new();

@@ -1,5 +1,6 @@
-//! What the user knows: its voxels ([`marks`], [`brush`]), what they ask of the surface of the chest wall
-//! ([`bend`], [`bind`], [`pull`]) and of the labels ([`stamp`]), and what they did ([`effect`]).
+//! What the user knows: its voxels ([`marks`], [`brush`]), what they ask of the surface of the
+//! chest wall ([`bend`], [`bind`], [`pull`]) and of the labels ([`stamp`]), and what they did
+//! ([`effect`]).
 
 mod bend;
 mod bind;

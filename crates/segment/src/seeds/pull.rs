@@ -4,7 +4,8 @@
 use crate::radial_map::{RAYS, RadialMap};
 use rayon::prelude::*;
 
-// Chosen, not measured, but for the reach: 25 mm was good in the reference, section 6, which tried no other.
+// Chosen, not measured, but for the reach: 25 mm was good in the reference, section 6, which tried
+// no other.
 /// Change of the wall's thickness per mm along the surface that is believed without evidence.
 const SLOPE: f32 = 0.2;
 /// Reach of a seed: sigma of a Gaussian along the surface, mm, and where it is cut, sigma.
@@ -50,8 +51,8 @@ pub(crate) struct Free<'a> {
 }
 
 impl SeedLimit {
-    /// The limit of ray `n`, whose shell has the radius `shell`, for a surface below (`sign` = 1) or
-    /// above (-1) the height `limit`, mm.
+    /// The limit of ray `n`, whose shell has the radius `shell`, for a surface below (`sign` = 1)
+    /// or above (-1) the height `limit`, mm.
     pub(super) fn new(n: usize, shell: f32, sign: f32, limit: f32, free: &Free<'_>) -> Self {
         let arc = (shell + limit).max(1.0) * std::f32::consts::TAU / RAYS as f32;
         let off = sign * (free.surface.values[n] - limit);

@@ -10,7 +10,8 @@ use supine_volume::{LabelMap, Parts, SeedKind, label};
 const EXCLUDE_MM: f32 = 3.0;
 
 /// Takes what is excluded off the patient, and what hung on her by it alone; adds what soft-tissue
-/// seeds tell beside the skin; and gives the voxels of all seeds their labels. Tells of what had no effect.
+/// seeds tell beside the skin; and gives the voxels of all seeds their labels. Tells of what had no
+/// effect.
 pub(crate) fn stamp(scan: Scan<'_>, labels: &mut LabelMap, marks: &[Mark]) -> Vec<Warning> {
     let warnings = exclude(scan, labels, marks);
     let flags = &scan.body.flags;

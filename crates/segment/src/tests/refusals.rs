@@ -85,7 +85,8 @@ type Off = fn(&Point) -> f64;
 
 #[test]
 fn half_a_chest_is_refused_with_the_side_that_is_missing() {
-    // Cut at the middle by the field, filled with air, through a lung that is open then, and through the chest askew.
+    // Cut at the middle by the field, filled with air, through a lung that is open then, and
+    // through the chest askew.
     for (side, sign) in [(Side::Left, 1.0), (Side::Right, -1.0)] {
         let beyond: [(Off, i16, &str); 4] = [
             (|p| p.x + 2.0, -2048, "flat cut"),

@@ -5,7 +5,8 @@ use supine_space::Grid;
 
 /// Units of the values per mm: 16 bits then reach 16 mm, to 0.0005 mm.
 pub(super) const PER_MM: f32 = 2000.0;
-/// Passes over the voxels beside the surface, alternately forwards and backwards. Chosen, not measured.
+/// Passes over the voxels beside the surface, alternately forwards and backwards. Chosen, not
+/// measured.
 const NEAR_PASSES: usize = 6;
 
 /// A voxel beside the surface and the distance to it along each axis, mm; infinite where the

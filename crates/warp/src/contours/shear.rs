@@ -1,8 +1,9 @@
 //! The solid between two planes whose contours lie side by side more than upon each other.
 //!
-//! Interpolating signed distances (Raya and Udupa, IEEE Trans. Med. Imaging 9, 1990) needs outlines that overlap: of a
-//! band 3 mm wide that moves on by 5 mm from plane to plane nothing is left half-way. So one outline is shifted towards
-//! the other, on the way between their middles, as they too propose for objects that are displaced.
+//! Interpolating signed distances (Raya and Udupa, IEEE Trans. Med. Imaging 9, 1990) needs outlines
+//! that overlap: of a band 3 mm wide that moves on by 5 mm from plane to plane nothing is left
+//! half-way. So one outline is shifted towards the other, on the way between their middles, as they
+//! too propose for objects that are displaced.
 
 use super::Plane;
 use crate::outline::{Pixels, signed_distance};
@@ -13,8 +14,8 @@ const BETTER: f64 = 0.1;
 /// Most layers between two planes.
 const MAX_LAYERS: usize = 64;
 
-/// Layers to be put between two planes, ascending: their level and signed distances, mm. None where the outlines lie upon
-/// each other well enough as they are.
+/// Layers to be put between two planes, ascending: their level and signed distances, mm. None where
+/// the outlines lie upon each other well enough as they are.
 pub(super) fn layers(
     pixels: &Pixels,
     planes: [&Plane; 2],

@@ -1,11 +1,13 @@
-//! Slices in which a carried structure lies as it was drawn: there its contours are those that were given.
+//! Slices in which a carried structure lies as it was drawn: there its contours are those that were
+//! given.
 
 use super::{Plane, SAME_PLANE_MM};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use supine_space::{Grid, Point, Vector};
 
-/// Contours that enclose less are specks of the cut, mm²; but none that is as large as what was drawn.
+/// Contours that enclose less are specks of the cut, mm²; but none that is as large as what was
+/// drawn.
 const SPECK_MM2: f64 = 2.0;
 /// Contours that lie upon each other so far are the same, mm.
 const SAME_MM: f64 = 1e-4;
@@ -13,9 +15,10 @@ const SAME_MM: f64 = 1e-4;
 /// Contours by the number of their slice.
 type Slices = BTreeMap<usize, Vec<Vec<Point>>>;
 
-/// The contours of the operating position, in the order of the slices: `cut` from the solid after, and, in slices where
-/// that is what `before` was cut to from the solid as drawn, the contours given there. A slice that lies still between drawn
-/// slices that lie still stays empty if nothing was drawn in it.
+/// The contours of the operating position, in the order of the slices: `cut` from the solid after,
+/// and, in slices where that is what `before` was cut to from the solid as drawn, the contours
+/// given there. A slice that lies still between drawn slices that lie still stays empty if nothing
+/// was drawn in it.
 pub(super) fn put_back(
     given: &[Vec<Point>],
     planes: &[Plane],
@@ -71,8 +74,8 @@ fn by_slice(contours: &[Vec<Point>], grid: &Grid) -> Slices {
     slices
 }
 
-/// The slices next to a slice on which planes were drawn; where there is a plane but no slice, the slice itself, which then was
-/// not drawn.
+/// The slices next to a slice on which planes were drawn; where there is a plane but no slice, the
+/// slice itself, which then was not drawn.
 fn beside(planes: &[Plane], k: usize, grid: &Grid) -> [Option<usize>; 2] {
     let step = grid.spacing().z;
     let slice = |plane: &Plane| {

@@ -1,7 +1,7 @@
 //! Eight rows or voxels at once, on processors with AVX2 and FMA.
 //!
-//! `unsafe` is needed twice: to call what only such processors have, and to read several voxels as one
-//! number without asking for each whether it lies in the volume. The twin is [`super::scalar`].
+//! `unsafe` is needed twice: to call what only such processors have, and to read several voxels as
+//! one number without asking for each whether it lies in the volume. The twin is [`super::scalar`].
 #![allow(unsafe_code, reason = "vector instructions and unchecked reads, see above")]
 
 mod cubic;

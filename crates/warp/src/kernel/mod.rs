@@ -1,8 +1,8 @@
-//! What is done for each row and each voxel: where rows begin and end, where voxels come from, and trilinear
-//! or cubic samples there, in f32 about points near by.
+//! What is done for each row and each voxel: where rows begin and end, where voxels come from, and
+//! trilinear or cubic samples there, in f32 about points near by.
 //!
-//! [`scalar`] says what is to be computed, operation by operation; `avx2` does the same for eight rows or voxels
-//! at once. All give the same bits: products and sums are fused everywhere.
+//! [`scalar`] says what is to be computed, operation by operation; `avx2` does the same for eight
+//! rows or voxels at once. All give the same bits: products and sums are fused everywhere.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -75,7 +75,8 @@ impl Kernel {
         all
     }
 
-    /// Adds the spans of the tetrahedron of a lane in the rows of `extent`, and the rows that are unsure.
+    /// Adds the spans of the tetrahedron of a lane in the rows of `extent`, and the rows that are
+    /// unsure.
     #[inline(always)]
     pub(crate) fn sweep(
         self,
@@ -91,8 +92,8 @@ impl Kernel {
         }
     }
 
-    /// Finds `places` of the tetrahedron of a lane in the volume; their number is a multiple of [`LANES`], and
-    /// `spots` holds as many.
+    /// Finds `places` of the tetrahedron of a lane in the volume; their number is a multiple of
+    /// [`LANES`], and `spots` holds as many.
     #[inline(always)]
     pub(crate) fn locate(
         self,
@@ -117,7 +118,8 @@ impl Kernel {
         }
     }
 
-    /// The trilinear HU at the first of `spots`, as many as there are `values`, a multiple of [`LANES`].
+    /// The trilinear HU at the first of `spots`, as many as there are `values`, a multiple of
+    /// [`LANES`].
     pub(crate) fn blend(self, source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
         match self {
             Self::Scalar => scalar::blend(source, spots, values),
@@ -179,7 +181,8 @@ impl Spots {
         SpotsMut { cells: &mut self.cells[range], within }
     }
 
-    /// Asks the memory for voxels around one of them; the others are asked for by neighbours, mostly.
+    /// Asks the memory for voxels around one of them; the others are asked for by neighbours,
+    /// mostly.
     #[inline(always)]
     pub(crate) fn prefetch(&self, at: usize, source: &Source<'_>) {
         let (cell, [_, row, slice]) = (self.cells[at] as usize, source.steps);
@@ -223,8 +226,8 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The affine maps of several tetrahedra from whole places in their boxes to the volume's indices, each relative to
-/// a voxel of the volume near by.
+/// The affine maps of several tetrahedra from whole places in their boxes to the volume's indices,
+/// each relative to a voxel of the volume near by.
 pub(crate) struct Locals {
     /// Of the sampled volume: the place of the voxel to which all is relative.
     start: [u32; LANES],
@@ -238,13 +241,15 @@ pub(crate) struct Locals {
     high: [[f32; LANES]; 3],
     /// The last cell along each axis.
     last: [[i32; LANES]; 3],
-    /// Ratio of the deformed volume to that in the CT, in voxels: det F where both have the same voxels.
+    /// Ratio of the deformed volume to that in the CT, in voxels: det F where both have the same
+    /// voxels.
     det: [f64; LANES],
 }
 
 impl Locals {
-    /// The maps of the tetrahedra of `batch` onto those with the corners `rest`, into `source`. Places are
-    /// relative to the first voxel of each box, but begin with slice `first` where the box is below.
+    /// The maps of the tetrahedra of `batch` onto those with the corners `rest`, into `source`.
+    /// Places are relative to the first voxel of each box, but begin with slice `first` where the
+    /// box is below.
     #[inline(always)]
     pub(crate) fn new(batch: &Batch, rest: [Triple; 4], first: usize, source: &Source<'_>) -> Self {
         let [o, edges @ ..] = rest;
@@ -305,8 +310,8 @@ impl Locals {
         all
     }
 
-    /// Whether all places that come from the tetrahedron of a lane have two voxels on either side along each axis
-    /// of the volume `source`.
+    /// Whether all places that come from the tetrahedron of a lane have two voxels on either side
+    /// along each axis of the volume `source`.
     #[inline(always)]
     pub(crate) fn within(&self, lane: usize, source: &Source<'_>) -> bool {
         (0..3).all(|a| {

@@ -6,8 +6,8 @@ use crate::rows::{max, min};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A copy of a box of voxels in which neighbours along j and k do not contend for the same lines of a cache, as
-/// they do where a row has 512 voxels.
+/// A copy of a box of voxels in which neighbours along j and k do not contend for the same lines of
+/// a cache, as they do where a row has 512 voxels.
 #[derive(Debug)]
 pub(crate) struct Near {
     data: Vec<i16>,
@@ -52,8 +52,8 @@ impl Near {
     }
 }
 
-/// The voxels of a volume of `size` that are read where places are among `vertices`, when the voxel before each
-/// place and `wide` voxels on either side of that and the next are.
+/// The voxels of a volume of `size` that are read where places are among `vertices`, when the voxel
+/// before each place and `wide` voxels on either side of that and the next are.
 pub(crate) fn reach(vertices: &[Index], size: [usize; 3], wide: usize) -> [Range<usize>; 3] {
     [0, 1, 2].map(|a| {
         let along = || vertices.iter().map(|v| v[a].clamp(0.0, (size[a] - 1) as f64));

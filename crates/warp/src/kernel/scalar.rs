@@ -73,7 +73,8 @@ fn one(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
     between(plane(cell), plane(cell + slice), t[2]).round_ties_even() as i16
 }
 
-/// By cubic convolution, held within the voxels it is of; beyond the edges of the volume the outermost go on.
+/// By cubic convolution, held within the voxels it is of; beyond the edges of the volume the
+/// outermost go on.
 pub(super) fn cubic(source: &Source<'_>, spots: &Spots, range: Range<usize>, values: &mut [i16]) {
     for n in range {
         let within = [spots.within[0][n], spots.within[1][n], spots.within[2][n]];
@@ -107,8 +108,8 @@ fn one_cubic(source: &Source<'_>, cell: u32, t: [f32; 3]) -> i16 {
     ((along(0) + along(1)).round_ties_even() as i16).max(low).min(high)
 }
 
-/// Where the four voxels along each axis around a cell are; what the source holds ends where the volume does, or
-/// beyond what is asked for.
+/// Where the four voxels along each axis around a cell are; what the source holds ends where the
+/// volume does, or beyond what is asked for.
 fn around(source: &Source<'_>, cell: usize) -> [[usize; 4]; 3] {
     let [_, row, slice] = source.steps;
     let cell = [cell % slice % row, cell % slice / row, cell / slice];

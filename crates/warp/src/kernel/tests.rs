@@ -71,7 +71,8 @@ agrees!(the_fastest_gives_the_bits_of_the_plain_one, Kernel::best());
 agrees!(the_plain_one_is_chosen_by_its_name, Kernel::Scalar);
 
 proptest! {
-    /// In f32 about a voxel near by, the value is that of f64 to a fiftieth of an HU and its rounding.
+    /// In f32 about a voxel near by, the value is that of f64 to a fiftieth of an HU and its
+    /// rounding.
     #[test]
     fn the_plain_one_is_near_f64(
         shift in prop::array::uniform3(-2.0..2.0f64),

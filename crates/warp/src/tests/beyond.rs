@@ -30,7 +30,8 @@ fn beyond(end: f64, shift: f64) -> f64 {
 
 #[test]
 fn tissue_from_beyond_the_field_is_counted_and_skin_is_not() {
-    // The mesh reaches to 40.5 mm and the field to 35 mm: what lies between moves in, and nothing is known of what follows.
+    // The mesh reaches to 40.5 mm and the field to 35 mm: what lies between moves in, and nothing
+    // is known of what follows.
     assert_eq!(beyond(35.0, -4.0), 4.0 * 20.0 * 20.0);
     // The field ends at the mesh: what is to follow it was not measured.
     assert_eq!(beyond(39.0, -4.0), 4.0 * 20.0 * 20.0);

@@ -179,8 +179,8 @@ fn a_dose_is_that_of_the_tissue_up_to_the_skin() {
     let planned =
         |p: Point| 50.0 * (-(p - Point::new(12.0, 0.0, 5.0)).norm_squared() / 1250.0).exp();
     let origins = Origins::new(&grid, &u, &params(), cell_mm(&grid), Progress::none()).unwrap();
-    // As far as it was computed: everywhere, in the tissue alone as planning systems do, or not quite up to the skin. What goes on into the air then
-    // goes on straight.
+    // As far as it was computed: everywhere, in the tissue alone as planning systems do, or not
+    // quite up to the skin. What goes on into the air then goes on straight.
     for (more, gy) in [(f64::INFINITY, 0.5), (0.0, 0.7), (-1.0, 0.7)] {
         let dose = Volume::from_fn(grid.clone(), |v| {
             let p = grid.centre(v);

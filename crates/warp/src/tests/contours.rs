@@ -185,7 +185,8 @@ fn what_does_not_move_is_given_back_and_what_cannot_be_is_refused() {
 fn a_thin_band_that_slants_is_still_there_between_its_planes() {
     let mesh = block();
     let grid = slices(false);
-    // 2.4 mm wide and 14 mm long, from slice to slice 7 mm on along itself and 1 mm across; carried by nearly half a step.
+    // 2.4 mm wide and 14 mm long, from slice to slice 7 mm on along itself and 1 mm across; carried
+    // by nearly half a step.
     let axes = *grid.direction();
     let band = |n: usize| -> Vec<Point> {
         let on = n as f64 - 2.0;

@@ -15,7 +15,8 @@ fn bent(p: Point) -> Vector {
     Vector::new(6.0, 2.0, -5.0) * (hang * hang) + Vector::new(0.0, p.x * p.z / 100.0, 0.0)
 }
 
-/// The farthest that the pieces of tetrahedra that reach into the grid miss the displacement, at places within them, mm.
+/// The farthest that the pieces of tetrahedra that reach into the grid miss the displacement, at
+/// places within them, mm.
 fn missed_mm(pieces: &Pieces, curve: &Curve<'_>, grid: &Grid) -> f64 {
     let shares = [[0.25; 4], [0.5, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 0.5], [0.1, 0.2, 0.6, 0.1]];
     let mut missed = 0.0f64;

@@ -100,14 +100,15 @@ fn sampled(field: &Volume<[f32; 3]>, p: Point) -> Vector {
     Vector::from(supine_volume::sample_vector(field, index))
 }
 
-/// A block that goes 9 mm one way leaves 9 mm of air behind: between voxels too, nothing there may lead into the block that
-/// was, and all places in the block that is must.
+/// A block that goes 9 mm one way leaves 9 mm of air behind: between voxels too, nothing there may
+/// lead into the block that was, and all places in the block that is must.
 #[test]
 fn vectors_lead_to_air_where_tissue_left() {
     let by = Vector::new(2.0, -9.0, 3.0);
     let (whole, u) = (grid(60.0), shifted(by));
     let MovingPart { fields: own, resampling, .. } = part_of(&whole, &u);
-    // Places that were left, those of them that show the block, places beside both that show it, tissue that is not shown.
+    // Places that were left, those of them that show the block, places beside both that show it,
+    // tissue that is not shown.
     let seen = |field: &Volume<[f32; 3]>| {
         let mut counts = [0; 4];
         for n in 0..50 * 50 * 50 {
@@ -123,11 +124,13 @@ fn vectors_lead_to_air_where_tissue_left() {
     assert!(left > 3000 && ghost > left / 2, "the map alone leaves {ghost} of {left}");
     let [_, ghost, beside, missing] = seen(&resampling);
     assert!(ghost == 0 && missing == 0, "{ghost} and {missing}");
-    // Where the vectors end, in the air at the edges of the block, shorter ones than those of its tissue meet it.
+    // Where the vectors end, in the air at the edges of the block, shorter ones than those of its
+    // tissue meet it.
     assert!(beside < left / 40, "{beside} of {left}");
 }
 
-/// Points on the skin, under it and on a mark beside it: the vectors between voxels move them as they are carried.
+/// Points on the skin, under it and on a mark beside it: the vectors between voxels move them as
+/// they are carried.
 #[test]
 fn a_point_at_the_skin_goes_between_voxels_where_it_is_carried() {
     let (whole, by) = (grid(60.0), Vector::new(2.0, -9.0, 3.0));
@@ -147,7 +150,8 @@ fn a_point_at_the_skin_goes_between_voxels_where_it_is_carried() {
     };
     let (alone, led_on) = (worst(own.ct_to_deformed()), worst(&field));
     assert!(alone > 5.0, "the map alone is off by {alone} mm");
-    // The layer beside the skin is rigid, the tissue stretches: within a cell the vectors have a kink at the skin.
+    // The layer beside the skin is rigid, the tissue stretches: within a cell the vectors have a
+    // kink at the skin.
     assert!(led_on < 0.15, "{led_on} mm");
     for n in 0..field.grid().len() {
         let (map, vector) = (own.ct_to_deformed().data()[n], field.data()[n]);

@@ -246,8 +246,8 @@ fn too_many_pieces_are_not_made() {
     assert!((volume(&free) - volume(&bound)).abs() < 1e-3 * volume(&free));
 }
 
-/// A grid twice as fine and larger all round: where it has a voxel of the CT it has the same value, beyond the CT
-/// it is air.
+/// A grid twice as fine and larger all round: where it has a voxel of the CT it has the same value,
+/// beyond the CT it is air.
 #[test]
 fn another_grid_holds_the_same_tissue() {
     let (mesh, ct) = (block(), ct());
@@ -290,7 +290,8 @@ fn a_coarser_grid_is_averaged() {
     let size = own.size().map(|n| n / 2);
     let first = own.patient_from_index([0.0; 3]);
     let coarse = Grid::new(size, own.spacing() * 2.0, first, Matrix::identity()).unwrap();
-    // The pattern is a ramp with noise of 0 to 15, of variance 21.25: the ramp taken off, the noise is left.
+    // The pattern is a ramp with noise of 0 to 15, of variance 21.25: the ramp taken off, the noise
+    // is left.
     let noise = |supersample_below: f64| {
         let params = Params { supersample_below, ..no_fade() };
         let (made, _) = warp_onto(&coarse, &ct, &still, &params, Progress::none()).unwrap();
@@ -311,7 +312,8 @@ fn a_coarser_grid_is_averaged() {
     assert!((single - 21.25).abs() < 1.0 && averaged < 0.4 * single, "{averaged} {single}");
 }
 
-/// Frames one after the other give what each displacement gives alone, and the CT is there again after them.
+/// Frames one after the other give what each displacement gives alone, and the CT is there again
+/// after them.
 #[test]
 fn each_frame_is_as_if_it_were_the_only_one() {
     let mesh = lattice([3, 2, 2], 4.0, Point::origin(), |_| BoundaryTag::Skin);

@@ -77,7 +77,7 @@ export function makeHeader(help) {
   const warnings = element("button", { type: "button", id: "warnings", onclick: () => chooseStep("check") });
   at("head-tools").append(warnings,
     element("button", { type: "button", title: "light or dark", "aria-label": "Light or dark", onclick: toggleTheme }, "\u25d0"),
-    element("button", { type: "button", title: hint("panel"), "aria-label": "Panel on or off", id: "fold", onclick: () => toggle("panel") }, "\u2630"),
+    element("button", { type: "button", title: hint("panel"), "aria-label": "Show or hide the panel", id: "fold", onclick: () => toggle("panel") }, "\u2630"),
     element("button", { type: "button", title: "keys and mouse (?)", "aria-label": "Help", onclick: help }, "?"));
 }
 

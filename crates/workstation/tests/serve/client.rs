@@ -10,7 +10,8 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 use supine_workstation::{Host, Open, open};
 
-/// The waits of all tests end after this: the longest work takes half a minute, and much longer where a machine has other work.
+/// The waits of all tests end after this: the longest work takes half a minute, and much longer
+/// where a machine has other work.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A server, and how to speak to it.
@@ -243,7 +244,8 @@ impl Answer {
         answer
     }
 
-    /// The body: as long as it says, or up to the end of the connection. A socket stays open, and has none.
+    /// The body: as long as it says, or up to the end of the connection. A socket stays open, and
+    /// has none.
     fn read_body(&mut self, from: impl Read) {
         let length = self.header("content-length").map(|length| length.parse().unwrap());
         let most = if self.status == 101 { 0 } else { length.unwrap_or(u64::MAX) };

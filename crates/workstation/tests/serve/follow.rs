@@ -262,7 +262,8 @@ fn the_slices_are_those_of_the_navigation_where_it_sends_them() {
         region.iter().for_each(|region| navigator.say(region));
         read(&link.picture())
     };
-    // The page waits 0.3 s for it: one that came later, by other work on the machine, is asked for again.
+    // The page waits 0.3 s for it: one that came later, by other work on the machine, is asked for
+    // again.
     let begun = Instant::now();
     let mut shown = pictured(&mut navigator, Some(&region));
     while shown.rest[0].is_nan() && begun.elapsed() < PATIENCE {
@@ -274,7 +275,8 @@ fn the_slices_are_those_of_the_navigation_where_it_sends_them() {
     for ((head, hu), (_, before)) in shown.planes.iter().zip(&alone.planes) {
         assert!(carried(hu) > 300 && carried(before) < 20, "{head:?} {}", carried(hu));
     }
-    // One that sends none is not waited for: the table alone again. One that came late may be shown before.
+    // One that sends none is not waited for: the table alone again. One that came late may be shown
+    // before.
     let begun = Instant::now();
     let mut again = pictured(&mut navigator, None);
     while !again.rest[0].is_nan() && begun.elapsed() < PATIENCE {

@@ -85,7 +85,8 @@ fn requests_that_are_refused() {
     assert_eq!(page.get("/api/picture/99").status, 403);
 }
 
-/// More than may stand at the door; a process that holds both ends has no descriptors for a thousand.
+/// More than may stand at the door; a process that holds both ends has no descriptors for a
+/// thousand.
 #[test]
 fn who_has_no_key_neither_stays_nor_keeps_the_owner_out() {
     let page = Page::open(&patient());

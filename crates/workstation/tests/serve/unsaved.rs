@@ -36,7 +36,8 @@ fn new_case(dir: &Path, unsaved: &Path) -> Page {
     page
 }
 
-/// What a page offers, once it offers as much as is wanted: a program that ends lets go of what it has open.
+/// What a page offers, once it offers as much as is wanted: a program that ends lets go of what it
+/// has open.
 fn offered(page: &Page, wanted: usize) -> Vec<Value> {
     let begun = Instant::now();
     loop {

@@ -105,7 +105,8 @@ pub fn carry(given: &Carry, observer: &dyn Observer) -> Result<CarryDone, Error>
     }
 }
 
-/// Refuses the name of a result that says no format for what is carried; DICOM objects come out as such or as files.
+/// Refuses the name of a result that says no format for what is carried; DICOM objects come out as
+/// such or as files.
 fn check_out(given: &Carry) -> Result<(), Error> {
     let (what, out) = (given.what.as_path(), given.out.as_path());
     let check = |what, endings: &[&str]| check_ending("--out", out, what, endings);
@@ -167,7 +168,8 @@ impl<'a> Job<'a> {
         let mesh = run.as_ref().map_or_else(|| given.from.clone(), FinishedRun::deformed);
         let deformation = given_deformation(&mesh)?;
         let (reading, ct_path) = (case.read_params(), case.ct);
-        // Objects that lie beside the run's own, as those carried before may, change nothing of what is carried.
+        // Objects that lie beside the run's own, as those carried before may, change nothing of
+        // what is carried.
         let why = run.as_ref().and_then(|_| why_not(&run_around(&given.from)?));
         let not_usable = why.is_some();
         gather.warn_all(NodeId::Import, why.map(|why| of_unusable(&given.from, &why)));
@@ -192,7 +194,8 @@ impl<'a> Job<'a> {
         self.gather.work(NodeId::Import, |progress| read_ct(path, reading, progress))
     }
 
-    /// The grid on which results are wanted: that of the given CT, or of the deformed one of the run.
+    /// The grid on which results are wanted: that of the given CT, or of the deformed one of the
+    /// run.
     fn grid(&self, ct: Option<&CtInput>) -> Result<Grid, Error> {
         if let Some(ct) = ct {
             return Ok(ct.ct.grid().clone());
@@ -203,8 +206,8 @@ impl<'a> Job<'a> {
         Ok(self.read_ct(&path, &ReadParams::default())?.ct.grid().clone())
     }
 
-    /// What DICOM objects of the patient are held against. What a DICOM object to be written would lack is told before
-    /// the work.
+    /// What DICOM objects of the patient are held against. What a DICOM object to be written would
+    /// lack is told before the work.
     fn context(&self, before: Option<&CtInput>) -> Result<CarryContext, Error> {
         let files = match &self.run {
             None => ExportedFiles::default(),

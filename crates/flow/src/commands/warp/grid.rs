@@ -55,7 +55,8 @@ impl OutputGrid {
     }
 }
 
-/// The box of the tissue before and after, and `margin` mm around it, within the CT and on its voxels.
+/// The box of the tissue before and after, and `margin` mm around it, within the CT and on its
+/// voxels.
 fn around(
     axes: &mut [Axis; 3],
     ct: &Grid,
@@ -82,8 +83,8 @@ fn around(
     Ok(())
 }
 
-/// Slices with centres from one position to another, mm along the CT's slice axis: those of the CT's grid nearest to
-/// that, or `spacing` mm apart.
+/// Slices with centres from one position to another, mm along the CT's slice axis: those of the
+/// CT's grid nearest to that, or `spacing` mm apart.
 fn slices(ct: &Grid, ends: [f64; 2], spacing: Option<f64>) -> Result<Axis, Error> {
     let [from, to] = ends;
     let step = spacing.unwrap_or(ct.spacing().z) / ct.spacing().z;

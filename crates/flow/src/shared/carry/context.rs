@@ -1,7 +1,8 @@
-//! A patient's own dose, structures and segments in the operating position, as objects of the exported CT.
+//! A patient's own dose, structures and segments in the operating position, as objects of the
+//! exported CT.
 //!
-//! The one way for a run (`carry.*` in the case) and for `supine carry`: [`CarryContext`] says what an object is
-//! compared with and what it may name, the other files move it and write it.
+//! The one way for a run (`carry.*` in the case) and for `supine carry`: [`CarryContext`] says what
+//! an object is compared with and what it may name, the other files move it and write it.
 
 use crate::Error;
 use crate::shared::{CtInput, ExportSource, read_ct};
@@ -51,11 +52,12 @@ pub(crate) struct CarryContext {
 }
 
 impl CarryContext {
-    /// The context of what was exported; `before` is the series before deformation, where it is at hand.
+    /// The context of what was exported; `before` is the series before deformation, where it is at
+    /// hand.
     ///
     /// # Errors
-    /// When the exported series, its registration or the key of its de-identification cannot be read, or do not
-    /// belong together.
+    /// When the exported series, its registration or the key of its de-identification cannot be
+    /// read, or do not belong together.
     pub(crate) fn of(
         exported: &ExportedFiles,
         before: Option<&Source>,
@@ -164,8 +166,8 @@ impl CarryContext {
         Ok((given, warnings))
     }
 
-    /// What is carried must lie in the frame of reference of the CT, under its own UID or the mapped one; a warning when
-    /// that is not known.
+    /// What is carried must lie in the frame of reference of the CT, under its own UID or the
+    /// mapped one; a warning when that is not known.
     fn compare(&self, path: &Path, found: &[String]) -> Result<Option<Warning>, Error> {
         self.compare_patient(path)?;
         let Some(own) = &self.before else {
@@ -182,8 +184,8 @@ impl CarryContext {
         Ok(nameless.then(|| Warning::new("frame-missing", NO_FRAME)))
     }
 
-    /// What is carried must be of the patient of the CT. Where there is an exported CT, it is held against that one when it
-    /// is made ready for it.
+    /// What is carried must be of the patient of the CT. Where there is an exported CT, it is held
+    /// against that one when it is made ready for it.
     fn compare_patient(&self, path: &Path) -> Result<(), Error> {
         let Some(own) = self.patient.as_ref().filter(|id| !id.is_empty() && self.whose().is_none())
         else {

@@ -34,7 +34,8 @@ impl CarriedContours {
 /// Structures on the slices of a grid. `deformation` as the solver gave it.
 ///
 /// # Errors
-/// When the contours of a structure enclose nothing or are not parallel to the slices, or the user stopped.
+/// When the contours of a structure enclose nothing or are not parallel to the slices, or the user
+/// stopped.
 pub(crate) fn carry_named_contours(
     given: &[NamedContours],
     grid: &Grid,
@@ -63,8 +64,8 @@ pub(crate) fn carry_named_contours(
     Ok(carried)
 }
 
-/// Points and open lines of the regions of a structure set in the operating position, in their order. A planar line that
-/// moves is planar no longer.
+/// Points and open lines of the regions of a structure set in the operating position, in their
+/// order. A planar line that moves is planar no longer.
 ///
 /// # Errors
 /// When the displacement belongs to another mesh.
@@ -116,7 +117,8 @@ pub(crate) fn closed_contours(structures: &Structures) -> (Vec<NamedContours>, V
 /// `lines` are those of [`carry_lines`].
 ///
 /// # Errors
-/// When there is no exported CT, they are of another patient, or the file cannot be written or does not read back.
+/// When there is no exported CT, they are of another patient, or the file cannot be written or does
+/// not read back.
 pub(crate) fn write_carried_structures(
     carried: &CarriedContours,
     lines: Vec<Vec<Line>>,

@@ -19,8 +19,8 @@ pub(crate) fn not_anew() -> Warning {
     Warning::new(NOT_ANEW, text)
 }
 
-/// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before deformation, tells tissue from air
-/// and gives its density. `deformation` as the solver gave it.
+/// A dose (Gy) in the operating position, on its own grid, with its totals; `ct`, before
+/// deformation, tells tissue from air and gives its density. `deformation` as the solver gave it.
 ///
 /// # Errors
 /// When the user stopped.
@@ -41,7 +41,8 @@ pub(crate) fn carry_with_totals(
 /// Writes a carried dose as an RT dose of the exported CT.
 ///
 /// # Errors
-/// When there is no exported CT, the dose is of another patient, or the file cannot be written or does not read back.
+/// When there is no exported CT, the dose is of another patient, or the file cannot be written or
+/// does not read back.
 pub(crate) fn write_carried_dose(
     carried: &Volume<f32>,
     from: &Dose,

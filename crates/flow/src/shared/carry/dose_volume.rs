@@ -18,8 +18,8 @@ struct Region<'a> {
     volume_ml: [f64; 2],
 }
 
-/// The histogram of every structure in every dose, before and after, in their order; those that cannot be filled are told.
-/// Slices are those of `grid`.
+/// The histogram of every structure in every dose, before and after, in their order; those that
+/// cannot be filled are told. Slices are those of `grid`.
 ///
 /// # Errors
 /// When the user stopped.

@@ -63,8 +63,8 @@ impl CarryJob<'_> {
         (self.context, self.before)
     }
 
-    /// Carries a dose, and writes it as one of the exported CT where a file is named; `ct`, before deformation, gives
-    /// the density of the tissue.
+    /// Carries a dose, and writes it as one of the exported CT where a file is named; `ct`, before
+    /// deformation, gives the density of the tissue.
     pub(crate) fn dose(
         &self,
         path: &Path,
@@ -83,8 +83,8 @@ impl CarryJob<'_> {
         Ok(CarriedDose { given, carried, totals, written, warnings })
     }
 
-    /// Carries a structure set onto the slices of a grid, and writes it as one of the exported CT where a file is
-    /// named.
+    /// Carries a structure set onto the slices of a grid, and writes it as one of the exported CT
+    /// where a file is named.
     pub(crate) fn structures(
         &self,
         path: &Path,

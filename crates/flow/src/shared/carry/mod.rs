@@ -1,4 +1,5 @@
-//! A patient's own dose, structures and segments in the operating position, as objects of the exported CT.
+//! A patient's own dose, structures and segments in the operating position, as objects of the
+//! exported CT.
 
 mod context;
 mod contours;

@@ -44,7 +44,8 @@ pub(crate) enum MovedObject {
     Segmentation(CarriedSegments),
 }
 
-/// Names of files of objects, by their kind and number: the structure set of a run itself is the first of its kind.
+/// Names of files of objects, by their kind and number: the structure set of a run itself is the
+/// first of its kind.
 pub(crate) fn file_names(all: &[GivenObject]) -> Vec<String> {
     let name = |n: usize| {
         let kind = all[n].kind;
@@ -85,7 +86,8 @@ impl GivenObject {
         Ok(Self { kind, what, warnings })
     }
 
-    /// The object in the operating position; `ct` before deformation, `deformation` as the solver gave it.
+    /// The object in the operating position; `ct` before deformation, `deformation` as the solver
+    /// gave it.
     ///
     /// # Errors
     /// When contours cannot be carried, or the user stopped.
@@ -112,8 +114,9 @@ impl GivenObject {
         })
     }
 
-    /// Writes it where the tissue carries it into the file `out`, shown as `file`, as an object of the exported CT;
-    /// `place` says what it belongs to and how many of its kind were written before. Warnings are those of the writing.
+    /// Writes it where the tissue carries it into the file `out`, shown as `file`, as an object of
+    /// the exported CT; `place` says what it belongs to and how many of its kind were written
+    /// before. Warnings are those of the writing.
     ///
     /// # Errors
     /// When there is no exported CT, or the file cannot be written or does not read back.

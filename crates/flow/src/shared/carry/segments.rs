@@ -61,7 +61,8 @@ fn ml(mask: &Volume<bool>) -> f64 {
 /// Writes carried segments as a segmentation of the exported CT; what was written, and warnings.
 ///
 /// # Errors
-/// When there is no exported CT, they are of another patient, or the file cannot be written or does not read back.
+/// When there is no exported CT, they are of another patient, or the file cannot be written or does
+/// not read back.
 pub(crate) fn write_carried_segments(
     carried: &CarriedSegments,
     from: &Segmentation,

@@ -1,4 +1,5 @@
-//! Cubic convolution: one voxel after the other, each its 64 voxels at once; eight are then summed together.
+//! Cubic convolution: one voxel after the other, each its 64 voxels at once; eight are then summed
+//! together.
 //!
 //! Four rows of four voxels, one above the other in four slices, fill a register. The twin is
 //! [`super::super::scalar::cubic`].
@@ -24,8 +25,8 @@ const fn at(voxel: usize) -> usize {
     voxel % 4 * LANES + voxel / 4 * 4
 }
 
-/// What becomes of the 64 voxels around one: eight numbers whose sum is the value, and sixteen among which are the
-/// lowest and the highest.
+/// What becomes of the 64 voxels around one: eight numbers whose sum is the value, and sixteen
+/// among which are the lowest and the highest.
 type Block = (__m256, __m256i, __m256i);
 
 pub(in super::super) fn cubic(source: &Source<'_>, spots: &Spots, values: &mut [i16]) {
@@ -90,7 +91,8 @@ fn keys(t: __m256) -> [__m256; 4] {
     ]
 }
 
-/// The four numbers of each of eight voxels one after the other: those of voxels n and n + 4 in register n.
+/// The four numbers of each of eight voxels one after the other: those of voxels n and n + 4 in
+/// register n.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 fn by_voxel([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
@@ -126,7 +128,8 @@ fn cubic_eight(
     let mut pairs = [(_mm256_setzero_ps(), cells, cells); 4];
     for (n, pair) in pairs.iter_mut().enumerate() {
         let [a, b] = [n, n + 4].map(|voxel| held[voxel] as usize);
-        // SAFETY: no block begins behind the last that lies in the volume, whose slices have two rows of two or more.
+        // SAFETY: no block begins behind the last that lies in the volume, whose slices have two
+        // rows of two or more.
         let (a, b) = unsafe {
             let from = source.data.as_ptr();
             (
@@ -177,7 +180,8 @@ unsafe fn block(
         even = _mm256_fmadd_ps(weight, _mm256_cvtepi32_ps(pair[0]), even);
         odd = _mm256_fmadd_ps(weight, _mm256_cvtepi32_ps(pair[1]), odd);
     }
-    // SAFETY: `x` and `z` hold four numbers from there on, and `z` four more; reads need not be aligned.
+    // SAFETY: `x` and `z` hold four numbers from there on, and `z` four more; reads need not be
+    // aligned.
     let (x_even, x_odd, z) = unsafe {
         let x = weights.x.as_ptr().cast::<f32>().add(at(voxel)).cast::<f64>();
         let z = weights.z.as_ptr().cast::<f32>().add(at(voxel));
@@ -200,8 +204,8 @@ unsafe fn block(
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 unsafe fn one_row(from: *const i16, slice: usize) -> __m256i {
-    // SAFETY: four voxels are read of the even slices, eight of the odd ones, which begin with the four before; a slice
-    // has as many.
+    // SAFETY: four voxels are read of the even slices, eight of the odd ones, which begin with the
+    // four before; a slice has as many.
     let [a, b, c, d] = unsafe {
         let four = |n: usize| _mm_loadl_epi64(from.add(n * slice).cast::<__m128i>());
         let eight = |n: usize| _mm_loadu_si128(from.add(n * slice - 4).cast::<__m128i>());

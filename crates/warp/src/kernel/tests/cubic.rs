@@ -115,7 +115,8 @@ fn voxels_keep_their_values_at_whole_indices() {
     }
 }
 
-/// In f32 about a voxel near by, nearly all values are those of f64, and none differs by more than one.
+/// In f32 about a voxel near by, nearly all values are those of f64, and none differs by more than
+/// one.
 #[test]
 fn the_plain_one_is_that_of_f64() {
     let data = patterned_ct(SIZE, 5);

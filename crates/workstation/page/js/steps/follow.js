@@ -26,14 +26,14 @@ const rows = [
   ["State", ({ state }) => words[state]],
   ["Tumour within, 95\u202f%", ({ within_mm: mm }) => (mm === null ? "not known" : `\u00b1 ${fixed(mm)} mm`)],
   ["Moved", ({ moved_mm: mm }) => known(mm, "mm")],
-  ["Centre to surface", ({ from_surface_mm: mm }) => known(mm, "mm")],
-  ["Edge to surface", ({ from_surface_mm: mm, radius_mm: r }) => known(mm === null ? null : mm - r, "mm")],
-  ["Centre to axis", ({ from_axis_mm: mm }) => known(mm, "mm")],
+  ["Tumour centre to applicator", ({ from_surface_mm: mm }) => known(mm, "mm")],
+  ["Tumour edge to applicator", ({ from_surface_mm: mm, radius_mm: r }) => known(mm === null ? null : mm - r, "mm")],
+  ["Tumour centre to axis", ({ from_axis_mm: mm }) => known(mm, "mm")],
   ["Force", ({ force_n: n }) => known(n, "N", 2)],
   ["Solver\u2019s error", ({ solver_error_mm: mm }) => known(mm, "mm", 3)],
   ["Age of the pose", ({ age_ms: ms, state }) => (state === "stale" ? "not of now" : known(ms, "ms", 0))],
   ["Poses", (_, { navigation }) => (navigation?.rate ? `${fixed(navigation.rate, 0)} a second` : "\u2013")],
-  ["Slices behind by", behind],
+  ["Tumour moved since slices", behind],
 ];
 
 /** Nobody reads faster than this, ms. */

@@ -80,7 +80,7 @@ export function way() {
     const { distance_mm: far, length_mm: length, within_mm: within, level } = told;
     const sure = length && within !== null && level !== null
       ? `${Math.round(100 * level)}\u202f%: ${fixed(length[0])} to ${fixed(length[1])} mm, and within ${fixed(within)} mm of the place shown.`
-      : "How sure that is, is not known.";
+      : "The uncertainty is not known.";
     return [element("h3", {}, "The tumour\u2019s way"), element("p", {}, element("strong", {}, `${fixed(far)} mm`), ` ${sure}`)];
   });
 }

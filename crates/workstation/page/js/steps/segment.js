@@ -63,7 +63,7 @@ function toolChoice() {
         }, name)),
         element("button", { type: "button", "data-key": "here", disabled: simulated || (tool === "point" && erases),
           onclick: () => paintAtCrosshair(tool === "point" ? "point" : "brush") },
-        tool === "point" ? "Point at the crosshair" : "Dab at the crosshair")),
+        tool === "point" ? "Point at the crosshair" : "Paint at the crosshair")),
       ...(chosen ? [element("p", { class: "quiet" }, simulated ? "" : chosen[2])] : []),
       ...(chosen && simulated ? [element("p", { class: "unpainted" }, "Paint in the CT: this is the simulated one. ",
         element("button", { type: "button", "data-key": "show-ct", onclick: () => change({ show: "ct" }) }, "Show the CT"))] : []),

@@ -53,7 +53,7 @@ function drawScales(pen, state, height) {
   const [arrows, scans] = [of("displacement"), of("scan")];
   let low = height - 12;
   if (arrows.length > 0) {
-    drawScale(pen, low, "displacement", "Way of the tissue", ["0", `${scaleEnd(arrows)} mm`]);
+    drawScale(pen, low, "displacement", "Tissue displacement", ["0", `${scaleEnd(arrows)} mm`]);
     low -= letter() * 4.2;
   }
   if (scans.length > 0) drawScale(pen, low, "scan", "Scan to skin", [`\u2212${scaleEnd(scans)}`, `+${scaleEnd(scans)} mm`]);

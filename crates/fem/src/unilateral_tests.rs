@@ -75,7 +75,8 @@ pub(super) fn apart(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Deepest node, largest gap at a pressed node (mm), smallest force along its normal (mN); the nodes at each part.
+/// Deepest node, largest gap at a pressed node (mm), smallest force along its normal (mN); the
+/// nodes at each part.
 fn contact(applicator: &Applicator) -> ([f64; 3], [usize; 2]) {
     either!(&applicator.coupling, c => {
         let pressing = c.pressing().unwrap();

@@ -5,9 +5,10 @@ use crate::data_set::DataSet;
 use crate::source::Source;
 use dicom_dictionary_std::tags;
 
-/// Whose CT a series is: for the eyes of those who treat her, not for logs, hence no content in its `Debug`.
+/// Whose CT a series is: for the eyes of those who treat her, not for logs, hence no content in its
+/// `Debug`.
 #[derive(Clone, PartialEq, Eq, Default)]
-pub struct Whose {
+pub struct PatientIdentity {
     /// Name, family name first.
     pub name: String,
     /// Patient ID.
@@ -20,13 +21,13 @@ pub struct Whose {
     pub series: String,
 }
 
-impl std::fmt::Debug for Whose {
+impl std::fmt::Debug for PatientIdentity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Whose(..)")
+        f.write_str("PatientIdentity(..)")
     }
 }
 
-impl Whose {
+impl PatientIdentity {
     /// By the header of a file.
     pub(crate) fn of(header: &DataSet) -> Self {
         let text = |tag| readable(header, tag);
@@ -58,8 +59,8 @@ impl Whose {
 
 impl Source {
     /// Whose CT it is; what its header lacks is empty.
-    pub fn whose(&self) -> Whose {
-        Whose::of(&self.slices[0].header)
+    pub fn whose(&self) -> PatientIdentity {
+        PatientIdentity::of(&self.slices[0].header)
     }
 
     /// Study Instance UID.
@@ -67,7 +68,8 @@ impl Source {
         self.slices[0].header.text(tags::STUDY_INSTANCE_UID)
     }
 
-    /// SOP Instance UIDs of its files, ascending along the normal; frames of one file are one instance.
+    /// SOP Instance UIDs of its files, ascending along the normal; frames of one file are one
+    /// instance.
     pub fn instance_uids(&self) -> Vec<String> {
         let mut uids: Vec<String> =
             self.slices.iter().map(|s| s.header.text(tags::SOP_INSTANCE_UID)).collect();
@@ -121,9 +123,10 @@ mod tests {
     #[test]
     fn what_is_known_stands_in_one_line() {
         let [name, id] = ["Doe, Jane", "7"].map(String::from);
-        let whose = Whose { name, id, born: "1960-05-17".into(), ..Whose::default() };
+        let whose =
+            PatientIdentity { name, id, born: "1960-05-17".into(), ..PatientIdentity::default() };
         assert_eq!(whose.line(), "Doe, Jane \u{b7} 7 \u{b7} born 1960-05-17");
-        assert_eq!(Whose::default().line(), "");
+        assert_eq!(PatientIdentity::default().line(), "");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use supine_space::Vector;
 
 /// A body in the CT.
-pub(crate) struct Ground<const N: usize, const Q: usize> {
+pub(crate) struct Discretisation<const N: usize, const Q: usize> {
     /// Positions of its nodes, mm.
     pub(crate) positions: Vec<Vector>,
     /// Which of them are held.
@@ -23,7 +23,7 @@ pub(crate) struct Ground<const N: usize, const Q: usize> {
     pub(crate) straight: Straightening<N>,
 }
 
-impl<const N: usize, const Q: usize> Ground<N, Q> {
+impl<const N: usize, const Q: usize> Discretisation<N, Q> {
     /// The body of `job`, with its cut held or not.
     ///
     /// # Errors

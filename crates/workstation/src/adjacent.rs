@@ -1,5 +1,5 @@
-//! Structure sets, doses and segmentations that lie beside the CT: which of them the case carries along, and whether one of
-//! their regions is the tumour.
+//! Structure sets, doses and segmentations that lie beside the CT: which of them the case carries
+//! along, and whether one of their regions is the tumour.
 
 use crate::Error;
 use crate::desk::{Desk, Held};
@@ -42,7 +42,8 @@ pub(crate) struct Region {
 
 impl Beside {
     pub(crate) fn new(kind: CarriedKind, path: PathBuf) -> Self {
-        // A file that cannot be read has no regions; that it cannot, is told when it is to be carried.
+        // A file that cannot be read has no regions; that it cannot, is told when it is to be
+        // carried.
         let regions = match kind {
             CarriedKind::Structures => tumour_regions(&path).unwrap_or_default(),
             _ => vec![],
@@ -90,8 +91,8 @@ impl Desk {
         self.edit(Edits { revision: asked.revision, edits, placed })
     }
 
-    /// Reads the objects that the case carries along, and moves them where that takes no longer work; what is wrong with
-    /// them is told and ends nothing.
+    /// Reads the objects that the case carries along, and moves them where that takes no longer
+    /// work; what is wrong with them is told and ends nothing.
     pub(crate) fn read_objects(&self, session: &Session, watching: &Watching, lane: Lane) {
         if session.case().carried.is_empty() {
             return;

@@ -14,22 +14,22 @@ const KEPT: usize = 16;
 const THROUGH: usize = 2;
 
 /// What was found before of one body, and the factors that were used.
-pub(crate) struct Before<const N: usize, const Q: usize> {
+pub(crate) struct WarmStart<const N: usize, const Q: usize> {
     /// Something is kept at all: without, every solution is begun cold.
     keeps: bool,
     /// Factor of the stiffness near the last equilibrium.
-    pub(crate) loaded: Spare,
+    pub(crate) loaded: FactorCache,
     /// Factor of the stiffness in the CT shape on the last stress-free shape.
-    pub(crate) in_ct: Spare,
+    pub(crate) in_ct: FactorCache,
     /// Displacements from the CT shape to equilibria, mm.
-    pub(crate) equilibria: Trail,
+    pub(crate) equilibria: SolutionHistory,
     /// Displacements from the CT shape to stress-free shapes, mm.
-    pub(crate) shapes: Trail,
+    pub(crate) shapes: SolutionHistory,
     /// The last stress-free shape.
     rest: Option<Rest<N, Q>>,
 }
 
-impl<const N: usize, const Q: usize> Before<N, Q> {
+impl<const N: usize, const Q: usize> WarmStart<N, Q> {
     /// Nothing, and nothing will be kept: the solution is begun cold.
     pub(crate) fn nothing() -> Self {
         Self::new(false)
@@ -43,10 +43,10 @@ impl<const N: usize, const Q: usize> Before<N, Q> {
     fn new(keeps: bool) -> Self {
         Self {
             keeps,
-            loaded: Spare { keeps, tangent: None },
-            in_ct: Spare { keeps, tangent: None },
-            equilibria: Trail { keeps, states: Vec::new() },
-            shapes: Trail { keeps, states: Vec::new() },
+            loaded: FactorCache { keeps, tangent: None },
+            in_ct: FactorCache { keeps, tangent: None },
+            equilibria: SolutionHistory { keeps, states: Vec::new() },
+            shapes: SolutionHistory { keeps, states: Vec::new() },
             rest: None,
         }
     }
@@ -79,12 +79,12 @@ impl<const N: usize, const Q: usize> Before<N, Q> {
 }
 
 /// Room for a factor that may hold one of a former matrix.
-pub(crate) struct Spare {
+pub(crate) struct FactorCache {
     keeps: bool,
     tangent: Option<Tangent>,
 }
 
-impl Spare {
+impl FactorCache {
     /// What was kept, or a new one.
     ///
     /// # Errors
@@ -117,12 +117,12 @@ pub(crate) struct State {
 }
 
 /// States that were found, in the order in which they were.
-pub(crate) struct Trail {
+pub(crate) struct SolutionHistory {
     keeps: bool,
     states: Vec<State>,
 }
 
-impl Trail {
+impl SolutionHistory {
     /// Keeps a state in place of one found before at the same modulus and under the same gravity.
     pub(crate) fn keep(&mut self, state: impl FnOnce() -> State) {
         if !self.keeps {
@@ -142,10 +142,12 @@ impl Trail {
         self.states.iter().map(|s| 1.0 / s.softness).min_by(f64::total_cmp)
     }
 
-    /// What those found under the nearest gravity make expect at this softness (1/kPa), mm: the polynomial in it
-    /// through the nearest ones, with their slopes, and through a rigid body, which does not move.
+    /// What those found under the nearest gravity make expect at this softness (1/kPa), mm: the
+    /// polynomial in it through the nearest ones, with their slopes, and through a rigid body,
+    /// which does not move.
     ///
-    /// `None` when nothing was found, or when the gravity of the CT, under which nothing moves, is nearer.
+    /// `None` when nothing was found, or when the gravity of the CT, under which nothing moves, is
+    /// nearer.
     pub(crate) fn expected(
         &self,
         gravity: &Vector,
@@ -199,8 +201,8 @@ fn add(sum: &mut [Vector], weight: f64, values: &[Vector]) {
     sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v * weight);
 }
 
-/// The polynomial with these values at these places, and where a place stands twice with the slope there, at `x`:
-/// Newton's form by divided differences.
+/// The polynomial with these values at these places, and where a place stands twice with the slope
+/// there, at `x`: Newton's form by divided differences.
 fn polynomial(places: &[f64], values: Vec<f64>, slopes: &[f64], x: f64) -> f64 {
     let mut c = values;
     for order in 1..places.len() {

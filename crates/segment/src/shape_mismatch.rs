@@ -7,13 +7,14 @@ use crate::radial_map::RadialMap;
 
 /// From muscle to fat within this distance on both sides, mm: what is missing of it counts in full.
 const EDGE_MM: f32 = 2.0;
-/// Fat inside and dense tissue outside are summed from one distance to the other, mm, and count this much per mm.
+/// Fat inside and dense tissue outside are summed from one distance to the other, mm, and count
+/// this much per mm.
 const NEAR_MM: [f32; 2] = [1.0, 5.0];
 const FAT_INSIDE: f32 = 0.3;
 const DENSE_OUTSIDE: f32 = 0.15;
 
-/// 0 where muscle ends at the surface (its height over the shell, mm) and fat begins; 1 where nothing ends; up to 3 where it is
-/// the wrong way round. `hu` are the values along the rays.
+/// 0 where muscle ends at the surface (its height over the shell, mm) and fat begins; 1 where
+/// nothing ends; up to 3 where it is the wrong way round. `hu` are the values along the rays.
 pub(crate) fn misfit(hu: &Costs, levels: Levels, height: &RadialMap) -> RadialMap {
     let steps = |mm: f32| (mm / STEP_MM) as usize;
     let [from, to] = NEAR_MM.map(steps);

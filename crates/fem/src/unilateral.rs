@@ -1,20 +1,21 @@
 //! Tissue before a rigid body from which it lifts off: steps from one pose to the next.
 //!
-//! The energy is least under g ≥ 0, g the gaps between the nodes of the tissue's free surface and the smooth parts
-//! of the body. In equilibrium the out-of-balance force is r = Σ λ n with λ ≥ 0, g ≥ 0, λ g = 0, n the normals.
-//! A correction takes the tissue to be linear with the inverse stiffness H (a kept factor and the changes of the
-//! forces over the last corrections), and the body as it is: the displacement is −H (r − Σ λ n), and the λ solve a
-//! linear complementarity problem that is set up again with the gaps and normals there, until these stay. Since
-//! H knows nothing of the contact, it serves whatever is touched.
+//! The energy is least under g ≥ 0, g the gaps between the nodes of the tissue's free surface and
+//! the smooth parts of the body. In equilibrium the out-of-balance force is r = Σ λ n with λ ≥ 0, g
+//! ≥ 0, λ g = 0, n the normals. A correction takes the tissue to be linear with the inverse
+//! stiffness H (a kept factor and the changes of the forces over the last corrections), and the
+//! body as it is: the displacement is −H (r − Σ λ n), and the λ solve a linear complementarity
+//! problem that is set up again with the gaps and normals there, until these stay. Since H knows
+//! nothing of the contact, it serves whatever is touched.
 
 use crate::analysis::OutOfMemory;
 use crate::compliance::Compliance;
 use crate::coupling::Step;
-use crate::outcome::Halt;
+use crate::outcome::SolveError;
 use crate::pairs::Pair;
 use crate::press_problem::Problem;
 use crate::quasi_newton::{Budget, dot, error_mm, largest};
-use crate::site::{Place, Site};
+use crate::site::{ContactSite, TissueState};
 use crate::tangent::Tangent;
 use crate::wall::{Press, Target, Wall};
 use nalgebra::DVector;
@@ -25,19 +26,20 @@ use supine_space::{Pose, Progress, Vector};
 const CORRECTIONS: usize = 12;
 /// How exactly gaps are kept, mm.
 pub(crate) const GAP_MM: f64 = 1e-3;
-/// A node within the tissue that is this deep in the body is no dent between nodes of the surface, mm.
+/// A node within the tissue that is this deep in the body is no dent between nodes of the surface,
+/// mm.
 pub(crate) const BURIED_MM: f64 = 1.0;
 /// As for tissue that follows (`following`): the share of an error that a correction leaves.
 const FIRST_RATE: f64 = 4.0;
 const RATE_FALL: f64 = 0.8;
 const MIN_RATE: f64 = 0.05;
 const GROWTH: f64 = 2.0;
-/// A step is made in parts that are shorter than this share of the body's smallest radius, if it is near: else
-/// it could jump over a node. One that needs more parts is made in its own time.
+/// A step is made in parts that are shorter than this share of the body's smallest radius, if it is
+/// near: else it could jump over a node. One that needs more parts is made in its own time.
 const PART: f64 = 0.5;
 const PARTS: usize = 8;
-/// Relative residual where a step is made by Newton's method, and where an applicator is put in: with the set of
-/// touching nodes changing, rounding can keep it from falling much lower.
+/// Relative residual where a step is made by Newton's method, and where an applicator is put in:
+/// with the set of touching nodes changing, rounding can keep it from falling much lower.
 pub(crate) const STEP_GOAL: f64 = 1e-8;
 
 /// Where the tissue is and what presses it.
@@ -47,7 +49,8 @@ pub(crate) struct Balance {
     pub(crate) u: Vec<Vector>,
     /// The nodes that are pressed, in rising order.
     pub(crate) presses: Vec<Press>,
-    /// The forces that the last correction has put on nodes, mN: those of `presses` when it was a whole one.
+    /// The forces that the last correction has put on nodes, mN: those of `presses` when it was a
+    /// whole one.
     pub(crate) forces: Vec<(u32, Vector)>,
 }
 
@@ -74,7 +77,7 @@ struct Last {
 }
 
 /// What is kept of tissue that is pressed.
-pub(crate) struct Pressing {
+pub(crate) struct UnilateralContact {
     pub(crate) wall: Arc<Wall>,
     pub(crate) compliance: Compliance,
     /// Room of the factor before the last one.
@@ -82,12 +85,12 @@ pub(crate) struct Pressing {
     pub(crate) presses: Vec<Press>,
     pub(crate) forces: Vec<(u32, Vector)>,
     last: Option<Last>,
-    /// Share of the error that a correction leaves when the tissue has moved by the body's size since the factor
-    /// was made.
+    /// Share of the error that a correction leaves when the tissue has moved by the body's size
+    /// since the factor was made.
     rate: f64,
 }
 
-impl Pressing {
+impl UnilateralContact {
     /// Untouched tissue.
     pub(crate) fn new(wall: Arc<Wall>, compliance: Compliance) -> Self {
         let (presses, forces) = (Vec::new(), Vec::new());
@@ -101,13 +104,14 @@ impl Pressing {
         self.last = None;
     }
 
-    /// Renews the factor and the compliance at a displacement, nodes nearer than so many mm in reach; false when there is no factor.
+    /// Renews the factor and the compliance at a displacement, nodes nearer than so many mm in
+    /// reach; false when there is no factor.
     ///
     /// # Errors
     /// When there is not enough memory.
     pub(crate) fn renew<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         balance: &Balance,
         reach: (Target<'_>, f64),
     ) -> Result<bool, OutOfMemory> {
@@ -121,13 +125,13 @@ impl Pressing {
     }
 
     /// Whether a node that is not in reach has come near: a renewal would spare a step its own.
-    pub(crate) fn is_stale(&self, place: &Place) -> bool {
+    pub(crate) fn is_stale(&self, place: &TissueState) -> bool {
         let near = (Target::at(&place.pose), 0.5 * self.wall.margin_mm);
         self.wall.misses(&self.compliance.nodes, &place.u, near)
     }
 
     /// The nodes that a renewal at a place would have in reach.
-    pub(crate) fn reach(&self, place: &Place) -> Vec<u32> {
+    pub(crate) fn reach(&self, place: &TissueState) -> Vec<u32> {
         let near = (Target::at(&place.pose), self.wall.margin_mm);
         self.wall.reach(&place.u, &self.forces, near)
     }
@@ -146,14 +150,14 @@ impl Pressing {
     }
 
     /// Where the tissue is and what presses it.
-    pub(crate) fn balance(&self, place: &Place) -> Balance {
+    pub(crate) fn balance(&self, place: &TissueState) -> Balance {
         let (presses, forces) = (self.presses.clone(), self.forces.clone());
         Balance { u: place.u.clone(), presses, forces }
     }
 
     /// Takes an equilibrium.
-    pub(crate) fn take(&mut self, place: &mut Place, pose: &Pose, balance: Balance) {
-        *place = Place { pose: *pose, u: balance.u };
+    pub(crate) fn take(&mut self, place: &mut TissueState, pose: &Pose, balance: Balance) {
+        *place = TissueState { pose: *pose, u: balance.u };
         (self.presses, self.forces) = (balance.presses, balance.forces);
     }
 
@@ -163,10 +167,10 @@ impl Pressing {
     /// When no equilibrium is found, stopped or out of memory; the tissue is then as it was.
     pub(crate) fn step<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         pose: &Pose,
-    ) -> Result<Step, Halt> {
+    ) -> Result<Step, SolveError> {
         let first = place.clone();
         let mut balance = self.balance(place);
         let parts = self.parts(site, place, pose);
@@ -188,12 +192,12 @@ impl Pressing {
         self.settle((site, place), pose, STEP_GOAL, Progress::none())
     }
 
-    /// Moves the rigid body to `pose` by the factor at hand, without parts on the way; `None`, and nothing has
-    /// moved, when that does not suffice.
+    /// Moves the rigid body to `pose` by the factor at hand, without parts on the way; `None`, and
+    /// nothing has moved, when that does not suffice.
     pub(crate) fn step_quickly<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         pose: &Pose,
         budget: Budget,
     ) -> Option<Step> {
@@ -212,13 +216,14 @@ impl Pressing {
         Some(made)
     }
 
-    /// The equilibrium at `pose` by corrections, with a renewed factor where the one at hand does not suffice.
+    /// The equilibrium at `pose` by corrections, with a renewed factor where the one at hand does
+    /// not suffice.
     ///
     /// # Errors
     /// When there is not enough memory.
     fn moved<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         balance: &Balance,
         pose: &Pose,
     ) -> Result<Option<(Balance, Step)>, OutOfMemory> {
@@ -244,8 +249,8 @@ impl Pressing {
     /// In how many parts a motion is to be made.
     pub(crate) fn parts<const N: usize, const Q: usize>(
         &self,
-        site: &Site<N, Q>,
-        place: &Place,
+        site: &ContactSite<N, Q>,
+        place: &TissueState,
         pose: &Pose,
     ) -> usize {
         let way = self.way(site, &place.pose, pose);
@@ -264,7 +269,7 @@ impl Pressing {
     /// Bound of the motion of the body's surface between two poses, mm.
     pub(crate) fn way<const N: usize, const Q: usize>(
         &self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         from: &Pose,
         to: &Pose,
     ) -> f64 {
@@ -273,11 +278,11 @@ impl Pressing {
         Vector::new(x, y, z).norm() + turn * self.wall.surface.reach_mm
     }
 
-    /// Corrections from `balance` with the factor at hand; `None` when they do not converge, fold an element or
-    /// lead to where a node not in reach lies in the body.
+    /// Corrections from `balance` with the factor at hand; `None` when they do not converge, fold
+    /// an element or lead to where a node not in reach lies in the body.
     fn corrected<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         mut balance: Balance,
         target: Target<'_>,
         budget: Budget,
@@ -286,7 +291,8 @@ impl Pressing {
         // With the set of the nodes that touch, sizes go up and down.
         let mut recent = [f64::INFINITY; 3];
         let way = self.compliance.age_mm(&balance.u) / site.size_mm;
-        // One that is too stiff leaves nearly all of some errors, and the first corrections do not show it.
+        // One that is too stiff leaves nearly all of some errors, and the first corrections do not
+        // show it.
         let stiffer = self.compliance.is_stiffer();
         let mut left = if stiffer { 1.0 } else { (self.rate * way).clamp(MIN_RATE, 1.0) };
         for corrections in 1..=budget.corrections {
@@ -319,10 +325,11 @@ impl Pressing {
         None
     }
 
-    /// The correction where the forces out of balance, those of the body left out, are `forces` (mN).
+    /// The correction where the forces out of balance, those of the body left out, are `forces`
+    /// (mN).
     pub(crate) fn correct<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         balance: &Balance,
         forces: &[Vector],
         target: Target<'_>,
@@ -382,7 +389,7 @@ impl Pressing {
     /// Where a share of a correction leads.
     pub(crate) fn gone<const N: usize, const Q: usize>(
         &self,
-        site: &Site<N, Q>,
+        site: &ContactSite<N, Q>,
         from: &Balance,
         correction: &Correction,
         share: f64,

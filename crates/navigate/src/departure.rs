@@ -10,8 +10,8 @@ const AIR_HU: i16 = -1000;
 /// Weights of a place in a tetrahedron that are so little below 0 are rounding.
 const ROUNDED: f64 = 1e-9;
 
-/// The faces of the tetrahedra that are left that border no other one, outwards. The wall of the cavity counts as chest wall: nothing
-/// beyond it goes with it.
+/// The faces of the tetrahedra that are left that border no other one, outwards. The wall of the
+/// cavity counts as chest wall: nothing beyond it goes with it.
 ///
 /// # Errors
 /// None is known: no face of a mesh is of more than two tetrahedra.
@@ -32,8 +32,8 @@ pub(crate) fn boundary(
     Ok(mesh.open_faces(bears)?.into_iter().map(tagged).collect())
 }
 
-/// The tetrahedra that are left as a mesh of their own, and which nodes of the whole one are its nodes: points, then the middles of
-/// edges.
+/// The tetrahedra that are left as a mesh of their own, and which nodes of the whole one are its
+/// nodes: points, then the middles of edges.
 ///
 /// # Errors
 /// When none is left.

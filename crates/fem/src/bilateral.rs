@@ -2,16 +2,17 @@
 
 use crate::coupling::Step;
 use crate::newton::{Limits, Newton};
-use crate::outcome::{Cause, Halt, Stall};
+use crate::outcome::{Cause, NonConvergence, SolveError};
 use crate::quasi_newton::{Budget, Memory, error_mm, largest};
-use crate::site::{MOTIONS, Place, Responses, Site};
+use crate::site::{ContactSite, MOTIONS, Responses, TissueState};
 use crate::tangent::Tangent;
 use supine_space::{Pose, Progress, Vector};
 
 /// Corrections of a step; more mean that the factor is too old.
 const CORRECTIONS: usize = 10;
-/// The first guess how much of an error a correction leaves when the rigid body has moved by its size since
-/// the factor was made; how fast a guess that proved too high falls; and the lowest that is believed.
+/// The first guess how much of an error a correction leaves when the rigid body has moved by its
+/// size since the factor was made; how fast a guess that proved too high falls; and the lowest that
+/// is believed.
 const FIRST_RATE: f64 = 4.0;
 const RATE_FALL: f64 = 0.8;
 const MIN_RATE: f64 = 0.05;
@@ -23,30 +24,30 @@ const ITERATIONS: usize = 40;
 const SMALLEST_PART: f64 = 1.0 / 64.0;
 
 /// What the last step taught.
-struct Lesson {
+struct PredictorCorrection {
     motion: [f64; MOTIONS],
     /// What its prediction lacked.
     lack: Vec<f64>,
 }
 
 /// What is kept of tissue that follows a rigid body.
-pub(crate) struct Following {
+pub(crate) struct BilateralContact {
     responses: Responses,
     /// Room of the responses before the last ones.
     spare: Option<Tangent>,
-    lesson: Option<Lesson>,
+    correction: Option<PredictorCorrection>,
     /// What corrections have shown of the stiffness since the factor was made.
     memory: Memory,
-    /// Share of the error that a correction leaves when the body has moved by its size since the factor was
-    /// made; in between it is taken for proportional to the way.
+    /// Share of the error that a correction leaves when the body has moved by its size since the
+    /// factor was made; in between it is taken for proportional to the way.
     rate: f64,
 }
 
-impl Following {
+impl BilateralContact {
     /// Begins with these responses.
     pub(crate) fn new(responses: Responses) -> Self {
         let memory = Memory::default();
-        Self { responses, spare: None, lesson: None, memory, rate: FIRST_RATE }
+        Self { responses, spare: None, correction: None, memory, rate: FIRST_RATE }
     }
 
     /// Settles the tissue at the first pose, and makes the responses there.
@@ -55,11 +56,11 @@ impl Following {
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn begin<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Halt> {
+    ) -> Result<(), SolveError> {
         self.settle((site, place), &Pose::identity(), goal, progress)?;
         if let Some(responses) = site.responses(place, self.spare.take())? {
             self.adopt(responses);
@@ -85,27 +86,27 @@ impl Following {
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn step<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         pose: &Pose,
-    ) -> Result<Step, Halt> {
+    ) -> Result<Step, SolveError> {
         if let Some(made) = self.step_quickly(site, place, pose, Budget::whole(CORRECTIONS)) {
             return Ok(made);
         }
         self.settle((site, place), pose, 1e-8, Progress::none())
     }
 
-    /// Moves the rigid body to `pose` by the factor at hand; `None`, and nothing has moved, when that does not
-    /// suffice.
+    /// Moves the rigid body to `pose` by the factor at hand; `None`, and nothing has moved, when
+    /// that does not suffice.
     pub(crate) fn step_quickly<const N: usize, const Q: usize>(
         &mut self,
-        site: &Site<N, Q>,
-        place: &mut Place,
+        site: &ContactSite<N, Q>,
+        place: &mut TissueState,
         pose: &Pose,
         budget: Budget,
     ) -> Option<Step> {
         let Some((found, made)) = self.corrected((site, place), pose, budget) else {
-            self.lesson = None;
+            self.correction = None;
             self.memory = Memory::default();
             return None;
         };
@@ -113,14 +114,14 @@ impl Following {
         Some(made)
     }
 
-    /// The new place by prediction and corrections with the factor at hand; `None` when they do not reach
-    /// it.
+    /// The new place by prediction and corrections with the factor at hand; `None` when they do not
+    /// reach it.
     fn corrected<const N: usize, const Q: usize>(
         &mut self,
-        (site, place): (&Site<N, Q>, &Place),
+        (site, place): (&ContactSite<N, Q>, &TissueState),
         pose: &Pose,
         budget: Budget,
-    ) -> Option<(Place, Step)> {
+    ) -> Option<(TissueState, Step)> {
         let motion = site.motion(&place.pose, pose);
         let slide = site.slide(pose);
         let (mut u, curvature) = self.predicted((site, place), pose, &motion)?;
@@ -155,21 +156,21 @@ impl Following {
             }
             let error_mm = error_mm(size, left);
             if budget.is_met(corrections, error_mm, size < last) {
-                self.lesson = Some(Lesson { motion, lack });
+                self.correction = Some(PredictorCorrection { motion, lack });
                 let made = Step { corrections, error_mm, by_newton: false };
-                return Some((Place { pose: *pose, u }, made));
+                return Some((TissueState { pose: *pose, u }, made));
             }
             last = size;
         }
         None
     }
 
-    /// The displacement at `pose` to first order, and with what the last step lacked where this one goes on
-    /// in its direction: half the second derivative along it. The second value is that part. `None` when a
-    /// node cannot be brought to where it slides.
+    /// The displacement at `pose` to first order, and with what the last step lacked where this one
+    /// goes on in its direction: half the second derivative along it. The second value is that
+    /// part. `None` when a node cannot be brought to where it slides.
     pub(crate) fn predicted<const N: usize, const Q: usize>(
         &self,
-        (site, place): (&Site<N, Q>, &Place),
+        (site, place): (&ContactSite<N, Q>, &TissueState),
         pose: &Pose,
         motion: &[f64; MOTIONS],
     ) -> Option<(Vec<Vector>, Vec<f64>)> {
@@ -180,7 +181,7 @@ impl Following {
             }
         }
         let mut curvature = vec![0.0; step.len()];
-        if let Some(Lesson { motion: last, lack }) = &self.lesson {
+        if let Some(PredictorCorrection { motion: last, lack }) = &self.correction {
             let along: f64 = motion.iter().zip(last).map(|(a, b)| a * b).sum();
             let square: f64 = last.iter().map(|v| v * v).sum();
             let share = if square > 0.0 { (along / square).clamp(0.0, 1.5) } else { 0.0 };
@@ -192,18 +193,18 @@ impl Following {
         site.put(pose, &mut u).then_some((u, curvature))
     }
 
-    /// Moves the rigid body to `pose` by Newton's method, in parts where the whole way folds an element, to
-    /// a relative residual of `goal`.
+    /// Moves the rigid body to `pose` by Newton's method, in parts where the whole way folds an
+    /// element, to a relative residual of `goal`.
     ///
     /// # Errors
     /// When no equilibrium is found, stopped or out of memory.
     pub(crate) fn settle<const N: usize, const Q: usize>(
         &mut self,
-        (site, place): (&Site<N, Q>, &mut Place),
+        (site, place): (&ContactSite<N, Q>, &mut TissueState),
         pose: &Pose,
         goal: f64,
         progress: Progress<'_>,
-    ) -> Result<Step, Halt> {
+    ) -> Result<Step, SolveError> {
         let first = place.pose;
         let (mut share, mut part) = (0.0, 1.0f64);
         let mut corrections = 0;
@@ -216,12 +217,17 @@ impl Following {
             {
                 self.adopt(responses);
             }
-            self.lesson = None;
+            self.correction = None;
             let motion = site.motion(&place.pose, &between);
             let Some((u, _)) = self.predicted((site, place), &between, &motion) else {
                 if part <= SMALLEST_PART {
                     let (cause, residual, u) = (Cause::Start, f64::INFINITY, place.u.clone());
-                    return Err(Halt::Stalled(Stall { cause, residual, u, load_share: share }));
+                    return Err(SolveError::NotConverged(NonConvergence {
+                        cause,
+                        residual,
+                        u,
+                        load_share: share,
+                    }));
                 }
                 part *= 0.5;
                 continue;
@@ -233,10 +239,10 @@ impl Following {
             match newton.minimise(&site.load, u, limits, progress.part(share, next)) {
                 Ok(found) => {
                     corrections += newton.effort.iterations;
-                    *place = Place { pose: between, u: found.u };
+                    *place = TissueState { pose: between, u: found.u };
                     (share, part) = (next, 2.0 * part);
                 }
-                Err(Halt::Stalled(_)) if part > SMALLEST_PART => part *= 0.5,
+                Err(SolveError::NotConverged(_)) if part > SMALLEST_PART => part *= 0.5,
                 Err(other) => return Err(other),
             }
         }

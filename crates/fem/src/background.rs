@@ -6,19 +6,20 @@ use std::thread::JoinHandle;
 type Work<T> = Box<dyn FnOnce() -> Option<T> + Send>;
 
 /// At most one piece of work at a time; dropped, it waits for the end.
-pub(crate) struct Beside<T> {
+pub(crate) struct Background<T> {
     worker: Option<Worker<T>>,
     busy: bool,
 }
 
-/// One thread for all pieces of work: what each would leave to the memory of a thread of its own is used by the next.
+/// One thread for all pieces of work: what each would leave to the memory of a thread of its own is
+/// used by the next.
 struct Worker<T> {
     work: Option<Sender<Work<T>>>,
     results: Receiver<Option<T>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<T: Send + 'static> Beside<T> {
+impl<T: Send + 'static> Background<T> {
     /// No work.
     pub(crate) fn idle() -> Self {
         Self { worker: None, busy: false }
@@ -76,7 +77,8 @@ impl<T: Send + 'static> Worker<T> {
 
 impl<T> Drop for Worker<T> {
     fn drop(&mut self) {
-        // The thread ends with its last piece; what came of it is not wanted any more, whatever it is.
+        // The thread ends with its last piece; what came of it is not wanted any more, whatever it
+        // is.
         self.work = None;
         self.thread.take().map(JoinHandle::join);
     }
@@ -87,7 +89,7 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    fn taken<T: Send + 'static>(beside: &mut Beside<T>) -> Option<T> {
+    fn taken<T: Send + 'static>(beside: &mut Background<T>) -> Option<T> {
         for _ in 0..20_000 {
             if !beside.is_busy() {
                 break;
@@ -102,7 +104,7 @@ mod tests {
 
     #[test]
     fn one_piece_after_the_other_by_the_same_thread() {
-        let mut beside = Beside::idle();
+        let mut beside = Background::idle();
         assert!(beside.take().is_none());
         let mut threads = vec![];
         for _ in 0..3 {
@@ -117,7 +119,7 @@ mod tests {
 
     #[test]
     fn after_a_panic_there_is_another_thread() {
-        let mut beside: Beside<u8> = Beside::idle();
+        let mut beside: Background<u8> = Background::idle();
         beside.begin(|| panic!("meant: the work of this test panics"));
         assert_eq!(taken(&mut beside), None);
         assert!(!beside.is_busy());

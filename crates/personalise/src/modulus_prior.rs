@@ -2,14 +2,14 @@
 
 use crate::Error;
 
-/// Young's moduli (kPa) that were fitted to nine patients in the work this method follows, each as one tissue, the CT
-/// shape taken as free of stress.
+/// Young's moduli (kPa) that were fitted to nine patients in the work this method follows, each as
+/// one tissue, the CT shape taken as free of stress.
 pub const LITERATURE_KPA: [f64; 9] = [0.3, 0.4, 0.5, 0.6, 0.8, 0.9, 1.2, 1.2, 2.0];
 
 /// Standard deviations on each side of the median that hold 95 % of a normal distribution.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
 
-/// Where a belief comes from.
+/// Where a prior comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// Moduli of other patients.
@@ -50,17 +50,18 @@ impl LogNormal {
     }
 }
 
-/// What is known of the mean modulus in the run's rest state, and in the other where that is possible too.
+/// What is known of the mean modulus in the run's rest state, and in the other where that is
+/// possible too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Belief {
+pub struct ModulusPrior {
     known: LogNormal,
     other: Option<LogNormal>,
     origin: Origin,
 }
 
-impl Belief {
-    /// That of a patient of whom nothing was measured: mean and standard deviation of the logarithms of
-    /// [`LITERATURE_KPA`], in either rest state.
+impl ModulusPrior {
+    /// That of a patient of whom nothing was measured: mean and standard deviation of the
+    /// logarithms of [`LITERATURE_KPA`], in either rest state.
     pub fn literature() -> Self {
         let n = LITERATURE_KPA.len() as f64;
         let mean = LITERATURE_KPA.iter().map(|e| e.ln()).sum::<f64>() / n;
@@ -83,7 +84,8 @@ impl Belief {
         Ok(Self { known, other: None, origin: Origin::Given })
     }
 
-    /// That of a fit to scans, with that in the other rest state where the scans do not tell which holds.
+    /// That of a fit to scans, with that in the other rest state where the scans do not tell which
+    /// holds.
     pub fn fitted(known: LogNormal, other: Option<LogNormal>) -> Self {
         Self { known, other, origin: Origin::Scans }
     }
@@ -109,10 +111,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nine_patients_make_a_wide_belief() {
-        let belief = Belief::literature();
-        assert!((belief.known().median_kpa() - 0.749).abs() < 1e-3, "{belief:?}");
-        let [low, high] = belief.known().interval_kpa();
+    fn nine_patients_make_a_wide_prior() {
+        let prior = ModulusPrior::literature();
+        assert!((prior.known().median_kpa() - 0.749).abs() < 1e-3, "{prior:?}");
+        let [low, high] = prior.known().interval_kpa();
         assert!((low - 0.231).abs() < 2e-3 && (high - 2.43).abs() < 0.02, "{low} {high}");
         let inside = LITERATURE_KPA.iter().filter(|e| (low..=high).contains(e)).count();
         assert_eq!(inside, 9);
@@ -120,10 +122,10 @@ mod tests {
 
     #[test]
     fn a_given_interval_comes_back() {
-        let [low, high] = Belief::given([0.8, 1.1]).unwrap().known().interval_kpa();
+        let [low, high] = ModulusPrior::given([0.8, 1.1]).unwrap().known().interval_kpa();
         assert!((low - 0.8).abs() < 1e-12 && (high - 1.1).abs() < 1e-12);
         for bad in [[0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [0.5, f64::INFINITY], [f64::NAN, 1.0]] {
-            assert!(Belief::given(bad).is_err(), "{bad:?}");
+            assert!(ModulusPrior::given(bad).is_err(), "{bad:?}");
         }
     }
 }
