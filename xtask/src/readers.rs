@@ -47,6 +47,15 @@ pub(crate) const READERS: Environment =
 /// # Errors
 /// When something is missing and cannot be installed; the message says what to do by hand.
 pub(crate) fn install(house: &House) -> Result<()> {
+    install_packages()?;
+    install_environments(house)
+}
+
+/// Installs the packages of Debian that are missing.
+///
+/// # Errors
+/// As [`install`].
+pub(crate) fn install_packages() -> Result<()> {
     let mut packages: Vec<&str> = BINARIES
         .iter()
         .filter(|(binary, _)| !on_path(binary) && !Path::new("/usr/sbin").join(binary).is_file())
@@ -63,6 +72,14 @@ pub(crate) fn install(house: &House) -> Result<()> {
     } else {
         debian::install(&packages)?;
     }
+    Ok(())
+}
+
+/// Installs the Python packages that are missing.
+///
+/// # Errors
+/// As [`install`].
+pub(crate) fn install_environments(house: &House) -> Result<()> {
     // What they wait for is the network, each for its own files.
     std::thread::scope(|scope| {
         let environments = [READERS, python::PACKAGE, python::WORKFLOW];

@@ -47,7 +47,12 @@ pub(crate) struct Built {
 ///
 /// # Errors
 /// When something cannot be compiled: with all that cargo said.
-pub(crate) fn build(cargo: &mut Command, metadata: &Metadata, log: &Path) -> Result<Built> {
+pub(crate) fn build(
+    cargo: &mut Command,
+    metadata: &Metadata,
+    log: &Path,
+    goes_on: impl Fn() -> bool,
+) -> Result<Built> {
     let file = File::create(log).with_context(|| log.display().to_string())?;
     cargo.args(["--no-run", "--message-format=json-render-diagnostics"]);
     let mut child = cargo
@@ -59,6 +64,11 @@ pub(crate) fn build(cargo: &mut Command, metadata: &Metadata, log: &Path) -> Res
     let output = child.stdout.take().context("cargo's output is piped")?;
     let mut built = Built::default();
     for message in Message::parse_stream(BufReader::new(output)) {
+        if !goes_on() {
+            child.kill()?;
+            child.wait()?;
+            bail!("given up");
+        }
         let Message::CompilerArtifact(artifact) = message? else { continue };
         let Some(path) = artifact.executable else { continue };
         let package = &metadata[&artifact.package_id];

@@ -1,9 +1,10 @@
 //! `cargo xtask test`: everything that must hold.
 //!
-//! What others provide is installed first; what cannot be installed ends the check before anything
-//! is compiled. The tests are compiled and linted by one call of cargo with all processors. Then
-//! they run side by side, one process and one processor each, while cargo does on one processor
-//! what is left for it: the wheel, the other meshers, documentation.
+//! What others provide is installed first: packages of Debian before anything is compiled, Python's
+//! beside that. What cannot be installed ends the check at once. The tests are compiled and linted
+//! by one call of cargo with all processors. Then they run side by side, one process and one
+//! processor each, while cargo does on one processor what is left for it: the wheel, the other
+//! meshers, documentation.
 
 mod command;
 mod executables;
@@ -30,6 +31,7 @@ use pool::Job;
 use selection::Selection;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use times::Times;
 
@@ -81,7 +83,7 @@ pub(crate) fn run_steps(house: &House, options: &Options) -> Result<()> {
         println!("looked at, and nothing else: {}", selection.names());
     }
     println!("\n== installing what others provide");
-    readers::install(house)?;
+    readers::install_packages()?;
     fetch(house)?;
     let installed = begun.elapsed();
     println!("-- {:.1} s", installed.as_secs_f64());
@@ -154,10 +156,24 @@ fn fetch(house: &House) -> Result<()> {
 }
 
 impl Check<'_> {
-    /// Looks at the format and compiles the tests and the program; nothing when that failed.
+    /// Looks at the format and compiles the tests and the program, and installs Python's packages
+    /// meanwhile; nothing when one of both failed.
     fn compile(&self, done: &mut Vec<Done>) -> Option<Built> {
-        println!("\n== format and compiling");
-        let made = OnceLock::new();
+        println!("\n== format, Python packages and compiling");
+        let (made, lacks) = (OnceLock::new(), AtomicBool::new(false));
+        let install = Job {
+            name: "Python packages".into(),
+            step: "installing",
+            processors: 0,
+            seconds: 1e5,
+            after: vec![],
+            compiles: false,
+            work: Box::new(|_| {
+                readers::install_environments(self.house)
+                    .inspect_err(|_| lacks.store(true, Ordering::Relaxed))?;
+                Ok(Report::default())
+            }),
+        };
         let format = Job {
             name: "every file".into(),
             step: "format",
@@ -181,8 +197,9 @@ impl Check<'_> {
             work: Box::new(|_| {
                 let mut cargo = cargo(&self.house.root);
                 linting(&mut cargo)?.arg("test").args(self.selection.to_be_built());
-                let mut built =
-                    executables::build(&mut cargo, self.metadata, &self.logs.path(COMPILING))?;
+                let log = self.logs.path(COMPILING);
+                let goes_on = || !lacks.load(Ordering::Relaxed);
+                let mut built = executables::build(&mut cargo, self.metadata, &log, goes_on)?;
                 if let Some(supine) = &built.supine {
                     std::fs::copy(supine, &self.supine).context("the program cannot be copied")?;
                 } else if self.selection.runs_program() {
@@ -193,8 +210,8 @@ impl Check<'_> {
                 Ok(Report::default())
             }),
         };
-        done.extend(pool::run(vec![format, compile], processors()));
-        made.into_inner()
+        done.extend(pool::run(vec![install, format, compile], processors()));
+        made.into_inner().filter(|_| !lacks.into_inner())
     }
 
     /// A log of a job that consists of several commands.

@@ -25,7 +25,8 @@ pub(crate) struct Job<'a> {
     pub(crate) name: String,
     /// The step that it is a part of.
     pub(crate) step: &'static str,
-    /// How many processors it keeps busy; at most all.
+    /// How many processors it keeps busy; at most all. 0: it mostly waits, and runs beside the
+    /// others, one of its kind at a time.
     pub(crate) processors: usize,
     /// How long it is expected to take, s.
     pub(crate) seconds: f64,
@@ -116,10 +117,12 @@ impl<'a> Board<'a> {
     /// The next job that can begin now.
     fn begin(&mut self) -> Option<(usize, Work<'a>, Seat)> {
         let compiling = self.running.iter().any(|r| r.compiles);
+        let waiting = self.running.iter().any(|r| r.processors.is_empty());
         let all = self.free.len() + self.running.iter().map(|r| r.processors.len()).sum::<usize>();
         let fits = |job: &Job<'_>| {
             job.processors.min(all) <= self.free.len()
                 && !(job.compiles && compiling)
+                && !(job.processors == 0 && waiting)
                 && job.after.iter().all(|&before| self.done[before].is_some())
         };
         let next = (0..self.jobs.len())
@@ -136,7 +139,8 @@ impl<'a> Board<'a> {
         });
         // Who and what stays here: the work goes to another thread.
         self.done[next] = None;
-        Some((next, job.work, Seat { processors }))
+        let seat = if processors.is_empty() { (0..all).collect() } else { processors };
+        Some((next, job.work, Seat { processors: seat }))
     }
 
     fn end(&mut self, index: usize, result: Result<Report>) {
@@ -223,6 +227,41 @@ mod tests {
         let passed: Vec<bool> = done.iter().map(|d| d.outcome.passed()).collect();
         assert_eq!(passed, [false, false, false, true]);
         assert_eq!(seen.into_inner().expect("no job panicked").len(), 2);
+    }
+
+    #[test]
+    fn what_waits_runs_beside_the_others_and_one_at_a_time() {
+        let (waiting, working) = (Mutex::new(()), std::sync::Barrier::new(2));
+        let wait = |name: &str, meets: bool| {
+            let (waiting, working) = (&waiting, &working);
+            Job {
+                name: name.into(),
+                step: "tests",
+                processors: 0,
+                seconds: if meets { 9.0 } else { 1.0 },
+                after: vec![],
+                compiles: false,
+                work: Box::new(move |seat: &Seat| {
+                    let _alone = waiting.try_lock().expect("nothing else waits");
+                    if meets {
+                        working.wait();
+                    }
+                    assert_eq!(seat.processors, [0]);
+                    Ok(Report::default())
+                }),
+            }
+        };
+        let work = Job {
+            name: "works".into(),
+            processors: 1,
+            work: Box::new(|_| {
+                working.wait();
+                Ok(Report::default())
+            }),
+            ..wait("", false)
+        };
+        let done = run(vec![work, wait("a", true), wait("b", false)], 1);
+        assert!(done.iter().all(|d| d.outcome.passed()) && done.len() == 3);
     }
 
     #[test]
